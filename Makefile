@@ -123,24 +123,24 @@ bench-builds: install ## compare the time of builds with an earlier revision (BE
 	$(python) -m benchmarks.revisions --builds $(if $(BEFORE),--before $(BEFORE))
 
 .PHONY: bench-boundaries
-bench-boundaries: install ## compare the volumes of boundaries with independent ones; writes docs/benchmarks.md
-	$(python) -m benchmarks.boundaries
+bench-boundaries: install .venv/.installed-test ## compare the volumes of boundaries with independent ones; writes docs/benchmarks.md
+	$(python) -m benchmarks.bench --only boundaries
 
 .PHONY: bench-startup
 bench-startup: .venv/.installed-test ## measure a fresh clone up to its first gamut; writes docs/benchmarks.md
-	$(python) -m benchmarks.startup
+	$(python) -m benchmarks.bench --only startup
 
 .PHONY: bench-before
 bench-before: install ## compare the speed with an earlier revision (BEFORE=...); writes docs/benchmarks.md
 	$(python) -m benchmarks.revisions $(if $(BEFORE),--before $(BEFORE))
 
 .PHONY: bench-queries
-bench-queries: install .venv/.installed-figures ## measure queries beside trimesh and Manifold; writes docs/benchmarks.md
-	$(python) -m benchmarks.queries
+bench-queries: install .venv/.installed-test .venv/.installed-figures ## measure queries beside trimesh and Manifold; writes docs/benchmarks.md
+	$(python) -m benchmarks.bench --only queries level-queries
 
 .PHONY: bench-viewer
 bench-viewer: install .venv/.installed-test web/node_modules/.package-lock.json ## measure the viewer in Chromium; writes docs/benchmarks.md
-	$(python) -m benchmarks.viewer
+	$(python) -m benchmarks.bench --only viewer
 
 .PHONY: soak
 soak: install .venv/.installed-test ## load the service for minutes; updates docs/reliability.md
@@ -213,7 +213,7 @@ concepts: install .venv/.installed-docs ## redraw the pictures of docs/concepts.
 
 .PHONY: viewer-pictures
 viewer-pictures: install .venv/.installed-test web/node_modules/.package-lock.json ## take the pictures of the viewer for README and docs/tour.md
-	$(python) -m benchmarks.viewer --pictures
+	$(python) -m benchmarks.viewer
 
 .PHONY: image-lint
 image-lint: .venv/.installed-lint ## hadolint on the Dockerfile

@@ -1,8 +1,8 @@
-"""Measure speed, memory and sizes of builds, levels and the service: ``make bench``.
+"""Measure the tables of ``docs/benchmarks.md``: ``make bench``.
 
-Writes the tables of ``docs/benchmarks.md`` to ``benchmarks/results.json`` and into the document.
-``--only NAME ...`` repeats some measurements and keeps the figures of the others. ``--quick`` takes
-fewer runs and writes nothing.
+Writes the tables to ``benchmarks/results.json`` and into the document. ``--only NAME ...`` selects
+tables and keeps the others. Without it, builds, levels and the service are measured. ``--quick``
+takes fewer runs and writes nothing.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ import numpy as np
 from PIL import Image
 
 from benchmarks import markdown
+from benchmarks.boundaries import boundaries
 from benchmarks.common import (
     DOCUMENT,
     FOGRA39L,
@@ -39,6 +40,9 @@ from benchmarks.common import (
     use_one_core,
 )
 from benchmarks.http import load, message, server
+from benchmarks.queries import colour_queries, level_queries
+from benchmarks.startup import startup
+from benchmarks.viewer import viewer
 from gamutcore import Gamut
 from gamutcore.boundary import modified_convex_hull
 from gamutcore.warm import compile_kernels
@@ -62,21 +66,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.bench", description=__doc__)
     parser.add_argument("--quick", action="store_true", help="take fewer runs and write nothing")
     parser.add_argument("--build", type=Path, help=argparse.SUPPRESS)
-    measurements: dict[str, Callable[[bool], Rows]] = {
-        "machine": lambda _: [machine("scipy", "trimesh", "uvicorn")],
-        "inputs": inputs,
-        "meshes": meshes,
-        "queries-http": queries,
-        "levels": levels,  # comes last: servers that start later would inherit its core
-    }
-    parser.add_argument("--only", nargs="+", choices=[*measurements], default=[*measurements])
+    parser.add_argument("--only", nargs="+", choices=[*MEASUREMENTS], default=[*MEASUREMENTS][:5])
     arguments = parser.parse_args()
     compile_kernels()
     if arguments.build:
         print(json.dumps(build(arguments.build.read_bytes())))
         return
-    for name in arguments.only:
-        rows = measurements[name](arguments.quick)
+    for name in [each for each in MEASUREMENTS if each in arguments.only]:
+        rows = MEASUREMENTS[name](arguments.quick)
         if arguments.quick:
             print(markdown.rows_table(rows), flush=True)
         else:
@@ -180,7 +177,7 @@ def meshes(quick: bool) -> Rows:
     return rows
 
 
-def queries(quick: bool) -> Rows:
+def http_queries(quick: bool) -> Rows:
     """Time and memory of queries about FOGRA39L and its default level, with the goals."""
     rows: Rows = []
     runs = 1 if quick else 7
@@ -234,6 +231,19 @@ def levels(quick: bool) -> Rows:
         rows.append(row)
     return rows
 
+
+MEASUREMENTS: dict[str, Callable[[bool], Rows]] = {
+    "machine": lambda _: [machine("scipy", "trimesh", "uvicorn")],
+    "inputs": inputs,
+    "meshes": meshes,
+    "queries-http": http_queries,
+    "levels": levels,
+    "queries": colour_queries,
+    "level-queries": level_queries,
+    "boundaries": boundaries,
+    "startup": startup,
+    "viewer": viewer,
+}
 
 if __name__ == "__main__":
     main()

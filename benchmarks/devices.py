@@ -1,7 +1,7 @@
 """Real devices whose gamuts are measured, and the exact measures that every method is put to.
 
 With the shared data beside the checkout (``../shared/data``) there are nine devices. Without it
-there are the three that the repository contains.
+there are the two that the repository contains.
 """
 
 from __future__ import annotations
@@ -16,7 +16,6 @@ import numpy as np
 
 from benchmarks.common import (
     FOGRA39L,
-    P3,
     SHARED,
     SRGB,
     FloatArray,
@@ -86,7 +85,7 @@ class Device:
 
 
 DEVICES = (
-    Device("FOGRA39L", "coated offset, measurements", SHARED / "press/FOGRA39L.ti3"),
+    Device("FOGRA39L", "coated offset, measurements", FOGRA39L),
     Device("ISO coated v2", "coated offset, profile", SHARED / "press/ISOcoated_v2_300_bas.icc"),
     Device("TR 002", "newsprint, measurements", SHARED / "press/TR002.ti3"),
     Device("phone", "RGBW phone, measurements", SHARED / "display/phone_RGBW_LCD_602.txt"),
@@ -97,16 +96,10 @@ DEVICES = (
     Device("sRGB", "colour space", SRGB),
 )
 
-FALLBACK = (
-    Device("FOGRA39L", "coated offset, measurements", FOGRA39L),
-    Device("Display P3", "colour space", P3),
-    DEVICES[-1],
-)
-
 
 def devices() -> tuple[Device, ...]:
-    """Return all devices, or those of the repository if a file of the others is missing."""
-    return DEVICES if all(device.path.exists() for device in DEVICES) else FALLBACK
+    """Return the devices whose files are here."""
+    return tuple(device for device in DEVICES if device.path.exists())
 
 
 def faults(mesh: TriangleMesh, centre: FloatArray) -> list[str]:

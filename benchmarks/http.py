@@ -19,14 +19,13 @@ import time
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple
 
 import httpx
+import numpy as np
 import uvloop
 
 from benchmarks.common import FOGRA39L, ROOT, run_module
-
-__all__ = ["SERVE", "Server", "load", "message", "server"]
 
 SERVE = (sys.executable, "-c", "from service.__main__ import main; main()", "serve")
 START_SECONDS = 900.0
@@ -137,82 +136,38 @@ def message(path: str, fields: Sequence[str] = (), body: str = "") -> str:
     return "\r\n".join([*head, "", body])
 
 
-class Load:
-    """Requests that remain, and what was answered."""
-
-    def __init__(self, messages: list[str], requests: int) -> None:
-        self.messages = [message.encode() for message in messages]
-        self.remaining = requests
-        self.latencies: list[float] = []
-        self.statuses: Counter[int] = Counter()
-        self.bytes = 0
-
-
-class Connection(asyncio.Protocol):
-    """A connection that sends a request when the previous one is answered, until none remains."""
-
-    def __init__(self, run: Load) -> None:
-        self.run = run
-        self.buffer = bytearray()
-        self.answer_bytes = 0
-        self.closed: asyncio.Future[None] = asyncio.get_running_loop().create_future()
-
-    def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        # uvloop's transports implement asyncio.Transport without inheriting from it.
-        self.transport = cast("asyncio.Transport", transport)
-        self.send()
-
-    def send(self) -> None:
-        """Send the next request, or close the connection after the last."""
-        if self.run.remaining == 0:
-            self.transport.close()
-            return
-        self.run.remaining -= 1
-        self.sent = time.perf_counter()
-        self.transport.write(self.run.messages[self.run.remaining % len(self.run.messages)])
-
-    def data_received(self, data: bytes) -> None:
-        self.buffer += data
-        if not self.answer_bytes:
-            end = self.buffer.find(b"\r\n\r\n")
-            if end < 0:
-                return
-            head = bytes(self.buffer[:end]).lower()
-            self.run.statuses[int(head[9:12])] += 1
-            length = head.partition(b"content-length:")[2].partition(b"\r\n")[0]
-            self.answer_bytes = end + 4 + int(length or 0)
-        if len(self.buffer) >= self.answer_bytes:
-            self.run.latencies.append(time.perf_counter() - self.sent)
-            self.run.bytes += self.answer_bytes
-            del self.buffer[: self.answer_bytes]
-            self.answer_bytes = 0
-            self.send()
-
-    def connection_lost(self, error: Exception | None) -> None:
-        if error is not None:
-            self.closed.set_exception(error)
-        else:
-            self.closed.set_result(None)
-
-
 async def generate(port: int, messages: list[str], requests: int) -> dict[str, Any]:
-    """Send all requests and return the figures."""
-    run, loop = Load(messages, requests), asyncio.get_running_loop()
+    """Send all requests. Each connection sends one when the previous one is answered."""
+    sent = [message.encode() for message in messages]
+    numbers = iter(range(requests))
+    latencies: list[float] = []
+    statuses: Counter[str] = Counter()
+    sizes: list[int] = []
+
+    async def connection() -> None:
+        reader, writer = await asyncio.open_connection("127.0.0.1", port)
+        for number in numbers:
+            start = time.perf_counter()
+            writer.write(sent[number % len(sent)])
+            head = (await reader.readuntil(b"\r\n\r\n")).lower()
+            length = int(head.partition(b"content-length:")[2].partition(b"\r\n")[0] or 0)
+            await reader.readexactly(length)
+            latencies.append(time.perf_counter() - start)
+            statuses[head[9:12].decode()] += 1
+            sizes.append(len(head) + length)
+        writer.close()
+
     start = time.perf_counter()
-    opened = [
-        (await loop.create_connection(lambda: Connection(run), "127.0.0.1", port))[1]
-        for _ in range(CONNECTIONS)
-    ]
-    await asyncio.gather(*(each.closed for each in opened))
+    await asyncio.gather(*(connection() for _ in range(CONNECTIONS)))
     seconds = time.perf_counter() - start
-    ordered = sorted(run.latencies)
+    middle, most = np.percentile(latencies, [50, 99])
     return {
-        "requests": len(ordered),
-        "requests/s": len(ordered) / seconds,
-        "p50, ms": 1e3 * ordered[len(ordered) // 2],
-        "p99, ms": 1e3 * ordered[int(0.99 * len(ordered))],
-        "bytes per answer": run.bytes / len(ordered),
-        "statuses": {str(status): count for status, count in run.statuses.items()},
+        "requests": requests,
+        "requests/s": requests / seconds,
+        "p50, ms": 1e3 * middle,
+        "p99, ms": 1e3 * most,
+        "bytes per answer": sum(sizes) / requests,
+        "statuses": statuses,
     }
 
 

@@ -15,17 +15,6 @@ from typing import Any
 
 from benchmarks.common import DOCUMENT, RESULTS, Rows
 
-__all__ = [
-    "blocks",
-    "percent",
-    "record",
-    "replace_blocks",
-    "rows_table",
-    "store",
-    "table",
-    "update_document",
-]
-
 _BLOCK = re.compile(r"<!-- begin ([\w-]+) -->\n(.*?)\n?<!-- end \1 -->", re.DOTALL)
 
 
@@ -33,14 +22,6 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """Return a Markdown table."""
     lines = [head, ["---"] * len(head), *rows]
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
-
-
-def percent(part: float | None) -> str:
-    """Format a fraction in per cent, without the sign and with three significant digits."""
-    if part is None:
-        return "–"
-    value = 100 * part
-    return f"{value:.1f}" if value >= 10 else f"{value:#.3g}"
 
 
 def rows_table(rows: Rows) -> str:
@@ -64,13 +45,7 @@ def blocks(text: str) -> dict[str, str]:
 
 
 def replace_blocks(text: str, contents: Mapping[str, str]) -> str:
-    """Return a document with the contents of some of its blocks replaced by name.
-
-    Raises
-    ------
-    ValueError
-        If the document does not contain a named block exactly once.
-    """
+    """Return a document with the contents of some of its blocks replaced by name."""
     names = [match[1] for match in _BLOCK.finditer(text)]
     for name in contents:
         if names.count(name) != 1:

@@ -10,16 +10,11 @@ from statistics import mean
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from PIL import Image, ImageDraw, ImageFont
 
 from benchmarks.common import ROOT
 from benchmarks.decimation_tables import COSTS, Results, mean_errors
 from benchmarks.devices import devices
-from gamutcore.colours.spaces import CIELAB
-from gamutcore.export.rendering import VIEWS
-from gamutcore.export.rendering.raster import rasterise
-from gamutcore.export.rendering.scene import camera, scene_triangles
-from gamutcore.mesh import TriangleMesh
+from gamutcore.colours.spaces.srgb import srgb
 
 if TYPE_CHECKING:
     from matplotlib.typing import RcKeyType
@@ -34,9 +29,6 @@ SPHERE_LIMIT = 12 * np.pi * (1 / (6 * 3**0.5) - 1 / (8 * np.pi))
 
 LEVELS = (10_000, 1000, 500, 100, 50, 10)
 """Triangle counts of Figure 7 of the publication."""
-
-PANEL, TEXT = 380, 50
-"""Pixels of a panel, and of the two lines of text above it."""
 
 STYLES = {
     "quadric": ("#0072B2", "o"),
@@ -59,12 +51,12 @@ SETTINGS: dict[RcKeyType, str | float | bool] = {
 
 
 def draw(results: Results) -> None:
-    """Draw all pictures."""
+    """Draw both pictures."""
     import matplotlib as mpl
 
     with mpl.rc_context(SETTINGS):
         plot_mismatch(results).savefig(PICTURES / "mismatch.svg", metadata={"Date": None})
-    draw_levels()
+        plot_levels().savefig(PICTURES / "levels-fogra39l.png", dpi=85)
 
 
 def plot_mismatch(results: Results) -> Any:  # noqa: ANN401  # a matplotlib figure
@@ -77,12 +69,11 @@ def plot_mismatch(results: Results) -> Any:  # noqa: ANN401  # a matplotlib figu
     for name, (colour, marker) in STYLES.items():
         style: dict[str, Any] = {"color": colour, "marker": marker}
         if name in COSTS:
-            errors = [100 * (error or 0) for error in mean_errors(results, name, CURVE_COUNTS)]
-            axes.plot(CURVE_COUNTS, errors, **style, label=f"decimation, {name}")
+            errors = mean_errors(results, name, CURVE_COUNTS)
+            axes.plot(CURVE_COUNTS, np.array(errors, float), **style, label=f"decimation, {name}")
         else:
-            axes.plot(
-                *zip(*means[name], strict=True), **style, linestyle="--", linewidth=1.1, label=name
-            )
+            points = zip(*means[name], strict=True)
+            axes.plot(*points, **style, linestyle="--", linewidth=1.1, label=name)
     least = [100 * SPHERE_LIMIT / count for count in CURVE_COUNTS]
     axes.plot(CURVE_COUNTS, least, color="#999999", lw=1, ls=":", label="optimum for a sphere")
     axes.set(xscale="log", yscale="log", xlabel="triangles", ylabel="mean mismatch, %")
@@ -112,51 +103,26 @@ def method_means(results: Results) -> dict[str, list[tuple[float, float]]]:
     return means
 
 
-def draw_levels() -> None:
-    """Draw levels of a press side by side into a PNG file with 256 colours."""
-    device, columns = devices()[0], 3
-    rows = -(-len(LEVELS) // columns)
-    sheet = Image.new("RGB", (columns * PANEL, rows * (PANEL + TEXT)), "white")
-    brush = ImageDraw.Draw(sheet)
+def plot_levels() -> Any:  # noqa: ANN401  # a matplotlib figure
+    """Levels of a press, each triangle in the colour of its middle."""
+    from matplotlib.figure import Figure
+    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+    device = devices()[0]
+    figure = Figure(figsize=(11.4, 7), facecolor="white", layout="constrained")
     for number, count in enumerate(LEVELS):
         mesh = device.histories["volume"].level(count)
-        row, column = divmod(number, columns)
-        left, top = column * PANEL, row * (PANEL + TEXT)
-        sheet.paste(Image.fromarray(drawn(mesh)), (left, top + TEXT))
+        corners = mesh.vertices[mesh.faces]
+        colours = srgb(corners.mean(axis=1))
+        axes: Any = figure.add_subplot(2, 3, number + 1, projection="3d", elev=15, azim=-60)
+        triangles = corners[..., [1, 2, 0]]  # lightness upwards
+        axes.add_collection3d(
+            Poly3DCollection(triangles, facecolors=colours, edgecolors="#222222", linewidths=0.15)
+        )
+        low, high = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
+        axes.auto_scale_xyz(*np.stack([low, high], axis=1))
+        axes.set_box_aspect(high - low, zoom=1.35)
+        axes.set_axis_off()
         error = 100 * (device.mismatch(mesh) or 0.0)
-        lines = [f"{mesh.triangles:,} triangles", f"mismatch {error:.2g} %"]
-        for text, height, size in zip(lines, (8, 29), (16, 13), strict=True):
-            font = ImageFont.load_default(size)
-            brush.text((left + PANEL / 2, top + height), text, "#333333", font, "ma")
-    palette = sheet.quantize(256, method=Image.Quantize.MEDIANCUT)
-    small = sheet.quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG)
-    colours = np.array(small.getpalette()).reshape(-1, 3)
-    colours[np.asarray(small)[0, 0]] = 255  # pure white paper
-    small.putpalette(colours.ravel().tolist())
-    small.save(PICTURES / "levels-fogra39l.png", optimize=True)
-
-
-def drawn(mesh: TriangleMesh) -> np.ndarray:
-    """Return a picture of a mesh and its edges, (size, size, 3) uint8.
-
-    Edges are narrow strips just before the surface, narrower for low triangles.
-    """
-    surface = scene_triangles(mesh, CIELAB, camera(*VIEWS["standard"]), PANEL, axes=False)
-    start, end = surface.corners, surface.corners[:, [1, 2, 0]]
-    along = (end - start)[..., :2]
-    length = np.linalg.norm(along, axis=2, keepdims=True)
-    area = np.abs(np.cross(along[:, 0], along[:, 1]))[:, np.newaxis, np.newaxis]
-    width = np.minimum(0.4, 0.08 * area / np.maximum(length.max(axis=1, keepdims=True), 1e-9))
-    aside = np.dstack([along[..., ::-1] * (-1, 1) * width / np.maximum(length, 1e-9), -0 * length])
-    lift = (0, 0, 1)
-    strips = np.stack(
-        [[start - aside, end - aside, end + aside], [start - aside, end + aside, start + aside]]
-    )
-    strips = strips.transpose(0, 2, 3, 1, 4).reshape(-1, 3, 3) + lift
-    ink = np.full(strips.shape, 0.05, np.float32)
-    light = rasterise(
-        np.concatenate([surface.corners, strips]), np.concatenate([surface.colours, ink]), PANEL, 3
-    )
-    linear = light[..., :3] + (1 - light[..., 3:])  # on white
-    pixels: np.ndarray = np.rint(255 * np.clip(linear, 0, 1) ** (1 / 2.2)).astype(np.uint8)
-    return pixels
+        axes.set_title(f"{mesh.triangles:,} triangles\nmismatch {error:.2g} %")
+    return figure

@@ -1,6 +1,6 @@
 """Measure what the service promises under load and faults: ``make soak``, ``make faults``.
 
-Loads a service on the loopback interface, and runs programs and parts of the tests. Each result
+Loads a service on the loopback interface, and runs programs of ``tests``. Each result
 goes to ``benchmarks/reliability.json`` and ``docs/reliability.md`` at once, so an interrupted run
 keeps what it has measured. ``--scale 0.1`` runs a tenth of each, prints the results and records
 nothing.
@@ -55,8 +55,6 @@ JOBS = (
 CLUSTER = "tests/faults/cluster.py"
 CLUSTER_TARGET = "one build of identical requests, identical bytes, every accepted build succeeds"
 CLUSTER_LINES = r"^(?!kill |\{).*"
-TESTS = ("-m", "pytest", "-q", "-p", "no:cacheprovider")
-PASSED = r"\d+ (?:passed|failed)"
 
 PROMISES = {
     "soak-answers": Promise("answers to a long mixture of requests", "all as expected"),
@@ -86,35 +84,11 @@ PROMISES = {
         JOBS,
         r"^\d+ damaged files.*",
     ),
-    "faults-disconnect": Promise(
-        "the first client disconnects during a build",
-        "the build finishes and other clients get it",
-        (*TESTS, "-k", "first_client_disconnects or first_to_ask_leaves", "tests/service"),
-        PASSED,
-    ),
-    "faults-formats": Promise(
-        "GLB through the Khronos validator, PLY through two other readers",
-        "no errors",
-        (*TESTS, "tests/gltf", "tests/gamutcore/export"),
-        PASSED,
-    ),
-    "faults-full-disk": Promise(
-        "disk full (a small file system, and injected errors)",
-        "507, existing gamuts are served, recovery without a restart",
-        (*TESTS, "-k", "full_disk or full_store", "tests/service"),
-        PASSED,
-    ),
     "faults-identical-1": Promise(
         "identical POSTs at the same time, one replica",
         "one build, identical bytes",
         JOBS,
         r"^\d+ identical requests.*",
-    ),
-    "faults-poison": Promise(
-        "inputs that exhaust memory or time, or crash every worker",
-        "at most 3 attempts, then failed with the reason; other jobs are not affected",
-        (*TESTS, "-k", "poisonous or given_up or deadline or the_memory", "tests/service"),
-        PASSED,
     ),
     "faults-service-kills": Promise(
         "SIGKILL and SIGTERM of the service in turn, with builds running and waiting",

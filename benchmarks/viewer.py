@@ -1,25 +1,22 @@
-"""Measure the viewer in Chromium (``make bench-viewer``), or take its pictures for the documents.
+"""Measure the viewer in Chromium (``make bench-viewer``), and take its pictures for the documents.
 
 Starts the service, builds examples, and drives the viewer without a graphics processor: with
-``web/viewer/tests/measure.mjs``, or with ``web/viewer/pictures.mjs`` for ``--pictures``
-(``make viewer-pictures``). The pictures go to ``docs/pictures/viewer``; ``slider.webp`` moves.
+``web/viewer/tests/measure.mjs``, or with ``web/viewer/pictures.mjs`` for the pictures
+(``make viewer-pictures``). They go to ``docs/pictures/viewer``; ``slider.webp`` moves.
 """
 
 from __future__ import annotations
 
-import argparse
 import json
 import os
 import shutil
 import subprocess
 import tempfile
 from pathlib import Path
-from typing import Any
 
 from PIL import Image
 
-from benchmarks import markdown
-from benchmarks.common import ROOT
+from benchmarks.common import ROOT, Rows
 from benchmarks.http import server
 
 GOALS = {
@@ -44,26 +41,15 @@ WIDTH = 720
 FRAME_MILLISECONDS, HELD_MILLISECONDS = 110, 1500
 
 
-def main() -> None:
-    """Measure and write the table, or take the pictures."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.viewer", description=__doc__)
-    parser.add_argument("--pictures", action="store_true", help="take the pictures instead")
-    parser.add_argument("--quick", action="store_true", help="measure, and write nothing")
-    arguments = parser.parse_args()
-    if arguments.pictures:
-        take_pictures()
-        return
+def viewer(_quick: bool) -> Rows:
+    """Measure the viewer with FOGRA39L."""
     with server(pin=False) as running:
         gamut = running.build()["id"]
         measured = json.loads(drive("tests/measure.mjs", running.port, GAMUT=gamut))
-    rows: list[dict[str, Any]] = [
+    return [
         {"figure": title, "measured": measured[name], "goal": goal}
         for name, (title, goal) in GOALS.items()
     ]
-    if arguments.quick:
-        print(markdown.rows_table(rows))
-    else:
-        markdown.record({"viewer": rows})
 
 
 def drive(script: str, port: int, **variables: str) -> str:
@@ -108,4 +94,4 @@ def save_moving(paths: list[Path], target: Path) -> None:
 
 
 if __name__ == "__main__":
-    main()
+    take_pictures()
