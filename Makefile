@@ -213,7 +213,7 @@ concepts: install .venv/.installed-docs ## redraw the pictures of docs/concepts.
 
 .PHONY: viewer-pictures
 viewer-pictures: install .venv/.installed-test web/node_modules/.package-lock.json ## take the pictures of the viewer for README and docs/tour.md
-	$(python) -m benchmarks.viewer
+	PYTHONPATH=$(CURDIR) $(python) docs/pictures/viewer.py
 
 .PHONY: image-lint
 image-lint: .venv/.installed-lint ## hadolint on the Dockerfile

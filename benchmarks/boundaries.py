@@ -1,8 +1,7 @@
 """How exact the volumes of boundaries are: ``make bench-boundaries``.
 
 Builds the boundary of RGB spaces and of real devices, with default options and as device surface,
-and compares the CIELAB volumes with references that do not use the boundary code. Devices need the
-shared data beside the checkout (``../shared/data``).
+and compares the CIELAB volumes with references that do not use the boundary code.
 """
 
 from __future__ import annotations
@@ -11,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.common import SHARED, Rows
+from benchmarks.common import Rows
+from benchmarks.devices import Device, devices
 from gamutcore.boundary.radial_volume import FINE, radial_volume
 from gamutcore.boundary.wrapping import wrap_colours
 from gamutcore.characterisation import Characterisation, characterisation
@@ -39,21 +39,13 @@ LINDBLOOM = {
 
 His Wide Gamut is left out: its primaries are rounded otherwise, which changes 0.18 %."""
 
-DEVICES = {
-    "FOGRA39L": "press/FOGRA39L.ti3",
-    "TR002": "press/TR002.ti3",
-    "phone RGBW": "display/phone_RGBW_LCD_602.txt",
-    "television": "display/Panasonic-TV_2014.icc",
-    "projector": "display/Canon_projector.icc",
-}
-
 
 def boundaries(quick: bool) -> Rows:
     """Compare devices and RGB spaces, the least exact space first."""
     spaces = [each for each in REFERENCES.values() if each.kind == "rgb"]
     rows = [space_row(each) for each in (spaces[:1] if quick else spaces)]
     rows.sort(key=lambda row: -abs(row["default, %"]))
-    return rows if quick else [*map(device_row, DEVICES), *rows]
+    return rows if quick else [*map(device_row, devices()), *rows]
 
 
 def space_row(reference: Reference) -> dict[str, Any]:
@@ -63,15 +55,14 @@ def space_row(reference: Reference) -> dict[str, Any]:
     return row_of(reference.name, cube_volume(reference), device, published)
 
 
-def device_row(name: str) -> dict[str, Any]:
+def device_row(device: Device) -> dict[str, Any]:
     """Compare a device with rays through dense points of its surface."""
-    device = characterisation((SHARED / DEVICES[name]).read_bytes())
-    dense = surface_colours(device, surface_samples=DENSE_POINTS)  # type: ignore[arg-type]  # no mesh
+    data = characterisation(device.path.read_bytes())
+    dense = surface_colours(data, surface_samples=DENSE_POINTS)  # type: ignore[arg-type]  # no mesh
     assert dense.faces is not None  # noqa: S101  # devices with a model
     centre = (dense.points.min(axis=0) + dense.points.max(axis=0)) / 2
-    return row_of(
-        name, radial_volume(dense.points, dense.faces.corners, centre, FINE).volume, device
-    )
+    exact = radial_volume(dense.points, dense.faces.corners, centre, FINE).volume
+    return row_of(device.name, exact, data)
 
 
 def row_of(

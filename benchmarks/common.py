@@ -39,15 +39,12 @@ Rows = list[dict[str, Any]]
 
 def machine(*packages: str) -> dict[str, Any]:
     """Return the date, the processor and the versions of the software of this run."""
-    model = platform.processor() or platform.machine()
     cpus = Path("/proc/cpuinfo")
-    if cpus.exists() and (
-        found := re.search(r"^model name\s*:\s*(.+)", cpus.read_text(), re.MULTILINE)
-    ):
-        model = found[1]
+    text = cpus.read_text() if cpus.exists() else ""
+    found = re.search(r"^model name\s*:\s*(.+)", text, re.MULTILINE)
     return {
         "date": time.strftime("%Y-%m-%d"),
-        "cpu": model,
+        "cpu": found[1] if found else platform.machine(),
         "cores": os.cpu_count(),
         "system": f"{platform.system()} {platform.machine()}",
         "python": platform.python_version(),

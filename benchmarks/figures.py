@@ -12,11 +12,11 @@ import argparse
 import json
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from functools import partial
-from importlib.metadata import distributions
 from math import inf
 from pathlib import Path
-from statistics import mean, median
+from statistics import median
 from typing import Any
 
 import numpy as np
@@ -34,7 +34,7 @@ from benchmarks.common import (
     use_one_core,
 )
 from benchmarks.decimation_tables import COSTS, DOCUMENT, RESULTS, Results, document_blocks
-from benchmarks.devices import Device, devices
+from benchmarks.devices import devices
 from benchmarks.markdown import store
 from benchmarks.peers import PEERS, installed, peer_rows
 from gamutcore.boundary import Boundary, modified_convex_hull
@@ -45,7 +45,7 @@ from gamutcore.history import history_bytes
 from gamutcore.mesh import TriangleMesh
 from gamutcore.metric import mismatch
 from gamutcore.metric.error_curve import curve_counts, error_curve
-from gamutcore.metric.level_search import Bounds, LevelSearch, error_bounds
+from gamutcore.metric.level_search import Bounds, LevelSearch
 from gamutcore.version import ALGORITHM_VERSION
 from gamutcore.warm import compile_kernels
 
@@ -63,9 +63,6 @@ LIMITS = {
 }
 """Limits by query parameter: ΔE, and fractions of the volume."""
 
-COARSE = 1000
-"""All levels up to this triangle count are compared with a limit to find the smallest."""
-
 process_times = partial(times_of, clock=time.process_time)
 
 
@@ -74,9 +71,9 @@ def main() -> None:
     parts: dict[str, Callable[[], Results]] = {
         "accuracy": accuracy,
         "peers": lambda: {"peers": peers(results["peers"])},
-        "methods": lambda: {"others": [row for each in devices() for row in methods(each)]},
+        "methods": lambda: {"others": methods()},
         "sphere": lambda: {"sphere": spheres()},
-        "times": lambda: {"times": [times(size, cost) for size in SIZES for cost in COSTS]},
+        "times": lambda: {"times": times()},
         "limits": lambda: {"limits": [row for cost in COSTS for row in limits(cost)]},
     }
     parser = argparse.ArgumentParser(prog="python -m benchmarks.figures", description=__doc__)
@@ -93,20 +90,15 @@ def main() -> None:
     for name in [each for each in parts if each in arguments.only]:
         print(f"{time.strftime('%H:%M:%S')} {name}", flush=True)
         results.update(parts[name]())
-        results["machine"] |= {**machine(), **versions(), "algorithm": ALGORITHM_VERSION}
+        packages = [PEERS[peer][0] for peer in installed()]
+        results["machine"] |= {**machine(*packages), "algorithm": ALGORITHM_VERSION}
     store(results, RESULTS, DOCUMENT, document_blocks(results))
     if "pictures" in arguments.only:
         pictures.draw(results)
 
 
-def versions() -> dict[str, str]:
-    """Return the versions of the installed libraries that are compared."""
-    names = {package.replace("_", "-") for package, _ in PEERS.values()} | {"vtk"}
-    return {each.name: each.version for each in distributions() if each.name in names}
-
-
 def accuracy() -> Results:
-    """Mismatch and faults of levels of every device and cost, and the time of all levels."""
+    """Mismatch and validity of levels of every device and cost, and the time of all levels."""
     found, levels = [], []
     for device in devices():
         mesh, centre = device.boundary.mesh, device.boundary.centre
@@ -114,14 +106,8 @@ def accuracy() -> Results:
             cost: process_times(partial(build_mesh_history, mesh, centre, cost), 3)[0]
             for cost in COSTS
         }
-        found.append(
-            {
-                "name": device.name,
-                "kind": device.kind,
-                "triangles": mesh.triangles,
-                "seconds": seconds,
-            }
-        )
+        about = {"name": device.name, "kind": device.kind, "triangles": mesh.triangles}
+        found.append({**about, "seconds": seconds})
         levels += [
             device.level_row(cost, count, history.level(count))
             for cost, history in device.histories.items()
@@ -141,60 +127,64 @@ def peers(rows: Rows) -> Rows:
     return sorted(rows, key=lambda row: (order.index(row["device"]), rank.index(row["method"])))
 
 
-def methods(device: Device) -> Rows:
-    """Measure the other methods of the publication. ``size`` is the number of segments."""
-    points, centre = device.points, device.boundary.centre
-    makers: dict[tuple[str, int], Callable[[], Boundary]] = {
-        ("convex hull", 0): partial(modified_convex_hull, points, 1.0, centre)
-    }
-    for splits in range(USV_SPLITS):
-        makers["USV", 20 * 4**splits] = partial(usv, points, "icosahedron", splits, 0.05, centre)
-    for polar in SEGMENTS:
-        shape = (polar, 2 * polar)
-        makers["segment maxima", 2 * polar**2] = partial(segment_maxima, points, shape, centre)
-    rows = []
-    for (method, size), make in makers.items():
-        try:
-            mesh = make().mesh
-        except (BoundaryError, InvalidPointsError):
-            print(f"{method}, size {size}: no boundary, the colours do not surround the centre")
-            continue
-        figures = {"triangles": mesh.triangles, "mismatch": device.mismatch(mesh)}
-        rows.append({"device": device.name, "method": method, "size": size, **figures})
-    return rows
+def methods() -> Rows:
+    """Measure the other methods of the publication, as means over the devices.
+
+    Sizes that fail on a device are left out.
+    """
+    found: dict[tuple[str, int], list[tuple[int, float]]] = {}
+    for device in devices():
+        points, centre = device.points, device.boundary.centre
+        makers: dict[tuple[str, int], Callable[[], Boundary]] = {
+            ("convex hull", 0): partial(modified_convex_hull, points, 1.0, centre)
+        }
+        for splits in range(USV_SPLITS):
+            makers["USV", splits] = partial(usv, points, "icosahedron", splits, 0.05, centre)
+        for polar in SEGMENTS:
+            shape = (polar, 2 * polar)
+            makers["segment maxima", polar] = partial(segment_maxima, points, shape, centre)
+        for key, make in makers.items():
+            with suppress(BoundaryError, InvalidPointsError):
+                mesh = make().mesh
+                found.setdefault(key, []).append((mesh.triangles, device.mismatch(mesh) or 1.0))
+    return [
+        {"method": method, "triangles": counts, "mismatch": error}
+        for (method, _), each in found.items()
+        if len(each) == len(devices())
+        for counts, error in [np.mean(each, axis=0).tolist()]
+    ]
 
 
-def sphere(vertices: int, *, random: bool = False) -> TriangleMesh:
-    """Return a triangulated sphere of radius 50, with even spacing on a spiral or at random."""
-    if random:
-        points = np.random.default_rng(1).standard_normal((vertices, 3))
-    else:
-        number = np.arange(vertices) + 0.5
-        height = 1 - 2 * number / vertices
-        turn = np.pi * (1 + 5**0.5) * number
-        flat = np.sqrt(1 - height**2)
-        points = np.stack([height, flat * np.cos(turn), flat * np.sin(turn)], axis=1)
-    points *= 50 / np.linalg.norm(points, axis=1)[:, np.newaxis]
+def sphere(vertices: int) -> TriangleMesh:
+    """Return a triangulated sphere of radius 50, with vertices evenly spaced on a spiral."""
+    number = np.arange(vertices) + 0.5
+    height = 1 - 2 * number / vertices
+    turn = np.pi * (1 + 5**0.5) * number
+    flat = np.sqrt(1 - height**2)
+    points = 50 * np.stack([height, flat * np.cos(turn), flat * np.sin(turn)], axis=1)
     return modified_convex_hull(points + MIDDLE, 1.0, MIDDLE).mesh
 
 
 def spheres() -> Rows:
-    """Measure mismatch × triangles on spheres, where the optimum is known, as the larger of two."""
-    meshes = [sphere(10_000), sphere(10_000, random=True)]
-    rows: Rows = [{"cost": f"`{cost}`"} for cost in COSTS] + [{"cost": "least possible"}]
-    for cost, row in zip(COSTS, rows, strict=False):
-        histories = [build_mesh_history(mesh, MIDDLE, cost) for mesh in meshes]
-        for count in (1000, 500, 100):
-            errors = map(mismatch, meshes, [history.level(count) for history in histories])
-            row[f"{count:,} triangles"] = count * max(errors)
-            rows[-1][f"{count:,} triangles"] = pictures.SPHERE_LIMIT
-    return rows
+    """Measure mismatch × triangles on a sphere, where the optimum is known."""
+    mesh, counts = sphere(10_000), (1000, 500, 100)
+    histories = {f"`{cost}`": build_mesh_history(mesh, MIDDLE, cost) for cost in COSTS}
+    products = {
+        name: [count * mismatch(mesh, history.level(count)) for count in counts]
+        for name, history in histories.items()
+    }
+    products["least possible"] = [pictures.SPHERE_LIMIT] * len(counts)
+    head = ["cost", *(f"{count:,} triangles" for count in counts)]
+    return [dict(zip(head, [name, *row], strict=True)) for name, row in products.items()]
 
 
-def times(samples: int, cost: str) -> dict[str, Any]:
-    """Time and memory of the history of an sRGB boundary, in a fresh process."""
-    row: dict[str, Any] = json.loads(run_module("figures", "--time", str(samples), cost))
-    return row
+def times() -> Rows:
+    """Time and memory of histories of an sRGB boundary, each in a fresh process."""
+    return [
+        json.loads(run_module("figures", "--time", str(samples), cost))
+        for samples in SIZES
+        for cost in COSTS
+    ]
 
 
 def time_and_memory(samples: int, cost: str) -> dict[str, Any]:
@@ -220,35 +210,24 @@ def time_and_memory(samples: int, cost: str) -> dict[str, Any]:
 
 
 def limits(cost: str) -> Rows:
-    """Search levels of two devices by their error.
-
-    The excess is the triangle count found ÷ the smallest count that keeps the limit, over the
-    limits that a level of `COARSE` triangles keeps.
-    """
-    excess: dict[str, list[float]] = {name: [] for name in LIMITS}
+    """Time of searches for levels of two devices by their error."""
     seconds: dict[str, list[float]] = {name: [] for name in LIMITS}
     for device in (devices()[0], devices()[-1]):
         history = device.histories[cost]
         curve = error_curve(history, curve_counts(history.triangles))
         search = LevelSearch([error.to_mapping() for error in curve])
-        coarse = error_bounds(history, range(4, COARSE + 1, 2))
         for name, limit in [(name, limit) for name, asked in LIMITS.items() for limit in asked]:
             start = time.process_time()
-            count = search.find(history, limit).triangles
+            search.find(history, limit)
             seconds[name].append(1e3 * (time.process_time() - start))
-            keeping = [each.triangles for each in coarse if each.bounds.within(limit)]
-            if keeping:
-                excess[name].append(count / min(keeping))
     return [
         {
             "cost": f"`{cost}`",
             "limit": f"`{name}`",
-            "mean excess": mean(excess[name]),
-            "largest excess": max(excess[name]),
-            "median time, ms": median(seconds[name]),
-            "longest time, ms": max(seconds[name]),
+            "median time, ms": median(found),
+            "longest time, ms": max(found),
         }
-        for name in LIMITS
+        for name, found in seconds.items()
     ]
 
 

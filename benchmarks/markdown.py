@@ -31,8 +31,6 @@ def rows_table(rows: Rows) -> str:
         if isinstance(value, int | float):
             whole = isinstance(value, int) or abs(value) >= 1000
             return f"{value:,.0f}" if whole else f"{value:.3g}"
-        if isinstance(value, dict):
-            return ", ".join(f"{name}: {count:,}" for name, count in value.items())
         return "–" if value is None else str(value)
 
     head = list(dict.fromkeys(name for row in rows for name in row))

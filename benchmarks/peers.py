@@ -8,9 +8,9 @@ PyMeshLab is GPL and MeshLib non-commercial, so neither `gamutcore` nor `service
 
 from __future__ import annotations
 
-import importlib.util
 import time
 from collections.abc import Callable, Iterable
+from importlib.metadata import distributions
 from typing import Any
 
 import numpy as np
@@ -24,11 +24,8 @@ COUNTS = (10_000, 1000, 500, 100, 50, 20, 10)
 
 IndexArray = np.ndarray[Any, np.dtype[np.int64]]
 
-Peer = Callable[
-    [FloatArray, IndexArray, int],
-    tuple[Callable[[], Any], Callable[[Any], tuple[FloatArray, IndexArray]]],
-]
-"""From a boundary and a count to two functions: decimate, and read the result."""
+Peer = Callable[[FloatArray, IndexArray, int], Any]
+"""From a boundary and a count to two functions: decimate, and read positions and triangles."""
 
 
 def peer_rows(device: Device, names: Iterable[str]) -> Rows:
@@ -60,7 +57,7 @@ def peer_rows(device: Device, names: Iterable[str]) -> Rows:
 
 def installed() -> list[str]:
     """Return the names of the libraries that are installed."""
-    return [name for name, (package, _) in PEERS.items() if importlib.util.find_spec(package)]
+    return [name for name, (package, _) in PEERS.items() if any(distributions(name=package))]
 
 
 def _vtk(vertices: FloatArray, faces: IndexArray, count: int) -> Any:  # noqa: ANN401  # untyped
@@ -165,10 +162,10 @@ def _manifold(vertices: FloatArray, faces: IndexArray, count: int) -> Any:  # no
 
 
 PEERS: dict[str, tuple[str, Peer]] = {
-    "VTK": ("vtkmodules", _vtk),
+    "VTK": ("vtk", _vtk),
     "PyMeshLab": ("pymeshlab", _pymeshlab),
     "MeshLib": ("meshlib", _meshlib),
-    "fast-simplification": ("fast_simplification", _fast_simplification),
+    "fast-simplification": ("fast-simplification", _fast_simplification),
     "meshoptimizer": ("meshoptimizer", _meshoptimizer),
     "Manifold": ("manifold3d", _manifold),
 }

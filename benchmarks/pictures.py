@@ -6,7 +6,6 @@ Needs the optional group ``plot`` (matplotlib).
 
 from __future__ import annotations
 
-from statistics import mean
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -65,15 +64,15 @@ def plot_mismatch(results: Results) -> Any:  # noqa: ANN401  # a matplotlib figu
 
     figure = Figure(figsize=(9.6, 5.4), facecolor="white", layout="constrained")
     axes = figure.add_subplot()
-    means = method_means(results)
     for name, (colour, marker) in STYLES.items():
         style: dict[str, Any] = {"color": colour, "marker": marker}
         if name in COSTS:
-            errors = mean_errors(results, name, CURVE_COUNTS)
-            axes.plot(CURVE_COUNTS, np.array(errors, float), **style, label=f"decimation, {name}")
+            means = np.array(mean_errors(results, name, CURVE_COUNTS), float)
+            axes.plot(CURVE_COUNTS, means, **style, label=f"decimation, {name}")
         else:
-            points = zip(*means[name], strict=True)
-            axes.plot(*points, **style, linestyle="--", linewidth=1.1, label=name)
+            rows = [row for row in results["others"] if row["method"] == name]
+            counts, errors = [r["triangles"] for r in rows], [100 * r["mismatch"] for r in rows]
+            axes.plot(counts, errors, **style, linestyle="--", linewidth=1.1, label=name)
     least = [100 * SPHERE_LIMIT / count for count in CURVE_COUNTS]
     axes.plot(CURVE_COUNTS, least, color="#999999", lw=1, ls=":", label="optimum for a sphere")
     axes.set(xscale="log", yscale="log", xlabel="triangles", ylabel="mean mismatch, %")
@@ -85,22 +84,6 @@ def plot_mismatch(results: Results) -> Any:  # noqa: ANN401  # a matplotlib figu
     axes.set_axisbelow(True)
     figure.legend(loc="outside right upper")
     return figure
-
-
-def method_means(results: Results) -> dict[str, list[tuple[float, float]]]:
-    """Return mean triangle counts and mismatches in per cent of the other boundary methods.
-
-    Sizes that fail on a device are left out.
-    """
-    groups: dict[tuple[str, int], list[Results]] = {}
-    for row in results["others"]:
-        groups.setdefault((row["method"], row["size"]), []).append(row)
-    means: dict[str, list[tuple[float, float]]] = {}
-    for (method, _), rows in groups.items():
-        if len(rows) == len(results["devices"]):
-            error = 100 * mean(row["mismatch"] for row in rows)
-            means.setdefault(method, []).append((mean(row["triangles"] for row in rows), error))
-    return means
 
 
 def plot_levels() -> Any:  # noqa: ANN401  # a matplotlib figure

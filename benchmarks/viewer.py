@@ -1,8 +1,6 @@
-"""Measure the viewer in Chromium (``make bench-viewer``), and take its pictures for the documents.
+"""The viewer in Chromium, without a graphics processor: ``make bench-viewer``.
 
-Starts the service, builds examples, and drives the viewer without a graphics processor: with
-``web/viewer/tests/measure.mjs``, or with ``web/viewer/pictures.mjs`` for the pictures
-(``make viewer-pictures``). They go to ``docs/pictures/viewer``; ``slider.webp`` moves.
+Starts the service and drives the viewer with ``web/viewer/tests/measure.mjs``.
 """
 
 from __future__ import annotations
@@ -11,10 +9,6 @@ import json
 import os
 import shutil
 import subprocess
-import tempfile
-from pathlib import Path
-
-from PIL import Image
 
 from benchmarks.common import ROOT, Rows
 from benchmarks.http import server
@@ -35,10 +29,6 @@ GOALS = {
     "cleared_pictures_per_second": ("pictures per second of an empty view", "–"),
 }
 """What the script measures: title and goal."""
-
-TARGET = ROOT / "docs" / "pictures" / "viewer"
-WIDTH = 720
-FRAME_MILLISECONDS, HELD_MILLISECONDS = 110, 1500
 
 
 def viewer(_quick: bool) -> Rows:
@@ -63,35 +53,3 @@ def drive(script: str, port: int, **variables: str) -> str:
         stdout=subprocess.PIPE,
         text=True,
     ).stdout
-
-
-def take_pictures() -> None:
-    """Take all pictures."""
-    TARGET.mkdir(exist_ok=True)
-    with tempfile.TemporaryDirectory() as folder, server(pin=False) as running:
-        press, other = (
-            running.build((ROOT / "examples" / name).read_bytes())["id"]
-            for name in ("FOGRA39L.ti3", "FOGRA29L.ti3")
-        )
-        drive("pictures.mjs", running.port, FOLDER=folder, PRESS=press, OTHER=other)
-        frames = sorted(Path(folder).glob("slider-*.png"))
-        for path in sorted(set(Path(folder).glob("*.png")) - set(frames)):
-            picture = TARGET / f"{path.stem}.webp"
-            Image.open(path).convert("RGB").save(picture, quality=82, method=6)
-        save_moving(frames, TARGET / "slider.webp")
-
-
-def save_moving(paths: list[Path], target: Path) -> None:
-    """Save frames as a moving picture that starts again at its end."""
-    frames = [Image.open(path).convert("RGB") for path in paths]
-    height = round(frames[0].height * WIDTH / frames[0].width)
-    small = [frame.resize((WIDTH, height), Image.Resampling.LANCZOS) for frame in frames]
-    times = [FRAME_MILLISECONDS] * len(small)
-    times[0] = times[-1] = HELD_MILLISECONDS
-    small[0].save(
-        target, save_all=True, append_images=small[1:], duration=times, loop=0, quality=70, method=6
-    )
-
-
-if __name__ == "__main__":
-    take_pictures()
