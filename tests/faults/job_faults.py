@@ -3,7 +3,7 @@
 The functions raise AssertionError at the first broken promise. The servers are those of
 ``tests/service/conftest.py``. The test suite calls the functions with small numbers. As a program::
 
-    python tests/faults/job_faults.py --worker-kills 100 --service-kills 5 --clients 200
+    python tests/faults/job_faults.py --worker-kills 100 --service-kills 5 --damaged 25
 """
 
 import argparse
