@@ -115,7 +115,7 @@ fuzz: install ## feed mutated files to the parsers for FUZZ_SECONDS (600)
 	$(python) tests/fuzz/fuzz.py --seconds $(or $(FUZZ_SECONDS),600)
 
 .PHONY: bench
-bench: install ## measure builds, levels and the service; updates docs/benchmarks.md
+bench: install .venv/.installed-test ## measure builds, levels and the service; updates docs/benchmarks.md
 	$(python) -m benchmarks.bench
 
 .PHONY: bench-builds
@@ -123,32 +123,32 @@ bench-builds: install ## compare the time of builds with an earlier revision (BE
 	$(python) -m benchmarks.revisions --builds $(if $(BEFORE),--before $(BEFORE))
 
 .PHONY: bench-boundaries
-bench-boundaries: install ## compare the volumes of boundaries with independent ones; writes docs/benchmarks.md
-	$(python) -m benchmarks.boundaries
+bench-boundaries: install .venv/.installed-test ## compare the volumes of boundaries with independent ones; writes docs/benchmarks.md
+	$(python) -m benchmarks.bench --only boundaries
 
 .PHONY: bench-startup
-bench-startup: .venv/.installed ## measure a fresh clone up to its first gamut; writes docs/benchmarks.md
-	$(python) -m benchmarks.startup
+bench-startup: .venv/.installed-test ## measure a fresh clone up to its first gamut; writes docs/benchmarks.md
+	$(python) -m benchmarks.bench --only startup
 
 .PHONY: bench-before
 bench-before: install ## compare the speed with an earlier revision (BEFORE=...); writes docs/benchmarks.md
 	$(python) -m benchmarks.revisions $(if $(BEFORE),--before $(BEFORE))
 
 .PHONY: bench-queries
-bench-queries: install .venv/.installed-figures ## measure queries beside trimesh and Manifold; writes docs/benchmarks.md
-	$(python) -m benchmarks.queries
+bench-queries: install .venv/.installed-test .venv/.installed-figures ## measure queries beside trimesh and Manifold; writes docs/benchmarks.md
+	$(python) -m benchmarks.bench --only queries level-queries
 
 .PHONY: bench-viewer
-bench-viewer: install web/node_modules/.package-lock.json ## measure the viewer in Chromium; writes docs/benchmarks.md
-	$(python) -m benchmarks.viewer
+bench-viewer: install .venv/.installed-test web/node_modules/.package-lock.json ## measure the viewer in Chromium; writes docs/benchmarks.md
+	$(python) -m benchmarks.bench --only viewer
 
 .PHONY: soak
 soak: install .venv/.installed-test ## load the service for minutes; updates docs/reliability.md
-	$(python) -m benchmarks.soak
+	$(python) -m benchmarks.reliability --only soak
 
 .PHONY: faults
 faults: install .venv/.installed-test $(node_packages) ## inject faults for an hour; updates docs/reliability.md
-	$(python) -m benchmarks.faults
+	$(python) -m benchmarks.reliability --only faults hostile
 
 .PHONY: figures
 figures: install .venv/.installed-figures ## measure accuracy beside other libraries; updates docs/decimation.md
@@ -212,8 +212,8 @@ concepts: install .venv/.installed-docs ## redraw the pictures of docs/concepts.
 	$(python) docs/pictures/concepts.py
 
 .PHONY: viewer-pictures
-viewer-pictures: install web/node_modules/.package-lock.json ## take the pictures of the viewer for README and docs/tour.md
-	$(python) -m benchmarks.viewer --pictures
+viewer-pictures: install .venv/.installed-test web/node_modules/.package-lock.json ## take the pictures of the viewer for README and docs/tour.md
+	PYTHONPATH=$(CURDIR) $(python) docs/pictures/viewer.py
 
 .PHONY: image-lint
 image-lint: .venv/.installed-lint ## hadolint on the Dockerfile

@@ -1,8 +1,8 @@
-"""Measure speed, memory and accuracy of builds, levels and the service: ``make bench``.
+"""Measure the tables of ``docs/benchmarks.md``: ``make bench``.
 
-Writes the tables of ``docs/benchmarks.md`` to ``benchmarks/results.json`` and into the document.
-``--only NAME ...`` repeats some measurements and keeps the figures of the others. ``--quick`` takes
-fewer runs and writes nothing.
+Writes the tables to ``benchmarks/results.json`` and into the document. ``--only NAME ...`` selects
+tables and keeps the others. Without it, builds, levels and the service are measured. ``--quick``
+takes fewer runs and writes nothing.
 """
 
 from __future__ import annotations
@@ -11,27 +11,25 @@ import argparse
 import functools
 import io
 import json
-import struct
-import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from statistics import median
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any
 
 import numpy as np
+import OpenImageIO
 from PIL import Image
 
-from benchmarks import http, markdown
+from benchmarks import markdown
+from benchmarks.boundaries import boundaries
 from benchmarks.common import (
     DOCUMENT,
     FOGRA39L,
     P3,
-    RESULTS,
     SHARED,
     SRGB,
-    FloatArray,
     Rows,
     build_mesh_history,
     machine,
@@ -41,18 +39,15 @@ from benchmarks.common import (
     times_of,
     use_one_core,
 )
+from benchmarks.http import load, message, server
+from benchmarks.queries import colour_queries, level_queries
+from benchmarks.startup import startup
+from benchmarks.viewer import viewer
 from gamutcore import Gamut
 from gamutcore.boundary import modified_convex_hull
-from gamutcore.characterisation import IccProfile, Samples, characterisation
-from gamutcore.colours.device.scattered_model import scattered_model
-from gamutcore.colours.measured_colours import measured_colours
-from gamutcore.colours.profile_colours import profile_colours
 from gamutcore.warm import compile_kernels
 
-if TYPE_CHECKING:
-    from gamutcore.mesh import DeviceValues
-
-__all__ = ["DOCUMENT", "RESULTS", "machine", "main"]
+__all__ = ["DOCUMENT", "main"]
 
 FILES = {
     "press, 1,617 patches": FOGRA39L,
@@ -63,63 +58,49 @@ FILES = {
 """Files whose licence does not allow shipping are measured only beside the shared data."""
 
 HEIGHT, WIDTH = 4000, 6000
-SERVICE = {"max_body_bytes": str(320 * 2**20)}
-"""24 megapixels of floats exceed the default limit."""
+MILLION = 1_000_000
 
 
-def main() -> int:
+def main() -> None:
     """Measure, print and write."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.bench", description=__doc__)
     parser.add_argument("--quick", action="store_true", help="take fewer runs and write nothing")
-    parser.add_argument("--build", metavar="FILE", help=argparse.SUPPRESS)
-    parser.add_argument("--only", nargs="+", metavar="NAME")
+    parser.add_argument("--build", type=Path, help=argparse.SUPPRESS)
+    parser.add_argument("--only", nargs="+", choices=[*MEASUREMENTS], default=DEFAULT)
     arguments = parser.parse_args()
-    if arguments.build:
-        print(json.dumps(build(Path(arguments.build).read_bytes())))
-        return 0
-    quick = arguments.quick
-    measurements: dict[str, Callable[[], Rows]] = {
-        "machine": lambda: [machine("scipy", "trimesh", "uvicorn")],
-        "inputs": lambda: inputs(1 if quick else 5),
-        "meshes": lambda: http.mesh_rates(*((2000, 1) if quick else (20_000, 5))),
-        "queries-http": lambda: http.query_figures(1 if quick else 7),
-        "device-values": device_values,
-        "levels": lambda: levels([10_000] if quick else [10_000, 100_000, 1_000_000]),
-    }
-    if unknown := set(arguments.only or []) - set(measurements):
-        parser.error(f"Unknown: {', '.join(unknown)}. Known: {', '.join(measurements)}.")
     compile_kernels()
-    for name in [each for each in measurements if each in (arguments.only or measurements)]:
-        rows = measurements[name]()
-        if quick:
+    if arguments.build:
+        print(json.dumps(build(arguments.build.read_bytes())))
+        return
+    for name in [each for each in MEASUREMENTS if each in arguments.only]:
+        rows = MEASUREMENTS[name](arguments.quick)
+        if arguments.quick:
             print(markdown.rows_table(rows), flush=True)
         else:
             markdown.record({name: rows})
-    return 0
 
 
-def inputs(runs: int) -> Rows:
+def inputs(quick: bool) -> Rows:
     """Time from a POST to the answer 201, memory, and sizes, for every kind of input."""
     rows = []
-    with tempfile.TemporaryDirectory() as folder, http.server(SERVICE) as service:
+    settings = {"max_body_bytes": str(320 * 2**20)}  # 24 megapixels of floats exceed the default
+    with tempfile.TemporaryDirectory() as folder, server(settings) as service:
         path = Path(folder) / "input"
         for name, data in contents():
             path.write_bytes(data)
             sizes = json.loads(run_module("bench", "--build", str(path)))
-            # A slightly different γ makes each request a new build.
-            answers = [
-                http.posted(service.port, {"gamma": 0.2 + 1e-6 * run}, data) for run in range(runs)
-            ]
-            if any(status != 201 for status, *_ in answers):
-                raise RuntimeError(f"{name}: {answers[0]}")
-            taken = median(seconds for _, seconds, _ in answers)
-            rows.append({"input": name, "POST to 201, s": taken, **sizes})
+            seconds = []
+            for run in range(1 if quick else 5):
+                # A slightly different γ makes each request a new build.
+                answer = service.post({"gamma": 0.2 + 1e-6 * run}, data)
+                answer.raise_for_status()
+                seconds.append(answer.elapsed.total_seconds())
+            rows.append({"input": name, "POST to 201, s": median(seconds), **sizes})
     return rows
 
 
 def build(data: bytes) -> dict[str, Any]:
     """Build the gamut of a file in this process, and open it again."""
-    compile_kernels()
     history = Gamut(data)
     peak = resident_bytes("VmHWM")
     content = history.to_bytes()
@@ -158,28 +139,82 @@ def contents() -> Iterator[tuple[str, bytes]]:
             file, kind, icc_profile=P3.read_bytes(), **how
         )
         yield f"{kind}, 24 megapixels", file.getvalue()
-    yield "TIFF, 16 bits", plain_tiff(np.round(picture * 65535).astype("<u2"))
-    yield "TIFF, floats", plain_tiff(picture.astype("<f4"))
+    yield "TIFF, 16 bits", plain_tiff(np.round(picture * 65535).astype(np.uint16))
+    yield "TIFF, floats", plain_tiff(picture)
 
 
 def plain_tiff(samples: np.ndarray) -> bytes:
-    """Return an uncompressed TIFF file with one strip."""
-    data, bits = samples.tobytes(), 8 * samples.dtype.itemsize
-    tags = [
-        (256, 4, WIDTH), (257, 4, HEIGHT), (258, 3, bits), (259, 3, 1), (262, 3, 2), (273, 4, 8),
-        (277, 3, 3), (278, 4, HEIGHT), (279, 4, len(data)),
-        (339, 3, 3 if samples.dtype.kind == "f" else 1),
-    ]  # fmt: skip
-    table = b"".join(struct.pack("<HHII", tag, kind, 1, value) for tag, kind, value in tags)
-    head = struct.pack("<2sHI", b"II", 42, 8 + len(data))
-    return head + data + struct.pack("<H", len(tags)) + table + bytes(4)
+    """Return an uncompressed TIFF file."""
+    with tempfile.NamedTemporaryFile(suffix=".tif") as file:
+        image = OpenImageIO.ImageBuf(samples)
+        image.specmod()["compression"] = "none"
+        image.write(file.name)
+        return Path(file.name).read_bytes()
 
 
-def levels(sizes: list[int]) -> Rows:
+def meshes(quick: bool) -> Rows:
+    """Rates of meshes of about 1,000 triangles: encoded anew, repeated, and not modified."""
+    rows = []
+    uncached, counts = {"mesh_cache_bytes": "0"}, range(502, 1502, 2)
+    glb, ply = [f"triangles={n}" for n in counts], [f"triangles={n}&format=ply" for n in counts]
+    for name, settings, queries, fields in (
+        ("uncached, 500 counts in turn", uncached, glb, []),
+        ("uncached PLY, 500 counts in turn", uncached, ply, []),
+        ("repeated, 1000 triangles", {}, ["triangles=1000"], []),
+        ("repeated, 1000 triangles, not modified", {}, ["triangles=1000"], ["If-None-Match: *"]),
+    ):
+        with server(settings) as found:
+            mesh = f"/v1/gamuts/{found.build()['id']}/mesh"
+            messages = [message(f"{mesh}?{query}", fields) for query in queries]
+            requests, runs = (2000, 1) if quick else (20_000, 5)
+            figures = [load(found.port, messages, requests) for _ in range(runs)]
+        figures.sort(key=lambda row: row["requests/s"])
+        rows.append({"request": name, **figures[runs // 2]})
+    return rows
+
+
+def http_queries(quick: bool) -> Rows:
+    """Time and memory of queries about FOGRA39L and its default level, with the goals."""
+    rows: Rows = []
+    runs = 1 if quick else 7
+    colours = np.random.default_rng(0).uniform((0, -110, -110), (100, 110, 110), (MILLION, 3))
+    file = io.BytesIO()
+    np.save(file, colours)
+    million = file.getvalue()
+    thousand = json.dumps({"colours": colours[:1000].round(3).tolist()}).encode()
+    with server(pin=False) as found:
+        gamut, pid = f"/v1/gamuts/{found.build()['id']}", found.process.pid
+
+        def post(name: str, body: bytes, kind: str) -> None:
+            fields = {"Content-Type": f"application/{kind}"}
+            answer = found.client.post(f"{gamut}/{name}", content=body, headers=fields)
+            answer.raise_for_status()
+
+        def add(figure: str, measured: float, goal: str) -> None:
+            rows.append({"figure": figure, "measured": measured, "goal": goal})
+
+        for name, goal in (("contains", "≤ 0.25"), ("nearest", "≤ 2")):
+            taken = 1e3 * median(
+                times_of(functools.partial(post, name, thousand, "json"), 7 * runs)
+            )
+            add(f"1,000 colours as JSON, `{name}`, ms", taken, "≤ 5")
+            before = resident_bytes(pid=pid)
+            Path(f"/proc/{pid}/clear_refs").write_text("5")  # the peak begins anew
+            taken = median(times_of(functools.partial(post, name, million, "x-npy"), runs))
+            growth = resident_bytes("VmHWM", pid) - before - len(million)
+            add(f"memory of `{name}` beyond the body, bytes per row", growth / MILLION, "≤ 64")
+            add(f"1,000,000 colours as .npy, `{name}`, s", taken, goal)
+        single = message(f"{gamut}/contains", body=json.dumps({"colours": [[50, 20, 30]]}))
+        rate = load(found.port, [single], 2000 * runs)["requests/s"]
+        add("single colours as JSON, `contains`, requests/s", rate, "≥ 3,000")
+    return rows
+
+
+def levels(quick: bool) -> Rows:
     """Time to read levels of open histories of different sizes."""
     use_one_core()  # comes last: servers that start later would inherit it
     rows = []
-    for samples in sizes:
+    for samples in [10_000] if quick else [10_000, 100_000, 1_000_000]:
         boundary = modified_convex_hull(surface_points(SRGB, samples))
         history = build_mesh_history(boundary.mesh, boundary.centre, "quadric")
         row = {
@@ -193,40 +228,19 @@ def levels(sizes: list[int]) -> Rows:
     return rows
 
 
-def device_values() -> Rows:
-    """Difference ΔE*ab of vertices from the colours of their device values, mean / largest."""
-    rows = []
-    for name, path, cost in (
-        ("FOGRA39L", FOGRA39L, "volume"),
-        ("FOGRA39L", FOGRA39L, "finest"),
-        ("sRGB", SRGB, "volume"),
-        ("Display P3", P3, "volume"),
-    ):
-        gamut, model = Gamut(path.read_bytes(), cost=cost), device_model(path)
-        row: dict[str, Any] = {"device": name, "cost": cost}
-        for count in (100, 300, 1000, 10_000, 40_000):
-            level = gamut.level(count)
-            predicted = model(cast("DeviceValues", level.device).values.astype(np.float64))
-            found = np.linalg.norm(predicted - level.vertices, axis=1)
-            row[f"ΔE at {count:,}"] = f"{found.mean():.3f} / {found.max():.2f}"
-        rows.append(row)
-    return rows
-
-
-def device_model(path: Path) -> Callable[[FloatArray], FloatArray]:
-    """Return the function from device values to media-relative CIELAB."""
-    device = characterisation(path.read_bytes())
-    if isinstance(device, IccProfile):
-        return lambda values: profile_colours(device, values, "relative").lab
-    if not isinstance(device, Samples):
-        raise TypeError(f"{path.name} contains neither a profile nor measurements.")
-    lab = measured_colours(device, "relative").lab
-    given = cast("FloatArray", device.device)
-    values, which, counts = np.unique(given, axis=0, return_inverse=True, return_counts=True)
-    sums = np.zeros((len(values), 3))
-    np.add.at(sums, which.reshape(-1), lab)
-    return scattered_model(values, sums / counts[:, np.newaxis]).colours
-
+MEASUREMENTS: dict[str, Callable[[bool], Rows]] = {
+    "machine": lambda _: [machine("scipy", "trimesh", "uvicorn")],
+    "inputs": inputs,
+    "meshes": meshes,
+    "queries-http": http_queries,
+    "startup": startup,
+    "viewer": viewer,
+    "boundaries": boundaries,
+    "queries": colour_queries,
+    "level-queries": level_queries,
+    "levels": levels,
+}
+DEFAULT = ("machine", "inputs", "meshes", "queries-http", "levels")
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

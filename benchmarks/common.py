@@ -22,26 +22,6 @@ from gamutcore.history import History, build_history
 from gamutcore.mesh import TriangleMesh
 from gamutcore.references import Reference
 
-__all__ = [
-    "DOCUMENT",
-    "FOGRA39L",
-    "P3",
-    "RESULTS",
-    "ROOT",
-    "SHARED",
-    "SRGB",
-    "FloatArray",
-    "Rows",
-    "build_mesh_history",
-    "machine",
-    "resident_bytes",
-    "run_module",
-    "sphere_samples",
-    "surface_points",
-    "times_of",
-    "use_one_core",
-]
-
 ROOT = Path(__file__).parent.parent
 DOCUMENT = ROOT / "docs" / "benchmarks.md"
 RESULTS = Path(__file__).with_name("results.json")
@@ -59,15 +39,12 @@ Rows = list[dict[str, Any]]
 
 def machine(*packages: str) -> dict[str, Any]:
     """Return the date, the processor and the versions of the software of this run."""
-    model = platform.processor() or platform.machine()
     cpus = Path("/proc/cpuinfo")
-    if cpus.exists() and (
-        found := re.search(r"^model name\s*:\s*(.+)", cpus.read_text(), re.MULTILINE)
-    ):
-        model = found[1]
+    text = cpus.read_text() if cpus.exists() else ""
+    found = re.search(r"^model name\s*:\s*(.+)", text, re.MULTILINE)
     return {
         "date": time.strftime("%Y-%m-%d"),
-        "cpu": model,
+        "cpu": found[1] if found else platform.machine(),
         "cores": os.cpu_count(),
         "system": f"{platform.system()} {platform.machine()}",
         "python": platform.python_version(),
@@ -92,13 +69,6 @@ def surface_points(path: Path, samples: int = 100_000) -> FloatArray:
 def build_mesh_history(mesh: TriangleMesh, centre: FloatArray, cost: str = "volume") -> History:
     """Decimate a full boundary, which is star-shaped about the centre, and return the history."""
     return build_history(decimate(mesh, centre, cost))
-
-
-def sphere_samples(seed: int, count: int = 300) -> dict[str, Any]:
-    """Return characterisation data as JSON: colours on a sphere, which differ by seed."""
-    directions = np.random.default_rng(seed).normal(size=(count, 3))
-    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-    return {"samples": np.round(directions * 40 + (50, 0, 0), 6).tolist()}
 
 
 def times_of(

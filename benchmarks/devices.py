@@ -1,21 +1,22 @@
 """Real devices whose gamuts are measured, and the exact measures that every method is put to.
 
 With the shared data beside the checkout (``../shared/data``) there are nine devices. Without it
-there are the three that the repository contains.
+there are the two that the repository contains.
 """
 
 from __future__ import annotations
 
 import importlib.util
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from benchmarks.common import (
     FOGRA39L,
-    P3,
     SHARED,
     SRGB,
     FloatArray,
@@ -29,8 +30,6 @@ from gamutcore.history import History
 from gamutcore.mesh import TriangleMesh
 from gamutcore.metric import mismatch
 from gamutcore.metric.radial_overlay import radial_difference
-
-__all__ = ["Device", "devices", "exact_mismatch", "faults", "sphere"]
 
 
 @dataclass(frozen=True)
@@ -57,9 +56,36 @@ class Device:
         mesh, centre = self.boundary.mesh, self.boundary.centre
         return {cost: build_mesh_history(mesh, centre, cost) for cost in COSTS}
 
+    def level_row(self, method: str, asked: int, mesh: TriangleMesh) -> dict[str, Any]:
+        """Return the mismatch of a level by a method, and whether it keeps all invariants."""
+        valid = mesh.validity(self.boundary.centre).is_gamut
+        return {
+            "device": self.name,
+            "method": method,
+            "asked": asked,
+            "triangles": mesh.triangles,
+            "reached": 4 <= mesh.triangles <= asked,
+            "mismatch": self.mismatch(mesh),
+            "valid": valid,
+            "crossings": 0 if valid else crossings(mesh),
+        }
+
+    def mismatch(self, mesh: TriangleMesh) -> float | None:
+        """Return the exact relative mismatch of a mesh; None if the mesh bounds no solid.
+
+        Surfaces that are star-shaped about the centre are overlaid, which takes milliseconds. All
+        others go through boolean operations.
+        """
+        reference = self.boundary.mesh
+        with suppress(MeshError):
+            return radial_difference(reference, mesh, self.boundary.centre).mismatch
+        with suppress(MeshError):
+            return mismatch(reference, mesh)
+        return None
+
 
 DEVICES = (
-    Device("FOGRA39L", "coated offset, measurements", SHARED / "press/FOGRA39L.ti3"),
+    Device("FOGRA39L", "coated offset, measurements", FOGRA39L),
     Device("ISO coated v2", "coated offset, profile", SHARED / "press/ISOcoated_v2_300_bas.icc"),
     Device("TR 002", "newsprint, measurements", SHARED / "press/TR002.ti3"),
     Device("phone", "RGBW phone, measurements", SHARED / "display/phone_RGBW_LCD_602.txt"),
@@ -70,76 +96,16 @@ DEVICES = (
     Device("sRGB", "colour space", SRGB),
 )
 
-FALLBACK = (
-    Device("FOGRA39L", "coated offset, measurements", FOGRA39L),
-    Device("Display P3", "colour space", P3),
-    DEVICES[-1],
-)
-
 
 def devices() -> tuple[Device, ...]:
-    """Return all devices, or those of the repository if a file of the others is missing."""
-    return DEVICES if all(device.path.exists() for device in DEVICES) else FALLBACK
+    """Return the devices whose files are here."""
+    return tuple(device for device in DEVICES if device.path.exists())
 
 
-def sphere(vertices: int, *, random: bool = False) -> TriangleMesh:
-    """Return a triangulated sphere of radius 50 about (50, 0, 0).
-
-    The vertices lie on a spiral with even spacing, or at reproducible random positions.
-    """
-    if random:
-        points = np.random.default_rng(1).standard_normal((vertices, 3))
-    else:
-        number = np.arange(vertices) + 0.5
-        height = 1 - 2 * number / vertices
-        turn = np.pi * (1 + 5**0.5) * number
-        flat = np.sqrt(1 - height**2)
-        points = np.stack([height, flat * np.cos(turn), flat * np.sin(turn)], axis=1)
-    middle = np.array([50.0, 0.0, 0.0])
-    points *= 50 / np.linalg.norm(points, axis=1)[:, np.newaxis]
-    return modified_convex_hull(points + middle, 1.0, middle).mesh
-
-
-def exact_mismatch(reference: TriangleMesh, mesh: TriangleMesh, centre: FloatArray) -> float | None:
-    """Return the exact relative mismatch of a mesh; None if the mesh bounds no solid.
-
-    Surfaces that are star-shaped about the centre are overlaid, which takes milliseconds. All
-    others go through boolean operations.
-    """
-    try:
-        return radial_difference(reference, mesh, centre).mismatch
-    except MeshError:
-        pass
-    try:
-        return mismatch(reference, mesh)
-    except MeshError:
-        return None
-
-
-def faults(mesh: TriangleMesh, centre: FloatArray) -> list[str]:
-    """Return the faults of a mesh in words; an empty list for a valid level."""
-    found = mesh.validity(centre)
-    genus = (2 - found.euler_characteristic) // 2
-    said = {
-        "not closed": not found.closed,
-        "not manifold": found.closed and not found.manifold,
-        "several pieces": found.manifold and not found.connected,
-        f"genus {genus}": found.manifold and found.connected and genus != 0,
-        f"{found.degenerate_faces} degenerate faces": found.degenerate_faces > 0,
-        f"{found.duplicate_faces} duplicate faces": found.duplicate_faces > 0,
-    }
-    wrong = [text for text, holds in said.items() if holds]
-    if not found.star_shaped:
-        turned = int((mesh.determinants(centre) <= 0).sum())
-        crossing = _crossings(mesh)
-        wrong += [f"{turned} faces turned away"] + [f"{crossing} crossings"] * bool(crossing)
-    return wrong
-
-
-def _crossings(mesh: TriangleMesh) -> int | None:
-    """Count the faces that intersect others, with MeshLib; None if MeshLib is not installed."""
+def crossings(mesh: TriangleMesh) -> int:
+    """Count the faces that intersect others, with MeshLib; 0 if MeshLib is not installed."""
     if importlib.util.find_spec("meshlib") is None:
-        return None
+        return 0
     from meshlib import mrmeshnumpy, mrmeshpy
 
     solid = mrmeshnumpy.meshFromFacesVerts(

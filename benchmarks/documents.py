@@ -16,8 +16,6 @@ from gamutcore.colours.spaces.parameters import SPACE_PARAMETERS
 from gamutcore.option_types import option_table
 from gamutcore.options import OPTIONS
 
-__all__ = ["DOCUMENTS", "main"]
-
 
 def _options(names: list[str]) -> dict[str, str]:
     return {"options": option_table([OPTIONS[name] for name in names]).strip()}

@@ -15,17 +15,6 @@ from typing import Any
 
 from benchmarks.common import DOCUMENT, RESULTS, Rows
 
-__all__ = [
-    "blocks",
-    "percent",
-    "record",
-    "replace_blocks",
-    "rows_table",
-    "store",
-    "table",
-    "update_document",
-]
-
 _BLOCK = re.compile(r"<!-- begin ([\w-]+) -->\n(.*?)\n?<!-- end \1 -->", re.DOTALL)
 
 
@@ -35,14 +24,6 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
-def percent(part: float | None) -> str:
-    """Format a fraction in per cent, without the sign and with three significant digits."""
-    if part is None:
-        return "–"
-    value = 100 * part
-    return f"{value:.1f}" if value >= 10 else f"{value:#.3g}"
-
-
 def rows_table(rows: Rows) -> str:
     """Return rows as a Markdown table, with numbers to three significant digits."""
 
@@ -50,8 +31,6 @@ def rows_table(rows: Rows) -> str:
         if isinstance(value, int | float):
             whole = isinstance(value, int) or abs(value) >= 1000
             return f"{value:,.0f}" if whole else f"{value:.3g}"
-        if isinstance(value, dict):
-            return ", ".join(f"{name}: {count:,}" for name, count in value.items())
         return "–" if value is None else str(value)
 
     head = list(dict.fromkeys(name for row in rows for name in row))
@@ -64,13 +43,7 @@ def blocks(text: str) -> dict[str, str]:
 
 
 def replace_blocks(text: str, contents: Mapping[str, str]) -> str:
-    """Return a document with the contents of some of its blocks replaced by name.
-
-    Raises
-    ------
-    ValueError
-        If the document does not contain a named block exactly once.
-    """
+    """Return a document with the contents of some of its blocks replaced by name."""
     names = [match[1] for match in _BLOCK.finditer(text)]
     for name in contents:
         if names.count(name) != 1:

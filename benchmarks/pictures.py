@@ -9,35 +9,25 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from PIL import Image, ImageDraw, ImageFont
 
 from benchmarks.common import ROOT
-from benchmarks.decimation_tables import COSTS, SPHERE_LIMIT, Results, mean_errors, method_means
-from benchmarks.devices import Device, devices, exact_mismatch
-from gamutcore.boundary import modified_convex_hull
-from gamutcore.boundary.segment_maxima import segment_maxima
-from gamutcore.boundary.usv import usv
-from gamutcore.colours.spaces import CIELAB
-from gamutcore.export.rendering import VIEWS
-from gamutcore.export.rendering.raster import rasterise
-from gamutcore.export.rendering.scene import camera, scene_triangles
-from gamutcore.mesh import TriangleMesh
+from benchmarks.decimation_tables import COSTS, Results, mean_errors
+from benchmarks.devices import devices
+from gamutcore.colours.spaces.srgb import srgb
 
 if TYPE_CHECKING:
     from matplotlib.typing import RcKeyType
-
-__all__ = ["CURVE_COUNTS", "PICTURES", "draw"]
 
 PICTURES = ROOT / "docs" / "pictures"
 
 CURVE_COUNTS = (10_000, 5000, 2000, 1000, 500, 200, 100, 50, 20, 10)
 """Triangle counts of the curves."""
 
+SPHERE_LIMIT = 12 * np.pi * (1 / (6 * 3**0.5) - 1 / (8 * np.pi))
+"""Least mismatch × triangles on a sphere for many triangles: constants of Ludwig and Böröczky."""
+
 LEVELS = (10_000, 1000, 500, 100, 50, 10)
 """Triangle counts of Figure 7 of the publication."""
-
-PANEL, TEXT = 380, 50
-"""Pixels of a panel, and of the two lines of text above it."""
 
 STYLES = {
     "quadric": ("#0072B2", "o"),
@@ -60,27 +50,12 @@ SETTINGS: dict[RcKeyType, str | float | bool] = {
 
 
 def draw(results: Results) -> None:
-    """Draw all pictures."""
+    """Draw both pictures."""
     import matplotlib as mpl
 
     with mpl.rc_context(SETTINGS):
         plot_mismatch(results).savefig(PICTURES / "mismatch.svg", metadata={"Date": None})
-    device = devices()[0]
-    points, centre, full = device.points, device.boundary.centre, device.boundary.mesh
-    history = device.histories["volume"]
-    save_panels(device, [("", history.level(count)) for count in LEVELS], 3, "levels-fogra39l")
-    by_usv = usv(points, "icosahedron", 1, 0.05, centre).mesh
-    meshes = [
-        ("reference", full),
-        ("convex hull", modified_convex_hull(points, 1.0, centre).mesh),
-        ("segment maxima", segment_maxima(points, (6, 13), centre).mesh),
-        ("USV, icosahedron", by_usv),
-    ]
-    meshes += [
-        (f"decimation, {cost}", device.histories[cost].level(by_usv.triangles))
-        for cost in COSTS[::-1]
-    ]
-    save_panels(device, meshes, 4, "methods-fogra39l")
+        plot_levels().savefig(PICTURES / "levels-fogra39l.png", dpi=85)
 
 
 def plot_mismatch(results: Results) -> Any:  # noqa: ANN401  # a matplotlib figure
@@ -89,14 +64,13 @@ def plot_mismatch(results: Results) -> Any:  # noqa: ANN401  # a matplotlib figu
 
     figure = Figure(figsize=(9.6, 5.4), facecolor="white", layout="constrained")
     axes = figure.add_subplot()
-    means = method_means(results).values()
     for name, (colour, marker) in STYLES.items():
         style: dict[str, Any] = {"color": colour, "marker": marker}
         if name in COSTS:
-            errors = [100 * (error or 0) for error in mean_errors(results, name, CURVE_COUNTS)]
-            axes.plot(CURVE_COUNTS, errors, **style, label=f"decimation, {name}")
+            means = np.array(mean_errors(results, name, CURVE_COUNTS), float)
+            axes.plot(CURVE_COUNTS, means, **style, label=f"decimation, {name}")
         else:
-            rows = [row for row in means if row["method"] == name]
+            rows = [row for row in results["others"] if row["method"] == name]
             counts, errors = [r["triangles"] for r in rows], [100 * r["mismatch"] for r in rows]
             axes.plot(counts, errors, **style, linestyle="--", linewidth=1.1, label=name)
     least = [100 * SPHERE_LIMIT / count for count in CURVE_COUNTS]
@@ -112,53 +86,26 @@ def plot_mismatch(results: Results) -> Any:  # noqa: ANN401  # a matplotlib figu
     return figure
 
 
-def save_panels(
-    device: Device, meshes: list[tuple[str, TriangleMesh]], columns: int, name: str
-) -> None:
-    """Draw meshes of one gamut side by side, with titles, into a PNG file with 256 colours."""
-    rows = -(-len(meshes) // columns)
-    sheet = Image.new("RGB", (columns * PANEL, rows * (PANEL + TEXT)), "white")
-    brush = ImageDraw.Draw(sheet)
-    for number, (title, mesh) in enumerate(meshes):
-        row, column = divmod(number, columns)
-        left, top = column * PANEL, row * (PANEL + TEXT)
-        sheet.paste(Image.fromarray(drawn(mesh)), (left, top + TEXT))
-        error = exact_mismatch(device.boundary.mesh, mesh, device.boundary.centre) or 0.0
-        lines = [f"{mesh.triangles:,} triangles", f"mismatch {100 * error:.2g} %"]
-        if title:
-            lines = [title, lines[0] if mesh is device.boundary.mesh else ", ".join(lines)]
-        for text, height, size in zip(lines, (8, 29), (16, 13), strict=True):
-            font = ImageFont.load_default(size)
-            brush.text((left + PANEL / 2, top + height), text, "#333333", font, "ma")
-    palette = sheet.quantize(256, method=Image.Quantize.MEDIANCUT)
-    small = sheet.quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG)
-    colours = np.array(small.getpalette()).reshape(-1, 3)
-    colours[np.asarray(small)[0, 0]] = 255  # pure white paper
-    small.putpalette(colours.ravel().tolist())
-    small.save(PICTURES / f"{name}.png", optimize=True)
+def plot_levels() -> Any:  # noqa: ANN401  # a matplotlib figure
+    """Levels of a press, each triangle in the colour of its middle."""
+    from matplotlib.figure import Figure
+    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-
-def drawn(mesh: TriangleMesh) -> np.ndarray:
-    """Return a picture of a mesh and its edges, (size, size, 3) uint8.
-
-    Edges are narrow strips just before the surface, narrower for low triangles.
-    """
-    surface = scene_triangles(mesh, CIELAB, camera(*VIEWS["standard"]), PANEL, axes=False)
-    start, end = surface.corners, surface.corners[:, [1, 2, 0]]
-    along = (end - start)[..., :2]
-    length = np.linalg.norm(along, axis=2, keepdims=True)
-    area = np.abs(np.cross(along[:, 0], along[:, 1]))[:, np.newaxis, np.newaxis]
-    width = np.minimum(0.4, 0.08 * area / np.maximum(length.max(axis=1, keepdims=True), 1e-9))
-    aside = np.dstack([along[..., ::-1] * (-1, 1) * width / np.maximum(length, 1e-9), -0 * length])
-    lift = (0, 0, 1)
-    strips = np.stack(
-        [[start - aside, end - aside, end + aside], [start - aside, end + aside, start + aside]]
-    )
-    strips = strips.transpose(0, 2, 3, 1, 4).reshape(-1, 3, 3) + lift
-    ink = np.full(strips.shape, 0.05, np.float32)
-    light = rasterise(
-        np.concatenate([surface.corners, strips]), np.concatenate([surface.colours, ink]), PANEL, 3
-    )
-    linear = light[..., :3] + (1 - light[..., 3:])  # on white
-    pixels: np.ndarray = np.rint(255 * np.clip(linear, 0, 1) ** (1 / 2.2)).astype(np.uint8)
-    return pixels
+    device = devices()[0]
+    figure = Figure(figsize=(11.4, 7), facecolor="white", layout="constrained")
+    for number, count in enumerate(LEVELS):
+        mesh = device.histories["volume"].level(count)
+        corners = mesh.vertices[mesh.faces]
+        colours = srgb(corners.mean(axis=1))
+        axes: Any = figure.add_subplot(2, 3, number + 1, projection="3d", elev=15, azim=-60)
+        triangles = corners[..., [1, 2, 0]]  # lightness upwards
+        axes.add_collection3d(
+            Poly3DCollection(triangles, facecolors=colours, edgecolors="#222222", linewidths=0.15)
+        )
+        low, high = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
+        axes.auto_scale_xyz(*np.stack([low, high], axis=1))
+        axes.set_box_aspect(high - low, zoom=1.35)
+        axes.set_axis_off()
+        error = 100 * (device.mismatch(mesh) or 0.0)
+        axes.set_title(f"{mesh.triangles:,} triangles\nmismatch {error:.2g} %")
+    return figure

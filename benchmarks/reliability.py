@@ -1,169 +1,368 @@
-"""Record the promises of reliability and the results of their last run.
+"""Measure what the service promises under load and faults: ``make soak``, ``make faults``.
 
-``make soak`` and ``make faults`` pass their results to `record`, which merges them into
-``benchmarks/reliability.json`` and updates the tables of ``docs/reliability.md``. A broken promise
-is recorded like a kept one.
+Loads a service on the loopback interface, and runs programs of ``tests``. Each result
+goes to ``benchmarks/reliability.json`` and ``docs/reliability.md`` at once, so an interrupted run
+keeps what it has measured. ``--scale 0.1`` runs a tenth of each, prints the results and records
+nothing.
 """
 
 from __future__ import annotations
 
+import argparse
+import asyncio
+import functools
 import json
-from collections.abc import Iterable
-from dataclasses import asdict, dataclass
+import os
+import random
+import re
+import subprocess
+import sys
+import time
+from collections import Counter
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from benchmarks.common import machine
+import httpx
+import numpy as np
+import uvloop
+
+from benchmarks.common import ROOT, machine, resident_bytes
+from benchmarks.http import Server, server
 from benchmarks.markdown import table, update_document
 
-__all__ = ["DOCUMENT", "PROMISES", "RESULTS", "Promise", "Result", "document_blocks", "record"]
-
 RESULTS = Path(__file__).with_name("reliability.json")
-DOCUMENT = Path(__file__).parent.parent / "docs" / "reliability.md"
-
-GROUPS = ("soak", "faults", "hostile")
+DOCUMENT = ROOT / "docs" / "reliability.md"
 
 
 class Promise(NamedTuple):
-    """A promise: its group, the situation, and what must hold in it."""
+    """A situation, what must hold in it, and the program that tells so by its exit status.
 
-    group: str
+    Numbers among its arguments are scaled. The summary is a regular expression for what it prints.
+    """
+
     situation: str
     target: str
+    program: tuple[str | int, ...] = ()
+    summary: str = ""
 
+
+JOBS = (
+    "tests/faults/job_faults.py",
+    *("--worker-kills", 100, "--service-kills", 15, "--clients", 200, "--damaged", 25),
+)
+CLUSTER = "tests/faults/cluster.py"
+CLUSTER_TARGET = "one build of identical requests, identical bytes, every accepted build succeeds"
+CLUSTER_LINES = r"^(?!kill |\{).*"
 
 PROMISES = {
-    "soak-answers": Promise("soak", "answers to a long mixture of requests", "all as expected"),
-    "soak-livez": Promise(
-        "soak", "`/livez` while builds wait and two workers build", "p99 ≤ 50 ms"
-    ),
+    "soak-answers": Promise("answers to a long mixture of requests", "all as expected"),
+    "soak-livez": Promise("`/livez` while builds wait and two workers build", "p99 ≤ 50 ms"),
     "soak-memory": Promise(
-        "soak",
         "memory of an API process during the mixture, after as many requests for warming up",
         "slope ≤ 1 MiB per 10,000 requests",
     ),
+    # Each kill costs a lease. RabbitMQ differs in the transport only, so it gets fewer kills.
     "faults-cluster-rabbitmq": Promise(
-        "faults",
         "three API replicas, two workers, RabbitMQ and a shared bucket: identical POSTs, and "
         "processes killed during builds",
-        "one build of identical requests, identical bytes, every accepted build succeeds",
+        CLUSTER_TARGET,
+        (CLUSTER, "--broker", "rabbitmq", "--kills", 10, "--posts", 50),
+        CLUSTER_LINES,
     ),
     "faults-cluster-redis": Promise(
-        "faults",
         "three API replicas, two workers, Redis and a shared bucket: identical POSTs, and "
         "processes killed during builds",
-        "one build of identical requests, identical bytes, every accepted build succeeds",
+        CLUSTER_TARGET,
+        (CLUSTER, "--broker", "redis", "--kills", 100, "--posts", 200),
+        CLUSTER_LINES,
     ),
     "faults-damage": Promise(
-        "faults",
         "every stored history and record with a flipped bit, then truncated",
         "detected on read, counted, built again, never served",
-    ),
-    "faults-disconnect": Promise(
-        "faults",
-        "the first client disconnects during a build",
-        "the build finishes and other clients get it",
-    ),
-    "faults-formats": Promise(
-        "faults", "GLB through the Khronos validator, PLY through two other readers", "no errors"
-    ),
-    "faults-full-disk": Promise(
-        "faults",
-        "disk full (a small file system, and injected errors)",
-        "507, existing gamuts are served, recovery without a restart",
+        JOBS,
+        r"^\d+ damaged files.*",
     ),
     "faults-identical-1": Promise(
-        "faults", "identical POSTs at the same time, one replica", "one build, identical bytes"
-    ),
-    "faults-poison": Promise(
-        "faults",
-        "inputs that exhaust memory or time, or crash every worker",
-        "at most 3 attempts, then failed with the reason; other jobs are not affected",
+        "identical POSTs at the same time, one replica",
+        "one build, identical bytes",
+        JOBS,
+        r"^\d+ identical requests.*",
     ),
     "faults-service-kills": Promise(
-        "faults",
         "SIGKILL and SIGTERM of the service in turn, with builds running and waiting",
         "every accepted build (202) succeeds after a restart",
+        JOBS,
+        r"^\d+ kills and stops.*",
     ),
+    # A child that ends before its call is not counted, hence 560 attempts for 500 kills.
     "faults-store-kills": Promise(
-        "faults",
         "SIGKILL at every write, fsync, link, rename and unlink of the store",
-        "≥ 500 kills, nothing lost or corrupt, every restart clean",
+        "nothing lost or corrupt, every restart clean",
+        ("tests/faults/store_kills.py", "--kills", 560),
+        r'"(?:kills|losses)": [^,}]+',
     ),
     "faults-worker-kills": Promise(
-        "faults",
         "SIGKILL of the build worker during a build, one machine",
-        "100 kills, every accepted build succeeds",
+        "every accepted build succeeds",
+        JOBS,
+        r"^\d+ kills of a worker.*",
     ),
     "hostile-clients": Promise(
-        "hostile",
         "10 GB chunked body, decompression bombs, large forms, slow heads, slow bodies, slow "
         "readers, expensive level searches",
         "answered with 413, 415, 408 or the level; memory grows by at most 64 MB; other clients "
         "are served",
+        ("tests/faults/hostile_clients.py", "--full"),
+        r'"(?:growth_mb|good_requests|good_failures|good_p99_ms)": [^,}]+',
     ),
     "hostile-fuzz": Promise(
-        "hostile",
         "mutated files for every parser",
         "no crash; at most 2 s of processor time and 512 MB per file",
+        ("tests/fuzz/fuzz.py", "--seconds", 300),
+        r"^\w+: \d+ cases",
     ),
     "hostile-schemathesis": Promise(
-        "hostile", "requests that schemathesis generates from the OpenAPI document", "no failures"
+        "requests that schemathesis generates from the OpenAPI document",
+        "no failures",
+        ("tests/faults/api_properties.py", "--seconds", 600),
+        r"\d+ generated.*",
     ),
+}
+"""Promises by the key in the results. A key begins with the name of its table."""
+
+MEBIBYTE = 2**20
+CONNECTIONS = 16
+JSON = {"Content-Type": "application/json"}
+
+
+def sphere_body(seed: int) -> str:
+    """Return the body of a POST: colours on a sphere, which differ by seed."""
+    directions = np.random.default_rng(seed).normal(size=(300, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    return json.dumps({"samples": np.round(directions * 40 + (50, 0, 0), 6).tolist()})
+
+
+KNOWN = sphere_body(5000)
+COLOURS = json.dumps({"colours": [[50, 0, 0], [50, 90, 90]]})
+"""Every gamut of the mixture contains the first of these colours, and none the second."""
+
+
+class Mixed(NamedTuple):
+    """Some requests of the mixture. Words in braces are chosen for each, and a new body."""
+
+    share: int
+    method: str
+    path: str
+    statuses: tuple[int, ...] = (200,)
+    fields: dict[str, str] | None = None
+    body: str = ""
+    contains: str = ""
+
+
+MIXTURE = (
+    Mixed(33, "GET", "{gamut}/mesh{suffix}?triangles={count}"),
+    Mixed(2, "HEAD", "{gamut}/mesh{suffix}?triangles={count}"),
+    Mixed(20, "GET", "{gamut}/mesh"),
+    Mixed(8, "GET", "{gamut}/mesh", (304,), {"If-None-Match": "*"}),
+    Mixed(4, "GET", "{gamut}"),
+    Mixed(3, "GET", "{gamut}/levels"),
+    Mixed(3, "GET", "/v1/gamuts"),
+    Mixed(5, "GET", "{gamut}/history", (206,), {"Range": "bytes=500-4595"}),
+    Mixed(5, "GET", "{page}"),
+    Mixed(3, "GET", "{gamut}/{view}", (200, 429)),
+    Mixed(1, "GET", "/v1/comparisons?a={id}&b={other}", (200, 429)),
+    Mixed(6, "POST", "{gamut}/contains", (200, 429), JSON, COLOURS, '"inside":[true,false]'),
+    Mixed(2, "POST", "/v1/gamuts", (200,), JSON, KNOWN),
+    Mixed(1, "POST", "/v1/gamuts", (202, 429), {**JSON, "Prefer": "respond-async"}, "new"),
+    Mixed(1, "GET", "/v1/gamuts/" + "0" * 64, (404,)),
+    Mixed(1, "GET", "{gamut}/mesh?triangles=3", (422,)),
+    Mixed(1, "GET", "{gamut}/mesh", (406,), {"Accept": "text/csv"}),
+    Mixed(1, "POST", "/v1/gamuts", (400,), JSON, "{"),
+)
+CHOICES = {
+    "suffix": ("", ".glb", ".ply", ".gltf", ".stl", ".obj"),
+    "page": ("/livez", "/readyz", "/metrics", "/", "/problems"),
+    "view": ("cusps", "leaves?hues=36", "slice?lightness=50", "slice.svg?hue=40", "rings"),
+    "count": range(4, 500),
 }
 
 
-@dataclass(frozen=True)
-class Result:
-    """The result of a run.
+class MixedRun:
+    """Memory in bytes by the number of requests sent, statuses, and unexpected answers."""
 
-    Attributes
-    ----------
-    key : str
-        Key of `PROMISES`. A later run replaces the result.
-    measured : str
-        Figures with their units.
-    met : bool
-        Whether the promise was kept.
-    """
+    def __init__(self, found: Server, count: int) -> None:
+        self.found, self.count = found, count
+        self.chance = random.Random(0)  # noqa: S311  # not used for security
+        self.numbers = iter(range(1, count + 1))
+        self.memory: list[tuple[int, int]] = []
+        self.statuses: Counter[int] = Counter()
+        self.unexpected: list[str] = []
 
-    key: str
-    measured: str
-    met: bool
+    async def send_all(self) -> None:
+        """Build some gamuts, then send the mixture over several connections."""
+        bodies = [sphere_body(seed).encode() for seed in range(12)]
+        self.gamuts = [self.found.build(body)["id"] for body in (*bodies, None)]
+        limits = httpx.Limits(max_connections=CONNECTIONS)
+        base = f"http://127.0.0.1:{self.found.port}"
+        async with httpx.AsyncClient(base_url=base, limits=limits, timeout=60) as client:
+            known = await client.post("/v1/gamuts", content=KNOWN, headers=JSON)
+            known.raise_for_status()
+            await asyncio.gather(*(self.send(client) for _ in range(CONNECTIONS)))
+        self.memory.sort()
 
-    def __str__(self) -> str:
-        mark = "ok " if self.met else "NOT"
-        return f"{mark} {PROMISES[self.key].situation}: {self.measured}"
+    async def send(self, client: httpx.AsyncClient) -> None:
+        """Send requests of the mixture one after another, until none remains."""
+        for number in self.numbers:
+            asked = self.chance.choices(MIXTURE, [each.share for each in MIXTURE])[0]
+            words = {name: self.chance.choice(values) for name, values in CHOICES.items()}
+            one, other = self.chance.choices(self.gamuts, k=2)
+            path = asked.path.format(**words, gamut=f"/v1/gamuts/{one}", id=one, other=other)
+            body = sphere_body(9000 + number) if asked.body == "new" else asked.body
+            try:
+                answer = await client.request(
+                    asked.method, path, headers=asked.fields, content=body
+                )
+            except httpx.TransportError as error:
+                self.unexpected.append(f"{error!r}: {asked.method} {path}")
+                continue
+            self.statuses[answer.status_code] += 1
+            wrong = answer.status_code == 200 and asked.contains not in answer.text
+            if wrong or answer.status_code not in asked.statuses:
+                text = answer.text[:200]
+                self.unexpected.append(f"{answer.status_code}: {asked.method} {path}: {text}")
+            if number % max(1, self.count // 200) == 0:
+                self.memory.append((number, resident_bytes(pid=self.found.process.pid)))
 
 
-def record(results: Iterable[Result]) -> None:
-    """Merge results into the file and update the document."""
-    stored: dict[str, Any] = json.loads(RESULTS.read_text()) if RESULTS.exists() else {}
-    made_on = machine()
-    for result in results:
-        stored[result.key] = {**asdict(result), "machine": made_on}
+def memory_slope(memory: list[tuple[int, int]]) -> float:
+    """Return the growth of memory in MiB per 10,000 requests, by least squares."""
+    requests, used = np.array(memory, dtype=float).T
+    return float(np.polyfit(requests, used, 1)[0]) * 10_000 / MEBIBYTE
+
+
+@functools.cache
+def mixture(scale: float) -> dict[str, tuple[str, bool]]:
+    """Measure memory and answers over mixed requests, after as many for warming up."""
+    # Small caches are full early, so their growth does not count as a leak.
+    small = {"history_cache_bytes": str(8 * MEBIBYTE), "mesh_cache_bytes": str(8 * MEBIBYTE)}
+    requests = int(100_000 * scale)
+    with server(small) as found:
+        run = MixedRun(found, 2 * requests)
+        start = time.perf_counter()
+        uvloop.run(run.send_all())
+        seconds = time.perf_counter() - start
+        log = found.log.read_text()
+    errors = log.count("Traceback")
+    print(*run.unexpected[:10], log[log.index("Traceback") :][:20_000] if errors else "", sep="\n")
+    half = len(run.memory) // 2
+    warming, growth = memory_slope(run.memory[:half]), memory_slope(run.memory[half:])
+    statuses = ", ".join(f"{status}: {number:,}" for status, number in sorted(run.statuses.items()))
+    memory = (
+        f"{growth:+.2f} MiB per 10,000 of {requests:,} requests ({warming:+.2f} while warming up); "
+        f"{run.memory[-1][1] / MEBIBYTE:.0f} MiB at the end"
+    )
+    answers = (
+        f"{len(run.unexpected)} unexpected of {2 * requests:,} at "
+        f"{2 * requests / seconds:,.0f} requests/s ({statuses}); {errors} errors in the log"
+    )
+    return {
+        "soak-memory": (memory, growth <= 1),
+        "soak-answers": (answers, not run.unexpected and not errors),
+    }
+
+
+def livez(scale: float) -> dict[str, tuple[str, bool]]:
+    """Measure the latency of ``/livez`` while builds wait and run."""
+    builds, times = int(100 * scale), []
+    with server({"build_workers": "2", "build_queue": str(builds)}, pin=False) as found:
+        statuses = [
+            found.post({"surface_samples": 100_000 + build}, None, "respond-async").status_code
+            for build in range(builds)
+        ]
+        end = time.perf_counter() + 30 * scale
+        while (start := time.perf_counter()) < end:
+            found.client.get("/livez").raise_for_status()
+            times.append(1e3 * (time.perf_counter() - start))
+            time.sleep(0.005)
+    half, most = np.percentile(times, [50, 99])
+    measured = f"p50 {half:.1f} ms, p99 {most:.1f} ms, longest {max(times):.0f} ms"
+    return {"soak-livez": (f"{statuses.count(202)} builds accepted; {measured}", bool(most <= 50))}
+
+
+# --- faults ---------------------------------------------------------------------------------------
+
+
+@functools.cache
+def output(program: tuple[str | int, ...], scale: float) -> tuple[bool, str]:
+    """Run a program in the repository; return whether it succeeded, and what it printed."""
+    words = [str(max(2, int(word * scale)) if isinstance(word, int) else word) for word in program]
+    done = subprocess.run(
+        [sys.executable, *words],
+        cwd=ROOT,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        stdout=subprocess.PIPE,
+        text=True,
+        check=False,
+    )
+    if done.returncode:
+        sys.stderr.write(done.stdout[-8000:])
+    return done.returncode == 0, done.stdout
+
+
+def told(promise: Promise, scale: float) -> tuple[str, bool]:
+    """Return what a program tells about a promise."""
+    succeeded, text = output(promise.program, scale)
+    lines = "; ".join(re.findall(promise.summary, text, re.MULTILINE)).replace('"', "")
+    return lines or "no result", succeeded and bool(lines)
+
+
+def record(key: str, measured: str, *, met: bool) -> None:
+    """Replace a result in the file and update the document."""
+    stored: dict[str, Any] = json.loads(RESULTS.read_text())
+    stored[key] = {"measured": measured, "met": met, "machine": machine()}
     RESULTS.write_text(json.dumps(stored, indent=1, ensure_ascii=False, sort_keys=True) + "\n")
     update_document(DOCUMENT, document_blocks(stored))
 
 
 def document_blocks(stored: dict[str, Any]) -> dict[str, str]:
     """Return the generated blocks of docs/reliability.md."""
-    contents = {}
-    for group in GROUPS:
-        rows = [
-            [
-                promise.situation,
-                promise.target,
-                stored[key]["measured"] if key in stored else "not run",
-                "–" if key not in stored else "yes" if stored[key]["met"] else "**no**",
-            ]
-            for key, promise in PROMISES.items()
-            if promise.group == group
+    groups: dict[str, list[list[str]]] = {}
+    for key, promise in PROMISES.items():
+        found = stored.get(key, {"measured": "not run", "met": False})
+        row = [
+            promise.situation,
+            promise.target,
+            found["measured"],
+            "yes" if found["met"] else "**no**",
         ]
-        contents[group] = table(["situation", "target", "measured", "met"], rows)
+        groups.setdefault(key.partition("-")[0], []).append(row)
     machines = {
-        f"- {made_on['date']}: {made_on['cpu']}, {made_on['cores']} cores, {made_on['system']}, "
-        f"Python {made_on['python']}"
-        for made_on in (row["machine"] for row in stored.values())
+        "- {date}: {cpu}, {cores} cores, {system}, Python {python}".format(**row["machine"])
+        for row in stored.values()
     }
+    head = ["situation", "target", "measured", "met"]
+    contents = {group: table(head, rows) for group, rows in groups.items()}
     return {**contents, "machines": "\n".join(sorted(machines))}
+
+
+def main() -> int:
+    """Check promises and return 1 if one was broken."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.reliability", description=__doc__)
+    parser.add_argument("--only", nargs="+", default=[""], metavar="PREFIX", help="of the keys")
+    parser.add_argument("--scale", type=float, default=1.0)
+    arguments = parser.parse_args()
+    scale, broken = arguments.scale, False
+    for key in [each for each in PROMISES if each.startswith(tuple(arguments.only))]:
+        if PROMISES[key].program:
+            measured, met = told(PROMISES[key], scale)
+        else:
+            measured, met = (livez if key == "soak-livez" else mixture)(scale)[key]
+        print(f"{'ok ' if met else 'NOT'} {key}: {measured}", flush=True)
+        broken |= not met
+        if scale >= 1:
+            record(key, measured, met=met)
+    return 1 if broken else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

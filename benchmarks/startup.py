@@ -1,80 +1,59 @@
-"""Measure the way to the first gamut in a fresh clone: ``make bench-startup``.
+"""The way to the first gamut in a fresh clone: ``make bench-startup``.
 
-Clones a revision of this repository, serves it with ``make serve``, posts the example, restarts it,
-and compiles all kernels from nothing. Packages come from pip's cache, if they were
-installed before. ``--quick`` restarts this installation only, and writes nothing.
+Clones this repository, serves it with ``make serve``, posts the example, restarts it, and compiles
+all kernels from nothing. Packages come from pip's cache, if they were installed before.
 """
 
 from __future__ import annotations
 
-import argparse
 import contextlib
 import os
 import resource
 import subprocess
 import tempfile
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
-from benchmarks import markdown
-from benchmarks.common import ROOT
-from benchmarks.http import SERVE, Server, posted, request, server
-
-__all__ = ["main"]
-
-GOALS = {
-    "`make serve` in a fresh clone to ready, s": "≤ 60",
-    "`POST examples/FOGRA39L.ti3` at once after that, s": "–",
-    "`make serve` to all optional kernels compiled, s": "–",
-    "processor time to compile all kernels, s": "≤ 100",
-    "machine code of all kernels, MB": "≤ 15",
-    "resident memory of the warm idle server, MiB": "≤ 200",
-    "resident memory of the warm idle build worker, MiB": "≤ 200",
-    "restart of a warm installation to ready, s": "≤ 2.5",
-}
-"""What is measured, in this order, and the most that it should be."""
+from benchmarks.common import ROOT, Rows
+from benchmarks.http import SERVE, server
 
 
-def main() -> None:
-    """Measure a revision and write the table."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.startup", description=__doc__)
-    parser.add_argument("--revision", default="HEAD", help="what to measure; HEAD by default")
-    parser.add_argument("--quick", action="store_true", help="only restart, and write nothing")
-    arguments = parser.parse_args()
-    figures = restarts(ROOT, SERVE) if arguments.quick else measure(arguments.revision)
-    order = [*filter(figures.__contains__, GOALS)]
-    rows = [{"figure": n, "measured": figures[n], "goal": GOALS[n]} for n in order]
-    if arguments.quick:
-        print(markdown.rows_table(rows))
-    else:
-        markdown.record({"startup": rows})
+def startup(quick: bool) -> Rows:
+    """Measure a clone, or only restarts of this installation."""
+    rows: Rows = []
 
+    def add(figure: str, measured: float, goal: str = "–") -> None:
+        rows.append({"figure": figure, "measured": measured, "goal": goal})
 
-def measure(revision: str) -> dict[str, float]:
-    """Return the figures of a revision by the names of `GOALS`."""
     with tempfile.TemporaryDirectory() as folder:
         clone = Path(folder) / "clone"
-        subprocess.run(["git", "clone", "-q", str(ROOT), str(clone)], check=True)
-        commit = subprocess.check_output(["git", "rev-parse", revision], cwd=ROOT, text=True)
-        subprocess.run(["git", "checkout", "-q", commit.strip()], cwd=clone, check=True)
-        start = time.monotonic()
-        with server(pin=False, command=["make", "serve"], folder=clone) as fresh:
-            figures = {"`make serve` in a fresh clone to ready, s": fresh.ready}
-            posting = posted(fresh.port, {})[1]
-            figures["`POST examples/FOGRA39L.ti3` at once after that, s"] = posting
-            while b"optional: compiled" not in request(fresh.port, "/readyz")[1]:
-                time.sleep(0.05)
-            compiled = time.monotonic() - start
-            figures["`make serve` to all optional kernels compiled, s"] = compiled
-        return {
-            **figures,
-            **restarts(clone, [str(clone / ".venv/bin/gamut"), "serve"]),
-            **compilation(clone),
-        }
+        if not quick:
+            subprocess.run(["git", "clone", "-q", str(ROOT), str(clone)], check=True)
+            start = time.monotonic()
+            with server(pin=False, command=["make", "serve"], folder=clone) as fresh:
+                add("`make serve` in a fresh clone to ready, s", fresh.ready, "≤ 60")
+                posted = fresh.post({}).elapsed.total_seconds()
+                add("`POST examples/FOGRA39L.ti3` at once after that, s", posted)
+                while "optional: compiled" not in fresh.client.get("/readyz").text:
+                    time.sleep(0.05)
+                compiled = time.monotonic() - start
+                add("`make serve` to all optional kernels compiled, s", compiled)
+            seconds, size = compilation(clone)
+            add("processor time to compile all kernels, s", seconds, "≤ 100")
+            add("machine code of all kernels, MB", size / 1e6, "≤ 15")
+            warm = restarts(clone, [str(clone / ".venv/bin/gamut"), "serve"])
+        else:
+            warm = restarts(ROOT, SERVE)
+    idle, worker, ready = warm
+    add("resident memory of the warm idle server, MiB", idle, "≤ 200")
+    add("resident memory of the warm idle build worker, MiB", worker, "≤ 200")
+    add("restart of a warm installation to ready, s", ready, "≤ 2.5")
+    return rows
 
 
-def restarts(folder: Path, command: list[str] | tuple[str, ...]) -> dict[str, float]:
-    """Restart a warm server three times, and return its memory and the median time."""
+def restarts(folder: Path, command: Sequence[str]) -> tuple[float, float, float]:
+    """Restart a warm server three times; return its memory, a worker's, and the median time."""
     with server(pin=False, command=command, folder=folder):
         pass
     times = []
@@ -82,31 +61,25 @@ def restarts(folder: Path, command: list[str] | tuple[str, ...]) -> dict[str, fl
         with server(pin=False, command=command, folder=folder) as found:
             times.append(found.ready)
             time.sleep(3.0)
-            used = memory(found)
-    return {
-        "resident memory of the warm idle server, MiB": used["server"],
-        "resident memory of the warm idle build worker, MiB": used["worker"],
-        "restart of a warm installation to ready, s": sorted(times)[1],
-    }
+            used = memory(found.process.pid)
+    return *used, sorted(times)[1]
 
 
-def memory(found: Server) -> dict[str, float]:
+def memory(group: int) -> tuple[float, float]:
     """Return the resident memory of the server and of its largest build worker, in MiB."""
-    resident = {"server": 0.0, "worker": 0.0}
+    resident = [0.0, 0.0]
     for entry in Path("/proc").glob("[0-9]*"):
         with contextlib.suppress(OSError):
-            group = int((entry / "stat").read_text().rpartition(")")[2].split()[2])
-            if group == found.process.pid:
+            if int((entry / "stat").read_text().rpartition(")")[2].split()[2]) == group:
                 worker = b"service.building.worker" in (entry / "cmdline").read_bytes()
-                kind = "worker" if worker else "server"
                 pages = int((entry / "statm").read_text().split()[1])
                 used = pages * os.sysconf("SC_PAGE_SIZE") / 2**20
-                resident[kind] = max(resident[kind], used)
-    return resident
+                resident[worker] = max(resident[worker], used)
+    return resident[0], resident[1]
 
 
-def compilation(clone: Path) -> dict[str, float]:
-    """Compile all kernels from nothing."""
+def compilation(clone: Path) -> tuple[float, int]:
+    """Compile all kernels from nothing; return the processor time and the bytes of code."""
     cache = clone / "kernels"
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     subprocess.run(
@@ -118,13 +91,4 @@ def compilation(clone: Path) -> dict[str, float]:
     )
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     used = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-    return {
-        "processor time to compile all kernels, s": used,
-        "machine code of all kernels, MB": (
-            sum(path.stat().st_size for path in cache.rglob("*.nbc")) / 1e6
-        ),
-    }
-
-
-if __name__ == "__main__":
-    main()
+    return used, sum(path.stat().st_size for path in cache.rglob("*.nbc"))

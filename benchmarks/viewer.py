@@ -1,28 +1,17 @@
-"""Measure the viewer in Chromium (``make bench-viewer``), or take its pictures for the documents.
+"""The viewer in Chromium, without a graphics processor: ``make bench-viewer``.
 
-Starts the service, builds examples, and drives the viewer without a graphics processor: with
-``web/viewer/tests/measure.mjs``, or with ``web/viewer/pictures.mjs`` for ``--pictures``
-(``make viewer-pictures``). The pictures go to ``docs/pictures/viewer``; ``slider.webp`` moves.
+Starts the service and drives the viewer with ``web/viewer/tests/measure.mjs``.
 """
 
 from __future__ import annotations
 
-import argparse
 import json
 import os
 import shutil
 import subprocess
-import tempfile
-from pathlib import Path
-from typing import Any
 
-from PIL import Image
-
-from benchmarks import markdown
-from benchmarks.common import ROOT
-from benchmarks.http import posted, server
-
-__all__ = ["main"]
+from benchmarks.common import ROOT, Rows
+from benchmarks.http import server
 
 GOALS = {
     "bundle_kilobytes": ("page, script, worker and style with brotli, kB", "≤ 180"),
@@ -41,32 +30,16 @@ GOALS = {
 }
 """What the script measures: title and goal."""
 
-TARGET = ROOT / "docs" / "pictures" / "viewer"
-LARGEST, LARGEST_MOVING = 150_000, 1_000_000
-WIDTH = 720
-FRAME_MILLISECONDS, HELD_MILLISECONDS = 110, 1500
 
-
-def main() -> None:
-    """Measure and write the table, or take the pictures."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.viewer", description=__doc__)
-    parser.add_argument("--pictures", action="store_true", help="take the pictures instead")
-    parser.add_argument("--quick", action="store_true", help="measure, and write nothing")
-    arguments = parser.parse_args()
-    if arguments.pictures:
-        take_pictures()
-        return
+def viewer(_quick: bool) -> Rows:
+    """Measure the viewer with FOGRA39L."""
     with server(pin=False) as running:
-        gamut = posted(running.port, {})[2]["id"]
+        gamut = running.build()["id"]
         measured = json.loads(drive("tests/measure.mjs", running.port, GAMUT=gamut))
-    rows: list[dict[str, Any]] = [
+    return [
         {"figure": title, "measured": measured[name], "goal": goal}
         for name, (title, goal) in GOALS.items()
     ]
-    if arguments.quick:
-        print(markdown.rows_table(rows))
-    else:
-        markdown.record({"viewer": rows})
 
 
 def drive(script: str, port: int, **variables: str) -> str:
@@ -80,45 +53,3 @@ def drive(script: str, port: int, **variables: str) -> str:
         stdout=subprocess.PIPE,
         text=True,
     ).stdout
-
-
-def take_pictures() -> None:
-    """Take all pictures."""
-    TARGET.mkdir(exist_ok=True)
-    with tempfile.TemporaryDirectory() as folder, server(pin=False) as running:
-        press, other = (
-            str(posted(running.port, {}, (ROOT / "examples" / name).read_bytes())[2]["id"])
-            for name in ("FOGRA39L.ti3", "FOGRA29L.ti3")
-        )
-        drive("pictures.mjs", running.port, FOLDER=folder, PRESS=press, OTHER=other)
-        frames = sorted(Path(folder).glob("slider-*.png"))
-        for path in sorted(set(Path(folder).glob("*.png")) - set(frames)):
-            picture = TARGET / f"{path.stem}.webp"
-            Image.open(path).convert("RGB").save(picture, quality=82, method=6)
-            check(picture, LARGEST)
-        save_moving(frames, TARGET / "slider.webp")
-
-
-def save_moving(paths: list[Path], target: Path) -> None:
-    """Save frames as a moving picture that starts again at its end."""
-    frames = [Image.open(path).convert("RGB") for path in paths]
-    height = round(frames[0].height * WIDTH / frames[0].width)
-    small = [frame.resize((WIDTH, height), Image.Resampling.LANCZOS) for frame in frames]
-    times = [FRAME_MILLISECONDS] * len(small)
-    times[0] = times[-1] = HELD_MILLISECONDS
-    small[0].save(
-        target, save_all=True, append_images=small[1:], duration=times, loop=0, quality=70, method=6
-    )
-    check(target, LARGEST_MOVING)
-
-
-def check(path: Path, largest: int) -> None:
-    """Fail if a picture is too large for the repository."""
-    size = path.stat().st_size
-    print(f"{path.name}: {size / 1000:.0f} kB")
-    if size > largest:
-        raise SystemExit(f"{path} has {size} bytes; at most {largest} are accepted.")
-
-
-if __name__ == "__main__":
-    main()

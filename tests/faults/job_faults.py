@@ -1,19 +1,27 @@
 """Kill workers and services during builds, any number of times.
 
 The functions raise AssertionError at the first broken promise. The servers are those of
-``tests/service/conftest.py``. The test suite calls the functions with small numbers, and
-`make faults` with large ones.
+``tests/service/conftest.py``. The test suite calls the functions with small numbers. As a program::
+
+    python tests/faults/job_faults.py --worker-kills 100 --service-kills 5 --damaged 25
 """
 
+import argparse
 import concurrent.futures
 import contextlib
+import json
+import math
 import os
 import random
 import re
 import signal
+import sys
+import tempfile
 import time
+from pathlib import Path
 
 import httpx
+from stored_damage import every_damage_is_noticed
 
 _WARM = re.compile(r"build worker (\d+) is warm")
 
@@ -119,3 +127,72 @@ def identical_requests_are_one_build(server, arguments, *, clients):
             )
     assert len(meshes) == 1
     assert server.builds_started(gamut["id"]) == 1
+
+
+def sphere(seed):
+    """Return a small body of a POST: colours of a sphere, which differ by seed."""
+    chance = random.Random(seed)  # noqa: S311  # reproducible
+    rays = [[chance.gauss() for _ in range(3)] for _ in range(300)]
+    return {
+        "samples": [
+            [
+                middle + 40 * part / math.hypot(*ray)
+                for middle, part in zip((50, 0, 0), ray, strict=True)
+            ]
+            for ray in rays
+        ]
+    }
+
+
+def main():
+    """Run all checks and print the results."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--worker-kills", type=int, default=100)
+    parser.add_argument("--service-kills", type=int, default=5)
+    parser.add_argument("--clients", type=int, default=200)
+    parser.add_argument("--damaged", type=int, default=25, help="gamuts; 4 files of each")
+    parser.add_argument("--seed", type=int, default=0)
+    wanted = parser.parse_args()
+    sys.path.insert(0, str(Path(__file__).parents[1] / "service"))
+    from conftest import Server
+
+    example = Path(__file__).parents[2] / "examples" / "FOGRA39L.ti3"
+
+    def slow_build(surface_samples):
+        options = {"surface_samples": surface_samples, "cost": "finest"}
+        return {
+            "files": {"file": (example.name, example.read_bytes())},
+            "data": {"options": json.dumps(options)},
+        }
+
+    with tempfile.TemporaryDirectory() as folder, contextlib.ExitStack() as stack:
+
+        def start(data=None, **settings):
+            log = Path(tempfile.mkdtemp(dir=folder))
+            server = Server(data or log / "data", log / "log", **settings)
+            stack.callback(lambda: server.process.poll() is None and server.kill())
+            return server
+
+        kills = killed_workers_cost_time_only(
+            start, slow_build, kills=wanted.worker_kills, seed=wanted.seed
+        )
+        print(f"{kills} kills of a worker during builds: all jobs completed")
+        ends = accepted_jobs_finish(
+            start,
+            slow_build,
+            kills=wanted.service_kills,
+            stops=wanted.service_kills,
+            seed=wanted.seed,
+        )
+        print(f"{ends} kills and stops of the service: all accepted jobs completed")
+        server = start()
+        identical_requests_are_one_build(server, slow_build(50_000), clients=wanted.clients)
+        server.stop()
+        print(f"{wanted.clients} identical requests at the same time: one build, identical bytes")
+        bodies = [sphere(seed) for seed in range(wanted.damaged)]
+        files = every_damage_is_noticed(start, bodies, seed=wanted.seed)
+        print(f"{files} damaged files: all detected, counted and built again to the same bytes")
+
+
+if __name__ == "__main__":
+    main()
