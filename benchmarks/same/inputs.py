@@ -28,17 +28,8 @@ XYZ_OF_RGB = np.array([(0.436, 0.385, 0.143), (0.222, 0.717, 0.061), (0.014, 0.0
 
 WHITE = XYZ_OF_RGB.sum(axis=1)
 
-INKS = np.array(
-    [
-        (0.05, 0.55, 0.85),
-        (0.8, 0.08, 0.45),
-        (0.95, 0.85, 0.1),
-        (0.05, 0.05, 0.05),
-        (0.95, 0.4, 0.05),
-        (0.1, 0.65, 0.3),
-        (0.35, 0.15, 0.6),
-    ]
-)
+PARTS = np.array([5, 55, 85, 80, 8, 45, 95, 85, 10, 5, 5, 5, 95, 40, 5, 10, 65, 30, 35, 15, 60])
+INKS = PARTS.reshape(7, 3) / 100
 """Transmittances for red, green and blue light of C, M, Y, K, orange, green and violet."""
 
 SPACES = "CIELAB CIELUV CIEXYZ CAM16-UCS CAM02-UCS DIN99o Oklab IPT ICtCp ITP Jzazbz"
@@ -288,27 +279,10 @@ def _lut_profile(channels: int, kind: bytes, space: bytes, version: int) -> byte
         padded = value + bytes(-len(value) % 4)
         entries += struct.pack(">4sII", tag, position + len(content), len(value))
         content += padded
-    head = struct.pack(
-        ">I4sI4s4s4s12s4s4sIIIQI3iI44x",
-        position + len(content),
-        b"none",
-        version << 24,
-        kind,
-        space,
-        b"Lab ",
-        struct.pack(">6H", 2026, 1, 1, 0, 0, 0),
-        b"acsp",
-        b"APPL",
-        0,
-        0,
-        0,
-        0,
-        0,
-        63190,
-        65536,
-        54061,
-        0,
-    )
+    size = position + len(content)
+    head = struct.pack(">I4sI4s4s4s", size, b"none", version << 24, kind, space, b"Lab ")
+    head += struct.pack(">6H4s4s", 2026, 1, 1, 0, 0, 0, b"acsp", b"APPL") + bytes(24)
+    head += struct.pack(">3i", 63190, 65536, 54061) + bytes(48)
     return head + struct.pack(">I", len(tags)) + entries + content
 
 

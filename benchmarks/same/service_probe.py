@@ -293,7 +293,7 @@ def serving(folder: Path, found: Observations, settings: Headers) -> Iterator[Se
                 connection.request("GET", "/readyz")
                 if port and connection.getresponse().status == 200:
                     break
-            time.sleep(0.02)
+            time.sleep(0.05)
         yield Server(port, process, found)
     finally:
         process.terminate()
