@@ -226,7 +226,8 @@ def _signature(value: Any) -> str:  # noqa: ANN401
     for inner in ("__func__", "fget", "func"):  # of class methods, properties, cached properties
         value = getattr(value, inner, None) or value
     try:
-        return re.sub(r"\b(?:[a-z_]+\.)+(?=[A-Z])", "", str(inspect.signature(value)))
+        text = re.sub(r" at 0x[0-9a-f]+", "", str(inspect.signature(value)))
+        return re.sub(r"\b(?:[a-z_]+\.)+(?=[A-Z])", "", text)
     except (TypeError, ValueError):
         is_plain = isinstance(value, str | int | float | tuple)
         return repr(value) if is_plain else type(value).__name__
