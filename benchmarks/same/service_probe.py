@@ -332,10 +332,14 @@ def observe_server(inputs: Path, results: Path, found: dict[str, Observations]) 
         _ask_strict(server, inputs)
     for name in ("open", "strict"):
         keys: dict[str, set[str]] = collections.defaultdict(set)
-        for line in (folder / name / "log").read_text().splitlines():
-            event = json.loads(line)
+        for line in (folder / name / "log").read_text(errors="replace").splitlines():
+            try:
+                event = json.loads(line)
+            except ValueError:  # of a library in C, which does not know the log
+                found["log"].record(f"{name}: {line:.30}", "not JSON")
+                continue
             text = re.sub(r"[0-9a-f]{64}|'[^']*'|/\S*|[\d.]+", "#", event["message"])
-            text = event["method"] + " request" if "method" in event else text
+            text = f"{event['method']} request" if "method" in event else text
             keys[f"{event['level']} {text}"] |= set(event)
         for text, names in keys.items():
             found["log"].record(f"{name}: {text}", sorted(names))
