@@ -63,7 +63,8 @@ class Observations:
         elif isinstance(value, np.generic):
             self.record(name, np.asarray(value))
         else:
-            self.documents[name] = json.loads(json.dumps(value, default=str))
+            text = json.dumps(value, default=str)
+            self.documents[name] = json.loads(re.sub(r" at 0x[0-9a-f]+", "", text))
 
     def attempt(
         self,

@@ -54,11 +54,29 @@ STRICT = {
 VOLATILE = (
     (re.compile(r"\b20\d\d-\d\d-\d\dT[\d:.]+(?:Z|[+-]\d\d:\d\d)?"), "TIME"),
     (re.compile(r"127\.0\.0\.1:\d+"), "HOST"),
+    (re.compile(r"[\d.]+ [kMGT]i?B are free"), "# are free"),
     (re.compile(r"(dur=)[\d.]+"), r"\1#"),
     (re.compile(r"\b(\d+(?:\.\d+)?|about \d+) (s|seconds|ms)\b"), "# s"),
 )
 
-VOLATILE_KEYS = {"seconds", "elapsed", "started", "created", "finished", "updated", "memory_bytes"}
+STORED = (
+    (re.compile(rb"\b20\d\d-\d\d-\d\dT[\d:.]+Z"), b"TIME"),
+    (re.compile(rb"\A[0-9a-f]{64}\n|\b[0-9a-f]{16}\b"), b"DIGEST"),
+)
+
+VOLATILE_KEYS = {
+    "seconds",
+    "milliseconds",
+    "elapsed",
+    "started",
+    "created",
+    "finished",
+    "updated",
+    "memory_bytes",
+}
+
+DESCRIPTION = re.compile(r"/v1/gamuts/[^/?]+")
+"""The address of a description, which has the time of its creation."""
 
 Headers = dict[str, str]
 
@@ -184,28 +202,32 @@ class Server:
     ) -> Answer:
         """Send a request and record the answer without what differs from run to run."""
         connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=PATIENCE)
-        sent = {"X-Request-Id": "same", **(headers or {})}
+        sent = {"X-Request-Id": "same", "Prefer": "wait=300", **(headers or {})}
         connection.request(method, path, body, sent)
         response = connection.getresponse()
         answer = Answer(response.status, response.getheaders(), response.read())
         connection.close()
         self.count += 1
         shown = " ".join(f"{k}: {v[:60]}" for k, v in (headers or {}).items())
-        shown_path = re.sub(r"[0-9a-f]{64}", "ID", path)[:150]
-        name = f"{self.prefix}{self.count:03d} {method} {shown_path} {shown} {title}".strip()
-        self.found.record(f"{name}: head", [answer.status, *self._fields(answer)])
+        text = re.sub(r"[0-9a-f]{64}", "ID", f"{method} {path[:200]} {shown} {title}").strip()
+        name = f"{self.prefix}{self.count:03d} {text}"
+        self.found.record(f"{name}: head", [answer.status, *self._fields(path, answer)])
         self.found.record(f"{name}: body", self._body(path, answer))
         return answer
 
-    def _fields(self, answer: Answer) -> list[str]:
+    def _fields(self, path: str, answer: Answer) -> list[str]:
         digest = hashlib.sha256(answer.body).hexdigest()
         lines = []
         for name, given in answer.fields:
             value = normal(given).replace(digest, "SHA-256 of the body")
             if name.lower() == "content-length" and value == str(len(answer.body)):
                 value = "length of the body"
-            if name.lower() in {"date", "retry-after", "ratelimit"}:
-                value = re.sub(r"\d+", "#", value) if name.lower() != "date" else "TIME"
+            if name.lower() == "date" or (name.lower() == "x-request-id" and value != "same"):
+                value = "#"
+            if name.lower() in {"retry-after", "ratelimit"}:
+                value = re.sub(r"\d+", "#", value)
+            if name.lower() == "etag" and DESCRIPTION.fullmatch(path):
+                value = re.sub(r"[0-9a-f]{64}", "TAG", value)  # of a text with a time
             lines.append(f"{name}: {value}")
         return lines
 
@@ -218,6 +240,8 @@ class Server:
             events = sorted({line for line in lines if line.startswith("event")})
             last = [line for line in lines if line.startswith("data")][-1]
             return [events, plain(json.loads(last[5:]))]
+        if answer.field("content-encoding") and DESCRIPTION.fullmatch(path):
+            return "compressed"
         if path == "/metrics":
             return _samples(answer)
         try:
@@ -338,7 +362,8 @@ def observe_server(inputs: Path, results: Path, found: dict[str, Observations]) 
             except ValueError:  # of a library in C, which does not know the log
                 found["log"].record(f"{name}: {line:.30}", "not JSON")
                 continue
-            text = re.sub(r"[0-9a-f]{64}|'[^']*'|/\S*|[\d.]+", "#", event["message"])
+            text = event["message"].split("\n")[0]
+            text = re.sub(r"[0-9a-f]{64}|'[^']*'|/\S*|[\d.]+", "#", text)
             text = f"{event['method']} request" if "method" in event else text
             keys[f"{event['level']} {text}"] |= set(event)
         for text, names in keys.items():
@@ -346,14 +371,18 @@ def observe_server(inputs: Path, results: Path, found: dict[str, Observations]) 
         paths: collections.Counter[str] = collections.Counter()
         for path in sorted((folder / name / "store").rglob("*")):
             place = str(path.relative_to(folder / name / "store"))
-            paths[re.sub(r"[0-9a-f]{64}", "DIGEST", place)] += 1
+            place = re.sub(r"\b[0-9a-f]{16}\b", "DIGEST", place)  # of a file with a time
+            paths[re.sub(r"[0-9a-f]{64}", "ID", place)] += 1
             if path.is_file():
-                content = path.read_bytes()
-                try:
-                    found["store"].record(f"{name}: {place}", plain(json.loads(content)))
-                except ValueError:
-                    found["store"].record(f"{name}: {place}", content)
+                found["store"].record(f"{name}: {place}", _stored(path.read_bytes()))
         found["store"].record(f"{name}: layout", dict(sorted(paths.items())))
+
+
+def _stored(content: bytes) -> bytes:
+    """Return a stored file without its times and the digests that depend on them."""
+    for pattern, put in STORED:
+        content = pattern.sub(put, content)
+    return content
 
 
 def _build_all(server: Server, inputs: Path) -> dict[str, str]:
