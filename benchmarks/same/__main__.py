@@ -10,6 +10,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -153,16 +154,21 @@ class _Side:
 
 
 def _report(found: list[Difference], most: int) -> None:
-    """Print differences by area, those in last bits under a heading of their own."""
+    """Print differences by area, similar ones once, those in last bits under their own heading."""
     for heading, is_last_bits in (("differs", False), ("differs in last bits only", True)):
         chosen = [each for each in found if each.is_last_bits == is_last_bits]
         for area, group in groupby(chosen, key=lambda each: each.area):
             entries = list(group)
             print(f"{area} {heading}: {len(entries)}")
-            for each in entries[:most]:
-                print(f"  {each.name}\n    {each.text}")
-            if len(entries) > most:
-                print(f"  … {len(entries) - most} more; --all prints them")
+            kinds: dict[str, list[Difference]] = {}
+            for each in entries:
+                like = re.sub(r"(?<=')[^' ]*(?=')|[-\d.]+", "", each.text)
+                kinds.setdefault(like if most < len(found) else each.name, []).append(each)
+            for first, *others in list(kinds.values())[:most]:
+                more = f" (and {len(others)} like it)" if others else ""
+                print(f"  {first.name}{more}\n    {first.text}")
+            if len(kinds) > most:
+                print(f"  … {len(kinds) - most} more kinds; --all prints them")
 
 
 def _print_ratios(sides: list[_Side], rounds: int) -> None:

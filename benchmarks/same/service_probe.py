@@ -208,8 +208,8 @@ class Server:
         answer = Answer(response.status, response.getheaders(), response.read())
         connection.close()
         self.count += 1
-        shown = " ".join(f"{k}: {v[:60]}" for k, v in (headers or {}).items())
-        text = re.sub(r"[0-9a-f]{64}", "ID", f"{method} {path[:200]} {shown} {title}").strip()
+        shown = " ".join(f"{k}: {v:.150}" for k, v in (headers or {}).items())
+        text = re.sub(r"[0-9a-f]{64}", "ID", f"{method} {path:.250} {shown} {title}").strip()
         name = f"{self.prefix}{self.count:03d} {text}"
         self.found.record(f"{name}: head", [answer.status, *self._fields(path, answer)])
         self.found.record(f"{name}: body", self._body(path, answer))
