@@ -140,7 +140,7 @@ class _Side:
             text = log.read().decode(errors="replace")
             process.returncode = os.waitstatus_to_exitcode(status)
         if process.returncode:
-            raise RuntimeError(f"{' '.join(command)} failed:\n{text[-3000:]}")
+            raise RuntimeError(f"Exit status {process.returncode}: {command}\n{text[-3000:]}")
         return float((text.split() or ["0"])[-1]) if module == "ratios" else 0.0, usage.ru_maxrss
 
     def observe(self, areas: list[str]) -> None:
