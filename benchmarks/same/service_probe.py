@@ -158,7 +158,7 @@ compare coated.gamut srgb --surface-samples 2000 --json|slice coated.gamut --lig
 map spots.csv --gamut coated.gamut --method clip-chroma|store check checked
 map rgb.png --gamut coated.gamut -o printable.png|picture coated.gamut --size 3 -o tiny.png
 map rgb.png --gamut coated.gamut -o printable.gif|picture coated.gamut --size 64 -o small.png
-plot coated.gamut -o plot.png|serve --print-settings|serve --port 99999|key press --scopes read
+serve --print-settings|serve --port 99999|key press --scopes read
 key Press!|worker --check|info nothing.ti3|info broken.gamut|info rgb.png --ink-limit 300
 info cmyk.txt --ink-limt 300|info cmyk.txt --gamma 7|info coated.gamut --gamma 0.1"""
 
