@@ -55,6 +55,7 @@ VOLATILE = (
     (re.compile(r"\b20\d\d-\d\d-\d\dT[\d:.]+(?:Z|[+-]\d\d:\d\d)?"), "TIME"),
     (re.compile(r"127\.0\.0\.1:\d+"), "HOST"),
     (re.compile(r"[\d.]+ [kMGT]i?B are free"), "# are free"),
+    (re.compile(r"[\d.]+ MB/s"), "# MB/s"),
     (re.compile(r"(dur=)[\d.]+"), r"\1#"),
     (re.compile(r"\b(\d+(?:\.\d+)?|about \d+) (s|seconds|ms)\b"), "# s"),
 )
