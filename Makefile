@@ -118,10 +118,6 @@ fuzz: install ## feed mutated files to the parsers for FUZZ_SECONDS (600)
 bench: install .venv/.installed-test ## measure builds, levels and the service; updates docs/benchmarks.md
 	$(python) -m benchmarks.bench
 
-.PHONY: bench-builds
-bench-builds: install ## compare the time of builds with an earlier revision (BEFORE=...); writes docs/benchmarks.md
-	$(python) -m benchmarks.revisions --builds $(if $(BEFORE),--before $(BEFORE))
-
 .PHONY: bench-boundaries
 bench-boundaries: install .venv/.installed-test ## compare the volumes of boundaries with independent ones; writes docs/benchmarks.md
 	$(python) -m benchmarks.bench --only boundaries
@@ -130,9 +126,9 @@ bench-boundaries: install .venv/.installed-test ## compare the volumes of bounda
 bench-startup: .venv/.installed-test ## measure a fresh clone up to its first gamut; writes docs/benchmarks.md
 	$(python) -m benchmarks.bench --only startup
 
-.PHONY: bench-before
-bench-before: install ## compare the speed with an earlier revision (BEFORE=...); writes docs/benchmarks.md
-	$(python) -m benchmarks.revisions $(if $(BEFORE),--before $(BEFORE))
+.PHONY: same
+same: install .venv/.installed-test ## compare what users see with an earlier revision (BEFORE=...)
+	$(python) -m benchmarks.same $(or $(BEFORE),HEAD)
 
 .PHONY: bench-queries
 bench-queries: install .venv/.installed-test .venv/.installed-figures ## measure queries beside trimesh and Manifold; writes docs/benchmarks.md
