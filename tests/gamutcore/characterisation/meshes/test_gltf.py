@@ -138,6 +138,26 @@ def test_extras_state_the_centre_and_the_space():
     assert characterisation(written(document(asset=asset))).space_notes["space"] == "Oklab"
 
 
+@pytest.mark.parametrize("count", [2, 15, 16])
+def test_device_values_are_read_up_to_fifteen_channels(count):
+    content = document()
+    content["accessors"].append(
+        {"bufferView": 2, "componentType": 5126, "count": 4, "type": "SCALAR"}
+    )
+    content["bufferViews"].append({"buffer": 0, "byteOffset": 72, "byteLength": 16})
+    attributes = content["meshes"][0]["primitives"][0]["attributes"]
+    attributes |= {f"_DEVICE_{number}": 2 for number in range(count)}
+    values = np.array([0.0, 0.25, 0.5, 1.0], "<f4")
+    mesh = characterisation(written(content, CONTENT + values.tobytes()))
+    np.testing.assert_array_equal(mesh.vertices, POSITIONS)
+    if count <= 15:
+        np.testing.assert_array_equal(mesh.device.values, np.tile(values, (count, 1)).T)
+        assert mesh.warnings == ()
+    else:
+        assert mesh.device is None
+        assert "channels" in mesh.warnings[0]
+
+
 def test_statements_are_bounded():
     extras = {f"name {number}" * 50: "x" * 10_000 for number in range(300)}
     mesh = characterisation(written(document(asset={"version": "2.0", "extras": extras})))
