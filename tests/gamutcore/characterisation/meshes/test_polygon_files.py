@@ -223,12 +223,13 @@ def test_too_many_triangles_are_refused_before_their_coordinates_are_read(monkey
     for limit in (
         "gamut_mesh.MAX_TRIANGLES",
         "meshes.triangle_files.MAX_TRIANGLES",
+        "meshes.triangle_files.MAX_TEXT_TRIANGLES",
         "meshes.triangle_files.MAX_OBJ_VERTICES",
     ):
         monkeypatch.setattr(f"gamutcore.characterisation.{limit}", 1000)
     for data in (
         bytes(80) + (1001).to_bytes(4, "little") + bytes(50 * 1001),
-        b"solid a\nfacet\n" + b"vertex 0 0 0\n" * 1501 * 3,
+        b"solid a\nfacet\n" + b"vertex 0 0 0\n" * 3003,
         b"v 0 0 0\n" * 1001 + b"f 1 1 1\n",
         b"v 0 0 0\n" + b"f 1 1 1\n" * 1001,
     ):
