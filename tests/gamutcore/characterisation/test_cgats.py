@@ -130,7 +130,7 @@ def test_keywords_of_a_later_header_replace_those_before():
 
 @pytest.mark.slow
 def test_many_repetitions_are_bounded():
-    text = "".join(f"REMARK {i}\n" for i in range(200_000)) + PLAIN
+    text = "".join(f"REMARK {i}\n" for i in range(20_000)) + PLAIN
     assert len(read(text).conditions["REMARK"]) < 500
 
 
@@ -196,7 +196,7 @@ def test_columns_and_keywords_are_limited(text):
         FORMAT + '"" ' * 300_000 + "\nBEGIN_DATA x",
         ("BEGIN_DATA\n" + " " * 100) * 1000,
         "BEGIN_DATA_FORMAT END_DATA_FORMAT BEGIN_DATA END_DATA\n" * 10_000,
-        "\n" * 1_000_000 + "BEGIN_DATA",
+        "\n" * 200_000 + "BEGIN_DATA",
         "BEGIN_DATA_FORMAT END_DATA_FORMAT BEGIN_DATA END_DATA " * 15_000,
     ],
 )
