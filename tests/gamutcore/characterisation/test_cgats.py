@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gamutcore.characterisation import characterisation
-from gamutcore.colours.measured_colours import measured_colours
+from gamutcore.colours import surface_colours
 from gamutcore.errors import (
     CharacterisationError,
     ConditionError,
@@ -115,7 +115,7 @@ def test_all_texts_of_a_repeated_keyword_are_kept():
     assert samples.conditions["WEIGHTING_FUNCTION"] == "ILLUMINANT, D50; OBSERVER, 10 degree"
     assert samples.conditions["DEVICE_CLASS"] == "OUTPUT"
     assert samples.condition == "M1"
-    provenance = measured_colours(samples, "relative").provenance
+    provenance = surface_colours(samples, surface_samples=50).provenance
     assert (provenance["illuminant"], provenance["observer"]) == ("D50", "10°")
 
 
@@ -130,7 +130,7 @@ def test_keywords_of_a_later_header_replace_those_before():
 
 @pytest.mark.slow
 def test_many_repetitions_are_bounded():
-    text = "".join(f"REMARK {i}\n" for i in range(200_000)) + PLAIN
+    text = "".join(f"REMARK {i}\n" for i in range(20_000)) + PLAIN
     assert len(read(text).conditions["REMARK"]) < 500
 
 
@@ -196,7 +196,7 @@ def test_columns_and_keywords_are_limited(text):
         FORMAT + '"" ' * 300_000 + "\nBEGIN_DATA x",
         ("BEGIN_DATA\n" + " " * 100) * 1000,
         "BEGIN_DATA_FORMAT END_DATA_FORMAT BEGIN_DATA END_DATA\n" * 10_000,
-        "\n" * 1_000_000 + "BEGIN_DATA",
+        "\n" * 200_000 + "BEGIN_DATA",
         "BEGIN_DATA_FORMAT END_DATA_FORMAT BEGIN_DATA END_DATA " * 15_000,
     ],
 )
@@ -294,11 +294,11 @@ class TestTrapsOfRealFiles:
     def test_reflectances_above_one_are_legitimate(self):
         names = " ".join(["CMY_C CMY_M CMY_Y", *(f"SPEC_{nm}" for nm in BANDS)])
         paper = [1.25 if nm == 440 else 0.9 for nm in BANDS]
-        samples = read(table(names, [(0, 0, 0, *paper), (100, 0, 0, *[0.3] * 36)]))
+        samples = read(table(names, [(0, 0, 0, *paper), (100, 50, 20, *[0.3] * 36)]))
         assert samples.spectra.values.max() == 1.25
-        plain = read(table(names, [(0, 0, 0, *[0.9] * 36), (100, 0, 0, *[0.3] * 36)]))
-        bluer, gray = measured_colours(samples, "absolute"), measured_colours(plain, "absolute")
-        assert bluer.lab[0, 2] < gray.lab[0, 2] - 1
+        plain = read(table(names, [(0, 0, 0, *[0.9] * 36), (100, 50, 20, *[0.3] * 36)]))
+        bluer, gray = (surface_colours(each, intent="absolute") for each in (samples, plain))
+        assert bluer.points[0, 2] < gray.points[0, 2] - 1
 
     @pytest.mark.parametrize("scale", [1, 100, 417.3])
     def test_xyz_on_its_three_scales(self, scale):
@@ -306,7 +306,7 @@ class TestTrapsOfRealFiles:
         rows = [(0, 0, 0, 0, 0, 0), (255, 0, 0, 0.41, 0.21, 0.02), (255, 255, 255, 0.95, 1, 1.09)]
         rows = [(*row[:3], *(value * scale for value in row[3:])) for row in rows]
         samples = read(table("RGB_R RGB_G RGB_B XYZ_X XYZ_Y XYZ_Z", rows))
-        lab = measured_colours(samples, "relative").lab
+        lab = surface_colours(samples).points
         np.testing.assert_allclose(lab[2], [100, 0, 0], atol=1e-9)
         np.testing.assert_allclose(lab[1, 0], 116 * 0.21 ** (1 / 3) - 16, atol=2)
 
@@ -375,29 +375,27 @@ class TestColourGamutEnvelopes:
         samples = read(text)
         assert samples.provenance["dialect"] == "CGE_MEASUREMENT"
         assert samples.illumination.tolist() == [102, 100, 63.7]
-        absolute = measured_colours(samples, "absolute")
+        absolute = surface_colours(samples, intent="absolute")
         # Half and a 25th of the perfect diffuser: neutral, L* by CIE 15.
-        np.testing.assert_allclose(absolute.lab[:, 0], 116 * np.cbrt([0.04, 0.5]) - 16)
-        np.testing.assert_allclose(absolute.lab[:, 1:], 0, atol=1e-6)
+        np.testing.assert_allclose(absolute.points[:, 0], 116 * np.cbrt([0.04, 0.5]) - 16)
+        np.testing.assert_allclose(absolute.points[:, 1:], 0, atol=1e-6)
         assert absolute.provenance["observer"] == "2°"
         assert "102, 100, 63.7" in absolute.provenance["illuminant"]
-        relative = measured_colours(samples, "relative")
-        np.testing.assert_allclose(relative.lab[1], [100, 0, 0], atol=1e-6)
+        relative = surface_colours(samples)
+        np.testing.assert_allclose(relative.points[1], [100, 0, 0], atol=1e-6)
 
     def test_a_measurement_of_an_emissive_display(self):
         text = table(self.XYZ, self.HALF, self.HEAD.format("CGE_MEASUREMENT", "EMISSIVE"))
-        medium = measured_colours(read(text), "relative")
+        medium = surface_colours(read(text))
         assert medium.provenance["medium"] == "display"
-        np.testing.assert_allclose(medium.lab[1], [100, 0, 0], atol=1e-6)
+        np.testing.assert_allclose(medium.points[1], [100, 0, 0], atol=1e-6)
 
     def test_an_envelope(self):
         names = "SampleID RGB_R RGB_G RGB_B LAB_L LAB_A LAB_B"
         rows = [(1, 0, 0, 0, 0, 0, 0), (2, 255, 0, 0, 54, 81, 70), (3, 255, 255, 255, 100, 0, 0)]
         samples = read(table(names, rows, self.HEAD.format("CGE_ENVELOPE", "EMISSIVE")))
         assert samples.provenance["dialect"] == "CGE_ENVELOPE"
-        np.testing.assert_allclose(
-            measured_colours(samples, "relative").lab[1], [54, 81, 70], atol=1e-3
-        )
+        np.testing.assert_allclose(surface_colours(samples).points[1], [54, 81, 70], atol=1e-3)
 
     def test_signals_alone_are_no_gamut(self):
         with pytest.raises(MissingColumnError):

@@ -1,4 +1,4 @@
-"""Reference gamuts: matrices, curves, adaptation, optimal colours, and what no surface can have."""
+"""Reference gamuts: their colours and faces, and what no surface can have."""
 
 import json
 
@@ -7,27 +7,10 @@ import pytest
 from scipy.spatial import ConvexHull, KDTree
 
 from gamutcore.characterisation import characterisation
-from gamutcore.colours import plausibility, surface_colours
-from gamutcore.colours.optimal_colours import (
-    optimal_colours,
-    optimal_faces,
-    spectral_weights,
-)
-from gamutcore.colours.plausibility import (
-    extrapolation_warnings,
-    impossible_colour_warnings,
-)
-from gamutcore.colours.reference_colours import (
-    RGB_CURVES,
-    decode_rgb,
-    encode_rgb,
-    primary_matrix,
-    reference_lab,
-    reference_white,
-    rgb_xyz,
-    surface_xyz,
-)
-from gamutcore.colours.spaces.cielab import white_of, xyz_to_lab
+from gamutcore.colours import colours_in_space, plausibility, surface_colours, xyz_to_lab
+from gamutcore.colours.plausibility import extrapolation_warnings, impossible_colour_warnings
+from gamutcore.colours.spaces import ColourSpace
+from gamutcore.colours.spaces.cielab import colour_science
 from gamutcore.colours.spectral import tristimulus_weights
 from gamutcore.errors import OptionError
 from gamutcore.mesh import TriangleMesh
@@ -36,56 +19,66 @@ from gamutcore.references import REFERENCES
 RGB_SPACES = [each for each in REFERENCES.values() if each.kind == "rgb"]
 
 
-@pytest.mark.parametrize("curve", [*RGB_CURVES, 1.0, 2.2, 563 / 256])
-def test_encoding_inverts_decoding(curve):
-    values = np.linspace(0, 1, 1001)
-    # the published constants of the linear parts are rounded, so the parts do not quite meet
-    np.testing.assert_allclose(encode_rgb(decode_rgb(values, curve), curve), values, atol=3e-4)
-    assert (np.diff(decode_rgb(values, curve)) > -1e-5).all()
+def in_xyz(slug, count=1000):
+    """Colours of a reference as tristimulus values of its own white."""
+    found = surface_colours(REFERENCES[slug], intent="absolute", surface_samples=count)
+    return colours_in_space(found, ColourSpace("CIEXYZ"))
+
+
+def at(found, *device):
+    """Colour of a device value that is among the surface's."""
+    return found.points[(found.device == device).all(axis=1)][0]
+
+
+@pytest.mark.parametrize("reference", RGB_SPACES, ids=lambda each: each.slug)
+def test_colours_of_rgb_spaces_are_those_of_colour_science(reference):
+    """The published constants of the linear parts of curves are rounded."""
+    colour = colour_science()
+    space = colour.RGB_COLOURSPACES[reference.name].copy()
+    space.use_derived_matrix_RGB_to_XYZ = True
+    found = in_xyz(reference.slug)
+    with np.errstate(all="ignore"):
+        linear = np.asarray(space.cctf_decoding(found.device), np.float64)
+        full = float(space.cctf_decoding(1.0))
+    if reference.definition["curve"] == 1.0:
+        # linear light, a logarithmic curve, or one that reaches beyond the white
+        assert np.allclose(linear, found.device) or abs(full - 1) > 0.5 or "Pro" in reference.name
+        linear = found.device
+    expected = linear @ space.matrix_RGB_to_XYZ.T
+    np.testing.assert_allclose(found.points, expected, atol=2e-4 * expected.max())
+
+
+@pytest.mark.parametrize("reference", RGB_SPACES, ids=lambda each: each.slug)
+def test_full_scale_is_the_white_and_zero_is_black(reference):
+    found = surface_colours(reference, surface_samples=100)
+    np.testing.assert_allclose(at(found, 1, 1, 1), [100, 0, 0], atol=1e-6)
+    np.testing.assert_allclose(at(found, 0, 0, 0), [0, 0, 0], atol=1e-6)
 
 
 @pytest.mark.parametrize(("slug", "volume"), [("srgb", 0.207094138), ("display-p3", 0.288173460)])
 def test_the_parallelepiped_in_xyz_has_the_exact_volume(slug, volume):
     """The determinant, as published (see the figures of the design)."""
-    assert np.linalg.det(primary_matrix(REFERENCES[slug])) == pytest.approx(volume, abs=2e-9)
+    primaries = [at(in_xyz(slug), *corner) for corner in np.eye(3)]
+    assert np.linalg.det(primaries) == pytest.approx(volume, abs=2e-9)
 
 
-@pytest.mark.parametrize("reference", RGB_SPACES, ids=lambda each: each.slug)
-def test_full_scale_is_the_white_and_zero_is_black(reference):
-    white = reference_white(reference)
-    xyz = rgb_xyz(reference, np.array([[1.0, 1, 1], [0, 0, 0]]))
-    np.testing.assert_allclose(xyz, [white, [0, 0, 0]], atol=1e-9)
-    lab, _ = reference_lab(xyz, white, "relative", "Bradford")
-    np.testing.assert_allclose(lab, [[100, 0, 0], [0, 0, 0]], atol=1e-6)
-
-
+@pytest.mark.parametrize("slug", ["srgb", "pointer", "optimal-colours-d50-2"])
 @pytest.mark.parametrize("intent", ["perceptual", "saturation"])
-def test_intents_of_profiles_are_refused(intent):
+def test_intents_of_profiles_are_refused(slug, intent):
     with pytest.raises(OptionError, match=intent):
-        reference_lab(np.ones((1, 3)), np.ones(3), intent, "Bradford")
+        surface_colours(REFERENCES[slug], intent=intent)
 
 
-def test_the_faces_of_pointers_gamut_are_a_closed_oriented_sphere():
-    xyz, white, faces = surface_xyz(REFERENCES["pointer"], 1000)
-    assert set(faces.ravel()) == set(range(len(xyz)))
-    assert len(faces) == 2 * len(xyz) - 4
-    edges = {
-        edge for face in faces.tolist() for edge in zip(face, face[1:] + face[:1], strict=True)
-    }
-    assert len(edges) == 3 * len(faces)
-    assert all((b, a) in edges for a, b in edges)
-    corners = reference_lab(xyz, white, "relative", "Bradford")[0][faces]
-    volume = np.einsum("ij,ij->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6
-    assert volume > 5e5
-
-
-def test_pointers_colours_have_the_lightness_and_hue_of_his_table():
-    xyz, white, _ = surface_xyz(REFERENCES["pointer"], 1000)
-    from gamutcore.colours.spaces.cielab import xyz_to_lab
-
-    lab = xyz_to_lab(xyz, white)
-    assert len(lab) == 16 * 36 + 2
-    np.testing.assert_allclose(np.unique(np.round(lab[:, 0], 6)), np.arange(15, 91, 5), atol=1e-6)
+def test_pointers_gamut_is_a_closed_sphere_of_the_lightness_and_chroma_of_his_table():
+    found = surface_colours(REFERENCES["pointer"])
+    mesh = TriangleMesh(found.points, found.faces.corners)
+    assert set(mesh.faces.ravel()) == set(range(16 * 36 + 2))
+    validity = mesh.validity()
+    assert (validity.closed, validity.manifold, validity.euler_characteristic) == (True, True, 2)
+    assert mesh.volume > 5e5
+    xyz, white = in_xyz("pointer").points, found.provenance["white"]
+    lab = xyz_to_lab(xyz, np.array(white))
+    np.testing.assert_allclose(np.unique(np.round(lab[:, 0], 4)), np.arange(15, 91, 5), atol=1e-4)
     # Pointer's most saturated colours: a yellow of L* 85 with C*ab 115 or more
     assert np.hypot(lab[:, 1], lab[:, 2]).max() > 110
 
@@ -93,37 +86,48 @@ def test_pointers_colours_have_the_lightness_and_hue_of_his_table():
 CASES = [(light, observer) for light in ("D50", "D65", "A") for observer in (2, 10)]
 
 
-@pytest.mark.parametrize(("light", "observer"), CASES)
-def test_all_light_together_is_the_white(light, observer):
-    weights = spectral_weights(light, observer)
-    np.testing.assert_allclose(weights.sum(axis=0), white_of(light, str(observer)), atol=4e-4)
+def optimal_colours(light, observer, count):
+    """Optimal colours with black first, white last."""
+    found = in_xyz(f"optimal-colours-{light.lower()}-{observer}", count)
+    assert len(found.points) <= count
+    np.testing.assert_allclose(found.points[0], 0, atol=1e-12)
+    assert found.points[-1][1] == pytest.approx(1)
+    return found
+
+
+@pytest.mark.parametrize(
+    ("light", "observer", "white"),
+    [  # ASTM E308, table 5
+        ("D50", 2, (0.96422, 0.82521)),
+        ("D50", 10, (0.96720, 0.81427)),
+        ("D65", 2, (0.95047, 1.08883)),
+        ("D65", 10, (0.94811, 1.07304)),
+        ("A", 2, (1.09850, 0.35585)),
+        ("A", 10, (1.11144, 0.35200)),
+    ],
+)
+def test_all_light_together_is_the_white(light, observer, white):
+    colours = optimal_colours(light, observer, 300).points
+    np.testing.assert_allclose(colours[-1, [0, 2]], white, atol=4e-4)
 
 
 @pytest.mark.parametrize(("light", "observer"), CASES)
-def test_the_complement_of_an_optimal_colour_is_optimal(light, observer):
-    """The solid is a zonoid: point-symmetric about half of the white."""
-    colours = optimal_colours(light, observer, 3000)
-    white = colours[-1]
-    distance, _ = KDTree(colours).query(white - colours)
+def test_the_solid_is_symmetric_and_its_faces_are_those_of_the_convex_hull(light, observer):
+    """A zonoid: the complement of an optimal colour is optimal."""
+    found = optimal_colours(light, observer, 4000)
+    colours = found.points
+    distance, _ = KDTree(colours).query(colours[-1] - colours)
     assert distance.max() < 1e-9
-
-
-@pytest.mark.parametrize("count", [300, 5000, 60_000, 10**6])
-def test_there_are_at_most_as_many_colours_as_asked_for(count):
-    colours = optimal_colours("D65", 2, count)
-    assert len(colours) <= count
-    np.testing.assert_array_equal(colours[0], 0)
-    assert colours[-1][1] == pytest.approx(1)
-
-
-@pytest.mark.parametrize(("light", "observer"), CASES)
-def test_the_faces_are_those_of_the_convex_hull(light, observer):
-    colours = optimal_colours(light, observer, 4000)
-    mesh = TriangleMesh(colours, optimal_faces(len(colours)))
+    mesh = TriangleMesh(colours, found.faces.corners)
     assert mesh.triangles == 2 * len(colours) - 4
     assert mesh.validity().is_sphere
     # the spectrum locus is concave by a little at its ends
     assert abs(mesh.volume) == pytest.approx(ConvexHull(colours).volume, rel=1e-5)
+
+
+def test_there_are_at_most_as_many_colours_as_asked_for():
+    sizes = [len(optimal_colours("D65", 2, count).points) for count in (300, 60_000, 10**6)]
+    assert sizes[0] < sizes[1] < sizes[2]
 
 
 CORNERS = np.stack(np.meshgrid(*[[0.0, 1.0]] * 3), axis=-1).reshape(-1, 3)
@@ -156,7 +160,7 @@ def test_the_bands_are_those_of_astm_e308():
 
 def test_optimal_colours_are_inside_their_solid_and_lighter_ones_are_not():
     """Reflectances of 0 and 1 with two steps (Schrödinger 1920), by their cumulative sums."""
-    optimal = optimal_colours("D50", 2, 4000)[1:]
+    optimal = optimal_colours("D50", 2, 4000).points[1:]
     assert impossible_colour_warnings(xyz_to_lab(optimal), lights=False) == []
     # Away from the middle of the solid by 5 %: all of them are outside.
     middle = optimal[-1] / 2

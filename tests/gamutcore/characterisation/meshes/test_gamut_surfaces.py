@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from gamutcore.boundary import mesh_boundary
-from gamutcore.characterisation import GamutMesh, characterisation, described_boundary
+from gamutcore.characterisation import GamutMesh, Samples, characterisation, described_boundary
 from gamutcore.errors import (
     MalformedFileError,
     MalformedProfileError,
@@ -88,6 +88,20 @@ def test_what_is_broken_is_named_with_its_place(old, new, where):
     with pytest.raises(MalformedFileError) as caught:
         characterisation(TEXT.replace(old, new).encode())
     assert where.items() <= caught.value.where.items(), caught.value.where
+
+
+def test_a_surface_that_is_cut_anywhere_is_refused_with_its_place():
+    for end in range(TEXT.index("END_DATA\n"), TEXT.rindex("11\nEND_DATA")):
+        with pytest.raises(MalformedFileError) as caught:
+            characterisation(TEXT[:end].encode())
+        assert caught.value.code == "malformed-file"
+        assert {"line", "face", "field"} & set(caught.value.where)
+
+
+@pytest.mark.parametrize("head", ["CTI3\n# GAMUT", "CTI3\nGAMUT yes", "GAMUT_CENTER 1"])
+def test_samples_are_not_taken_for_surfaces(head):
+    text = f"{head}\nBEGIN_DATA_FORMAT\nLAB_L LAB_A LAB_B\nEND_DATA_FORMAT\nBEGIN_DATA\n50 1 2\n"
+    assert isinstance(characterisation(f"{text}END_DATA\n".encode()), Samples)
 
 
 @pytest.mark.parametrize("name", ["press/ISOcoated_v2_300_bas.icc", "spaces/sRGB-v2-magic.icc"])

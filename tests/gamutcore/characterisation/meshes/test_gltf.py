@@ -138,6 +138,41 @@ def test_extras_state_the_centre_and_the_space():
     assert characterisation(written(document(asset=asset))).space_notes["space"] == "Oklab"
 
 
+DEVICE = np.array([0.0, 0.25, 0.5, 1.0], "<f4")
+
+
+def with_device_values(count, **changes):
+    content = document(**changes)
+    accessor = {"bufferView": 2, "componentType": 5126, "count": 4, "type": "SCALAR"}
+    content["accessors"].append(accessor)
+    content["bufferViews"].append({"buffer": 0, "byteOffset": 72, "byteLength": 16})
+    attributes = content["meshes"][0]["primitives"][0]["attributes"]
+    attributes |= {f"_DEVICE_{number}": 2 for number in range(count)}
+    return characterisation(written(content, CONTENT + DEVICE.tobytes()))
+
+
+@pytest.mark.parametrize("count", [2, 15, 16])
+def test_device_values_are_read_up_to_fifteen_channels(count):
+    mesh = with_device_values(count)
+    np.testing.assert_array_equal(mesh.vertices, POSITIONS)
+    if count <= 15:
+        np.testing.assert_array_equal(mesh.device.values, np.tile(DEVICE, (count, 1)).T)
+        assert mesh.warnings == ()
+    else:
+        assert mesh.device is None
+        assert "channels" in mesh.warnings[0]
+
+
+def test_device_values_of_all_places_of_a_mesh_are_bounded(monkeypatch):
+    monkeypatch.setattr("gamutcore.characterisation.gamut_mesh.MAX_DEVICE_VALUES", 12)
+    assert with_device_values(2).device is not None
+    twice = {"nodes": [{"mesh": 0}, {"mesh": 0}], "scenes": [{"nodes": [0, 1]}]}
+    mesh = with_device_values(2, **twice)
+    assert len(mesh.vertices) == 8
+    assert mesh.device is None
+    assert "channels" in mesh.warnings[0]
+
+
 def test_statements_are_bounded():
     extras = {f"name {number}" * 50: "x" * 10_000 for number in range(300)}
     mesh = characterisation(written(document(asset={"version": "2.0", "extras": extras})))

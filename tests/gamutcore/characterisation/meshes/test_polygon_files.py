@@ -219,17 +219,22 @@ def test_what_is_broken_in_obj_is_named(line, place):
     assert place.items() <= caught.value.where.items()
 
 
-@pytest.mark.slow
-def test_too_many_triangles_are_refused():
-    count = 1_000_001
-    with pytest.raises(SampleLimitError):
-        characterisation(bytes(80) + count.to_bytes(4, "little") + bytes(50 * count))
-    with pytest.raises(SampleLimitError):
-        characterisation(b"solid a\nfacet\n" + b"vertex 0 0 0\n" * 1_500_001)
-    with pytest.raises(SampleLimitError):
-        characterisation(b"v 0 0 0\n" * 1_000_001 + b"f 1 1 1\n")
-    with pytest.raises(SampleLimitError):
-        characterisation(b"v 0 0 0\n" + b"f 1 1 1\n" * (count + 1))
+def test_too_many_triangles_are_refused_before_their_coordinates_are_read(monkeypatch):
+    for limit in (
+        "gamut_mesh.MAX_TRIANGLES",
+        "meshes.triangle_files.MAX_TRIANGLES",
+        "meshes.triangle_files.MAX_TEXT_TRIANGLES",
+        "meshes.triangle_files.MAX_OBJ_VERTICES",
+    ):
+        monkeypatch.setattr(f"gamutcore.characterisation.{limit}", 1000)
+    for data in (
+        bytes(80) + (1001).to_bytes(4, "little") + bytes(50 * 1001),
+        b"solid a\nfacet\n" + b"vertex 0 0 0\n" * 3003,
+        b"v 0 0 0\n" * 1001 + b"f 1 1 1\n",
+        b"v 0 0 0\n" + b"f 1 1 1\n" * 1001,
+    ):
+        with pytest.raises(SampleLimitError):
+            characterisation(data)
 
 
 def test_text_of_stl_with_a_broken_corner_is_refused():

@@ -5,13 +5,13 @@ import pytest
 from scipy.interpolate import RBFInterpolator, RegularGridInterpolator
 from threadpoolctl import threadpool_limits
 
-from gamutcore.characterisation import characterisation
+from gamutcore.characterisation import Picture, characterisation
+from gamutcore.colours import surface_colours
 from gamutcore.colours.device.model import device_model
 from gamutcore.colours.device.scattered_model import (
     SMOOTHING,
     scattered_model,
 )
-from gamutcore.colours.profile_colours import profile_colours
 from gamutcore.errors import OptionError
 
 N_LINEAR = "n-linear interpolation of a complete grid"
@@ -177,7 +177,8 @@ def test_grids_of_real_devices_at_their_surface(shared_data, uniform_surface, na
     channels = len(profile.channels)
 
     def colours(values):
-        return profile_colours(profile, values, "relative").lab
+        picture = Picture("tiff", "CMYK", values, np.ones(len(values), np.int64), profile)
+        return surface_colours(picture).points
 
     device = grid(levels, channels)
     model = device_model(device, colours(device))
