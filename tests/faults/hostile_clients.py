@@ -148,7 +148,10 @@ def attacks(mesh, *, full):
     picture = FILE + png_bomb() + END
     fields = b"".join(f"{PART.format(n)}x\r\n".encode() for n in range(100_000)) + END
     get = f"GET {mesh} HTTP/1.1\r\nHost: localhost\r\n"
-    whole_mesh = get.replace("triangles=1000", "max_error=0") + "\r\n"
+    meshes = 30 * (get.replace("triangles=1000", "max_error=0") + "\r\n")
+    ahead = 2000 * f"{get}\r\n"
+    distance = "contains?distance=true"
+    ignored = {"clients": FEW, "reads": False}
     counted = itertools.count()
     crowd = 2000 if full else 250
 
@@ -195,31 +198,9 @@ def attacks(mesh, *, full):
         Attack("head by the byte", {0, 408}, "", lambda: drops(get.encode() * 50), CONNECTIONS * 2),
         Attack("body by the byte", {408, 503}, body_by_the_byte, lambda: drops(bytes(1000)), FEW),
         Attack("crowd that says nothing", {0}, "", lambda: silence(SECONDS + 0.7), crowd),
-        Attack(
-            "no answer is taken",
-            {0},
-            whole_mesh * 30,
-            lambda: silence(SECONDS + 1.2),
-            FEW,
-            reads=False,
-        ),
-        whole(
-            "crowd of queries whose answer nobody takes",
-            {0},
-            NPY,
-            many,
-            "contains?distance=true",
-            clients=FEW,
-            reads=False,
-        ),
-        Attack(
-            "thousands of requests ahead",
-            {0},
-            f"{get}\r\n" * 2000,
-            lambda: silence(1),
-            FEW,
-            reads=False,
-        ),
+        Attack("no answer is taken", {0}, meshes, lambda: silence(SECONDS + 1.2), **ignored),
+        whole("crowd of queries whose answer nobody takes", {0}, NPY, many, distance, **ignored),
+        Attack("thousands of requests ahead", {0}, ahead, lambda: silence(1), **ignored),
     ]
     for attack in slow:
         attack.slow = True
