@@ -210,7 +210,8 @@ class TestMonitoring:
         self, rendered, case, there
     ):
         objects = rendered(CASES[case])
-        assert ({"ServiceMonitor", "PodMonitor"} <= {kind for kind, _ in objects}) is there
+        monitors = {"ServiceMonitor", "PodMonitor"}
+        assert monitors & {kind for kind, _ in objects} == (monitors if there else set())
         for component in ("api", "worker"):
             template = objects["Deployment", component]["spec"]["template"]
             (port,) = template["spec"]["containers"][0]["ports"]
