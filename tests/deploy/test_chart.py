@@ -16,7 +16,6 @@ CHART = ROOT / "deploy" / "helm" / "gamut"
 KUBERNETES = ("1.29", "1.33", "1.37")
 
 NEEDED = {"store": {"url": "s3://bucket/prefix"}, "secret": {"name": "gamut"}}
-REDIS = {"worker": {"autoscaling": {"keda": {"redisAddress": "redis:6379"}}}}
 
 
 def merged(*values):
@@ -31,57 +30,46 @@ def merged(*values):
     return result
 
 
+def scaled(**worker):
+    return {"worker": {"autoscaling": worker}}
+
+
+REDIS = scaled(keda={"redisAddress": "redis:6379"})
+EVERYTHING = """
+ingress: {enabled: true, className: nginx, host: gamuts.example, tlsSecretName: tls,
+  annotations: {a/b: c}}
+networkPolicy: {enabled: true, from: [{podSelector: {}}]}
+settings: {GAMUT_BUILD_QUEUE: 200, GAMUT_ACCESS_LOG: true}
+serviceAccount: {annotations: {role: reader}}
+imagePullSecrets: [{name: registry}]
+service: {type: NodePort, annotations: {a: b}}
+monitoring:
+  annotations: true
+  serviceMonitor: {enabled: true}
+  podMonitor: {enabled: true}
+  labels: {release: prometheus}
+  apiKey: {secret: prometheus, key: gamut}
+api:
+  podLabels: {a: b}
+  podAnnotations: {a: b}
+  nodeSelector: {disk: ssd}
+  tolerations: [{key: spot, operator: Exists}]
+  affinity: {podAntiAffinity: {}}
+  podDisruptionBudget: {maxUnavailable: 50%}
+"""
+
 CASES = {
     "redis": merged(NEEDED, REDIS),
-    "redis with a password": merged(
-        NEEDED, REDIS, {"worker": {"autoscaling": {"keda": {"redisPasswordKey": "password"}}}}
-    ),
+    "redis with a password": merged(NEEDED, REDIS, scaled(keda={"redisPasswordKey": "password"})),
     "rabbitmq": merged(NEEDED, {"broker": {"kind": "rabbitmq"}}),
-    "hpa for workers": merged(
-        NEEDED,
-        {"worker": {"autoscaling": {"kind": "hpa", "hpa": {"selector": {"matchLabels": {}}}}}},
-    ),
+    "hpa for workers": merged(NEEDED, scaled(kind="hpa", hpa={"selector": {"matchLabels": {}}})),
     "fixed numbers": merged(
         NEEDED,
-        {
-            "worker": {"autoscaling": {"kind": "none"}, "replicas": 3},
-            "api": {"autoscaling": {"enabled": False}, "replicas": 4},
-        },
+        scaled(kind="none"),
+        {"worker": {"replicas": 3}, "api": {"autoscaling": {"enabled": False}, "replicas": 4}},
     ),
-    "everything": merged(
-        NEEDED,
-        REDIS,
-        {
-            "ingress": {
-                "enabled": True,
-                "className": "nginx",
-                "host": "gamuts.example",
-                "tlsSecretName": "tls",
-                "annotations": {"a/b": "c"},
-            },
-            "networkPolicy": {"enabled": True, "from": [{"podSelector": {}}]},
-            "settings": {"GAMUT_BUILD_QUEUE": 200, "GAMUT_ACCESS_LOG": True},
-            "serviceAccount": {"annotations": {"role": "reader"}},
-            "imagePullSecrets": [{"name": "registry"}],
-            "service": {"type": "NodePort", "annotations": {"a": "b"}},
-            "monitoring": {
-                "annotations": True,
-                "serviceMonitor": {"enabled": True},
-                "podMonitor": {"enabled": True},
-                "labels": {"release": "prometheus"},
-                "apiKey": {"secret": "prometheus", "key": "gamut"},
-            },
-            "api": {
-                "podLabels": {"a": "b"},
-                "podAnnotations": {"a": "b"},
-                "nodeSelector": {"disk": "ssd"},
-                "tolerations": [{"key": "spot", "operator": "Exists"}],
-                "affinity": {"podAntiAffinity": {}},
-                "podDisruptionBudget": {"maxUnavailable": "50%"},
-            },
-        },
-    ),
-}  # fmt: skip
+    "everything": merged(NEEDED, REDIS, yaml.safe_load(EVERYTHING)),
+}
 
 
 def package(name):
@@ -116,6 +104,10 @@ def rendered(helm):
         return found
 
     return objects
+
+
+def pod_of(objects, component):
+    return objects["Deployment", component]["spec"]["template"]["spec"]
 
 
 @pytest.mark.parametrize("case", CASES)
@@ -173,7 +165,7 @@ def test_values_that_make_no_cluster_are_refused_by_name(helm, rendered, values,
 
 @pytest.mark.parametrize("component", ["api", "worker"])
 def test_pods_have_no_rights_and_a_read_only_root(rendered, component):
-    pod = rendered(CASES["redis"])["Deployment", component]["spec"]["template"]["spec"]
+    pod = pod_of(rendered(CASES["redis"]), component)
     assert pod["automountServiceAccountToken"] is False
     assert pod["securityContext"]["runAsNonRoot"] is True
     user = re.findall(r"^USER (\d+):(\d+)", (ROOT / "Dockerfile").read_text(), re.MULTILINE)[-1]
@@ -192,7 +184,7 @@ def test_pods_have_no_rights_and_a_read_only_root(rendered, component):
 @pytest.mark.parametrize("component", ["api", "worker"])
 def test_a_pod_is_given_longer_than_its_drain(rendered, component):
     values = merged(CASES["redis"], {component: {"drainSeconds": 300}})
-    pod = rendered(values)["Deployment", component]["spec"]["template"]["spec"]
+    pod = pod_of(rendered(values), component)
     (container,) = pod["containers"]
     variables = {each["name"]: each.get("value") for each in container["env"]}
     assert variables["GAMUT_DRAIN_SECONDS"] == "300"
@@ -205,7 +197,7 @@ def test_the_figures_of_workers_have_a_port_or_none(rendered):
             CASES["redis"], {"networkPolicy": {"enabled": True}, "worker": {"metricsPort": port}}
         )
         objects = rendered(values)
-        pod = objects["Deployment", "worker"]["spec"]["template"]["spec"]
+        pod = pod_of(objects, "worker")
         ports = [each["containerPort"] for each in pod["containers"][0].get("ports", [])]
         assert ports == ([port] if port else [])
         let_in = objects["NetworkPolicy", "worker"]["spec"]["ingress"]
@@ -213,24 +205,24 @@ def test_the_figures_of_workers_have_a_port_or_none(rendered):
 
 
 class TestMonitoring:
-    def test_nothing_of_it_is_there_by_default(self, rendered):
-        objects = rendered(CASES["redis"])
-        assert not {kind for kind, _ in objects} & {"ServiceMonitor", "PodMonitor"}
+    @pytest.mark.parametrize(("case", "there"), [("redis", False), ("everything", True)])
+    def test_it_is_there_if_wanted_and_annotations_name_the_port_of_the_figures(
+        self, rendered, case, there
+    ):
+        objects = rendered(CASES[case])
+        monitors = {"ServiceMonitor", "PodMonitor"}
+        assert monitors & {kind for kind, _ in objects} == (monitors if there else set())
         for component in ("api", "worker"):
             template = objects["Deployment", component]["spec"]["template"]
-            annotations = template["metadata"]["annotations"]
-            assert not [name for name in annotations if name.startswith("prometheus.io/")]
-
-    def test_annotations_name_the_port_that_the_figures_are_at(self, rendered):
-        objects = rendered(CASES["everything"])
-        for component in ("api", "worker"):
-            template = objects["Deployment", component]["spec"]["template"]
-            annotations = template["metadata"]["annotations"]
-            (container,) = template["spec"]["containers"]
-            (port,) = container["ports"]
-            assert annotations["prometheus.io/scrape"] == "true"
-            assert annotations["prometheus.io/port"] == str(port["containerPort"])
-            assert annotations["prometheus.io/path"] == "/metrics"
+            (port,) = template["spec"]["containers"][0]["ports"]
+            expected = {
+                "prometheus.io/scrape": "true",
+                "prometheus.io/port": str(port["containerPort"]),
+                "prometheus.io/path": "/metrics",
+            }
+            annotations = template["metadata"]["annotations"].items()
+            found = {name: value for name, value in annotations if name in expected}
+            assert found == (expected if there else {})
 
     def test_monitors_select_what_they_are_for_by_ports_that_exist(self, rendered):
         objects = rendered(CASES["everything"])
@@ -258,8 +250,7 @@ def test_the_variables_are_settings_of_the_service(rendered):
     objects = rendered(CASES["everything"])
     names = set(objects["ConfigMap", None]["data"])
     for component in ("api", "worker"):
-        pod = objects["Deployment", component]["spec"]["template"]["spec"]
-        names |= {each["name"] for each in pod["containers"][0]["env"]}
+        names |= {each["name"] for each in pod_of(objects, component)["containers"][0]["env"]}
     known = {f"{ENVIRONMENT_PREFIX}{name.upper()}" for name in Settings.model_fields}
     assert names <= known
 

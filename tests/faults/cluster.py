@@ -13,11 +13,10 @@ machine.
 The program exits with 1 at the first broken promise.
 """
 
-from __future__ import annotations
-
 import argparse
 import concurrent.futures
 import hashlib
+import itertools
 import json
 import os
 import random
@@ -27,7 +26,6 @@ import tempfile
 import time
 from pathlib import Path
 from statistics import mean
-from typing import Any
 
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "tests" / "service"))
@@ -50,13 +48,13 @@ class BrokenPromiseError(Exception):
     """The service broke a promise."""
 
 
-def require(condition: object, promise: str) -> None:
+def require(condition, promise):
     """Raise if a promise is broken."""
     if not condition:
         raise BrokenPromiseError(promise)
 
 
-def children(process: int) -> list[int]:
+def children(process):
     """Return the child processes of a process."""
     return [
         int(child)
@@ -68,7 +66,7 @@ def children(process: int) -> list[int]:
 class Run:
     """A run over one deployment."""
 
-    def __init__(self, cluster: Cluster, replicas: int, workers: int, seed: int) -> None:
+    def __init__(self, cluster, replicas, workers, seed):
         self.cluster = cluster
         self.chance = random.Random(seed)  # noqa: S311 - reproducible
         self.count = 0
@@ -76,7 +74,7 @@ class Run:
         self.workers = [cluster.worker() for _ in range(workers)]
         until(lambda: all("is warm" in worker.log() for worker in self.workers))
 
-    def arguments(self, samples: int = 30_000) -> dict[str, Any]:
+    def arguments(self, samples=30_000):
         """Return the arguments of a POST for a new gamut."""
         self.count += 1
         options = {"gamma": 0.2 + 1e-6 * self.count, "surface_samples": samples}
@@ -85,27 +83,31 @@ class Run:
             "data": {"options": json.dumps(options)},
         }
 
-    def post(self, replica: Any, arguments: dict[str, Any], prefer: str) -> Any:
+    def post(self, replica, arguments, prefer):
         answer = replica.client.post("/v1/gamuts", **arguments, headers={"Prefer": prefer})
         require(answer.status_code in {200, 201, 202}, f"POST: {answer.status_code} {answer.text}")
         return answer
 
-    def job(self, job_id: str) -> dict[str, Any]:
+    def submit(self, replica, samples=30_000):
+        """Return the job of a new build."""
+        return self.post(replica, self.arguments(samples), "respond-async").json()["id"]
+
+    def job(self, job_id):
         answer = self.chance.choice(self.replicas).client.get(f"/v1/jobs/{job_id}")
         require(answer.status_code == 200, f"an accepted job is unknown: {answer.text}")
-        return dict(answer.json())
+        return answer.json()
 
-    def wait_for_success(self, job_id: str) -> dict[str, Any]:
-        job = until(lambda: (j := self.job(job_id))["finished"] and j, 300, 0.05)
+    def wait_for_success(self, job_id):
+        job = until(lambda: (j := self.job(job_id))["finished"] and j)
         require(job["state"] == "succeeded", f"an accepted build failed: {job}")
-        return dict(job)
+        return job
 
-    def builder(self, job_id: str) -> Any:
+    def builder(self, job_id):
         """Return the worker that started the job last."""
-        until(lambda: self.job(job_id)["state"] == "running", 120)
+        until(lambda: self.job(job_id)["state"] == "running")
         return max(self.workers, key=lambda each: each.log().rfind(f"build of {job_id} started"))
 
-    def check_history(self, gamut_id: str) -> bytes:
+    def check_history(self, gamut_id):
         """Return the history, after checking the entity tag and that all replicas agree."""
         contents = set()
         for replica in self.replicas:
@@ -117,32 +119,25 @@ class Run:
         require(len(contents) == 1, "replicas answer with different bytes")
         return contents.pop()
 
-    def post_identical(self, posts: int) -> int:
+    def post_identical(self, posts):
         """Post identical requests at the same time and return the number of builds."""
         arguments = self.arguments()
         with concurrent.futures.ThreadPoolExecutor(min(posts, 64)) as pool:
-            answers = list(
-                pool.map(
-                    lambda n: self.post(
-                        self.replicas[n % len(self.replicas)], arguments, "wait=120"
-                    ),
-                    range(posts),
-                )
-            )
+            replicas = itertools.islice(itertools.cycle(self.replicas), posts)
+            answers = list(pool.map(lambda each: self.post(each, arguments, "wait=120"), replicas))
         (gamut_id,) = {answer.json()["id"] for answer in answers}
         self.check_history(gamut_id)
         built = sum(each.log().count(f"build of {gamut_id} started") for each in self.workers)
         require(built == 1, f"{posts} identical requests were built {built} times")
         return built
 
-    def kill_worker(self) -> float:
+    def kill_worker(self):
         """Kill the worker of a build; return the seconds until another worker resumes it."""
         replica = self.chance.randrange(len(self.replicas))
-        job_id = self.post(self.replicas[replica], self.arguments(100_000), "respond-async").json()[
-            "id"
-        ]
+        job_id = self.submit(self.replicas[replica], 100_000)
         victim = self.builder(job_id)
-        time.sleep(self.chance.uniform(0, 0.5))
+        fraction = self.chance.uniform(0, 0.8)
+        until(lambda: (j := self.job(job_id))["finished"] or j["fraction"] >= fraction)
         before = self.job(job_id)
         victim.kill()
         clock = time.monotonic()
@@ -153,25 +148,24 @@ class Run:
         if before["finished"]:
             waited = 0.0
         else:
-            until(lambda: (j := self.job(job_id))["finished"] or j["attempts"] > 1, 300, 0.05)
+            until(lambda: (j := self.job(job_id))["finished"] or j["attempts"] > 1)
             waited = time.monotonic() - clock
         self.wait_for_success(job_id)
         self.check_history(job_id)
         return waited
 
-    def hang_slot(self) -> float:
+    def hang_slot(self):
         """Stop a slot during a build; return the seconds until another slot resumes it."""
         for worker in self.workers:
             worker.stop()
         hanging = self.cluster.worker(HASTY, build_timeout=8)
         until(lambda: "is warm" in hanging.log())
-        replica = self.chance.choice(self.replicas)
-        job_id = self.post(replica, self.arguments(100_000), "respond-async").json()["id"]
+        job_id = self.submit(self.chance.choice(self.replicas), 100_000)
         until(lambda: f"build of {job_id} started" in hanging.log())
         (slot,) = [child for child in children(hanging.popen.pid) if children(child)]
         os.kill(slot, signal.SIGSTOP)
         clock = time.monotonic()
-        until(lambda: (j := self.job(job_id))["finished"] or j["attempts"] > 1, 120, 0.05)
+        until(lambda: (j := self.job(job_id))["finished"] or j["attempts"] > 1)
         seconds = time.monotonic() - clock
         require("Hard time limit" in hanging.log(), "the hard time limit ends a hung slot")
         hanging.stop()
@@ -180,30 +174,22 @@ class Run:
         self.check_history(job_id)
         return seconds
 
-    def build_rate(self, builds: int) -> float:
+    def build_rate(self, builds):
         """Return the builds per second of all workers together."""
         clock = time.monotonic()
-        ids = [
-            self.post(
-                self.replicas[n % len(self.replicas)], self.arguments(), "respond-async"
-            ).json()["id"]
-            for n in range(builds)
-        ]
-        for job_id in ids:
+        replicas = itertools.islice(itertools.cycle(self.replicas), builds)
+        for job_id in [self.submit(each) for each in replicas]:
             self.wait_for_success(job_id)
         return builds / (time.monotonic() - clock)
 
 
-def main() -> int:
+def main():
     """Run all checks and return the exit status."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--broker", choices=["redis", "rabbitmq"], default="redis")
-    parser.add_argument("--replicas", type=int, default=3)
-    parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument("--posts", type=int, default=200)
-    parser.add_argument("--kills", type=int, default=100)
-    parser.add_argument("--builds", type=int, default=20)
-    parser.add_argument("--seed", type=int, default=0)
+    numbers = {"replicas": 3, "workers": 2, "posts": 200, "kills": 100, "builds": 20, "seed": 0}
+    for name, number in numbers.items():
+        parser.add_argument(f"--{name}", type=int, default=number)
     given = parser.parse_args()
     if reason := Cluster.missing(given.broker):
         print(reason)
@@ -215,62 +201,36 @@ def main() -> int:
         with s3_server(folders[0]) as environment:
             cluster = Cluster(folders[1], environment, given.broker, **SETTINGS)
             try:
-                figures = _figures(Run(cluster, given.replicas, given.workers, given.seed), given)
+                check(Run(cluster, given.replicas, given.workers, given.seed), given)
             except BrokenPromiseError as error:
                 print(f"BROKEN: {error}", flush=True)
                 return 1
             finally:
                 cluster.close()
-    for row in figures:
-        print(f"{row['what']}: {row['figure']} ({row['counted']})", flush=True)
     return 0
 
 
-def _figures(run: Run, given: argparse.Namespace) -> list[dict[str, str]]:
-    figures = []
+def check(run, given):
+    """Run the checks that are asked for and print their figures."""
     if given.posts:
         built = run.post_identical(given.posts)
-        figures.append(
-            {
-                "what": f"identical requests at the same time, {given.replicas} replicas",
-                "figure": f"{built} build",
-                "counted": f"{given.posts} requests",
-            }
-        )
-        print(figures[-1], flush=True)
+        what = f"identical requests at the same time, {given.replicas} replicas"
+        print(f"{what}: {built} build ({given.posts} requests)", flush=True)
     if given.builds:
+        what = "builds of 30,000 surface samples, all workers together"
         rate = run.build_rate(given.builds)
-        figures.append(
-            {
-                "what": "builds of 30,000 surface samples, all workers together",
-                "figure": f"{rate:.2f} per second",
-                "counted": f"{given.builds} builds",
-            }
-        )
-        print(figures[-1], flush=True)
-    if given.kills:
-        print(f"a hung build slot was replaced after {run.hang_slot():.1f} s", flush=True)
+        print(f"{what}: {rate:.2f} per second ({given.builds} builds)", flush=True)
+    if not given.kills:
+        return
+    print(f"a hung build slot was replaced after {run.hang_slot():.1f} s", flush=True)
     waits = []
     for number in range(given.kills):
         waits.append(run.kill_worker())
         print(f"kill {number + 1} of {given.kills}: {waits[-1]:.1f} s", flush=True)
-    if waits:
-        figures.append(
-            {
-                "what": "builds lost or damaged by killing their workers",
-                "figure": "0",
-                "counted": f"{given.kills} kills",
-            }
-        )
-        figures.append(
-            {
-                "what": f"a killed build resumes on another worker "
-                f"(lease {SETTINGS['build_lease']} s) after",
-                "figure": f"{mean(waits):.1f} s, at most {max(waits):.1f} s",
-                "counted": f"{given.kills} kills",
-            }
-        )
-    return figures
+    print(f"builds lost or damaged by killing their workers: 0 ({given.kills} kills)")
+    what = f"a killed build resumes on another worker (lease {SETTINGS['build_lease']} s) after"
+    waited = f"{mean(waits):.1f} s, at most {max(waits):.1f} s"
+    print(f"{what}: {waited} ({given.kills} kills)", flush=True)
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """Kill workers and services during builds, any number of times.
 
 The functions raise AssertionError at the first broken promise. The servers are those of
-``tests/service/conftest.py``. The test suite calls the functions with small numbers. As a program::
+``tests/service/servers.py``. The test suite calls the functions with small numbers. As a program::
 
     python tests/faults/job_faults.py --worker-kills 100 --service-kills 5 --damaged 25
 """
@@ -17,11 +17,12 @@ import re
 import signal
 import sys
 import tempfile
-import time
 from pathlib import Path
 
 import httpx
 from stored_damage import every_damage_is_noticed
+
+from gamutcore.building import STAGES
 
 _WARM = re.compile(r"build worker (\d+) is warm")
 
@@ -33,18 +34,20 @@ def accepted(server, arguments):
     return answer.headers["location"]
 
 
-def state(server, address):
-    """Return the state of a job."""
-    return server.client.get(address).json()["state"]
+def random_moment(chance):
+    """Return a stage and a fraction of it, so that no kill depends on how fast a build is."""
+    return chance.randrange(len(STAGES)), chance.uniform(0, 0.9)
 
 
-def running_or_over(server, address, attempts):
-    """Wait until a job is finished or in a later attempt, and return its document."""
+def come_to(server, address, moment, attempts=0):
+    """Wait for a moment of an attempt after so many, or for the end; return the job's document."""
 
     def found():
         job = server.client.get(address).json()
-        begun = job["attempts"] > attempts and job["stage"]
-        return job if begun or job["finished"] else None
+        stages = [*STAGES, "encoding"]
+        place = stages.index(job["stage"]) if job["stage"] in stages else -1
+        there = job["attempts"] > attempts and (place, job["fraction"]) >= moment
+        return job if there or job["finished"] else None
 
     return server.wait_for(found)
 
@@ -61,13 +64,8 @@ def accepted_jobs_finish(start_server, slow_build, *, kills, stops, jobs=2, seed
     ends = [how for pair in zip(["kill"] * kills, ["stop"] * stops, strict=False) for how in pair]
     ends += ["kill"] * (kills - stops) + ["stop"] * (stops - kills)
     for how in ends:
-        server.wait_for(
-            lambda server=server: any(
-                state(server, address) in {"running", "succeeded"} for address in addresses
-            )
-        )
-        # Each build takes about a second, so the end falls into a build.
-        time.sleep(chance.uniform(0.0, 0.8))
+        unfinished = [each for each in addresses if not server.client.get(each).json()["finished"]]
+        come_to(server, (unfinished or addresses)[0], random_moment(chance))
         getattr(server, how)()
         server = start_server(server.data, build_attempts=10, drain_seconds=1)
     for address in addresses:
@@ -94,10 +92,9 @@ def killed_workers_cost_time_only(start_server, slow_build, *, kills, per_job=2,
         number += 1
         attempts = 0
         for _ in range(min(per_job, kills - killed)):
-            job = running_or_over(server, address, attempts)
+            job = come_to(server, address, random_moment(chance), attempts)
             if job["finished"]:
                 break
-            time.sleep(chance.uniform(0.0, 0.5))
             with contextlib.suppress(ProcessLookupError):
                 os.kill(int(_WARM.findall(server.log())[-1]), signal.SIGKILL)
             killed += 1
@@ -154,7 +151,7 @@ def main():
     parser.add_argument("--seed", type=int, default=0)
     wanted = parser.parse_args()
     sys.path.insert(0, str(Path(__file__).parents[1] / "service"))
-    from conftest import Server
+    from servers import Server
 
     example = Path(__file__).parents[2] / "examples" / "FOGRA39L.ti3"
 

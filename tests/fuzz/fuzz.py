@@ -1,36 +1,32 @@
 """Feed mutated files to the parsers: each must give a finite result or an error of gamutcore.
 
-Every module in `targets` is one parser: `SEEDS` (files to begin with), `TOKENS` (words of its
-language), `check`, which raises for a wrong result, and if wanted `WORD`, what a word is in it, or
-`mutated`, which knows the structure of the format. A case may take two seconds of processor time
-and 512 MB. What fails is written to `build/fuzz`, with the number that repeats it by `--first`.
+`targets` says what the parsers are. A case may take two seconds of processor time and 512 MB.
+What fails is written to `build/fuzz`, with the number that repeats it by `--first`.
 
     python tests/fuzz/fuzz.py --seconds 600             all targets, for ten minutes
     python tests/fuzz/fuzz.py --cases 2000 cgats cxf    2000 files each, the same in every run
 """
 
-from __future__ import annotations
-
 import argparse
-import importlib.util
 import random
-import re
 import resource
 import signal
 import sys
 import time
 import traceback
 from pathlib import Path
-from types import FrameType, ModuleType
 
 HERE = Path(__file__).parent
+sys.path.insert(0, str(HERE))
+
+from targets import TARGETS  # noqa: E402 - beside this program
+
 ROOT = HERE.parents[1]
 FAILURES = ROOT / "build" / "fuzz"
 
 CASE_SECONDS = 2.0
 CASE_BYTES = 512 * 2**20
 MAX_MUTATIONS = 12
-WORD = re.compile(rb"[\w.+-]+")
 LONGEST = 4_000_000
 
 NUMBERS = [
@@ -43,62 +39,30 @@ class Hang(Exception):  # noqa: N818 - not an error of the parser, but a verdict
     """A case took more than its processor time."""
 
 
-sys.path.insert(0, str(HERE))  # targets share parts of others, by this module
-sys.modules.setdefault("fuzz", sys.modules[__name__])
-
-
-def target(name: str) -> ModuleType:
-    """Return the module of a target."""
-    spec = importlib.util.spec_from_file_location(
-        f"fuzz_target_{name}", HERE / "targets" / f"{name}.py"
-    )
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-def mutated(module: ModuleType, chance: random.Random) -> bytes:
+def mutated(target, chance):
     """Return a file with a few random changes: most of them of words and lines, some of bytes."""
-    if hasattr(module, "mutated"):
-        return bytes(module.mutated(chance))
-    others, tokens = module.SEEDS, module.TOKENS
-    data = chance.choice(others)
-    word = getattr(module, "WORD", WORD)
-    changed = bytearray(data)
+    if target.mutated:
+        return target.mutated(chance)
+    changed = bytearray(chance.choice(target.seeds))
     for _ in range(min(int(chance.paretovariate(1.0)), MAX_MUTATIONS)):
-        kind = chance.randrange(4)
-        if kind < 2:
-            _other_word(changed, others, tokens, chance, word)
-        elif kind == 2:
-            _other_line(changed, others, tokens, chance)
-        else:
-            _other_bytes(changed, others, tokens, chance)
+        change = chance.choice((other_word, other_word, other_line, other_bytes))
+        change(changed, target, chance)
     return bytes(changed[:LONGEST])
 
 
-def _other_word(
-    changed: bytearray,
-    others: list[bytes],
-    tokens: list[bytes],
-    chance: random.Random,
-    word: re.Pattern[bytes],
-) -> None:
+def other_word(changed, target, chance):
     """Put another word, from the same file, another one, or the lists, in the place of one."""
     # A search from a random place: a list of all words of a picture takes longer than its reading.
-    match = word.search(changed, chance.randrange(len(changed) + 1))
+    match = target.word.search(changed, chance.randrange(len(changed) + 1))
     if match is None:
         return
-    source = chance.choice((changed, chance.choice(others)))
-    found = word.search(source, chance.randrange(len(source) + 1))
-    pool = chance.choice((tokens, NUMBERS, NUMBERS if found is None else [bytes(found[0])]))
+    source = chance.choice((changed, chance.choice(target.seeds)))
+    found = target.word.search(source, chance.randrange(len(source) + 1))
+    pool = chance.choice((target.tokens, NUMBERS, NUMBERS if found is None else [bytes(found[0])]))
     changed[match.start() : match.end()] = chance.choice(pool)
 
 
-def _other_line(
-    changed: bytearray, others: list[bytes], tokens: list[bytes], chance: random.Random
-) -> None:
+def other_line(changed, target, chance):
     """Drop, double, move or empty a line, or take one of another file."""
     lines = bytes(changed).splitlines(keepends=True)
     if not lines:
@@ -112,15 +76,13 @@ def _other_line(
     elif kind == 2:
         lines.insert(chance.randrange(len(lines)), lines.pop(place))
     elif kind == 3:
-        lines[place] = chance.choice(tokens) + b"\n"
+        lines[place] = chance.choice(target.tokens) + b"\n"
     else:
-        lines.insert(place, chance.choice(chance.choice(others).splitlines(keepends=True)))
+        lines.insert(place, chance.choice(chance.choice(target.seeds).splitlines(keepends=True)))
     changed[:] = b"".join(lines)
 
 
-def _other_bytes(
-    changed: bytearray, others: list[bytes], tokens: list[bytes], chance: random.Random
-) -> None:
+def other_bytes(changed, target, chance):
     """Change, drop, repeat or cut off bytes anywhere."""
     place = chance.randrange(len(changed) + 1)
     length = min(int(chance.paretovariate(0.7)), 2000)
@@ -130,29 +92,29 @@ def _other_bytes(
     elif kind == 1:
         del changed[place : place + length]
     elif kind == 2:
-        changed[place:place] = chance.choice(tokens)
+        changed[place:place] = chance.choice(target.tokens)
     elif kind == 3:
         changed[place:place] = changed[place : place + length] * chance.randint(1, 50)
     elif kind == 4:
-        other = chance.choice(others)
+        other = chance.choice(target.seeds)
         start = chance.randrange(len(other) + 1)
         changed[place : place + length] = other[start : start + length]
     elif chance.random() < 0.2:
         del changed[place:]
 
 
-def interrupted(_number: int, _frame: FrameType | None) -> None:
+def interrupted(_number, _frame):
     """End a case that takes too long."""
     raise Hang(f"more than {CASE_SECONDS:g} s")
 
 
-def checked(module: ModuleType, name: str, seed: int) -> bool:
+def checked(name, seed):
     """Return whether one case is handled as it should be; report and keep it if it is not."""
-    chance = random.Random(f"{name} {seed}")  # noqa: S311 - the same in every run
-    data = mutated(module, chance)
+    target = TARGETS[name]
+    data = mutated(target, random.Random(f"{name} {seed}"))  # noqa: S311 - the same in every run
     signal.setitimer(signal.ITIMER_VIRTUAL, CASE_SECONDS)
     try:
-        module.check(data)
+        target.check(data)
     except BaseException:  # noqa: BLE001 - whatever it is, it should not be
         signal.setitimer(signal.ITIMER_VIRTUAL, 0)
         FAILURES.mkdir(parents=True, exist_ok=True)
@@ -166,39 +128,37 @@ def checked(module: ModuleType, name: str, seed: int) -> bool:
     return True
 
 
-def bound_memory() -> None:
+def bound_memory():
     """Let a case take no more than its share beside what is loaded by now."""
     pages = int(Path("/proc/self/statm").read_text().split()[0])
     limit = pages * resource.getpagesize() + CASE_BYTES
     resource.setrlimit(resource.RLIMIT_AS, (limit, resource.RLIM_INFINITY))
 
 
-def main() -> int:
+def main():
     """Run the targets that are asked for, and return how many cases failed, at most 1."""
-    known = sorted(path.stem for path in (HERE / "targets").glob("[a-z]*.py"))
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("targets", nargs="*", metavar="target", help=", ".join(known))
+    parser.add_argument("targets", nargs="*", metavar="target", help=", ".join(TARGETS))
     parser.add_argument("--seconds", type=float, default=0.0, help="of all targets together")
     parser.add_argument("--cases", type=int, default=500, help="of each target, without --seconds")
     parser.add_argument("--first", type=int, default=0, help="number of the first case")
     given = parser.parse_args()
-    names = given.targets or known
-    modules = {name: target(name) for name in names}
-    for module in modules.values():
-        for seed in module.SEEDS:  # imports what is imported on first use
-            module.check(seed)
+    names = given.targets or [*TARGETS]
+    for name in names:
+        for seed in TARGETS[name].seeds:  # imports what is imported on first use
+            TARGETS[name].check(seed)
     signal.signal(signal.SIGVTALRM, interrupted)
     if Path("/proc/self/statm").exists():
         bound_memory()
     failures = 0
-    for name, module in modules.items():
+    for name in names:
         begun, number = time.monotonic(), given.first
         while (
             time.monotonic() - begun < given.seconds / len(names)
             if given.seconds
             else number < given.first + given.cases
         ):
-            failures += not checked(module, name, number)
+            failures += not checked(name, number)
             number += 1
         seconds = time.monotonic() - begun
         print(f"{name}: {number - given.first} cases in {seconds:.1f} s")  # noqa: T201

@@ -1,4 +1,3 @@
-import os
 import resource
 import socket
 import subprocess
@@ -77,60 +76,55 @@ def test_an_unwritable_store_is_named_and_nothing_is_served(capsys, tmp_path):
     assert str(tmp_path) in capsys.readouterr().err
 
 
-def gamut(*arguments, **settings):
-    """The ended process of a command line with settings."""
-    environment = {name: value for name, value in os.environ.items() if name[:6] != "GAMUT_"}
-    return subprocess.run(
-        [sys.executable, "-m", "service", *arguments],
-        env=environment | settings,
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=600,
-    )
-
-
-@pytest.mark.slow
-def test_a_busy_port_is_one_line_before_the_application_starts(tmp_path):
+def test_a_busy_port_is_one_line_before_the_application_starts(capfd, tmp_path):
     with socket.create_server(("127.0.0.1", 0)) as other:
         port = str(other.getsockname()[1])
-        ended = gamut("serve", "--port", port, "--store", str(tmp_path / "data"))
-    assert ended.returncode == 1
-    (line,) = (ended.stdout + ended.stderr).splitlines()
+        assert main(["serve", "--port", port, "--store", str(tmp_path / "data")]) == 1
+    (line,) = "".join(capfd.readouterr()).splitlines()
     assert port in line
     assert "GAMUT_PORT" in line
 
 
+@pytest.fixture
+def printed(capsys, monkeypatch):
+    """A function from arguments and settings to the exit status, the output and the errors."""
+
+    def show(*arguments, **settings):
+        with monkeypatch.context() as environment:
+            for name, value in settings.items():
+                environment.setenv(name, value)
+            status = main(["serve", "--print-settings", *arguments])
+        return status, *capsys.readouterr()
+
+    return show
+
+
 class TestPrintSettings:
-    @pytest.mark.slow
-    def test_shows_every_setting_under_its_source(self, tmp_path):
+    def test_shows_every_setting_under_its_source(self, printed, tmp_path):
         path = tmp_path / "not yet there"
-        ended = gamut(
-            *("serve", "--port", "7001", "--print-settings"),
-            GAMUT_PORT="7000",
-            GAMUT_STORE=str(path),
-            GAMUT_ACCESS_LOG="1",
-        )
-        assert ended.returncode == 0, ended.stderr
+        given = {"GAMUT_STORE": str(path), "GAMUT_ACCESS_LOG": "1"}
+        status, output, _ = printed("--port", "7001", GAMUT_PORT="7000", **given)
+        assert status == 0
         sources, found = {}, None
-        for line in ended.stdout.splitlines():
+        for line in output.splitlines():
             if line.startswith("# "):
                 found = sources.setdefault(line[2:], {})
             else:
                 name, value = line.split("=", 1)
                 found[name] = value
         assert sources["command line"] == {"GAMUT_PORT": "7001"}
-        assert sources["environment"] == {"GAMUT_STORE": str(path), "GAMUT_ACCESS_LOG": "true"}
+        assert sources["environment"] == {**given, "GAMUT_ACCESS_LOG": "true"}
         names = {name for group in sources.values() for name in group}
         assert names == {f"GAMUT_{name.upper()}" for name in Settings.model_fields}
         assert not path.exists()
 
-    @pytest.mark.slow
-    def test_gives_settings_that_can_be_read_again(self):
-        shown = gamut("serve", "--print-settings", GAMUT_RATE_LIMIT="2.5").stdout
-        lines = {line for line in shown.splitlines() if line[0] != "#"}
-        again = gamut("serve", "--print-settings", **dict(line.split("=", 1) for line in lines))
-        assert {line for line in again.stdout.splitlines() if line[0] != "#"} == lines
+    def test_gives_settings_that_can_be_read_again(self, printed):
+        def lines(**settings):
+            _, output, _ = printed(**settings)
+            return {line for line in output.splitlines() if line[0] != "#"}
+
+        shown = lines(GAMUT_RATE_LIMIT="2.5")
+        assert lines(**dict(line.split("=", 1) for line in shown)) == shown
 
     @pytest.mark.parametrize(
         "broker",
@@ -140,41 +134,20 @@ class TestPrintSettings:
             "redis://host/0?password=hidden",
         ],
     )
-    @pytest.mark.slow
-    def test_masks_secrets(self, broker):
+    def test_masks_secrets(self, printed, broker):
         keys = f"press:read:{'a' * 64},office:read+write:{'b' * 64}"
-        ended = gamut(
-            *("serve", "--print-settings"),
-            GAMUT_BROKER=broker,
-            GAMUT_STORE="s3://b",
-            GAMUT_API_KEYS=keys,
-        )
-        assert ended.returncode == 0, ended.stderr
-        assert "hidden" not in ended.stdout
-        assert "host" in ended.stdout
-        assert "GAMUT_API_KEYS=press:read:***,office:read+write:***\n" in ended.stdout
+        _, output, _ = printed(GAMUT_BROKER=broker, GAMUT_STORE="s3://b", GAMUT_API_KEYS=keys)
+        assert "hidden" not in output
+        assert "host" in output
+        assert "GAMUT_API_KEYS=press:read:***,office:read+write:***\n" in output
 
-    @pytest.mark.slow
-    def test_names_a_wrong_setting(self):
-        ended = gamut("serve", "--print-settings", GAMUT_PORT="no")
-        assert ended.returncode == 2
-        assert "GAMUT_PORT" in ended.stderr
+    def test_names_a_wrong_setting(self, printed):
+        status, _, told = printed(GAMUT_PORT="no")
+        assert status == 2
+        assert "GAMUT_PORT" in told
 
 
-@pytest.mark.slow
-def test_the_limit_of_open_files_is_raised_as_far_as_it_goes():
-    code = (
-        "import resource as r; from service.command import raise_file_limit;"
-        "_, hard = r.getrlimit(r.RLIMIT_NOFILE); r.setrlimit(r.RLIMIT_NOFILE, (200, hard));"
-        "raise_file_limit(); print(r.getrlimit(r.RLIMIT_NOFILE) == (hard, hard))"
-    )
-    answer = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True
-    )
-    assert answer.stdout.strip() == "True"
-
-
-def test_a_server_raises_its_limit_of_open_files(server):
+def test_a_server_raises_its_limit_of_open_files_as_far_as_it_goes(server):
     soft, hard = resource.prlimit(server.process.pid, resource.RLIMIT_NOFILE)
     assert soft == hard
 
@@ -197,22 +170,21 @@ def test_exhausted_file_descriptors_are_a_problem_to_retry(start_server, sphere,
 
 
 class TestWorker:
-    def test_it_needs_a_broker(self, capsys, monkeypatch):
-        monkeypatch.setenv("GAMUT_STORE", "s3://bucket")
-        assert main(["worker"]) == 2
-        assert "GAMUT_BROKER" in capsys.readouterr().err
-
-    def test_it_needs_a_store_that_is_shared(self, capsys, monkeypatch, tmp_path):
-        monkeypatch.setenv("GAMUT_STORE", str(tmp_path))
-        monkeypatch.setenv("GAMUT_BROKER", "redis://127.0.0.1:1/0")
-        assert main(["worker"]) == 2
-        assert "must be a bucket" in capsys.readouterr().err
-
-    def test_a_store_of_another_kind_is_told(self, capsys, monkeypatch):
-        monkeypatch.setenv("GAMUT_STORE", "ftp://host/folder")
-        monkeypatch.setenv("GAMUT_BROKER", "redis://127.0.0.1:1/0")
-        assert main(["worker"]) == 1
-        assert "s3://bucket/prefix" in capsys.readouterr().err
+    @pytest.mark.parametrize(
+        ("store", "broker", "status", "told"),
+        [
+            ("s3://bucket", "", 2, "GAMUT_BROKER"),
+            ("var/gamuts", "redis://127.0.0.1:1/0", 2, "must be a bucket"),
+            ("ftp://host/folder", "redis://127.0.0.1:1/0", 1, "s3://bucket/prefix"),
+        ],
+    )
+    def test_it_needs_a_broker_and_a_store_that_is_shared(
+        self, capsys, monkeypatch, store, broker, status, told
+    ):
+        monkeypatch.setenv("GAMUT_STORE", store)
+        monkeypatch.setenv("GAMUT_BROKER", broker)
+        assert main(["worker"]) == status
+        assert told in capsys.readouterr().err
 
     def test_its_check_says_that_none_is_running(self, capsys, monkeypatch, tmp_path):
         monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
@@ -238,7 +210,6 @@ SOME = ("OpenImageIO", "PIL", "colour", "manifold3d", "obstore", "prometheus_cli
     ("module", "not_loaded"),
     [
         ("service.building.worker", WEB),
-        ("service.telemetry.logs", WEB),
         ("service.application", (*BROKER, *SOME)),
         ("service.command", (*BROKER, *SOME, "scipy.optimize", "scipy.sparse", "scipy.spatial")),
     ],

@@ -59,14 +59,15 @@ def test_many_calls_of_a_bucket_wait_at_the_same_time(service, monkeypatch):
     asyncio.run(asyncio.wait_for(scenario(), 600))
 
 
-def test_it_runs_warms_up_and_closes(service, monkeypatch):
-    stopped = []
+def test_it_runs_warms_up_and_leaves_the_store_to_another(service, monkeypatch):
+    other, stopped = ServiceContainer(service.settings), []
 
     async def stop():
         stopped.append(True)
 
-    monkeypatch.setattr(service.builds, "start", nothing)
-    monkeypatch.setattr(service.builds, "stop", stop)
+    for each in (service, other):
+        monkeypatch.setattr(each.builds, "start", nothing)
+        monkeypatch.setattr(each.builds, "stop", stop)
 
     async def scenario():
         async with service.running():
@@ -74,35 +75,13 @@ def test_it_runs_warms_up_and_closes(service, monkeypatch):
             while not service.kernels.loaded:  # noqa: ASYNC110
                 await asyncio.sleep(0.01)
             assert service.kernels.states["default"] == "compiled"
-        assert stopped == [True]
+        async with other.running():
+            assert stopped == [True]
 
     asyncio.run(asyncio.wait_for(scenario(), 600))
 
 
-def test_a_second_service_can_have_the_store_when_the_first_is_gone(service, monkeypatch):
-    other = ServiceContainer(service.settings)
-    for each in (service, other):
-        monkeypatch.setattr(each.builds, "start", nothing)
-
-    async def scenario():
-        for each in (service, other):
-            async with each.running():
-                pass
-
-    asyncio.run(asyncio.wait_for(scenario(), 600))
-
-
-REMOTE = {"store": "s3://bucket/prefix", "broker": "redis://127.0.0.1:1/0"}
-
-
-@pytest.fixture
-def parts(tmp_path):
-    store = GamutStore(LocalBlobs(tmp_path / "store"))
-    return store, JobBook(store.blobs)
-
-
-@pytest.fixture
-def _nothing_installed(monkeypatch):
+def test_what_is_not_installed_is_named(monkeypatch, tmp_path):
     usual = builtins.__import__
 
     def without(name, *arguments, **keywords):
@@ -115,12 +94,10 @@ def _nothing_installed(monkeypatch):
         # `from package import module` finds what was imported before in the package itself.
         monkeypatch.delattr(broker, name.rpartition(".")[2], raising=False)
     monkeypatch.setattr(builtins, "__import__", without)
-
-
-@pytest.mark.usefixtures("_nothing_installed")
-def test_what_is_not_installed_is_named(parts):
+    store = GamutStore(LocalBlobs(tmp_path / "store"))
+    settings = Settings(store="s3://bucket/prefix", broker="redis://127.0.0.1:1/0")
     with pytest.raises(EngineMissingError, match=r"\[celery,cloud\]"):
-        _build_engine(Settings(**REMOTE), *parts, None)
+        _build_engine(settings, store, JobBook(store.blobs), None)
 
 
 def test_a_bound_port_does_not_accept_connections_yet():
@@ -155,13 +132,13 @@ def test_every_setting_is_documented_as_it_is():
 
 
 @pytest.mark.parametrize("value", ["inf", "nan", "1e999"])
-@pytest.mark.parametrize(
-    "name", [name for name, field in Settings.model_fields.items() if field.annotation is float]
-)
-def test_seconds_and_rates_have_an_end(monkeypatch, name, value):
-    monkeypatch.setenv(f"GAMUT_{name.upper()}", value)
-    with pytest.raises(ValidationError):
-        Settings()
+def test_seconds_and_rates_have_an_end(monkeypatch, value):
+    for name, field in Settings.model_fields.items():
+        if field.annotation is float:
+            with monkeypatch.context() as environment:
+                environment.setenv(f"GAMUT_{name.upper()}", value)
+                with pytest.raises(ValidationError, match=name):
+                    Settings()
 
 
 def test_a_build_may_have_no_limit_of_memory():
@@ -188,9 +165,9 @@ def test_values_out_of_range_are_refused(name, value):
         Settings(**{name: value})
 
 
-@pytest.mark.parametrize("proxies", ["", "*", "10.0.0.1, 10.1.0.0/16,::1", "2001:db8::/32"])
-def test_proxies_are_addresses_networks_or_all(proxies):
-    assert Settings(trusted_proxies=proxies).trusted_proxies == proxies
+def test_proxies_are_addresses_networks_or_all():
+    for proxies in ("", "*", "10.0.0.1, 10.1.0.0/16,::1", "2001:db8::/32"):
+        assert Settings(trusted_proxies=proxies).trusted_proxies == proxies
 
 
 @pytest.mark.parametrize("broker", ["localhost", "http://broker", "sqs://", "memory://"])

@@ -66,19 +66,24 @@ class TestService:
         names = ("kernels", "workers", "queue", "builds", "store", "disk")
         assert found(service) == dict.fromkeys(names, "ok")
 
-    def test_it_is_not_ready_before_its_kernels_are_loaded(self, service):
-        service.kernels.loaded = False
-        assert found(service)["kernels"] == "failed"
+    def test_it_is_not_ready_before_its_kernels_are_loaded_or_when_it_stops(self, service):
+        service.kernels.loaded, service.builds.draining = False, True
+        assert (found(service)["kernels"], found(service)["builds"]) == ("failed", "failed")
 
-    def test_a_service_that_stops_sends_requests_elsewhere(self, service):
-        service.builds.draining = True
-        assert found(service)["builds"] == "failed"
-
-    def test_a_full_queue_sends_nobody_elsewhere(self, service, monkeypatch):
-        monkeypatch.setattr(service.builds, "facts", lambda: facts(queued=4))
+    @pytest.mark.parametrize(
+        ("found", "told"),
+        [
+            (facts(queued=4), "4 of 4 builds are waiting"),
+            (facts(fault="the broker does not answer"), "the broker does not answer"),
+        ],
+    )
+    def test_a_full_queue_or_a_lost_broker_sends_nobody_elsewhere(
+        self, service, monkeypatch, found, told
+    ):
+        monkeypatch.setattr(service.builds, "facts", lambda: found)
         made = report(probes_of(service))
         assert made.ready
-        assert "4 of 4 builds are waiting" in made.wrong
+        assert told in made.wrong
 
     def test_workers_have_to_be_warm_once_and_may_then_be_started_anew(self, service, monkeypatch):
         probes = probes_of(service)

@@ -5,11 +5,13 @@ import logging
 import re
 import subprocess
 import sys
+import threading
+import warnings
 
 import pytest
 
 from service.http.request_id import _current
-from service.telemetry.logs import JsonLines, TextLines, without_secrets
+from service.telemetry.logs import JsonLines, TextLines, configure_logging, without_secrets
 
 GAMUT = "4f1d9c07b2a85e63" * 4
 SECRET = "s3cr3t-Value_42"  # noqa: S105 - of nothing
@@ -60,10 +62,10 @@ class TestJson:
         assert (members["status"], members["seconds"], members["request_id"]) == (200, 0.5, "own")
         assert "color_message" not in members
 
-    def test_an_exception_is_one_member_of_the_line(self):
-        members = parsed(record("failed", exception=raised("because")))
+    def test_an_exception_and_a_stack_are_one_member_of_the_line(self):
+        members = parsed(record("failed", exception=raised("because"), stack_info="Stack: here"))
         assert members["exception"].startswith("Traceback")
-        assert members["exception"].endswith("ValueError: because")
+        assert members["exception"].endswith("ValueError: because\nStack: here")
 
     @pytest.mark.parametrize("value", ["\ud800", "a\nb\u2028c", "\x1b[31m", "größer 🎨"])
     def test_any_text_is_a_line_that_json_reads(self, value):
@@ -146,30 +148,25 @@ def test_what_is_no_secret_stays(text):
 
 
 @pytest.mark.parametrize("log_format", ["text", "json"])
-def test_a_process_logs_everything_through_one_handler(log_format):
-    code = f"""
-import logging, threading, warnings
-from service.http.request_id import _current
-from service.telemetry.logs import configure_logging
-configure_logging({log_format!r}, "info")
-logging.getLogger("uvicorn.error").info("from uvicorn")
-logging.getLogger("service").debug("too little")
-warnings.warn("from a library")
-thread = threading.Thread(target=lambda: 1 / 0)
-thread.start()
-thread.join()
-raise RuntimeError("at last")
-"""
-    ended = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=False
-    )
-    assert ended.returncode == 1
-    assert ended.stdout == ""
-    messages = ("from uvicorn", "from a library", "ZeroDivisionError", "RuntimeError: at last")
-    assert all(message in ended.stderr for message in messages)
-    assert "too little" not in ended.stderr
+def test_a_process_logs_everything_through_one_handler(capsys, log_format):
+    configure_logging(log_format, "info")
+    logging.getLogger("uvicorn.error").info("from uvicorn")
+    logging.getLogger("service").debug("too little")
+    with warnings.catch_warnings():
+        warnings.simplefilter("always")
+        warnings.warn("from a library", stacklevel=1)
+    for target in (lambda: 1 / 0, sys.exit):
+        thread = threading.Thread(target=target)
+        thread.start()
+        thread.join()
+    sys.excepthook(*raised("at last"))
+    output, told = capsys.readouterr()
+    assert output == ""
+    messages = ("from uvicorn", "from a library", "ZeroDivisionError", "ValueError: at last")
+    assert all(message in told for message in messages)
+    assert "too little" not in told
     if log_format == "json":
-        lines = [json.loads(line) for line in ended.stderr.splitlines()]
+        lines = [json.loads(line) for line in told.splitlines()]
         assert [line["level"] for line in lines] == ["info", "warning", "critical", "critical"]
 
 

@@ -1,7 +1,6 @@
 """Figures in Prometheus' formats: as its own parsers read them, and as they were counted."""
 
 import asyncio
-import hashlib
 import math
 import subprocess
 import sys
@@ -9,7 +8,6 @@ import time
 import urllib.request
 from collections import Counter
 
-import httpx
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -22,7 +20,6 @@ from service.application import create_app
 from service.meshes.requested_levels import LevelRequest
 from service.routes.metrics import service_families
 from service.settings import Settings
-from service.storage.records import Record
 from service.telemetry.metrics import BuildFigures, Distribution, RequestFigures
 from service.telemetry.metrics_endpoint import exposition, serve_build_figures
 from service.telemetry.processes import descendants_usage
@@ -60,34 +57,29 @@ def read(service, accept=""):
     return values(parse(body.decode()))
 
 
-@pytest.mark.parametrize("accept", ["", OPENMETRICS])
-def test_the_parsers_read_every_sample(service, accept):
+def test_the_parsers_read_every_sample_and_both_formats_say_the_same(service):
     service.metrics.requests.count_answer("GET", '/a"b\\{c}', 200, 0.01)
     service.metrics.builds.count_build("succeeded", {"boundary": 0.5, "total": 1.0})
+    service.metrics.queries.count("contains", 5, 0.01)
     asyncio.run(service.readiness.report())
-    found = read(service, accept)
+    found, other = read(service), read(service, OPENMETRICS)
+    changing = ("process_", "gamut_worker_")
+    for one, another in ((found, other), (other, found)):
+        for key, value in one.items():
+            assert key in another
+            assert key[0].startswith(changing) or another[key] == value
     labels = (("method", "GET"), ("route", '/a"b\\{c}'), ("status", "200"))
     assert found["gamut_http_requests_total", labels] == 1
     assert found["gamut_builds_total", (("outcome", "succeeded"),)] == 1
     assert found["gamut_build_stage_seconds_sum", (("stage", "boundary"),)] == 0.5
     assert found["gamut_build_seconds_bucket", (("le", "1.0"),)] == 1
+    assert found["gamut_query_rows_total", (("operation", "contains"),)] == 5
     assert found["gamut_ready", ()] == 0
     assert found["gamut_probe_ok", (("probe", "store"),)] == 1
     assert found["process_resident_memory_bytes", ()] > 10**7
     assert found["process_open_fds", ()] > 3
     names = {name for name, _ in found}
     assert all(name.startswith(("gamut_", "process_")) for name in names)
-
-
-def test_both_formats_say_the_same(service):
-    service.metrics.builds.count_build("build-timeout", {"total": 120.0})
-    service.metrics.requests.count_answer("GET", "/", 200, 0.01)
-    changing = ("process_", "gamut_worker_")
-
-    def steady(found):
-        return {key: value for key, value in found.items() if not key[0].startswith(changing)}
-
-    assert steady(read(service)) == steady(read(service, OPENMETRICS))
 
 
 @pytest.mark.parametrize(
@@ -103,15 +95,10 @@ def test_the_format_is_the_one_that_is_asked_for(service, accept, media_type):
     assert exposition(lambda: service_families(service), accept)[1].startswith(f"{media_type};")
 
 
-def test_requests_are_counted_as_they_are_answered(app):
-    async def asked():
-        transport = httpx.ASGITransport(app=app)
-        async with httpx.AsyncClient(transport=transport, base_url="http://test") as client:
-            for _ in range(3):
-                await client.get("/livez")
-            return await client.get("/metrics")
-
-    answer = asyncio.run(asked())
+def test_requests_are_counted_as_they_are_answered(app, request_app):
+    for _ in range(3):
+        request_app(app, "GET", "/livez")
+    answer = request_app(app, "GET", "/metrics")
     assert answer.headers["cache-control"] == "no-store"
     found = values(text_families(answer.text))
     labels = (("method", "GET"), ("route", "/livez"), ("status", "200"))
@@ -120,27 +107,24 @@ def test_requests_are_counted_as_they_are_answered(app):
     assert found["gamut_http_sent_bytes_total", ()] == 3 * len("live\n")
 
 
-def publish(service, built):
+@pytest.fixture
+def filled(service, built, publish_built):
+    """A service with two gamuts."""
     for gamut in built:
-        content = gamut.to_bytes()
-        digest = hashlib.sha256(content).hexdigest()
-        record = Record(gamut.id, digest, len(content), "2026-01-01T00:00:00Z", gamut.description)
-        path = service.store.scratch(".gamut")
-        path.write_bytes(content)
-        service.store.publish(record, path)
+        publish_built(service.store, gamut)
+    return service
 
 
-def test_the_caches_and_the_store_tell_what_happened(service, built):
-    publish(service, built)
+def test_the_caches_and_the_store_tell_what_happened(filled, built):
     one, other = (gamut.id for gamut in built)
 
     async def asked():
         wanted = LevelRequest(100)
         for name in (one, one, one, other):
-            await service.meshes.mesh(name, wanted, "ply")
+            await filled.meshes.mesh(name, wanted, "ply")
 
     asyncio.run(asked())
-    found = read(service)
+    found = read(filled)
     meshes, gamuts = (("cache", "meshes"),), (("cache", "gamuts"),)
     assert found["gamut_cache_misses_total", meshes] == 2
     assert found["gamut_cache_hits_total", meshes] == 2
@@ -151,25 +135,25 @@ def test_the_caches_and_the_store_tell_what_happened(service, built):
     assert found["gamut_store_corruptions_total", ()] == 0
 
 
-def test_searches_for_levels_that_keep_limits_are_told_of(service, built):
-    publish(service, built)
+def test_searches_for_levels_that_keep_limits_are_told_of(filled, built):
+    mesh = filled.meshes.mesh
 
     async def asked():
         wanted = [LevelRequest(max_error=error, max_mismatch=0.02) for error in (0.7, 0.6, 0.5)]
         name = built[0].id
-        await service.meshes.mesh(name, LevelRequest(100), "ply")
-        meshes = [asyncio.create_task(service.meshes.mesh(name, one, "ply")) for one in wanted]
+        await mesh(name, LevelRequest(100), "ply")
+        meshes = [asyncio.create_task(mesh(name, one, "ply")) for one in wanted]
         most = 0
-        while not all(mesh.done() for mesh in meshes):
-            most = max(most, read(service)["gamut_level_searches", ()])
+        while not all(each.done() for each in meshes):
+            most = max(most, read(filled)["gamut_level_searches", ()])
             await asyncio.sleep(0)
         await asyncio.gather(*meshes)
         assert most == len(wanted)
         for one in wanted:
-            await service.meshes.mesh(name, one, "ply")
+            await mesh(name, one, "ply")
 
     asyncio.run(asked())
-    found = read(service)
+    found = read(filled)
     assert found["gamut_level_searches", ()] == 0
     tables, limits = (("cache", "tables"),), (("cache", "limits"),)
     assert found["gamut_cache_bytes", tables] > 1000
@@ -233,16 +217,12 @@ def test_made_up_methods_are_one_series():
     assert figures.counts == {("other", "unmatched", 405): 50}
 
 
-def test_builds_are_counted_by_outcome_and_timed_by_stage():
+def test_a_build_that_never_told_how_long_it_took_is_no_build_of_no_time():
     figures = BuildFigures()
-    figures.count_build("succeeded", {"boundary": 1.0, "decimation": 0.5, "total": 1.75})
-    figures.count_build("succeeded", {"boundary": 3.0, "decimation": 0.5, "total": 3.75})
-    figures.count_build("build-crashed", {})
+    for seconds in ({"boundary": 1.0, "total": 1.75}, {"boundary": 3.0, "total": 3.75}, {}):
+        figures.count_build("succeeded" if seconds else "build-crashed", seconds)
     assert figures.outcomes == {"succeeded": 2, "build-crashed": 1}
     assert figures.stages["boundary"].sum == 4.0
-    assert set(figures.stages) == {"boundary", "decimation"}
-    assert figures.seconds.sum == 5.5
-    # a build that never told how long it took is no build of no time
     assert figures.seconds.cumulative()[-1] == (math.inf, 2)
 
 
@@ -281,6 +261,10 @@ def test_memory_and_time_of_children_are_told_and_time_is_kept():
     assert after.processes == before.processes
     # as a counter has to: a process that ends takes nothing with it
     assert after.cpu_seconds >= during.cpu_seconds - 0.02
+
+
+def test_a_process_that_is_not_there_has_no_usage():
+    assert descendants_usage("nobody") is None
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux has /proc")

@@ -1,32 +1,19 @@
-"""ICC profiles: matrix and curves, gray, lookup tables of every type, process elements, targets.
-
-`SEEDS` are small profiles of every kind that is evaluated, `TOKENS` signatures and numbers of the
-format, `mutated` a change that knows where tags, types and sizes stand, and `check` fails for a
-result that is not finite; what the parser refuses it must refuse with one of gamutcore's errors.
-"""
-
-from __future__ import annotations
+"""ICC profiles: matrix and curves, gray, lookup tables of every type, process elements, targets."""
 
 import functools
-import random
 import struct
 import zlib
 from pathlib import Path
 
 import numpy as np
 
-from gamutcore.characterisation import IccProfile, Samples, characterisation, measurements_of
-from gamutcore.colours import InkLimits, surface_colours
-from gamutcore.colours.profile_colours import profile_colours
-from gamutcore.errors import GamutError
+from targets.checks import Target
 
 ROOT = Path(__file__).parents[3]
 SHARED = ROOT.parent / "shared" / "data"
 
 
-def profile(
-    tags: dict[str, bytes], *, space: str = "RGB ", pcs: str = "Lab ", version: int = 4
-) -> bytes:
+def profile(tags, *, space="RGB ", pcs="Lab ", version=4):
     """Return a profile of some tags."""
     offset, table, body = 132 + 12 * len(tags), b"", b""
     for name, data in tags.items():
@@ -39,31 +26,31 @@ def profile(
     return bytes(header) + struct.pack(">I", len(tags)) + table + body
 
 
-def _xyz(*values: float) -> bytes:
+def _xyz(*values):
     return b"XYZ " + bytes(4) + struct.pack(">3i", *[round(v * 65536) for v in values])
 
 
-def _grid(channels: int) -> list[int]:
+def _grid(channels):
     corners = np.array(np.meshgrid(*[[0, 1]] * channels, indexing="ij")).reshape(channels, -1).T
     light = 1 - corners.mean(axis=1)
     lab = np.stack([light, 0.5 + (corners[:, 0] - 0.5) * light, 0.5 + light / 4], axis=1)
     return [int(v) for v in (lab * 65280).reshape(-1)]
 
 
-def _lut16(channels: int) -> bytes:
+def _lut16(channels):
     head = struct.pack(">4sIBBBB", b"mft2", 0, channels, 3, 2, 0) + bytes(36) + b"\0\2\0\2"
     values = _grid(channels)
     table = struct.pack(f">{len(values)}H", *values)
     return head + b"\0\0\xff\xff" * channels + table + b"\0\0\xff\xff" * 3
 
 
-def _lut8(channels: int) -> bytes:
+def lut8(channels):
     head = struct.pack(">4sIBBBB", b"mft1", 0, channels, 3, 2, 0) + bytes(36)
     identity = bytes(range(256))
     return head + identity * channels + bytes(v >> 8 for v in _grid(channels)) + identity * 3
 
 
-def _lut_a_to_b(channels: int) -> bytes:
+def _lut_a_to_b(channels):
     curve = b"para" + bytes(4) + struct.pack(">HHi", 0, 0, 65536)
     values = _grid(channels)
     clut = bytes([2] * channels + [0] * (16 - channels) + [2, 0, 0, 0])
@@ -75,8 +62,8 @@ def _lut_a_to_b(channels: int) -> bytes:
     return struct.pack(">4sIBBH5I", b"mAB ", 0, channels, 3, 0, *places) + b"".join(parts)
 
 
-def _elements(channels: int) -> bytes:
-    def segment(*numbers: float) -> bytes:
+def _elements(channels):
+    def segment(*numbers):
         return struct.pack(">4sIHH4f", b"parf", 0, 0, 0, *numbers)
 
     line = segment(1, 1, 0, 0)
@@ -113,19 +100,19 @@ BEGIN_DATA
 END_DATA
 """
 _WHITE = {"wtpt": _xyz(0.85, 0.88, 0.73)}
-SEEDS = [
+_ICC = [
     *[(ROOT / "tests" / "data" / f"{n}.icc").read_bytes() for n in ("sRGB-v4", "sGrey-v4")],
     (ROOT / "tests" / "data" / "sRGB-v2-magic.icc").read_bytes(),
     profile({"A2B0": _lut16(4), "A2B1": _lut16(4), **_WHITE}, space="CMYK", version=2),
-    profile({"A2B0": _lut8(3), **_WHITE}),
+    profile({"A2B0": lut8(3), **_WHITE}),
     profile({"A2B0": _lut_a_to_b(4), "targ": b"text" + bytes(4) + _TARGET}, space="CMYK"),
     profile({"A2B1": _lut16(7), **_WHITE}, space="7CLR"),
-    profile({"D2B0": _elements(3), "D2B1": _elements(3), "A2B1": _lut8(3)}),
+    profile({"D2B0": _elements(3), "D2B1": _elements(3), "A2B1": lut8(3)}),
     profile({"D2B1": _elements(4), "D2B3": _elements(4)}, space="CMYK"),
     profile({"A2B1": _elements(5), **_WHITE}, space="nc\0\5", version=5),
     profile({"CIED": b"zut8" + bytes(4) + zlib.compress(_TARGET)}, space="CMYK"),
 ]
-TOKENS = [
+_ICC_TOKENS = [
     *b"mft1 mft2 mpet cvst matf clut curf parf samf curv para text zut8 ZXML XYZ  sf32".split(),
     *b"A2B0 A2B1 D2B1 D2B3 rXYZ rTRC kTRC wtpt chad clrt targ CIED DevD desc".split(),
     *b"scnr mntr prtr link nmcl GRAY CMYK 7CLR FCLR acsp".split(),
@@ -136,7 +123,7 @@ TOKENS = [
 
 
 @functools.cache
-def _real(*, large: bool) -> list[bytes]:
+def _real(*, large):
     """Return real profiles, where they are there; large tables are slow to copy."""
     names = ["press/ISOcoated_v2_300_bas.icc", "display/Acer_XB271HU.icc"]
     display = sorted((SHARED / "display").glob("[CM]*.icc"))
@@ -144,10 +131,10 @@ def _real(*, large: bool) -> list[bytes]:
     return [path.read_bytes() for path in paths if path.is_file()]
 
 
-def mutated(chance: random.Random) -> bytes:
+def mutated(chance):
     """Return a profile with a few changes, most of them where the structure stands."""
     large = chance.random() < 0.025
-    data = bytearray(chance.choice(_real(large=large) + SEEDS))
+    data = bytearray(chance.choice(_real(large=large) + _ICC))
     for _ in range(min(int(chance.paretovariate(0.8)), 12)):
         kind = chance.randrange(8)
         count = int.from_bytes(data[128:132], "big")
@@ -161,7 +148,7 @@ def mutated(chance: random.Random) -> bytes:
             place = chance.choice([0, 8, 12, 16, 20, 68, 128])
         place = min(place, len(data))
         if chance.random() < 0.5:
-            token = chance.choice(TOKENS)
+            token = chance.choice(_ICC_TOKENS)
             data[place : place + len(token)] = token
         elif chance.random() < 0.6 and place < len(data):
             data[place] = chance.choice([0, 1, 2, 127, 128, 255, chance.randrange(256)])
@@ -175,53 +162,4 @@ def mutated(chance: random.Random) -> bytes:
     return bytes(data)
 
 
-def check(data: bytes) -> None:
-    """Raise if a file is neither refused with an error of gamutcore nor finite."""
-    try:
-        found = characterisation(data)
-    except GamutError as error:
-        _told(error)
-        return
-    if isinstance(found, IccProfile):
-        _finite(found, "absolute", None)
-        for intent in ("perceptual", "saturation"):
-            _finite_colours(found, intent)
-        _finite(found, "relative", InkLimits(250.0, 80.0))
-        try:
-            found = measurements_of(found)
-        except GamutError as error:
-            _told(error)
-            return
-    assert isinstance(found, Samples)
-    assert len(found) > 0
-
-
-def _finite(found: IccProfile, intent: str, limits: InkLimits | None) -> None:
-    try:
-        surface = surface_colours(found, intent=intent, surface_samples=500, limits=limits)
-    except GamutError as error:
-        _told(error)
-        return
-    assert np.isfinite(surface.points).all()
-    assert surface.device is not None
-    assert np.isfinite(surface.device).all()
-
-
-def _finite_colours(found: IccProfile, intent: str) -> None:
-    """Evaluate another intent without a surface, whose sampling is the same for all intents."""
-    channels = len(found.channels)
-    device = np.random.default_rng(0).random((300, channels))
-    device[:2] = [[0.0], [1.0]]
-    try:
-        nodes = found.transform(intent)[0].nodes
-        lab = profile_colours(found, device, intent).lab
-    except GamutError as error:
-        _told(error)
-        return
-    assert nodes is None or np.isfinite(nodes).all()
-    assert np.isfinite(lab).all()
-
-
-def _told(error: GamutError) -> None:
-    assert error.message
-    assert error.code != "gamut-error"
+TARGETS = {"icc": Target(_ICC, _ICC_TOKENS, mutated=mutated)}
