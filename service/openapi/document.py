@@ -97,7 +97,7 @@ def _restore_examples(paths: dict[str, Any], app: FastAPI) -> None:
         if not isinstance(route.original_route, APIRoute) or not route.include_in_schema:
             continue
         for method in route.methods or ():
-            responses = paths[route.path_format][method.lower()]["responses"]
+            responses = paths[str(route.path_format)][method.lower()]["responses"]
             for status, response in route.responses.items():
                 for media_type, content in response.get("content", {}).items():
                     if "examples" in content:

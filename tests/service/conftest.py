@@ -43,6 +43,8 @@ class Server:
     def __init__(self, data: Path, log: Path, **settings) -> None:
         self.data = data
         self.log_path = log
+        # A slow machine answers with the gamut as well, not with 202.
+        settings = {"client_wait": 300, **settings}
         environment = {
             **{name: value for name, value in os.environ.items() if not name.startswith("GAMUT_")},
             **{f"GAMUT_{name.upper()}": str(value) for name, value in settings.items()},
@@ -58,7 +60,7 @@ class Server:
         self.url = self.logged(READY)
         # Without a content coding, so that digests are those of what a test sees.
         fields = {"Accept-Encoding": "identity"}
-        self.client = httpx.Client(base_url=self.url, timeout=120, headers=fields)
+        self.client = httpx.Client(base_url=self.url, timeout=400, headers=fields)
 
     def log(self):
         return self.log_path.read_text()

@@ -200,6 +200,10 @@ def test_every_line_of_the_page_works(server, tmp_path):
     text = (ROOT / "docs" / "http-api.md").read_text()
     script = "".join(re.findall(r"```sh\n(.*?)```", text, re.DOTALL))
     script = script.replace("http://127.0.0.1:8000", server.url)
+    # Small builds do, but for the one that has to last until it is cancelled.
+    press = "-F file=@examples/FOGRA39L.ti3"
+    few = f"{press} -F surface_samples=3000"
+    script = re.sub(rf"{press}(?!.*0\.32)", few, script)
     (tmp_path / "examples").symlink_to(ROOT / "examples")
     answer = subprocess.run(
         ["sh", "-e", "-c", script], cwd=tmp_path, capture_output=True, text=True, check=True
@@ -219,7 +223,8 @@ def test_every_line_of_the_page_works(server, tmp_path):
     ):
         assert (tmp_path / name).read_bytes().startswith(begin)
     assert (tmp_path / "FOGRA39L.stl").stat().st_size == 84 + 50 * 1000
-    assert (tmp_path / "FOGRA39L.gamut").stat().st_size > 10**5
+    history = Gamut.from_bytes((tmp_path / "FOGRA39L.gamut").read_bytes())
+    assert history.description["options"]["surface_samples"] == 3000
     assert '"code":"invalid-option"' in answer.stdout
     assert answer.stdout.count("event: finished") == 1
     assert answer.stdout.count('"code":"build-cancelled"') == 1
