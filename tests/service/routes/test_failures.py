@@ -41,7 +41,7 @@ def test_what_was_accepted_or_built_outlives_kills_and_stops(
         assert known["gamut"]["name"] == "Kept"
         return server
 
-    accepted_jobs_finish(start, slow_build, kills=1, stops=1)
+    accepted_jobs_finish(start, lambda samples: slow_build(samples // 2), kills=1, stops=1)
 
 
 def test_a_store_that_is_away_is_named_until_it_is_back(server, assert_problem, sphere):

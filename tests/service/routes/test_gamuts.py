@@ -98,7 +98,7 @@ def test_a_file_is_recognised_by_its_content(server, sphere):
 )
 def test_every_boundary_is_built_and_decimated(server, sphere, options, triangles):
     body = {"samples": sphere(seed=90, count=600), "options": options}
-    answer = server.client.post("/v1/gamuts", json=body, headers={"Prefer": "wait=60"})
+    answer = server.client.post("/v1/gamuts", json=body)
     assert answer.status_code == 201, answer.text
     gamut = answer.json()
     assert options.items() <= gamut["options"].items()
@@ -113,7 +113,7 @@ def test_every_boundary_is_built_and_decimated(server, sphere, options, triangle
 @pytest.mark.parametrize("name", SPACES)
 def test_every_colour_space_is_built_and_exported(server, sphere, name):
     body = {"samples": sphere(seed=91, count=500), "options": {"space": name, "gamma": 1}}
-    answer = server.client.post("/v1/gamuts", json=body, headers={"Prefer": "wait=60"})
+    answer = server.client.post("/v1/gamuts", json=body)
     assert answer.status_code == 201, answer.text
     gamut = answer.json()
     assert gamut["options"]["space"] == gamut["provenance"]["colour_space"]["name"] == name
@@ -216,7 +216,7 @@ def test_a_build_goes_on_when_its_client_leaves(server, sphere):
 
 
 def test_meshes_and_liveness_are_answered_during_a_build(server, slow_build, gamut):
-    job = server.client.post("/v1/gamuts", **slow_build(40_000), headers=ASYNC)
+    job = server.client.post("/v1/gamuts", **slow_build(34_000), headers=ASYNC)
     assert job.status_code == 202
     address = job.headers["location"]
     answered = 0
