@@ -26,12 +26,6 @@ def view(server, cubes):
     return ask
 
 
-def test_every_view_of_the_document_is_here(server):
-    paths = server.client.get("/openapi.json").json()["paths"]
-    for name in NAMES[:-1]:
-        assert "get" in paths[f"/v1/gamuts/{{gamut_id}}/{name}"]
-
-
 # --- figures --------------------------------------------------------------------------------------
 
 

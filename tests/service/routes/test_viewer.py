@@ -3,13 +3,18 @@
 import json
 import os
 import shutil
+import socket
 import subprocess
+import threading
 from pathlib import Path
 
 import browser as chromium
 import pytest
+import uvicorn
 
 from service.access.api_keys import new_key
+from service.application import create_app
+from service.settings import Settings
 
 ROOT = Path(__file__).parents[3]
 WEB = ROOT / "web"
@@ -33,15 +38,18 @@ def test_the_files_are_built_from_the_sources():
 
 
 @pytest.fixture
-def guarded(start_server, sphere):
-    """Environment of the test with API keys: a server, a key, and a gamut that needs the key."""
-    key, known = new_key("viewer", frozenset({"read", "write"}))
-    started = start_server(api_keys=known.entry)
-    started.wait_for(lambda: started.client.get("/readyz").status_code == 200)
-    started.client.headers["X-API-Key"] = key
-    made = started.client.post("/v1/gamuts", json={"samples": sphere(seed=78, count=50)}).json()
-    yield {"KEYS_URL": started.url, "KEY": key, "GUARDED": made["id"]}
-    started.stop()
+def guarded(filled_store, built):
+    """Environment of the test with API keys: a server in this process, a key, and a gamut."""
+    key, known = new_key("viewer", frozenset({"read"}))
+    app = create_app(Settings(store=str(filled_store.blobs.directory), api_keys=known.entry))
+    server = uvicorn.Server(uvicorn.Config(app, lifespan="off", log_level="critical"))
+    with socket.create_server(("127.0.0.1", 0)) as listening:
+        thread = threading.Thread(target=server.run, args=([listening],))
+        thread.start()
+        url = f"http://127.0.0.1:{listening.getsockname()[1]}"
+        yield {"KEYS_URL": url, "KEY": key, "GUARDED": built[0].id}
+        server.should_exit = True
+        thread.join()
 
 
 def test_the_features_in_a_browser(server, sphere, guarded, tmp_path):
