@@ -30,7 +30,7 @@ import browser as chromium
 import emulators
 import google_storage
 
-START_SECONDS = 120
+START_SECONDS = 300
 """Generous: on a first run the kernels are compiled."""
 
 READY = re.compile(r"Uvicorn running on (http://127\.0\.0\.1:\d+)")

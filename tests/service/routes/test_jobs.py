@@ -15,10 +15,6 @@ from job_faults import identical_requests_are_one_build
 UNKNOWN = "0" * 64
 
 
-def test_unknown_jobs_are_not_found(server, assert_problem):
-    assert_problem(server.client.get(f"/v1/jobs/{UNKNOWN}"), 404, "job-not-found")
-
-
 def test_a_job_leads_to_its_gamut(server, gamut):
     job = server.client.get(f"/v1/jobs/{gamut['id']}")
     assert job.headers["cache-control"] == "no-store"
