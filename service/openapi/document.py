@@ -100,9 +100,8 @@ def _restore_examples(paths: dict[str, Any], app: FastAPI) -> None:
             responses = paths[str(route.path_format)][method.lower()]["responses"]
             for status, response in route.responses.items():
                 for media_type, content in response.get("content", {}).items():
-                    if "examples" in content:
-                        shown = responses[str(status)]["content"][media_type]
-                        shown["examples"] = content["examples"]
+                    shown = responses[str(status)]["content"][media_type]
+                    shown["examples"] = content["examples"]
 
 
 def _with_named_schemas(node: Any, schemas: dict[str, Any]) -> Any:  # noqa: ANN401 - JSON

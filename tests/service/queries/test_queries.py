@@ -158,7 +158,7 @@ def test_large_arrays_are_answered_in_pieces(ask):
     colours = points_about(2 * PIECE + 7).astype(np.float32)
     array = np.load(io.BytesIO(ask(npy(colours), NPY).content))
     assert array["inside"].tolist() == inside_cube(colours).tolist()
-    lines = np.tile(np.array([50, -20, 0, 50, 20, 0], np.float32), (PIECE // 2 + 5, 1))
+    lines = np.tile(np.array([50, -20, 0, 50, 20, 0], np.float32), (PIECE + 5, 1))
     lines[::3, 2] = lines[::3, 5] = 15
     array = np.load(io.BytesIO(ask(npy(lines), NPY, "crossings").content))
     assert array["row"].tolist() == [n for n in range(len(lines)) if n % 3 for _ in range(2)]

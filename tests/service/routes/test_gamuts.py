@@ -94,7 +94,7 @@ def test_a_file_is_recognised_by_its_content(server, sphere):
         ({"boundary": "usv", "subdivisions": 7, "gamma": 1}, None),
     ],
 )
-def test_every_boundary_is_built_and_decimated(server, sphere, options, triangles):
+def test_every_boundary_is_built_and_decimated(server, sphere, assert_problem, options, triangles):
     body = {"samples": sphere(seed=90, count=600), "options": options}
     answer = server.client.post("/v1/gamuts", json=body)
     assert answer.status_code == 201, answer.text
@@ -106,6 +106,10 @@ def test_every_boundary_is_built_and_decimated(server, sphere, options, triangle
     assert (again.status_code, again.json()["id"]) == (200, gamut["id"])
     mesh = server.client.get(gamut["links"]["mesh"], params={"triangles": 20})
     assert mesh.headers["gamut-triangles"] == "20"
+    if triangles and triangles > 100_000:
+        picture = server.client.get(f"{gamut['links']['self']}/picture.png?max_error=0")
+        document = assert_problem(picture, 422, "triangle-count")
+        assert document["where"] == {"field": "max_error"}
 
 
 @pytest.mark.parametrize("name", SPACES)
