@@ -8,6 +8,7 @@ from typing import Any
 
 from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
+from fastapi.routing import APIRoute, iter_route_contexts
 
 from gamutcore.version import __version__
 from service.openapi import models, request_models
@@ -64,6 +65,7 @@ def openapi_document(app: FastAPI) -> dict[str, Any]:
         tags=app.openapi_tags,
         routes=app.routes,
     )
+    _restore_examples(document["paths"], app)
     schemas = document["components"]["schemas"]
     for model in _BODY_MODELS:
         schema = model.model_json_schema(ref_template="#/components/schemas/{model}")
@@ -84,6 +86,22 @@ def openapi_document(app: FastAPI) -> dict[str, Any]:
                 operation["parameters"].append(REFERENCE_OPTIONS)
                 operation["responses"].setdefault("202", REFERENCE_JOB)
     return document
+
+
+def _restore_examples(paths: dict[str, Any], app: FastAPI) -> None:
+    """Replace the examples of responses by those of the routes.
+
+    FastAPI drops every member that is null, also from examples whose schema requires it.
+    """
+    for route in iter_route_contexts(app.routes):
+        if not isinstance(route.original_route, APIRoute) or not route.include_in_schema:
+            continue
+        for method in route.methods or ():
+            responses = paths[str(route.path_format)][method.lower()]["responses"]
+            for status, response in route.responses.items():
+                for media_type, content in response.get("content", {}).items():
+                    shown = responses[str(status)]["content"][media_type]
+                    shown["examples"] = content["examples"]
 
 
 def _with_named_schemas(node: Any, schemas: dict[str, Any]) -> Any:  # noqa: ANN401 - JSON

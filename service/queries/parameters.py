@@ -125,9 +125,6 @@ class Parameter:
             "description": self.description,
             "schema": self.schema(),
         }
-        if isinstance(self.example, list | tuple):
-            # Comma-separated, as `a,b,c`.
-            entry |= {"style": "form", "explode": False}
         if self.example is not None:
             entry["example"] = self.example
         return entry

@@ -300,7 +300,7 @@ def test_the_format_goes_before_the_suffix_and_the_suffix_before_accept(mesh):
         # The more specific range decides, whatever its quality: RFC 9110, section 12.5.1.
         (["model/*;q=1, model/gltf-binary;q=0.2"], "model/gltf+json"),
         (["*/*, model/gltf-binary;q=0"], "model/gltf+json"),
-        (["nonsense, model/stl"], "model/stl"),
+        (["nonsense, ;q=1, model/stl"], "model/stl"),
         (["model/stl;q=nonsense"], "model/stl"),
         (["text/html"], None),
         (["image/png, text/*"], None),

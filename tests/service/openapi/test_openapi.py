@@ -132,8 +132,6 @@ def test_every_reference_and_link_leads_somewhere():
 
 # --- examples -------------------------------------------------------------------------------------
 
-NULLABLE = ("finished", "problem", "gamut", "next")
-
 
 def test_every_example_is_of_its_schema():
     count = 0
@@ -143,9 +141,7 @@ def test_every_example_is_of_its_schema():
                 if "json" not in media_type or "value" not in example:
                     continue
                 count += 1
-                # FastAPI leaves members out of examples that are null
-                absent = {f'"{each}" is a required property' for each in NULLABLE}
-                assert set(faults(content["schema"], example["value"])) <= absent, name
+                assert faults(content["schema"], example["value"]) == [], name
     assert count > 500
 
 
@@ -204,6 +200,10 @@ def test_every_line_of_the_page_works(server, tmp_path):
     text = (ROOT / "docs" / "http-api.md").read_text()
     script = "".join(re.findall(r"```sh\n(.*?)```", text, re.DOTALL))
     script = script.replace("http://127.0.0.1:8000", server.url)
+    # Small builds do, but for the one that has to last until it is cancelled.
+    press = "-F file=@examples/FOGRA39L.ti3"
+    few = f"{press} -F surface_samples=3000"
+    script = re.sub(rf"{press}(?!.*0\.32)", few, script)
     (tmp_path / "examples").symlink_to(ROOT / "examples")
     answer = subprocess.run(
         ["sh", "-e", "-c", script], cwd=tmp_path, capture_output=True, text=True, check=True
@@ -223,10 +223,13 @@ def test_every_line_of_the_page_works(server, tmp_path):
     ):
         assert (tmp_path / name).read_bytes().startswith(begin)
     assert (tmp_path / "FOGRA39L.stl").stat().st_size == 84 + 50 * 1000
-    assert (tmp_path / "FOGRA39L.gamut").stat().st_size > 10**5
+    history = Gamut.from_bytes((tmp_path / "FOGRA39L.gamut").read_bytes())
+    assert history.description["options"]["surface_samples"] == 3000
     assert '"code":"invalid-option"' in answer.stdout
     assert answer.stdout.count("event: finished") == 1
-    assert answer.stdout.count('"code":"build-cancelled"') == 1
+    # the list of jobs may show builds that other tests have cancelled
+    shown = [each.partition("\n\n")[2] for each in answer.stdout.split("HTTP/1.1 ")]
+    assert sum('"code":"build-cancelled"' in each.partition("\n")[0] for each in shown) == 1
 
 
 # --- models ---------------------------------------------------------------------------------------

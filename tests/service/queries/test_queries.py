@@ -158,7 +158,7 @@ def test_large_arrays_are_answered_in_pieces(ask):
     colours = points_about(2 * PIECE + 7).astype(np.float32)
     array = np.load(io.BytesIO(ask(npy(colours), NPY).content))
     assert array["inside"].tolist() == inside_cube(colours).tolist()
-    lines = np.tile(np.array([50, -20, 0, 50, 20, 0], np.float32), (PIECE // 2 + 5, 1))
+    lines = np.tile(np.array([50, -20, 0, 50, 20, 0], np.float32), (PIECE + 5, 1))
     lines[::3, 2] = lines[::3, 5] = 15
     array = np.load(io.BytesIO(ask(npy(lines), NPY, "crossings").content))
     assert array["row"].tolist() == [n for n in range(len(lines)) if n % 3 for _ in range(2)]
@@ -302,6 +302,7 @@ def test_other_files_are_refused(ask, assert_problem, content):
         ("", {"line": 1, "field": "L*"}),
         ("L,a\n1,2\n", {"line": 1, "field": "b*"}),
         ("L,a,b,LAB_L\n1,2,3,4\n", {"line": 1, "field": "L*"}),
+        ("L;a;b\n1;2;3\n", {"line": 1, "field": "L*"}),
         ("L,a,b\n1,2,3\n1,2\n", {"row": 1}),
         ('L,a,b\n1,2,"3\n', {"line": 2}),
         (b"L,a,b\n\xff,2,3\n", {"line": 1}),
@@ -553,6 +554,10 @@ def test_too_many_rows_at_once_are_refused_for_a_moment(small_server, sphere, as
     for content in (body, many):
         answer = server.client.post(address, content=content, headers={"Content-Type": NPY})
         assert answer.status_code == 200
+    # more rows than a table may have are never admitted
+    table = "L,a,b\n" + 1_000_001 * "1,1,1\n"
+    answer = server.client.post(address, content=table, headers={"Content-Type": CSV})
+    assert_problem(answer, 422, "too-many-rows")
 
 
 def test_the_service_answers_while_queries_use_all_cores(server, ask):

@@ -26,12 +26,6 @@ def view(server, cubes):
     return ask
 
 
-def test_every_view_of_the_document_is_here(server):
-    paths = server.client.get("/openapi.json").json()["paths"]
-    for name in NAMES[:-1]:
-        assert "get" in paths[f"/v1/gamuts/{{gamut_id}}/{name}"]
-
-
 # --- figures --------------------------------------------------------------------------------------
 
 
@@ -79,7 +73,7 @@ def test_sections_of_a_cube(view, query, area):
 
 def test_a_section_needs_one_plane(view, assert_problem):
     assert view("slice", lightness=70).json()["polygons"] == []
-    for query in ({"triangles": 12}, {"lightness": 50, "hue": 3}):
+    for query in ({"triangles": 12}, {"lightness": 50, "hue": 3}, {"plane": "0,1,0"}):
         assert_problem(view("slice", **query), 422, "invalid-parameter")
 
 
@@ -100,6 +94,19 @@ def test_rings_of_a_cube_with_half_of_it(view, cubes):
     inner = np.array(both["reference_radius"][-1])
     assert (inner**2).sum() * np.pi / 4 == pytest.approx(1000)
     assert both["reference_level"]["triangles"] == 12
+
+
+@pytest.mark.parametrize("name", ["cusps", "slice"])
+def test_device_values_of_a_boundary_lie_on_the_cube_of_device_values(server, name):
+    query = {"surface_samples": 2000, **({"lightness": 50} if name == "slice" else {"hues": 8})}
+    answer = server.client.get(f"/v1/gamuts/srgb/{name}", params=query).json()
+    assert answer["channels"] == ["R", "G", "B"]
+    parts = answer["device"] if name == "slice" else [answer["device"]]
+    points = answer["polygons"] if name == "slice" else [answer["point"]]
+    assert [len(part) for part in parts] == [len(part) for part in points]
+    device = np.concatenate(parts)
+    # within a triangle that crosses an edge of the cube, they lie inside
+    assert np.minimum(device, 1 - device).min(axis=1).max() < 0.1
 
 
 # --- forms ----------------------------------------------------------------------------------------

@@ -1,6 +1,7 @@
-"""Names over real connections: defaults, PUT, lists, replicas."""
+"""Names over HTTP: defaults, PUT, lists, replicas."""
 
 import concurrent.futures
+import contextlib
 import json
 import sys
 from pathlib import Path
@@ -9,8 +10,8 @@ import pytest
 
 from service.application import create_app
 from service.settings import Settings
+from service.storage.location import gamut_store
 
-EXAMPLES = Path(__file__).parents[3] / "examples"
 CSV = b"LAB_L,LAB_A,LAB_B\n0,0,0\n100,0,0\n50,60,0\n50,-30,52\n50,-30,-%d"
 
 
@@ -50,17 +51,29 @@ def test_a_json_member_names_the_gamut_and_is_no_part_of_its_id(server, sphere):
     assert plain["name"].startswith("Gamut ")
 
 
-def test_the_name_of_the_file_is_the_default(server):
-    answer = server.client.post("/v1/gamuts", files={"file": ("Paper 7.csv", csv(41))})
-    assert answer.json()["name"] == "Paper 7.csv"
+CGATS = b"""CGATS.17
+DESCRIPTOR "Offset\ton blue"
+NUMBER_OF_FIELDS 3
+BEGIN_DATA_FORMAT
+LAB_L LAB_A LAB_B
+END_DATA_FORMAT
+NUMBER_OF_SETS 5
+BEGIN_DATA
+%s
+END_DATA
+"""
 
 
-def test_the_descriptor_of_the_data_comes_before_the_name_of_the_file(server):
-    content = b'CGATS.17\nDESCRIPTOR "Offset on blue"\nNUMBER_OF_FIELDS 3\nBEGIN_DATA_FORMAT\n'
-    content += b"LAB_L LAB_A LAB_B\nEND_DATA_FORMAT\nNUMBER_OF_SETS 5\nBEGIN_DATA\n"
-    content += csv(42).split(b"\n", 1)[1].replace(b",", b" ") + b"\nEND_DATA\n"
-    answer = server.client.post("/v1/gamuts", files={"file": ("x.ti3", content)})
-    assert answer.json()["name"] == "Offset on blue"
+@pytest.mark.parametrize(
+    ("file", "content", "name"),
+    [
+        ("Paper 7.csv", csv(41), "Paper 7.csv"),
+        # what the data says comes before the name of the file
+        ("x.ti3", CGATS % csv(42).split(b"\n", 1)[1].replace(b",", b" "), "Offset on blue"),
+    ],
+)
+def test_the_default_is_what_the_data_or_the_file_is_called(server, file, content, name):
+    assert server.client.post("/v1/gamuts", files={"file": (file, content)}).json()["name"] == name
 
 
 def test_the_description_of_a_profile_is_the_default(server):
@@ -89,13 +102,14 @@ def test_a_name_is_put_and_changes_nothing_immutable(server):
 
 
 def test_lists_show_name_channels_volume_and_time_and_are_filtered(server):
-    names = [f"Filter {n} Ä" for n in range(4)]
+    names = [f"{'Filter' if n % 3 else 'Other'} {n} Ä" for n in range(9)]
     for number, name in enumerate(names):
         file = {"file": csv(44 + number)}
         assert server.client.post("/v1/gamuts", files=file, data={"name": name}).is_success
-    found = listed(server, name="filter", limit=1)
-    assert sorted(each["name"] for each in found) == names
-    assert all({"channels", "volume", "created"} <= set(each) for each in found)
+    for limit in (1, 2, 5, 100):
+        found = listed(server, name="filter", limit=limit)
+        assert sorted(each["name"] for each in found) == [n for n in names if "Filter" in n]
+        assert all({"channels", "volume", "created"} <= set(each) for each in found)
     assert [each["name"] for each in listed(server, name="TER 2 ä")] == ["Filter 2 Ä"]
     assert listed(server, name="no gamut has this name") == []
 
@@ -133,7 +147,7 @@ def test_bodies_that_are_no_json_or_too_large_are_refused(server, gamut, assert_
 
 
 def test_bad_names_of_forms_and_json_are_refused_before_a_build(server, assert_problem, sphere):
-    file = {"file": csv(60)}
+    file = {"file": csv(70)}
     answer = server.client.post("/v1/gamuts", files=file, data={"name": "\x07"})
     assert_problem(answer, 422, "invalid-name")
     body = {"samples": sphere(seed=92), "name": ["x"]}
@@ -150,7 +164,7 @@ def test_only_gamuts_have_names_and_references_keep_theirs(server, assert_proble
 
 
 def test_a_deleted_gamut_leaves_no_name(server):
-    file = {"file": ("first.csv", csv(61))}
+    file = {"file": ("first.csv", csv(71))}
     gamut = server.client.post("/v1/gamuts", files=file, data={"name": "Gone"}).json()
     server.client.delete(gamut["links"]["self"])
     assert server.client.post("/v1/gamuts", files=file).json()["name"] == "first.csv"
@@ -162,28 +176,35 @@ def test_a_name_needs_the_scope_to_write(tmp_path, request_app, assert_problem):
     assert_problem(answer, 401, "api-key-required")
 
 
-def test_of_two_replicas_the_last_writer_wins(start_server, s3, monkeypatch):
+def test_of_two_replicas_the_last_writer_wins(s3, monkeypatch, request_app, built, publish_built):
     for name, value in s3.items():
         monkeypatch.setenv(name, value)
-    one, other = (start_server(f"s3://bucket/names-{sys.version_info[1]}") for _ in range(2))
-    gamut = one.client.post("/v1/gamuts", files={"file": csv(63)}).json()
+    location = f"s3://bucket/names-{sys.version_info[1]}"
+    with contextlib.closing(gamut_store(location)) as store:
+        store.open()
+        for gamut in built:
+            publish_built(store, gamut)
+    replicas = [create_app(Settings(store=location)) for _ in range(2)]
+    address = f"/v1/gamuts/{built[0].id}"
+
+    def give(replica, name):
+        return request_app(replicas[replica], "PUT", f"{address}/name", json={"name": name})
 
     def names():
-        return [server.client.get(gamut["links"]["self"]).json() for server in (one, other)]
+        return [request_app(replica, "GET", address).json()["name"] for replica in replicas]
 
-    for server, name in ((one, "by one"), (other, "by the other"), (one, "by one")):
-        assert put(server, gamut, name).is_success
-        assert [each["name"] for each in names()] == [name, name]
-    with concurrent.futures.ThreadPoolExecutor(8) as threads:
-        answers = list(
-            threads.map(lambda n: put((one, other)[n % 2], gamut, f"name {n}"), range(12))
-        )
-    assert all(answer.is_success for answer in answers)
-    left = {each["name"] for each in names()}
-    assert len(left) == 1
-    assert left < {f"name {n}" for n in range(12)}
-    (found,) = other.client.get("/v1/gamuts", params={"name": left.pop()}).json()["gamuts"]
-    assert found["id"] == gamut["id"]
+    for replica, name in ((0, "by one"), (1, "by the other"), (0, "by one")):
+        assert give(replica, name).is_success
+        assert names() == [name, name]
+    # Each replica has a thread of its own, so that both write at the same time.
+    with concurrent.futures.ThreadPoolExecutor(2) as threads:
+        answers = threads.map(lambda n: [give(n, f"name {n}-{turn}") for turn in range(6)], (0, 1))
+    assert all(answer.is_success for each in answers for answer in each)
+    left, other = names()
+    assert left == other
+    assert left in {"name 0-5", "name 1-5"}
+    found = request_app(replicas[1], "GET", "/v1/gamuts", params={"name": left}).json()["gamuts"]
+    assert [gamut["id"] for gamut in found] == [built[0].id]
 
 
 def test_files_have_the_name_and_a_new_one_at_once(server, sphere):

@@ -63,6 +63,7 @@ def test_views_and_options(server, address, view):
         ("triangles=100001", "triangles"),
         ("format=png", "format"),
         ("size=64&size=65", "size"),
+        ("max_error=2&triangles=100", "triangles"),
     ],
 )
 def test_other_values_are_refused(server, assert_problem, address, query, field):
@@ -87,16 +88,6 @@ def test_an_error_limit_gives_the_picture_of_its_level(server, gamut, address):
     assert count == mesh.headers["gamut-triangles"] != str(gamut["counts"]["triangles"])
     counted = server.client.get(address, params={"size": 64, "triangles": count})
     assert counted.content == limited.content
-
-
-def test_a_limit_and_a_count_are_refused_together(server, assert_problem, address):
-    answer = server.client.get(address, params={"max_error": 2, "triangles": 100})
-    assert assert_problem(answer, 422, "invalid-parameter")["where"]["field"] == "triangles"
-
-
-def test_a_slug_has_a_picture(server):
-    answer = server.client.get("/v1/gamuts/srgb/picture.png", params={"size": 32, "view": "top"})
-    assert image(answer).size == (32, 32)
 
 
 def test_the_background_beside_a_slug_is_that_of_the_picture(server, assert_problem):

@@ -10,7 +10,10 @@ import pytest
 from gamutcore import Options
 from gamutcore.building import gamut_id
 from gamutcore.references import NOT_OFFERED, REFERENCES
+from service.application import create_app
 from service.routes.reference_slugs import CACHE_SECONDS
+from service.settings import Settings
+from service.storage.location import gamut_store
 
 FEW = {"surface_samples": 400}
 
@@ -156,14 +159,24 @@ def test_an_evicted_reference_is_built_again(server):
     assert server.builds_started(default) == 2
 
 
-def test_readers_start_builds_with_default_options_only(start_server, assert_problem):
-    """A reader could fill the store by combining options."""
-    limited = start_server(allow_anonymous="read", build_rate_limit=1, build_rate_burst=1)
-    refused = limited.client.get("/v1/gamuts/srgb", params=FEW)
-    assert_problem(refused, 401, "api-key-required")
-    assert limited.client.get("/v1/gamuts/h-273-22-unspecified").status_code in {200, 202}
-    assert_problem(limited.client.get("/v1/gamuts/h-273-generic-film"), 429, "rate-limited")
-    assert limited.client.get("/v1/references").status_code == 200
+def test_readers_start_builds_with_default_options_only(request_app, tmp_path, assert_problem):
+    """A reader could fill the store by combining options. Nothing is built in this process."""
+    store = gamut_store(str(tmp_path))
+    store.open()
+    store.close()
+    readers = Settings(
+        store=str(tmp_path), allow_anonymous="read", build_rate_limit=0.0001, build_rate_burst=1
+    )
+    app = create_app(readers)
+
+    def get(path, **query):
+        headers = {"Prefer": "respond-async"}
+        return request_app(app, "GET", f"/v1/{path}", params=query, headers=headers)
+
+    assert_problem(get("gamuts/srgb", **FEW), 401, "api-key-required")
+    assert get("gamuts/h-273-22-unspecified").status_code == 202
+    assert_problem(get("gamuts/h-273-generic-film"), 429, "rate-limited")
+    assert get("references").status_code == 200
 
 
 # --- the list -------------------------------------------------------------------------------------

@@ -3,11 +3,14 @@
 The lifespan of the app in this process does not run, so that nothing is built.
 """
 
+import asyncio
 import dataclasses
 import gzip
 import hashlib
 import json
+import threading
 
+import httpx
 import pytest
 
 from gamutcore import Options
@@ -15,6 +18,7 @@ from gamutcore.building import gamut_id
 from service.application import create_app
 from service.settings import Settings
 from service.storage.gamuts import GamutStore
+from service.storage.inputs import Inputs
 from service.storage.local import LocalBlobs
 
 JSON = {"Content-Type": "application/json"}
@@ -64,6 +68,52 @@ def test_a_file_is_passed_on_byte_for_byte_and_leaves_nothing_on_the_disk(post, 
     assert post(files={"file": content, "other": content}).status_code == 422
     assert list((store / "temporary").iterdir()) == []
     assert accepted(post(files={"file": b"x"})) == expected(b"x")
+
+
+def test_few_large_files_are_in_memory_at_a_time(store, monkeypatch):
+    """The store keeps none until all have been sent. A small file passes meanwhile."""
+    gate, entered, keep = threading.Event(), threading.Semaphore(0), Inputs.keep
+    inside, most = set(), []
+
+    def keep_behind_the_gate(self, gamut_id, data, *rest):
+        if len(data) < 1_000_000:
+            return keep(self, gamut_id, data, *rest)
+        inside.add(gamut_id)
+        most.append(len(inside))
+        entered.release()
+        assert gate.wait(120)
+        inside.remove(gamut_id)
+        return keep(self, gamut_id, data, *rest)
+
+    monkeypatch.setattr(Inputs, "keep", keep_behind_the_gate)
+
+    async def scenario():
+        sent = asyncio.Semaphore(0)
+        transport = httpx.ASGITransport(create_app(Settings(store=str(store))))
+        async with httpx.AsyncClient(transport=transport, base_url="http://test") as client:
+
+            async def post(content):
+                form = client.build_request("POST", "/v1/gamuts", files={"file": content})
+
+                async def body():
+                    yield form.read()
+                    sent.release()
+
+                fields = {"Content-Type": form.headers["content-type"], "Prefer": "respond-async"}
+                return await client.post("/v1/gamuts", content=body(), headers=fields)
+
+            large = [asyncio.create_task(post(bytes(2_000_000 + n))) for n in range(5)]
+            for _ in large:
+                await sent.acquire()
+            for _ in range(2):
+                assert await asyncio.to_thread(entered.acquire, timeout=120)
+            answers = [await post(b"small")]
+            gate.set()
+            return answers + await asyncio.gather(*large)
+
+    answers = asyncio.run(asyncio.wait_for(scenario(), 120))
+    assert {answer.status_code for answer in answers} == {202}
+    assert max(most) == 2
 
 
 MANY = {

@@ -12,7 +12,7 @@ import pytest
 from gamutcore.options import Options
 from tests.conftest import missing
 
-ROOT = Path(__file__).parents[4]
+ROOT = Path(__file__).parents[3]
 DOCUMENT = ROOT / "openapi" / "openapi.json"
 CLIENTS = ROOT / "tests" / "clients"
 

@@ -1,23 +1,72 @@
-"""Restarts, damaged files, and builds that take too long."""
+"""Restarts, a store that is away, damaged files, and builds that take too long."""
 
 import concurrent.futures
 import shutil
+import sys
+from pathlib import Path
+
+# The tests' folders are no packages.
+sys.path.insert(0, str(Path(__file__).parents[2] / "faults"))
+from job_faults import accepted_jobs_finish
 
 
-def test_what_was_built_outlives_a_power_cut(start_server, sphere):
-    first = start_server()
-    gamut = first.client.post("/v1/gamuts", json={"samples": sphere()}).json()
-    mesh = first.client.get(gamut["links"]["mesh"]).content
-    name = {"name": "Kept"}
-    assert first.client.put(f"{gamut['links']['self']}/name", json=name).status_code == 200
-    first.kill()
-    second = start_server(data=first.data)
-    assert second.client.get(gamut["links"]["self"]).json() == gamut | name
-    assert second.client.get(gamut["links"]["mesh"]).content == mesh
-    assert second.client.get(f"/v1/jobs/{gamut['id']}").json()["state"] == "succeeded"
-    second.wait_ready()
-    assert second.client.post("/v1/gamuts", json={"samples": sphere()}).status_code == 200
-    second.stop()
+def test_what_was_accepted_or_built_outlives_kills_and_stops(
+    start_server, slow_build, sphere, assert_problem
+):
+    known = {}
+
+    def describe(server):
+        gamut = server.client.post("/v1/gamuts", json={"samples": sphere()}).json()
+        mesh = server.client.get(gamut["links"]["mesh"]).content
+        job = server.client.get(f"/v1/jobs/{gamut['id']}").json()
+        assert job["state"] == "succeeded"
+        return {"gamut": gamut, "mesh": mesh, "job": job}
+
+    def start(*arguments, **settings):
+        server = start_server(*arguments, **settings)
+        if known:
+            assert describe(server) == known
+            return server
+        not_ready = server.client.get("/readyz")
+        where = assert_problem(not_ready, 503, "not-ready")["where"]
+        assert int(not_ready.headers["retry-after"]) > 0
+        assert (where["ready"], where["workers"]) == (False, 1)
+        assert where["probes"]["workers"]["status"] == "failed"
+        assert "workers: " in not_ready.json()["detail"]
+        assert server.client.get("/livez").status_code == 200
+        gamut = describe(server)["gamut"]
+        name = {"name": "Kept"}
+        assert server.client.put(f"{gamut['links']['self']}/name", json=name).status_code == 200
+        known.update(describe(server))
+        assert known["gamut"]["name"] == "Kept"
+        return server
+
+    accepted_jobs_finish(start, lambda samples: slow_build(samples // 2), kills=1, stops=1)
+
+
+def test_a_store_that_is_away_is_named_until_it_is_back(server, assert_problem, sphere):
+    temporary = server.data / "temporary"
+    body = {"samples": sphere(seed=70)}
+    moved = temporary.rename(server.data / "elsewhere")
+    try:
+        answer = server.wait_for(
+            lambda: (answer := server.client.get("/readyz")).status_code == 503 and answer
+        )
+        document = assert_problem(answer, 503, "not-ready")
+        assert document["where"]["probes"]["store"]["status"] == "failed"
+        assert str(server.data) not in answer.text
+        assert server.client.get("/livez").status_code == 200
+        assert_problem(server.client.post("/v1/gamuts", json=body), 503, "store-unavailable")
+    finally:
+        moved.rename(temporary)
+    server.wait_ready()
+    assert server.client.post("/v1/gamuts", json=body).status_code == 201
+    live, ready = server.client.get("/livez"), server.client.get("/readyz")
+    assert (live.status_code, live.text) == (200, "live\n")
+    assert ready.json()["workers_warm"] == ready.json()["workers"] == 1
+    assert {probe["status"] for probe in ready.json()["probes"].values()} == {"ok"}
+    for answer in (live, ready):
+        assert answer.headers["cache-control"] == "no-store"
 
 
 def test_damaged_files_are_never_served_and_built_again(
