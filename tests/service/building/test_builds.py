@@ -22,8 +22,10 @@ from gamutcore import Options
 from gamutcore.building import gamut_id
 from service.building import embedded, process
 from service.building.engine import queue_full
+from service.building.job_runner import Interruption, JobRunner
 from service.building.process import WORKER_COMMAND
 from service.problems.problem import ProblemError
+from service.settings import Settings
 from service.storage.blobs import StoreFullError, StoreUnavailableError
 from service.storage.gamuts import GamutDamagedError
 
@@ -362,6 +364,7 @@ async def test_what_happens_to_a_build_is_a_problem_and_the_next_is_built(
     assert [word for word, _ in reports] == [*crashes, code, "succeeded"]
 
 
+@pytest.mark.slow
 async def test_a_build_that_fills_the_memory_is_ended_at_the_first_look_that_finds_it(
     replica, monkeypatch
 ):
@@ -402,6 +405,7 @@ async def test_a_build_that_fills_the_memory_is_ended_at_the_first_look_that_fin
 
 
 @pytest.mark.parametrize("kills", [2, 3])
+@pytest.mark.slow
 async def test_a_build_is_repeated_until_its_process_is_left_alone(
     replica, store, scripted_worker, kills
 ):
@@ -475,6 +479,7 @@ async def test_a_build_that_ends_too_late_leaves_the_input_to_the_job_that_came_
     assert scripted_worker.begun() == 2
 
 
+@pytest.mark.slow
 async def test_a_claim_is_renewed_and_progress_stored_although_the_store_fails_for_a_while(
     replica, book, clock, monkeypatch, scripted_worker
 ):
@@ -569,6 +574,7 @@ async def test_an_end_that_cannot_be_written_down_is_told_to_those_who_wait(
         assert (await waiting).problem["code"] == "storage-full"
 
 
+@pytest.mark.slow
 async def test_what_was_accepted_survives_the_process(replica, scripted_worker):
     async with replica() as builds:
         for name in (JOB, SECOND, THIRD):
@@ -583,6 +589,8 @@ async def test_what_was_accepted_survives_the_process(replica, scripted_worker):
             await builds.submit("d" * 64, OPTIONS, b"build")
         assert caught.value.problem.code == "shutting-down"
         assert int(caught.value.problem.headers["Retry-After"]) >= 1
+        with pytest.raises(ProblemError, match=caught.value.problem.detail):
+            await builds._engine.check_admission()
     scripted_worker.open()
     async with replica(sole_owner=True) as builds:
         for name in (JOB, SECOND, THIRD):
@@ -647,6 +655,7 @@ async def test_what_was_left_is_taken_up_when_the_store_can_be_used_again(
         assert (await builds.wait(JOB, PATIENCE)).state == "succeeded"
 
 
+@pytest.mark.slow
 async def test_elsewhere_a_lease_is_waited_for(replica, accept, book, clock, monkeypatch):
     accept("build")
     book.claim(JOB, "other host", 1.0)
@@ -657,6 +666,8 @@ async def test_elsewhere_a_lease_is_waited_for(replica, accept, book, clock, mon
         refused.append(claimed is None)
         return claimed
 
+    async with replica() as builds:
+        await builds._engine._recovery  # it ends while it waits
     monkeypatch.setattr(book, "claim", claim_and_note)
     async with replica() as builds:
         await until(lambda: refused)
@@ -794,3 +805,18 @@ async def test_real_builds_are_bounded_by_the_header_of_a_picture_and_by_the_mem
             assert job.attempts == 1
             assert (job.problem or {}).get("code") == code
     assert reports[-1][1]["metric"] > 0
+
+
+def test_a_runner_takes_what_it_can_claim_and_may_be_stopped_while_it_starts(
+    store, book, accept, scripted_worker
+):
+    """As `gamut worker` uses it, whose slots are processes."""
+    runner = JobRunner(Settings(), store, book, command=scripted_worker)
+    assert runner.run(JOB).document is None
+    accept("build")
+    assert runner.run(JOB).state == "succeeded"
+    runner.close()
+    interruption = Interruption()
+    interruption.release()
+    sleeping = JobRunner(Settings(), store, book, command=("/bin/sleep", "1000"))
+    assert sleeping.run(SECOND, interruption).state == "released"

@@ -365,7 +365,7 @@ def test_a_job_that_nobody_is_heard_of_is_to_be_queued_again(book, clock):
     assert (document.state, document.attempts, new) == ("running", 1, True)
 
 
-def test_only_the_claim_that_is_known_to_be_dead_is_requeued(book):
+def test_only_the_claim_that_is_known_to_be_dead_is_requeued(book, blobs):
     book.accept(JOB, {})
     dead = book.claim(JOB, "dead", LEASE)
     queued = book.requeue(JOB, dead.document.token)
@@ -373,6 +373,8 @@ def test_only_the_claim_that_is_known_to_be_dead_is_requeued(book):
     alive = book.claim(JOB, "alive", LEASE)
     assert book.requeue(JOB, dead.document.token) == alive.document
     assert book.requeue("b" * 64, 1) is None
+    blobs.in_between.append(lambda: book.request_cancel(JOB))
+    assert book.requeue(JOB, alive.document.token).state == "cancelled"
 
 
 def test_a_lost_job_is_queued_again_by_one_who_looks(book, blobs, clock):

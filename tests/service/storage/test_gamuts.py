@@ -270,6 +270,20 @@ def test_of_two_who_find_a_damaged_record_the_second_leaves_what_has_mended_it(
     assert store.corruptions == 1
 
 
+def test_a_damaged_input_that_another_has_set_aside_counts_for_that_one(
+    store, identity, monkeypatch
+):
+    store.keep_input(identity(0), b"data")
+    store.blobs.path(input_key(identity(0))).write_bytes(b"damaged")
+    move = store.blobs.move
+    monkeypatch.setattr(
+        store.blobs, "move", lambda key, to: move(key, f"{to}.other") and move(key, to)
+    )
+    with pytest.raises(BlobNotFoundError):
+        store.input_options(identity(0))
+    assert store.corruptions == 0
+
+
 def test_a_record_under_another_name_is_not_believed(store, publish):
     record = publish(store)
     other = "0" * 64
@@ -375,6 +389,7 @@ def test_histories_that_no_record_names_are_swept_and_all_else_stays(tmp_path):
         ("c", "01", None),
         ("d", "01", b"damaged"),
         ("e", "0", None),
+        ("f", "0", None),
     ):
         whole = Record(name * 64, "", 1, "", {}, copy="0" * 16)
         for copy in copies:
