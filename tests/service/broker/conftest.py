@@ -4,11 +4,21 @@ import pytest
 from cluster import Cluster
 
 from service.broker import celery_app
+from service.broker.celery_app import Broker
+from service.settings import Settings
+
+
+@pytest.fixture(scope="session")
+def anyio_backend():
+    return "asyncio"
 
 
 @pytest.fixture(scope="session")
 def cluster(tmp_path_factory, s3):
-    """A Redis, to be found empty, and the settings of replicas and workers."""
+    """A Redis, to be found empty, and the settings of replicas and workers.
+
+    No lease and no message is ever too old, except for what a test makes older.
+    """
     if reason := Cluster.missing():
         pytest.skip(reason)
     started = Cluster(
@@ -16,7 +26,7 @@ def cluster(tmp_path_factory, s3):
         s3,
         build_lease=3600,
         build_timeout=3600,
-        resend_seconds=1,
+        resend_seconds=3600,
         build_queue=3,
         drain_seconds=0,
     )
@@ -29,3 +39,22 @@ def patient(monkeypatch):
     """Have a broker that is there waited for, however slow the machine is."""
     monkeypatch.setattr(celery_app, "_CONNECT_SECONDS", 600.0)
     monkeypatch.setattr(celery_app, "_ANSWER_SECONDS", 600.0)
+
+
+@pytest.fixture
+def settings():
+    """The settings of a replica with some broker."""
+
+    def chosen(url, **values):
+        return Settings(store="s3://bucket/prefix", broker=url, **values)
+
+    return chosen
+
+
+@pytest.fixture
+def broker(cluster, settings, patient):  # noqa: ARG001
+    """A Redis that is empty."""
+    cluster.flush()
+    opened = Broker(celery_app.celery_app(settings(cluster.environment["GAMUT_BROKER"])))
+    yield opened
+    opened.close()

@@ -38,17 +38,12 @@ def test_a_worker_with_a_warm_process_is_well_and_any_other_is_named(signs):
     health.leave()
 
 
-def test_a_worker_that_was_not_heard_of_is_named(signs):
+def test_a_worker_that_was_not_heard_of_or_whose_sign_is_unreadable_is_named(signs):
     health.sign(1, 1)
     (path,) = signs()
     path.write_text(json.dumps({**json.loads(path.read_text()), "time": time.time() - 6000}))
     (fault,) = health.faults()
     assert re.search(r"no heartbeat for 6\d\d\d s", fault)
-
-
-def test_an_unreadable_sign_is_named(signs):
-    health.sign(1, 1)
-    (path,) = signs()
     path.write_text("{")
     (fault,) = health.faults()
     assert str(path) in fault

@@ -1,13 +1,18 @@
-"""A store, its jobs, and a clock that the tests move."""
+"""Replicas that share a store, with workers that follow a script and a clock that tests move."""
 
+import asyncio
+import contextlib
 import time
 from types import SimpleNamespace
 
 import pytest
 
 from service.building import process
+from service.building.builds import Builds
+from service.building.embedded import EmbeddedEngine
 from service.building.job_runner import JobRunner
 from service.jobs.book import JobBook
+from service.settings import Settings
 from service.storage.gamuts import GamutStore
 from service.storage.local import LocalBlobs
 
@@ -25,6 +30,11 @@ class Clock:
         return self.seconds
 
 
+@pytest.fixture(scope="session")
+def anyio_backend():
+    return "asyncio"
+
+
 @pytest.fixture(autouse=True)
 def clock(monkeypatch):
     made = Clock()
@@ -39,8 +49,8 @@ def store(tmp_path):
     opened = GamutStore(LocalBlobs(tmp_path / "store"))
     opened.open()
     yield opened
+    assert list(opened.scratch(".x").parent.iterdir()) == []
     opened.close()
-    assert list((tmp_path / "store").rglob("*.gamut.tmp")) == []
 
 
 @pytest.fixture
@@ -55,7 +65,7 @@ def book(store, clock):
 
 @pytest.fixture
 def accept(store, book):
-    """Accept a job whose input is a text, as `Builds.submit` does, and return it."""
+    """Accept a job whose input is a text, as a process that then died."""
 
     def accepted(text, name="a"):
         document, _ = book.accept(name * 64, {"gamma": 1})
@@ -65,14 +75,33 @@ def accept(store, book):
     return accepted
 
 
-@pytest.fixture(scope="session")
-def until():
-    """Wait until a condition holds."""
+@pytest.fixture
+def reports():
+    """What is reported of builds: a word, and the seconds of stages."""
+    return []
 
-    def wait(condition):
-        deadline = time.monotonic() + PATIENCE
-        while not condition():
-            assert time.monotonic() < deadline
-            time.sleep(0.01)
 
-    return wait
+@pytest.fixture
+def replica(store, book, scripted_worker, reports):
+    """Start a process of a service. All share one store, as replicas share a bucket."""
+
+    @contextlib.asynccontextmanager
+    async def started(*, sole_owner=False, command=scripted_worker, **settings):
+        values = Settings(**{"drain_seconds": 0, **settings})
+        engine = EmbeddedEngine(
+            values,
+            store,
+            book,
+            sole_owner=sole_owner,
+            command=command,
+            on_build=lambda word, seconds, _job: reports.append((word, seconds)),
+        )
+        builds = Builds(values, store, book, engine)
+        async with asyncio.timeout(PATIENCE):
+            await builds.start()
+            try:
+                yield builds
+            finally:
+                await builds.stop()
+
+    return started

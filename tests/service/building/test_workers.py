@@ -5,6 +5,8 @@ import hashlib
 import io
 import json
 import logging
+import mmap
+import os
 import resource
 import subprocess
 import sys
@@ -239,3 +241,22 @@ def test_a_ready_service_has_loaded_all_kernels_that_levels_need(tmp_path):
     # all formats can hold a display's gamut
     path.write_bytes(reference("sRGB", surface_samples=1000).to_bytes())
     subprocess.run([sys.executable, "-c", READ_LEVELS, str(path)], check=True)
+
+
+@pytest.mark.slow
+def test_only_what_was_touched_and_belongs_to_the_process_counts(tmp_path):
+    size = 64 << 20
+    (tmp_path / "file").write_bytes(bytes(size))
+    before = private_bytes("self")
+    with (tmp_path / "file").open("rb") as file:
+        mapped = mmap.mmap(file.fileno(), size, access=mmap.ACCESS_READ)
+        assert sum(mapped[::4096]) == 0
+        assert private_bytes(os.getpid()) - before < size / 2
+        mapped.close()
+    reserved = mmap.mmap(-1, size, mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
+    assert private_bytes("self") - before < size / 2
+    for place in range(0, size, 4096):
+        reserved[place] = 1
+    assert private_bytes("self") - before > size * 0.9
+    reserved.close()
+    assert private_bytes(0) is private_bytes("none") is None

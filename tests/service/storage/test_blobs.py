@@ -1,9 +1,10 @@
-"""What every storage promises, asked of a directory and of every kind of bucket."""
+"""What every storage promises, asked of a directory and of every kind of bucket.
+
+Of simultaneous writers one succeeds: `gamut store check` proves that (`test_location`).
+"""
 
 import errno
 import itertools
-import threading
-from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 from hypothesis import given
@@ -19,18 +20,6 @@ def scratch_file(blobs, content):
     path = blobs.scratch(".test")
     path.write_bytes(content)
     return path
-
-
-def find_ready(count, function):
-    """What a function returns for 0, 1, ..., called at the same time."""
-    barrier = threading.Barrier(count)
-
-    def call(number):
-        barrier.wait()
-        return function(number)
-
-    with ThreadPoolExecutor(count) as threads:
-        return list(threads.map(call, range(count)))
 
 
 @pytest.mark.parametrize("size", [0, 1, 10_000_000])
@@ -68,28 +57,6 @@ def test_what_is_there_is_not_created_again(blobs):
     assert blobs.create(KEY, path) is None
     assert not path.exists()
     assert blobs.read(KEY) == (b"first", version)
-
-
-def test_of_simultaneous_creators_one_succeeds(blobs):
-    for turn in range(5):
-        key = f"jobs/ab/{turn}.job"
-        versions = find_ready(8, lambda number, key=key: blobs.create(key, b"%d" % number))
-        (winner,) = [number for number, version in enumerate(versions) if version is not None]
-        assert blobs.read(key) == (b"%d" % winner, versions[winner])
-
-
-def test_of_simultaneous_replacements_of_a_version_one_succeeds(blobs):
-    version = blobs.create(KEY, b"first")
-    for turn in range(5):
-        versions = find_ready(
-            8,
-            lambda number, version=version, turn=turn: blobs.replace(
-                KEY, b"%d of turn %d" % (number, turn), version
-            ),
-        )
-        (winner,) = [number for number, new in enumerate(versions) if new is not None]
-        version = versions[winner]
-        assert blobs.read(KEY) == (b"%d of turn %d" % (winner, turn), version)
 
 
 def test_an_outdated_version_replaces_nothing(blobs):

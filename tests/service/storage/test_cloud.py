@@ -1,20 +1,17 @@
 """What only a bucket has: lost answers, refused credentials, outages; the rest is `test_blobs`."""
 
 import contextlib
-import http.client
-import http.server
 import os
 import socket
-import threading
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
-from service.storage import cloud
-from service.storage.blobs import BlobNotFoundError, StoreUnavailableError
+from service.storage import cloud, gamuts, records
+from service.storage.blobs import StoreUnavailableError
 from service.storage.cloud import CloudBlobs
-from service.storage.gamuts import GamutDamagedError, GamutNotStoredError, GamutStore
-from service.storage.records import input_key, record_key
+from service.storage.gamuts import GamutStore
 
 KEY = "jobs/ab/abcd.job"
 
@@ -27,63 +24,14 @@ def quick(address, monkeypatch):  # noqa: ARG001 - it sets longer ones
     monkeypatch.setattr(cloud, "_RETRY_SECONDS", 2)
 
 
-class Proxy(http.server.BaseHTTPRequestHandler):
-    """Passes requests on to the emulator, except for what a test has it spoil."""
-
-    protocol_version = "HTTP/1.1"
-    target = ""
-    spoil = None
-    requests: list[str]
-
-    def do(self):
-        body = self.rfile.read(int(self.headers.get("Content-Length") or 0))
-        self.requests.append(self.command)
-        how = self.spoil(self.command, self.path) if self.spoil else None
-        status, headers, answer = 503, {}, b""
-        if how != "refuse":
-            connection = http.client.HTTPConnection(self.target.removeprefix("http://"))
-            with contextlib.closing(connection):
-                connection.request(self.command, self.path, body, dict(self.headers))
-                response = connection.getresponse()
-                status, headers, answer = response.status, response.headers, response.read()
-        if how == "lose":
-            self.close_connection = True
-            return
-        if how == "flip" and answer:
-            answer = answer[:-1] + bytes([answer[-1] ^ 1])
-        self.send_response(status)
-        for name, value in dict(headers).items():
-            if name.lower() not in {"content-length", "connection", "transfer-encoding", "date"}:
-                self.send_header(name, value)
-        length = dict(headers).get("Content-Length", len(answer))
-        self.send_header("Content-Length", str(length))
-        self.end_headers()
-        self.wfile.write(answer)
-
-    do_GET = do_PUT = do_POST = do_DELETE = do_HEAD = do  # noqa: N815 - the names it calls
-
-    def log_message(self, *_):
-        """Say nothing."""
-
-
 @pytest.fixture
-def proxied(address, monkeypatch):
-    """A bucket behind a proxy, and the proxy's class: ``spoil`` says what happens to a request."""
-    where = address("s3")
-    handler = type("Spoiling", (Proxy,), {"target": os.environ["AWS_ENDPOINT"], "requests": []})
-    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler)
-    server.daemon_threads = True
-    thread = threading.Thread(target=server.serve_forever, daemon=True)
-    thread.start()
-    monkeypatch.setenv("AWS_ENDPOINT", f"http://127.0.0.1:{server.server_port}")
-    monkeypatch.setattr(cloud, "_WRITE_PAUSES", (0.01, 0.02))
+def proxied(proxy):
+    """A bucket behind a proxy, and the proxy's class."""
+    where, handler = proxy
     blobs = CloudBlobs(where)
     blobs.open()
     yield blobs, handler
     blobs.close()
-    server.shutdown()
-    server.server_close()
-    thread.join()
 
 
 def spoiled(times, how, method):
@@ -136,95 +84,29 @@ def test_a_gamut_damaged_on_its_way_is_read_again_and_not_set_aside(proxied, pub
 
 
 @pytest.mark.slow
-def test_describing_a_gamut_again_asks_nobody(proxied, publish):
+def test_a_record_is_read_once_in_a_while_and_those_read_last_are_remembered(
+    proxied, publish, monkeypatch
+):
     blobs, handler = proxied
+    clock = SimpleNamespace(now=1000.0)
+    monkeypatch.setattr(gamuts, "_CACHED_RECORDS", 2)
+    monkeypatch.setattr(records, "time", SimpleNamespace(monotonic=lambda: clock.now))
+    ids = [publish(GamutStore(blobs), number).id for number in range(3)]
     store = GamutStore(blobs)
-    record = publish(store)
-    other = GamutStore(blobs)
     handler.requests.clear()
-    assert [other.record(record.id) for _ in range(100)] == [record] * 100
-    assert handler.requests == ["GET"]
-
-
-@pytest.mark.parametrize("kind", ["s3", "gcs", "azure"])
-class TestGamuts:
-    """Gamuts in a bucket; everything else about them is in `test_gamuts`."""
-
-    @pytest.fixture
-    def stores(self, kind, address):
-        """Two replicas."""
-        where = address(kind)
-        stores = [GamutStore(CloudBlobs(where)) for _ in range(2)]
-        for store in stores:
-            store.open()
-        yield stores
-        for store in stores:
-            store.close()
-
-    def test_what_one_publishes_the_other_serves_until_it_is_deleted(
-        self, stores, publish, unfinished
+    for seconds, number, requests in (
+        (0, 0, 1),
+        (29, 0, 1),
+        (0, 1, 2),
+        (2, 0, 3),  # not believed any longer
+        (0, 2, 4),  # the second is forgotten
+        (0, 0, 4),
+        (0, 2, 4),
+        (0, 1, 5),
     ):
-        here, there = stores
-        record = publish(here)
-        here.keep_input(record.id, b"data", {"gamma": 1})
-        assert there.content(record.id)[0] == record
-        assert there.page("", 10) == [record]
-        path = there.input_path(record.id)
-        assert (path.read_bytes(), there.input_options(record.id)) == (b"data", {"gamma": 1})
-        path.unlink()
-        assert publish(there, content=b"other") == record
-        assert there.delete(record.id)
-        assert not there.delete(record.id)
-        assert list(here.blobs.keys("")) == []
-        with pytest.raises(GamutNotStoredError):
-            here.content(record.id)
-        assert [path for path in unfinished(here) if path.name != "lock"] == []
-
-    @pytest.mark.parametrize("which", ["record", "history"])
-    @pytest.mark.parametrize("damage", ["flip", "truncate", "remove"])
-    def test_damage_is_noticed_set_aside_and_mended(self, stores, publish, which, damage):
-        here, there = stores
-        record = publish(here)
-        here.keep_input(record.id, b"data")
-        key = record.key if which == "history" else record_key(record.id)
-        data, _ = here.blobs.read(key)
-        here.blobs.delete(key)
-        if damage != "remove":
-            flipped = data[:9] + bytes([data[9] ^ 1]) + data[10:]
-            here.blobs.create(key, flipped if damage == "flip" else data[:-1])
-        gone = (which, damage) == ("record", "remove")
-        with pytest.raises(GamutNotStoredError if gone else GamutDamagedError) as caught:
-            there.content(record.id)
-        assert gone or caught.value.input_kept
-        assert there.corruptions == (0 if gone else 1)
-        mended = publish(there)
-        there._cached.discard(record.id)
-        assert there.content(record.id)[0] == mended
-
-    def test_only_the_gamut_that_was_read_is_set_aside(self, stores, publish):
-        """Also by the one who remembers its record, while another replica has built it again."""
-        here, there = stores
-        record = publish(here)
-        there.delete(record.id)
-        mended = publish(there)
-        assert here.content(record.id)[0] == mended
-        here.set_aside(record, "no history")
-        assert here.content(record.id)[0] == mended
-        assert here.corruptions == 0
-        there.set_aside(mended, "no history")
-        assert there.corruptions == 1
-        with pytest.raises(GamutNotStoredError):
-            here.content(record.id)
-
-    def test_a_damaged_input_is_none(self, stores, identity):
-        here, there = stores
-        here.keep_input(identity(1), b"data")
-        data, version = here.blobs.read(input_key(identity(1)))
-        here.blobs.replace(input_key(identity(1)), data[:-1], version)
-        with pytest.raises(BlobNotFoundError):
-            there.input_path(identity(1))
-        there.keep_input(identity(1), b"data")
-        assert here.input_path(identity(1)).read_bytes() == b"data"
+        clock.now += seconds
+        assert store.record(ids[number]).id == ids[number]
+        assert handler.requests == ["GET"] * requests
 
 
 @pytest.mark.usefixtures("quick")
@@ -295,3 +177,33 @@ def test_scratch_files_go_with_their_process_however_it_ends(address, tmp_path, 
     assert list(Path(tmp_path).iterdir()) == []
     with contextlib.suppress(StoreUnavailableError):
         first.close()
+
+
+def test_a_service_shares_its_bucket_and_bears_its_outages(
+    start_server, proxy, built, publish_built, assert_problem
+):
+    """What others have published it serves; while the bucket is away, what it has in memory."""
+    where, bucket = proxy
+    server = start_server(where)
+    other = GamutStore(CloudBlobs(where))
+    other.open()
+    for gamut in built:
+        publish_built(other, gamut)
+    address, deleted = (f"/v1/gamuts/{gamut.id}" for gamut in built)
+    for part in ("", "/levels", "/history", "/mesh"):
+        assert server.client.get(f"{address}{part}").status_code == 200
+    assert len(server.client.get("/v1/gamuts").json()["gamuts"]) == 2
+    assert server.client.delete(deleted).status_code == 204
+    assert server.client.get(deleted).status_code == 404
+    assert [record.id for record in other.page("", 10)] == [built[0].id]
+    other.close()
+    mesh = server.client.get(f"{address}/mesh").content
+    bucket.spoil = staticmethod(lambda *_: "lose")  # what is still connected
+    bucket.close()
+    answer = server.client.get(f"/v1/gamuts/{'0' * 64}")
+    assert_problem(answer, 503, "store-unavailable")
+    assert int(answer.headers["retry-after"]) > 0
+    assert os.environ["AWS_ENDPOINT"] not in answer.text
+    assert server.client.get(f"{address}/mesh").content == mesh
+    assert server.client.get("/livez").status_code == 200
+    server.kill()

@@ -17,9 +17,6 @@ from service.storage.gamuts import GamutDamagedError, GamutNotStoredError, Gamut
 from service.storage.local import LocalBlobs
 from service.storage.records import (
     Record,
-    RecordCache,
-    history_key,
-    id_of,
     input_key,
     record_key,
     seal,
@@ -38,20 +35,25 @@ def quarantined(store):
     return list(store.blobs.keys("quarantine/"))
 
 
-def reopened(store):
-    """The same directory as another process would find it; the caller closes it."""
-    other = GamutStore(LocalBlobs(store.blobs.directory))
-    other.open()
-    other._sweeping.join()
-    return other
-
-
-def test_what_is_published_is_read_back(store, publish, unfinished):
-    record = publish(store)
-    assert store.record(record.id) == record
-    assert store.content(record.id) == (record, CONTENT)
-    assert unfinished(store) == []
-    assert (store.hits, store.misses, store.corruptions) == (2, 0, 0)
+def test_what_one_publishes_the_other_serves_until_it_is_deleted(replicas, publish, unfinished):
+    here, there = replicas
+    record = publish(here)
+    here.keep_input(record.id, b"data", {"gamma": 1})
+    assert there.record(record.id) == record
+    assert there.content(record.id) == (record, CONTENT)
+    assert (there.hits, there.misses, there.corruptions) == (2, 0, 0)
+    assert there.page("", 10) == [record]
+    path = there.input_path(record.id)
+    assert (path.read_bytes(), there.input_options(record.id)) == (b"data", {"gamma": 1})
+    path.unlink()
+    assert publish(there, content=b"other") == record
+    assert len(list(here.blobs.keys("published/"))) == 2
+    assert there.delete(record.id)
+    assert not there.delete(record.id)
+    assert list(here.blobs.keys("")) == []
+    with pytest.raises(GamutNotStoredError):
+        here.content(record.id)
+    assert unfinished(here) == unfinished(there) == []
 
 
 def test_what_was_never_published_is_not_there(store, identity):
@@ -69,14 +71,6 @@ def test_looking_whether_a_gamut_is_stored_is_no_use_of_it(store, publish, ident
     (folder / f"{record.id}.record").write_bytes(b"damaged")
     assert not store.is_stored(record.id)
     assert (store.hits, store.misses, store.corruptions) == (0, 0, 1)
-
-
-def test_publishing_again_changes_nothing(store, publish, unfinished):
-    first = publish(store)
-    assert publish(store, content=b"other") == first
-    assert store.content(first.id) == (first, CONTENT)
-    assert unfinished(store) == []
-    assert len(files(store, first.id)) == 2
 
 
 def test_of_concurrent_publishers_one_wins_and_all_are_told_which(store, publish):
@@ -128,30 +122,6 @@ def test_publishers_deleters_and_readers_never_meet_half_a_gamut(store, publish,
     assert len(store.content(gamut_id)[1]) in {4, 5000}
 
 
-def test_a_history_without_a_record_is_no_gamut_and_is_swept(store, publish):
-    record = publish(store)
-    files(store, record.id)[1].unlink()
-    with pytest.raises(GamutNotStoredError):
-        store.content(record.id)
-    store.close()
-    other = reopened(store)
-    assert files(other, record.id) == []
-    again = publish(other, content=b"rebuilt")
-    assert other.content(record.id) == (again, b"rebuilt")
-    other.close()
-
-
-def test_a_loser_s_history_is_swept_and_the_winner_s_stays(store, publish):
-    record = publish(store)
-    loser = store.blobs.path(replace(record, copy="0" * 16).key)
-    loser.write_bytes(b"not committed")
-    store.close()
-    other = reopened(store)
-    assert not loser.exists()
-    assert other.content(record.id) == (record, CONTENT)
-    other.close()
-
-
 def test_a_gamut_of_before_there_were_copies_is_served_and_deleted(store, publish):
     record = publish(store)
     fields = asdict(record)
@@ -164,46 +134,62 @@ def test_a_gamut_of_before_there_were_copies_is_served_and_deleted(store, publis
     assert files(store, record.id) == []
 
 
-@pytest.mark.parametrize("which", [0, 1], ids=["history", "record"])
-@pytest.mark.parametrize("damage", ["flip", "truncate", "extend", "empty", "remove"])
-def test_damage_is_noticed_set_aside_and_mended_by_publishing(
-    store, publish, caplog, which, damage
-):
-    record = publish(store)
-    store.keep_input(record.id, b"input")
-    path = files(store, record.id)[which]
-    data = path.read_bytes()
-    middle = len(data) // 2
-    if damage == "remove":
-        path.unlink()
-    else:
-        path.write_bytes(
-            {
-                "flip": data[:middle] + bytes([data[middle] ^ 1]) + data[middle + 1 :],
-                "truncate": data[:-1],
-                "extend": data + b" ",
-                "empty": b"",
-            }[damage]
-        )
-    deleted = which == 1 and damage == "remove"
-    with pytest.raises(GamutNotStoredError if deleted else GamutDamagedError) as caught:
-        store.content(record.id)
-    if not deleted:
-        assert caught.value.input_kept
-        assert store.corruptions == 1
-        assert files(store, record.id) == []
-        (reason,) = [key for key in quarantined(store) if key.endswith(".reason")]
-        assert record.id in store.blobs.read(reason).data.decode()
-        assert "quarantine" in caplog.text
-    assert not store.delete(record.id)
-    again = publish(store)
-    assert store.content(record.id) == (again, CONTENT)
+DAMAGES = {
+    "flip": lambda data: data[:9] + bytes([data[9] ^ 1]) + data[10:],
+    "truncate": lambda data: data[:-1],
+    "extend": lambda data: data + b" ",
+    "empty": lambda _: b"",
+    "remove": None,
+}
 
 
-@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@pytest.mark.parametrize("which", ["history", "record", "input"])
+def test_damage_is_noticed_set_aside_and_mended(replicas, publish, which):
+    """By another than the one who published it, if there is another."""
+    here, there = replicas
+    for turn, (damage, damaged) in enumerate(DAMAGES.items()):
+        record = publish(here, turn)
+        here.keep_input(record.id, b"input")
+        keys = {
+            "history": record.key,
+            "record": record_key(record.id),
+            "input": input_key(record.id),
+        }
+        data, _ = here.blobs.read(keys[which])
+        here.blobs.delete(keys[which])
+        if damaged is not None:
+            here.blobs.create(keys[which], damaged(data))
+        deleted = which == "record" and damage == "remove"
+        before = there.corruptions
+        if which == "input":
+            with pytest.raises(BlobNotFoundError):
+                there.input_path(record.id)
+            assert not there.input_kept(record.id)
+        else:
+            with pytest.raises(GamutNotStoredError if deleted else GamutDamagedError) as caught:
+                there.content(record.id)
+            assert deleted or caught.value.input_kept
+        noticed = not deleted and (which, damage) != ("input", "remove")
+        assert there.corruptions == before + noticed
+        if noticed:
+            added = [key for key in quarantined(there) if record.id in key]
+            (reason,) = [key for key in added if key.endswith(".reason")]
+            moved = there.blobs.read(reason).data.decode().splitlines()[1:]
+            assert {key.rpartition("/")[2] for key in moved} >= {
+                key.removeprefix("quarantine/").rpartition(".")[0] for key in added if key != reason
+            }
+        here.keep_input(record.id, b"input")
+        assert there.input_path(record.id).read_bytes() == b"input"
+        assert there.to_be_rebuilt(record.id) == (noticed and which != "input")
+        mended = publish(there, turn)
+        there._cached.discard(record.id)
+        assert there.content(record.id) == (mended, CONTENT)
+
+
+@settings(max_examples=100, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.data())
 @pytest.mark.slow
-def test_no_damage_of_any_file_is_served(store, publish, data):
+def test_no_damage_of_any_file_is_served(store, publish, unfinished, data):
     """Any bit of any file flipped, or any part of its end lost: noticed, counted, and mended."""
     record = publish(store, content=b"history" * 30)
     store.keep_input(record.id, b"input" * 30, {"gamma": 0.2})
@@ -219,51 +205,83 @@ def test_no_damage_of_any_file_is_served(store, publish, data):
     path.write_bytes(content)
     before = store.corruptions
     if path.suffix == ".input":
-        with pytest.raises(BlobNotFoundError):
-            store.input_path(record.id)
+        if data.draw(st.booleans()):  # else it is noticed by the one who keeps it again
+            with pytest.raises(BlobNotFoundError):
+                store.input_path(record.id)
+            assert not store.input_kept(record.id)
+        store.keep_input(record.id, b"input" * 30, {"gamma": 0.2})
     else:
         with pytest.raises(GamutDamagedError) as caught:
             store.content(record.id)
         assert caught.value.input_kept
     assert store.corruptions == before + 1
-    assert not path.exists()
+    assert path.suffix == ".input" or not path.exists()
     store.keep_input(record.id, b"input" * 30)
-    assert store.input_path(record.id).read_bytes() == b"input" * 30
+    copy = store.input_path(record.id)
+    assert copy.read_bytes() == b"input" * 30
+    copy.unlink()
     mended = publish(store, content=b"history" * 30)
     assert store.content(record.id) == (mended, b"history" * 30)
     store.delete(record.id)
+    assert unfinished(store) == []
 
 
-def test_a_sound_gamut_is_not_set_aside_for_what_its_predecessor_was(store, publish):
-    """Two readers find the same damage; by the time of the second it has been mended."""
+def test_a_gamut_is_set_aside_for_what_is_in_it_but_not_one_that_replaced_it(replicas, publish):
+    """Also by the one who remembers its record, while another has built it again."""
+    here, there = replicas
+    record = publish(here)
+    there.delete(record.id)
+    here.set_aside(record, "no history")
+    assert list(here.blobs.keys("")) == []
+    mended = publish(there)
+    assert here.content(record.id)[0] == mended
+    assert isinstance(here.set_aside(record, "no history"), GamutDamagedError)
+    assert here.content(record.id)[0] == mended
+    assert here.corruptions == 0
+    error = there.set_aside(mended, "no history")
+    assert (error.args, error.input_kept) == ((record.id,), False)
+    assert there.corruptions == 1
+    with pytest.raises(GamutNotStoredError):
+        here.content(record.id)
+
+
+def test_of_two_who_find_a_damaged_record_the_second_leaves_what_has_mended_it(
+    store, publish, monkeypatch
+):
     record = publish(store)
-    record_file = files(store, record.id)[1]
-    damaged = record_file.read_bytes()[:-2]
-    record_file.write_bytes(damaged)
+    files(store, record.id)[1].write_bytes(b"damaged")
+    read, second = store.blobs.read, []
+
+    def read_and_let_others_in(key):
+        found = read(key)
+        if found.data == b"damaged":
+            second.append(key)
+        if len(second) == 3:  # it has been read for the last time
+            second.append(key)
+            with pytest.raises(GamutDamagedError):
+                store.record(record.id)
+            publish(store)
+        return found
+
+    monkeypatch.setattr(store.blobs, "read", read_and_let_others_in)
     with pytest.raises(GamutDamagedError):
         store.record(record.id)
-    mended = publish(store)
-    store._quarantine_gamut(record.id, "found by the second reader", None, damaged)
-    assert isinstance(store.set_aside(record, "found by the second reader"), GamutDamagedError)
-    assert store.content(record.id) == (mended, CONTENT)
+    assert store.content(record.id)[1] == CONTENT
     assert store.corruptions == 1
 
 
-def test_nothing_is_set_aside_for_a_gamut_that_was_deleted(store, publish):
-    record = publish(store)
-    store.delete(record.id)
-    store.set_aside(record, "no history")
+def test_a_damaged_input_that_another_has_set_aside_counts_for_that_one(
+    store, identity, monkeypatch
+):
+    store.keep_input(identity(0), b"data")
+    store.blobs.path(input_key(identity(0))).write_bytes(b"damaged")
+    move = store.blobs.move
+    monkeypatch.setattr(
+        store.blobs, "move", lambda key, to: move(key, f"{to}.other") and move(key, to)
+    )
+    with pytest.raises(BlobNotFoundError):
+        store.input_options(identity(0))
     assert store.corruptions == 0
-    assert list(store.blobs.keys("")) == []
-
-
-def test_a_damaged_gamut_without_its_input_says_so(store, publish):
-    record = publish(store)
-    files(store, record.id)[0].write_bytes(b"")
-    with pytest.raises(GamutDamagedError) as caught:
-        store.record(record.id)
-    assert not caught.value.input_kept
-    assert caught.value.args == (record.id,)
 
 
 def test_a_record_under_another_name_is_not_believed(store, publish):
@@ -273,35 +291,6 @@ def test_a_record_under_another_name_is_not_believed(store, publish):
     with pytest.raises(GamutDamagedError):
         store.record(other)
     assert store.content(record.id) == (record, CONTENT)
-
-
-def test_a_gamut_can_be_set_aside_for_what_is_in_it(store, publish):
-    record = publish(store)
-    error = store.set_aside(record, "no history")
-    assert isinstance(error, GamutDamagedError)
-    assert files(store, record.id) == []
-    with pytest.raises(GamutNotStoredError):
-        store.record(record.id)
-    assert not store.to_be_rebuilt(record.id)
-    store.keep_input(record.id, b"data")
-    assert store.to_be_rebuilt(record.id)
-    assert not store.to_be_rebuilt("0" * 64)
-
-
-def test_deleting_removes_everything(store, publish):
-    record = publish(store)
-    store.keep_input(record.id, b"input")
-    assert store.delete(record.id)
-    assert not store.delete(record.id)
-    assert list(store.blobs.keys("")) == []
-
-
-def test_an_open_history_survives_its_deletion(store, publish):
-    record = publish(store)
-    _, file = store.verified_file(record.id)
-    store.delete(record.id)
-    with file:
-        assert file.read() == CONTENT
 
 
 def test_inputs_go_with_publication_if_they_are_not_to_be_kept(tmp_path, publish, identity):
@@ -314,18 +303,14 @@ def test_inputs_go_with_publication_if_they_are_not_to_be_kept(tmp_path, publish
     store.close()
 
 
-def test_pages_follow_each_other_in_the_order_of_ids(store, publish):
+def test_pages_follow_each_other_in_the_order_of_ids_without_what_is_damaged(store, publish):
     ids = sorted(publish(store, number).id for number in range(12))
     assert [record.id for record in store.page("", 100)] == ids
     assert [record.id for record in store.page("", 5)] == ids[:5]
     assert [record.id for record in store.page(ids[4], 5)] == ids[5:10]
     assert store.page(ids[-1], 5) == []
-
-
-def test_a_damaged_record_is_left_out_of_the_pages(store, publish):
-    ids = sorted(publish(store, number).id for number in range(3))
     files(store, ids[1])[1].write_bytes(b"")
-    assert [record.id for record in store.page("", 5)] == [ids[0], ids[2]]
+    assert [record.id for record in store.page("", 5)] == [ids[0], *ids[2:6]]
 
 
 def test_a_failed_publication_leaves_nothing(store, publish, identity, unfinished, monkeypatch):
@@ -352,40 +337,6 @@ def test_last_uses_are_written_down(store, publish):
     store.mark_used(record.id)
     store.flush_uses()
     assert path.stat().st_mtime >= began - 0.01
-
-
-def test_every_key_tells_its_gamut_and_no_two_are_the_same():
-    keys = [record_key("a" * 64), input_key("a" * 64), history_key("a" * 64, "")]
-    assert {id_of(key) for key in keys} == {"a" * 64}
-    assert len(set(keys)) == 3
-
-
-@pytest.fixture(scope="module")
-def records():
-    return [Record(letter * 64, "", 1, "", {}) for letter in "abc"]
-
-
-def test_the_records_read_last_are_kept(records):
-    cache = RecordCache(2, 100.0)
-    for record in (records[0], records[1], records[0], records[2]):
-        cache.put(record)
-    assert [cache.get(record.id) for record in records] == [records[0], None, records[2]]
-
-
-def test_none_is_believed_for_longer_than_its_time(records, monkeypatch):
-    cache, now = RecordCache(2, 100.0), time.monotonic()
-    monkeypatch.setattr(time, "monotonic", lambda: now)
-    cache.put(records[0])
-    now += 99
-    assert cache.get(records[0].id) == records[0]
-    now += 2
-    assert cache.get(records[0].id) is None
-
-
-def test_without_a_time_nothing_is_kept(records):
-    cache = RecordCache(2, 0)
-    cache.put(records[0])
-    assert cache.get(records[0].id) is None
 
 
 ANY = settings(max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
@@ -429,64 +380,35 @@ def test_inputs_of_earlier_versions_are_read(store, identity, data):
     path.unlink()
 
 
-def put(blobs, name, copies, record=None):
-    """Histories of a gamut, and perhaps the record that names one of them."""
-    whole = Record(name * 64, "", 1, "", {})
-    for copy in copies:
-        blobs.create(replace(whole, copy=copy * 16).key, b"x")
-    if record is not None:
-        blobs.create(record_key(whole.id), record or replace(whole, copy=copies[0] * 16).to_bytes())
-    return whole.id
-
-
-def test_what_no_record_names_goes_and_all_else_stays(local):
-    sound = put(local, "a", "0", b"")
-    winner = put(local, "b", "012", b"")
-    put(local, "c", "01")
-    damaged = put(local, "d", "01", b"damaged")
-    making = put(local, "e", "0")
-    assert remove_uncommitted(local, making.__eq__, lambda: True) == 4
-    left = [key.partition("/")[2].partition("/")[2] for key in local.keys("published/")]
-    assert left == [
-        f"{sound}.{'0' * 16}.gamut",
-        f"{sound}.record",
-        f"{winner}.{'0' * 16}.gamut",
-        f"{winner}.record",
-        f"{damaged}.{'0' * 16}.gamut",
-        f"{damaged}.{'1' * 16}.gamut",
-        f"{damaged}.record",
-        f"{making}.{'0' * 16}.gamut",
+def test_histories_that_no_record_names_are_swept_and_all_else_stays(tmp_path):
+    blobs = LocalBlobs(tmp_path / "store")
+    blobs.open()
+    for name, copies, record in (
+        ("a", "0", b""),
+        ("b", "012", None),
+        ("c", "01", None),
+        ("d", "01", b"damaged"),
+        ("e", "0", None),
+        ("f", "0", None),
+    ):
+        whole = Record(name * 64, "", 1, "", {}, copy="0" * 16)
+        for copy in copies:
+            blobs.create(replace(whole, copy=copy * 16).key, b"x")
+        if name in "abd":
+            blobs.create(record_key(whole.id), whole.to_bytes() if record is None else record)
+    assert remove_uncommitted(blobs, lambda _: False, lambda: False) == 0  # told to end
+    blobs.close()
+    store = GamutStore(blobs)
+    with store._mark_publishing("e" * 64):
+        store.open()
+        store._sweeping.join()
+    left = [key.rpartition("/")[2].split(".") for key in blobs.keys("published/")]
+    assert [(name[0], rest[0][0]) for name, *rest in left] == [
+        *[("a", "0"), ("a", "r")],
+        *[("b", "0"), ("b", "r")],
+        *[("d", "0"), ("d", "1"), ("d", "r")],
+        ("e", "0"),
     ]
-
-
-def test_it_ends_when_it_is_told_to(local):
-    put(local, "c", "01")
-    assert remove_uncommitted(local, lambda _: False, lambda: False) == 0
-
-
-@ANY
-@given(st.data())
-@pytest.mark.slow
-def test_no_damage_goes_unnoticed_and_keeping_mends_it(store, identity, unfinished, data):
-    gamut_id = identity("damaged")
-    store.drop_input(gamut_id)
-    store.keep_input(gamut_id, b"the data of an input", {"gamma": 0.2})
-    path = store.blobs.path(input_key(gamut_id))
-    content = bytearray(path.read_bytes())
-    position = data.draw(st.integers(0, len(content) - 1))
-    if data.draw(st.booleans()):
-        content[position] ^= 1 << data.draw(st.integers(0, 7))
-    else:
-        del content[position:]
-    path.write_bytes(content)
-    before = store.corruptions
-    if data.draw(st.booleans()):
-        with pytest.raises(BlobNotFoundError):
-            store.input_path(gamut_id)
-        assert not store.input_kept(gamut_id)
-    store.keep_input(gamut_id, b"the data of an input", {"gamma": 0.2})
-    assert store.corruptions == before + 1
-    path = store.input_path(gamut_id)
-    assert path.read_bytes() == b"the data of an input"
-    path.unlink()
-    assert unfinished(store) == []
+    with pytest.raises(GamutNotStoredError):
+        store.content("c" * 64)
+    store.close()

@@ -4,6 +4,7 @@ import os
 import subprocess
 import sys
 import threading
+import time
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
@@ -73,6 +74,24 @@ def test_bytes_are_counted(local):
     local.open()
     local._counting.join()
     assert local.used == 3
+
+
+def test_closing_ends_a_count_that_is_under_way(local, monkeypatch):
+    for name in "abc":
+        local.create(f"jobs/ab/{name}.job", b"12345")
+    local.close()
+    stat, counted = local.stat, []
+
+    def stat_when_closed(key):
+        counted.append(key)
+        while local._opened.is_set():
+            time.sleep(0.01)
+        return stat(key)
+
+    monkeypatch.setattr(local, "stat", stat_when_closed)
+    local.open()
+    local.close()
+    assert len(counted) <= 1
 
 
 def test_no_more_is_stored_than_the_limit(tmp_path):
@@ -189,71 +208,6 @@ def test_a_failing_replacement_leaves_the_old_content(local, monkeypatch):
     assert local.replace(KEY, b"new", version) is not None
 
 
-def full_disk():
-    """A way to mount a small file system, or why there is none."""
-    if sys.platform != "linux" or os.geteuid() != 0:
-        return "mounting needs root on Linux"
-    probe = subprocess.run(["unshare", "--mount", "true"], capture_output=True, check=False)
-    return "" if probe.returncode == 0 else "mounting is not allowed here"
-
-
-FULL_DISK = """
-import subprocess, sys
-from pathlib import Path
-subprocess.run(["mount", "-t", "tmpfs", "-o", "size=1m", "tmpfs", sys.argv[1]], check=True)
-from service.storage.blobs import StoreFullError
-from service.storage.gamuts import GamutNotStoredError, GamutStore
-from service.storage.gamuts import GamutStore
-from service.storage.local import LocalBlobs
-from service.storage.records import Record
-import hashlib
-
-def publish(number, nbytes):
-    content = bytes([number]) * nbytes
-    gamut_id = hashlib.sha256(content).hexdigest()
-    path = store.scratch(".gamut")
-    try:
-        path.write_bytes(content)
-        store.publish(Record(gamut_id, hashlib.sha256(content).hexdigest(), nbytes, "", {}), path)
-    finally:
-        path.unlink(missing_ok=True)
-    return gamut_id
-
-store = GamutStore(LocalBlobs(Path(sys.argv[1])))
-store.open()
-stored = []
-try:
-    for number in range(256):
-        stored.append(publish(number, 100_000))
-except OSError as error:
-    assert error.errno == 28, error
-assert 5 < len(stored) < 11, stored
-try:
-    store.keep_input("a" * 64, b"x" * 1_000_000)
-    raise SystemExit("it fitted")
-except OSError as error:
-    assert error.errno == 28, error
-# No debris, what is there is served, it can be deleted, and then there is room again.
-assert list(store.scratch("").parent.iterdir()) == []
-assert [len(store.content(gamut_id)[1]) for gamut_id in stored] == [100_000] * len(stored)
-assert store.delete(stored[0])
-publish(77, 100_000)
-store.close()
-print("done")
-"""
-
-
-@pytest.mark.skipif(bool(full_disk()), reason=full_disk())
-def test_a_full_disk_is_reported_served_from_and_recovered_from(tmp_path):
-    ended = subprocess.run(
-        ["unshare", "--mount", sys.executable, "-c", FULL_DISK, tmp_path],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert (ended.stdout, ended.returncode) == ("done\n", 0), ended.stderr
-
-
 @pytest.fixture
 def small_disk(tmp_path):
     """A file system of 6 MB, or a skip."""
@@ -264,6 +218,36 @@ def small_disk(tmp_path):
         pytest.skip("mounting is not allowed here")
     yield folder
     subprocess.run(["umount", "--lazy", folder], check=True)
+
+
+def test_a_full_disk_is_reported_served_from_and_recovered_from(
+    small_disk, publish, identity, unfinished
+):
+    store = GamutStore(LocalBlobs(small_disk / "store"))
+    store.open()
+    stored = []
+
+    def publish_further(times):
+        for _ in range(times):
+            number = len(stored)
+            stored.append(publish(store, number, bytes([number]) * 600_000).id)
+
+    try:
+        with pytest.raises(OSError, match="No space left") as caught:
+            publish_further(100)
+        assert caught.value.errno == errno.ENOSPC
+        assert 5 < len(stored) < 11
+        with pytest.raises(StoreFullError):
+            store.keep_input(identity("large"), bytes(6_000_000))
+        # No debris, what is there is served, it can be deleted, and then there is room again.
+        for path in unfinished(store):
+            assert path.suffix == ".gamut"  # of the caller whose publication failed
+            path.unlink()
+        assert [len(store.content(gamut_id)[1]) for gamut_id in stored] == [600_000] * len(stored)
+        assert store.delete(stored[0])
+        publish_further(1)
+    finally:
+        store.close()
 
 
 def test_a_service_on_a_full_disk_serves_what_is_there_and_recovers(

@@ -3,14 +3,12 @@
 import io
 import sys
 
-import emulators
 import pytest
 
 from service.__main__ import main
 from service.storage import check
 from service.storage.check import NOT_PROVED, findings, report
 from service.storage.cloud import CloudBlobs
-from service.storage.gamuts import GamutStore
 from service.storage.local import LocalBlobs
 from service.storage.location import StoreLocationError, blobs_at, gamut_store, is_address
 
@@ -61,36 +59,6 @@ def test_the_store_is_as_the_settings_say(tmp_path):
     assert store.blobs.directory == tmp_path
     assert store.blobs.limit == 12345
     assert store.keep_inputs is False
-
-
-def test_a_service_shares_its_bucket_and_bears_its_outages(
-    start_server, tmp_path, built, publish_built, monkeypatch, assert_problem
-):
-    """What others have published it serves; while the bucket is away, what it has in memory."""
-    with emulators.s3_server(tmp_path) as environment:
-        for name, value in environment.items():
-            monkeypatch.setenv(name, value)
-        server = start_server("s3://bucket/shared")
-        other = GamutStore(CloudBlobs("s3://bucket/shared"))
-        other.open()
-        for gamut in built:
-            publish_built(other, gamut)
-        address, deleted = (f"/v1/gamuts/{gamut.id}" for gamut in built)
-        for part in ("", "/levels", "/history", "/mesh"):
-            assert server.client.get(f"{address}{part}").status_code == 200
-        assert len(server.client.get("/v1/gamuts").json()["gamuts"]) == 2
-        assert server.client.delete(deleted).status_code == 204
-        assert server.client.get(deleted).status_code == 404
-        assert [record.id for record in other.page("", 10)] == [built[0].id]
-        other.close()
-        mesh = server.client.get(f"{address}/mesh").content
-    answer = server.client.get(f"/v1/gamuts/{'0' * 64}")
-    assert_problem(answer, 503, "store-unavailable")
-    assert int(answer.headers["retry-after"]) > 0
-    assert environment["AWS_ENDPOINT"] not in answer.text
-    assert server.client.get(f"{address}/mesh").content == mesh
-    assert server.client.get("/livez").status_code == 200
-    server.kill()
 
 
 def refuted(blobs, another=None):

@@ -96,27 +96,12 @@ def test_every_text_of_a_file_gives_a_name_or_nothing(text):
     assert not name or checked_name(name) == name
 
 
-def shown(provenance, given="", file=""):
+def shown(provenance, file=""):
     record = Record("ab" * 32, "0" * 64, 7, "2026-01-31T12:00:00Z", {"provenance": provenance})
-    return display_name(record, GamutName(given, file, 1))
+    return display_name(record, GamutName("", file, 1))
 
 
-@pytest.mark.parametrize(
-    ("provenance", "file", "name"),
-    [
-        ({"description": "Profile"}, "file.icc", "Profile"),
-        ({"description": " \x07 "}, "file.icc", "file.icc"),
-        ({"conditions": {"DESCRIPTOR": "a\tb"}, "description": "Profile"}, "", "a b"),
-        ({"conditions": {"FILE_DESCRIPTOR": "x"}}, "y.ti3", "x"),
-        ({"description": 5}, "x.csv", "x.csv"),
-        ({}, "", "Gamut abababababab"),
-    ],
-)
-def test_defaults(provenance, file, name):
-    assert shown(provenance, file=file) == name
-
-
-def test_given_names_come_first_except_for_references():
-    assert shown({"description": "Profile"}, given="Mine") == "Mine"
-    bt2020 = {"format": "reference", "reference": "bt2020"}
-    assert shown(bt2020, given="Mine") == "ITU-R BT.2020"
+def test_descriptors_come_before_descriptions_and_both_before_files():
+    """The rest is told by pages (`test_naming`)."""
+    assert shown({"conditions": {"DESCRIPTOR": "a\tb"}, "description": "Profile"}) == "a b"
+    assert shown({"conditions": {"FILE_DESCRIPTOR": "x"}}, file="y.ti3") == "x"
