@@ -35,22 +35,20 @@ SLOW_FIXTURES = {"azure", "browser", "cluster", "gcs", "s3", "served", "start_se
 SLOW_FOLDERS = {"faults", "fuzz"}
 
 LONG_FILES = (
+    "faults/test_faults.py",
     "service/broker/test_celery_worker.py",
-    "service/routes/test_jobs.py",
     "service/routes/test_viewer.py",
-    "gamutcore/decimation/test_decimation.py",
+    "service/building/test_builds.py",
     "service/routes/test_failures.py",
-    "service/building/test_job_runner.py",
-    "gamutcore/test_warm.py",
-    "fuzz/test_icc.py",
     "fuzz/test_fuzz.py",
+    "gamutcore/decimation/test_accuracy.py",
+    "gamutcore/decimation/test_decimation.py",
+    "gamutcore/decimation/test_plain_python.py",
+    "gamutcore/test_warm.py",
     "service/openapi/test_clients.py",
-    "gamutcore/gamut/test_inputs.py",
-    "gamutcore/boundary/test_device_surface.py",
+    "service/routes/test_jobs.py",
     "gamutcore/metric/test_error_curve.py",
-    "gamutcore/decimation/costs/parameters/test_finest.py",
-    "gamutcore/references/catalogue/test_builds.py",
-    "faults/test_api_properties.py",
+    "gamutcore/boundary/test_device_surface.py",
     "test_readme.py",
 )
 """The longest files begin first, so that no process has one of them left at the end."""
