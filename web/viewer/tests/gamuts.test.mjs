@@ -7,7 +7,7 @@
 import assert from "node:assert/strict";
 import process from "node:process";
 import { after, before, test } from "node:test";
-import { chromium, close, drawn, figures, open, pixel, violations } from "./pages.mjs";
+import { chromium, close, drawn, figures, open, PATIENCE, pixel, violations } from "./pages.mjs";
 
 const { FIRST, SECOND, SAMPLES, BAD, KEYS_URL, KEY, GUARDED } = process.env;
 const FINEST = Number(process.env.FINEST);
@@ -80,7 +80,7 @@ test("a second gamut is a wireframe around or in the first, and they change plac
 test("coverage both ways, and only the part outside in colour", async () => {
   const page = await open(browser, `/view#a=${FIRST}&b=${SECOND}&style-b=hidden&axes=off`);
   await drawn(page, FINEST);
-  await page.waitForFunction("/covers/.test(document.getElementById('coverage').textContent)", { timeout: 60_000 });
+  await page.waitForFunction("/covers/.test(document.getElementById('coverage').textContent)");
   const text = await page.$eval("#coverage", (box) => box.innerText);
   // The balls have the same directions: the ratio of their volumes is (30 / 40)³.
   assert.match(text, /Ball A covers\n100\.00 % of Ball B/);
@@ -94,7 +94,7 @@ test("coverage both ways, and only the part outside in colour", async () => {
   await page.select("#style-b", "hidden");
   // All of the smaller ball is inside the larger one.
   let grey = coloured;
-  for (let i = 0; i < 100 && chroma(grey) > 3; i++) {
+  for (const end = Date.now() + PATIENCE; chroma(grey) > 3 && Date.now() < end; ) {
     await new Promise((resolve) => setTimeout(resolve, 50));
     grey = await pixel(page, 0.45, 0.5);
   }
@@ -109,7 +109,7 @@ test("a list of colours is checked: table, points and a file", async () => {
   await page.focus("#colours");
   await page.keyboard.type("name,L,a,b\nwithin,50,0,0\nbeyond,50,60,0\n52 0 -61");
   await page.click("#check");
-  await page.waitForSelector("#colours-table table", { timeout: 60_000 });
+  await page.waitForSelector("#colours-table table");
   const rows = await page.$$eval("#colours-table tbody tr", (all) =>
     all.map((row) => [...row.children].map((cell) => cell.textContent)),
   );
@@ -140,7 +140,7 @@ test("lists are read with decimal commas, named columns and the signs of the tab
   for (const [text, expected] of lists) {
     await page.$eval("#colours", (area, value) => { area.value = value; }, text);
     await page.click("#check");
-    await page.waitForSelector("#colours-table table", { timeout: 60_000 });
+    await page.waitForSelector("#colours-table table");
     const names = await page.$$eval("#colours-table tbody th", (all) => all.map((each) => each.textContent));
     assert.deepEqual(names, expected.map(([name]) => name));
     const note = await page.$eval("#colours-note", (each) => each.textContent);
@@ -164,7 +164,7 @@ test("a file that is dropped is built, with progress, and shown", async () => {
       document.body.dispatchEvent(new DragEvent(type, { bubbles: true, dataTransfer: transfer }));
     }
   }, SAMPLES);
-  await page.waitForFunction("window.gamutViewer.figures.triangles[0] > 4", { timeout: 60_000 });
+  await page.waitForFunction("window.gamutViewer.figures.triangles[0] > 4");
   assert.match(await page.$eval("#legend", (legend) => legend.innerText), /dropped colours/);
   const stages = await page.evaluate("[...window.stages]");
   assert.ok(stages.length > 1 && stages.every((stage) => stage.startsWith("Building: ")), String(stages));

@@ -7,10 +7,15 @@ import puppeteer from "puppeteer-core";
 
 const axe = createRequire(import.meta.url).resolve("axe-core/axe.min.js");
 
+/** Milliseconds that end a test that hangs. A slow machine does not come near. */
+export const PATIENCE = 600_000;
+
 /** Start Chromium; it draws without a graphics processor. */
 export function chromium() {
   return puppeteer.launch({
     executablePath: process.env.CHROMIUM,
+    timeout: PATIENCE,
+    protocolTimeout: PATIENCE,
     args: [
       ...(process.getuid() === 0 ? ["--no-sandbox"] : []), // a container's root cannot use it
       "--disable-dev-shm-usage",
@@ -25,6 +30,7 @@ export function chromium() {
 export async function open(browser, path, { url = process.env.VIEWER_URL, width = 1100, height = 700, scheme = "light", isOffline = false } = {}) {
   // All pages share the browser's cache, which saves loading and compiling the scripts again.
   const page = await browser.newPage();
+  page.setDefaultTimeout(PATIENCE);
   page.complaints = [];
   page.on("console", (message) => {
     if (["error", "warn"].includes(message.type())) page.complaints.push(message.text());
@@ -63,7 +69,7 @@ export function figures(page) {
 export async function drawn(page, ...triangles) {
   await page.waitForFunction(
     (wanted) => wanted.every((count, i) => window.gamutViewer.figures.triangles[i] === count),
-    { timeout: 60_000 },
+    {},
     triangles,
   );
 }

@@ -155,7 +155,7 @@ test("slices show the outlines of both gamuts, and the address keeps them", asyn
   assert.match(await page.$eval("#slice", (canvas) => canvas.ariaLabel), /Hue 40°/);
   assert.deepEqual(await violations(page), []);
   await page.select("#slice-kind", "rings");
-  await page.waitForFunction("document.getElementById('rings').naturalWidth > 0", { timeout: 60_000 });
+  await page.waitForFunction("document.getElementById('rings').naturalWidth > 0");
   assert.equal(await page.$eval("#rings", (picture) => picture.alt), "Gamut rings of Ball A and Ball B");
   assert.deepEqual(await violations(page), []);
   await page.select("#slice-kind", "off");
