@@ -27,7 +27,8 @@ RUN python3 -m venv /opt/gamut && \
     /opt/gamut/bin/python -m pip uninstall -q --yes pip
 
 # Kernels that lie beside the sources are kept where they fit: compiled for this CPU from these sources.
-RUN find gamutcore -name '*.nb[ci]' -exec cp --parents -t /opt/gamut/lib/python3*/site-packages {} +
+RUN packages=$(/opt/gamut/bin/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))') && \
+    find gamutcore -name '*.nb[ci]' -exec cp --parents -t "$packages" {} +
 
 # From another directory, so that the installed package is compiled and not its source.
 WORKDIR /
