@@ -42,7 +42,7 @@ def guarded(filled_store, built):
     """Environment of the test with API keys: a server in this process, a key, and a gamut."""
     key, known = new_key("viewer", frozenset({"read"}))
     app = create_app(Settings(store=str(filled_store.blobs.directory), api_keys=known.entry))
-    server = uvicorn.Server(uvicorn.Config(app, lifespan="off", log_level="critical"))
+    server = uvicorn.Server(uvicorn.Config(app, lifespan="off", log_config=None))
     with socket.create_server(("127.0.0.1", 0)) as listening:
         thread = threading.Thread(target=server.run, args=([listening],))
         thread.start()
