@@ -98,7 +98,7 @@ def address(reports, clock):
         http=limited_protocol(ConnectionLimits(**LIMITS), reports.append),
         ws="none",
         lifespan="off",
-        log_level="critical",
+        log_config=None,
         timeout_keep_alive=5,
     )
     server = uvicorn.Server(config)
