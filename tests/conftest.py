@@ -29,7 +29,10 @@ settings.register_profile("long", max_examples=2000, deadline=None, print_blob=T
 # The command line keeps no reference gamuts in the user's cache, and finds none there.
 os.environ["GAMUTCORE_CACHE_DIR"] = ""
 
-SLOW_FIXTURES = {"azure", "browser", "cluster", "gcs", "s3", "served", "start_server"}
+SLOW_FIXTURES = {
+    *("azure", "browser", "cluster", "gcs", "guarded_server", "observed_server", "s3", "server"),
+    "start_server",
+}
 """Fixtures that start a server, a broker or a browser."""
 
 SLOW_FOLDERS = {"faults", "fuzz"}

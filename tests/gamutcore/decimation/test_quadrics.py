@@ -22,6 +22,8 @@ from gamutcore.decimation.costs.memoryless_quadrics import (
 from gamutcore.decimation.star import DEFICIT_NOW
 from gamutcore.mesh import TriangleMesh
 
+pytestmark = pytest.mark.slow  # it compiles kernels that only tests use
+
 QUADRIC, VOLUME = (cost_named(name).parameters for name in ("quadric", "volume"))
 SEEDS = st.integers(0, 10**6)
 

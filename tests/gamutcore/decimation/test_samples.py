@@ -33,6 +33,8 @@ from gamutcore.decimation.star import (
 from gamutcore.mesh import TriangleMesh
 from gamutcore.metric import mismatch
 
+pytestmark = pytest.mark.slow  # it compiles kernels that only tests use
+
 FINEST = cost_named("finest").parameters
 SEEDS = st.integers(0, 10**6)
 PARTS = (1, 9)

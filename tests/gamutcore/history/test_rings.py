@@ -120,6 +120,7 @@ def test_rings_agree_with_the_faces_as_they_become_long_and_short_again(seed):
     assert unlinked
 
 
+@pytest.mark.slow
 def test_a_long_ring_sees_the_centre_as_a_list_of_it_would():
     """The other slots all surround the apex of a pyramid. The base lies below the centre."""
     count = 2 * LONGEST_LIST

@@ -110,6 +110,7 @@ def random_triangles(seed, count, radius):
     return colours, triangles + middles[:, None]
 
 
+@pytest.mark.slow
 class TestBounds:
     """A bound that is too high seldom changes an answer, so it has tests of its own."""
 
