@@ -6,6 +6,7 @@
 
 import asyncio
 import contextlib
+import logging
 from collections.abc import AsyncIterator, Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
@@ -24,6 +25,7 @@ from service.meshes.meshes import Meshes
 from service.queries.queries import Queries
 from service.readiness import Readiness, service_readiness
 from service.settings import Settings
+from service.storage.blobs import StoreUnavailableError
 from service.storage.gamuts import GamutStore
 from service.storage.location import gamut_store
 from service.telemetry.build_observer import BuildObserver
@@ -32,9 +34,15 @@ from service.telemetry.traces import Traces, traces_of
 
 __all__ = ["MISSING_BROKER_EXTRA", "EngineMissingError", "ServiceContainer", "service_of"]
 
+logger = logging.getLogger(__name__)
+
 _LARGE_BODIES = 2
 """Number of bodies over 1 MB that are held in memory at the same time, each until its build is
 accepted. Further bodies wait on the disk."""
+
+_DELETIONS_SECONDS = 10.0
+"""Interval of asking a bucket for deletions by other replicas. With the time of two listings, a
+deletion reaches every replica within 30 s."""
 
 _REMOTE_CALLS = 32
 """Number of simultaneous calls to a bucket. The calls wait for the network and do not compute, so
@@ -115,12 +123,15 @@ class ServiceContainer:
         self.store.on_evicted = lambda gamut_id: _call_soon(loop, self.forget, gamut_id)
         await asyncio.to_thread(self.store.open)
         await self.builds.start()
-        preparation = asyncio.create_task(self.kernels.prepare())
+        background = [asyncio.create_task(self.kernels.prepare())]
+        if self.store.blobs.remote:
+            background.append(asyncio.create_task(self._follow_deletions()))
         try:
             yield
         finally:
-            preparation.cancel()
-            await asyncio.gather(preparation, return_exceptions=True)
+            for task in background:
+                task.cancel()
+            await asyncio.gather(*background, return_exceptions=True)
             await self.builds.stop()
             self.queries.close()
             self.library.close()
@@ -134,6 +145,18 @@ class ServiceContainer:
         if self._loop is not None:
             with contextlib.suppress(RuntimeError):
                 self._loop.call_soon_threadsafe(self.builds.drain)
+
+    async def _follow_deletions(self) -> None:
+        """Forget gamuts that other replicas delete. Never returns."""
+        while True:
+            await asyncio.sleep(_DELETIONS_SECONDS)
+            try:
+                for gamut_id in await asyncio.to_thread(self.store.deleted_elsewhere):
+                    self.forget(gamut_id)
+            except StoreUnavailableError:
+                pass  # the store has logged it
+            except Exception:
+                logger.exception("deletions by other replicas are not known")
 
     def forget(self, gamut_id: str) -> None:
         """Remove a deleted gamut from all caches in memory."""

@@ -47,6 +47,9 @@ HOLDS_SECONDS = 2.0
 TIMEOUT_SECONDS = 5.0
 """Time limit of waiting for a slow probe."""
 
+SHARED_TIMEOUT_SECONDS = 1.0
+"""Time limit of waiting for a shared store. HAProxy gives a check 2 s, and the Helm chart 3 s."""
+
 _GRACE_SECONDS = 30.0
 """How long a service stays ready without a warm worker: enough for a restart with retries. Builds
 wait meanwhile, and everything else works."""
@@ -116,12 +119,17 @@ class Report:
 class _SlowProbe:
     """A check that may block: it runs in a thread, and its result is kept for a moment."""
 
-    def __init__(self, name: str, look: Callable[[], Finding]) -> None:
+    def __init__(self, name: str, look: Callable[[], Finding], *, shared: bool) -> None:
         self._name = name
         self._look = look
+        self._shared = shared
         self._under_way: asyncio.Task[Probe] | None = None
         self._found: tuple[float, Probe] | None = None
-        self._patience = TIMEOUT_SECONDS
+        self._patience = self._timeout
+
+    @property
+    def _timeout(self) -> float:
+        return SHARED_TIMEOUT_SECONDS if self._shared else TIMEOUT_SECONDS
 
     async def probe(self) -> Probe:
         """Return a recent or a new result."""
@@ -134,7 +142,8 @@ class _SlowProbe:
         except TimeoutError:
             # The next caller does not wait again.
             self._patience = 0.0
-            return Probe(self._name, "failed", f"no answer within {TIMEOUT_SECONDS:g} s")
+            status: Status = "degraded" if self._shared else "failed"
+            return Probe(self._name, status, f"no answer within {self._timeout:g} s")
 
     async def _run(self) -> Probe:
         clock = time.monotonic()
@@ -144,7 +153,7 @@ class _SlowProbe:
             logger.exception("probe of %s failed", self._name)
             status, detail = "failed", "the check failed; see the log"
         finally:
-            self._under_way, self._patience = None, TIMEOUT_SECONDS
+            self._under_way, self._patience = None, self._timeout
         now = time.monotonic()
         probe = Probe(self._name, status, detail, now - clock)
         self._found = now, probe
@@ -169,9 +178,18 @@ class Readiness:
         """Add a check that runs on the event loop at every report."""
         self._quick[name] = look
 
-    def add_slow(self, name: str, look: Callable[[], Finding]) -> None:
-        """Add a check that may block and runs in a thread."""
-        self._slow.append(_SlowProbe(name, look))
+    def add_slow(self, name: str, look: Callable[[], Finding], *, shared: bool = False) -> None:
+        """Add a check that may block and runs in a thread.
+
+        Parameters
+        ----------
+        name : str
+        look : callable
+        shared : bool
+            Whether all replicas use what is checked. Its silence is then no reason to prefer
+            another replica.
+        """
+        self._slow.append(_SlowProbe(name, look, shared=shared))
 
     async def report(self) -> Report:
         """Run all probes and return their results."""
@@ -209,14 +227,18 @@ def service_readiness(
     readiness.add("workers", _WorkersProbe(builds))
     readiness.add("queue", lambda: _queue(builds))
     readiness.add("builds", lambda: _builds(draining=builds.draining))
-    readiness.add_slow("store", lambda: store_probe(blobs))
+    readiness.add_slow("store", lambda: store_probe(blobs), shared=blobs.remote)
     if isinstance(blobs, LocalBlobs):
         readiness.add_slow("disk", lambda: disk_probe(blobs.directory, needed_bytes))
     return readiness
 
 
 def store_probe(blobs: Blobs) -> Finding:
-    """Check that a storage can be written and read."""
+    """Check that a storage can be written and read.
+
+    A bucket that does not answer makes the service degraded: every replica uses the same bucket,
+    and each still serves what it has in memory.
+    """
     content = secrets.token_bytes(32)
     try:
         same = _write_and_read(blobs, content)
@@ -224,7 +246,7 @@ def store_probe(blobs: Blobs) -> Finding:
         # Existing gamuts are still served.
         return Finding("degraded", "full")
     except StoreUnavailableError as error:
-        return Finding("failed", f"unavailable: {error}")
+        return Finding("degraded" if blobs.remote else "failed", f"unavailable: {error}")
     except OSError as error:
         if error.errno in {errno.ENOSPC, errno.EDQUOT}:
             return Finding("degraded", "full")

@@ -316,6 +316,28 @@ _ROWS = (
         "Try again after the time in Retry-After, with fewer simultaneous connections.",
         "Too many files and connections are open.",
     ),
+    # Answers of the proxy in front of several replicas (deploy/haproxy.cfg).
+    Kind(
+        "bad-gateway",
+        502,
+        "A replica did not answer the proxy properly",
+        "Send the request again. A query or a read has had no effect.",
+        "A replica ended the connection before it answered.",
+    ),
+    Kind(
+        "no-replica",
+        503,
+        "No replica of the service is available",
+        "Try again after the time in Retry-After.",
+        "The proxy knows no replica that is ready.",
+    ),
+    Kind(
+        "gateway-timeout",
+        504,
+        "A replica did not answer the proxy in time",
+        "Send the request again. A build continues, and its job can be read.",
+        "A replica did not answer within 330 s.",
+    ),
     Kind(
         "store-unavailable",
         503,

@@ -54,6 +54,7 @@ from service.routes.paging import After, Limit, next_page
 from service.routes.submission import Submission, submission
 from service.routes.viewer import prefers_page, viewer_page
 from service.routes.waiting import wait_for_build
+from service.storage.blobs import StoreUnavailableError
 from service.storage.gamuts import GamutDamagedError, GamutNotStoredError
 from service.storage.names import LONGEST_NAME
 from service.storage.records import Record
@@ -201,8 +202,17 @@ async def create_gamut(request: Request) -> Response:
 
 
 async def _named(service: ServiceContainer, record: Record) -> NamedRecord:
-    """Return a record with the gamut's name."""
-    return (await asyncio.to_thread(named, service.store, [record]))[0]
+    """Return a record with the gamut's name.
+
+    While the store does not answer, the name is that of the open gamut.
+    """
+    try:
+        return (await asyncio.to_thread(named, service.store, [record]))[0]
+    except StoreUnavailableError:
+        opened = service.library.find_open(record.id)
+        if opened is None:
+            raise
+        return NamedRecord(record, opened.name)
 
 
 async def _keep_name(service: ServiceContainer, posted: Submission, *, is_new: bool) -> None:

@@ -41,9 +41,9 @@ async def live() -> Response:
     operation_id="ready",
     summary="Check that the service is ready",
     description="Ready once every build worker is warm and the kernels are loaded, and as long as "
-    "the store can be written. Each probe has a status: `failed` makes the service not "
+    "a store directory can be written. Each probe has a status: `failed` makes the service not "
     "ready; `degraded` reports a fault that other replicas share, such as a full "
-    "queue, or a worker that restarts.",
+    "queue or a bucket that does not answer, or a worker that restarts.",
     responses={
         200: json_response(
             "The service is ready.",

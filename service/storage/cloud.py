@@ -20,6 +20,7 @@ import re
 import secrets
 import shutil
 import tempfile
+import threading
 import time
 from collections.abc import Callable, Iterator
 from datetime import timedelta
@@ -62,8 +63,14 @@ _REQUEST_SECONDS = 60
 """Deadline of a request: 160 MB, the largest input, at 3 MB/s."""
 
 _SILENT_SECONDS = 4
-"""Longest silence during a read. Stores answer within tenths of a second, and reads can be
-repeated. Writes answer after the whole upload and have the full deadline."""
+"""Longest silence during a read or a small write. Stores answer within tenths of a second. Large
+writes answer after the whole upload and have the full deadline."""
+
+_SMALL_BYTES = 1 << 20
+"""Size of small writes: records, jobs and names."""
+
+_TRIAL_SECONDS = 5.0
+"""Interval of trials while the bucket does not answer. All other calls fail at once."""
 
 _READ_RETRIES = 3
 _RETRY_SECONDS = 8
@@ -119,7 +126,9 @@ class CloudBlobs:
         self.address = address
         kind = _STORES[parts.scheme]
         self._reading = _client(kind, address, _READ_RETRIES, silent=_SILENT_SECONDS)
-        self._writing = _client(kind, address, 0, silent=_REQUEST_SECONDS)
+        self._writing = _client(kind, address, 0, silent=_SILENT_SECONDS)
+        self._uploading = _client(kind, address, 0, silent=_REQUEST_SECONDS)
+        self._outage = _Outage()
         self._scratch: Path | None = None
         self._lock: IO[bytes] | None = None
 
@@ -143,13 +152,13 @@ class CloudBlobs:
 
     def read(self, key: str) -> Blob:
         """Return a blob; raises `BlobNotFoundError` if there is none."""
-        with _translate_errors("read", key):
+        with self._request("read", key):
             result = obstore.get(self._reading, key)
             return Blob(bytes(result.bytes()), _version(result.meta))
 
     def stream(self, key: str) -> BinaryIO:
         """Return a copy of a blob as a file; raises `BlobNotFoundError` if there is none."""
-        with contextlib.ExitStack() as closing, _translate_errors("read", key):
+        with contextlib.ExitStack() as closing, self._request("read", key):
             result = obstore.get(self._reading, key)
             file = closing.enter_context(
                 tempfile.SpooledTemporaryFile(_IN_MEMORY, dir=str(self.scratch("").parent))
@@ -165,7 +174,7 @@ class CloudBlobs:
 
     def size(self, key: str) -> int:
         """Return the size of a blob in bytes; raises `BlobNotFoundError` if there is none."""
-        with _translate_errors("look at", key):
+        with self._request("look at", key):
             return obstore.head(self._reading, key)["size"]
 
     def create(self, key: str, content: Content) -> str | None:
@@ -184,7 +193,7 @@ class CloudBlobs:
     def delete(self, key: str) -> bool:
         """Remove a blob. S3 does not report whether there was one; the result is then True."""
         try:
-            with _translate_errors("delete", key):
+            with self._request("delete", key):
                 _retry(lambda: obstore.delete(self._writing, key))
         except BlobNotFoundError:
             return False
@@ -193,7 +202,7 @@ class CloudBlobs:
     def move(self, key: str, to: str) -> bool:
         """Copy a blob to an unused key and delete it; return whether there was one."""
         try:
-            with _translate_errors("move", key):
+            with self._request("move", key):
                 _retry(lambda: obstore.copy(self._writing, key, to, overwrite=True))
         except BlobNotFoundError:
             return False
@@ -202,7 +211,7 @@ class CloudBlobs:
 
     def keys(self, prefix: str, after: str = "") -> Iterator[str]:
         """Iterate over the keys with a prefix, after the key `after`, in their order."""
-        with _translate_errors("list", prefix, missing_bucket=True):
+        with self._request("list", prefix, missing_bucket=True):
             pages = obstore.list(
                 self._reading, prefix or None, offset=after or None, chunk_size=_PAGE
             )
@@ -216,20 +225,45 @@ class CloudBlobs:
             raise StoreUnavailableError(message)
         return self._scratch / f"{secrets.token_hex(16)}{suffix}"
 
+    @contextlib.contextmanager
+    def _request(self, verb: str, key: str, *, missing_bucket: bool = False) -> Iterator[None]:
+        """Turn obstore's exceptions into those of `service.storage.blobs`."""
+        self._outage.check()
+        try:
+            yield
+        except FileNotFoundError as error:
+            self._outage.end()
+            if not missing_bucket:
+                raise BlobNotFoundError(key) from None
+            reason = _reason(error)
+        except BaseError as error:
+            reason = _reason(error)
+            if "Connect" in reason or "Timeout" in reason:
+                self._outage.begin()
+            else:
+                self._outage.end()
+        else:
+            self._outage.end()
+            return
+        logger.error("the store did not %s %s: %s", verb, key or "its keys", reason)
+        message = f"the store did not {verb} {key or 'its keys'}: {reason}"
+        # Without the cause, whose text may contain signed addresses.
+        raise StoreUnavailableError(message) from None
+
     def _put(self, key: str, content: bytes | Path, mode: Any) -> str | None:  # noqa: ANN401
         """Put an object conditionally; return None if the condition does not hold."""
-        with _translate_errors("write", key, missing_bucket=True):
+        with self._request("write", key, missing_bucket=True):
+            size = content.stat().st_size if isinstance(content, Path) else len(content)
+            client = self._writing if size <= _SMALL_BYTES else self._uploading
             for pause in (*_WRITE_PAUSES, None):
                 try:
-                    result = obstore.put(
-                        self._writing, key, content, mode=mode, use_multipart=False
-                    )
+                    result = obstore.put(client, key, content, mode=mode, use_multipart=False)
                 except (AlreadyExistsError, PreconditionError):
                     return None if pause == _WRITE_PAUSES[0] else self._own(key, content)
                 except _FINAL:
                     raise
-                except BaseError:
-                    if pause is None:
+                except BaseError as error:
+                    if pause is None or _is_timeout(error):
                         raise
                     time.sleep(pause)
                 else:
@@ -284,28 +318,50 @@ def _retry(request: Callable[[], T]) -> T:
             return request()
         except _FINAL:
             raise
-        except BaseError:
+        except BaseError as error:
+            if _is_timeout(error):
+                raise
             time.sleep(pause)
     return request()
 
 
-@contextlib.contextmanager
-def _translate_errors(verb: str, key: str, *, missing_bucket: bool = False) -> Iterator[None]:
-    """Turn obstore's exceptions into those of `service.storage.blobs`."""
-    try:
-        yield
-    except FileNotFoundError as error:
-        if not missing_bucket:
-            raise BlobNotFoundError(key) from None
-        reason = _reason(error)
-    except BaseError as error:
-        reason = _reason(error)
-    else:
-        return
-    logger.error("the store did not %s %s: %s", verb, key or "its keys", reason)
-    message = f"the store did not {verb} {key or 'its keys'}: {reason}"
-    # Without the cause, whose text may contain signed addresses.
-    raise StoreUnavailableError(message) from None
+def _is_timeout(error: BaseError) -> bool:
+    """Return whether the bucket did not answer in time. Another attempt would wait as long."""
+    return "kind: Timeout" in str(error)
+
+
+class _Outage:
+    """Lets calls fail at once while the bucket does not answer, except for a trial now and then.
+
+    Otherwise every call would hold a thread for seconds, until no thread is left for anything else.
+    """
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._since: float | None = None
+        self._next_trial = 0.0
+
+    def check(self) -> None:
+        """Raise `StoreUnavailableError` during an outage, unless it is time for a trial."""
+        with self._lock:
+            now = time.monotonic()
+            if self._since is None:
+                return
+            if now < self._next_trial:
+                message = f"the store has not answered for {now - self._since:.0f} s"
+                raise StoreUnavailableError(message)
+            self._next_trial = now + _TRIAL_SECONDS
+
+    def begin(self) -> None:
+        """Record that a call was not answered."""
+        with self._lock:
+            now = time.monotonic()
+            self._since = now if self._since is None else self._since
+            self._next_trial = now + _TRIAL_SECONDS
+
+    def end(self) -> None:
+        """Record an answer."""
+        self._since = None
 
 
 _REASONS = (

@@ -28,6 +28,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from service.storage.blobs import BlobDamagedError, BlobNotFoundError, Blobs, StoreUnavailableError
+from service.storage.deletions import Deletions
 from service.storage.eviction import Eviction
 from service.storage.inputs import Inputs
 from service.storage.local import LocalBlobs
@@ -101,6 +102,7 @@ class GamutStore:
         self.on_evicted: Callable[[str], None] | None = None
         self._quarantine = Quarantine(blobs)
         self._inputs = Inputs(blobs, self._quarantine)
+        self._deletions = Deletions(blobs) if blobs.remote else None
         self._lock = threading.Lock()
         self._publishing: dict[str, int] = {}
         # Local records are read in microseconds, so only remote ones are cached.
@@ -183,7 +185,8 @@ class GamutStore:
     def record(self, gamut_id: str) -> Record:
         """Return the record of a gamut.
 
-        In local storage, its history file exists with its full size.
+        In local storage, its history file exists with its full size. While a bucket does not
+        answer, the record that was read last is returned.
 
         Raises
         ------
@@ -196,6 +199,11 @@ class GamutStore:
             with self._lock:
                 self.misses += 1
             raise
+        except StoreUnavailableError:
+            known = self._cached.find_stale(gamut_id)
+            if known is None:
+                raise
+            record = known
         with self._lock:
             self.hits += 1
         self.mark_used(gamut_id)
@@ -251,6 +259,8 @@ class GamutStore:
         except GamutNotStoredError:
             self._cached.discard(gamut_id)
             return False
+        if self._deletions is not None:
+            self._deletions.announce(gamut_id)
         deleted = self.blobs.delete(record_key(gamut_id))
         self._cached.discard(gamut_id)
         self._used.pop(gamut_id, None)
@@ -258,6 +268,16 @@ class GamutStore:
         self.drop_input(gamut_id)
         self.names.drop(gamut_id)
         return deleted
+
+    def deleted_elsewhere(self) -> set[str]:
+        """Return gamuts that a replica deleted within the last minute, and forget their records.
+
+        Always empty for a directory, which belongs to one process.
+        """
+        recent = set() if self._deletions is None else self._deletions.recent()
+        for gamut_id in recent:
+            self._cached.discard(gamut_id)
+        return recent
 
     def evict(self, gamut_id: str) -> int:
         """Remove a gamut for lack of space; return the number of freed bytes."""

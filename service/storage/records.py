@@ -89,6 +89,10 @@ class RecordCache:
         record, until = self._records.get(gamut_id, (None, 0.0))
         return record if until > time.monotonic() else None
 
+    def find_stale(self, gamut_id: str) -> Record | None:
+        """Return a record that existed when it was read last; None if there is none."""
+        return self._records.get(gamut_id, (None, 0.0))[0]
+
     def put(self, record: Record) -> None:
         """Keep a record that was just read or created."""
         if self._seconds:

@@ -142,7 +142,7 @@ class TestStore:
     @pytest.mark.parametrize(
         ("error", "status"),
         [
-            (StoreUnavailableError("connection refused"), "failed"),
+            (StoreUnavailableError("connection refused"), "degraded"),
             (StoreFullError(), "degraded"),
             (OSError(errno.ENOSPC, "full"), "degraded"),
             (OSError(errno.EIO, "Input/output error", "/secret/path"), "failed"),
@@ -238,6 +238,21 @@ class TestProbes:
         assert patience == [0.2] + [0.0] * 19
         assert looks == [1]
         assert after.ready
+
+    def test_what_all_replicas_share_and_hangs_makes_none_of_them_unready(self, monkeypatch):
+        monkeypatch.setattr(readiness, "SHARED_TIMEOUT_SECONDS", 0.2)
+        hanging = threading.Event()
+        probes = Readiness()
+        probes.add_slow("store", lambda: hanging.wait(600) and Finding("ok", ""), shared=True)
+
+        async def asked():
+            made = await probes.report()
+            hanging.set()
+            return made
+
+        made = asyncio.run(asked())
+        assert made.ready
+        assert made.wrong == "store: no answer within 0.2 s"
 
     def test_a_defect_of_a_probe_is_a_finding(self, caplog):
         probes = Readiness()

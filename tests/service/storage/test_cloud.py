@@ -3,15 +3,17 @@
 import contextlib
 import os
 import socket
+import time
 from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from obstore.exceptions import BaseError
 
-from service.storage import cloud, gamuts, records
+from service.storage import cloud, deletions, gamuts, records
 from service.storage.blobs import StoreUnavailableError
 from service.storage.cloud import CloudBlobs
-from service.storage.gamuts import GamutStore
+from service.storage.gamuts import GamutNotStoredError, GamutStore
 
 KEY = "jobs/ab/abcd.job"
 
@@ -179,24 +181,83 @@ def test_scratch_files_go_with_their_process_however_it_ends(address, tmp_path, 
         first.close()
 
 
+@pytest.mark.usefixtures("quick")
+@pytest.mark.slow
+def test_a_bucket_that_does_not_answer_is_tried_now_and_then_only(address, monkeypatch):
+    where, clock, tries = address("s3"), SimpleNamespace(now=1000.0), []
+    fake = SimpleNamespace(monotonic=lambda: clock.now, sleep=lambda _: None)
+    monkeypatch.setattr(cloud, "time", fake)
+    working = os.environ["AWS_ENDPOINT"]
+    with socket.create_server(("127.0.0.1", 0)) as nobody:
+        monkeypatch.setenv("AWS_ENDPOINT", f"http://127.0.0.1:{nobody.getsockname()[1]}")
+    blobs = CloudBlobs(where)
+    monkeypatch.setattr(cloud.obstore, "delete", lambda *_: tries.append(1) or _raise_timeout())
+    for seconds, calls in ((0, 1), (0, 1), (4.9, 1), (0.2, 2), (0, 2), (5.1, 3)):
+        clock.now += seconds
+        with pytest.raises(StoreUnavailableError):
+            blobs.delete(KEY)
+        assert len(tries) == calls
+    monkeypatch.undo()
+    monkeypatch.setattr(cloud, "time", fake)
+    monkeypatch.setenv("AWS_ENDPOINT", working)
+    clock.now += 5.1
+    monkeypatch.setattr(cloud.obstore, "delete", lambda *_: tries.append(1))
+    for _ in range(3):
+        blobs.delete(KEY)
+    assert len(tries) == 6
+
+
+def _raise_timeout():
+    raise BaseError("Generic S3 error: HTTP error: request or response body error, kind: Timeout")
+
+
+@pytest.mark.slow
+def test_deletions_are_repeated_for_a_minute_and_forgotten_after_an_hour(
+    proxied, publish, monkeypatch
+):
+    blobs, _ = proxied
+    here, there = GamutStore(blobs), GamutStore(blobs)
+    clock = SimpleNamespace(now=time.time())
+    fake = SimpleNamespace(monotonic=lambda: clock.now, time=lambda: clock.now)
+    monkeypatch.setattr(deletions, "time", fake)
+    record = publish(here)
+    assert there.record(record.id) == record
+    assert there.deleted_elsewhere() == set()
+    here.delete(record.id)
+    assert there.deleted_elsewhere() == {record.id}
+    with pytest.raises(GamutNotStoredError):
+        there.record(record.id)
+    for seconds, told in ((59, {record.id}), (2, set()), (3600, set())):
+        clock.now += seconds
+        assert there.deleted_elsewhere() == told
+    assert list(blobs.keys("deleted/")) == []
+
+
 def test_a_service_shares_its_bucket_and_bears_its_outages(
-    start_server, proxy, built, publish_built, assert_problem
+    start_server, proxy, built, publish_built, assert_problem, sphere
 ):
     """What others have published it serves; while the bucket is away, what it has in memory."""
     where, bucket = proxy
-    server = start_server(where)
+    server, replica = start_server(where), start_server(where)
     other = GamutStore(CloudBlobs(where))
     other.open()
     for gamut in built:
         publish_built(other, gamut)
     address, deleted = (f"/v1/gamuts/{gamut.id}" for gamut in built)
-    for part in ("", "/levels", "/history", "/mesh"):
+    for part in ("", "/levels", "/history", "/mesh", "/cusps"):
         assert server.client.get(f"{address}{part}").status_code == 200
     assert len(server.client.get("/v1/gamuts").json()["gamuts"]) == 2
+    in_memory = ("/mesh?triangles=100", "/cusps", "/picture.png?triangles=100", "")
+    for part in in_memory:
+        assert replica.client.get(f"{deleted}{part}").status_code == 200
     assert server.client.delete(deleted).status_code == 204
     assert server.client.get(deleted).status_code == 404
     assert [record.id for record in other.page("", 10)] == [built[0].id]
     other.close()
+    for part in in_memory:
+        replica.wait_for(
+            lambda part=part: replica.client.get(f"{deleted}{part}").status_code == 404
+        )
     mesh = server.client.get(f"{address}/mesh").content
     bucket.spoil = staticmethod(lambda *_: "lose")  # what is still connected
     bucket.close()
@@ -205,5 +266,13 @@ def test_a_service_shares_its_bucket_and_bears_its_outages(
     assert int(answer.headers["retry-after"]) > 0
     assert os.environ["AWS_ENDPOINT"] not in answer.text
     assert server.client.get(f"{address}/mesh").content == mesh
+    for part in ("", "/levels", "/mesh?triangles=100", "/cusps"):
+        assert server.client.get(f"{address}{part}").status_code == 200
     assert server.client.get("/livez").status_code == 200
-    server.kill()
+    body = {"samples": sphere(seed=71)}
+    assert_problem(server.client.post("/v1/gamuts", json=body), 503, "store-unavailable")
+    ready = server.client.get("/readyz")
+    assert ready.status_code == 200
+    assert ready.json()["probes"]["store"]["status"] == "degraded"
+    for each in (server, replica):
+        each.kill()
