@@ -77,6 +77,7 @@ class ServiceContainer:
     large_bodies: asyncio.Semaphore = field(
         default_factory=lambda: asyncio.Semaphore(_LARGE_BODIES)
     )
+    stopping: bool = field(init=False, default=False)
     _loop: asyncio.AbstractEventLoop | None = field(init=False, default=None)
 
     def __post_init__(self) -> None:
@@ -106,6 +107,7 @@ class ServiceContainer:
             self.builds,
             self.store.blobs,
             self.kernels,
+            stopping=lambda: self.stopping,
             needed_bytes=settings.store_reserve_bytes + settings.max_body_bytes,
         )
 
@@ -142,6 +144,7 @@ class ServiceContainer:
 
     def drain(self) -> None:
         """Stop starting builds. Called at the signal to stop, from any thread."""
+        self.stopping = True
         if self._loop is not None:
             with contextlib.suppress(RuntimeError):
                 self._loop.call_soon_threadsafe(self.builds.drain)

@@ -207,7 +207,12 @@ class Readiness:
 
 
 def service_readiness(
-    builds: Builds, blobs: Blobs, kernels: Kernels, *, needed_bytes: int
+    builds: Builds,
+    blobs: Blobs,
+    kernels: Kernels,
+    *,
+    stopping: Callable[[], bool],
+    needed_bytes: int,
 ) -> Readiness:
     """Return the probes of a service: kernels, workers, queue, builds, store and disk.
 
@@ -219,6 +224,8 @@ def service_readiness(
         The storage.
     kernels : Kernels
         The compiled kernels.
+    stopping : callable
+        Returns whether the service has been told to stop.
     needed_bytes : int
         Free disk space that the largest input needs.
     """
@@ -226,7 +233,7 @@ def service_readiness(
     readiness.add("kernels", lambda: _kernels(kernels))
     readiness.add("workers", _WorkersProbe(builds))
     readiness.add("queue", lambda: _queue(builds))
-    readiness.add("builds", lambda: _builds(draining=builds.draining))
+    readiness.add("builds", lambda: _builds(stopping=stopping()))
     readiness.add_slow("store", lambda: store_probe(blobs), shared=blobs.remote)
     if isinstance(blobs, LocalBlobs):
         readiness.add_slow("disk", lambda: disk_probe(blobs.directory, needed_bytes))
@@ -292,8 +299,8 @@ def _kernels(kernels: Kernels) -> Finding:
     return Finding("ok" if kernels.loaded else "failed", states)
 
 
-def _builds(*, draining: bool) -> Finding:
-    if draining:
+def _builds(*, stopping: bool) -> Finding:
+    if stopping:
         return Finding("failed", "the service is stopping")
     return Finding("ok", "accepted")
 

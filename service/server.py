@@ -1,8 +1,10 @@
 """The HTTP server of one process: uvicorn with connection limits and an early signal to stop.
 
 `bind_sockets` takes the port before the app starts, so a busy port is reported before any work.
-uvicorn finishes the requests under way before it ends the app. Those requests wait for builds, so
-the builds must hear of the signal first: they end or are given back while uvicorn waits.
+At SIGTERM, ``/readyz`` answers 503 first, and the server goes on for ``GAMUT_STOP_DELAY``, until
+load balancers know. Then uvicorn finishes the requests under way before it ends the app. Those
+requests wait for builds, so the builds must hear of it first: they end or are given back while
+uvicorn waits.
 """
 
 from __future__ import annotations
@@ -11,6 +13,7 @@ import asyncio
 import errno
 import logging
 import os
+import signal
 import socket
 from typing import TYPE_CHECKING
 
@@ -77,6 +80,7 @@ class Server(uvicorn.Server):
     def __init__(self, config: uvicorn.Config, service: ServiceContainer) -> None:
         super().__init__(config)
         self._service = service
+        self._loop: asyncio.AbstractEventLoop | None = None
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         """Start the app, then accept connections, and log the addresses.
@@ -86,6 +90,7 @@ class Server(uvicorn.Server):
         AddressUnavailableError
             Another process began to listen on the port after it was bound here.
         """
+        self._loop = asyncio.get_running_loop()
         try:
             await super().startup(sockets)
         except OSError as error:
@@ -98,7 +103,17 @@ class Server(uvicorn.Server):
             logger.info("Viewer at http://%s/view", address)
 
     def handle_exit(self, sig: int, frame: FrameType | None) -> None:
-        """Begin to stop."""
+        """Begin to stop. A second signal ends the delay."""
+        delay = self._service.settings.stop_delay
+        if sig == signal.SIGTERM and delay and self._loop and not self._service.stopping:
+            self._service.stopping = True
+            logger.info("Not ready from now on; listening ends in %g s", delay)
+            # The handler may have interrupted the event loop anywhere.
+            self._loop.call_soon_threadsafe(self._loop.call_later, delay, self._stop, sig, None)
+        else:
+            self._stop(sig, frame)
+
+    def _stop(self, sig: int, frame: FrameType | None) -> None:
         super().handle_exit(sig, frame)
         self._service.drain()
 

@@ -222,6 +222,10 @@ class Settings(BaseSettings):
     max_client_wait: NonNegativeFloat = 300.0
     """Largest accepted `Prefer: wait=N` in seconds."""
 
+    stop_delay: NonNegativeFloat = 0.0
+    """Seconds from SIGTERM, when `/readyz` becomes 503, until the service stops to accept
+    connections and builds. Set it above the time in which load balancers notice."""
+
     drain_seconds: NonNegativeFloat = 20.0
     """Seconds for running builds when the service stops. Unfinished and waiting builds continue
     after the next start."""

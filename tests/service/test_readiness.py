@@ -48,6 +48,7 @@ def probes_of(service):
         service.builds,
         service.store.blobs,
         service.kernels,
+        stopping=lambda: service.stopping,
         needed_bytes=service.settings.store_reserve_bytes + service.settings.max_body_bytes,
     )
 
@@ -67,7 +68,7 @@ class TestService:
         assert found(service) == dict.fromkeys(names, "ok")
 
     def test_it_is_not_ready_before_its_kernels_are_loaded_or_when_it_stops(self, service):
-        service.kernels.loaded, service.builds.draining = False, True
+        service.kernels.loaded, service.stopping = False, True
         assert (found(service)["kernels"], found(service)["builds"]) == ("failed", "failed")
 
     @pytest.mark.parametrize(

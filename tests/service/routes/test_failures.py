@@ -2,6 +2,7 @@
 
 import concurrent.futures
 import shutil
+import signal
 import sys
 from pathlib import Path
 
@@ -42,6 +43,18 @@ def test_what_was_accepted_or_built_outlives_kills_and_stops(
         return server
 
     accepted_jobs_finish(start, lambda samples: slow_build(samples // 2), kills=1, stops=1)
+
+
+def test_a_service_that_stops_says_so_before_it_ends(start_server, sphere, assert_problem):
+    server = start_server(stop_delay=3600)
+    server.wait_ready()
+    server.process.send_signal(signal.SIGTERM)
+    server.wait_for(lambda: "Not ready from now on" in server.log())
+    document = assert_problem(server.client.get("/readyz"), 503, "not-ready")
+    assert document["where"]["probes"]["builds"]["detail"] == "the service is stopping"
+    body = {"samples": sphere(seed=72)}
+    assert server.client.post("/v1/gamuts", json=body).status_code == 201
+    server.stop()  # a second signal ends the delay
 
 
 def test_a_store_that_is_away_is_named_until_it_is_back(server, assert_problem, sphere):
