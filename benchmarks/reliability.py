@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 import asyncio
 import functools
+import io
 import json
 import os
 import random
@@ -29,6 +30,7 @@ import uvloop
 from benchmarks.common import ROOT, machine, resident_bytes
 from benchmarks.http import Server, server
 from benchmarks.markdown import table, update_document
+from gamutcore.arrays import FloatArray
 
 RESULTS = Path(__file__).with_name("reliability.json")
 DOCUMENT = ROOT / "docs" / "reliability.md"
@@ -57,6 +59,11 @@ CLUSTER_LINES = r"^(?!kill |\{).*"
 PROMISES = {
     "soak-answers": Promise("answers to a long mixture of requests", "all as expected"),
     "soak-livez": Promise("`/livez` while builds wait and two workers build", "p99 ≤ 50 ms"),
+    "soak-clients": Promise(
+        "200 clients at the same time: of 100 requests 55 queries of 1 to 200 rows, 30 meshes, 10 "
+        "queries of 10,000 rows, 3 of 200,000, and 2 pictures",
+        "all queries p99 ≤ 2 s, `/livez` p99 ≤ 100 ms, no other status than 200, 429 and 503",
+    ),
     "soak-memory": Promise(
         "memory of an API process during the mixture, after as many requests for warming up",
         "slope ≤ 1 MiB per 10,000 requests",
@@ -289,6 +296,117 @@ def livez(scale: float) -> dict[str, tuple[str, bool]]:
     return {"soak-livez": (f"{statuses.count(202)} builds accepted; {measured}", bool(most <= 50))}
 
 
+CLIENTS = 200
+REQUESTS: tuple[tuple[int, str, str, int | None], ...] = (
+    (11, "small query", "/contains", 1),
+    (11, "small query", "/nearest", 20),
+    (11, "small query", "/contains", 200),
+    (11, "small query", "/nearest", 200),
+    (11, "small query", "/crossings", 100),
+    (10, "mesh", "/mesh?triangles=20", None),
+    (10, "mesh", "/mesh?triangles=500", None),
+    (10, "mesh", "/mesh?triangles=5000", None),
+    (2, "mesh", "/picture.png?size=300", None),
+    (5, "large query", "/contains", 10_000),
+    (5, "large query", "/nearest", 10_000),
+    (3, "large query", "/contains", 200_000),
+)
+"""Share, kind, path below a gamut, and rows of the requests of many clients."""
+
+
+class ClientsRun:
+    """Latencies in seconds by kind, and statuses, of many clients with requests of all sizes."""
+
+    def __init__(self, port: int, gamuts: list[str]) -> None:
+        self.port = port
+        self.chance = random.Random(0)  # noqa: S311  # not used for security
+        self.latencies: dict[str, list[float]] = {"query": [], "mesh": [], "livez": []}
+        self.statuses: Counter[int] = Counter()
+        colours = np.random.default_rng(0).uniform((0, -90, -90), (100, 90, 90), (200_000, 3))
+        self.requests = [
+            (share, kind, self.message(gamut + path, None if rows is None else colours[:rows]))
+            for gamut in gamuts
+            for share, kind, path, rows in REQUESTS
+        ]
+
+    @staticmethod
+    def message(path: str, rows: FloatArray | None) -> bytes:
+        """Return a request: a GET, or a POST of rows, as JSON if they are few."""
+        if rows is None:
+            return f"GET {path} HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n".encode()
+        if len(rows) <= 1000:
+            names = ("from", "to") if "crossings" in path else ("colours",)
+            # each line goes to the colour that is as far from the end of the list
+            lists = zip(names, (rows.tolist(), rows[::-1].tolist()), strict=False)
+            body, kind = json.dumps(dict(lists)).encode(), "json"
+        else:
+            file = io.BytesIO()
+            np.save(file, rows.astype(np.float32))
+            body, kind = file.getvalue(), "x-npy"
+        return (
+            f"POST {path} HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Type: application/{kind}\r\n"
+            f"Content-Length: {len(body)}\r\n\r\n"
+        ).encode() + body
+
+    async def client(self, end: float, kind: str = "") -> None:
+        """Send requests one after another until the end. Of one kind: only ``/livez``."""
+        reader, writer = await asyncio.open_connection("127.0.0.1", self.port, limit=2**24)
+        shares = [share for share, _, _ in self.requests]
+        while time.perf_counter() < end:
+            if kind:
+                await asyncio.sleep(0.02)
+                sent = self.message("/livez", None)
+            else:
+                _, asked, sent = self.chance.choices(self.requests, shares)[0]
+            start = time.perf_counter()
+            writer.write(sent)
+            head = (await reader.readuntil(b"\r\n\r\n")).lower()
+            if b"transfer-encoding: chunked" in head:
+                while size := int(await reader.readline(), 16):
+                    await reader.readexactly(size + 2)
+                await reader.readline()
+            else:
+                length = head.partition(b"content-length:")[2].partition(b"\r\n")[0]
+                await reader.readexactly(int(length or 0))
+            self.statuses[int(head[9:12])] += 1
+            if head[9:12] == b"200":
+                self.latencies[kind or asked].append(time.perf_counter() - start)
+        writer.close()
+
+    async def run(self, seconds: float) -> None:
+        """Let all clients send for some seconds."""
+        end = time.perf_counter() + seconds
+        await asyncio.gather(self.client(end, "livez"), *(self.client(end) for _ in range(CLIENTS)))
+
+
+def clients(scale: float) -> dict[str, tuple[str, bool]]:
+    """Measure latencies under many clients with requests of all sizes."""
+    with server(pin=False) as found:
+        gamuts = [
+            found.post({"gamma": 0.2 + 0.01 * number}).json()["links"]["self"]
+            for number in range(4)
+        ]
+        run = ClientsRun(found.port, gamuts)
+        for _, _, sent in run.requests:  # indexes are built once
+            path = sent.split(b" ")[1].decode()
+            if sent.startswith(b"GET"):
+                found.client.get(path)
+        uvloop.run(run.run(60 * scale))
+    figures = {
+        kind: np.percentile(found, [50, 99]) for kind, found in run.latencies.items() if found
+    }
+    statuses = ", ".join(f"{status}: {number:,}" for status, number in sorted(run.statuses.items()))
+    measured = "; ".join(
+        f"{kind} p50 {1e3 * half:.0f} ms, p99 {1e3 * most:,.0f} ms"
+        for kind, (half, most) in figures.items()
+    )
+    queries = np.concatenate([run.latencies["small query"], run.latencies["large query"]])
+    met = np.percentile(queries, 99) <= 2 and figures["livez"][1] <= 0.1
+    met &= set(run.statuses) <= {200, 429, 503}
+    measured += f"; all queries p99 {1e3 * np.percentile(queries, 99):,.0f} ms"
+    return {"soak-clients": (f"{measured} ({statuses})", bool(met))}
+
+
 # --- faults ---------------------------------------------------------------------------------------
 
 
@@ -345,6 +463,15 @@ def document_blocks(stored: dict[str, Any]) -> dict[str, str]:
     return {**contents, "machines": "\n".join(sorted(machines))}
 
 
+MEASURED = {
+    "soak-answers": mixture,
+    "soak-clients": clients,
+    "soak-livez": livez,
+    "soak-memory": mixture,
+}
+"""What measures the promises that have no program."""
+
+
 def main() -> int:
     """Check promises and return 1 if one was broken."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.reliability", description=__doc__)
@@ -356,7 +483,7 @@ def main() -> int:
         if PROMISES[key].program:
             measured, met = told(PROMISES[key], scale)
         else:
-            measured, met = (livez if key == "soak-livez" else mixture)(scale)[key]
+            measured, met = MEASURED[key](scale)[key]
         print(f"{'ok ' if met else 'NOT'} {key}: {measured}", flush=True)
         broken |= not met
         if scale >= 1:

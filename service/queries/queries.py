@@ -13,15 +13,14 @@ import contextlib
 import os
 import time
 from collections import deque
-from concurrent.futures import ThreadPoolExecutor
-from contextvars import copy_context
-from typing import TYPE_CHECKING, Any, NamedTuple, ParamSpec, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from gamutcore.errors import InvalidPointsError
 from service.problems.problem import Problem, ProblemError
 from service.queries.answers import WRITERS, level_document, view_file
 from service.queries.bodies import FORMS, JSON, SVG, parse_body
 from service.queries.levels import QueryLevels
+from service.queries.threads import DeadlineThreads
 from service.telemetry.server_timing import timed
 
 if TYPE_CHECKING:
@@ -38,9 +37,6 @@ if TYPE_CHECKING:
     from service.telemetry.metrics import QueryFigures
 
 __all__ = ["Admission", "Queries", "Question"]
-
-P = ParamSpec("P")
-T = TypeVar("T")
 
 PIECE = 65_536
 """Rows that are answered at once: tens of milliseconds, and some megabytes."""
@@ -156,7 +152,7 @@ class Queries:
         threads = self._ahead = (
             len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 2
         )
-        self._threads = ThreadPoolExecutor(threads, thread_name_prefix="queries")
+        self._threads = DeadlineThreads(threads)
 
     async def parse(
         self, content: bytearray, media_type: str, operation: Operation, axes: tuple[str, str, str]
@@ -165,7 +161,14 @@ class Queries:
         with timed("body"):
             if media_type == JSON and len(content) <= INLINE_BYTES:
                 return parse_body(content, media_type, operation, axes)
-            return await self._in_thread(parse_body, content, media_type, operation, axes)
+            return await self._threads.run(
+                len(content) // FORMS[media_type].row_bytes,
+                parse_body,
+                content,
+                media_type,
+                operation,
+                axes,
+            )
 
     async def answer(self, question: Question) -> tuple[bytes, AsyncIterator[bytes] | None]:
         """Return the first part of an answer, and the others if there are any.
@@ -187,7 +190,7 @@ class Queries:
         writer = WRITERS[question.media_type](question.operation, question.level, question.body)
         if rows <= INLINE_ROWS:
             return self._first(question, writer), None
-        first = await self._in_thread(self._first, question, writer)
+        first = await self._threads.run(rows, self._first, question, writer)
         return first, self._others(question, writer) if rows > PIECE else None
 
     async def view(
@@ -195,7 +198,9 @@ class Queries:
     ) -> bytes:
         """Return the answer to a view as a file."""
         with self.admission.held(VIEW_ROWS):
-            return await self._in_thread(self._view_file, view, levels, values, media_type)
+            return await self._threads.run(
+                VIEW_ROWS, self._view_file, view, levels, values, media_type
+            )
 
     def _view_file(
         self, view: View, levels: list[QueryLevel], values: Mapping[str, Any], media_type: str
@@ -220,7 +225,7 @@ class Queries:
 
     def close(self) -> None:
         """End the threads."""
-        self._threads.shutdown(wait=False, cancel_futures=True)
+        self._threads.close()
 
     def _first(self, question: Question, writer: Writer) -> bytes:
         result = self._result(question, 0)
@@ -254,7 +259,7 @@ class Queries:
         pieces: deque[asyncio.Task[bytes]] = deque()
         try:
             for start in range(PIECE, question.body.rows, PIECE):
-                work = self._in_thread(self._piece, question, writer, start)
+                work = self._threads.run(question.body.rows, self._piece, question, writer, start)
                 pieces.append(asyncio.create_task(work))
                 if len(pieces) == ahead:
                     yield await pieces.popleft()
@@ -279,12 +284,6 @@ class Queries:
         seconds = time.perf_counter() - clock
         self._figures.count(question.operation.name, len(rows[0]), seconds)
         return result
-
-    async def _in_thread(self, function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
-        context = copy_context()
-        return await asyncio.get_running_loop().run_in_executor(
-            self._threads, lambda: context.run(function, *args, **kwargs)
-        )
 
 
 def _shift_row(error: InvalidPointsError, start: int) -> None:
