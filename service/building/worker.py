@@ -22,6 +22,7 @@ import signal
 import sys
 import threading
 import time
+from functools import partial
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
@@ -113,7 +114,7 @@ def build(request: dict[str, Any], events: Events) -> None:
             ensure_compiled("optional")
         with _data_limit(request.get("memory", 0)):
             data = Path(request["input"]).read_bytes()
-            limits = Limits(**request.get("limits", {}))
+            limits = Limits(**request.get("limits", {}), overtime=partial(_end, events, progress))
             gamut = Gamut(data, options, progress=progress, limits=limits)
             if gamut.id == request["id"]:
                 result = _write_history(gamut, Path(request["output"]), progress)
@@ -121,13 +122,7 @@ def build(request: dict[str, Any], events: Events) -> None:
                 # Accepted before an upgrade: the id promises what another version would build.
                 result = {"event": "outdated"}
     except GamutError as error:
-        result = {
-            "event": "refused",
-            "code": error.code,
-            "message": error.message,
-            "where": error.where,
-            "remedy": error.remedy,
-        }
+        result = _refusal(error)
     except MemoryError:
         logger.warning("build exceeded its memory limit")
         result = {"event": "exhausted"}
@@ -139,6 +134,24 @@ def build(request: dict[str, Any], events: Events) -> None:
         logger.exception("build ended with an unexpected error")
         result = {"event": "failed", "errno": None}
     events.send(result.pop("event"), **result, seconds=progress.seconds())
+
+
+def _refusal(error: GamutError) -> dict[str, Any]:
+    """Return the event that passes an error on whole."""
+    return {
+        "event": "refused",
+        "code": error.code,
+        "message": error.message,
+        "where": error.where,
+        "remedy": error.remedy,
+    }
+
+
+def _end(events: Events, progress: Progress, error: GamutError) -> None:
+    """Refuse the input and end the process, because native code cannot be ended otherwise."""
+    result = _refusal(error)
+    events.send(result.pop("event"), **result, seconds=progress.seconds())
+    os._exit(0)
 
 
 def _write_history(gamut: Gamut, path: Path, progress: Progress) -> dict[str, Any]:

@@ -807,6 +807,34 @@ async def test_real_builds_are_bounded_by_the_header_of_a_picture_and_by_the_mem
     assert reports[-1][1]["metric"] > 0
 
 
+@pytest.mark.slow
+async def test_a_decoder_that_takes_too_long_costs_one_build_and_one_process(replica, sphere):
+    """A PNG of 0.4 MB with 400 MB of texts, where no time is allowed."""
+
+    def chunk(name, content):
+        size, check = struct.pack(">I", len(content)), zlib.crc32(name + content)
+        return size + name + content + struct.pack(">I", check)
+
+    small = blank_picture("PNG")
+    text = chunk(b"zTXt", b"a\0\0" + zlib.compress(bytes(4_000_000), 9))
+    hostile = small[:33] + 100 * text + small[33:]
+    hurried = (
+        "from gamutcore.characterisation.pictures import raster\n"
+        "raster.OPENING_SECONDS = raster.DECODING_SECONDS = raster.SECONDS_PER_MEGAPIXEL = 0\n"
+        "raster._TICK = 0.001\n"
+        "from service.building.worker import main; main()"
+    )
+    async with replica(command=(sys.executable, "-c", hurried)) as builds:
+        codes = []
+        for data in (hostile, json.dumps({"samples": sphere()}).encode()):
+            job_id = gamut_id(Options(), hashlib.sha256(data).hexdigest())
+            await builds.submit(job_id, Options().to_mapping(), data)
+            job = await builds.wait(job_id, PATIENCE)
+            codes.append((job.state, (job.problem or {}).get("code"), job.attempts))
+        assert codes == [("failed", "picture-too-complex", 1), ("succeeded", None, 1)]
+        assert builds.facts().worker_starts == 2
+
+
 def test_a_runner_takes_what_it_can_claim_and_may_be_stopped_while_it_starts(
     store, book, accept, scripted_worker
 ):
