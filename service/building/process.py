@@ -169,6 +169,8 @@ class BuildProcess:
             while True:
                 event = self._event(check_all)
                 if event["event"] != "progress":
+                    if event.get("last"):
+                        self.kill()
                     return event
                 progress(event["stage"], event["fraction"])
         except BaseException as error:

@@ -104,7 +104,7 @@ def build(request: dict[str, Any], events: Events) -> None:
         the writing of the history file. Then it receives one of ``built``, ``refused`` (the input
         or an option is at fault), ``outdated`` (the job has the id of another version of the
         algorithm), ``exhausted`` (memory) and ``failed`` (the system or a defect), with
-        ``seconds`` by stage.
+        ``seconds`` by stage, and ``last`` if the process ends.
     """
     progress = Progress(events)
     try:
@@ -150,7 +150,7 @@ def _refusal(error: GamutError) -> dict[str, Any]:
 def _end(events: Events, progress: Progress, error: GamutError) -> None:
     """Refuse the input and end the process, because native code cannot be ended otherwise."""
     result = _refusal(error)
-    events.send(result.pop("event"), **result, seconds=progress.seconds())
+    events.send(result.pop("event"), **result, seconds=progress.seconds(), last=True)
     os._exit(0)
 
 

@@ -13,6 +13,7 @@ import signal
 import struct
 import sys
 import zlib
+from functools import partial
 from types import SimpleNamespace
 
 import pytest
@@ -25,6 +26,7 @@ from service.building.engine import queue_full
 from service.building.job_runner import Interruption, JobRunner
 from service.building.process import WORKER_COMMAND
 from service.problems.problem import ProblemError
+from service.routes.jobs import job_document
 from service.settings import Settings
 from service.storage.blobs import StoreFullError, StoreUnavailableError
 from service.storage.gamuts import GamutDamagedError
@@ -294,6 +296,38 @@ async def test_the_time_to_come_back_is_learnt_from_builds(replica, clock, monke
         await until(lambda: builds.facts().completed == 8)
         assert builds._engine.retry_after() < before
         assert builds._engine.retry_after(1000) > 100 * builds._engine.retry_after()
+
+
+async def test_the_queue_of_one_client_delays_others_by_one_build(
+    replica, book, scripted_worker, clock, monkeypatch
+):
+    """Also after a restart; clients come and go, and none is left behind."""
+
+    def job_id(client, number):
+        return hashlib.sha256(f"{client} {number}".encode()).hexdigest()
+
+    async def post(builds, client, count):
+        for number in range(count):
+            name = job_id(client, number)
+            await builds.submit(name, OPTIONS, b"gate", client=f"address {client}")
+            names[name] = client
+
+    names = {}
+    monkeypatch.setattr(book, "_clock", partial(next, itertools.count(clock.seconds, 0.002)))
+    async with replica(sole_owner=True) as builds:
+        await post(builds, "busy", 4)
+        await begun(builds, job_id("busy", 0))
+        await post(builds, "late", 2)
+        assert "late" not in json.dumps(job_document(book.read(job_id("late", 0))))
+    async with replica(sole_owner=True) as builds:
+        await until(lambda: builds.facts().running)
+        await post(builds, "later", 1)
+        scripted_worker.open()
+        ended = [await builds.wait(name, PATIENCE) for name in names]
+    turns = [names[job.id] for job in sorted(ended, key=lambda job: job.finished)]
+    assert turns.count("busy") == 4
+    assert turns[:5].count("busy") == 2
+    assert set(turns[:3]) == {"busy", "late", "later"}
 
 
 async def test_several_workers_build_at_the_same_time(replica):
