@@ -16,6 +16,7 @@ from service.access.api_keys import new_key
 from service.access.middleware import OpenToAllError
 from service.application import create_app
 from service.broker import health
+from service.building.confinement import hide_memory
 from service.container import MISSING_BROKER_EXTRA, EngineMissingError
 from service.server import AddressUnavailableError, Server, bind_sockets, server_config
 from service.settings import ENVIRONMENT_PREFIX, Settings, settings_text
@@ -119,6 +120,7 @@ def work() -> int:
     if not settings.broker:
         sys.stderr.write("gamut: GAMUT_BROKER: must be set for a worker\n")
         return 2
+    hide_memory()
     try:
         # Slow to import, and not installed by default.
         from service.broker.celery_worker import run_worker  # noqa: PLC0415
@@ -154,6 +156,7 @@ def serve(overrides: dict[str, Any]) -> int:
     if settings is None:
         return 2
     raise_file_limit()
+    hide_memory()
     try:
         app = create_app(settings)
         store: GamutStore = app.state.service.store

@@ -322,6 +322,7 @@ class JobRunner:
                     "options": renewer.document.options,
                     "limits": {"samples": limits.samples, "pixels": limits.pixels},
                     "memory": self._settings.build_memory_bytes,
+                    "seconds": self._settings.build_timeout,
                 },
                 timeout=self._settings.build_timeout,
                 progress=progress,

@@ -31,6 +31,7 @@ from gamutcore.gamut import Gamut
 from gamutcore.kernels.installation import ensure_compiled, load_kernels
 from gamutcore.limits import Limits
 from gamutcore.options import Options
+from service.building.confinement import confine, limit_processor_time
 from service.building.process import private_bytes
 from service.telemetry.logs import configure_logging
 
@@ -97,8 +98,8 @@ def build(request: dict[str, Any], events: Events) -> None:
     ----------
     request : dict
         ``id`` is the id that the gamut must get, ``input`` and ``output`` are paths, ``options`` is
-        a mapping of options, ``limits`` holds the members of `Limits`, and ``memory`` is the memory
-        limit in bytes, 0 for none.
+        a mapping of options, ``limits`` holds members of `Limits`, ``memory`` is the memory limit
+        in bytes, 0 for none, and ``seconds`` is the deadline, if any.
     events : Events
         Receives ``progress`` events with a stage of `gamutcore.building.STAGES` or ``encoding``,
         the writing of the history file. Then it receives one of ``built``, ``refused`` (the input
@@ -107,6 +108,8 @@ def build(request: dict[str, Any], events: Events) -> None:
         ``seconds`` by stage, and ``last`` if the process ends.
     """
     progress = Progress(events)
+    if "seconds" in request:
+        limit_processor_time(request["seconds"])
     try:
         options, default = Options.from_mapping(request["options"]), Options()
         if (options.cost, options.boundary) != (default.cost, default.boundary):
@@ -219,6 +222,7 @@ def main() -> None:
     # service decides when its workers end.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    confine()
     # If the system runs out of memory, it should end a build, not the service.
     with contextlib.suppress(OSError):
         Path("/proc/self/oom_score_adj").write_text("500")
