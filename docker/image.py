@@ -29,6 +29,8 @@ __all__: list[str] = []
 
 CHECKOUT = Path(__file__).resolve().parent.parent
 BASE = "localhost/debian-python"
+LOCKS = ("requirements.txt", "requirements-build.txt")
+SBOM = "/opt/gamut/sbom.cdx.json"
 READY_SECONDS = 3.0
 """Goal for the time from start to ready, printed beside the figure."""
 GIVE_UP_SECONDS = 300.0
@@ -99,9 +101,9 @@ def download_packages(folder: Path) -> None:
     """
     environment = folder / "venv"
     run("/usr/bin/python3", "-m", "venv", environment)
-    wheels = ["wheel", "--quiet", "-c", "constraints.txt", f"--wheel-dir={folder / 'wheels'}"]
-    (project,) = re.findall(r"'(\.\[.*\])'", (CHECKOUT / "Dockerfile").read_text())
-    run(environment / "bin" / "python", "-m", "pip", *wheels, project, "hatchling")
+    download = ["download", "--quiet", "--require-hashes", f"--dest={folder / 'wheels'}"]
+    for lock in LOCKS:
+        run(environment / "bin" / "python", "-m", "pip", *download, "-r", f"docker/{lock}")
     (folder / "pip.conf").write_text("[global]\nno-index = true\nfind-links = /wheels\n")
 
 
@@ -111,9 +113,14 @@ def build_image(folder: Path, name: str) -> None:
     mounts = [f"--volume={source}:{target}:ro" for source, target in volumes.items()]
     # Only Docker's format has a health check.
     options = ["--quiet", "--pull-never", "--network=none", "--format=docker"]
-    run(
-        "buildah", "build", *options, *mounts, f"--build-arg=BASE={BASE}", f"--tag={name}", CHECKOUT
-    )
+    values = {"BASE": BASE, "VERSION": __version__, "REVISION": revision()}
+    arguments = [f"--build-arg={key}={value}" for key, value in values.items()]
+    run("buildah", "build", *options, *mounts, *arguments, f"--tag={name}", CHECKOUT)
+
+
+def revision() -> str:
+    """Return the commit that is checked out."""
+    return run("git", "rev-parse", "HEAD").strip()
 
 
 class Service:
@@ -211,6 +218,9 @@ def check_image(folder: Path, image: str) -> None:
     """Start the image twice on one data directory; the second start has the gamut of the first."""
     config = json.loads(run("buildah", "inspect", "--type=image", image))["Docker"]["config"]
     user, group = map(int, config["User"].split(":"))
+    labels = {name.rpartition(".")[2]: value for name, value in config["Labels"].items()}
+    expect(labels["version"] == __version__, f"the label version {__version__}")
+    expect(labels["revision"] == revision(), f"the label revision {revision()}")
     data = folder / "data"
     data.mkdir()
     os.chown(data, user, group)
@@ -225,12 +235,29 @@ def check_image(folder: Path, image: str) -> None:
             running.check_pages()
             running.run("sh", "-c", UNWRITABLE)
             running.run("python", "-c", LOAD_KERNELS)
+            if expected == HTTPStatus.CREATED:
+                keep_sbom(run(*running.inside, "cat", SBOM))
     # A figure and not a check: a machine that does other work delays the start.
     print(
         f"ready after {seconds[0]:.1f} s, after the restart in {seconds[1]:.1f} s"
         f" (goal: {READY_SECONDS:g} s)",
         flush=True,
     )
+
+
+def keep_sbom(text: str) -> None:
+    """Check that the bill of materials has every locked package, and store it beside the image."""
+    components = json.loads(text)["components"]
+    listed = {(each["name"], each["version"]) for each in components}
+    locked = re.findall(
+        r"^(\S+)==(\S+)", (CHECKOUT / "docker" / LOCKS[0]).read_text(), re.MULTILINE
+    )
+    missing = {(re.sub(r"[-_.]+", "-", name).lower(), version) for name, version in locked} - listed
+    expect(not missing, f"a bill of materials with {missing}")
+    path = CHECKOUT / "build" / f"gamut-boundary-service-{__version__}.cdx.json"
+    path.parent.mkdir(exist_ok=True)
+    path.write_text(text)
+    print(f"{path.relative_to(CHECKOUT)}: {len(components)} components", flush=True)
 
 
 def main() -> None:
