@@ -19,6 +19,7 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from functools import cache
 from http import HTTPStatus
 from pathlib import Path
 from urllib.request import urlopen
@@ -86,8 +87,8 @@ def build_base(folder: Path) -> None:
     root = folder / "base"
     packages = "--include=python3,python3-venv"
     run("debootstrap", "--variant=minbase", packages, release, root)
-    for cache in ("var/cache/apt/archives", "var/lib/apt/lists"):
-        shutil.rmtree(root / cache)
+    for packages_cache in ("var/cache/apt/archives", "var/lib/apt/lists"):
+        shutil.rmtree(root / packages_cache)
     container = run("buildah", "from", "scratch").strip()
     run("buildah", "copy", "--quiet", container, root, "/")
     run("buildah", "commit", "--quiet", "--rm", container, BASE)
@@ -118,8 +119,9 @@ def build_image(folder: Path, name: str) -> None:
     run("buildah", "build", *options, *mounts, *arguments, f"--tag={name}", CHECKOUT)
 
 
+@cache
 def revision() -> str:
-    """Return the commit that is checked out."""
+    """Return the commit that is checked out when the image is built."""
     return run("git", "rev-parse", "HEAD").strip()
 
 

@@ -1,7 +1,8 @@
 """Print the software bill of materials of the image: CycloneDX 1.6, as JSON.
 
 It runs inside the image, with the Python whose packages it lists. Debian's packages come from the
-database of dpkg. The document has neither a time nor a serial number: equal images have equal documents.
+database of dpkg. The document has neither a time nor a serial number: equal images have equal
+documents.
 """
 
 from __future__ import annotations
