@@ -19,12 +19,17 @@ ENV NUMBA_CPU_NAME=generic \
 WORKDIR /build
 COPY . .
 
-# The two variables pin the build backend (see the Makefile). One image serves every role, therefore
-# it has the packages of a cluster as well.
-RUN python3 -m venv /opt/gamut && \
-    PIP_CONSTRAINT=constraints.txt PIP_BUILD_CONSTRAINT=constraints.txt \
-    /opt/gamut/bin/python -m pip install -q -c constraints.txt '.[service,celery,cloud,otel]' && \
-    /opt/gamut/bin/python -m pip uninstall -q --yes pip
+# pip verifies the hashes in the lock files (docker/lock.py). The project is built with the locked
+# backend and nothing else. One image serves every role, therefore it has the packages of a cluster.
+RUN python3 -m venv /build/venv && \
+    /build/venv/bin/python -m pip install -q --require-hashes -r docker/requirements-build.txt && \
+    /build/venv/bin/python -m pip wheel -q --no-deps --no-build-isolation -w /build/dist . && \
+    python3 -m venv /opt/gamut && \
+    /opt/gamut/bin/python -m pip install -q --require-hashes -r docker/requirements.txt && \
+    /opt/gamut/bin/python -m pip install -q --no-deps --no-index /build/dist/*.whl && \
+    /opt/gamut/bin/python -m pip check && \
+    /opt/gamut/bin/python -m pip uninstall -q --yes pip setuptools && \
+    /opt/gamut/bin/python docker/sbom.py > /opt/gamut/sbom.cdx.json
 
 # Kernels that lie beside the sources are kept where they fit: compiled for this CPU from these sources.
 RUN packages=$(/opt/gamut/bin/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))') && \
@@ -38,7 +43,12 @@ RUN /opt/gamut/bin/python -m gamutcore.warm && \
 
 FROM ${BASE}
 
+ARG VERSION=0.1.0
+ARG REVISION=unknown
+
 LABEL org.opencontainers.image.title="gamut-boundary-service" \
+      org.opencontainers.image.version="${VERSION}" \
+      org.opencontainers.image.revision="${REVISION}" \
       org.opencontainers.image.description="Gamut boundaries at any triangle count, over HTTP" \
       org.opencontainers.image.licenses="Apache-2.0"
 

@@ -248,6 +248,7 @@ constraints: ## pin the newest versions that pyproject.toml allows (Python 3.11)
 	{ sed -n '/^#/p' constraints.txt; \
 	  build/constraints/bin/python -m pip freeze --exclude-editable --exclude pip --exclude setuptools; } > build/constraints.txt
 	mv build/constraints.txt constraints.txt
+	build/constraints/bin/python docker/lock.py
 	rm -rf build/constraints
 
 .PHONY: clean

@@ -19,6 +19,7 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from functools import cache
 from http import HTTPStatus
 from pathlib import Path
 from urllib.request import urlopen
@@ -29,6 +30,8 @@ __all__: list[str] = []
 
 CHECKOUT = Path(__file__).resolve().parent.parent
 BASE = "localhost/debian-python"
+LOCKS = ("requirements.txt", "requirements-build.txt")
+SBOM = "/opt/gamut/sbom.cdx.json"
 READY_SECONDS = 3.0
 """Goal for the time from start to ready, printed beside the figure."""
 GIVE_UP_SECONDS = 300.0
@@ -84,8 +87,8 @@ def build_base(folder: Path) -> None:
     root = folder / "base"
     packages = "--include=python3,python3-venv"
     run("debootstrap", "--variant=minbase", packages, release, root)
-    for cache in ("var/cache/apt/archives", "var/lib/apt/lists"):
-        shutil.rmtree(root / cache)
+    for packages_cache in ("var/cache/apt/archives", "var/lib/apt/lists"):
+        shutil.rmtree(root / packages_cache)
     container = run("buildah", "from", "scratch").strip()
     run("buildah", "copy", "--quiet", container, root, "/")
     run("buildah", "commit", "--quiet", "--rm", container, BASE)
@@ -99,9 +102,9 @@ def download_packages(folder: Path) -> None:
     """
     environment = folder / "venv"
     run("/usr/bin/python3", "-m", "venv", environment)
-    wheels = ["wheel", "--quiet", "-c", "constraints.txt", f"--wheel-dir={folder / 'wheels'}"]
-    (project,) = re.findall(r"'(\.\[.*\])'", (CHECKOUT / "Dockerfile").read_text())
-    run(environment / "bin" / "python", "-m", "pip", *wheels, project, "hatchling")
+    download = ["download", "--quiet", "--require-hashes", f"--dest={folder / 'wheels'}"]
+    for lock in LOCKS:
+        run(environment / "bin" / "python", "-m", "pip", *download, "-r", f"docker/{lock}")
     (folder / "pip.conf").write_text("[global]\nno-index = true\nfind-links = /wheels\n")
 
 
@@ -111,9 +114,15 @@ def build_image(folder: Path, name: str) -> None:
     mounts = [f"--volume={source}:{target}:ro" for source, target in volumes.items()]
     # Only Docker's format has a health check.
     options = ["--quiet", "--pull-never", "--network=none", "--format=docker"]
-    run(
-        "buildah", "build", *options, *mounts, f"--build-arg=BASE={BASE}", f"--tag={name}", CHECKOUT
-    )
+    values = {"BASE": BASE, "VERSION": __version__, "REVISION": revision()}
+    arguments = [f"--build-arg={key}={value}" for key, value in values.items()]
+    run("buildah", "build", *options, *mounts, *arguments, f"--tag={name}", CHECKOUT)
+
+
+@cache
+def revision() -> str:
+    """Return the commit that is checked out when the image is built."""
+    return run("git", "rev-parse", "HEAD").strip()
 
 
 class Service:
@@ -211,6 +220,9 @@ def check_image(folder: Path, image: str) -> None:
     """Start the image twice on one data directory; the second start has the gamut of the first."""
     config = json.loads(run("buildah", "inspect", "--type=image", image))["Docker"]["config"]
     user, group = map(int, config["User"].split(":"))
+    labels = {name.rpartition(".")[2]: value for name, value in config["Labels"].items()}
+    expect(labels["version"] == __version__, f"the label version {__version__}")
+    expect(labels["revision"] == revision(), f"the label revision {revision()}")
     data = folder / "data"
     data.mkdir()
     os.chown(data, user, group)
@@ -225,12 +237,29 @@ def check_image(folder: Path, image: str) -> None:
             running.check_pages()
             running.run("sh", "-c", UNWRITABLE)
             running.run("python", "-c", LOAD_KERNELS)
+            if expected == HTTPStatus.CREATED:
+                keep_sbom(run(*running.inside, "cat", SBOM))
     # A figure and not a check: a machine that does other work delays the start.
     print(
         f"ready after {seconds[0]:.1f} s, after the restart in {seconds[1]:.1f} s"
         f" (goal: {READY_SECONDS:g} s)",
         flush=True,
     )
+
+
+def keep_sbom(text: str) -> None:
+    """Check that the bill of materials has every locked package, and store it beside the image."""
+    components = json.loads(text)["components"]
+    listed = {(each["name"], each["version"]) for each in components}
+    locked = re.findall(
+        r"^(\S+)==(\S+)", (CHECKOUT / "docker" / LOCKS[0]).read_text(), re.MULTILINE
+    )
+    missing = {(re.sub(r"[-_.]+", "-", name).lower(), version) for name, version in locked} - listed
+    expect(not missing, f"a bill of materials with {missing}")
+    path = CHECKOUT / "build" / f"gamut-boundary-service-{__version__}.cdx.json"
+    path.parent.mkdir(exist_ok=True)
+    path.write_text(text)
+    print(f"{path.relative_to(CHECKOUT)}: {len(components)} components", flush=True)
 
 
 def main() -> None:

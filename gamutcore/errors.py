@@ -26,6 +26,7 @@ __all__ = [
     "NeighbourLimitError",
     "OptionError",
     "PictureSizeError",
+    "PictureWorkError",
     "ReferenceNameError",
     "SampleLimitError",
     "TooFewPointsError",
@@ -190,6 +191,12 @@ class PictureSizeError(CharacterisationError):
     """A picture has more pixels than are accepted."""
 
     code = "picture-too-large"
+
+
+class PictureWorkError(CharacterisationError):
+    """A picture takes more time to decode than its number of pixels allows."""
+
+    code = "picture-too-complex"
 
 
 class UnsupportedPictureError(CharacterisationError):

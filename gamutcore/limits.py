@@ -2,18 +2,21 @@
 
 Every reader has its own bounds, beyond the size of any real data. A service that reads data of
 strangers may lower the two bounds that determine time and memory. `apply_limits` holds for all
-readers that are called inside it, in the same thread or task.
+readers that are called inside it, in the same thread or task. Native decoders cannot be
+interrupted, so only a process that may end itself can limit their time (`Limits.overtime`).
 """
 
 from __future__ import annotations
 
 import contextlib
 from contextvars import ContextVar
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
+
+    from gamutcore.errors import GamutError
 
 __all__ = ["MAX_PIXELS", "MAX_SAMPLES", "Limits", "apply_limits", "current_limits"]
 
@@ -35,10 +38,14 @@ class Limits:
         Samples (patches) of characterisation data.
     pixels : int
         Pixels of a picture.
+    overtime : callable, optional
+        Ends the process. It is called in another thread, with the error to report, when a decoder
+        of pictures takes too long. Without it, decoders have no time limit.
     """
 
     samples: int = MAX_SAMPLES
     pixels: int = MAX_PIXELS
+    overtime: Callable[[GamutError], None] | None = field(default=None, compare=False)
 
 
 _current: ContextVar[Limits] = ContextVar("limits", default=Limits())  # noqa: B039 - frozen

@@ -117,6 +117,33 @@ def check(
     raise typer.Exit(_command().check_store(location))
 
 
+@store_commands.command("list")
+def list_gamuts(
+    location: Annotated[str | None, typer.Argument(help="GAMUT_STORE by default.")] = None,
+    outdated: Annotated[
+        bool, typer.Option("--outdated", help="Only gamuts of earlier versions of the algorithm.")
+    ] = False,
+) -> None:
+    """List the gamuts of a store; also while a service uses it."""
+    raise typer.Exit(_command().list_store(location, outdated=outdated))
+
+
+@store_commands.command()
+def prune(
+    location: Annotated[str | None, typer.Argument(help="GAMUT_STORE by default.")] = None,
+    older_than: Annotated[
+        float,
+        typer.Option(min=0, help="Days since the last use, or since the publication in a bucket."),
+    ] = 0.0,
+    yes: Annotated[bool, typer.Option("--yes", help="Remove them; else only list them.")] = False,
+) -> None:
+    """Remove the gamuts that an earlier version of the algorithm built.
+
+    No new request gives their ids. A directory must not be in use by a service.
+    """
+    raise typer.Exit(_command().prune_store(location, older_than=older_than, confirmed=yes))
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit status.
 

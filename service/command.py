@@ -8,6 +8,7 @@ import logging
 import os
 import resource
 import sys
+from collections.abc import Callable
 from typing import Any
 
 from pydantic import ValidationError
@@ -16,23 +17,27 @@ from service.access.api_keys import new_key
 from service.access.middleware import OpenToAllError
 from service.application import create_app
 from service.broker import health
+from service.building.confinement import hide_memory
 from service.container import MISSING_BROKER_EXTRA, EngineMissingError
 from service.server import AddressUnavailableError, Server, bind_sockets, server_config
 from service.settings import ENVIRONMENT_PREFIX, Settings, settings_text
 from service.storage.blobs import StoreUnavailableError
 from service.storage.check import report
 from service.storage.gamuts import GamutStore
-from service.storage.local import StoreInUseError
-from service.storage.location import StoreLocationError, blobs_at, is_address
+from service.storage.local import LocalBlobs, StoreInUseError
+from service.storage.location import StoreLocationError, blobs_at, gamut_store, is_address
+from service.storage.outdated import list_gamuts, prune
 from service.telemetry.logs import configure_logging
 from service.telemetry.traces import TracesUnavailableError
 
 __all__ = [
     "check_store",
     "check_worker",
+    "list_store",
     "make_key",
     "openapi_document",
     "print_settings",
+    "prune_store",
     "raise_file_limit",
     "serve",
     "work",
@@ -87,6 +92,51 @@ def check_store(location: str | None) -> int:
     return report(blobs, another, sys.stdout)
 
 
+def list_store(location: str | None, *, outdated: bool) -> int:
+    """Print the gamuts of a store, by default that of the settings."""
+
+    def show(store: GamutStore) -> None:
+        # A directory is read without its lock, which a running service has.
+        if not isinstance(store.blobs, LocalBlobs):
+            store.open()
+        elif not store.blobs.directory.is_dir():
+            message = f"{store.blobs.directory} is not a directory."
+            raise StoreLocationError(message)
+        list_gamuts(store, sys.stdout, outdated=outdated)
+
+    return _maintain(location, show)
+
+
+def prune_store(location: str | None, *, older_than: float, confirmed: bool) -> int:
+    """Remove outdated gamuts from a store, by default that of the settings, and print them."""
+
+    def remove(store: GamutStore) -> None:
+        store.open()
+        prune(store, sys.stdout, older_than=older_than, confirmed=confirmed)
+
+    return _maintain(location, remove)
+
+
+def _maintain(location: str | None, act: Callable[[GamutStore], None]) -> int:
+    """Call a function with a store, close the store, and return the exit status."""
+    try:
+        store = gamut_store(location or Settings().store)
+    except ValueError as error:
+        sys.stderr.write(f"gamut: {error}\n")
+        return 2
+    try:
+        act(store)
+    except StoreLocationError as error:
+        sys.stderr.write(f"gamut: {error}\n")
+        return 2
+    except (StoreInUseError, StoreUnavailableError, OSError) as error:
+        sys.stderr.write(f"gamut: {error}\n")
+        return 1
+    finally:
+        store.close()
+    return 0
+
+
 def _settings(overrides: dict[str, Any]) -> Settings | None:
     """Return the settings and configure the log; return None after printing faults."""
     given = {name: value for name, value in overrides.items() if value is not None}
@@ -119,6 +169,7 @@ def work() -> int:
     if not settings.broker:
         sys.stderr.write("gamut: GAMUT_BROKER: must be set for a worker\n")
         return 2
+    hide_memory()
     try:
         # Slow to import, and not installed by default.
         from service.broker.celery_worker import run_worker  # noqa: PLC0415
@@ -154,6 +205,7 @@ def serve(overrides: dict[str, Any]) -> int:
     if settings is None:
         return 2
     raise_file_limit()
+    hide_memory()
     try:
         app = create_app(settings)
         store: GamutStore = app.state.service.store

@@ -1,17 +1,22 @@
-"""The kernel cache under another CPU, which the image relies on, and the image's name.
+"""The kernel cache under another CPU, which the image relies on, its packages and its name.
 
 ``make image-check`` builds and runs the image itself.
 """
 
+import importlib.metadata
+import json
 import os
 import platform
 import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
 import yaml
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
 
 from gamutcore.version import __version__
 
@@ -90,6 +95,59 @@ def test_both_stages_have_one_base_and_one_cpu():
         assert stage.startswith("${BASE}")
         assert "NUMBA_CPU_NAME=generic" in stage
         assert 'NUMBA_CPU_FEATURES=""' in stage
+
+
+def locked(name):
+    """The versions and the numbers of hashes in a lock file, by package."""
+    text = (ROOT / "docker" / name).read_text().replace("\\\n", " ")
+    lines = [line.split() for line in text.splitlines() if not line.startswith("#")]
+    pattern = re.compile(r"--hash=sha256:[0-9a-f]{64}")
+    assert all(pattern.fullmatch(each) for _, *hashes in lines for each in hashes)
+    pins = [(*pin.split("=="), len(hashes)) for pin, *hashes in lines]
+    return {canonicalize_name(name): (version, hashes) for name, version, hashes in pins}
+
+
+def test_the_image_is_installed_from_hashes_of_the_pinned_versions():
+    constraints = (ROOT / "constraints.txt").read_text().splitlines()
+    pins = dict(line.split("==") for line in constraints if not line.startswith("#"))
+    pins = {canonicalize_name(name): version for name, version in pins.items()}
+    packages = locked("requirements.txt")
+    assert all(hashes >= 1 for _, hashes in packages.values())
+    assert packages["numpy"][1] == packages["numba"][1] == 2  # x86-64 and ARM
+    differing = {name for name, (version, _) in packages.items() if pins.get(name) != version}
+    assert differing == {"async-timeout"}  # of an earlier Python than that of the pins
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())
+    extras = project["project"]["optional-dependencies"]
+    named = [each for name in ("service", "celery", "cloud", "otel") for each in extras[name]]
+    wanted = {canonicalize_name(Requirement(each).name) for each in named}
+    wanted |= {canonicalize_name(Requirement(e).name) for e in project["project"]["dependencies"]}
+    assert wanted <= packages.keys()
+    assert "hatchling" in locked("requirements-build.txt")
+    installs = re.findall(r"pip install [^&]*", DOCKERFILE)
+    assert all("--require-hashes" in each or "--no-index" in each for each in installs)
+
+
+def test_the_image_says_its_version():
+    assert f"\nARG VERSION={__version__}\n" in DOCKERFILE
+    for name in ("version", "revision"):
+        assert f'org.opencontainers.image.{name}="${{{name.upper()}}}"' in DOCKERFILE
+
+
+def test_the_bill_of_materials_lists_what_is_installed():
+    """Of this environment; members and types as in the specification of CycloneDX 1.6."""
+    program = [sys.executable, str(ROOT / "docker" / "sbom.py")]
+    printed = subprocess.run(program, capture_output=True, text=True, check=True).stdout
+    document = json.loads(printed)
+    assert (document["bomFormat"], document["specVersion"]) == ("CycloneDX", "1.6")
+    assert document["metadata"]["component"]["name"] == "gamut-boundary-service"
+    parts = document["components"]
+    assert len({part["bom-ref"] for part in parts}) == len(parts)
+    assert {part["type"] for part in parts} == {"library", "platform"}
+    for name in ("numpy", "fastapi"):
+        version = importlib.metadata.version(name)
+        (part,) = [part for part in parts if part["bom-ref"].startswith(f"pkg:pypi/{name}@")]
+        assert (part["version"], part["purl"]) == (version, f"pkg:pypi/{name}@{version}")
+        assert part["licenses"]
 
 
 def test_compose_and_the_chart_name_the_image_that_is_built():

@@ -20,7 +20,14 @@ from service.problems.problem import Problem, problem_response
 if TYPE_CHECKING:
     from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-__all__ = ["ANONYMOUS_SCOPES", "Access", "AccessRules", "OpenToAllError", "is_loopback"]
+__all__ = [
+    "ANONYMOUS_SCOPES",
+    "Access",
+    "AccessRules",
+    "OpenToAllError",
+    "client_name",
+    "is_loopback",
+]
 
 _OPEN = frozenset({"/", "/livez", "/readyz", "/docs", "/openapi.json", "/problems", "/view"})
 """Paths that need no key and are not counted."""
@@ -116,6 +123,7 @@ class Access:
             await send(message)
 
         if problem is None:
+            scope["client_name"] = client
             scope["refuse_build"] = partial(self._refuse_build, client, scopes)
             await self.app(scope, receive, send_with_limits)
         else:
@@ -140,8 +148,7 @@ class Access:
             return "", frozenset(), problem
         given = _key_in_headers(scope)
         if given is None:
-            host = scope["client"][0] if scope.get("client") else ""
-            return f"address {_network(host)}", self.rules.anonymous, None
+            return client_name(scope), self.rules.anonymous, None
         key = self.rules.keys.find(given)
         if key is None:
             challenge = {"WWW-Authenticate": 'Bearer realm="gamut", error="invalid_token"'}
@@ -232,6 +239,14 @@ def _network(host: str) -> str:
     if address.ipv4_mapped is not None:
         return str(address.ipv4_mapped)
     return str(ipaddress.IPv6Network((int(address) >> 64 << 64, 64)))
+
+
+def client_name(scope: Scope) -> str:
+    """Return the name of the client that a request comes from: ``key NAME`` or ``address NET``."""
+    if "client_name" in scope:
+        name: str = scope["client_name"]
+        return name
+    return f"address {_network(scope['client'][0] if scope.get('client') else '')}"
 
 
 def _private(headers: list[tuple[bytes, bytes]]) -> list[tuple[bytes, bytes]]:

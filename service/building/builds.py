@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 from service.building.engine import EngineFacts, shutting_down
 from service.caching.single_flight import SingleFlight
-from service.jobs.documents import UNHEARD
+from service.jobs.documents import UNHEARD, client_mark
 from service.problems.problem import Problem
 from service.storage.blobs import StoreUnavailableError
 from service.storage.gamuts import GamutNotStoredError
@@ -125,6 +125,7 @@ class Builds:
         data: bytes,
         trace: Mapping[str, str] | None = None,
         sha256: str | None = None,
+        client: str = "",
     ) -> Record | JobDocument:
         """Return the record of a gamut, or the job that builds it.
 
@@ -142,6 +143,8 @@ class Builds:
             Header fields that carry the trace of the request.
         sha256 : str, optional
             SHA-256 of the data, hexadecimal; computed by the store unless given.
+        client : str
+            Name of the client. Clients with waiting builds take turns.
 
         Raises
         ------
@@ -151,7 +154,7 @@ class Builds:
             The store cannot take the job or the data.
         """
         return await self._submissions.value(
-            gamut_id, lambda: self._submit(gamut_id, options, data, sha256, trace)
+            gamut_id, lambda: self._submit(gamut_id, options, data, sha256, trace, client)
         )
 
     async def rebuild(self, gamut_id: str) -> JobDocument | None:
@@ -261,6 +264,7 @@ class Builds:
         data: bytes | None,
         sha256: str | None = None,
         trace: Mapping[str, str] | None = None,
+        client: str = "",
     ) -> Record | JobDocument:
         """Return a gamut's record or its job. Without data, the input is stored already."""
         # In this order, because a build that ends in between is then found in the store.
@@ -277,7 +281,9 @@ class Builds:
             if present is None or present.final:
                 await self._admit(self._arriving - 1)
             async with self._input_lock(gamut_id):
-                accepted, new = await asyncio.to_thread(self._book.accept, gamut_id, options, trace)
+                accepted, new = await asyncio.to_thread(
+                    self._book.accept, gamut_id, options, trace, client_mark(client)
+                )
                 if data is not None:
                     await self._keep_input(accepted, data, sha256, new=new)
             if new or accepted.state == "queued":

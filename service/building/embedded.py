@@ -1,6 +1,7 @@
 """The build engine of a single machine: a queue in memory, and slots that take jobs from it.
 
-A slot is a thread with one worker process. Nothing here is durable. Accepted jobs are in the job
+Clients with waiting jobs take turns. A slot is a thread with one worker process. Nothing here is
+durable. Accepted jobs are in the job
 book and are queued again at the start. See ``docs/decisions/builds-in-a-worker-process.md``.
 """
 
@@ -14,6 +15,7 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from itertools import count
+from operator import itemgetter
 from typing import TYPE_CHECKING, ParamSpec, TypeVar
 
 from service.building.engine import EngineFacts, queue_full, shutting_down
@@ -65,6 +67,51 @@ class _Run:
     interruption: Interruption = field(default_factory=Interruption)
 
 
+class _Waiting:
+    """Waiting jobs, shared out fairly among clients: start-time fair queueing (Goyal 1996).
+
+    The jobs of a client wait for successive rounds, and every client has one job in each round. The
+    round advances by one job of each waiting client. So a client without waiting jobs comes into
+    the round under way, and the queue of another client delays it by one build at most.
+    """
+
+    def __init__(self) -> None:
+        self._jobs: dict[str, tuple[float, JobDocument]] = {}
+        self._next_round: dict[str, float] = {}
+        self._round = self._following = 0.0
+
+    def __len__(self) -> int:
+        return len(self._jobs)
+
+    def put(self, document: JobDocument) -> None:
+        """Add a job behind the other jobs of its client."""
+        number = max(self._round, self._next_round.get(document.client, 0.0))
+        self._next_round[document.client] = number + 1
+        self._jobs[document.id] = number, document
+
+    def find(self, job_id: str) -> JobDocument | None:
+        """Return a waiting job; None if it does not wait."""
+        return self._jobs[job_id][1] if job_id in self._jobs else None
+
+    def discard(self, job_id: str) -> None:
+        """Remove a job, if it waits."""
+        self._jobs.pop(job_id, None)
+
+    def take(self) -> JobDocument | None:
+        """Remove and return the next job; None if there is none."""
+        if not self._jobs:
+            return None
+        clients = len({document.client for _, document in self._jobs.values()})
+        # The oldest of equals, because a dictionary keeps the order of insertion.
+        number, document = min(self._jobs.values(), key=itemgetter(0))
+        self._round = max(self._following, number)
+        self._following = self._round + 1 / clients
+        ahead = {name: next_ for name, next_ in self._next_round.items() if next_ > self._round}
+        self._next_round = ahead
+        del self._jobs[document.id]
+        return document
+
+
 class EmbeddedEngine:
     """Builds in worker processes of this machine.
 
@@ -103,8 +150,8 @@ class EmbeddedEngine:
             for _ in range(settings.build_workers)
         ]
         self._threads = ThreadPoolExecutor(settings.build_workers, thread_name_prefix="build")
-        self._queue: asyncio.Queue[str] = asyncio.Queue()
-        self._waiting: dict[str, JobDocument] = {}
+        self._waiting = _Waiting()
+        self._arrived = asyncio.Semaphore(0)
         self._runs: dict[str, _Run] = {}
         self._slots: list[asyncio.Task[None]] = []
         self._recovery: asyncio.Task[None] | None = None
@@ -158,12 +205,11 @@ class EmbeddedEngine:
     async def enqueue(self, document: JobDocument, *, joined: bool = False) -> None:
         """Queue a job of the book. A job that is queued or running already is ignored."""
         if not joined and self.document(document.id) is None:
-            self._waiting[document.id] = document
-            self._queue.put_nowait(document.id)
+            self._put(document)
 
     async def cancel(self, job_id: str) -> None:
         """End a job's build now, if it is here. The book has it as cancelled already."""
-        self._waiting.pop(job_id, None)
+        self._waiting.discard(job_id)
         run = self._runs.pop(job_id, None)
         if run is not None:
             run.interruption.cancel()
@@ -174,7 +220,7 @@ class EmbeddedEngine:
         if run is not None:
             return run.document
         # In a shared store another process may have started or ended a waiting job.
-        return self._waiting.get(job_id) if self._sole_owner else None
+        return self._waiting.find(job_id) if self._sole_owner else None
 
     def facts(self) -> EngineFacts:
         """Return the state of the engine."""
@@ -191,6 +237,10 @@ class EmbeddedEngine:
     def retry_after(self, queued: int = 0) -> int:
         """Return the seconds in which `queued` builds and one more are expected to end."""
         return math.ceil(self._mean_seconds * (queued + 1) / len(self._runners))
+
+    def _put(self, document: JobDocument) -> None:
+        self._waiting.put(document)
+        self._arrived.release()
 
     def _give_back(self) -> None:
         for run in self._runs.values():
@@ -230,8 +280,7 @@ class EmbeddedEngine:
         def enqueue() -> None:
             self._timers.discard(timer)
             if not self._draining.is_set() and self.document(document.id) is None:
-                self._waiting[document.id] = document
-                self._queue.put_nowait(document.id)
+                self._put(document)
 
         timer = asyncio.get_running_loop().call_later(seconds, enqueue)
         self._timers.add(timer)
@@ -261,28 +310,25 @@ class EmbeddedEngine:
     async def _serve(self, runner: JobRunner, process: BuildProcess) -> None:
         """Run jobs until the worker process ends or the engine stops."""
         while runner.process is process:
-            job_id = await self._next(process)
-            if job_id is None:
+            if not await self._wait_for_job(process):
                 break
-            document = self._waiting.pop(job_id, None)
+            document = self._waiting.take()
             if document is not None:
                 await self._run_job(runner, _Run(document))
         if not self._draining.is_set():
             logger.warning("build worker %d ended", process.pid)
 
-    async def _next(self, process: BuildProcess) -> str | None:
-        """Return the next queued job; None if the process ends or the engine stops first."""
+    async def _wait_for_job(self, process: BuildProcess) -> bool:
+        """Return True when a job has arrived; False if the process ends or the engine stops."""
         loop = asyncio.get_running_loop()
         ended_process = asyncio.Event()
         loop.add_reader(process, ended_process.set)
         ended = asyncio.create_task(ended_process.wait())
-        taking = asyncio.create_task(self._queue.get())
+        taking = asyncio.create_task(self._arrived.acquire())
         draining = asyncio.create_task(self._draining.wait())
         try:
             await asyncio.wait({taking, draining, ended}, return_when=asyncio.FIRST_COMPLETED)
-            if self._draining.is_set():
-                return None
-            return taking.result() if taking.done() else None
+            return taking.done() and not self._draining.is_set()
         finally:
             loop.remove_reader(process)
             for waiting in (taking, draining, ended):

@@ -12,7 +12,7 @@ import os
 import secrets
 import socket
 import time
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from service.building.lease_renewer import LeaseRenewer
@@ -313,14 +313,16 @@ class JobRunner:
                 return _Built(Problem("build-input-lost", detail), False, {})
             scratch += [source, self._store.scratch(".gamut")]
             process = self.warm(interruption)
+            limits = self._settings.data_limits
             event = process.result(
                 {
                     "id": job_id,
                     "input": str(scratch[0]),
                     "output": str(scratch[1]),
                     "options": renewer.document.options,
-                    "limits": asdict(self._settings.data_limits),
+                    "limits": {"samples": limits.samples, "pixels": limits.pixels},
                     "memory": self._settings.build_memory_bytes,
+                    "seconds": self._settings.build_timeout,
                 },
                 timeout=self._settings.build_timeout,
                 progress=progress,

@@ -19,6 +19,8 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from service.building.confinement import worker_environment
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
@@ -73,10 +75,13 @@ class BuildProcess:
     """
 
     def __init__(self, command: Sequence[str] = WORKER_COMMAND) -> None:
-        # glibc gives every thread an arena, and never returns its memory.
-        environment = {**os.environ, "MALLOC_ARENA_MAX": "2"}
+        # Descriptors other than the standard streams are closed.
         self._process = subprocess.Popen(  # noqa: S603 - our own worker
-            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=environment, bufsize=0
+            command,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            env=worker_environment(),
+            bufsize=0,
         )
         assert self._process.stdin is not None  # noqa: S101 - pipes were asked for
         assert self._process.stdout is not None  # noqa: S101
@@ -169,6 +174,8 @@ class BuildProcess:
             while True:
                 event = self._event(check_all)
                 if event["event"] != "progress":
+                    if event.get("last"):
+                        self.kill()
                     return event
                 progress(event["stage"], event["fraction"])
         except BaseException as error:

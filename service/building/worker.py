@@ -22,6 +22,7 @@ import signal
 import sys
 import threading
 import time
+from functools import partial
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
@@ -30,6 +31,7 @@ from gamutcore.gamut import Gamut
 from gamutcore.kernels.installation import ensure_compiled, load_kernels
 from gamutcore.limits import Limits
 from gamutcore.options import Options
+from service.building.confinement import confine, limit_processor_time
 from service.building.process import private_bytes
 from service.telemetry.logs import configure_logging
 
@@ -96,16 +98,18 @@ def build(request: dict[str, Any], events: Events) -> None:
     ----------
     request : dict
         ``id`` is the id that the gamut must get, ``input`` and ``output`` are paths, ``options`` is
-        a mapping of options, ``limits`` holds the members of `Limits`, and ``memory`` is the memory
-        limit in bytes, 0 for none.
+        a mapping of options, ``limits`` holds members of `Limits`, ``memory`` is the memory limit
+        in bytes, 0 for none, and ``seconds`` is the deadline, if any.
     events : Events
         Receives ``progress`` events with a stage of `gamutcore.building.STAGES` or ``encoding``,
         the writing of the history file. Then it receives one of ``built``, ``refused`` (the input
         or an option is at fault), ``outdated`` (the job has the id of another version of the
         algorithm), ``exhausted`` (memory) and ``failed`` (the system or a defect), with
-        ``seconds`` by stage.
+        ``seconds`` by stage, and ``last`` if the process ends.
     """
     progress = Progress(events)
+    if "seconds" in request:
+        limit_processor_time(request["seconds"])
     try:
         options, default = Options.from_mapping(request["options"]), Options()
         if (options.cost, options.boundary) != (default.cost, default.boundary):
@@ -113,7 +117,7 @@ def build(request: dict[str, Any], events: Events) -> None:
             ensure_compiled("optional")
         with _data_limit(request.get("memory", 0)):
             data = Path(request["input"]).read_bytes()
-            limits = Limits(**request.get("limits", {}))
+            limits = Limits(**request.get("limits", {}), overtime=partial(_end, events, progress))
             gamut = Gamut(data, options, progress=progress, limits=limits)
             if gamut.id == request["id"]:
                 result = _write_history(gamut, Path(request["output"]), progress)
@@ -121,13 +125,7 @@ def build(request: dict[str, Any], events: Events) -> None:
                 # Accepted before an upgrade: the id promises what another version would build.
                 result = {"event": "outdated"}
     except GamutError as error:
-        result = {
-            "event": "refused",
-            "code": error.code,
-            "message": error.message,
-            "where": error.where,
-            "remedy": error.remedy,
-        }
+        result = _refusal(error)
     except MemoryError:
         logger.warning("build exceeded its memory limit")
         result = {"event": "exhausted"}
@@ -139,6 +137,24 @@ def build(request: dict[str, Any], events: Events) -> None:
         logger.exception("build ended with an unexpected error")
         result = {"event": "failed", "errno": None}
     events.send(result.pop("event"), **result, seconds=progress.seconds())
+
+
+def _refusal(error: GamutError) -> dict[str, Any]:
+    """Return the event that passes an error on whole."""
+    return {
+        "event": "refused",
+        "code": error.code,
+        "message": error.message,
+        "where": error.where,
+        "remedy": error.remedy,
+    }
+
+
+def _end(events: Events, progress: Progress, error: GamutError) -> None:
+    """Refuse the input and end the process, because native code cannot be ended otherwise."""
+    result = _refusal(error)
+    events.send(result.pop("event"), **result, seconds=progress.seconds(), last=True)
+    os._exit(0)
 
 
 def _write_history(gamut: Gamut, path: Path, progress: Progress) -> dict[str, Any]:
@@ -206,6 +222,7 @@ def main() -> None:
     # service decides when its workers end.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    confine()
     # If the system runs out of memory, it should end a build, not the service.
     with contextlib.suppress(OSError):
         Path("/proc/self/oom_score_adj").write_text("500")

@@ -127,9 +127,13 @@ class JobBook:
         )
 
     def accept(
-        self, job_id: str, options: Mapping[str, Any], trace: Mapping[str, str] | None = None
+        self,
+        job_id: str,
+        options: Mapping[str, Any],
+        trace: Mapping[str, str] | None = None,
+        client: str = "",
     ) -> tuple[JobDocument, bool]:
-        """Return the job that builds a gamut: the current job, or a new one.
+        """Return the job that builds a gamut: the current job, or a new one for a client's mark.
 
         Returns
         -------
@@ -141,7 +145,12 @@ class JobBook:
         while True:
             time_ = self._now()
             fresh = JobDocument(
-                job_id, dict(options), created=time_, updated=time_, trace=dict(trace or {})
+                job_id,
+                dict(options),
+                created=time_,
+                updated=time_,
+                trace=dict(trace or {}),
+                client=client,
             )
             found = self._read(job_id)
             if found is None:

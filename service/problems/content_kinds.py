@@ -112,6 +112,13 @@ CONTENT_KINDS = (
         field="size",
     ),
     _core(
+        errors.PictureWorkError,
+        "Decoding the picture takes too long",
+        "Save the picture again, as PNG, TIFF or baseline JPEG.",
+        "The JPEG has 20000 scans.",
+        field="scans",
+    ),
+    _core(
         errors.UnsupportedPictureError,
         "The picture is not supported",
         "Send gray, RGB, CMYK or CIELAB pixels of 8 or 16 bits, or floats; CMYK with its profile "

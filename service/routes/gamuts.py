@@ -8,6 +8,7 @@ from typing import IO, Annotated, Any
 from fastapi import APIRouter, Depends, Path, Query, Request
 from fastapi.responses import Response, StreamingResponse
 
+from service.access.middleware import client_name
 from service.container import ServiceContainer, service_of
 from service.http.compression import CODINGS, compress, compress_response
 from service.http.conditional import (
@@ -184,7 +185,12 @@ async def create_gamut(request: Request) -> Response:
     async with submission(request, settings, scratch, large) as posted:
         gamut_id = posted.gamut_id
         found = await service.builds.submit(
-            gamut_id, posted.options.to_mapping(), posted.data, propagation_headers(), posted.sha256
+            gamut_id,
+            posted.options.to_mapping(),
+            posted.data,
+            propagation_headers(),
+            posted.sha256,
+            client_name(request.scope),
         )
         if isinstance(found, Record):
             await _keep_name(service, posted, is_new=False)

@@ -24,6 +24,7 @@ from gamutcore.building import gamut_id
 from gamutcore.errors import GamutError
 from gamutcore.options import OPTIONS, Options, option_value
 from gamutcore.references import REFERENCES, Reference
+from service.access.middleware import client_name
 from service.http.parameters import ID_PATTERN
 from service.problems.problem import Problem, ProblemError, problem_response
 from service.routes.naming import read_only
@@ -194,7 +195,12 @@ async def _build(
             if problem is not None:
                 raise ProblemError(problem)
             job = await service.builds.submit(
-                found, options.to_mapping(), reference.data, None, reference.sha256
+                found,
+                options.to_mapping(),
+                reference.data,
+                None,
+                reference.sha256,
+                client_name(scope),
             )
             if not isinstance(job, Record):
                 jobs.append(job)

@@ -367,6 +367,10 @@ class GamutStore:
         """Return whether the input of a gamut is stored."""
         return self._inputs.kept(gamut_id)
 
+    def input_bytes(self, gamut_id: str) -> int:
+        """Return the size of the stored input of a gamut; 0 if there is none."""
+        return self._inputs.nbytes(gamut_id)
+
     def drop_input(self, gamut_id: str) -> bool:
         """Remove the input of a gamut; return whether there was one."""
         return self._inputs.drop(gamut_id)
@@ -501,7 +505,7 @@ class GamutStore:
         return list(takewhile(lambda key: id_of(key) == gamut_id, keys))
 
     def _nbytes_of(self, gamut_id: str) -> int:
-        total = self._inputs.nbytes(gamut_id)
+        total = self.input_bytes(gamut_id)
         for key in self._keys_of(gamut_id):
             with contextlib.suppress(BlobNotFoundError):
                 total += self.blobs.size(key)

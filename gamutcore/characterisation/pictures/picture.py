@@ -98,6 +98,8 @@ def read_picture(data: bytes, file_format: str) -> Picture:
         The file breaks its format or ends early, or its profile fits another colour model.
     PictureSizeError
         The picture has too many pixels or bytes.
+    PictureWorkError
+        The picture is a JPEG with too many scans.
     UnsupportedPictureError
         The kind of picture is not supported, or it is CMYK without a profile.
     MalformedProfileError, UnsupportedProfileError

@@ -2,8 +2,8 @@
 
 The header is read first, and its size is checked before any pixel is decoded. Pixels are then
 decoded some rows at a time. Pillow decodes CMYK JPEG, because OpenImageIO converts it to RGB.
-OpenImageIO decodes in native code: a hostile file may exhaust memory or crash the process, so
-callers decode in a worker process with limits.
+OpenImageIO decodes in native code: a hostile file may exhaust memory, crash the process or take
+long, so callers decode in a worker process with limits.
 """
 
 from __future__ import annotations
@@ -12,10 +12,12 @@ import contextlib
 import io
 import re
 import tempfile
+import threading
+import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import cache
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -29,8 +31,10 @@ from gamutcore.characterisation.pictures.metadata import (
     text_attribute,
 )
 from gamutcore.errors import (
+    GamutError,
     MalformedFileError,
     PictureSizeError,
+    PictureWorkError,
     UnsupportedPictureError,
     Where,
 )
@@ -55,6 +59,21 @@ BAND_BYTES = 2**22
 """Bytes of pixels that are decoded at a time."""
 
 MAX_CHANNELS = 64
+
+MAX_SCANS = 100
+"""Maximum number of scans of a JPEG. Each takes the time of a pass over the picture, and may have
+ten bytes. libjpeg's cjpeg writes at most 100 and by default up to 18, and libtiff reads 100."""
+
+OPENING_SECONDS = 60.0
+"""Processor time for opening a picture. Some decoders then decode it, up to 120 megapixels."""
+
+DECODING_SECONDS = 20.0
+SECONDS_PER_MEGAPIXEL = 1.0
+"""Processor time for reading a picture, with the opening. For each megapixel of 16-bit noise, PNG
+takes 0.25 s, JPEG XL 0.5 s and lossless JPEG 2000, the slowest, 0.9 s."""
+
+_TICK = 0.1
+"""Seconds between two checks of the time."""
 
 MODELS: dict[str, tuple[str, ...]] = {
     "gray": ("gray",),
@@ -171,10 +190,15 @@ def open_raster(data: bytes, file_format: str) -> Iterator[Raster]:
         The file breaks its format or ends early. Reading the bands may raise it too.
     PictureSizeError
         The picture has too many pixels or bytes.
+    PictureWorkError
+        The picture is a JPEG with too many scans.
     UnsupportedPictureError
         The picture has channels, sample types or a colour encoding that are not supported.
     """
+    if file_format == "jpeg":
+        _check_scans(data)
     with contextlib.ExitStack() as stack:
+        time_limit = stack.enter_context(_TimeLimit())
         # OpenImageIO for Python reads only files. It chooses the decoder by the extension.
         file = stack.enter_context(tempfile.NamedTemporaryFile(suffix=EXTENSIONS[file_format]))
         file.write(data)
@@ -187,6 +211,7 @@ def open_raster(data: bytes, file_format: str) -> Iterator[Raster]:
             source = stack.enter_context(_open(path, file_format))
         spec = source.spec()
         _check_size(spec.width, spec.height, spec.nchannels * spec.format.size())
+        time_limit.set_pixels(spec.width * spec.height)
         if spec.deep or spec.depth > 1:
             raise _unsupported("The picture is deep or has several layers of depth.", "format")
         if text_attribute(spec, "jpeg:ColorSpace") in {"CMYK", "YCCK", "YCbCrK"}:
@@ -320,6 +345,68 @@ def _check_size(width: int, height: int, pixel_bytes: int) -> None:
             remedy=f"At most {most / 1e6:g} million pixels and {MAX_DECODED_BYTES / 1e6:.0f} MB "
             "are decoded. Send a smaller copy.",
         )
+
+
+_BETWEEN_MARKERS = re.compile(rb"\xff+([^\x00\xff])", re.DOTALL)
+_RESTART_OR_TEM = frozenset({0x01, *range(0xD0, 0xD8)})
+_START, _END, _SCAN = 0xD8, 0xD9, 0xDA
+"""Codes of JPEG markers (ITU-T T.81, table B.1). The first and the restarts have no segment."""
+
+
+def _check_scans(data: bytes) -> None:
+    """Refuse a JPEG with too many scans. A decoder finds its markers in the same way."""
+    scans = place = 0
+    while found := _BETWEEN_MARKERS.search(data, place):
+        code, place = found[1][0], found.end()
+        if code == _END:
+            return
+        if code in _RESTART_OR_TEM or code == _START:
+            continue
+        scans += code == _SCAN
+        if scans > MAX_SCANS:
+            raise PictureWorkError(
+                f"The JPEG has more than {MAX_SCANS} scans.",
+                where={"field": "scans"},
+                remedy="Save the picture again, as baseline or usual progressive JPEG.",
+            )
+        place += int.from_bytes(data[place : place + 2], "big")
+
+
+class _TimeLimit:
+    """Limits the processor time of decoding while it is open, if `Limits.overtime` is set."""
+
+    def __init__(self) -> None:
+        self._seconds = OPENING_SECONDS
+        self._pixels = 0
+        self._started = time.process_time()
+        self._ended = threading.Event()
+        self._overtime = current_limits().overtime
+
+    def __enter__(self) -> Self:
+        if self._overtime is not None:
+            threading.Thread(target=self._watch, args=(self._overtime,), daemon=True).start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._ended.set()
+
+    def set_pixels(self, pixels: int) -> None:
+        """Set the limit by the size of the picture, which is known once it is open."""
+        self._pixels = pixels
+        self._seconds = DECODING_SECONDS + SECONDS_PER_MEGAPIXEL * pixels / 1e6
+
+    def _watch(self, overtime: Callable[[GamutError], None]) -> None:
+        while not self._ended.wait(_TICK):
+            if time.process_time() - self._started > self._seconds:
+                size = f"{self._pixels / 1e6:.3g} megapixels" if self._pixels else "its header"
+                overtime(
+                    PictureWorkError(
+                        f"Decoding {size} of the picture took more than {self._seconds:.3g} s.",
+                        where={"field": "data"},
+                        remedy="Save the picture again, as PNG, TIFF or baseline JPEG.",
+                    )
+                )
+                return
 
 
 def _unsupported(message: str, field: str, remedy: str = "") -> UnsupportedPictureError:

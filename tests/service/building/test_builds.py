@@ -13,6 +13,7 @@ import signal
 import struct
 import sys
 import zlib
+from functools import partial
 from types import SimpleNamespace
 
 import pytest
@@ -25,6 +26,7 @@ from service.building.engine import queue_full
 from service.building.job_runner import Interruption, JobRunner
 from service.building.process import WORKER_COMMAND
 from service.problems.problem import ProblemError
+from service.routes.jobs import job_document
 from service.settings import Settings
 from service.storage.blobs import StoreFullError, StoreUnavailableError
 from service.storage.gamuts import GamutDamagedError
@@ -294,6 +296,38 @@ async def test_the_time_to_come_back_is_learnt_from_builds(replica, clock, monke
         await until(lambda: builds.facts().completed == 8)
         assert builds._engine.retry_after() < before
         assert builds._engine.retry_after(1000) > 100 * builds._engine.retry_after()
+
+
+async def test_the_queue_of_one_client_delays_others_by_one_build(
+    replica, book, scripted_worker, clock, monkeypatch
+):
+    """Also after a restart; clients come and go, and none is left behind."""
+
+    def job_id(client, number):
+        return hashlib.sha256(f"{client} {number}".encode()).hexdigest()
+
+    async def post(builds, client, count):
+        for number in range(count):
+            name = job_id(client, number)
+            await builds.submit(name, OPTIONS, b"gate", client=f"address {client}")
+            names[name] = client
+
+    names = {}
+    monkeypatch.setattr(book, "_clock", partial(next, itertools.count(clock.seconds, 0.002)))
+    async with replica(sole_owner=True) as builds:
+        await post(builds, "busy", 4)
+        await begun(builds, job_id("busy", 0))
+        await post(builds, "late", 2)
+        assert "late" not in json.dumps(job_document(book.read(job_id("late", 0))))
+    async with replica(sole_owner=True) as builds:
+        await until(lambda: builds.facts().running)
+        await post(builds, "later", 1)
+        scripted_worker.open()
+        ended = [await builds.wait(name, PATIENCE) for name in names]
+    turns = [names[job.id] for job in sorted(ended, key=lambda job: job.finished)]
+    assert turns.count("busy") == 4
+    assert turns[:5].count("busy") == 2
+    assert set(turns[:3]) == {"busy", "late", "later"}
 
 
 async def test_several_workers_build_at_the_same_time(replica):
@@ -805,6 +839,34 @@ async def test_real_builds_are_bounded_by_the_header_of_a_picture_and_by_the_mem
             assert job.attempts == 1
             assert (job.problem or {}).get("code") == code
     assert reports[-1][1]["metric"] > 0
+
+
+@pytest.mark.slow
+async def test_a_decoder_that_takes_too_long_costs_one_build_and_one_process(replica, sphere):
+    """A PNG of 0.4 MB with 400 MB of texts, where no time is allowed."""
+
+    def chunk(name, content):
+        size, check = struct.pack(">I", len(content)), zlib.crc32(name + content)
+        return size + name + content + struct.pack(">I", check)
+
+    small = blank_picture("PNG")
+    text = chunk(b"zTXt", b"a\0\0" + zlib.compress(bytes(4_000_000), 9))
+    hostile = small[:33] + 100 * text + small[33:]
+    hurried = (
+        "from gamutcore.characterisation.pictures import raster\n"
+        "raster.OPENING_SECONDS = raster.DECODING_SECONDS = raster.SECONDS_PER_MEGAPIXEL = 0\n"
+        "raster._TICK = 0.001\n"
+        "from service.building.worker import main; main()"
+    )
+    async with replica(command=(sys.executable, "-c", hurried)) as builds:
+        codes = []
+        for data in (hostile, json.dumps({"samples": sphere()}).encode()):
+            job_id = gamut_id(Options(), hashlib.sha256(data).hexdigest())
+            await builds.submit(job_id, Options().to_mapping(), data)
+            job = await builds.wait(job_id, PATIENCE)
+            codes.append((job.state, (job.problem or {}).get("code"), job.attempts))
+        assert codes == [("failed", "picture-too-complex", 1), ("succeeded", None, 1)]
+        assert builds.facts().worker_starts == 2
 
 
 def test_a_runner_takes_what_it_can_claim_and_may_be_stopped_while_it_starts(

@@ -19,7 +19,7 @@ from gamutcore import Gamut, Options, reference
 from gamutcore.building import gamut_id
 from service.building import kernels, worker
 from service.building.kernels import Kernels
-from service.building.process import private_bytes
+from service.building.process import BuildProcess, private_bytes
 
 
 @pytest.fixture
@@ -128,6 +128,85 @@ def test_the_process_is_ready_once_and_ends_with_its_input():
     )
     assert answer.returncode == 0
     assert answer.stdout in {b"", b'{"event": "ready"}\n'}
+
+
+CONFINED = """
+import json, os, resource, sys
+from pathlib import Path
+from service.building import worker
+def build(request, events):
+    usual(request, worker.Events(open(os.devnull, "wb")))
+    status = Path("/proc/self/status").read_text()
+    names = ("CORE", "NOFILE", "FSIZE", "CPU")
+    events.send(
+        "found",
+        environment=dict(os.environ),
+        limits={name: resource.getrlimit(getattr(resource, "RLIMIT_" + name)) for name in names},
+        privileges=[line.split()[1] for line in status.splitlines() if "NoNewPrivs" in line],
+        files=[os.readlink(f"/proc/self/fd/{name}") for name in os.listdir("/proc/self/fd")[:-1]],
+    )
+usual, worker.build = worker.build, build
+worker.main()
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells and limits all of this")
+def test_a_worker_has_no_credentials_no_privileges_and_no_files(monkeypatch, tmp_path):
+    secrets = {
+        "AWS_SECRET_ACCESS_KEY": "s3cret",
+        "AWS_WEB_IDENTITY_TOKEN_FILE": "/var/s3cret",
+        "AZURE_STORAGE_KEY": "s3cret",
+        "GOOGLE_SERVICE_ACCOUNT": "s3cret",
+        "GAMUT_BROKER": "redis://:s3cret@broker",
+        "GAMUT_API_KEYS": "s3cret",
+        "GAMUT_API_KEYS_FILE": "/var/s3cret",
+        "HTTPS_PROXY": "http://u:s3cret@proxy",
+    }
+    needed = {"GAMUT_LOG_LEVEL": "warning", "NUMBA_CPU_NAME": "generic", "TZ": "UTC"}
+    for name, value in (secrets | needed).items():
+        monkeypatch.setenv(name, value)
+    with (tmp_path / "secret").open("w") as file:
+        os.set_inheritable(file.fileno(), True)
+        made = BuildProcess([sys.executable, "-c", CONFINED])
+        try:
+            made.wait_until_ready(lambda: None)
+            found = made.result(
+                {"id": "", "input": "", "output": "", "options": {}, "seconds": 1000},
+                timeout=600,
+                progress=lambda *_: None,
+                check=lambda: None,
+            )
+        finally:
+            made.kill()
+    assert "s3cret" not in str(found["environment"])
+    assert found["environment"].items() >= needed.items()
+    assert found["privileges"] == ["1"]
+    assert found["limits"]["CORE"] == [0, 0]
+    assert 0 < found["limits"]["NOFILE"][1] <= 1024
+    assert 1 << 30 <= found["limits"]["FSIZE"][1] <= 1 << 32
+    assert 1000 < found["limits"]["CPU"][0] < 1100 * os.cpu_count()
+    assert not [name for name in found["files"] if "secret" in name or "socket" in name]
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform != "linux" or os.getuid() != 0, reason="needs another user")
+@pytest.mark.parametrize("hidden", [True, False])
+def test_a_worker_cannot_read_the_environment_of_the_service(hidden):
+    """As a user without rights; the service itself still counts its open files."""
+    program = (
+        "import ctypes, os, subprocess, sys\n"
+        "from service.building.confinement import hide_memory\n"
+        "os.setgid(65534); os.setuid(65534); ctypes.CDLL(None).prctl(4, 1, 0, 0, 0)\n"
+        f"{'hide_memory()' if hidden else ''}\n"
+        "name = f'/proc/{os.getpid()}/environ'\n"
+        "child = subprocess.run(['/usr/bin/env', 'cat', name], capture_output=True)\n"
+        "print(child.returncode, len(os.listdir('/proc/self/fd')) > 2)"
+    )
+    answer = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, timeout=600, check=True
+    )
+    assert answer.stdout.split() == ["1" if hidden else "0", "True"]
 
 
 SLEEP = [sys.executable, "-c", "import sys; sys.stdin.read()"]

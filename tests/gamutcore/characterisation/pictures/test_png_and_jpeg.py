@@ -19,6 +19,7 @@ from gamutcore.errors import (
     MalformedFileError,
     MalformedProfileError,
     PictureSizeError,
+    PictureWorkError,
     UnsupportedPictureError,
 )
 
@@ -266,6 +267,24 @@ def test_impossible_sizes():
         picture(with_size(jpeg("RGB", FIELDS), 65_000, 65_000))
     with pytest.raises(GamutError):
         picture(with_size(jpeg("RGB", FIELDS), 0, 9))
+
+
+def with_scans(scans):
+    """A progressive JPEG of so many scans: the last is repeated."""
+    data = jpeg("RGB", FIELDS, progressive=True)
+    last = data[data.rindex(b"\xff\xda") : -2]
+    return data[:-2] + last * (scans - data.count(b"\xff\xda")) + data[-2:]
+
+
+def test_a_jpeg_has_as_many_scans_as_writers_write_and_not_more():
+    thumbnails = 200 * b"\xff\xda\0\2"
+    segment = b"\xff\xe1" + struct.pack(">H", len(thumbnails) + 2) + thumbnails
+    most = with_scans(100)
+    assert values_near(picture(most[:2] + segment + most[2:]), FIELDS)
+    with pytest.raises(PictureWorkError, match="more than 100 scans") as caught:
+        picture(with_scans(101))
+    assert caught.value.where == {"field": "scans"}
+    assert "baseline" in caught.value.remedy
 
 
 def test_twelve_bits():
