@@ -23,6 +23,7 @@ from pydantic_settings import BaseSettings, SettingsConfigDict
 
 from gamutcore.limits import MAX_PIXELS, MAX_SAMPLES, Limits
 from service.access.api_keys import ApiKeys
+from service.access.hosts import host_names
 from service.http.cors import origins
 from service.storage.location import is_address
 
@@ -54,6 +55,11 @@ def _check_api_keys(text: str) -> str:
 
 def _check_origins(text: str) -> str:
     origins(text)
+    return text
+
+
+def _check_hosts(text: str) -> str:
+    host_names(text)
     return text
 
 
@@ -123,6 +129,12 @@ class Settings(BaseSettings):
 
     build_rate_burst: PositiveInt = 10
     """Number of building requests that may arrive at once within their rate limit."""
+
+    hosts: Annotated[str, AfterValidator(_check_hosts)] = ""
+    """Names of the service, separated by commas, with an optional port, such as
+    `gamut.example.org` or `*.example.org`. Requests with another `Host` are answered with 403,
+    except for probes and loopback addresses. Empty: any name; on a loopback address without keys,
+    loopback addresses only."""
 
     trusted_proxies: Annotated[str, AfterValidator(_check_proxies)] = ""
     """Addresses or networks of proxies, separated by commas, whose `X-Forwarded-For` and

@@ -20,7 +20,7 @@ from service.problems.problem import Problem, problem_response
 if TYPE_CHECKING:
     from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-__all__ = ["ANONYMOUS_SCOPES", "Access", "AccessRules", "OpenToAllError", "is_loopback"]
+__all__ = ["ANONYMOUS_SCOPES", "Access", "AccessRules", "OpenToAllError"]
 
 _OPEN = frozenset({"/", "/livez", "/readyz", "/docs", "/openapi.json", "/problems", "/view"})
 """Paths that need no key and are not counted."""
@@ -65,14 +65,6 @@ class AccessRules:
         # Buckets without clients are empty and therefore false.
         limits = self.requests is not None or self.builds is not None
         return limits or bool(self.keys) or WRITE not in self.anonymous
-
-
-def is_loopback(host: str) -> bool:
-    """Return whether a listening address is reachable from this machine only."""
-    try:
-        return ipaddress.ip_address(host.strip("[]")).is_loopback
-    except ValueError:
-        return host == "localhost"
 
 
 class Access:

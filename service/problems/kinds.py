@@ -148,6 +148,22 @@ _ROWS = (
         {"scope": "write"},
     ),
     Kind(
+        "host-not-allowed",
+        403,
+        "The service has another name",
+        "Use the address that the service prints, or list the name in GAMUT_HOSTS.",
+        "The service is not called 'rebound.example'.",
+        {"header": "Host"},
+    ),
+    Kind(
+        "origin-not-allowed",
+        403,
+        "Pages of this origin may change nothing",
+        "List the origin in GAMUT_CORS_ORIGINS, or list the name of the service in GAMUT_HOSTS.",
+        "A page of https://example.org may change nothing here.",
+        {"header": "Origin"},
+    ),
+    Kind(
         "rate-limited",
         429,
         "Too many requests",
