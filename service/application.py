@@ -7,6 +7,7 @@
 
 import contextlib
 from collections.abc import AsyncIterator
+from pathlib import Path
 from typing import Any
 
 from fastapi import FastAPI
@@ -64,6 +65,8 @@ def create_app(settings: Settings) -> FastAPI:
     ------
     OpenToAllError
         The settings open the service to everybody without saying so explicitly.
+    KeyFileError
+        The file of the API keys cannot be read.
     """
     rules = access_rules(settings)
     service = ServiceContainer(settings)
@@ -162,8 +165,12 @@ def access_rules(settings: Settings) -> AccessRules:
     OpenToAllError
         The service listens on a public address, has no keys, and the settings do not state that
         anonymous requests are intended.
+    KeyFileError
+        The file of the API keys cannot be read.
     """
-    keys = ApiKeys(settings.api_keys)
+    keys = ApiKeys(
+        settings.api_keys, Path(settings.api_keys_file) if settings.api_keys_file else None
+    )
     anonymous = settings.allow_anonymous
     if anonymous == "auto":
         if not keys and not is_loopback(settings.host):

@@ -109,8 +109,13 @@ class Settings(BaseSettings):
     """Listening port of `gamut serve`; 0 selects a free port."""
 
     api_keys: Annotated[str, AfterValidator(_check_api_keys)] = ""
-    """API keys as digests, as `gamut key NAME` prints them: `NAME:SCOPES:SHA256`, separated by
-    commas. Scopes are `read`, `write` or `read+write`."""
+    """API keys as digests, as `gamut key NAME` prints them: `NAME:SCOPES:SHA256` or
+    `NAME:SCOPES:SHA256:EXPIRY`, separated by commas. Scopes are `read`, `build` and `write`, joined
+    by `+`."""
+
+    api_keys_file: str = ""
+    """File with further API keys, one per line; `#` begins a comment. It is read again on SIGHUP. A
+    file with a fault is then ignored, and the fault is logged."""
 
     allow_anonymous: Literal["auto", "none", "read", "all"] = "auto"
     """Permissions of requests without a key. `auto`: none if there are keys; otherwise all, on a

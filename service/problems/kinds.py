@@ -148,6 +148,14 @@ _ROWS = (
         {"scope": "write"},
     ),
     Kind(
+        "built-by-another",
+        403,
+        "Another client built the gamut",
+        "Use the key that built it, or a key with the scope write.",
+        "The key has the scope build, and another client built the gamut.",
+        {"scope": "write"},
+    ),
+    Kind(
         "host-not-allowed",
         403,
         "The service has another name",

@@ -32,6 +32,7 @@ from service.storage.eviction import Eviction
 from service.storage.inputs import Inputs
 from service.storage.local import LocalBlobs
 from service.storage.names import Names
+from service.storage.owners import Owners
 from service.storage.quarantine import Quarantine
 from service.storage.records import Record, RecordCache, id_of, record_key
 from service.storage.sweep import remove_uncommitted
@@ -86,6 +87,7 @@ class GamutStore:
     Attributes
     ----------
     names : Names
+    owners : Owners
     hits, misses, evictions : int
         Requested records that exist, and that do not; gamuts removed for lack of space.
     on_evicted : callable, optional
@@ -95,6 +97,7 @@ class GamutStore:
     def __init__(self, blobs: Blobs, *, keep_inputs: bool = True) -> None:
         self.blobs = blobs
         self.names = Names(blobs)
+        self.owners = Owners(blobs)
         self.keep_inputs = keep_inputs
         self.hits = self.misses = self.evictions = 0
         self._damaged_jobs = 0
@@ -260,6 +263,7 @@ class GamutStore:
         self.blobs.delete(record.key)
         self.drop_input(gamut_id)
         self.names.drop(gamut_id)
+        self.owners.drop(gamut_id)
         return deleted
 
     def evict(self, gamut_id: str) -> int:
