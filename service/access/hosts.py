@@ -118,9 +118,12 @@ class Hosts:
         if self._checks_names and hosts and not self._is_own(parts["host"], host):
             detail = f"The service is not called {host[:80]!r}."
             return Problem("host-not-allowed", detail, {"header": "Host"})
-        if self._trusting and not self._only_reads(scope):
-            return self._foreign(scope, host)
-        return None
+        foreign = self._foreign(scope, host) if self._trusting else None
+        if foreign is not None and self._only_reads(scope):
+            # With options, an address of a reference gamut builds another gamut.
+            scope["refuse_build"] = lambda is_write: foreign if is_write else None
+            return None
+        return foreign
 
     def _is_own(self, name: str, host: str) -> bool:
         """Return whether a name or address without and with its port is one of this service."""

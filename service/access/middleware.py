@@ -123,7 +123,8 @@ class Access:
             await send(message)
 
         if problem is None:
-            scope["refuse_build"] = partial(self._refuse_build, client, scopes)
+            earlier = scope.get("refuse_build")
+            scope["refuse_build"] = partial(self._refuse_build, client, scopes, earlier)
             await self.app(scope, receive, send_with_limits)
         else:
             await problem_response(problem)(scope, receive, send_with_limits)
@@ -179,9 +180,12 @@ class Access:
         self,
         client: str,
         scopes: frozenset[str],
+        earlier: Callable[[bool], Problem | None] | None,
         is_write: bool,
     ) -> Problem | None:
         """Count a build that a GET starts; return the problem if the client may not start it."""
+        if earlier is not None and (problem := earlier(is_write)) is not None:
+            return problem
         if is_write and not _allows(scopes, WRITE):
             return self._missing(WRITE, anonymous=client.startswith("address "))
         if self.rules.builds is None:

@@ -226,3 +226,11 @@ def test_the_charset_of_a_part_does_not_matter(app, request_app, assert_problem,
         content = FORM % charset.encode()
         answer = request_app(app, "POST", GAMUTS, headers=fields, content=content)
         assert_problem(answer, 422, "invalid-option")
+
+
+@pytest.mark.parametrize("settings", [{}, {"rate_limit": 1000}], ids=["alone", "with limits"])
+def test_pages_of_other_origins_build_nothing_by_reading(ask, assert_problem, settings):
+    """The address of a reference gamut with options builds."""
+    path = f"{GAMUTS}/srgb?surface_samples=3000"
+    answer = ask(path=path, fields={"Origin": ORIGIN}, **settings)
+    assert_problem(answer, 403, "origin-not-allowed")
