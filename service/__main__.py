@@ -89,10 +89,17 @@ def worker(
 @app.command()
 def key(
     name: Annotated[str, typer.Argument(help="Lower-case letters, digits and hyphens; public.")],
-    scopes: Annotated[str, typer.Option(help="read, write or read+write.")] = "read+write",
+    scopes: Annotated[str, typer.Option(help="read, build and write, joined by +.")] = "read+write",
+    expires: Annotated[
+        str,
+        typer.Option(help="Date or time in UTC, such as 2027-01-31T12:00Z; default: never."),
+    ] = "",
 ) -> None:
-    """Make an API key and its entry for GAMUT_API_KEYS."""
-    raise typer.Exit(_command().make_key(name, frozenset(scopes.split("+"))))
+    """Make an API key and its entry for GAMUT_API_KEYS or GAMUT_API_KEYS_FILE.
+
+    Keys with the scope build may delete and name only what they built themselves.
+    """
+    raise typer.Exit(_command().make_key(name, frozenset(scopes.split("+")), expires))
 
 
 @app.command()

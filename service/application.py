@@ -7,6 +7,7 @@
 
 import contextlib
 from collections.abc import AsyncIterator
+from pathlib import Path
 from typing import Any
 
 from fastapi import FastAPI
@@ -14,15 +15,11 @@ from starlette.middleware import Middleware
 from starlette.types import ASGIApp
 
 from service.access.api_keys import ApiKeys
-from service.access.middleware import (
-    ANONYMOUS_SCOPES,
-    Access,
-    AccessRules,
-    OpenToAllError,
-    is_loopback,
-)
+from service.access.hosts import Hosts, host_names, is_loopback
+from service.access.middleware import ANONYMOUS_SCOPES, Access, AccessRules, OpenToAllError
 from service.access.rate_limits import TokenBuckets
 from service.container import ServiceContainer
+from service.http.charsets import Charsets
 from service.http.cors import Cors, origins
 from service.http.middleware import BodyLimit, HeadAsGet, PlainPaths
 from service.http.request_id import RequestIds
@@ -68,6 +65,8 @@ def create_app(settings: Settings) -> FastAPI:
     ------
     OpenToAllError
         The settings open the service to everybody without saying so explicitly.
+    KeyFileError
+        The file of the API keys cannot be read.
     """
     rules = access_rules(settings)
     service = ServiceContainer(settings)
@@ -107,17 +106,26 @@ class _Application(FastAPI):
         3. `ServerTiming`: times everything inside.
         4. `Cors`: browsers must be able to read every answer, refusals and defects included.
         5. Starlette's error handler: answers defects of the layers below it.
-        6. `HeadAsGet`: the layers below see GET only.
-        7. `Access`: keys and rate limits, before anything is read or computed.
-        8. `ReferenceSlugs`: the layers below see ids only.
-        9. `MeshFastPath`: plain requests for meshes, ahead of FastAPI's slower routing.
-        10. `BodyLimit`: before any route reads a body.
-        11. `PlainPaths`: protects the router's patterns, so it is next to the router.
-        12. FastAPI's exception handlers and the router.
+        6. `Hosts`: names of the service and pages of other origins, before anything is answered.
+        7. `HeadAsGet`: the layers below see GET only.
+        8. `Access`: keys and rate limits, before anything is read or computed.
+        9. `ReferenceSlugs`: the layers below see ids only.
+        10. `MeshFastPath`: plain requests for meshes, ahead of FastAPI's slower routing.
+        11. `BodyLimit` and `Charsets`: before any route reads a body.
+        12. `PlainPaths`: protects the router's patterns, so it is next to the router.
+        13. FastAPI's exception handlers and the router.
         """
         service: ServiceContainer = self.state.service
         settings, rules = service.settings, self.state.access_rules
+        allowed = origins(settings.cors_origins)
         self.user_middleware = [
+            Middleware(
+                Hosts,
+                names=host_names(settings.hosts),
+                trusting=is_loopback(settings.host) and not rules.keys,
+                origins=allowed,
+                reading=queries.READING_POSTS,
+            ),
             Middleware(HeadAsGet),
             *(
                 [Middleware(Access, rules=rules, reading=queries.READING_POSTS)]
@@ -127,10 +135,11 @@ class _Application(FastAPI):
             Middleware(ReferenceSlugs, service=service),
             Middleware(MeshFastPath, meshes=service.meshes),
             Middleware(BodyLimit, limit=settings.max_body_bytes),
+            Middleware(Charsets),
             Middleware(PlainPaths),
         ]
         stack = super().build_middleware_stack()
-        if allowed := origins(settings.cors_origins):
+        if allowed:
             stack = Cors(stack, allowed)
         stack = ServerTiming(stack)
         stack = RequestObserver(
@@ -156,8 +165,12 @@ def access_rules(settings: Settings) -> AccessRules:
     OpenToAllError
         The service listens on a public address, has no keys, and the settings do not state that
         anonymous requests are intended.
+    KeyFileError
+        The file of the API keys cannot be read.
     """
-    keys = ApiKeys(settings.api_keys)
+    keys = ApiKeys(
+        settings.api_keys, Path(settings.api_keys_file) if settings.api_keys_file else None
+    )
     anonymous = settings.allow_anonymous
     if anonymous == "auto":
         if not keys and not is_loopback(settings.host):

@@ -3,6 +3,7 @@
 `service.__main__` has the command line. Each function returns the exit status.
 """
 
+import difflib
 import json
 import logging
 import os
@@ -13,7 +14,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from service.access.api_keys import new_key
+from service.access.api_keys import KeyFileError, new_key
 from service.access.middleware import OpenToAllError
 from service.application import create_app
 from service.broker import health
@@ -27,7 +28,7 @@ from service.storage.gamuts import GamutStore
 from service.storage.local import LocalBlobs, StoreInUseError
 from service.storage.location import StoreLocationError, blobs_at, gamut_store, is_address
 from service.storage.outdated import list_gamuts, prune
-from service.telemetry.logs import configure_logging
+from service.telemetry.logs import complain, configure_logging
 from service.telemetry.traces import TracesUnavailableError
 
 __all__ = [
@@ -65,10 +66,10 @@ def raise_file_limit() -> None:
         logger.warning("limit of open files was not raised: %s", error)
 
 
-def make_key(name: str, scopes: frozenset[str]) -> int:
+def make_key(name: str, scopes: frozenset[str], expiry: str = "") -> int:
     """Print a new API key and its entry for the settings."""
     try:
-        key, known = new_key(name, scopes)
+        key, known = new_key(name, scopes, expiry)
     except ValueError as error:
         sys.stderr.write(f"gamut: {error}\n")
         return 2
@@ -143,17 +144,29 @@ def _settings(overrides: dict[str, Any]) -> Settings | None:
     try:
         settings = Settings(**given)
     except ValidationError as error:
+        # The settings are not known, so the format of the log is taken from its variable.
+        if _log_format_in_environment() == "json":
+            configure_logging("json", "info")
         for fault in error.errors():
             variable = ENVIRONMENT_PREFIX + "_".join(map(str, fault["loc"])).upper()
-            sys.stderr.write(f"gamut: {variable}: {fault['msg']}\n")
+            complain(f"{variable}: {fault['msg']}")
         return None
     configure_logging(settings.log_format, settings.log_level)
     known = {f"{ENVIRONMENT_PREFIX}{name}".upper() for name in Settings.model_fields}
     given_names = sorted(name for name in os.environ if name.startswith(ENVIRONMENT_PREFIX))
-    if unknown := [name for name in given_names if name.upper() not in known]:
-        # A misspelt limit or key would otherwise stay unnoticed.
-        logger.warning("unknown settings are ignored: %s", ", ".join(unknown))
+    for name in given_names:
+        if name.upper() not in known:
+            # A misspelt limit or key would otherwise stay unnoticed.
+            near = difflib.get_close_matches(name.upper(), known, 1)
+            remedy = f" Did you mean {near[0]}?" if near else ""
+            logger.warning("%s is not a setting and is ignored.%s", name, remedy)
     return settings
+
+
+def _log_format_in_environment() -> str:
+    """Return the value of GAMUT_LOG_FORMAT; names are not case-sensitive."""
+    names = {name.upper(): value for name, value in os.environ.items()}
+    return names.get(f"{ENVIRONMENT_PREFIX}LOG_FORMAT", "")
 
 
 def check_worker() -> int:
@@ -167,19 +180,19 @@ def work() -> int:
     if settings is None:
         return 2
     if not settings.broker:
-        sys.stderr.write("gamut: GAMUT_BROKER: must be set for a worker\n")
+        complain("GAMUT_BROKER: must be set for a worker")
         return 2
     hide_memory()
     try:
         # Slow to import, and not installed by default.
         from service.broker.celery_worker import run_worker  # noqa: PLC0415
     except ModuleNotFoundError:
-        sys.stderr.write(f"gamut: {MISSING_BROKER_EXTRA}\n")
+        complain(MISSING_BROKER_EXTRA)
         return 1
     try:
         return run_worker(settings)
     except TracesUnavailableError as error:
-        sys.stderr.write(f"gamut: {error}\n")
+        complain(str(error))
         return 1
 
 
@@ -213,8 +226,8 @@ def serve(overrides: dict[str, Any]) -> int:
         store.open()
         store.close()
         sockets = bind_sockets(settings.host, settings.port)
-    except OpenToAllError as error:
-        sys.stderr.write(f"gamut: {error}\n")
+    except (KeyFileError, OpenToAllError) as error:
+        complain(str(error))
         return 2
     except (
         AddressUnavailableError,
@@ -225,12 +238,12 @@ def serve(overrides: dict[str, Any]) -> int:
         TracesUnavailableError,
         OSError,
     ) as error:
-        sys.stderr.write(f"gamut: {error}\n")
+        complain(str(error))
         return 1
     server = Server(server_config(app, settings), app.state.service)
     try:
         server.run(sockets)
     except AddressUnavailableError as error:
-        sys.stderr.write(f"gamut: {error}\n")
+        complain(str(error))
         return 1
     return 0 if server.started else 1

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 
 import uvicorn
 
+from service.access.api_keys import KeyFileError
 from service.http.protocol import ConnectionLimits, limited_protocol
 from service.telemetry.request_observer import Refusals
 
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
 
     from fastapi import FastAPI
 
+    from service.access.api_keys import ApiKeys
     from service.container import ServiceContainer
     from service.settings import Settings
 
@@ -91,6 +93,8 @@ class Server(uvicorn.Server):
             Another process began to listen on the port after it was bound here.
         """
         self._loop = asyncio.get_running_loop()
+        if self._service.settings.api_keys_file:
+            self._loop.add_signal_handler(signal.SIGHUP, self._read_keys)
         try:
             await super().startup(sockets)
         except OSError as error:
@@ -101,6 +105,16 @@ class Server(uvicorn.Server):
             address = f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
             logger.info("Uvicorn running on http://%s (Press CTRL+C to quit)", address)
             logger.info("Viewer at http://%s/view", address)
+
+    def _read_keys(self) -> None:
+        """Read the file of the API keys again."""
+        keys: ApiKeys = self.config.app.state.access_rules.keys  # type: ignore[union-attr]
+        try:
+            keys.read_file()
+        except KeyFileError as error:
+            logger.error("the API keys stay as they are: %s", error)  # noqa: TRY400 - the text has all
+        else:
+            logger.info("%d API keys read", len(keys))
 
     def handle_exit(self, sig: int, frame: FrameType | None) -> None:
         """Begin to stop. A second signal ends the delay."""

@@ -23,6 +23,7 @@ from pydantic_settings import BaseSettings, SettingsConfigDict
 
 from gamutcore.limits import MAX_PIXELS, MAX_SAMPLES, Limits
 from service.access.api_keys import ApiKeys
+from service.access.hosts import host_names
 from service.http.cors import origins
 from service.storage.location import is_address
 
@@ -54,6 +55,11 @@ def _check_api_keys(text: str) -> str:
 
 def _check_origins(text: str) -> str:
     origins(text)
+    return text
+
+
+def _check_hosts(text: str) -> str:
+    host_names(text)
     return text
 
 
@@ -103,8 +109,13 @@ class Settings(BaseSettings):
     """Listening port of `gamut serve`; 0 selects a free port."""
 
     api_keys: Annotated[str, AfterValidator(_check_api_keys)] = ""
-    """API keys as digests, as `gamut key NAME` prints them: `NAME:SCOPES:SHA256`, separated by
-    commas. Scopes are `read`, `write` or `read+write`."""
+    """API keys as digests, as `gamut key NAME` prints them: `NAME:SCOPES:SHA256` or
+    `NAME:SCOPES:SHA256:EXPIRY`, separated by commas. Scopes are `read`, `build` and `write`, joined
+    by `+`."""
+
+    api_keys_file: str = ""
+    """File with further API keys, one per line; `#` begins a comment. It is read again on SIGHUP. A
+    file with a fault is then ignored, and the fault is logged."""
 
     allow_anonymous: Literal["auto", "none", "read", "all"] = "auto"
     """Permissions of requests without a key. `auto`: none if there are keys; otherwise all, on a
@@ -123,6 +134,12 @@ class Settings(BaseSettings):
 
     build_rate_burst: PositiveInt = 10
     """Number of building requests that may arrive at once within their rate limit."""
+
+    hosts: Annotated[str, AfterValidator(_check_hosts)] = ""
+    """Names of the service, separated by commas, with an optional port, such as
+    `gamut.example.org` or `*.example.org`. Requests with another `Host` are answered with 403,
+    except for probes and loopback addresses. Empty: any name; on a loopback address without keys,
+    loopback addresses only."""
 
     trusted_proxies: Annotated[str, AfterValidator(_check_proxies)] = ""
     """Addresses or networks of proxies, separated by commas, whose `X-Forwarded-For` and

@@ -1,9 +1,9 @@
 """API keys, which the service stores as digests only.
 
-A key is ``gamut_NAME_SECRET``. The setting holds ``NAME:SCOPES:DIGEST``, where the digest is the
-SHA-256 of the whole key. The secret has 256 random bits, so a slow hash is not needed. The name is
-public and selects the digest, which is compared in constant time. See
-``docs/decisions/api-keys.md``.
+A key is ``gamut_NAME_SECRET``. Its entry is ``NAME:SCOPES:DIGEST``, or with ``:EXPIRY`` at the end.
+The digest is the SHA-256 of the whole key. The secret has 256 random bits, so a slow hash is
+not needed. The name is public and selects the digest, which is compared in constant time. Entries
+are in a setting and in a file, which can be read again. See ``docs/decisions/api-keys.md``.
 """
 
 from __future__ import annotations
@@ -13,20 +13,29 @@ import hmac
 import re
 import secrets
 from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
 
-__all__ = ["READ", "SCOPES", "WRITE", "ApiKey", "ApiKeys", "new_key"]
+__all__ = ["BUILD", "READ", "SCOPES", "WRITE", "ApiKey", "ApiKeys", "KeyFileError", "new_key"]
 
 READ = "read"
+BUILD = "build"
 WRITE = "write"
-SCOPES = (READ, WRITE)
-"""``read``: list, describe and download. ``write``: build and delete."""
+SCOPES = (READ, BUILD, WRITE)
+"""``read``: list, describe and download. ``build``: build, and delete and name what the key built.
+``write``: build, and delete and name everything."""
 
 _NAME = re.compile(r"[a-z0-9][a-z0-9-]{0,31}\Z")
 _DIGEST = re.compile(r"[0-9a-f]{64}\Z")
+_EXPIRY = re.compile(r"[0-9]{4}-[0-9]{2}-[0-9]{2}(?:T[0-9]{2}:[0-9]{2}(?::[0-9]{2})?Z)?\Z")
 _KEY = re.compile(rb"gamut_([a-z0-9-]{1,32})_[A-Za-z0-9_-]{43}\Z")
 
 _NOBODY = "0" * 64
 """Digest that is compared for unknown names, so that the time is the same."""
+
+
+class KeyFileError(ValueError):
+    """The file of the API keys cannot be read. The message names the file and the fault."""
 
 
 @dataclass(frozen=True)
@@ -36,21 +45,29 @@ class ApiKey:
     Attributes
     ----------
     name : str
-        Public name, used in settings and limits.
+        Public name, used in settings, limits and the log.
     scopes : frozenset of str
         Of `SCOPES`.
     digest : str
         SHA-256 of the key, hexadecimal.
+    expiry : str
+        Time from which the key is invalid, RFC 3339 in UTC; a date is its beginning. Empty: never.
     """
 
     name: str
     scopes: frozenset[str]
     digest: str
+    expiry: str = ""
 
     @property
     def entry(self) -> str:
         """The entry for the setting."""
-        return f"{self.name}:{'+'.join(sorted(self.scopes))}:{self.digest}"
+        entry = f"{self.name}:{'+'.join(sorted(self.scopes))}:{self.digest}"
+        return f"{entry}:{self.expiry}" if self.expiry else entry
+
+    def is_expired(self, now: float) -> bool:
+        """Return whether the key is invalid at a time in seconds since 1970."""
+        return bool(self.expiry) and now >= _seconds(self.expiry)
 
 
 class ApiKeys:
@@ -59,28 +76,65 @@ class ApiKeys:
     Parameters
     ----------
     text : str
-        Entries ``NAME:SCOPES:DIGEST`` separated by commas or spaces; scopes are joined by ``+``.
+        Entries separated by commas or spaces; scopes are joined by ``+``.
+    file : Path, optional
+        File with further entries, one per line. A line may end with a comment that begins with
+        ``#``.
 
     Raises
     ------
     ValueError
-        An entry is malformed, or a name occurs twice.
+        An entry is malformed, or a name occurs twice; `KeyFileError` if it is in the file.
     """
 
-    def __init__(self, text: str) -> None:
-        self._keys: dict[str, ApiKey] = {}
+    def __init__(self, text: str, file: Path | None = None) -> None:
+        self._file = file
+        self._of_setting: dict[str, ApiKey] = {}
         for number, entry in enumerate(text.replace(",", " ").split(), 1):
-            key = _parse_entry(entry, number)
-            if key.name in self._keys:
-                message = f"two keys have the name {key.name}"
-                raise ValueError(message)
-            self._keys[key.name] = key
+            _add(_parse_entry(entry, f"entry {number}"), self._of_setting)
+        self._keys = self._of_setting
+        if file is not None:
+            self.read_file()
 
     def __len__(self) -> int:
         return len(self._keys)
 
+    def __bool__(self) -> bool:
+        """Whether clients need keys. A file may be empty for now."""
+        return bool(self._keys) or self._file is not None
+
+    def read_file(self) -> None:
+        """Read the file again. If it has a fault, the present keys stay.
+
+        Raises
+        ------
+        KeyFileError
+            The file cannot be read, or an entry is malformed.
+        """
+        if self._file is None:
+            return
+        keys = dict(self._of_setting)
+        try:
+            lines = self._file.read_text("utf-8").splitlines()
+            for number, line in enumerate(lines, 1):
+                if entry := line.partition("#")[0].strip():
+                    _add(_parse_entry(entry, f"line {number}"), keys)
+        except OSError as error:
+            message = f"{self._file}: {error.strerror}"
+            raise KeyFileError(message) from error
+        except UnicodeDecodeError:
+            message = f"{self._file} is not UTF-8"
+            raise KeyFileError(message) from None
+        except ValueError as error:
+            message = f"{self._file}: {error}"
+            raise KeyFileError(message) from error
+        self._keys = keys
+
     def find(self, key: bytes) -> ApiKey | None:
-        """Return the entry of a key that a client presents; None if it is not valid."""
+        """Return the entry of a key that a client presents; None if it is not known.
+
+        The key may have expired.
+        """
         match = _KEY.match(key)
         name = match[1].decode("ascii") if match else ""
         known = self._keys.get(name)
@@ -89,31 +143,52 @@ class ApiKeys:
         return known if same else None
 
 
-def new_key(name: str, scopes: frozenset[str]) -> tuple[str, ApiKey]:
+def new_key(name: str, scopes: frozenset[str], expiry: str = "") -> tuple[str, ApiKey]:
     """Return a new key and its entry. The key is stored nowhere.
 
     Raises
     ------
     ValueError
-        The name is malformed, or there is no scope.
+        The name or the expiry is malformed, or there is no scope.
     """
     key = f"gamut_{name}_{secrets.token_urlsafe(32)}"
-    known = ApiKey(name, scopes, hashlib.sha256(key.encode()).hexdigest())
-    return key, _parse_entry(known.entry, 1)
+    known = ApiKey(name, scopes, hashlib.sha256(key.encode()).hexdigest(), expiry)
+    return key, _parse_entry(known.entry, "entry 1")
 
 
-def _parse_entry(entry: str, number: int) -> ApiKey:
-    # The message does not repeat the entry, which may be a key pasted by mistake.
-    name, _, rest = entry.partition(":")
-    scopes, _, digest = rest.partition(":")
+def _add(key: ApiKey, keys: dict[str, ApiKey]) -> None:
+    if key.name in keys:
+        message = f"two keys have the name {key.name}"
+        raise ValueError(message)
+    keys[key.name] = key
+
+
+def _parse_entry(entry: str, place: str) -> ApiKey:
+    # The message does not repeat the entry, which may be a key pasted by mistake. An expiry
+    # contains colons.
+    name, scopes, digest, expiry = (*entry.split(":", 3), *[""] * 4)[:4]
     wanted = frozenset(scopes.split("+"))
     if not _NAME.match(name):
         fault = "the name is not of 1 to 32 lower-case letters, digits and hyphens"
     elif not wanted <= set(SCOPES):
-        fault = "the scopes are not read, write or read+write"
+        fault = "the scopes are not read, build or write, joined by +"
     elif not _DIGEST.match(digest):
         fault = "the digest is not of 64 hexadecimal digits in lower case"
+    elif entry.count(":") > 2 and not _is_expiry(expiry):
+        fault = "the expiry is not a date or a time in UTC such as 2027-01-31 or 2027-01-31T12:00Z"
     else:
-        return ApiKey(name, wanted, digest)
-    message = f"entry {number} is not NAME:SCOPES:SHA256, as `gamut key` prints it: {fault}"
+        return ApiKey(name, wanted, digest, expiry)
+    message = f"{place} is not NAME:SCOPES:SHA256, as `gamut key` prints it: {fault}"
     raise ValueError(message)
+
+
+def _is_expiry(text: str) -> bool:
+    try:
+        return _EXPIRY.match(text) is not None and _seconds(text) > 0
+    except ValueError:
+        return False
+
+
+def _seconds(expiry: str) -> float:
+    """Return a time as seconds since 1970."""
+    return datetime.fromisoformat(expiry).replace(tzinfo=UTC).timestamp()

@@ -9,15 +9,18 @@ from __future__ import annotations
 import ipaddress
 import math
 import re
-from dataclasses import dataclass
+import time
+from dataclasses import dataclass, field
 from functools import lru_cache, partial
 from typing import TYPE_CHECKING
 
-from service.access.api_keys import READ, WRITE, ApiKeys
+from service.access.api_keys import BUILD, READ, WRITE, ApiKey, ApiKeys
 from service.access.rate_limits import Allowance, TokenBuckets
 from service.problems.problem import Problem, problem_response
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 __all__ = [
@@ -25,8 +28,8 @@ __all__ = [
     "Access",
     "AccessRules",
     "OpenToAllError",
+    "client_key",
     "client_name",
-    "is_loopback",
 ]
 
 _OPEN = frozenset({"/", "/livez", "/readyz", "/docs", "/openapi.json", "/problems", "/view"})
@@ -42,6 +45,9 @@ ANONYMOUS_SCOPES = {
 """Scopes of requests without a key, by the value of the setting."""
 
 _BEARER = b"bearer "
+
+_STATE = "api_key"
+"""Name of the key in the state of a request. Outer middleware sees the state of inner scopes."""
 
 
 class OpenToAllError(ValueError):
@@ -59,12 +65,15 @@ class AccessRules:
         Scopes of requests without a key.
     requests, builds : TokenBuckets or None
         Limits of all requests and of requests that build; None for no limit.
+    clock : callable
+        Seconds since 1970, for the expiry of keys.
     """
 
     keys: ApiKeys
     anonymous: frozenset[str]
     requests: TokenBuckets | None
     builds: TokenBuckets | None
+    clock: Callable[[], float] = field(default=time.time)
 
     @property
     def limiting(self) -> bool:
@@ -74,12 +83,10 @@ class AccessRules:
         return limits or bool(self.keys) or WRITE not in self.anonymous
 
 
-def is_loopback(host: str) -> bool:
-    """Return whether a listening address is reachable from this machine only."""
-    try:
-        return ipaddress.ip_address(host.strip("[]")).is_loopback
-    except ValueError:
-        return host == "localhost"
+def client_key(scope: Scope) -> ApiKey | None:
+    """Return the valid key of a request that passed `Access`; None without a key."""
+    key: ApiKey | None = scope.get("state", {}).get(_STATE)
+    return key
 
 
 class Access:
@@ -111,7 +118,7 @@ class Access:
         counted: list[tuple[bytes, bytes]] = []
         if problem is None:
             needed = READ if self._reads(scope) else WRITE
-            if needed not in scopes:
+            if not _allows(scopes, needed):
                 problem = self._missing(needed, anonymous=client.startswith("address "))
         if problem is None:
             problem, counted = self._count(scope, client)
@@ -124,7 +131,8 @@ class Access:
 
         if problem is None:
             scope["client_name"] = client
-            scope["refuse_build"] = partial(self._refuse_build, client, scopes)
+            earlier = scope.get("refuse_build")
+            scope["refuse_build"] = partial(self._refuse_build, client, scopes, earlier)
             await self.app(scope, receive, send_with_limits)
         else:
             await problem_response(problem)(scope, receive, send_with_limits)
@@ -155,6 +163,12 @@ class Access:
             detail = "The API key is not known to this service."
             problem = Problem("api-key-required", detail, headers=challenge)
             return "", frozenset(), problem
+        scope.setdefault("state", {})[_STATE] = key
+        if key.is_expired(self.rules.clock()):
+            challenge = {"WWW-Authenticate": 'Bearer realm="gamut", error="invalid_token"'}
+            detail = f"The API key {key.name} expired at {key.expiry}."
+            problem = Problem("api-key-required", detail, headers=challenge)
+            return "", frozenset(), problem
         return f"key {key.name}", key.scopes, None
 
     def _missing(self, needed: str, *, anonymous: bool) -> Problem:
@@ -173,10 +187,13 @@ class Access:
         self,
         client: str,
         scopes: frozenset[str],
+        earlier: Callable[[bool], Problem | None] | None,
         is_write: bool,
     ) -> Problem | None:
         """Count a build that a GET starts; return the problem if the client may not start it."""
-        if is_write and WRITE not in scopes:
+        if earlier is not None and (problem := earlier(is_write)) is not None:
+            return problem
+        if is_write and not _allows(scopes, WRITE):
             return self._missing(WRITE, anonymous=client.startswith("address "))
         if self.rules.builds is None:
             return None
@@ -207,6 +224,11 @@ class Access:
             (b"ratelimit", ", ".join(states).encode()),
         ]
         return refused, fields
+
+
+def _allows(scopes: frozenset[str], needed: str) -> bool:
+    """Return whether scopes allow an operation. Routes restrict what keys to build may change."""
+    return needed in scopes or (needed == WRITE and BUILD in scopes)
 
 
 def _too_often(name: str, buckets: TokenBuckets, left: Allowance) -> Problem:

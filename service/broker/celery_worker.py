@@ -16,7 +16,6 @@ import os
 import random
 import signal
 import socket
-import sys
 import threading
 import time
 from typing import TYPE_CHECKING, Any
@@ -36,6 +35,7 @@ from service.jobs.book import JobBook
 from service.storage.blobs import StoreUnavailableError
 from service.storage.location import StoreLocationError, gamut_store
 from service.telemetry.build_observer import BuildObserver, BuildReports
+from service.telemetry.logs import complain
 from service.telemetry.metrics import BuildFigures
 from service.telemetry.metrics_endpoint import serve_build_figures
 from service.telemetry.traces import Traces, traces_enabled, traces_of
@@ -242,13 +242,13 @@ def run_worker(settings: Settings) -> int:
     """
     fault = _store_fault(settings)
     if fault is not None:
-        sys.stderr.write(f"gamut: {fault}\n")
+        complain(fault)
         return 1
     traces_enabled(settings.traces)  # fail here, not in every slot
     reports = BuildReports()
     fault = _figures_fault(settings, reports) if settings.worker_metrics_port else None
     if fault is not None:
-        sys.stderr.write(f"gamut: {fault}\n")
+        complain(fault)
         return 1
     app = celery_app(settings)
     count_deliveries_patiently()

@@ -401,6 +401,7 @@ class Builds:
         if not self._store.to_be_rebuilt(job_id):
             self._store.drop_input(job_id)
             self._store.names.drop(job_id)
+            self._store.owners.drop(job_id)
 
 
 def _progress(document: JobDocument) -> JobDocument:

@@ -24,7 +24,8 @@ _ELEMENT = re.compile(r'(?:"(?:[^"\\]|\\(?:.|\Z))*(?:"|\Z)|[^",])+', re.DOTALL)
 """A list element. Commas in a quoted string (section 5.6.4) do not end it. An unclosed string
 extends to the end, which keeps matching linear."""
 
-_SECONDS = re.compile(r"\d{1,9}\Z", re.ASCII)
+_SECONDS = re.compile(r"\d{1,4000}\Z", re.ASCII)
+"""Python converts up to 4300 digits."""
 
 
 def preferred_media_type(accept: str | None, offered: Sequence[str]) -> str | None:
@@ -101,7 +102,7 @@ class Preference:
     def seconds(self, default: float, longest: float) -> float:
         """Return the seconds to wait: the requested time up to `longest`, else `default`."""
         if self.wait is not None:
-            return min(float(self.wait), longest)
+            return min(self.wait, longest)
         return 0.0 if self.respond_async else default
 
     def applied_field(self, *, answered_async: bool, longest: float) -> str:

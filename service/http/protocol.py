@@ -230,6 +230,9 @@ class LimitedProtocol(HttpToolsProtocol):
 
     def _refuse(self, problem: Problem) -> None:
         """End the connection with a problem document, if one can still be sent."""
+        if self._refused:
+            # uvicorn has passed on the parser's error already.
+            return
         cycle = self._answering
         if cycle is not None and not cycle.response_complete:
             if cycle.response_started or cycle is not self.cycle or self._reading_head:

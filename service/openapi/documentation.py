@@ -405,6 +405,8 @@ _EVERYWHERE = (
     "bad-request",
     "api-key-required",
     "scope-missing",
+    "host-not-allowed",
+    "origin-not-allowed",
     "rate-limited",
     "head-too-large",
 )

@@ -33,6 +33,7 @@ _STORE_ERRNOS = frozenset(
         errno.ENOENT,
         errno.ENOTDIR,
         errno.EACCES,
+        errno.EPERM,
         errno.ENXIO,
     }
 )

@@ -9,6 +9,7 @@ from fastapi import APIRouter, Depends, Path, Query, Request
 from fastapi.responses import Response, StreamingResponse
 
 from service.access.middleware import client_name
+from service.access.ownership import check_owner, claim, may_change
 from service.container import ServiceContainer, service_of
 from service.http.compression import CODINGS, compress, compress_response
 from service.http.conditional import (
@@ -193,10 +194,11 @@ async def create_gamut(request: Request) -> Response:
             client_name(request.scope),
         )
         if isinstance(found, Record):
-            await _keep_name(service, posted, is_new=False)
+            await _keep_name(request, posted, is_new=False)
             return _existing(await _named(service, found))
         job = found
-        await _keep_name(service, posted, is_new=True)
+        await claim(request, service.store, gamut_id)
+        await _keep_name(request, posted, is_new=True)
     # The data leaves the memory before the wait for the build.
     del posted
     response, headers = await wait_for_build(service, job, request.headers.getlist("prefer"))
@@ -221,10 +223,16 @@ async def _named(service: ServiceContainer, record: Record) -> NamedRecord:
         return NamedRecord(record, opened.name)
 
 
-async def _keep_name(service: ServiceContainer, posted: Submission, *, is_new: bool) -> None:
-    """Store the name in a request, or the name of a new gamut's file."""
+async def _keep_name(request: Request, posted: Submission, *, is_new: bool) -> None:
+    """Store the name in a request, or the name of a new gamut's file.
+
+    A gamut of another client keeps its name, because the request is to build, not to rename.
+    """
+    service = service_of(request)
     names = service.store.names
     if posted.name is not None:
+        if not await may_change(request, service.store, posted.gamut_id):
+            return
         await asyncio.to_thread(names.give, posted.gamut_id, posted.name)
     elif is_new and posted.file:
         await asyncio.to_thread(names.keep_file, posted.gamut_id, posted.file)
@@ -336,6 +344,7 @@ async def describe_gamut(request: Request, gamut_id: GamutId) -> Response:
         **problems(
             "gamut-not-found",
             "reference-read-only",
+            "built-by-another",
             "gamut-rebuilding",
             "precondition-failed",
             "invalid-parameter",
@@ -348,6 +357,7 @@ async def delete_gamut(request: Request, gamut_id: GamutId) -> Response:
     service = service_of(request)
     record = await service.library.record(gamut_id)
     refuse_reference(record)
+    await check_owner(request, service.store, gamut_id)
     if_match = request.headers.getlist("if-match")
     if if_match:
         check_if_match(if_match, *_description_tags(await _named(service, record)))

@@ -7,6 +7,7 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Depends, Header, Path, Request
 from fastapi.responses import Response, StreamingResponse
 
+from service.access.ownership import check_owner
 from service.container import ServiceContainer, service_of
 from service.http.parameters import ID, ID_PATTERN, check_query
 from service.jobs.book import JobDocument
@@ -168,6 +169,7 @@ async def follow_job(
         200: json_response("The job, cancelled.", JobDescription, _CANCELLED_JOB),
         **problems(
             "job-not-found",
+            "built-by-another",
             "gamut-rebuilding",
             "job-finished",
             "invalid-parameter",
@@ -178,6 +180,8 @@ async def follow_job(
 async def cancel_job(request: Request, job_id: JobId) -> Response:
     """Cancel a build."""
     service = service_of(request)
+    if await service.builds.job(job_id) is not None:
+        await check_owner(request, service.store, job_id)
     document = await service.builds.cancel(job_id)
     if document is None or document.state == "succeeded":
         document = await _read_job(service, job_id)

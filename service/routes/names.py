@@ -5,6 +5,7 @@ import asyncio
 from fastapi import APIRouter, Depends, Request
 from fastapi.responses import Response
 
+from service.access.ownership import check_owner
 from service.container import service_of
 from service.http.parameters import check_query
 from service.openapi.documentation import EXAMPLE_ID, NAME_BODY, json_response, problems
@@ -40,6 +41,7 @@ router = APIRouter(prefix="/v1/gamuts", tags=["gamuts"], dependencies=[Depends(c
             "gamut-not-found",
             "gamut-rebuilding",
             "reference-read-only",
+            "built-by-another",
             "invalid-parameter",
             "store-unavailable",
             "storage-full",
@@ -52,6 +54,7 @@ async def name_gamut(request: Request, gamut_id: GamutId) -> Response:
     service = service_of(request)
     name = await submitted_name(request)
     refuse_reference(await service.library.record(gamut_id))
+    await check_owner(request, service.store, gamut_id)
     await asyncio.to_thread(service.store.names.give, gamut_id, name)
     await service.meshes.rename(gamut_id)
     return JsonResponse({"id": gamut_id, "name": name}, headers={"Cache-Control": "no-store"})

@@ -1,54 +1,89 @@
 """Eviction: which blobs are removed when a local store is full.
 
 Inputs of finished gamuts go first, because only the repair of damaged gamuts needs them. If the
-operator has set a size limit, quarantined blobs and then the least recently used gamuts follow.
-Inputs of unfinished jobs, jobs, and gamuts that are being published are never removed.
+operator has set a size limit, quarantined blobs and then gamuts follow. Inputs and gamuts go in the
+order of the last use of their gamut. Inputs of unfinished jobs, jobs, and gamuts that are being
+published are never removed.
+
+A store may have a million files. It is scanned for the first eviction, and the least recently used
+gamuts are kept in memory. The store reports later ones (`Eviction.note`). So another scan is needed
+only when the gamuts in memory are used up and there are others.
 """
 
 from __future__ import annotations
 
 import contextlib
+import heapq
 import logging
+import math
 import threading
-import time
 from collections import deque
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator
 from typing import Protocol
 
 from service.storage.blobs import BlobNotFoundError
 from service.storage.local import LocalBlobs
-from service.storage.records import id_of, input_key, record_key
+from service.storage.records import id_of, input_key
 
 __all__ = ["Eviction"]
 
 logger = logging.getLogger(__name__)
 
-_LOOKS = 2
-"""Number of scans of the store per call. Candidates of the first scan may be in use later."""
+_MOST = 20_000
+"""Number of gamuts per queue after a scan, about 4 MB."""
 
-_PAUSE = 1.0
-"""Seconds for which a store without candidates is not scanned again."""
-
-
-@dataclass(frozen=True)
-class _Candidate:
-    key: str
-    used: float
-    evict: Callable[[str], int]
+_SCANS = 2
+"""Number of scans per call. Gamuts that a first scan finds may be in use later."""
 
 
 class Evictable(Protocol):
     """The gamuts of a store, as far as eviction needs them."""
 
-    def flush_uses(self) -> None:
-        """Write the times of last use to the files."""
+    def last_use(self, gamut_id: str) -> float:
+        """Return the time of a gamut's last use; raises `BlobNotFoundError` if there is none."""
 
     def is_being_published(self, gamut_id: str) -> bool:
         """Return whether a thread of this process is publishing the gamut."""
 
     def evict(self, gamut_id: str) -> int:
         """Remove a gamut and return the number of bytes freed."""
+
+
+class _Queue:
+    """The least recently used gamuts by the time of their last use.
+
+    A gamut that is not in the queue was used after `horizon`. An infinite horizon means that the
+    queue is complete.
+    """
+
+    def __init__(self) -> None:
+        self._heap: list[tuple[float, str]] = []
+        self._horizon = -math.inf
+
+    def __bool__(self) -> bool:
+        return bool(self._heap)
+
+    @property
+    def complete(self) -> bool:
+        """Whether no gamut is missing."""
+        return self._horizon == math.inf
+
+    def fill(self, found: Iterable[tuple[float, str]]) -> None:
+        """Replace the content by the oldest of some gamuts."""
+        # A sorted list is a heap.
+        self._heap = heapq.nsmallest(_MOST, found)
+        self._horizon = math.inf if len(self._heap) < _MOST else self._heap[-1][0]
+
+    def add(self, used: float, gamut_id: str) -> None:
+        """Add a gamut unless it was used after the horizon."""
+        if used <= self._horizon:
+            heapq.heappush(self._heap, (used, gamut_id))
+            if len(self._heap) > 2 * _MOST:
+                self.fill(self._heap)
+
+    def pop(self) -> tuple[float, str]:
+        """Remove and return the least recently used gamut."""
+        return heapq.heappop(self._heap)
 
 
 class Eviction:
@@ -67,8 +102,20 @@ class Eviction:
         self._blobs = blobs
         self._lock = threading.RLock()
         self._evicting = False
-        self._candidates: deque[_Candidate] = deque()
-        self._nothing_until = 0.0
+        self._inputs = _Queue()
+        self._gamuts = _Queue()
+        self._quarantined: deque[str] = deque()
+        # Not added to the queues at once, because a scan holds the lock for seconds.
+        self._noted: deque[str] = deque()
+        self._outdated = True
+        self._scans_left = 0
+
+    def note(self, gamut_id: str) -> None:
+        """Report that a gamut was published, or that its input was stored."""
+        if len(self._noted) >= _MOST:
+            self._outdated = True
+        if not self._outdated:
+            self._noted.append(gamut_id)
 
     def make_room(self, nbytes: int) -> bool:
         """Free at least `nbytes` bytes if possible; return whether any were freed."""
@@ -79,6 +126,10 @@ class Eviction:
             self._evicting = True
             try:
                 freed = self._free(nbytes)
+            except BaseException:
+                # A gamut that was taken from a queue may still be stored.
+                self._outdated = True
+                raise
             finally:
                 self._evicting = False
         if freed:
@@ -86,60 +137,75 @@ class Eviction:
         return freed > 0
 
     def _free(self, nbytes: int) -> int:
-        self._store.flush_uses()
-        freed = looks = 0
+        self._scans_left = _SCANS
+        if self._outdated:
+            self._scan()
+        freed = 0
         while freed < nbytes:
-            if not self._candidates:
-                looks += 1
-                if looks > _LOOKS or not self._look():
-                    break
-            candidate = self._candidates.popleft()
-            with contextlib.suppress(BlobNotFoundError):
-                used = self._blobs.stat(candidate.key).st_mtime
-                if used > candidate.used:
-                    # Used since the scan: it goes to the end of the queue.
-                    self._candidates.append(_Candidate(candidate.key, used, candidate.evict))
-                    continue
-                freed += candidate.evict(candidate.key)
+            self._take_noted()
+            if (gamut_id := self._oldest(self._inputs)) is not None:
+                freed += self._drop(input_key(gamut_id))
+            elif not self._blobs.limit:
+                break
+            elif (key := self._next_in_quarantine()) is not None:
+                freed += self._drop(key)
+            elif (gamut_id := self._oldest(self._gamuts)) is not None:
+                freed += self._store.evict(gamut_id)
+            else:
+                break
         return freed
 
-    def _look(self) -> bool:
-        """Scan the store for candidates; return whether there are any."""
-        if time.monotonic() < self._nothing_until:
-            return False
-        found = self._candidates_under(
-            "inputs/", self._drop_input, lambda key: self._has_record(id_of(key))
-        )
-        if self._blobs.limit:
-            found += self._candidates_under("quarantine/", self._drop, lambda _: True)
-            found += self._candidates_under(
-                "published/", self._evict, lambda key: key.endswith(".record")
-            )
-        self._candidates.extend(found)
-        if not found:
-            self._nothing_until = time.monotonic() + _PAUSE
-        return bool(found)
-
-    def _candidates_under(
-        self, prefix: str, evict: Callable[[str], int], may_go: Callable[[str], bool]
-    ) -> list[_Candidate]:
-        found = []
-        for key in self._blobs.keys(prefix):
-            if may_go(key) and not self._store.is_being_published(id_of(key)):
+    def _oldest(self, queue: _Queue) -> str | None:
+        """Take the least recently used gamut from a queue; None if none may go."""
+        while True:
+            if not queue and not queue.complete and self._scans_left:
+                self._scan()
+            if not queue:
+                return None
+            used, gamut_id = queue.pop()
+            # A gamut that is being published is noted afterwards.
+            if not self._store.is_being_published(gamut_id):
                 with contextlib.suppress(BlobNotFoundError):
-                    found.append(_Candidate(key, self._blobs.stat(key).st_mtime, evict))
-        return sorted(found, key=lambda candidate: candidate.used)
+                    current = self._store.last_use(gamut_id)
+                    if current == used:
+                        return gamut_id
+                    queue.add(current, gamut_id)
 
-    def _has_record(self, gamut_id: str) -> bool:
-        return self._blobs.path(record_key(gamut_id)).exists()
+    def _scan(self) -> None:
+        self._scans_left -= 1
+        self._outdated = False
+        self._noted.clear()
+        self._inputs.fill(self._uses("inputs/", ".input"))
+        if self._blobs.limit:
+            self._gamuts.fill(self._uses("published/", ".record"))
 
-    def _drop_input(self, key: str) -> int:
-        # The input may belong to a job again, if its gamut was deleted or damaged meanwhile.
-        return self._drop(input_key(id_of(key))) if self._has_record(id_of(key)) else 0
+    def _uses(self, prefix: str, suffix: str) -> Iterator[tuple[float, str]]:
+        """Iterate over the published gamuts with such a blob."""
+        for key in self._blobs.keys(prefix):
+            if key.endswith(suffix):
+                with contextlib.suppress(BlobNotFoundError):
+                    yield self._store.last_use(id_of(key)), id_of(key)
+
+    def _take_noted(self) -> None:
+        while self._noted:
+            gamut_id = self._noted.popleft()
+            # Without a record, the input belongs to a job that is not finished.
+            with contextlib.suppress(BlobNotFoundError):
+                used = self._store.last_use(gamut_id)
+                self._inputs.add(used, gamut_id)
+                self._gamuts.add(used, gamut_id)
+
+    def _next_in_quarantine(self) -> str | None:
+        if not self._quarantined:
+            found = []
+            for key in self._blobs.keys("quarantine/"):
+                with contextlib.suppress(BlobNotFoundError):
+                    found.append((self._blobs.stat(key).st_mtime, key))
+            self._quarantined.extend(key for _, key in sorted(found))
+        return self._quarantined.popleft() if self._quarantined else None
 
     def _drop(self, key: str) -> int:
-        nbytes = self._blobs.size(key)
-        return nbytes if self._blobs.delete(key) else 0
-
-    def _evict(self, key: str) -> int:
-        return self._store.evict(id_of(key))
+        with contextlib.suppress(BlobNotFoundError):
+            nbytes = self._blobs.size(key)
+            return nbytes if self._blobs.delete(key) else 0
+        return 0

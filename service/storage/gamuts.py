@@ -33,6 +33,7 @@ from service.storage.eviction import Eviction
 from service.storage.inputs import Inputs
 from service.storage.local import LocalBlobs
 from service.storage.names import Names
+from service.storage.owners import Owners
 from service.storage.quarantine import Quarantine
 from service.storage.records import Record, RecordCache, id_of, record_key
 from service.storage.sweep import remove_uncommitted
@@ -87,6 +88,7 @@ class GamutStore:
     Attributes
     ----------
     names : Names
+    owners : Owners
     hits, misses, evictions : int
         Requested records that exist, and that do not; gamuts removed for lack of space.
     on_evicted : callable, optional
@@ -96,6 +98,7 @@ class GamutStore:
     def __init__(self, blobs: Blobs, *, keep_inputs: bool = True) -> None:
         self.blobs = blobs
         self.names = Names(blobs)
+        self.owners = Owners(blobs)
         self.keep_inputs = keep_inputs
         self.hits = self.misses = self.evictions = 0
         self._damaged_jobs = 0
@@ -111,8 +114,10 @@ class GamutStore:
         self._flushed = time.monotonic()
         self._sweeping: threading.Thread | None = None
         self._opened = threading.Event()
+        self._eviction: Eviction | None = None
         if isinstance(blobs, LocalBlobs):
-            blobs.make_room = Eviction(self, blobs).make_room
+            self._eviction = Eviction(self, blobs)
+            blobs.make_room = self._eviction.make_room
 
     @property
     def corruptions(self) -> int:
@@ -179,6 +184,7 @@ class GamutStore:
                 content.unlink(missing_ok=True)
             if not self.keep_inputs:
                 self.drop_input(record.id)
+            self.mark_used(record.id)
         self._cached.put(record)
         return record
 
@@ -267,6 +273,7 @@ class GamutStore:
         self.blobs.delete(record.key)
         self.drop_input(gamut_id)
         self.names.drop(gamut_id)
+        self.owners.drop(gamut_id)
         return deleted
 
     def deleted_elsewhere(self) -> set[str]:
@@ -332,6 +339,7 @@ class GamutStore:
     ) -> None:
         """Store the input of a gamut durably, with its options and the SHA-256 of the data."""
         self._inputs.keep(gamut_id, data, options or {}, sha256 or hashlib.sha256(data).hexdigest())
+        self._note(gamut_id)
 
     def input_path(self, gamut_id: str) -> Path:
         """Return a new scratch file with the verified input of a gamut; the caller removes it.
@@ -382,15 +390,33 @@ class GamutStore:
     def mark_used(self, gamut_id: str) -> None:
         """Record the use of a gamut. The least recently used gamuts are evicted first."""
         if not self.blobs.remote:
-            self._used[gamut_id] = time.time()
+            with self._lock:
+                self._used[gamut_id] = time.time()
+
+    def last_use(self, gamut_id: str) -> float:
+        """Return the time of a gamut's last use; raises `BlobNotFoundError` if there is none.
+
+        Only for local storage.
+        """
+        assert isinstance(self.blobs, LocalBlobs)  # noqa: S101 - buckets evict nothing
+        # Memory first, because a flush writes the time before it forgets it.
+        unwritten = self._used.get(gamut_id)
+        written = self.blobs.stat(record_key(gamut_id)).st_mtime
+        return written if unwritten is None else unwritten
 
     def flush_uses(self) -> None:
         """Write the times of last use as modification times of the records."""
         if isinstance(self.blobs, LocalBlobs):
-            uses, self._used = self._used, {}
             self._flushed = time.monotonic()
-            for gamut_id, when in list(uses.items()):
+            for gamut_id, when in list(self._used.items()):
                 self.blobs.touch(record_key(gamut_id), when)
+                with self._lock:
+                    if self._used.get(gamut_id) == when:
+                        del self._used[gamut_id]
+
+    def _note(self, gamut_id: str) -> None:
+        if self._eviction is not None:
+            self._eviction.note(gamut_id)
 
     @contextlib.contextmanager
     def _mark_publishing(self, gamut_id: str) -> Iterator[None]:
@@ -403,6 +429,7 @@ class GamutStore:
                 self._publishing[gamut_id] -= 1
                 if not self._publishing[gamut_id]:
                     del self._publishing[gamut_id]
+            self._note(gamut_id)
 
     def _commit(self, record: Record) -> Record:
         """Create the record of a stored history, and return the current record."""

@@ -24,7 +24,7 @@ from service.telemetry.traces import current_trace
 if TYPE_CHECKING:
     from types import TracebackType
 
-__all__ = ["JsonLines", "TextLines", "configure_logging", "without_secrets"]
+__all__ = ["JsonLines", "TextLines", "complain", "configure_logging", "without_secrets"]
 
 _USUAL = frozenset(vars(logging.makeLogRecord({}))) | {"message", "asctime", "color_message"}
 """Attributes of every record. All others were given with ``extra``."""
@@ -57,12 +57,15 @@ _SECRETS = (
     re.compile(r"(?P<kept>\b[a-z][a-z0-9+.-]*://)(?P<secret>[^\s/@\"']+)(?=@)", re.IGNORECASE),
 )
 
+_API_KEY = re.compile(r"(?P<kept>gamut_[a-z0-9-]{1,32}_)(?P<secret>[A-Za-z0-9_-]{16,})")
+"""An API key of this service, whole or with its end cut off, wherever it stands."""
+
 _HINTS = (
     *("authorization", "cookie", "bearer", "basic", "key", "secret", "token", "passw", "://"),
     *("sig", "credential", "sas"),
 )
-"""Every text that matches a pattern contains one of these. Most lines contain none and need no
-search."""
+"""Every text that matches a pattern of `_SECRETS` contains one of these. Most lines contain none,
+and need no search."""
 
 _DEEPEST = 8
 """Nesting depth of logged values, which may contain themselves."""
@@ -80,7 +83,7 @@ def without_secrets(text: str) -> str:
     """
     if not _may_hold_secret(text):
         return text
-    for pattern in _SECRETS:
+    for pattern in (_API_KEY, *_SECRETS):
         text = pattern.sub(r"\g<kept>***", text)
     return text
 
@@ -93,7 +96,7 @@ class TextLines(logging.Formatter):
         message = _CONTROL.sub(_escape, without_secrets(record.getMessage()))
         line = f"{_time(record)} {record.levelname} {record.name}: {message}"
         if request_id := _request_id(record):
-            line += f" [{request_id}]"
+            line += f" [{without_secrets(request_id)}]"
         exception = _exception(record)
         return line if exception is None else f"{line}\n{exception}"
 
@@ -152,6 +155,15 @@ def configure_logging(log_format: str, level: str) -> None:
     threading.excepthook = _log_uncaught_in_thread
 
 
+def complain(text: str) -> None:
+    """Report why a command ends: as a line for people, or in the log if the log is JSON."""
+    handlers = logging.getLogger().handlers
+    if any(isinstance(handler.formatter, JsonLines) for handler in handlers):
+        logging.getLogger("service").error("%s", text)
+    else:
+        sys.stderr.write(f"gamut: {text}\n")
+
+
 def _time(record: logging.LogRecord) -> str:
     moment = datetime.fromtimestamp(record.created, UTC)
     return moment.isoformat(timespec="milliseconds").replace("+00:00", "Z")
@@ -183,7 +195,7 @@ def _is_secret(name: str) -> bool:
 
 def _may_hold_secret(text: str) -> bool:
     lowered = text.lower()
-    return any(hint in lowered for hint in _HINTS)
+    return any(hint in lowered for hint in _HINTS) or _API_KEY.search(text) is not None
 
 
 def _clean(value: Any, depth: int = 0) -> Any:  # noqa: ANN401 - whatever was given with extra

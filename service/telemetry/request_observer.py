@@ -14,6 +14,7 @@ from time import perf_counter
 from typing import TYPE_CHECKING, NamedTuple
 from urllib.parse import quote
 
+from service.access.middleware import client_key
 from service.http.request_id import current_request_id
 
 if TYPE_CHECKING:
@@ -157,11 +158,12 @@ class Refusals:
         if self.access_log:
             milliseconds = round(1000 * refusal.seconds, 3)
             logger.info(
-                "- - %d %s, %d bytes, %s ms",
+                "- - %d %s, %d bytes, %s ms, %s",
                 refusal.status,
                 refusal.problem,
                 refusal.nbytes,
                 milliseconds,
+                refusal.client,
                 extra={
                     "status": refusal.status,
                     "problem": refusal.problem,
@@ -189,14 +191,17 @@ def _log(scope: Scope, status: int, nbytes: int, seconds: float) -> None:
         query = "***"
     address = f"{path}?{query}" if query else path
     client = scope.get("client")
+    host = client[0] if client else None
+    key = client_key(scope)
     milliseconds = round(1000 * seconds, 3)
     logger.info(
-        "%s %s %d, %d bytes, %s ms",
+        "%s %s %d, %d bytes, %s ms, %s",
         method,
         address,
         status,
         nbytes,
         milliseconds,
+        f"{host} key {key.name}" if key else host,
         extra={
             "method": method,
             "path": path,
@@ -205,6 +210,7 @@ def _log(scope: Scope, status: int, nbytes: int, seconds: float) -> None:
             "status": status,
             "bytes": nbytes,
             "milliseconds": milliseconds,
-            "client": client[0] if client else None,
+            "client": host,
+            "key": key.name if key else None,
         },
     )

@@ -153,6 +153,9 @@ class Traces:
             for name, value in scope["headers"]
             if name in {b"traceparent", b"tracestate"}
         }
+        # The module of the log imports this one.
+        from service.telemetry.logs import without_secrets  # noqa: PLC0415
+
         span = self._tracer.start_span(
             scope["method"],
             context=self._propagator.extract(carrier),
@@ -160,8 +163,8 @@ class Traces:
             attributes={
                 "http.request.method": scope["method"],
                 "url.scheme": scope.get("scheme", "http"),
-                "url.path": scope["path"],
-                "gamut.request_id": request_id,
+                "url.path": without_secrets(scope["path"]),
+                "gamut.request_id": without_secrets(request_id),
             },
         )
         # The text of an exception may contain secrets, so only the log has it.

@@ -130,7 +130,7 @@ def request_app():
             transport = httpx.ASGITransport(app, raise_app_exceptions=False)
             fields = {"Accept-Encoding": "identity"}
             async with httpx.AsyncClient(
-                transport=transport, base_url="http://test", headers=fields
+                transport=transport, base_url="http://localhost", headers=fields
             ) as client:
                 return await client.request(method, path, **arguments)
 

@@ -35,7 +35,7 @@ def test_what_looks_like_a_setting_and_is_none_is_named_without_its_value(capsys
     monkeypatch.setenv("GAMUT_BUILD_QUEUE", "7")
     assert main(["serve", "--host", "192.0.2.1"]) == 2
     told = capsys.readouterr().err
-    assert "unknown settings are ignored: GAMUT_BUILD_WORKER\n" in told
+    assert "GAMUT_BUILD_WORKER is not a setting and is ignored. Did you mean GAMUT_BUILD_W" in told
     assert "a-value" not in told
 
 

@@ -8,7 +8,8 @@ import pytest
 import servers
 
 from service.access.api_keys import ApiKeys, new_key
-from service.access.middleware import Access, OpenToAllError, is_loopback
+from service.access.hosts import is_loopback
+from service.access.middleware import Access, OpenToAllError
 from service.access.rate_limits import TokenBuckets
 from service.application import access_rules
 from service.http.conditional import IMMUTABLE

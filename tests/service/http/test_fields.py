@@ -246,6 +246,8 @@ SEEDS = itertools.count(5000)
         (['note="a, wait=121, b", wait=122'], 122, False),
         (['note="\\", wait=3"; x="y;z"'], None, False),
         (['note="never closed, wait=3'], None, False),
+        (["wait=" + "9" * 5000], None, False),
+        (["wait=1e9"], None, False),
         (["wait=-1"], None, False),
         (["wait=soon"], None, False),
         (["wait=1000"], None, False),

@@ -249,6 +249,16 @@ def test_a_large_head_is_refused(connect, reports, data):
     assert document["where"] == {"limit": 2000}
 
 
+def test_many_fields_in_one_packet_are_refused_once(connect, clock, reports, caplog):
+    """The parser's error and the size of the packet are one refusal."""
+    before = len(reports)
+    data = b"GET / HTTP/1.1\r\nHost: test\r\n" + b"X: 0123456789\r\n" * 400 + b"\r\n"
+    assert_problem(connect(data), 431, "head-too-large", reports)
+    clock.settle()
+    assert len(reports) == before + 1
+    assert not [record for record in caplog.records if record.exc_info]
+
+
 def test_a_head_that_comes_in_drops_is_refused_while_others_are_served(connect, clock):
     slow, good = connect(GET[:10]), connect()
     seconds = seconds_of_drops(clock, slow, GET[10:-1] * 100, lambda: whole(good))

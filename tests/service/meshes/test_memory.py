@@ -34,7 +34,7 @@ def meanwhile(app):
     def run(scenario, **settings):
         async def with_client():
             transport = httpx.ASGITransport(app(**settings))
-            async with httpx.AsyncClient(transport=transport, base_url="http://test") as client:
+            async with httpx.AsyncClient(transport=transport, base_url="http://[::1]") as client:
                 return await asyncio.wait_for(scenario(client), HANG)
 
         return asyncio.run(with_client())

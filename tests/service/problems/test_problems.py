@@ -164,7 +164,8 @@ def test_any_body(send, content, kind, prefer):
     ("error", "status", "code"),
     [
         (RuntimeError("a secret of the service"), 500, "internal-error"),
-        (OSError(1, "a secret of the disk"), 500, "internal-error"),
+        (OSError(22, "a secret of the disk"), 500, "internal-error"),
+        (OSError(1, "a secret of the disk"), 503, "store-unavailable"),
         (OSError(5, "a secret of the disk"), 503, "store-unavailable"),
         (FileNotFoundError(2, "a secret of the disk"), 503, "store-unavailable"),
         (PermissionError(13, "a secret of the disk"), 503, "store-unavailable"),

@@ -133,7 +133,7 @@ def test_figures_are_told_while_all_shared_threads_wait_for_the_store(tmp_path):
         waiting = loop.run_in_executor(None, answers.wait)
         transport = httpx.ASGITransport(create_app(Settings(store=str(tmp_path))))
         try:
-            async with httpx.AsyncClient(transport=transport, base_url="http://test") as client:
+            async with httpx.AsyncClient(transport=transport, base_url="http://[::1]") as client:
                 answer = await asyncio.wait_for(client.get("/metrics"), 120)
         finally:
             answers.set()

@@ -216,7 +216,7 @@ def test_the_document_of_the_api_is_what_the_app_generates(get):
 def test_behind_a_prefix_the_document_says_so():
     async def document():
         transport = httpx.ASGITransport(create_app(Settings()), root_path="/gamut")
-        async with httpx.AsyncClient(transport=transport, base_url="http://test") as client:
+        async with httpx.AsyncClient(transport=transport, base_url="http://localhost") as client:
             return (await client.get("/gamut/openapi.json")).json()
 
     assert asyncio.run(document())["servers"] == [{"url": "/gamut"}]

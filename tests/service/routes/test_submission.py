@@ -90,7 +90,7 @@ def test_few_large_files_are_in_memory_at_a_time(store, monkeypatch):
     async def scenario():
         sent = asyncio.Semaphore(0)
         transport = httpx.ASGITransport(create_app(Settings(store=str(store))))
-        async with httpx.AsyncClient(transport=transport, base_url="http://test") as client:
+        async with httpx.AsyncClient(transport=transport, base_url="http://localhost") as client:
 
             async def post(content):
                 form = client.build_request("POST", "/v1/gamuts", files={"file": content})

@@ -1,7 +1,14 @@
+import contextlib
 import os
+import tempfile
+from itertools import count
+from pathlib import Path
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
+from service.storage import eviction, gamuts
 from service.storage.blobs import StoreFullError
 from service.storage.gamuts import GamutNotStoredError, GamutStore
 from service.storage.local import LocalBlobs
@@ -117,3 +124,82 @@ def test_without_a_limit_a_full_disk_costs_inputs_and_no_gamut(
     assert stored(store) == {first, identity(2)}
     with pytest.raises(StoreFullError):
         publish(store, 3, bytes(5000))
+
+
+def test_a_gamut_that_is_read_after_every_post_stays(tmp_path, publish, identity):
+    """As with `GAMUT_STORE_BYTES=6000000` and a client that posts and reads in turn."""
+    store = GamutStore(LocalBlobs(tmp_path / "store", limit=6_000_000))
+    store.open()
+    for number in range(150):
+        store.keep_input(identity(number), bytes(9_000))
+        publish(store, number, bytes(110_000))
+        assert store.record(identity(0))
+        # The input of the newest gamut is the only one that there can be when space is short.
+        assert sum(1 for _ in store.blobs.keys("inputs/")) <= 1 or not store.evictions
+    assert store.evictions > 50
+    store.close()
+
+
+_STEPS = st.lists(
+    st.one_of(
+        st.tuples(st.just("publish"), st.integers(0, 30), st.integers(1, 5)),
+        st.tuples(st.just("job"), st.integers(0, 30), st.integers(1, 3)),
+        st.tuples(st.sampled_from(["use", "delete", "flush", "rescan"]), st.integers(0, 30)),
+    ),
+    max_size=50,
+)
+
+
+@given(_STEPS, st.sampled_from([2, 5, 1000]))
+def test_the_order_is_that_of_the_last_use_and_inputs_go_first(publish, identity, steps, most):
+    """Whatever was published, used and deleted before, and however many are kept in memory."""
+    clock = count(1_000_000_000)
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        pytest.MonkeyPatch.context() as patch,
+    ):
+        patch.setattr(eviction, "_MOST", most)
+        patch.setattr(eviction, "_SCANS", 1000)  # few gamuts in memory need many scans
+        patch.setattr(gamuts.time, "time", lambda: float(next(clock)))
+        store = GamutStore(LocalBlobs(Path(folder), limit=110_000))
+        store.open()
+        used, inputs = {}, set()
+        evicted = []
+        store.on_evicted = evicted.append
+        for kind, number, *size in steps:
+            gamut_id = identity(number)
+            evicted.clear()
+            published = False
+            if kind == "publish" and gamut_id not in used:
+                # Inputs of unfinished jobs may leave no room.
+                with contextlib.suppress(StoreFullError):
+                    publish(store, number, bytes(8_000 * size[0]))
+                    published = True
+            elif kind == "job" and gamut_id not in used and gamut_id not in inputs:
+                with contextlib.suppress(StoreFullError):
+                    store.keep_input(gamut_id, bytes(8_000 * size[0]))
+                    inputs.add(gamut_id)
+            elif kind == "use" and gamut_id in used:
+                store.record(gamut_id)
+            elif kind == "delete":
+                store.delete(gamut_id)
+                inputs -= {gamut_id} & used.keys()
+                used.pop(gamut_id, None)
+            elif kind == "flush":
+                store.flush_uses()
+            elif kind == "rescan":
+                store._eviction._outdated = True
+            oldest_first = sorted(used, key=used.get)
+            with_input = [each for each in oldest_first if each in inputs]
+            dropped = [each for each in with_input if not store.input_kept(each)]
+            assert evicted == oldest_first[: len(evicted)]
+            assert dropped == with_input[: len(dropped)]
+            assert not evicted or dropped == with_input
+            inputs -= set(dropped)
+            for each in evicted:
+                del used[each]
+            if published or (kind == "use" and gamut_id in used):
+                used[gamut_id] = store.last_use(gamut_id)
+            assert stored(store) == set(used)
+            assert store.blobs.used <= 110_000
+        store.close()

@@ -158,7 +158,7 @@ class TestRefusals:
         assert figures.refusals == {"head-too-large": 2}
         assert (figures.counts, figures.sent_bytes) == ({}, 400)
         (line,) = lines()
-        assert line["message"] == "- - 431 head-too-large, 200 bytes, 250.0 ms"
+        assert line["message"] == "- - 431 head-too-large, 200 bytes, 250.0 ms, 192.0.2.1"
         assert (line["status"], line["bytes"], line["problem"]) == (431, 200, "head-too-large")
         assert (line["client"], line["request_id"]) == ("192.0.2.1", "0" * 32)
 

@@ -1,0 +1,165 @@
+"""Names of the service, and pages of other origins.
+
+A service without keys on a loopback address trusts everybody who reaches it. A browser reaches it
+on behalf of any page: under a name of the page's own that resolves to 127.0.0.1 (DNS rebinding), or
+by a request across sites. So such a service answers requests for its own names only, and pages of
+other origins change nothing. See ``docs/decisions/hosts.md``.
+"""
+
+from __future__ import annotations
+
+import ipaddress
+import re
+from typing import TYPE_CHECKING
+
+from service.problems.problem import Problem, problem_response
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from starlette.types import ASGIApp, Receive, Scope, Send
+
+__all__ = ["Hosts", "host_names", "is_loopback"]
+
+_PROBES = frozenset({"/livez", "/readyz", "/metrics"})
+"""Paths of balancers and monitors, which address the service by any name."""
+
+_READING_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})
+
+_FIELD = re.compile(r"(?P<host>\[[0-9a-f:.]+\]|[a-z0-9._~%!$&'()*+,;=-]*)(?::(?P<port>[0-9]*))?\Z")
+"""Value of ``Host`` in lower case (RFC 9110, section 7.2)."""
+
+_NAME = re.compile(r"(?:\*\.)?[a-z0-9._-]+(?::[0-9]+)?\Z|\[[0-9a-f:.]+\](?::[0-9]+)?\Z")
+
+_DEFAULT_PORTS = {"http": "80", "https": "443"}
+
+
+def host_names(text: str) -> tuple[str, ...]:
+    """Return the names in a setting, separated by commas or spaces, in lower case.
+
+    Raises
+    ------
+    ValueError
+        An entry is not a name with an optional port.
+    """
+    found = tuple(text.lower().replace(",", " ").split())
+    for name in found:
+        if not _NAME.match(name):
+            message = (
+                f"{name} is not a host. Give a name or an address with an optional port, such as "
+                "gamut.example.org:8443 or *.example.org."
+            )
+            raise ValueError(message)
+    return found
+
+
+def is_loopback(host: str) -> bool:
+    """Return whether a listening address is reachable from this machine only."""
+    try:
+        return ipaddress.ip_address(host.strip("[]")).is_loopback
+    except ValueError:
+        return host == "localhost"
+
+
+class Hosts:
+    """ASGI middleware that checks ``Host``, ``Origin`` and ``Sec-Fetch-Site``.
+
+    Parameters
+    ----------
+    app : ASGI app
+    names : sequence of str
+        Names of the service as returned by `host_names`, besides those of the loopback addresses.
+    trusting : bool
+        Whether everybody who reaches the service on its loopback address may use it.
+    origins : sequence of str
+        Origins whose pages may use the service; ``*`` for all.
+    reading : pattern
+        Paths of operations that read, although their method is POST.
+    """
+
+    def __init__(
+        self,
+        app: ASGIApp,
+        names: Sequence[str],
+        *,
+        trusting: bool,
+        origins: Sequence[str],
+        reading: re.Pattern[str],
+    ) -> None:
+        self.app = app
+        self._names = frozenset(names)
+        self._checks_names = trusting or bool(names)
+        self._trusting = trusting
+        self._origins = frozenset(origins)
+        self._reading = reading
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass the request on, or answer with the problem."""
+        problem = self._problem(scope) if scope["type"] == "http" else None
+        answer = self.app if problem is None else problem_response(problem)
+        await answer(scope, receive, send)
+
+    def _problem(self, scope: Scope) -> Problem | None:
+        hosts = [value for name, value in scope["headers"] if name == b"host"]
+        if len(hosts) > 1 or (not hosts and scope["http_version"] != "1.0"):
+            # RFC 9112, section 3.2.
+            count = "more than one" if hosts else "no"
+            detail = f"There is {count} Host header field."
+            return Problem("bad-request", detail, {"header": "Host"}, "Send exactly one.")
+        host = hosts[0].decode("latin-1").lower() if hosts else ""
+        parts = _FIELD.match(host)
+        if parts is None:
+            detail = f"The Host header field is {host[:80]!r}, which is not a host with a port."
+            remedy = "Send the host and the port of the address."
+            return Problem("bad-request", detail, {"header": "Host"}, remedy)
+        if scope["path"] in _PROBES:
+            return None
+        # Clients of HTTP/1.0 may omit the field, browsers never do.
+        if self._checks_names and hosts and not self._is_own(parts["host"], host):
+            detail = f"The service is not called {host[:80]!r}."
+            return Problem("host-not-allowed", detail, {"header": "Host"})
+        foreign = self._foreign(scope, host) if self._trusting else None
+        if foreign is not None and self._only_reads(scope):
+            # With options, an address of a reference gamut builds another gamut.
+            scope["refuse_build"] = lambda is_write: foreign if is_write else None
+            return None
+        return foreign
+
+    def _is_own(self, name: str, host: str) -> bool:
+        """Return whether a name or address without and with its port is one of this service."""
+        if is_loopback(name) or not self._names.isdisjoint((name, host)):
+            return True
+        labels = name.split(".")
+        return any(
+            f"*.{'.'.join(labels[start:])}{port}" in self._names
+            for start in range(1, len(labels))
+            for port in {"", host.removeprefix(name)}
+        )
+
+    def _only_reads(self, scope: Scope) -> bool:
+        method: str = scope["method"]
+        if method in _READING_METHODS:
+            return True
+        return method == "POST" and self._reading.match(scope["path"]) is not None
+
+    def _foreign(self, scope: Scope, host: str) -> Problem | None:
+        """Return the problem of a request that a page of another origin sends."""
+        fields = dict(scope["headers"])
+        origin = fields.get(b"origin", b"").decode("latin-1").lower()
+        site = fields.get(b"sec-fetch-site", b"none").decode("latin-1")
+        if origin:
+            if "*" in self._origins or origin in self._origins or _is_origin_of(origin, host):
+                return None
+            detail = f"A page of {origin[:80]} may change nothing here."
+            return Problem("origin-not-allowed", detail, {"header": "Origin"})
+        if site in {"none", "same-origin"} or "*" in self._origins:
+            return None
+        detail = "A page of another origin may change nothing here."
+        return Problem("origin-not-allowed", detail, {"header": "Sec-Fetch-Site"})
+
+
+def _is_origin_of(origin: str, host: str) -> bool:
+    """Return whether a page of an origin comes from a host. The scheme may be a proxy's."""
+    scheme, _, authority = origin.partition("://")
+    port = _DEFAULT_PORTS.get(scheme, "")
+    return bool(authority) and authority.removesuffix(f":{port}") == host.removesuffix(f":{port}")
