@@ -37,10 +37,11 @@ def location(request, tmp_path):
         store.publish(record, content)
         store.keep_input(gamut_id, b"input")
         store.names.give(gamut_id, f"Press {gamut_id[0]}")
-        if request.param == "directory":
-            when = (4_000_000_000, 4_000_000_000) if gamut_id == OLD else (DAY, DAY)
-            os.utime(store.blobs.path(record_key(gamut_id)), when)
-    store.close()
+    store.close()  # writes the times of last use
+    if request.param == "directory":
+        for gamut_id in (OLD, UNUSED, CURRENT, UNKNOWN):
+            when = 4_000_000_000 if gamut_id == OLD else DAY
+            os.utime(store.blobs.path(record_key(gamut_id)), (when, when))
     return where
 
 
