@@ -138,10 +138,10 @@ RAW = (
     b"nonsense\r\n\r\n",
     b"GET / HTTP/1.1\r\n\r\n",
     b"GET /livez HTTP/1.0\r\n\r\n",
-    b"GET / HTTP/1.1\r\nHost: a\r\nbad field\r\n\r\n",
-    b"GET / HTTP/1.1\r\nHost: a\r\nX: " + b"x" * 40_000 + b"\r\n\r\n",
-    b"POST /v1/gamuts HTTP/1.1\r\nHost: a\r\nContent-Length: x\r\n\r\n",
-    b"POST /v1/gamuts HTTP/1.1\r\nHost: a\r\nContent-Length: 999999999999\r\n\r\n",
+    b"GET / HTTP/1.1\r\nHost: localhost\r\nbad field\r\n\r\n",
+    b"GET / HTTP/1.1\r\nHost: localhost\r\nX: " + b"x" * 40_000 + b"\r\n\r\n",
+    b"POST /v1/gamuts HTTP/1.1\r\nHost: localhost\r\nContent-Length: x\r\n\r\n",
+    b"POST /v1/gamuts HTTP/1.1\r\nHost: localhost\r\nContent-Length: 999999999999\r\n\r\n",
 )
 
 COMMANDS = """--version|nothing|build|reference|reference srgb --json|reference nothing|openapi

@@ -339,7 +339,7 @@ def test_other_media_types_and_large_bodies_are_refused(server, cubes, ask, asse
     # of a body that is declared too large nothing has to arrive
     address = server.client.base_url.host, server.client.base_url.port
     with socket.create_connection(address, timeout=120) as one:
-        head = f"POST {cubes[0]}/contains HTTP/1.1\r\nHost: test\r\nContent-Type: {NPY}\r\n"
+        head = f"POST {cubes[0]}/contains HTTP/1.1\r\nHost: localhost\r\nContent-Type: {NPY}\r\n"
         one.sendall(f"{head}Content-Length: {10**10}\r\n\r\n".encode())
         assert b" 413 " in one.recv(1000)
 
@@ -531,7 +531,7 @@ def test_too_many_rows_at_once_are_refused_for_a_moment(small_server, sphere, as
     address = f"{created['links']['self']}/contains"
     body = npy(np.zeros((900, 3), np.float32))
     host, port = server.url.removeprefix("http://").split(":")
-    head = f"POST {address} HTTP/1.1\r\nHost: x\r\nContent-Type: {NPY}\r\n"
+    head = f"POST {address} HTTP/1.1\r\nHost: localhost\r\nContent-Type: {NPY}\r\n"
     with socket.create_connection((host, int(port)), timeout=120) as slow:
         # its rows count from the arrival of the header fields
         slow.sendall(f"{head}Content-Length: {len(body)}\r\n\r\n".encode())
