@@ -1,6 +1,8 @@
 """Metrics of this process in Prometheus' formats."""
 
 import asyncio
+import contextlib
+import shutil
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING, Any
@@ -13,6 +15,7 @@ from service.caching.byte_bounded_cache import ByteBoundedCache
 from service.container import ServiceContainer, service_of
 from service.openapi.documentation import header, problems
 from service.storage.gamuts import GamutStore
+from service.storage.local import LocalBlobs
 from service.telemetry.metrics_endpoint import (
     build_families,
     counter,
@@ -153,6 +156,10 @@ def _store_families(store: GamutStore) -> "Iterator[Metric]":
     yield counter("gamut_store_corruptions", "Damaged files found.", store.corruptions)
     if store.nbytes is not None:
         yield gauge("gamut_store_bytes", "Bytes stored.", store.nbytes)
+    if isinstance(store.blobs, LocalBlobs):
+        with contextlib.suppress(OSError):
+            free = shutil.disk_usage(store.blobs.directory).free
+            yield gauge("gamut_store_free_bytes", "Free bytes on the disk of the store.", free)
     limit = getattr(store.blobs, "limit", 0)
     if limit:
         yield gauge("gamut_store_capacity_bytes", "Largest number of bytes stored.", limit)
