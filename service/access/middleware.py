@@ -10,10 +10,11 @@ import ipaddress
 import math
 import re
 from dataclasses import dataclass
-from functools import lru_cache, partial
+from functools import partial
 from typing import TYPE_CHECKING
 
 from service.access.api_keys import READ, WRITE, ApiKeys
+from service.access.clients import client_of
 from service.access.rate_limits import Allowance, TokenBuckets
 from service.problems.problem import Problem, problem_response
 
@@ -116,6 +117,7 @@ class Access:
             await send(message)
 
         if problem is None:
+            scope["gamut_client"] = client
             scope["refuse_build"] = partial(self._refuse_build, client, scopes)
             await self.app(scope, receive, send_with_limits)
         else:
@@ -140,8 +142,7 @@ class Access:
             return "", frozenset(), problem
         given = _key_in_headers(scope)
         if given is None:
-            host = scope["client"][0] if scope.get("client") else ""
-            return f"address {_network(host)}", self.rules.anonymous, None
+            return client_of(scope), self.rules.anonymous, None
         key = self.rules.keys.find(given)
         if key is None:
             challenge = {"WWW-Authenticate": 'Bearer realm="gamut", error="invalid_token"'}
@@ -218,20 +219,6 @@ def _key_in_headers(scope: Scope) -> bytes | None:
         if name == b"x-api-key":
             shown = value.strip()
     return shown
-
-
-@lru_cache(maxsize=4096)
-def _network(host: str) -> str:
-    """Return the address that limits count by: the /64 network for IPv6."""
-    try:
-        address = ipaddress.ip_address(host)
-    except ValueError:
-        return host
-    if isinstance(address, ipaddress.IPv4Address):
-        return host
-    if address.ipv4_mapped is not None:
-        return str(address.ipv4_mapped)
-    return str(ipaddress.IPv6Network((int(address) >> 64 << 64, 64)))
 
 
 def _private(headers: list[tuple[bytes, bytes]]) -> list[tuple[bytes, bytes]]:

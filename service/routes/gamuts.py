@@ -153,6 +153,9 @@ router = APIRouter(prefix="/v1/gamuts", tags=["gamuts"], dependencies=[Depends(c
             "shutting-down",
             "broker-unavailable",
             "overloaded",
+            "share-exceeded",
+            "spool-full",
+            "scratch-full",
             "store-unavailable",
             "storage-full",
         ),
@@ -179,8 +182,7 @@ async def create_gamut(request: Request) -> Response:
     service = service_of(request)
     settings = service.settings
     await _check_admission_of_large(request, service)
-    large, scratch = service.large_bodies, service.scratch_directory
-    async with submission(request, settings, scratch, large) as posted:
+    async with submission(request, settings, service.spool) as posted:
         gamut_id = posted.gamut_id
         found = await service.builds.submit(
             gamut_id, posted.options.to_mapping(), posted.data, propagation_headers(), posted.sha256

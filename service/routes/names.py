@@ -41,6 +41,9 @@ router = APIRouter(prefix="/v1/gamuts", tags=["gamuts"], dependencies=[Depends(c
             "gamut-rebuilding",
             "reference-read-only",
             "invalid-parameter",
+            "share-exceeded",
+            "spool-full",
+            "scratch-full",
             "store-unavailable",
             "storage-full",
         ),
@@ -50,7 +53,7 @@ router = APIRouter(prefix="/v1/gamuts", tags=["gamuts"], dependencies=[Depends(c
 async def name_gamut(request: Request, gamut_id: GamutId) -> Response:
     """Name a gamut."""
     service = service_of(request)
-    name = await submitted_name(request)
+    name = await submitted_name(request, service.spool)
     refuse_reference(await service.library.record(gamut_id))
     await asyncio.to_thread(service.store.names.give, gamut_id, name)
     await service.meshes.rename(gamut_id)
