@@ -18,6 +18,7 @@ from service.building.builds import Builds
 from service.building.embedded import EmbeddedEngine
 from service.building.engine import BuildReport, Engine
 from service.building.kernels import Kernels
+from service.http.spool import Spool
 from service.jobs.book import JobBook
 from service.jobs.events import EventStreams
 from service.meshes.library import Library
@@ -37,7 +38,7 @@ __all__ = ["MISSING_BROKER_EXTRA", "EngineMissingError", "ServiceContainer", "se
 logger = logging.getLogger(__name__)
 
 _LARGE_BODIES = 2
-"""Number of bodies over 1 MB that are held in memory at the same time, each until its build is
+"""Number of bodies of the largest size that are in memory at the same time, each until its build is
 accepted. Further bodies wait on the disk."""
 
 _DELETIONS_SECONDS = 10.0
@@ -74,9 +75,7 @@ class ServiceContainer:
     traces: Traces | None = field(init=False)
     events: EventStreams = field(init=False)
     kernels: Kernels = field(init=False, default_factory=Kernels)
-    large_bodies: asyncio.Semaphore = field(
-        default_factory=lambda: asyncio.Semaphore(_LARGE_BODIES)
-    )
+    spool: Spool = field(init=False)
     stopping: bool = field(init=False, default=False)
     _loop: asyncio.AbstractEventLoop | None = field(init=False, default=None)
 
@@ -97,6 +96,14 @@ class ServiceContainer:
             self.metrics.queries,
             index_bytes=settings.query_index_bytes,
             most_rows=settings.query_rows,
+            client_share=settings.client_share,
+        )
+        self.spool = Spool(
+            lambda: self.scratch_directory,
+            most_bodies=settings.arriving_bodies,
+            most_bytes=max(settings.spool_bytes, settings.max_body_bytes),
+            most_decoded=_LARGE_BODIES * settings.max_body_bytes,
+            share=settings.client_share,
         )
         book = JobBook.of_store(self.store, settings.build_attempts)
         observer = BuildObserver(self.metrics.builds, self.traces)

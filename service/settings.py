@@ -188,6 +188,21 @@ class Settings(BaseSettings):
     min_body_rate: PositiveInt = 4096
     """Smallest rate of a body in bytes per second, after `GAMUT_BODY_TIMEOUT`."""
 
+    arriving_bodies: PositiveInt = 512
+    """Largest number of bodies that arrive at the same time. For a new one, the slowest is answered
+    with 408. Each takes up to 64 KiB of memory. The default is half of `GAMUT_MAX_CONNECTIONS`."""
+
+    spool_bytes: int = Field(default=512 * _MEBIBYTE, ge=1024)
+    """Largest size of all bodies together in bytes, from their arrival until they are parsed; at
+    least `GAMUT_MAX_BODY_BYTES`. For more, the slowest arriving body is answered with 408; if none
+    is slower, the newest with 503. Beyond 64 KiB each, bodies are on the disk: in `temporary/` of a
+    store directory, in `/tmp` with a bucket."""
+
+    client_share: float = Field(default=0.25, gt=0, le=1)
+    """Part of `GAMUT_ARRIVING_BODIES`, `GAMUT_SPOOL_BYTES` and `GAMUT_QUERY_ROWS` that one key, or
+    one address without a key, has in any case. A client may use more while this part remains for
+    others; beyond that, its requests are answered with 429. A single request is always admitted."""
+
     write_timeout: PositiveFloat = 30.0
     """Seconds after which a client that reads nothing of its answer is disconnected."""
 
@@ -205,7 +220,7 @@ class Settings(BaseSettings):
     """Largest number of pixels in a picture."""
 
     max_form_parts: int = Field(default=40, ge=2)
-    """Largest number of fields, and of files, in a form; more are answered with 413."""
+    """Largest number of fields in a form; more are answered with 413."""
 
     build_workers: int = Field(default=1, ge=1, le=64)
     """Number of worker processes. Each builds one gamut at a time."""

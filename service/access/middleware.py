@@ -6,15 +6,15 @@ document need no key. If reading needs a key, shared caches must not store the a
 
 from __future__ import annotations
 
-import ipaddress
 import math
 import re
 import time
 from dataclasses import dataclass, field
-from functools import lru_cache, partial
+from functools import partial
 from typing import TYPE_CHECKING
 
 from service.access.api_keys import BUILD, READ, WRITE, ApiKey, ApiKeys
+from service.access.clients import client_of
 from service.access.rate_limits import Allowance, TokenBuckets
 from service.problems.problem import Problem, problem_response
 
@@ -29,7 +29,6 @@ __all__ = [
     "AccessRules",
     "OpenToAllError",
     "client_key",
-    "client_name",
 ]
 
 _OPEN = frozenset({"/", "/livez", "/readyz", "/docs", "/openapi.json", "/problems", "/view"})
@@ -130,7 +129,7 @@ class Access:
             await send(message)
 
         if problem is None:
-            scope["client_name"] = client
+            scope["gamut_client"] = client
             earlier = scope.get("refuse_build")
             scope["refuse_build"] = partial(self._refuse_build, client, scopes, earlier)
             await self.app(scope, receive, send_with_limits)
@@ -156,7 +155,7 @@ class Access:
             return "", frozenset(), problem
         given = _key_in_headers(scope)
         if given is None:
-            return client_name(scope), self.rules.anonymous, None
+            return client_of(scope), self.rules.anonymous, None
         key = self.rules.keys.find(given)
         if key is None:
             challenge = {"WWW-Authenticate": 'Bearer realm="gamut", error="invalid_token"'}
@@ -247,28 +246,6 @@ def _key_in_headers(scope: Scope) -> bytes | None:
         if name == b"x-api-key":
             shown = value.strip()
     return shown
-
-
-@lru_cache(maxsize=4096)
-def _network(host: str) -> str:
-    """Return the address that limits count by: the /64 network for IPv6."""
-    try:
-        address = ipaddress.ip_address(host)
-    except ValueError:
-        return host
-    if isinstance(address, ipaddress.IPv4Address):
-        return host
-    if address.ipv4_mapped is not None:
-        return str(address.ipv4_mapped)
-    return str(ipaddress.IPv6Network((int(address) >> 64 << 64, 64)))
-
-
-def client_name(scope: Scope) -> str:
-    """Return the name of the client that a request comes from: ``key NAME`` or ``address NET``."""
-    if "client_name" in scope:
-        name: str = scope["client_name"]
-        return name
-    return f"address {_network(scope['client'][0] if scope.get('client') else '')}"
 
 
 def _private(headers: list[tuple[bytes, bytes]]) -> list[tuple[bytes, bytes]]:

@@ -116,6 +116,13 @@ _ROWS = (
         "2000000 rows are being answered.",
     ),
     Kind(
+        "share-exceeded",
+        429,
+        "The client uses more than its share",
+        "Send fewer requests at once, or try again after the time in Retry-After.",
+        "The client has more than its share of the bytes of bodies.",
+    ),
+    Kind(
         "invalid-name",
         422,
         "The name is not valid",
@@ -363,11 +370,25 @@ _ROWS = (
         "A replica did not answer within 330 s.",
     ),
     Kind(
+        "spool-full",
+        503,
+        "Too many bytes of bodies are waiting",
+        "Try again after the time in Retry-After.",
+        "The bodies of other requests take 536870912 bytes.",
+    ),
+    Kind(
         "store-unavailable",
         503,
         "The store is unavailable",
         "Try again after the time in Retry-After. The log has the cause.",
         "The store did not answer, or it refused the request.",
+    ),
+    Kind(
+        "scratch-full",
+        507,
+        "The scratch space is full",
+        "The operator must free or add space for scratch files. Smaller bodies are accepted.",
+        "There is no space left for bodies that are arriving.",
     ),
     Kind(
         "storage-full",

@@ -1,7 +1,6 @@
-"""Execution of queries: admission by rows, threads, and answers piece by piece.
+"""Execution of queries: threads, and answers piece by piece.
 
-Rows under way are counted from the arrival of a body to the end of the answer, which bounds the
-memory of all queries. Kernels release the interpreter lock, so threads use all cores and the event
+Kernels release the interpreter lock, so threads use all cores and the event
 loop stays free. A few rows on a level in memory are answered on the event loop, because passing
 them to a thread takes longer. See ``docs/decisions/queries-over-http.md``.
 """
@@ -9,7 +8,6 @@ them to a thread takes longer. See ``docs/decisions/queries-over-http.md``.
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import os
 import time
 from collections import deque
@@ -17,6 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from gamutcore.errors import InvalidPointsError
 from service.problems.problem import Problem, ProblemError
+from service.queries.admission import Admission
 from service.queries.answers import WRITERS, level_document, view_file
 from service.queries.bodies import FORMS, JSON, SVG, parse_body
 from service.queries.levels import QueryLevels
@@ -24,9 +23,10 @@ from service.queries.threads import DeadlineThreads
 from service.telemetry.server_timing import timed
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Callable, Iterator, Mapping
+    from collections.abc import AsyncIterator, Callable, Mapping
 
     from gamutcore.arrays import FloatArray
+    from service.http.spool import Body as Sent
     from service.meshes.library import Library
     from service.meshes.requested_levels import RequestedLevels
     from service.queries.answers import Writer
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from service.queries.views import View
     from service.telemetry.metrics import QueryFigures
 
-__all__ = ["Admission", "Queries", "Question"]
+__all__ = ["Queries", "Question"]
 
 PIECE = 65_536
 """Rows that are answered at once: tens of milliseconds, and some megabytes."""
@@ -72,50 +72,6 @@ class Question(NamedTuple):
     media_type: str
 
 
-class Admission:
-    """The rows under way. Belongs to the event loop's thread.
-
-    Parameters
-    ----------
-    most : int
-        Largest number of rows of several queries. A single query is always admitted.
-
-    Attributes
-    ----------
-    rows : int
-        Rows under way.
-    """
-
-    def __init__(self, most: int) -> None:
-        self.most = most
-        self.rows = 0
-
-    @contextlib.contextmanager
-    def held(self, estimate: int) -> Iterator[Callable[[int], None]]:
-        """Count rows until the end of the context, which gets a function to correct the number.
-
-        Raises
-        ------
-        ProblemError
-            ``queries-busy``: too many rows are under way.
-        """
-        if self.rows and self.rows + estimate > self.most:
-            detail = f"{self.rows} rows are being answered."
-            raise ProblemError(Problem("queries-busy", detail, headers={"Retry-After": "1"}))
-        counted = estimate
-        self.rows += counted
-
-        def correct(rows: int) -> None:
-            nonlocal counted
-            self.rows += rows - counted
-            counted = rows
-
-        try:
-            yield correct
-        finally:
-            self.rows -= counted
-
-
 class Queries:
     """Answers queries about a library's gamuts.
 
@@ -130,6 +86,8 @@ class Queries:
         Memory for indexed levels.
     most_rows : int
         Largest number of rows under way.
+    client_share : float
+        The part of them that belongs to one client.
 
     Attributes
     ----------
@@ -145,9 +103,10 @@ class Queries:
         *,
         index_bytes: int,
         most_rows: int,
+        client_share: float,
     ) -> None:
         self.levels = QueryLevels(library, requested, index_bytes)
-        self.admission = Admission(most_rows)
+        self.admission = Admission(most_rows, client_share)
         self._figures = figures
         threads = self._ahead = (
             len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 2
@@ -155,20 +114,20 @@ class Queries:
         self._threads = DeadlineThreads(threads)
 
     async def parse(
-        self, content: bytearray, media_type: str, operation: Operation, axes: tuple[str, str, str]
+        self, sent: Sent, media_type: str, operation: Operation, axes: tuple[str, str, str]
     ) -> Body:
-        """Return the content of a body; see `parse_body`."""
+        """Return the content of a body that has arrived; see `parse_body`.
+
+        Only as many large bodies as threads are in memory.
+        """
+
+        def parse() -> Body:
+            return parse_body(sent.content(), media_type, operation, axes)
+
         with timed("body"):
-            if media_type == JSON and len(content) <= INLINE_BYTES:
-                return parse_body(content, media_type, operation, axes)
-            return await self._threads.run(
-                len(content) // FORMS[media_type].row_bytes,
-                parse_body,
-                content,
-                media_type,
-                operation,
-                axes,
-            )
+            if media_type == JSON and sent.size <= INLINE_BYTES:
+                return parse()
+            return await self._threads.run(sent.size // FORMS[media_type].row_bytes, parse)
 
     async def answer(self, question: Question) -> tuple[bytes, AsyncIterator[bytes] | None]:
         """Return the first part of an answer, and the others if there are any.
@@ -194,10 +153,15 @@ class Queries:
         return first, self._others(question, writer) if rows > PIECE else None
 
     async def view(
-        self, view: View, levels: list[QueryLevel], values: Mapping[str, Any], media_type: str
+        self,
+        view: View,
+        levels: list[QueryLevel],
+        values: Mapping[str, Any],
+        media_type: str,
+        client: str,
     ) -> bytes:
         """Return the answer to a view as a file."""
-        with self.admission.held(VIEW_ROWS):
+        with self.admission.held(client, VIEW_ROWS):
             return await self._threads.run(
                 VIEW_ROWS, self._view_file, view, levels, values, media_type
             )

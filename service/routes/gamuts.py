@@ -8,7 +8,7 @@ from typing import IO, Annotated, Any
 from fastapi import APIRouter, Depends, Path, Query, Request
 from fastapi.responses import Response, StreamingResponse
 
-from service.access.middleware import client_name
+from service.access.clients import client_of
 from service.access.ownership import check_owner, claim, may_change
 from service.container import ServiceContainer, service_of
 from service.http.compression import CODINGS, compress, compress_response
@@ -156,6 +156,9 @@ router = APIRouter(prefix="/v1/gamuts", tags=["gamuts"], dependencies=[Depends(c
             "shutting-down",
             "broker-unavailable",
             "overloaded",
+            "share-exceeded",
+            "spool-full",
+            "scratch-full",
             "store-unavailable",
             "storage-full",
         ),
@@ -182,8 +185,7 @@ async def create_gamut(request: Request) -> Response:
     service = service_of(request)
     settings = service.settings
     await _check_admission_of_large(request, service)
-    large, scratch = service.large_bodies, service.scratch_directory
-    async with submission(request, settings, scratch, large) as posted:
+    async with submission(request, settings, service.spool) as posted:
         gamut_id = posted.gamut_id
         found = await service.builds.submit(
             gamut_id,
@@ -191,7 +193,7 @@ async def create_gamut(request: Request) -> Response:
             posted.data,
             propagation_headers(),
             posted.sha256,
-            client_name(request.scope),
+            client_of(request.scope),
         )
         if isinstance(found, Record):
             await _keep_name(request, posted, is_new=False)

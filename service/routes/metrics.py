@@ -91,6 +91,8 @@ def service_families(service: ServiceContainer) -> "Iterator[Metric]":
     yield from build_families(service.metrics.builds)
     yield from query_families(service.metrics.queries, service.queries.admission.rows)
     yield from _engine_families(service.builds.facts())
+    yield gauge("gamut_http_bodies_arriving", "Bodies that are arriving.", service.spool.arriving)
+    yield gauge("gamut_spool_bytes", "Bytes of bodies that are not parsed.", service.spool.nbytes)
     yield gauge("gamut_event_streams", "Open event streams of jobs.", service.events.count)
     levels = service.meshes.levels
     yield gauge(

@@ -43,6 +43,9 @@ router = APIRouter(prefix="/v1/gamuts", tags=["gamuts"], dependencies=[Depends(c
             "reference-read-only",
             "built-by-another",
             "invalid-parameter",
+            "share-exceeded",
+            "spool-full",
+            "scratch-full",
             "store-unavailable",
             "storage-full",
         ),
@@ -52,7 +55,7 @@ router = APIRouter(prefix="/v1/gamuts", tags=["gamuts"], dependencies=[Depends(c
 async def name_gamut(request: Request, gamut_id: GamutId) -> Response:
     """Name a gamut."""
     service = service_of(request)
-    name = await submitted_name(request)
+    name = await submitted_name(request, service.spool)
     refuse_reference(await service.library.record(gamut_id))
     await check_owner(request, service.store, gamut_id)
     await asyncio.to_thread(service.store.names.give, gamut_id, name)

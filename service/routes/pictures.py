@@ -12,6 +12,7 @@ from gamutcore.export.rendering import (
     VIEWS,
 )
 from gamutcore.option_types import Choice, Number, WholeNumber
+from service.access.clients import client_of
 from service.container import service_of
 from service.http.conditional import check_if_match
 from service.meshes.encoding import PictureOptions
@@ -121,7 +122,8 @@ async def draw_gamut(request: Request, gamut_id: GamutId) -> Response:
     options = PictureOptions(**values)
     service = service_of(request)
     await wait_for_kernels(service)
-    with service.queries.admission.held(int(options.size**2 * ROWS_PER_PIXEL) + 1):
+    rows = int(options.size**2 * ROWS_PER_PIXEL) + 1
+    with service.queries.admission.held(client_of(request.scope), rows):
         level = LevelRequest(triangles, max_error)
         picture = await service.meshes.picture(gamut_id, level, options, MOST_TRIANGLES)
     check_if_match(request.headers.getlist("if-match"), picture.etag)

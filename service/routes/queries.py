@@ -18,6 +18,7 @@ from fastapi.routing import APIRoute
 from pydantic import TypeAdapter, ValidationError
 
 from gamutcore.colours.spaces.conversion import ColourConversion
+from service.access.clients import client_of
 from service.container import ServiceContainer, service_of
 from service.http.negotiation import OCTET_STREAM, preferred_media_type
 from service.http.parameters import ID_PATTERN
@@ -61,6 +62,9 @@ _PROBLEMS = (
     "gamut-not-found",
     "gamut-rebuilding",
     "queries-busy",
+    "share-exceeded",
+    "spool-full",
+    "scratch-full",
     "not-ready",
     "store-unavailable",
 )
@@ -144,18 +148,15 @@ async def _answer(request: Request, gamut_id: str, operation: Operation) -> Resp
     sent = _sent_form(request)
     accepted = _accepted_form(request, sent)
     with ExitStack() as held:
-        form = FORMS[sent]
-        length = request.headers.get("content-length", "")
-        estimate = int(length) // form.row_bytes if length.isdigit() else form.most_rows
-        if length.isdigit() and int(length) > form.most_bytes:
-            raise _too_large(form.most_bytes)
-        correct = held.enter_context(queries.admission.held(min(estimate + 1, form.most_rows)))
-        content = await _content(request, form.most_bytes)
-        await wait_for_kernels(service)
-        opened = service.library.find_open(gamut_id) or await service.library.gamut(gamut_id)
-        axes = _axes(given, opened)
-        body = await queries.parse(content, sent, operation, axes)
-        del content
+        form, client = FORMS[sent], client_of(request.scope)
+        with service.spool.body(request, client) as arriving:
+            with timed("body"):
+                await arriving.receive(form.most_bytes)
+            estimate = min(arriving.size // form.row_bytes + 1, form.most_rows)
+            correct = held.enter_context(queries.admission.held(client, estimate))
+            await wait_for_kernels(service)
+            opened = service.library.find_open(gamut_id) or await service.library.gamut(gamut_id)
+            body = await queries.parse(arriving, sent, operation, _axes(given, opened))
         correct(body.rows)
         values = values_of(operation.all_parameters, given, body.members)
         body = body._replace(axes=_axes(values, opened))
@@ -185,11 +186,6 @@ async def _answer(request: Request, gamut_id: str, operation: Operation) -> Resp
 def _axes(values: Mapping[str, Any], opened: OpenGamut) -> tuple[str, str, str]:
     """Return the names of the coordinates of the colours."""
     return ColourConversion(values.get("space"), opened.space).axes
-
-
-def _too_large(most: int) -> ProblemError:
-    detail = f"The body is larger than {most} bytes."
-    return ProblemError(Problem("body-too-large", detail, {"limit": most}))
 
 
 async def level_of(
@@ -252,14 +248,3 @@ def _accepted_form(request: Request, sent: str) -> str:
         where = {"header": "Accept", "available": list(FORMS)}
         raise ProblemError(Problem("not-acceptable", detail, where))
     return NPY if media_type == OCTET_STREAM else media_type
-
-
-async def _content(request: Request, most: int) -> bytearray:
-    """Return the body. Arrays in it are not copied, if they can be written."""
-    content = bytearray()
-    with timed("body"):
-        async for chunk in request.stream():
-            content += chunk
-            if len(content) > most:
-                raise _too_large(most)
-    return content

@@ -24,7 +24,7 @@ from gamutcore.building import gamut_id
 from gamutcore.errors import GamutError
 from gamutcore.options import OPTIONS, Options, option_value
 from gamutcore.references import REFERENCES, Reference
-from service.access.middleware import client_name
+from service.access.clients import client_of
 from service.http.parameters import ID_PATTERN
 from service.problems.problem import Problem, ProblemError, problem_response
 from service.routes.naming import read_only
@@ -200,7 +200,7 @@ async def _build(
                 reference.data,
                 None,
                 reference.sha256,
-                client_name(scope),
+                client_of(scope),
             )
             if not isinstance(job, Record):
                 jobs.append(job)

@@ -14,11 +14,7 @@ import hashlib
 import json
 from dataclasses import dataclass
 from functools import cached_property
-from tempfile import SpooledTemporaryFile
-from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple, NoReturn, TypeAlias, cast
-
-from starlette.datastructures import UploadFile
-from starlette.formparsers import MultiPartException, MultiPartParser
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn, TypeAlias
 
 from gamutcore.building import gamut_id
 from gamutcore.characterisation.json_samples import MAX_JSON_SAMPLES, json_samples
@@ -26,17 +22,21 @@ from gamutcore.errors import OptionError
 from gamutcore.option_types import check_option
 from gamutcore.options import OPTIONS, Options, option_name, option_value
 from gamutcore.references import find_reference, parse_definition
+from service.access.clients import client_of
+from service.http.forms import FIELD_BYTES, decoded, read_form
 from service.http.json_bodies import parse_json
+from service.http.spool import IN_MEMORY
 from service.problems.problem import Problem, ProblemError
 from service.storage.names import InvalidNameError, checked_name
 from service.telemetry.server_timing import timed
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Awaitable, Callable, Iterable
-    from pathlib import Path
 
     from fastapi import Request
 
+    from service.http.forms import Part
+    from service.http.spool import Body, Spool
     from service.settings import Settings
 
 __all__ = ["Submission", "check_surface_samples", "submission", "submitted_name"]
@@ -44,8 +44,17 @@ __all__ = ["Submission", "check_surface_samples", "submission", "submitted_name"
 _MOST_VALUES = 8_000_000
 """Largest number of values in a JSON body. A decoded value takes up to 32 bytes."""
 
-_OPTIONS_BYTES = 64 * 1024
-"""Largest size of the part ``options``, a hundred times that of all options."""
+_SINGLE = frozenset({"file", "options", "name"})
+"""Parts of a form that occur once. Others are options."""
+
+_DECODED_SIZE = 30
+"""Bytes of memory for a byte of JSON while it is decoded. The worst are short members: an entry of
+a dictionary, its name, and the pair that it is made of."""
+
+_AS_FILE = (
+    "Send larger data as a file: multipart/form-data with a part `file`, which may hold the same "
+    "JSON."
+)
 
 _NAME_BYTES = 8 * 1024
 """Largest body with a name; 200 characters may be 2,400 bytes of escapes."""
@@ -85,7 +94,7 @@ class Submission:
         return gamut_id(self.options, self.sha256)
 
 
-class _Body(NamedTuple):
+class _Sent(NamedTuple):
     """The parts of a body before validation: data, options, names of the gamut and of the file."""
 
     data: bytes
@@ -94,47 +103,18 @@ class _Body(NamedTuple):
     file: str = ""
 
 
-_Read: TypeAlias = "Callable[[UploadFile | str], Awaitable[bytes]]"
-"""Reads the part with the data into memory."""
-
-
-class _Parser(MultiPartParser):
-    """Starlette's parser with unnamed temporary files in the store's directory.
-
-    Large bodies therefore take no memory. /tmp may be read-only, or in memory.
-    """
-
-    spool_max_size = 1024 * 1024
-    """Bytes of a file that stay in memory."""
-
-    scratch: Path
-
-    def on_headers_finished(self) -> None:
-        """Begin a part."""
-        super().on_headers_finished()
-        upload = self._current_part.file
-        if upload is not None:
-            self._files_to_close_on_error.pop().close()
-            file = SpooledTemporaryFile[bytes](max_size=self.spool_max_size, dir=str(self.scratch))
-            self._files_to_close_on_error.append(file)
-            upload.file = cast("BinaryIO", file)
+_Hold: TypeAlias = "Callable[[int], Awaitable[None]]"
+"""Holds memory for data that is read from the disk."""
 
 
 @contextlib.asynccontextmanager
 async def submission(
-    request: Request, settings: Settings, scratch: Path, large: asyncio.Semaphore
+    request: Request, settings: Settings, spool: Spool
 ) -> AsyncIterator[Submission]:
     """Yield the characterisation data and the options of a request.
 
-    Parameters
-    ----------
-    request : Request
-    settings : Settings
-    scratch : Path
-        Directory of temporary files.
-    large : Semaphore
-        Held while a large file is in memory. Many clients may send large files at once, but few
-        files are in memory.
+    Memory for the data is held until the end of the context. So many clients may send large data at
+    once, but little of it is in memory.
 
     Raises
     ------
@@ -147,18 +127,17 @@ async def submission(
     """
     async with contextlib.AsyncExitStack() as held:
 
-        async def read(file: UploadFile | str) -> bytes:
-            if isinstance(file, UploadFile) and (file.size or 0) > _Parser.spool_max_size:
-                await held.enter_async_context(large)
-            return await _read_part(file)
+        async def hold(nbytes: int) -> None:
+            if nbytes > IN_MEMORY:
+                await held.enter_async_context(spool.decoding(nbytes))
 
-        with timed("body"):
-            posted = await _read_submission(request, settings, scratch, read)
+        with timed("body"), spool.body(request, client_of(request.scope)) as body:
+            posted = await _read_submission(request, settings, body, hold)
         yield posted
 
 
 async def _read_submission(
-    request: Request, settings: Settings, scratch: Path, read: _Read
+    request: Request, settings: Settings, body: Body, hold: _Hold
 ) -> Submission:
     coding = request.headers.get("content-encoding", "").strip().lower()
     if coding not in {"", "identity"}:
@@ -172,22 +151,25 @@ async def _read_submission(
                 {"Accept-Encoding": "identity"},  # RFC 9110, 12.5.3
             )
         )
-    media_type = request.headers.get("content-type", "").partition(";")[0].strip().lower()
+    content_type = request.headers.get("content-type", "")
+    media_type = content_type.partition(";")[0].strip().lower()
     if media_type == "multipart/form-data":
-        body = await _multipart(request, settings.max_form_parts, scratch, read)
+        sent = await _multipart(content_type, settings, body, hold)
     elif media_type == "application/json":
-        text = await _inline_body(request, settings.max_inline_bytes)
-        body = await asyncio.to_thread(_inline, text)
+        await body.receive(settings.max_inline_bytes, _AS_FILE)
+        if not body.in_memory:
+            await hold(body.size * _DECODED_SIZE)
+        sent = await asyncio.to_thread(lambda: _inline(body.content()))
     else:
         detail = f"The media type of the body is {media_type[:100] or 'not given'}."
         raise ProblemError(Problem("unsupported-media-type", detail, {"header": "Content-Type"}))
-    data, options = body.data, Options.from_mapping(body.options)
+    data, options = sent.data, Options.from_mapping(sent.options)
     check_surface_samples(options, settings)
     if media_type == "application/json" and len(data) <= _CHECKED_BYTES:
         await asyncio.to_thread(_check_inline, data.decode(), options)
     # The data is not hashed again before a build reads it back.
     digest = await asyncio.to_thread(hashlib.sha256, data)
-    return Submission(data, options, digest.hexdigest(), body.name, body.file)
+    return Submission(data, options, digest.hexdigest(), sent.name, sent.file)
 
 
 def check_surface_samples(options: Options, settings: Settings) -> None:
@@ -203,7 +185,7 @@ def check_surface_samples(options: Options, settings: Settings) -> None:
         )
 
 
-async def submitted_name(request: Request) -> str:
+async def submitted_name(request: Request, spool: Spool) -> str:
     """Return the name in the body of a request, an object with the member ``name``.
 
     Raises
@@ -217,7 +199,9 @@ async def submitted_name(request: Request) -> str:
         remedy = 'Send application/json, such as {"name": "Coated offset"}.'
         where = {"header": "Content-Type"}
         raise ProblemError(Problem("unsupported-media-type", detail, where, remedy))
-    document = _parse_json(await _inline_body(request, _NAME_BYTES))
+    with spool.body(request, client_of(request.scope)) as body:
+        await body.receive(_NAME_BYTES)
+        document = _parse_json(body.content())
     if not isinstance(document, dict) or set(document) != {"name"}:
         raise ProblemError(
             Problem(
@@ -230,72 +214,53 @@ async def submitted_name(request: Request) -> str:
     return _name_or_problem(document["name"])
 
 
-async def _inline_body(request: Request, limit: int) -> bytes:
-    """Return a body that is small enough to be decoded on the event loop."""
-    body = bytearray()
-    async for chunk in request.stream():
-        body += chunk
-        if len(body) > limit:
-            raise ProblemError(
-                Problem(
-                    "body-too-large",
-                    f"The JSON is larger than {limit} bytes.",
-                    {"limit": limit},
-                    "Send larger data as a file: multipart/form-data with a part `file`, which "
-                    "may hold the same JSON.",
-                )
-            )
-    return bytes(body)
+async def _multipart(content_type: str, settings: Settings, body: Body, hold: _Hold) -> _Sent:
+    names: set[str] = set()
 
+    def check(name: str) -> None:
+        if name in names:
+            _refuse(f"There is more than one part named {name}.", name)
+        if name in _SINGLE:
+            names.add(name)
+        else:
+            _form_option(name)
 
-async def _multipart(request: Request, most_parts: int, scratch: Path, read: _Read) -> _Body:
-    parser = _Parser(
-        request.headers,
-        request.stream(),
-        max_files=most_parts,
-        max_fields=most_parts,
-        max_part_size=_OPTIONS_BYTES,
+    most, most_fields = settings.max_body_bytes, settings.max_form_parts
+    parts, charset = await read_form(
+        body, content_type, most=most, most_fields=most_fields, check=check
     )
-    parser.scratch = scratch
-    try:
-        form = await parser.parse()
-    except MultiPartException as error:
-        if error.message.startswith(("Too many", "Part exceeded")):
-            raise ProblemError(
-                Problem(
-                    "body-too-large",
-                    f"The form is too large: {error.message}",
-                    {"limit": most_parts if error.message[0] == "T" else _OPTIONS_BYTES},
-                    "Send the data as the part `file` with a file name, and options as fields.",
-                )
-            ) from error
-        raise ProblemError(
-            Problem("malformed-body", f"The multipart body cannot be parsed: {error.message}")
-        ) from error
-    try:
-        parts = form.multi_items()
-        for name in ("file", "options", "name"):
-            if sum(part == name for part, _ in parts) > 1:
-                _refuse(f"There is more than one part named {name}.", name)
-        fields = [
-            _option_field(name, part)
-            for name, part in parts
-            if name not in {"file", "options", "name"}
-        ]
-        file = form.get("file")
-        if file is None:
-            _refuse("There is no part named file.", "file")
-        options = form.get("options", "{}")
-        if isinstance(options, UploadFile) and (options.size or 0) > _OPTIONS_BYTES:
-            _refuse(f"The options are larger than {_OPTIONS_BYTES} bytes.", "options")
-        mapping = _options(_parse_json(await _read_part(options), "options"))
+    single = {part.name: part for part in parts if part.name in _SINGLE}
+
+    def text(part: Part) -> str:
+        return decoded(body.read(part.start, part.size), charset)
+
+    def given_options() -> list[tuple[str, object]]:
+        options = b"{}"
+        if "options" in single:
+            options = text(single["options"]).encode()
+        mapping = _options(_parse_json(options, "options"))
         given = [(option_name(name), value) for name, value in mapping.items()]
-        given += fields
-        named = None if "name" not in form else _name_or_problem(form["name"])
-        file_name = file.filename or "" if isinstance(file, UploadFile) else ""
-        return _Body(await read(file), _merge_options(given), named, file_name)
-    finally:
-        await form.close()
+        for part in parts:
+            if part.name not in _SINGLE:
+                name = _form_option(part.name)
+                if part.file is not None:
+                    _refuse(f"The part {name} is a file.", name)
+                given.append((name, option_value(name, text(part))))
+        return given
+
+    if "file" not in single:
+        _refuse("There is no part named file.", "file")
+    if "options" in single and single["options"].size > FIELD_BYTES:
+        _refuse(f"The options are larger than {FIELD_BYTES} bytes.", "options")
+    options = _merge_options(await asyncio.to_thread(given_options))
+    named = None
+    if "name" in single:
+        is_field = single["name"].file is None
+        named = _name_or_problem(text(single["name"]) if is_field else None)
+    file = single["file"]
+    await hold(file.size)
+    data = await asyncio.to_thread(body.read, file.start, file.size)
+    return _Sent(data, options, named, file.file or "")
 
 
 def _merge_options(given: Iterable[tuple[str, object]]) -> dict[str, object]:
@@ -311,22 +276,15 @@ def _merge_options(given: Iterable[tuple[str, object]]) -> dict[str, object]:
     return options
 
 
-def _option_field(given: str, part: UploadFile | str) -> tuple[str, object]:
-    """Return the name and the value of an option that is a form field of its own."""
+def _form_option(given: str) -> str:
+    """Return the name of the option that a form field is."""
     try:
-        name = option_name(given)
+        return option_name(given)
     except OptionError as error:
         detail = f"There is a part named {given[:80]!r}."
         remedy = f"Parts are file, name, options, and options by their names. {error.remedy}"
         problem = Problem("invalid-body", detail, {"field": given[:80]}, remedy)
         raise ProblemError(problem) from error
-    if isinstance(part, UploadFile):
-        _refuse(f"The part {name} is a file.", name)
-    return name, option_value(name, part)
-
-
-async def _read_part(part: UploadFile | str) -> bytes:
-    return await part.read() if isinstance(part, UploadFile) else part.encode()
 
 
 def _check_inline(text: str, options: Options) -> None:
@@ -337,7 +295,7 @@ def _check_inline(text: str, options: Options) -> None:
         options.check_data("reference")
 
 
-def _inline(text: bytes) -> _Body:
+def _inline(text: bytearray) -> _Sent:
     document = _parse_json(text)
     if not isinstance(document, dict):
         _refuse("The JSON is not an object.", "samples")
@@ -364,10 +322,10 @@ def _inline(text: bytes) -> _Body:
         # 1e999 is valid JSON, but infinite as a double.
         problem = Problem("malformed-body", "A number in the JSON is out of range.")
         raise ProblemError(problem) from error
-    return _Body(canonical.encode(), mapping, named)
+    return _Sent(canonical.encode(), mapping, named)
 
 
-def _inline_reference(document: dict[str, Any]) -> _Body:
+def _inline_reference(document: dict[str, Any]) -> _Sent:
     """Return the definition of a reference gamut: the same data for all of its names."""
     for name in document:
         if name not in {"reference", "options"}:
@@ -375,7 +333,7 @@ def _inline_reference(document: dict[str, Any]) -> _Body:
     if not isinstance(document["reference"], str):
         _refuse("The member reference is not the slug of a reference gamut.", "reference")
     reference = find_reference(document["reference"])
-    return _Body(reference.data, _options(document.get("options", {})), None)
+    return _Sent(reference.data, _options(document.get("options", {})), None)
 
 
 def _name_or_problem(text: object) -> str:
@@ -399,7 +357,7 @@ def _options(mapping: object) -> dict[str, Any]:
     )
 
 
-def _parse_json(text: bytes, part: str | None = None) -> Any:  # noqa: ANN401 - JSON before its shape is known
+def _parse_json(text: bytes | bytearray, part: str | None = None) -> Any:  # noqa: ANN401 - JSON before its shape is known
     place: dict[str, Any] = {} if part is None else {"field": part}
     # Decoding makes an object of two or three bytes, so the number is limited before.
     structures = text.count(b"[") + text.count(b"{")

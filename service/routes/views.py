@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from fastapi import APIRouter, Request
 from fastapi.responses import Response
 
+from service.access.clients import client_of
 from service.container import service_of
 from service.http.compression import compress_response
 from service.http.conditional import IMMUTABLE, conditional
@@ -145,7 +146,7 @@ async def _answer(
     await wait_for_kernels(service)
     opened = [await service.library.gamut(gamut_id) for gamut_id in ids]
     levels = [await level_of(service, each, values) for each in opened]
-    body = await service.queries.view(view, levels, values, media_type)
+    body = await service.queries.view(view, levels, values, media_type, client_of(request.scope))
     headers = {
         "Cache-Control": IMMUTABLE,
         "Vary": "Accept",
