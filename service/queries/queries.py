@@ -23,7 +23,7 @@ from service.queries.threads import DeadlineThreads
 from service.telemetry.server_timing import timed
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Callable, Mapping
+    from collections.abc import AsyncIterator, Mapping
 
     from gamutcore.arrays import FloatArray
     from service.http.spool import Body as Sent
