@@ -20,6 +20,7 @@ import queue
 import resource
 import signal
 import sys
+import tempfile
 import threading
 import time
 from functools import partial
@@ -115,7 +116,8 @@ def build(request: dict[str, Any], events: Events) -> None:
         if (options.cost, options.boundary) != (default.cost, default.boundary):
             # outside the limit, which the compiler's processes would inherit
             ensure_compiled("optional")
-        with _data_limit(request.get("memory", 0)):
+        scratch = Path(request["output"]).parent
+        with _data_limit(request.get("memory", 0)), _temporary_files_in(scratch):
             data = Path(request["input"]).read_bytes()
             limits = Limits(**request.get("limits", {}), overtime=partial(_end, events, progress))
             gamut = Gamut(data, options, progress=progress, limits=limits)
@@ -168,6 +170,16 @@ def _write_history(gamut: Gamut, path: Path, progress: Progress) -> dict[str, An
         "nbytes": len(content),
         "description": gamut.description,
     }
+
+
+@contextlib.contextmanager
+def _temporary_files_in(folder: Path) -> Iterator[None]:
+    """Let decoders write to the scratch folder. /tmp may be small, read-only or in memory."""
+    before, tempfile.tempdir = tempfile.tempdir, str(folder)
+    try:
+        yield
+    finally:
+        tempfile.tempdir = before
 
 
 @contextlib.contextmanager

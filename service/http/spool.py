@@ -14,7 +14,7 @@ import contextlib
 import errno
 import tempfile
 import time
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING
 
 from starlette.requests import ClientDisconnect
 
@@ -171,8 +171,7 @@ class Body:
         """Move the bytes in memory to the disk."""
         try:
             if self._file is None:
-                file = tempfile.TemporaryFile(dir=self._spool.folder())  # noqa: SIM115 - see `close`
-                self._file = cast("io.BufferedRandom", file)
+                self._file = tempfile.TemporaryFile(dir=self._spool.folder())  # noqa: SIM115
             self._file.write(self._buffer)
             self._file.flush()
         except OSError as error:

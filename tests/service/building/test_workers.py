@@ -10,6 +10,7 @@ import os
 import resource
 import subprocess
 import sys
+import tempfile
 import time
 
 import numpy as np
@@ -91,6 +92,18 @@ def test_an_option_of_another_version_is_refused(result, sphere):
 def test_a_disk_error_has_its_number(result, sphere):
     *_, failed = result(document(sphere()), {}, output="no/such/folder/history")
     assert failed.items() >= {"event": "failed", "errno": 2}.items()
+
+
+def test_decoders_write_to_the_folder_of_the_store(result, tmp_path, monkeypatch):
+    folders = []
+
+    def decode(*_, **__):
+        folders.append(tempfile.gettempdir())
+        raise MemoryError
+
+    monkeypatch.setattr(worker, "Gamut", decode)
+    result(document([[0, 0, 0]]), {})
+    assert folders == [str(tmp_path)]
 
 
 def test_a_defect_costs_one_build(result, monkeypatch):

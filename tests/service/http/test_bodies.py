@@ -1,14 +1,22 @@
 """Bodies while they arrive: what they take, who gives way, and what is said about it."""
 
+import asyncio
 import contextlib
 import json
 import re
 import socket
+import threading
 from pathlib import Path
 
+import httpx
 import pytest
 
+from service.application import create_app
 from service.http import spool
+from service.settings import Settings
+from service.storage.gamuts import GamutStore
+from service.storage.inputs import Inputs
+from service.storage.local import LocalBlobs
 
 HANG = 120
 MEBIBYTE = 2**20
@@ -87,7 +95,7 @@ def post():
 
 
 def gauge(server, name):
-    return int(re.search(rf"(?m)^{name} (\d+)", server.client.get("/metrics").text)[1])
+    return float(re.search(rf"(?m)^{name} (\S+)", server.client.get("/metrics").text)[1])
 
 
 def wait_for_bodies(server, count):
@@ -193,18 +201,77 @@ def test_one_client_leaves_a_share_of_the_places_to_others(tight_server, post):
     assert other.answer()[0] == 422
 
 
-def test_bodies_beyond_the_bytes_of_all_are_refused_for_a_moment(tight_server, post):
-    """The newest is, as the slowest of all."""
+def test_the_slowest_body_gives_way_to_the_bytes_of_others(tight_server, post):
+    begun = []
     for number in range(4):
-        begun = post(tight_server, "/v1/gamuts", JSON, 250_000, f"192.0.2.{number}")
-        begun.send(b"[" + b" " * 239_999)
+        begun.append(post(tight_server, "/v1/gamuts", JSON, 250_000, f"192.0.2.{number}"))
+        begun[-1].send(b"[" + b" " * 239_999)
         wait_for_bytes(tight_server, (number + 1) * 240_000)
-    for client, expected in (
-        ("192.0.2.0", (429, "share-exceeded")),
-        ("192.0.2.9", (503, "spool-full")),
-    ):
-        begun = post(tight_server, "/v1/gamuts", JSON, 250_000, client)
-        begun.send(b"[" + b" " * 100_000)
-        status, fields, document = begun.answer()
-        assert (status, document["code"]) == expected
-        assert int(fields["retry-after"]) > 0
+    greedy = post(tight_server, "/v1/gamuts", JSON, 250_000, "192.0.2.3")
+    greedy.send(b"[" + b" " * 100_000)
+    status, fields, document = greedy.answer()
+    assert (status, document["code"]) == (429, "share-exceeded")
+    assert int(fields["retry-after"]) > 0
+    newcomer = post(tight_server, "/v1/gamuts", JSON, 100_000, "192.0.2.9")
+    newcomer.send(b"[" + b" " * 99_998 + b"]")
+    assert newcomer.answer()[2]["code"] == "invalid-body"
+    status, _, document = begun[0].answer()  # all have the same size, so the oldest is the slowest
+    assert (status, document["code"]) == (408, "request-timeout")
+
+
+def test_bodies_that_wait_for_memory_are_bounded_in_bytes(tmp_path, monkeypatch, assert_problem):
+    """The store keeps no file until the end: two files are in memory, two more fill the spool."""
+    gate, entered, keep = threading.Event(), threading.Semaphore(0), Inputs.keep
+
+    def keep_behind_the_gate(*arguments):
+        entered.release()
+        assert gate.wait(HANG)
+        return keep(*arguments)
+
+    monkeypatch.setattr(Inputs, "keep", keep_behind_the_gate)
+    store = GamutStore(LocalBlobs(tmp_path))
+    store.open()
+    store.close()
+    app = create_app(
+        Settings(
+            store=str(tmp_path), max_body_bytes=2_100_000, spool_bytes=4_200_000, client_share=0.5
+        )
+    )
+
+    async def post(number, size):
+        transport = httpx.ASGITransport(app, client=(f"192.0.2.{number}", 1))
+        async with httpx.AsyncClient(transport=transport, base_url="http://test") as client:
+            fields = {"Prefer": "respond-async"}
+            return await client.post("/v1/gamuts", files={"file": bytes(size)}, headers=fields)
+
+    async def scenario():
+        posts = []
+        for number in range(2):
+            posts.append(asyncio.create_task(post(number, 2_000_000 + number)))
+            assert await asyncio.to_thread(entered.acquire, timeout=HANG)
+        posts += [asyncio.create_task(post(number, 2_000_000 + number)) for number in (2, 3)]
+        spooled = app.state.service.spool
+        while spooled.nbytes < 4_000_000 or spooled.arriving:  # noqa: ASYNC110 - no event says so
+            await asyncio.sleep(0.01)
+        refused = await post(9, 1_000_000)
+        gate.set()
+        return refused, await asyncio.gather(*posts)
+
+    refused, others = asyncio.run(asyncio.wait_for(scenario(), HANG))
+    assert_problem(refused, 503, "spool-full")
+    assert int(refused.headers["retry-after"]) > 0
+    assert {answer.status_code for answer in others} == {202}
+
+
+def test_a_full_scratch_folder_is_called_that(request_app, tmp_path, monkeypatch, assert_problem):
+    app = create_app(Settings(store=str(tmp_path)))
+    monkeypatch.setattr(
+        spool.tempfile,
+        "TemporaryFile",
+        lambda **_: Path("/dev/full").open("w+b"),  # noqa: SIM115
+    )
+    answer = request_app(app, "POST", "/v1/gamuts", files={"file": bytes(100_000)})
+    document = assert_problem(answer, 507, "scratch-full")
+    assert "scratch" in document["title"]
+    few = request_app(app, "POST", "/v1/gamuts", json=[])
+    assert few.status_code == 422
