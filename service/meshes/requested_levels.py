@@ -17,6 +17,7 @@ from gamutcore.metric.level_search import Bounds, LevelSearch
 from gamutcore.sides import Side, SidedSearch
 from service.caching.byte_bounded_cache import ByteBoundedCache
 from service.caching.single_flight import SingleFlight
+from service.library import Cost, unpacking_cost
 from service.telemetry.server_timing import timed
 
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     from gamutcore.export import MeshFormat
     from gamutcore.metric.error_curve import LevelError
     from gamutcore.metric.level_search import BoundedLevel
-    from service.meshes.library import Library, OpenGamut
+    from service.library import Library, OpenGamut
     from service.storage.records import Record
 
 __all__ = ["DEFAULT_TRIANGLES", "LevelRequest", "RequestedLevels"]
@@ -163,6 +164,10 @@ class RequestedLevels:
             The gamut has no such level.
         GamutDamagedError
             The history file is damaged.
+
+        Notes
+        -----
+        The caller has charged `finding_cost`.
         """
         gamut_id, limits, history = opened.record.id, request.limits, opened.gamut.history
         if limits is None:
@@ -188,9 +193,14 @@ class RequestedLevels:
         assert isinstance(search, SidedSearch)  # noqa: S101 - `both` has its curve in the record
         curve = search.known_curve
         if curve is None:
-            curve = await self._curves.value(
-                (opened.record.id, side), lambda: self._compute_curve(opened, search)
-            )
+            request = LevelRequest(max_error=0.0, side=side)
+            with await self._library.memory.charge(
+                "work", lambda: self.finding_cost(opened, request)
+            ) as charge:
+                curve = await self._curves.value(
+                    (opened.record.id, side), lambda: self._compute_curve(opened, search)
+                )
+                self._library.settle(opened, charge)
         return curve
 
     def triangle_bound(self, record: Record, request: LevelRequest) -> int:
@@ -208,6 +218,18 @@ class RequestedLevels:
         if request.side != "both":
             return largest
         return LevelSearch(record.description["levels"]).find_bound(limits).triangles
+
+    def finding_cost(self, opened: OpenGamut, request: LevelRequest) -> int:
+        """Return the peak memory of finding and unpacking a level."""
+        history = opened.gamut.history
+        if request.side != "both":
+            return unpacking_cost(opened, history.triangles) + Cost.SIDE * history.triangles
+        if request.limits is None or self._known((opened.record.id, "both"), request.limits):
+            triangles = self.triangle_bound(opened.record, request)
+            if not MINIMUM_TRIANGLES <= triangles <= history.triangles:
+                return 0  # there is no such level
+            return unpacking_cost(opened, triangles)
+        return unpacking_cost(opened, history.triangles) + Cost.SEARCH * history.triangles
 
     def discard(self, gamut_id: str) -> None:
         """Forget the levels of a deleted gamut."""

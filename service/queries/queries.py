@@ -18,6 +18,7 @@ from contextvars import copy_context
 from typing import TYPE_CHECKING, Any, NamedTuple, ParamSpec, TypeVar
 
 from gamutcore.errors import InvalidPointsError
+from service.library import Cost
 from service.problems.problem import Problem, ProblemError
 from service.queries.answers import WRITERS, level_document, view_file
 from service.queries.bodies import FORMS, JSON, SVG, parse_body
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable, Iterator, Mapping
 
     from gamutcore.arrays import FloatArray
-    from service.meshes.library import Library
+    from service.library import Library
     from service.meshes.requested_levels import RequestedLevels
     from service.queries.answers import Writer
     from service.queries.bodies import Body
@@ -166,6 +167,12 @@ class Queries:
             if media_type == JSON and len(content) <= INLINE_BYTES:
                 return parse_body(content, media_type, operation, axes)
             return await self._in_thread(parse_body, content, media_type, operation, axes)
+
+    def answer_bytes(self, body: Body, media_type: str) -> Callable[[int], int]:
+        """Return the memory of an answer, as `QueryLevels.levels` takes it."""
+        ahead = 1 if body.table is not None else self._ahead
+        rows = min(body.rows, (1 + ahead) * PIECE)
+        return lambda _triangles: rows * Cost.ROW[media_type]
 
     async def answer(self, question: Question) -> tuple[bytes, AsyncIterator[bytes] | None]:
         """Return the first part of an answer, and the others if there are any.
