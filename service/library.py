@@ -1,7 +1,8 @@
 """The library: open gamuts, and the memory of everything that is made of them.
 
 The `Ledger` charges memory before it is allocated. A request takes one charge for all that it will
-need, and never waits for another while it holds one, so no two requests can wait for each other.
+need. It holds no gamut while it waits, and never waits for another charge while it holds one, so no
+two requests can wait for each other.
 What stays in a cache is handed over from the charge. When there is no room, caches give way first,
 the least recently used values of all of them; then work waits, and is refused in the end.
 
@@ -41,6 +42,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
     from types import TracebackType
 
+    from starlette.types import Receive, Scope, Send
+
     from service.settings import Settings
     from service.storage.gamuts import GamutStore
     from service.storage.records import Record
@@ -55,7 +58,6 @@ __all__ = [
     "OpenGamut",
     "keep_heap_small",
     "memory_budget",
-    "unpacking_cost",
 ]
 
 P = ParamSpec("P")
@@ -74,12 +76,11 @@ SHARE = 0.6
 """Default share of the memory of the container or computer. The rest is for other processes, bodies
 and the page cache."""
 
-PATIENCE = 20.0
-"""Seconds for which work waits for memory: less than the 30 s after which most clients and proxies
-give up."""
+PATIENCE = 30.0
+"""Seconds for which work waits for memory: half of the time after which most proxies give up."""
 
 MOST_WAITING = 256
-"""Requests that wait for memory. Each holds its gamut as in the file: 0.8 MB for a press."""
+"""Requests that wait for memory. They hold no gamut, only what the client has sent."""
 
 SMALL = 1 / 64
 """Share of the budget up to which work passes waiting work that needs more."""
@@ -193,15 +194,6 @@ def _lines(path: Path) -> list[str]:
         return []
 
 
-def unpacking_cost(opened: OpenGamut, triangles: int) -> int:
-    """Return the peak memory of unpacking an existing level; 0 if it is unpacked."""
-    history = opened.gamut.history
-    if history.is_unpacked(triangles):
-        return 0
-    # Groups of splits double in size, and a level needs all of its last group.
-    return Cost.UNPACK * min(history.triangles, 2 * triangles)
-
-
 class Charge:
     """Charged memory. It is released once: by `release`, or when nobody refers to it any more.
 
@@ -259,6 +251,11 @@ class ChargedResponse(Response):
         charge.shrink(len(response.body))
         self.charge = charge
 
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Send the response."""
+        with self.charge:
+            await super().__call__(scope, receive, send)
+
 
 @dataclass
 class _Waiter:
@@ -303,6 +300,7 @@ class Ledger:
         # Appended to by any thread, and in the midst of anything: whoever drops the last reference.
         self._forgotten: deque[tuple[str, int]] = deque()
         self._loop: asyncio.AbstractEventLoop | None = None
+        self._admitting = False
         self._freed = 0
         self._trim: asyncio.TimerHandle | None = None
 
@@ -349,19 +347,30 @@ class Ledger:
             return self._grant(kind, nbytes)
         if len(self._waiters) >= self._most_waiting:
             raise self._refusal()
-        waiter = _Waiter(kind, need, share, self._loop.create_future())
-        self._waiters.append(waiter)
         try:
             with timed("memory"):
                 async with asyncio.timeout(self._patience):
-                    return await waiter.granted
+                    while True:
+                        charge = await self._wait(kind, need, share)
+                        # Another may have lost meanwhile what the work counted on.
+                        if need() <= charge.nbytes:
+                            return charge
+                        charge.release()
         except TimeoutError:
             raise self._refusal() from None
+
+    async def _wait(self, kind: str, need: Callable[[], int], share: float) -> Charge:
+        loop = asyncio.get_running_loop()
+        waiter = _Waiter(kind, need, share, loop.create_future())
+        self._waiters.append(waiter)
+        self._admit_soon()
+        try:
+            return await waiter.granted
         finally:
             # Whatever was granted to work that goes away at the same time is released with it.
             with contextlib.suppress(ValueError):
                 self._waiters.remove(waiter)
-            self._admit()
+            self._admit_soon()
 
     def raise_to(self, charge: Charge, nbytes: int, source: Charge | None = None) -> bool:
         """Charge memory that stays, out of the charge of the work that has made it.
@@ -380,14 +389,14 @@ class Ledger:
     def give_back(self, kind: str, nbytes: int) -> None:
         """Release memory; called by its charge."""
         self._count_freed(kind, nbytes)
-        self._admit()
+        self._admit_soon()
 
     def forget(self, kind: str, nbytes: int) -> None:
         """Release memory whose charge nobody refers to any more. Any thread may call it."""
         self._forgotten.append((kind, nbytes))
-        if self._loop is not None:
+        if self._waiters and self._loop is not None:
             with contextlib.suppress(RuntimeError):  # the loop is closed
-                self._loop.call_soon_threadsafe(self._admit)
+                self._loop.call_soon_threadsafe(self._admit_soon)
 
     def _grant(self, kind: str, nbytes: int) -> Charge:
         self.charged[kind] += nbytes
@@ -424,8 +433,15 @@ class Ledger:
         if self._loop is not None:
             self._loop.run_in_executor(None, _return_free_pages)
 
+    def _admit_soon(self) -> None:
+        """Look at the waiting work once for all releases of this turn of the event loop."""
+        if self._waiters and not self._admitting and self._loop is not None:
+            self._admitting = True
+            self._loop.call_soon(self._admit)
+
     def _admit(self) -> None:
         """Let the work that has waited longest go on, and small work that has room."""
+        self._admitting = False
         self._collect()
         passing = False
         for waiter in list(self._waiters):
@@ -531,7 +547,7 @@ class Library:
         self._store = store
         self._open: ByteBoundedCache[str, OpenGamut] = ByteBoundedCache(capacity)
         memory.add(self._open)
-        # Gamuts in use that have left the cache: opening them again would double their memory.
+        # Also those in use that have left the cache: opening them again would double their memory.
         self._used: WeakValueDictionary[str, OpenGamut] = WeakValueDictionary()
         self._opening: SingleFlight[str, OpenGamut] = SingleFlight()
         self._threads = ThreadPoolExecutor(_THREADS, thread_name_prefix="library")
@@ -552,8 +568,18 @@ class Library:
             self._store.mark_used(gamut_id)
         return found
 
-    async def gamut(self, gamut_id: str) -> OpenGamut:
+    def peek(self, gamut_id: str) -> OpenGamut | None:
+        """Return a gamut if it is open; this is no use of it."""
+        return self._used.get(gamut_id)
+
+    async def gamut(self, gamut_id: str, charge: Charge | None = None) -> OpenGamut:
         """Return a gamut; open it if needed.
+
+        Parameters
+        ----------
+        gamut_id : str
+        charge : Charge, optional
+            Includes `unpacking_cost`. Without it, the memory for opening is charged.
 
         Raises
         ------
@@ -563,7 +589,17 @@ class Library:
         found = self.find_open(gamut_id)
         if found is not None:
             return found
-        return await self._opening.value(gamut_id, lambda: self._open_and_keep(gamut_id))
+        return await self._opening.value(gamut_id, lambda: self._open_and_keep(gamut_id, charge))
+
+    def unpacking_cost(self, record: Record, triangles: int) -> int:
+        """Return the peak memory of opening a gamut and unpacking an existing level."""
+        opened = self._used.get(record.id)
+        if opened is not None and opened.gamut.history.is_unpacked(triangles):
+            return 0
+        # Groups of splits double in size, and a level needs all of its last group.
+        full: int = record.description["counts"]["triangles"]
+        unpacked = min(full, 2 * triangles)
+        return Cost.UNPACK * unpacked + (0 if opened else Cost.FILE_BYTE * record.nbytes)
 
     async def unpack(self, opened: OpenGamut, triangles: int) -> None:
         """Unpack a level of an open gamut, so that it can be read.
@@ -654,12 +690,15 @@ class Library:
         if self._used.get(opened.record.id) is opened:
             del self._used[opened.record.id]
 
-    async def _open_and_keep(self, gamut_id: str) -> OpenGamut:
-        record = await self.record(gamut_id)
-        with await self.memory.charge("work", lambda: Cost.FILE_BYTE * record.nbytes) as charge:
-            with timed("open"):
-                opened = await self.in_thread(self._open_from_store, gamut_id)
-            self.settle(opened, charge)
+    async def _open_and_keep(self, gamut_id: str, charge: Charge | None) -> OpenGamut:
+        if charge is None:
+            record = await self.record(gamut_id)
+            cost = Cost.FILE_BYTE * record.nbytes
+            with await self.memory.charge("work", lambda: cost) as own:
+                return await self._open_and_keep(gamut_id, own)
+        with timed("open"):
+            opened = await self.in_thread(self._open_from_store, gamut_id)
+        self.settle(opened, charge)
         # A gamut that was deleted while it was opened is returned but not kept.
         if self._opening.is_current(gamut_id):
             self._keep(opened)

@@ -117,18 +117,19 @@ class Meshes:
         ready = self.find_ready(gamut_id, request, format_name, coding)
         if ready is not None:
             return ready
-        opened = await self._library.gamut(gamut_id)
+        record = await self._library.record(gamut_id)
+        full: int = record.description["counts"]["triangles"]
 
         def need() -> int:
             if self.find_ready(gamut_id, request, format_name, coding) is not None:
                 return 0
-            full = opened.gamut.history.triangles
-            triangles = min(full, self.levels.triangle_bound(opened.record, request))
+            triangles = min(full, self.levels.triangle_bound(record, request))
             encoding = Cost.FORMAT.get(format_name, Cost.OTHER_FORMAT) + Cost.CODING
             side = 0 if request.side == "both" else Cost.SIDE * full
-            return self.levels.finding_cost(opened, request) + encoding * triangles + side
+            return self.levels.finding_cost(record, request) + encoding * triangles + side
 
         with await self._library.memory.charge("work", need) as charge:
+            opened = await self._library.gamut(gamut_id, charge)
             triangles, bounds = await self.levels.find(opened, request)
             key = MeshKey(gamut_id, triangles, format_name, coding, request.side)
             mesh = self.cache.get(key)
@@ -141,18 +142,20 @@ class Meshes:
         self, gamut_id: str, request: LevelRequest, options: PictureOptions, most: int
     ) -> EncodedMesh:
         """Return a picture of a level of at most `most` triangles. Raises as `mesh` does."""
-        opened = await self._library.gamut(gamut_id)
+        record = await self._library.record(gamut_id)
         if request.triangles is None and request.max_error is None:
-            request = LevelRequest(min(PICTURE_TRIANGLES, opened.gamut.history.triangles))
+            full = record.description["counts"]["triangles"]
+            request = LevelRequest(min(PICTURE_TRIANGLES, full))
         pixels = Cost.PIXEL * options.size**2
 
         def need() -> int:
-            triangles = min(most, self.levels.triangle_bound(opened.record, request))
+            triangles = min(most, self.levels.triangle_bound(record, request))
             if self.cache.get(options.key(gamut_id, triangles)) is not None:
                 return 0
-            return self.levels.finding_cost(opened, request) + Cost.PICTURE * triangles + pixels
+            return self.levels.finding_cost(record, request) + Cost.PICTURE * triangles + pixels
 
         with await self._library.memory.charge("work", need) as charge:
+            opened = await self._library.gamut(gamut_id, charge)
             count, _ = await self.levels.find(opened, request)
             if count > most:
                 raise TriangleCountError(

@@ -17,7 +17,7 @@ from gamutcore.metric.level_search import Bounds, LevelSearch
 from gamutcore.sides import Side, SidedSearch
 from service.caching.byte_bounded_cache import ByteBoundedCache
 from service.caching.single_flight import SingleFlight
-from service.library import Cost, unpacking_cost
+from service.library import Cost
 from service.telemetry.server_timing import timed
 
 if TYPE_CHECKING:
@@ -195,7 +195,7 @@ class RequestedLevels:
         if curve is None:
             request = LevelRequest(max_error=0.0, side=side)
             with await self._library.memory.charge(
-                "work", lambda: self.finding_cost(opened, request)
+                "work", lambda: self.finding_cost(opened.record, request)
             ) as charge:
                 curve = await self._curves.value(
                     (opened.record.id, side), lambda: self._compute_curve(opened, search)
@@ -219,17 +219,15 @@ class RequestedLevels:
             return largest
         return LevelSearch(record.description["levels"]).find_bound(limits).triangles
 
-    def finding_cost(self, opened: OpenGamut, request: LevelRequest) -> int:
-        """Return the peak memory of finding and unpacking a level."""
-        history = opened.gamut.history
+    def finding_cost(self, record: Record, request: LevelRequest) -> int:
+        """Return the peak memory of opening a gamut, and of finding and unpacking a level."""
+        full: int = record.description["counts"]["triangles"]
         if request.side != "both":
-            return unpacking_cost(opened, history.triangles) + Cost.SIDE * history.triangles
-        if request.limits is None or self._known((opened.record.id, "both"), request.limits):
-            triangles = self.triangle_bound(opened.record, request)
-            if not MINIMUM_TRIANGLES <= triangles <= history.triangles:
-                return 0  # there is no such level
-            return unpacking_cost(opened, triangles)
-        return unpacking_cost(opened, history.triangles) + Cost.SEARCH * history.triangles
+            return self._library.unpacking_cost(record, full) + Cost.SIDE * full
+        if request.limits is None or self._known((record.id, "both"), request.limits):
+            triangles = max(MINIMUM_TRIANGLES, min(full, self.triangle_bound(record, request)))
+            return self._library.unpacking_cost(record, triangles)
+        return self._library.unpacking_cost(record, full) + Cost.SEARCH * full
 
     def discard(self, gamut_id: str) -> None:
         """Forget the levels of a deleted gamut."""

@@ -11,7 +11,7 @@ from collections import Counter
 from typing import TYPE_CHECKING, NamedTuple
 
 from service.caching.single_flight import SingleFlight
-from service.library import Cost, unpacking_cost
+from service.library import Cost
 from service.telemetry.server_timing import timed
 
 if TYPE_CHECKING:
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from gamutcore.gamut import Gamut
     from service.library import Charge, Library, OpenGamut
     from service.meshes.requested_levels import LevelRequest, RequestedLevels
+    from service.storage.records import Record
 
 __all__ = ["QueryLevel", "QueryLevels"]
 
@@ -83,17 +84,15 @@ class QueryLevels:
 
     async def levels(
         self,
-        gamuts: Sequence[OpenGamut],
-        requests: Sequence[LevelRequest],
+        wanted: Sequence[tuple[Record, LevelRequest]],
         answer_bytes: Callable[[int], int],
     ) -> tuple[list[QueryLevel], Charge]:
         """Return one level per gamut, indexed, and the charge of the memory for the answer.
 
         Parameters
         ----------
-        gamuts : sequence of OpenGamut
-        requests : sequence of LevelRequest
-            One per gamut.
+        wanted : sequence of pairs
+            Record of the gamut, and the level.
         answer_bytes : callable
             Memory of the answer by the number of triangles of all levels.
 
@@ -106,44 +105,55 @@ class QueryLevels:
         ProblemError
             There is no memory.
         """
-        wanted = list(zip(gamuts, requests, strict=True))
+        costs = [self._cost(*each) for each in wanted]
+        answer = answer_bytes(sum(self._triangle_bound(*each) for each in wanted))
 
-        def answer() -> int:
-            return answer_bytes(sum(self._triangle_bound(*each) for each in wanted))
+        def need() -> int:
+            made = zip(wanted, costs, strict=True)
+            return answer + sum(0 if self._is_made(*each) else cost for each, cost in made)
 
-        charge = await self._library.memory.charge(
-            "work", lambda: answer() + sum(self._cost(*each) for each in wanted)
-        )
-        levels = [await self._level(*each) for each in wanted]
-        for opened in gamuts:
-            self._library.settle(opened, charge)
-        charge.shrink(answer())
+        charge = await self._library.memory.charge("work", need)
+        levels = [await self._level(*each, charge) for each in wanted]
+        charge.shrink(answer)
         return levels, charge
 
-    def _triangle_bound(self, opened: OpenGamut, request: LevelRequest) -> int:
-        bound = self._requested.triangle_bound(opened.record, request)
-        return min(bound, opened.gamut.history.triangles)
+    def _triangle_bound(self, record: Record, request: LevelRequest) -> int:
+        full: int = record.description["counts"]["triangles"]
+        return min(full, self._requested.triangle_bound(record, request))
 
-    def _cost(self, opened: OpenGamut, request: LevelRequest) -> int:
-        """Return the peak memory of making a level; 0 if it is there, or others make it."""
-        if (opened.record.id, request) in self._made or self.find_ready(opened, request):
-            return 0
-        full, triangles = opened.gamut.history.triangles, self._triangle_bound(opened, request)
-        finding = self._requested.finding_cost(opened, request)
-        if opened.gamut.levels.find_error_bound(triangles) is None:
-            finding = max(finding, unpacking_cost(opened, full) + Cost.SEARCH * full)
+    def _is_made(self, record: Record, request: LevelRequest) -> bool:
+        """Return whether a level is there, or others make it."""
+        if (record.id, request) in self._made:
+            return True
+        opened = self._library.peek(record.id)
+        return opened is not None and self.find_ready(opened, request) is not None
+
+    def _cost(self, record: Record, request: LevelRequest) -> int:
+        """Return the peak memory of making a level."""
+        full, triangles = (
+            record.description["counts"]["triangles"],
+            self._triangle_bound(record, request),
+        )
+        finding = self._requested.finding_cost(record, request)
+        if all(level["triangles"] != triangles for level in record.description["levels"]):
+            # its error bound needs a comparison with the full boundary
+            compared = self._library.unpacking_cost(record, full) + Cost.SEARCH * full
+            finding = max(finding, compared)
         return finding + Cost.INDEX * triangles
 
-    async def _level(self, opened: OpenGamut, request: LevelRequest) -> QueryLevel:
-        ready = self.find_ready(opened, request)
-        if ready is not None:
-            return ready
-        made = opened.record.id, request
+    async def _level(self, record: Record, request: LevelRequest, charge: Charge) -> QueryLevel:
+        made = record.id, request
         self._made[made] += 1
         try:
+            opened = await self._library.gamut(record.id, charge)
+            ready = self.find_ready(opened, request)
+            if ready is not None:
+                return ready
             triangles, _ = await self._requested.find(opened, request)
-            key = opened.record.id, triangles
-            return await self._indexing.value(key, lambda: self._index(opened, triangles))
+            key = record.id, triangles
+            level = await self._indexing.value(key, lambda: self._index(opened, triangles))
+            self._library.settle(opened, charge)
+            return level
         finally:
             self._made[made] -= 1
             self._made += Counter()  # drops those that are made

@@ -9,7 +9,7 @@ from service.http.compression import compress_response
 from service.http.conditional import conditional
 from service.http.file_names import content_disposition
 from service.http.parameters import check_query
-from service.library import ChargedResponse, Cost, unpacking_cost
+from service.library import ChargedResponse, Cost
 from service.openapi.documentation import header, problems
 from service.routes.gamuts import GamutId
 from service.routes.naming import named
@@ -57,11 +57,13 @@ router = APIRouter(prefix="/v1/gamuts", tags=["gamuts"], dependencies=[Depends(c
 async def download_page(request: Request, gamut_id: GamutId) -> Response:
     """Download a page that shows the gamut."""
     service = service_of(request)
-    opened = await service.library.gamut(gamut_id)
-    full = opened.gamut.history.triangles
+    record = await service.library.record(gamut_id)
+    full = record.description["counts"]["triangles"]
+    page_bytes = Cost.PAGE * full + Cost.PAGE_BASE
     charge = await service.library.memory.charge(
-        "work", lambda: unpacking_cost(opened, full) + Cost.PAGE * full + Cost.PAGE_BASE
+        "work", lambda: service.library.unpacking_cost(record, full) + page_bytes
     )
+    opened = await service.library.gamut(gamut_id, charge)
     await service.library.unpack(opened, full)
     service.library.settle(opened, charge)
     accepted = request.headers.getlist("accept-encoding")

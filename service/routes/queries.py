@@ -162,17 +162,18 @@ async def _answer(request: Request, gamut_id: str, operation: Operation) -> Resp
         correct(body.rows)
         values = values_of(operation.all_parameters, given, body.members)
         body = body._replace(axes=_axes(values, opened))
-        gamuts = [opened]
+        del opened  # it may go while the question waits for memory
+        ids = [gamut_id]
         if values.get("source") is not None:
             place = "body" if "source" in body.members else "query"
             source_id, response = await named_gamut(service, request.scope, values["source"])
             if response is not None:
                 return response
-            source_id = checked_id(source_id, place, "source")
-            gamuts.append(await service.library.gamut(source_id))
-            values[SOURCE_GAMUT] = gamuts[-1].gamut
+            ids.append(checked_id(source_id, place, "source"))
         answer_bytes = queries.answer_bytes(body, accepted)
-        (level, *_), charge = await levels_of(service, gamuts, values, answer_bytes)
+        (level, *sources), charge = await levels_of(service, ids, values, answer_bytes)
+        if sources:
+            values[SOURCE_GAMUT] = sources[0].gamut
         question = Question(operation, level, body, values, accepted)
         first, others = await queries.answer(question)
         headers = {
@@ -184,7 +185,7 @@ async def _answer(request: Request, gamut_id: str, operation: Operation) -> Resp
         if others is None:
             return ChargedResponse(Response(first, 200, headers, accepted), charge)
         held.enter_context(charge)
-        held.callback(gamuts.clear)  # they stay charged until then
+        held.callback(sources.clear)  # their memory stays charged until then
         return _Answer(first, others, request, held.pop_all(), headers, accepted)
 
 
@@ -200,7 +201,7 @@ def _too_large(most: int) -> ProblemError:
 
 async def levels_of(
     service: ServiceContainer,
-    gamuts: Sequence[OpenGamut],
+    ids: Sequence[str],
     values: Mapping[str, Any],
     answer_bytes: Callable[[int], int],
 ) -> tuple[list[QueryLevel], Charge]:
@@ -210,11 +211,13 @@ async def levels_of(
         fault = "A triangle count is combined with an error limit."
         raise refuse(fault, "query", "triangles", "Give either triangles or max_error.")
     by_default = triangles is None and max_error is None
-    requests = [
-        LevelRequest(triangles, each.gamut.default_error if by_default else max_error)
-        for each in gamuts
-    ]
-    return await service.queries.levels.levels(gamuts, requests, answer_bytes)
+    wanted = []
+    for gamut_id in ids:
+        opened = await service.library.gamut(gamut_id)
+        limit = opened.gamut.default_error if by_default else max_error
+        wanted.append((opened.record, LevelRequest(triangles, limit)))
+        del opened
+    return await service.queries.levels.levels(wanted, answer_bytes)
 
 
 async def wait_for_kernels(service: ServiceContainer) -> None:

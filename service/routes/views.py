@@ -146,10 +146,9 @@ async def _answer(
     if values.get("reference") is not None:
         ids = [*ids, checked_id(values["reference"], "query", "reference")]
     await wait_for_kernels(service)
-    opened = [await service.library.gamut(gamut_id) for gamut_id in ids]
     levels, charge = await levels_of(
         service,
-        opened,
+        ids,
         values,
         lambda triangles: Cost.COMPARISON * triangles + Cost.CELL * view.cells(values),
     )
