@@ -20,6 +20,7 @@ import subprocess
 import sys
 import time
 from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -463,7 +464,7 @@ def document_blocks(stored: dict[str, Any]) -> dict[str, str]:
     return {**contents, "machines": "\n".join(sorted(machines))}
 
 
-MEASURED = {
+MEASURED: dict[str, Callable[[float], dict[str, tuple[str, bool]]]] = {
     "soak-answers": mixture,
     "soak-clients": clients,
     "soak-livez": livez,

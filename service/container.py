@@ -21,7 +21,7 @@ from service.building.kernels import Kernels
 from service.http.spool import Spool
 from service.jobs.book import JobBook
 from service.jobs.events import EventStreams
-from service.meshes.library import Library
+from service.library import PROCESS_BYTES, Ledger, Library, keep_heap_small, memory_budget
 from service.meshes.meshes import Meshes
 from service.queries.queries import Queries
 from service.readiness import Readiness, service_readiness
@@ -88,7 +88,8 @@ class ServiceContainer:
             settings.store_reserve_bytes,
             keep_inputs=settings.keep_inputs,
         )
-        self.library = Library(self.store, settings.history_cache_bytes)
+        memory = Ledger(memory_budget(settings) - PROCESS_BYTES)
+        self.library = Library(self.store, memory, settings.history_cache_bytes)
         self.meshes = Meshes(self.library, settings.mesh_cache_bytes)
         self.queries = Queries(
             self.library,
@@ -126,6 +127,7 @@ class ServiceContainer:
     @contextlib.asynccontextmanager
     async def running(self) -> AsyncIterator[None]:
         """Open the store and start the workers; drain the builds and close on leaving."""
+        keep_heap_small()
         loop = self._loop = asyncio.get_running_loop()
         if self.store.blobs.remote:
             loop.set_default_executor(ThreadPoolExecutor(_REMOTE_CALLS, "store"))

@@ -36,6 +36,9 @@ _MEBIBYTE = 1024 * 1024
 _LEAST_BUILD_MEMORY = 256 * _MEBIBYTE
 """Below this limit, the warm process itself exceeds the limit."""
 
+_LEAST_MEMORY = 256 * _MEBIBYTE
+"""The process without gamuts, and coarse levels."""
+
 _BROKER = re.compile(r"(redis|amqp)s?://")
 
 _SECRETS = {
@@ -268,6 +271,12 @@ class Settings(BaseSettings):
     max_event_streams: NonNegativeInt = 256
     """Largest number of clients that follow jobs by server-sent events."""
 
+    memory_bytes: NonNegativeInt = 0
+    """Memory of the API process in bytes. Work that needs more waits, and is answered with 503 in
+    the end. 0: 60 % of the memory of the container or computer, less `GAMUT_BUILD_MEMORY_BYTES` for
+    each worker of this process, and at least 469762048 (448 MiB); otherwise at least 268435456
+    (256 MiB). The process takes 224 MiB of it, and the full boundary of a press 90 MB."""
+
     history_cache_bytes: NonNegativeInt = 512 * _MEBIBYTE
     """Memory for open histories in bytes; the least recently used are removed."""
 
@@ -298,6 +307,14 @@ class Settings(BaseSettings):
     def _check_build_memory(cls, limit: int) -> int:
         if 0 < limit < _LEAST_BUILD_MEMORY:
             message = f"must be 0 (no limit) or at least {_LEAST_BUILD_MEMORY} (256 MiB)"
+            raise ValueError(message)
+        return limit
+
+    @field_validator("memory_bytes")
+    @classmethod
+    def _check_memory(cls, limit: int) -> int:
+        if 0 < limit < _LEAST_MEMORY:
+            message = f"must be 0 (a share of the memory) or at least {_LEAST_MEMORY} (256 MiB)"
             raise ValueError(message)
         return limit
 

@@ -1,12 +1,14 @@
 """A least-recently-used cache that is bounded in bytes.
 
-It holds open histories and encoded meshes, whose sizes differ by three orders of magnitude. It
+It holds open histories and encoded meshes, whose sizes differ by three orders of magnitude. The
+uses of all caches have one clock, so that the oldest value of several caches can be found. A cache
 belongs to the event loop's thread and takes no lock.
 """
 
 from __future__ import annotations
 
 from collections import OrderedDict
+from itertools import count
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 if TYPE_CHECKING:
@@ -16,6 +18,9 @@ __all__ = ["ByteBoundedCache"]
 
 Key = TypeVar("Key", bound="Hashable")
 Value = TypeVar("Value")
+
+_CLOCK = count()
+"""Number of the next use of a value, of any cache."""
 
 
 class ByteBoundedCache(Generic[Key, Value]):
@@ -38,7 +43,7 @@ class ByteBoundedCache(Generic[Key, Value]):
         self.capacity = capacity
         self.nbytes = 0
         self.hits = self.misses = self.evictions = 0
-        self._entries: OrderedDict[Key, tuple[Value, int]] = OrderedDict()
+        self._entries: OrderedDict[Key, tuple[Value, int, int]] = OrderedDict()
 
     def __len__(self) -> int:
         return len(self._entries)
@@ -48,6 +53,7 @@ class ByteBoundedCache(Generic[Key, Value]):
         entry = self._entries.get(key)
         if entry is None:
             return None
+        self._entries[key] = (entry[0], entry[1], next(_CLOCK))
         self._entries.move_to_end(key)
         self.hits += 1
         return entry[0]
@@ -58,10 +64,12 @@ class ByteBoundedCache(Generic[Key, Value]):
         self.discard(key)
         self._keep(key, value, nbytes)
 
-    def resize(self, key: Key, value: Value, nbytes: int) -> None:
-        """Change the size of a value, if the cache still holds it."""
-        if self.discard_value(key, value):
+    def resize(self, key: Key, value: Value, nbytes: int) -> bool:
+        """Change the size of a value, if the cache still holds it; return whether it did."""
+        held = self.discard_value(key, value)
+        if held:
             self._keep(key, value, nbytes)
+        return held
 
     def discard(self, key: Key) -> None:
         """Remove a key, if it is there."""
@@ -82,12 +90,21 @@ class ByteBoundedCache(Generic[Key, Value]):
         for key in [key for key in self._entries if condition(key)]:
             self.discard(key)
 
+    @property
+    def oldest_use(self) -> int:
+        """Number of the last use of the least recently used value; the cache is not empty."""
+        return next(iter(self._entries.values()))[2]
+
+    def evict(self) -> None:
+        """Remove the least recently used value; the cache is not empty."""
+        _, (_, freed, _) = self._entries.popitem(last=False)
+        self.nbytes -= freed
+        self.evictions += 1
+
     def _keep(self, key: Key, value: Value, nbytes: int) -> None:
         if nbytes > self.capacity:
             return
-        self._entries[key] = (value, nbytes)
+        self._entries[key] = (value, nbytes, next(_CLOCK))
         self.nbytes += nbytes
         while self.nbytes > self.capacity:
-            _, (_, freed) = self._entries.popitem(last=False)
-            self.nbytes -= freed
-            self.evictions += 1
+            self.evict()

@@ -6,8 +6,10 @@ makes it. The module holds no state; `service.meshes.meshes` caches its results.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, NamedTuple
+
+from starlette.responses import Response
 
 from gamutcore.export import FORMATS, mesh_file
 from gamutcore.export.rendering import mesh_picture
@@ -20,13 +22,14 @@ from service.http.negotiation import OCTET_STREAM
 from service.telemetry.server_timing import timed
 
 if TYPE_CHECKING:
-    from service.meshes.library import OpenGamut
+    from service.library import Charge, OpenGamut
 
 __all__ = [
     "MEDIA_TYPES",
     "SUFFIXES",
     "EncodedMesh",
     "MeshKey",
+    "MeshResponse",
     "PictureOptions",
     "encode_mesh",
     "encode_picture",
@@ -66,11 +69,14 @@ class EncodedMesh:
         Strong entity tag: the digest of the body.
     headers : list of pairs of bytes
         Header fields of a 200 response.
+    charge : Charge or None
+        Of the memory of the body, if it is kept or being sent.
     """
 
     body: bytes = field(repr=False)
     etag: str
     headers: list[tuple[bytes, bytes]] = field(repr=False)
+    charge: Charge | None = field(default=None, repr=False, compare=False)
 
     @classmethod
     def of(
@@ -106,7 +112,7 @@ class EncodedMesh:
             b"gamut-max-mismatch": b"%g" % bounds.mismatch,
         }
         headers = [item for item in self.headers if item[0] not in own]
-        return EncodedMesh(self.body, self.etag, [*headers, *own.items()])
+        return replace(self, headers=[*headers, *own.items()])
 
     def in_coding(self, coding: str) -> EncodedMesh:
         """Return the mesh in a content coding, which has an entity tag of its own."""
@@ -122,6 +128,16 @@ class EncodedMesh:
             kept = [item for item in self.headers if not item[0].startswith(b"content-")]
             return 304, kept, b""
         return 200, self.headers, self.body
+
+
+class MeshResponse(Response):
+    """The answer with a mesh, whose memory stays charged until it is sent."""
+
+    def __init__(self, mesh: EncodedMesh, if_none_match: str | None) -> None:
+        status, headers, body = mesh.response(if_none_match)
+        super().__init__(body, status)
+        self.raw_headers = headers
+        self.mesh = mesh
 
 
 def file_stem(gamut_id: str) -> str:

@@ -7,6 +7,7 @@ encoded on the event loop in about a millisecond. All others are encoded in a th
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from gamutcore.errors import TriangleCountError
@@ -14,6 +15,7 @@ from gamutcore.export.rendering import PICTURE_TRIANGLES
 from service.caching.byte_bounded_cache import ByteBoundedCache
 from service.caching.single_flight import SingleFlight
 from service.http.compression import IDENTITY
+from service.library import Charge, Cost
 from service.meshes.encoding import (
     EncodedMesh,
     MeshKey,
@@ -24,7 +26,7 @@ from service.meshes.encoding import (
 from service.meshes.requested_levels import LevelRequest, RequestedLevels
 
 if TYPE_CHECKING:
-    from service.meshes.library import Library, OpenGamut
+    from service.library import Library, OpenGamut
 
 __all__ = ["Meshes"]
 
@@ -57,6 +59,7 @@ class Meshes:
     def __init__(self, library: Library, capacity: int) -> None:
         self._library = library
         self.cache: ByteBoundedCache[MeshKey, EncodedMesh] = ByteBoundedCache(capacity)
+        library.memory.add(self.cache)
         self.levels = RequestedLevels(library)
         self._encoding: SingleFlight[MeshKey, EncodedMesh] = SingleFlight()
 
@@ -96,8 +99,7 @@ class Meshes:
             if opened is None or not small or not opened.gamut.history.is_unpacked(triangles):
                 return None
             made = encode_mesh(opened, key, self.cache.get(key._replace(coding=IDENTITY)))
-            self._keep(made)
-            mesh = made[key]
+            mesh = self._keep(made)[key]
         return mesh if bounds is None else mesh.with_bounds(bounds)
 
     async def mesh(
@@ -115,40 +117,65 @@ class Meshes:
         ready = self.find_ready(gamut_id, request, format_name, coding)
         if ready is not None:
             return ready
-        opened = await self._library.gamut(gamut_id)
-        triangles, bounds = await self.levels.find(opened, request)
-        key = MeshKey(gamut_id, triangles, format_name, coding, request.side)
-        mesh = self.cache.get(key)
-        if mesh is None:
-            mesh = await self._encoding.value(key, lambda: self._encode(opened, key))
+        record = await self._library.record(gamut_id)
+        full: int = record.description["counts"]["triangles"]
+
+        def need() -> int:
+            if self.find_ready(gamut_id, request, format_name, coding) is not None:
+                return 0
+            triangles = min(full, self.levels.triangle_bound(record, request))
+            encoding = Cost.FORMAT.get(format_name, Cost.OTHER_FORMAT) + Cost.CODING
+            side = 0 if request.side == "both" else Cost.SIDE * full
+            return self.levels.finding_cost(record, request) + encoding * triangles + side
+
+        with await self._library.memory.charge("work", need) as charge:
+            opened = await self._library.gamut(gamut_id, charge)
+            triangles, bounds = await self.levels.find(opened, request)
+            key = MeshKey(gamut_id, triangles, format_name, coding, request.side)
+            mesh = self.cache.get(key)
+            if mesh is None:
+                mesh = await self._encoding.value(key, lambda: self._encode(opened, key, charge))
+            self._library.settle(opened, charge)
         return mesh if bounds is None else mesh.with_bounds(bounds)
 
     async def picture(
         self, gamut_id: str, request: LevelRequest, options: PictureOptions, most: int
     ) -> EncodedMesh:
         """Return a picture of a level of at most `most` triangles. Raises as `mesh` does."""
-        opened = await self._library.gamut(gamut_id)
+        record = await self._library.record(gamut_id)
         if request.triangles is None and request.max_error is None:
-            request = LevelRequest(min(PICTURE_TRIANGLES, opened.gamut.history.triangles))
-        count, _ = await self.levels.find(opened, request)
-        if count > most:
-            raise TriangleCountError(
-                f"This error limit needs {count} triangles. A picture has at most {most}.",
-                where={"field": "max_error"},
-                remedy=f"Give a larger limit, or up to {most} triangles.",
-            )
-        key = options.key(gamut_id, count)
-        return self.cache.get(key) or await self._encoding.value(
-            key, lambda: self._draw(opened, key, options)
-        )
+            full = record.description["counts"]["triangles"]
+            request = LevelRequest(min(PICTURE_TRIANGLES, full))
+        pixels = Cost.PIXEL * options.size**2
 
-    async def _draw(self, opened: OpenGamut, key: MeshKey, options: PictureOptions) -> EncodedMesh:
-        made = await self._library.with_level(
-            opened, key.triangles, encode_picture, opened, key, options
-        )
-        if self._library.find_open(key.gamut_id) is opened:
-            self._keep({key: made})
-        return made
+        def need() -> int:
+            triangles = min(most, self.levels.triangle_bound(record, request))
+            if self.cache.get(options.key(gamut_id, triangles)) is not None:
+                return 0
+            return self.levels.finding_cost(record, request) + Cost.PICTURE * triangles + pixels
+
+        with await self._library.memory.charge("work", need) as charge:
+            opened = await self._library.gamut(gamut_id, charge)
+            count, _ = await self.levels.find(opened, request)
+            if count > most:
+                raise TriangleCountError(
+                    f"This error limit needs {count} triangles. A picture has at most {most}.",
+                    where={"field": "max_error"},
+                    remedy=f"Give a larger limit, or up to {most} triangles.",
+                )
+            key = options.key(gamut_id, count)
+            picture = self.cache.get(key) or await self._encoding.value(
+                key, lambda: self._draw(opened, key, options, charge)
+            )
+            self._library.settle(opened, charge)
+        return picture
+
+    async def _draw(
+        self, opened: OpenGamut, key: MeshKey, options: PictureOptions, charge: Charge
+    ) -> EncodedMesh:
+        await self._library.unpack(opened, key.triangles)
+        picture = await self._library.in_thread(encode_picture, opened, key, options)
+        return self._keep({key: picture}, opened, charge)[key]
 
     async def rename(self, gamut_id: str) -> None:
         """Let the files of a gamut have its new name from now on."""
@@ -160,18 +187,29 @@ class Meshes:
         self.cache.discard_where(lambda key: key.gamut_id == gamut_id)
         self.levels.discard(gamut_id)
 
-    async def _encode(self, opened: OpenGamut, key: MeshKey) -> EncodedMesh:
+    async def _encode(self, opened: OpenGamut, key: MeshKey, charge: Charge) -> EncodedMesh:
         plain = self.cache.get(key._replace(coding=IDENTITY))
         if plain is not None and key.coding == IDENTITY:
             return plain  # the fast path has encoded it since the last look
         # a level on one side is compared with the full boundary
         needed = key.triangles if key.side == "both" else opened.gamut.history.triangles
-        made = await self._library.with_level(opened, needed, encode_mesh, opened, key, plain)
-        # A gamut that was deleted meanwhile leaves nothing in memory.
-        if self._library.find_open(key.gamut_id) is opened:
-            self._keep(made)
-        return made[key]
+        await self._library.unpack(opened, needed)
+        made = await self._library.in_thread(encode_mesh, opened, key, plain)
+        return self._keep(made, opened, charge)[key]
 
-    def _keep(self, made: dict[MeshKey, EncodedMesh]) -> None:
+    def _keep(
+        self,
+        made: dict[MeshKey, EncodedMesh],
+        opened: OpenGamut | None = None,
+        charge: Charge | None = None,
+    ) -> dict[MeshKey, EncodedMesh]:
+        """Charge and keep meshes, unless the gamut was deleted meanwhile."""
+        memory, kept = self._library.memory, {}
         for key, mesh in made.items():
-            self.cache.put(key, mesh, len(mesh.body) + _ENTRY_BYTES)
+            nbytes = len(mesh.body) + _ENTRY_BYTES
+            own = Charge(memory, "meshes", 0)
+            has_room = memory.raise_to(own, nbytes, charge)
+            kept[key] = replace(mesh, charge=own)
+            if has_room and (opened is None or self._library.find_open(key.gamut_id) is opened):
+                self.cache.put(key, kept[key], nbytes)
+        return kept

@@ -17,6 +17,7 @@ from gamutcore.metric.level_search import Bounds, LevelSearch
 from gamutcore.sides import Side, SidedSearch
 from service.caching.byte_bounded_cache import ByteBoundedCache
 from service.caching.single_flight import SingleFlight
+from service.library import Cost
 from service.telemetry.server_timing import timed
 
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     from gamutcore.export import MeshFormat
     from gamutcore.metric.error_curve import LevelError
     from gamutcore.metric.level_search import BoundedLevel
-    from service.meshes.library import Library, OpenGamut
+    from service.library import Library, OpenGamut
     from service.storage.records import Record
 
 __all__ = ["DEFAULT_TRIANGLES", "LevelRequest", "RequestedLevels"]
@@ -163,6 +164,10 @@ class RequestedLevels:
             The gamut has no such level.
         GamutDamagedError
             The history file is damaged.
+
+        Notes
+        -----
+        The caller has charged `finding_cost`.
         """
         gamut_id, limits, history = opened.record.id, request.limits, opened.gamut.history
         if limits is None:
@@ -188,9 +193,14 @@ class RequestedLevels:
         assert isinstance(search, SidedSearch)  # noqa: S101 - `both` has its curve in the record
         curve = search.known_curve
         if curve is None:
-            curve = await self._curves.value(
-                (opened.record.id, side), lambda: self._compute_curve(opened, search)
-            )
+            request = LevelRequest(max_error=0.0, side=side)
+            with await self._library.memory.charge(
+                "work", lambda: self.finding_cost(opened.record, request)
+            ) as charge:
+                curve = await self._curves.value(
+                    (opened.record.id, side), lambda: self._compute_curve(opened, search)
+                )
+                self._library.settle(opened, charge)
         return curve
 
     def triangle_bound(self, record: Record, request: LevelRequest) -> int:
@@ -208,6 +218,16 @@ class RequestedLevels:
         if request.side != "both":
             return largest
         return LevelSearch(record.description["levels"]).find_bound(limits).triangles
+
+    def finding_cost(self, record: Record, request: LevelRequest) -> int:
+        """Return the peak memory of opening a gamut, and of finding and unpacking a level."""
+        full: int = record.description["counts"]["triangles"]
+        if request.side != "both":
+            return self._library.unpacking_cost(record, full) + Cost.SIDE * full
+        if request.limits is None or self._known((record.id, "both"), request.limits):
+            triangles = max(MINIMUM_TRIANGLES, min(full, self.triangle_bound(record, request)))
+            return self._library.unpacking_cost(record, triangles)
+        return self._library.unpacking_cost(record, full) + Cost.SEARCH * full
 
     def discard(self, gamut_id: str) -> None:
         """Forget the levels of a deleted gamut."""

@@ -123,6 +123,20 @@ _ROWS = (
         "The client has more than its share of the bytes of bodies.",
     ),
     Kind(
+        "memory-busy",
+        503,
+        "The memory is in use",
+        "Try again after the time in Retry-After.",
+        "500000000 of 500000000 bytes are in use, and 12 requests wait.",
+    ),
+    Kind(
+        "memory-exceeded",
+        503,
+        "The request needs more memory than there is",
+        "Ask for fewer triangles, pixels or rows, or raise GAMUT_MEMORY_BYTES.",
+        "The request needs 700000000 bytes of memory; the service has 500000000.",
+    ),
+    Kind(
         "invalid-name",
         422,
         "The name is not valid",

@@ -18,6 +18,13 @@ if TYPE_CHECKING:
 __all__ = ["Admission"]
 
 
+_SMALL_ROWS = 1000
+"""Queries of at most so many rows need no share. They are answered within milliseconds."""
+
+_FOR_SMALL = 1 / 20
+"""The part of all rows that large queries leave to small ones."""
+
+
 class Admission:
     """The rows under way. Belongs to the event loop's thread.
 
@@ -46,7 +53,7 @@ class Admission:
         ProblemError
             ``queries-busy``: too many rows are under way, of all clients or of this one.
         """
-        if refused := self._rows.refusal(client, estimate):
+        if refused := self._refusal(client, estimate):
             detail, remedy = f"{self.rows} rows are being answered.", ""
             if refused is Refused.SHARE:
                 detail = f"{detail} The client would have more than its share of them."
@@ -65,3 +72,9 @@ class Admission:
             yield correct
         finally:
             self._rows.take(client, -counted)
+
+    def _refusal(self, client: str, rows: int) -> Refused | None:
+        most = self._rows.most
+        if rows > _SMALL_ROWS:
+            return self._rows.refusal(client, rows + int(_FOR_SMALL * most))
+        return Refused.FULL if self.rows and self.rows + rows > most else None

@@ -1,20 +1,26 @@
 """Levels that answer queries: found by count or error, and indexed before they answer.
 
 A gamut keeps the indexes of its own levels up to a number of bytes. They count as memory of the
-open gamut, so that the cache of open gamuts bounds the indexes of all.
+open gamut, so that the cache of open gamuts bounds the indexes of all. The memory of all levels of
+a question, and of its answer, is charged at once.
 """
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import TYPE_CHECKING, NamedTuple
 
 from service.caching.single_flight import SingleFlight
+from service.library import Cost
 from service.telemetry.server_timing import timed
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
     from gamutcore.gamut import Gamut
-    from service.meshes.library import Library, OpenGamut
+    from service.library import Charge, Library, OpenGamut
     from service.meshes.requested_levels import LevelRequest, RequestedLevels
+    from service.storage.records import Record
 
 __all__ = ["QueryLevel", "QueryLevels"]
 
@@ -29,11 +35,14 @@ class QueryLevel(NamedTuple):
     triangles : int
     max_error : float
         Upper bound of the distance from the full boundary, in units of the space.
+    charge : Charge
+        Of the memory of the gamut, which stays charged as long as the level is in use.
     """
 
     gamut: Gamut
     triangles: int
     max_error: float
+    charge: Charge
 
     @property
     def axes(self) -> tuple[str, str, str]:
@@ -58,6 +67,8 @@ class QueryLevels:
         self._library = library
         self._requested = requested
         self._capacity = capacity
+        # Levels by the number of requests that make them, or wait for the one that does.
+        self._made: Counter[tuple[str, LevelRequest]] = Counter()
         self._indexing: SingleFlight[tuple[str, int], QueryLevel] = SingleFlight()
 
     def find_ready(self, opened: OpenGamut, request: LevelRequest) -> QueryLevel | None:
@@ -69,24 +80,83 @@ class QueryLevels:
         max_error = levels.find_error_bound(known[0])
         if max_error is None or levels.find_kept(known[0]) is None:
             return None
-        return QueryLevel(opened.gamut, known[0], max_error)
+        return QueryLevel(opened.gamut, known[0], max_error, opened.charge)
 
-    async def level(self, opened: OpenGamut, request: LevelRequest) -> QueryLevel:
-        """Return a level, and index it if needed.
+    async def levels(
+        self,
+        wanted: Sequence[tuple[Record, LevelRequest]],
+        answer_bytes: Callable[[int], int],
+    ) -> tuple[list[QueryLevel], Charge]:
+        """Return one level per gamut, indexed, and the charge of the memory for the answer.
+
+        Parameters
+        ----------
+        wanted : sequence of pairs
+            Record of the gamut, and the level.
+        answer_bytes : callable
+            Memory of the answer by the number of triangles of all levels.
 
         Raises
         ------
         TriangleCountError
-            The gamut has no such level.
+            A gamut has no such level.
         GamutDamagedError
-            The history file is damaged.
+            A history file is damaged.
+        ProblemError
+            There is no memory.
         """
-        ready = self.find_ready(opened, request)
-        if ready is not None:
-            return ready
-        triangles, _ = await self._requested.find(opened, request)
-        key = opened.record.id, triangles
-        return await self._indexing.value(key, lambda: self._index(opened, triangles))
+        costs = [self._cost(*each) for each in wanted]
+        answer = answer_bytes(sum(self._triangle_bound(*each) for each in wanted))
+
+        def need() -> int:
+            made = zip(wanted, costs, strict=True)
+            return answer + sum(0 if self._is_made(*each) else cost for each, cost in made)
+
+        charge = await self._library.memory.charge("work", need)
+        levels = [await self._level(*each, charge) for each in wanted]
+        charge.shrink(answer)
+        return levels, charge
+
+    def _triangle_bound(self, record: Record, request: LevelRequest) -> int:
+        full: int = record.description["counts"]["triangles"]
+        return min(full, self._requested.triangle_bound(record, request))
+
+    def _is_made(self, record: Record, request: LevelRequest) -> bool:
+        """Return whether a level is there, or others make it."""
+        if (record.id, request) in self._made:
+            return True
+        opened = self._library.peek(record.id)
+        return opened is not None and self.find_ready(opened, request) is not None
+
+    def _cost(self, record: Record, request: LevelRequest) -> int:
+        """Return the peak memory of making a level."""
+        full, triangles = (
+            record.description["counts"]["triangles"],
+            self._triangle_bound(record, request),
+        )
+        finding = self._requested.finding_cost(record, request)
+        if all(level["triangles"] != triangles for level in record.description["levels"]):
+            # its error bound needs a comparison with the full boundary
+            compared = self._library.unpacking_cost(record, full) + Cost.SEARCH * full
+            finding = max(finding, compared)
+        return finding + Cost.INDEX * triangles
+
+    async def _level(self, record: Record, request: LevelRequest, charge: Charge) -> QueryLevel:
+        made = record.id, request
+        self._made[made] += 1
+        try:
+            opened = await self._library.gamut(record.id, charge)
+            ready = self.find_ready(opened, request)
+            if ready is not None:
+                return ready
+            triangles, _ = await self._requested.find(opened, request)
+            key = record.id, triangles
+            level = await self._indexing.value(key, lambda: self._index(opened, triangles))
+            self._library.settle(opened, charge)
+            return level
+        finally:
+            self._made[made] -= 1
+            self._made += Counter()  # drops those that are made
 
     async def _index(self, opened: OpenGamut, triangles: int) -> QueryLevel:
         levels = opened.gamut.levels
@@ -98,5 +168,4 @@ class QueryLevels:
         with timed("index"):
             await self._library.in_thread(levels.indexed, triangles)
             max_error = await self._library.in_thread(levels.error_bound, triangles)
-        self._library.cache.resize(opened.record.id, opened, opened.gamut.nbytes)
-        return QueryLevel(opened.gamut, triangles, max_error)
+        return QueryLevel(opened.gamut, triangles, max_error, opened.charge)

@@ -14,6 +14,7 @@ from collections import deque
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from gamutcore.errors import InvalidPointsError
+from service.library import Cost
 from service.problems.problem import Problem, ProblemError
 from service.queries.admission import Admission
 from service.queries.answers import WRITERS, level_document, view_file
@@ -23,11 +24,11 @@ from service.queries.threads import DeadlineThreads
 from service.telemetry.server_timing import timed
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Mapping
+    from collections.abc import AsyncIterator, Callable, Mapping
 
     from gamutcore.arrays import FloatArray
     from service.http.spool import Body as Sent
-    from service.meshes.library import Library
+    from service.library import Library
     from service.meshes.requested_levels import RequestedLevels
     from service.queries.answers import Writer
     from service.queries.bodies import Body
@@ -128,6 +129,12 @@ class Queries:
             if media_type == JSON and sent.size <= INLINE_BYTES:
                 return parse()
             return await self._threads.run(sent.size // FORMS[media_type].row_bytes, parse)
+
+    def answer_bytes(self, body: Body, media_type: str) -> Callable[[int], int]:
+        """Return the memory of an answer, as `QueryLevels.levels` takes it."""
+        ahead = 1 if body.table is not None else self._ahead
+        rows = min(body.rows, (1 + ahead) * PIECE)
+        return lambda _triangles: rows * Cost.ROW[media_type]
 
     async def answer(self, question: Question) -> tuple[bytes, AsyncIterator[bytes] | None]:
         """Return the first part of an answer, and the others if there are any.

@@ -6,6 +6,7 @@ the forms of the answers follow from the table. Nothing is computed here.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -78,6 +79,11 @@ class View:
     def all_parameters(self) -> tuple[Parameter, ...]:
         """The parameters, those of the level first."""
         return (*LEVEL_PARAMETERS, *self.parameters)
+
+    def cells(self, values: Mapping[str, Any]) -> int:
+        """Return the number of cells of the answer by the parameters that multiply them."""
+        counts = [values.get(name, 1) for name in ("hues", "lightness", "sectors")]
+        return math.prod(count for count in counts if isinstance(count, int))
 
 
 _NUMBER = {"type": ["number", "null"]}

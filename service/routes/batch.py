@@ -15,6 +15,7 @@ from service.container import ServiceContainer, service_of
 from service.http.conditional import IMMUTABLE, check_if_match, matches
 from service.http.negotiation import OCTET_STREAM, preferred_media_type
 from service.http.parameters import DECIMAL_PATTERN, GAMUT_IDS, GAMUT_PATTERN, SideName, check_query
+from service.library import Charge, ChargedResponse, Cost
 from service.meshes.containers import CONTAINERS, Asked, Container, Item, ZipContainer
 from service.meshes.encoding import file_stem
 from service.meshes.requested_levels import LevelRequest
@@ -28,6 +29,9 @@ router = APIRouter(prefix="/v1/meshes", tags=["meshes"], dependencies=[Depends(c
 
 _BUFFERED = 8 * 1024 * 1024
 """Largest answer in bytes that is complete before it is sent, with a length and an entity tag."""
+
+_SHARE = 0.25
+"""Share of the memory for what batches hold while they wait for meshes."""
 
 _COUNT = re.compile(r"[0-9]{1,9}\Z")
 _LIMIT = re.compile(DECIMAL_PATTERN + r"\Z")
@@ -64,6 +68,8 @@ def _numbers(what: str, example: str) -> Any:  # noqa: ANN401 - FastAPI's own
             "invalid-option",
             "invalid-parameter",
             "not-acceptable",
+            "memory-busy",
+            "memory-exceeded",
             "store-unavailable",
         ),
     },
@@ -151,7 +157,7 @@ class _Batch:
 
     async def response(self, named: list[str], known: list[str]) -> Response:
         """Return the answer, complete if it is small, else streamed."""
-        failed, triangles = await self._check_all()
+        failed, triangles, largest = await self._check_all()
         if len(failed) == len(self._asked):
             raise ProblemError(failed[self._asked[0]])
         most = self._service.settings.max_batch_triangles
@@ -162,6 +168,11 @@ class _Batch:
                 f"Request at most {most} triangles at once.",
             )
         media_type = self._container.media_type
+        # What is complete before it is sent, joined, or one mesh and its copy in the container. The
+        # meshes have charges of their own, which wait while this one is held.
+        need = 2 * min(_BUFFERED + Cost.CODING * largest, Cost.CODING * triangles)
+        memory = self._service.library.memory
+        charge = await memory.charge("batches", lambda: need, share=_SHARE)
         parts: list[bytes] = []
         pieces = self._pieces(failed)
         size = 0
@@ -171,7 +182,7 @@ class _Batch:
             if size > _BUFFERED:
                 check_if_match(named)
                 headers = self._headers(failed)
-                return StreamingResponse(_chain(parts, pieces), 200, headers, media_type)
+                return StreamingResponse(_chain(parts, pieces, charge), 200, headers, media_type)
         content, digest = await asyncio.to_thread(_join, parts)
         headers = self._headers(failed)
         headers["ETag"] = f'"{digest}"'
@@ -179,7 +190,7 @@ class _Batch:
         if known and not failed and matches(",".join(known), headers["ETag"]):
             headers.pop("Content-Disposition", None)
             return Response(status_code=304, headers=headers)
-        return Response(content, 200, headers, media_type)
+        return ChargedResponse(Response(content, 200, headers, media_type), charge)
 
     def _headers(self, failed: dict[Asked, Problem]) -> dict[str, str]:
         """Return the header fields of the answer, besides those of its content."""
@@ -194,14 +205,14 @@ class _Batch:
             headers["Content-Disposition"] = f'attachment; filename="{name}"'
         return headers
 
-    async def _check_all(self) -> tuple[dict[Asked, Problem], int]:
-        """Return the missing meshes, and an upper bound of the triangles of the others.
+    async def _check_all(self) -> tuple[dict[Asked, Problem], int, int]:
+        """Return the missing meshes, and upper bounds of the triangles of the others: sum, largest.
 
         Computed from the records before any search or encoding, because a stream that has started
         cannot report an error.
         """
         failed: dict[Asked, Problem] = {}
-        triangles = 0
+        triangles = most = 0
         for gamut_id in dict.fromkeys(one.gamut_id for one in self._asked):
             wanted = [one for one in self._asked if one.gamut_id == gamut_id]
             try:
@@ -224,7 +235,8 @@ class _Batch:
                     )
                 else:
                     triangles += count
-        return failed, triangles
+                    most = max(most, count)
+        return failed, triangles, most
 
     async def _can_be_rebuilt(self, gamut_id: str, error: GamutNotStoredError) -> bool:
         """Return whether a missing gamut was damaged and can be rebuilt."""
@@ -255,12 +267,15 @@ def _level_request(one: Asked) -> LevelRequest:
     return LevelRequest(**{one.name: _READ[one.name](one.value)}, side=one.side)
 
 
-async def _chain(parts: list[bytes], rest: AsyncIterator[bytes]) -> AsyncIterator[bytes]:
-    for piece in parts:
-        yield piece
-    parts.clear()
-    async for piece in rest:
-        yield piece
+async def _chain(
+    parts: list[bytes], rest: AsyncIterator[bytes], charge: Charge
+) -> AsyncIterator[bytes]:
+    with charge:
+        for piece in parts:
+            yield piece
+        parts.clear()
+        async for piece in rest:
+            yield piece
 
 
 def _join(parts: list[bytes]) -> tuple[bytes, str]:

@@ -1,7 +1,5 @@
 """Route of the page of a gamut: one HTML file for browsers, which works without the service."""
 
-import asyncio
-
 from fastapi import APIRouter, Depends, Request
 from fastapi.responses import Response
 
@@ -11,6 +9,7 @@ from service.http.compression import compress_response
 from service.http.conditional import conditional
 from service.http.file_names import content_disposition
 from service.http.parameters import check_query
+from service.library import ChargedResponse, Cost
 from service.openapi.documentation import header, problems
 from service.routes.gamuts import GamutId
 from service.routes.naming import named
@@ -49,6 +48,8 @@ router = APIRouter(prefix="/v1/gamuts", tags=["gamuts"], dependencies=[Depends(c
             "gamut-rebuilding",
             "precondition-failed",
             "invalid-parameter",
+            "memory-busy",
+            "memory-exceeded",
             "store-unavailable",
         ),
     },
@@ -56,8 +57,15 @@ router = APIRouter(prefix="/v1/gamuts", tags=["gamuts"], dependencies=[Depends(c
 async def download_page(request: Request, gamut_id: GamutId) -> Response:
     """Download a page that shows the gamut."""
     service = service_of(request)
-    opened = await service.library.gamut(gamut_id)
-    await service.library.unpack(opened, opened.gamut.history.triangles)
+    record = await service.library.record(gamut_id)
+    full = record.description["counts"]["triangles"]
+    page_bytes = Cost.PAGE * full + Cost.PAGE_BASE
+    charge = await service.library.memory.charge(
+        "work", lambda: service.library.unpacking_cost(record, full) + page_bytes
+    )
+    opened = await service.library.gamut(gamut_id, charge)
+    await service.library.unpack(opened, full)
+    service.library.settle(opened, charge)
     accepted = request.headers.getlist("accept-encoding")
 
     def answer() -> Response:
@@ -72,4 +80,5 @@ async def download_page(request: Request, gamut_id: GamutId) -> Response:
         page = Response(opened.gamut.to_html(gamut.name), 200, headers, MEDIA_TYPE)
         return compress_response(page, accepted)
 
-    return conditional(await asyncio.to_thread(answer), request.headers)
+    page = await service.library.in_thread(answer)
+    return ChargedResponse(conditional(page, request.headers), charge)

@@ -17,7 +17,7 @@ from service.http.parameters import (
     SideName,
     check_query,
 )
-from service.meshes.encoding import MEDIA_TYPES, SUFFIXES
+from service.meshes.encoding import MEDIA_TYPES, SUFFIXES, MeshResponse
 from service.meshes.requested_levels import DEFAULT_TRIANGLES, LevelRequest
 from service.openapi.documentation import MESH_HEADERS, binary_content, problems
 from service.problems.problem import Problem, ProblemError
@@ -34,6 +34,8 @@ _PROBLEMS = (
     "triangle-count",
     "invalid-option",
     "invalid-parameter",
+    "memory-busy",
+    "memory-exceeded",
     "store-unavailable",
 )
 
@@ -201,7 +203,4 @@ async def _mesh(
     mesh = await service_of(request).meshes.mesh(gamut_id, wanted, format_name, coding)
     check_if_match(request.headers.getlist("if-match"), mesh.etag)
     known = request.headers.getlist("if-none-match")
-    status, headers, body = mesh.response(",".join(known) or None)
-    response = Response(body, status)
-    response.raw_headers = headers
-    return response
+    return MeshResponse(mesh, ",".join(known) or None)

@@ -13,6 +13,7 @@ from fastapi.responses import Response
 from service.building.engine import EngineFacts
 from service.caching.byte_bounded_cache import ByteBoundedCache
 from service.container import ServiceContainer, service_of
+from service.library import Ledger
 from service.openapi.documentation import header, problems
 from service.storage.gamuts import GamutStore
 from service.storage.local import LocalBlobs
@@ -103,6 +104,7 @@ def service_families(service: ServiceContainer) -> "Iterator[Metric]":
     yield from _cache_families(
         {"gamuts": service.library.cache, "meshes": service.meshes.cache, **levels.caches}
     )
+    yield from _memory_families(service.library.memory)
     yield from _store_families(service.store)
     yield metric_family(
         "gauge",
@@ -149,6 +151,18 @@ def _cache_families(caches: dict[str, ByteBoundedCache[Any, Any]]) -> "Iterator[
     ):
         samples = [({"cache": cache}, getattr(caches[cache], attribute)) for cache in caches]
         yield metric_family(kind, name, meaning, samples)
+
+
+def _memory_families(memory: Ledger) -> "Iterator[Metric]":
+    yield gauge("gamut_memory_budget_bytes", "Largest sum of all charges.", memory.budget)
+    yield metric_family(
+        "gauge",
+        "gamut_memory_charged_bytes",
+        "Memory of open gamuts, encoded meshes, and work and answers under way, by kind.",
+        [({"kind": kind}, nbytes) for kind, nbytes in sorted(memory.charged.items())],
+    )
+    yield gauge("gamut_memory_waiting", "Requests that wait for memory.", memory.waiting)
+    yield counter("gamut_memory_refusals", "Requests refused for lack of memory.", memory.refused)
 
 
 def _store_families(store: GamutStore) -> "Iterator[Metric]":

@@ -15,7 +15,7 @@ from gamutcore.option_types import Choice, Number, WholeNumber
 from service.access.clients import client_of
 from service.container import service_of
 from service.http.conditional import check_if_match
-from service.meshes.encoding import PictureOptions
+from service.meshes.encoding import MeshResponse, PictureOptions
 from service.meshes.requested_levels import LevelRequest
 from service.openapi.documentation import MESH_HEADERS, binary_content, problems
 from service.queries.parameters import (
@@ -107,6 +107,8 @@ router = APIRouter(prefix="/v1/gamuts", tags=["meshes"], route_class=QueryRoute)
             "gamut-rebuilding",
             "queries-busy",
             "not-ready",
+            "memory-busy",
+            "memory-exceeded",
             "store-unavailable",
         ),
     },
@@ -128,7 +130,4 @@ async def draw_gamut(request: Request, gamut_id: GamutId) -> Response:
         picture = await service.meshes.picture(gamut_id, level, options, MOST_TRIANGLES)
     check_if_match(request.headers.getlist("if-match"), picture.etag)
     known = request.headers.getlist("if-none-match")
-    status, headers, body = picture.response(",".join(known) or None)
-    response = Response(body, status)
-    response.raw_headers = headers
-    return response
+    return MeshResponse(picture, ",".join(known) or None)

@@ -7,7 +7,7 @@ parameters would take longer than the answer to a single colour.
 from __future__ import annotations
 
 import re
-from collections.abc import AsyncIterator, Callable, Coroutine, Mapping
+from collections.abc import AsyncIterator, Callable, Coroutine, Mapping, Sequence
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
@@ -22,6 +22,7 @@ from service.access.clients import client_of
 from service.container import ServiceContainer, service_of
 from service.http.negotiation import OCTET_STREAM, preferred_media_type
 from service.http.parameters import ID_PATTERN
+from service.library import ChargedResponse
 from service.meshes.requested_levels import LevelRequest
 from service.openapi.documentation import problems
 from service.problems.problem import Problem, ProblemError
@@ -37,10 +38,10 @@ from service.telemetry.server_timing import timed
 if TYPE_CHECKING:
     from starlette.types import Receive, Scope, Send
 
-    from service.meshes.library import OpenGamut
+    from service.library import Charge, OpenGamut
     from service.queries.levels import QueryLevel
 
-__all__ = ["READING_POSTS", "QueryRoute", "checked_id", "level_of", "router", "wait_for_kernels"]
+__all__ = ["READING_POSTS", "QueryRoute", "checked_id", "levels_of", "router", "wait_for_kernels"]
 
 READING_POSTS = re.compile(rf"/v1/gamuts/[^/]+/(?:{'|'.join(OPERATIONS)})\Z")
 """Paths of operations that are POST, because they have a body, and change nothing."""
@@ -65,6 +66,8 @@ _PROBLEMS = (
     "share-exceeded",
     "spool-full",
     "scratch-full",
+    "memory-busy",
+    "memory-exceeded",
     "not-ready",
     "store-unavailable",
 )
@@ -160,16 +163,18 @@ async def _answer(request: Request, gamut_id: str, operation: Operation) -> Resp
         correct(body.rows)
         values = values_of(operation.all_parameters, given, body.members)
         body = body._replace(axes=_axes(values, opened))
-        level = await level_of(service, opened, values)
+        del opened  # it may go while the question waits for memory
+        ids = [gamut_id]
         if values.get("source") is not None:
             place = "body" if "source" in body.members else "query"
             source_id, response = await named_gamut(service, request.scope, values["source"])
             if response is not None:
                 return response
-            source_id = checked_id(source_id, place, "source")
-            source = await service.library.gamut(source_id)
-            await level_of(service, source, values)
-            values[SOURCE_GAMUT] = source.gamut
+            ids.append(checked_id(source_id, place, "source"))
+        answer_bytes = queries.answer_bytes(body, accepted)
+        (level, *sources), charge = await levels_of(service, ids, values, answer_bytes)
+        if sources:
+            values[SOURCE_GAMUT] = sources[0].gamut
         question = Question(operation, level, body, values, accepted)
         first, others = await queries.answer(question)
         headers = {
@@ -179,7 +184,9 @@ async def _answer(request: Request, gamut_id: str, operation: Operation) -> Resp
             "Gamut-Max-Error": f"{level.max_error:g}",
         }
         if others is None:
-            return Response(first, 200, headers, accepted)
+            return ChargedResponse(Response(first, 200, headers, accepted), charge)
+        held.enter_context(charge)
+        held.callback(sources.clear)  # their memory stays charged until then
         return _Answer(first, others, request, held.pop_all(), headers, accepted)
 
 
@@ -188,17 +195,25 @@ def _axes(values: Mapping[str, Any], opened: OpenGamut) -> tuple[str, str, str]:
     return ColourConversion(values.get("space"), opened.space).axes
 
 
-async def level_of(
-    service: ServiceContainer, opened: OpenGamut, values: Mapping[str, Any]
-) -> QueryLevel:
-    """Return the level that the parameters of a query ask for."""
+async def levels_of(
+    service: ServiceContainer,
+    ids: Sequence[str],
+    values: Mapping[str, Any],
+    answer_bytes: Callable[[int], int],
+) -> tuple[list[QueryLevel], Charge]:
+    """Return the levels that the parameters of a query ask for; see `QueryLevels.levels`."""
     triangles, max_error = values["triangles"], values["max_error"]
     if triangles is not None and max_error is not None:
         fault = "A triangle count is combined with an error limit."
         raise refuse(fault, "query", "triangles", "Give either triangles or max_error.")
-    if triangles is None and max_error is None:
-        max_error = opened.gamut.default_error
-    return await service.queries.levels.level(opened, LevelRequest(triangles, max_error))
+    by_default = triangles is None and max_error is None
+    wanted = []
+    for gamut_id in ids:
+        opened = await service.library.gamut(gamut_id)
+        limit = opened.gamut.default_error if by_default else max_error
+        wanted.append((opened.record, LevelRequest(triangles, limit)))
+        del opened
+    return await service.queries.levels.levels(wanted, answer_bytes)
 
 
 async def wait_for_kernels(service: ServiceContainer) -> None:

@@ -14,6 +14,7 @@ from service.http.compression import compress_response
 from service.http.conditional import IMMUTABLE, conditional
 from service.http.negotiation import OCTET_STREAM, preferred_media_type
 from service.http.parameters import GAMUT_PATTERN
+from service.library import ChargedResponse, Cost
 from service.openapi.documentation import EXAMPLE_ID, problems
 from service.problems.problem import Problem, ProblemError
 from service.queries.bodies import FORMS, NPY, SVG
@@ -21,7 +22,7 @@ from service.queries.documentation import picture_response, view_response
 from service.queries.parameters import query_values, refuse, values_of
 from service.queries.views import COMPARISON, VIEWS, View
 from service.routes.gamuts import GamutId
-from service.routes.queries import QueryRoute, checked_id, level_of, wait_for_kernels
+from service.routes.queries import QueryRoute, checked_id, levels_of, wait_for_kernels
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -37,6 +38,8 @@ _PROBLEMS = (
     "gamut-not-found",
     "gamut-rebuilding",
     "queries-busy",
+    "memory-busy",
+    "memory-exceeded",
     "not-ready",
     "store-unavailable",
 )
@@ -144,8 +147,12 @@ async def _answer(
     if values.get("reference") is not None:
         ids = [*ids, checked_id(values["reference"], "query", "reference")]
     await wait_for_kernels(service)
-    opened = [await service.library.gamut(gamut_id) for gamut_id in ids]
-    levels = [await level_of(service, each, values) for each in opened]
+    levels, charge = await levels_of(
+        service,
+        ids,
+        values,
+        lambda triangles: Cost.COMPARISON * triangles + Cost.CELL * view.cells(values),
+    )
     body = await service.queries.view(view, levels, values, media_type, client_of(request.scope))
     headers = {
         "Cache-Control": IMMUTABLE,
@@ -157,7 +164,7 @@ async def _answer(
     answer = Response(body, 200, headers, media_type)
     accepted = request.headers.getlist("accept-encoding")
     answer = await asyncio.to_thread(compress_response, answer, accepted)
-    return conditional(answer, request.headers)
+    return ChargedResponse(conditional(answer, request.headers), charge)
 
 
 def _accepted_form(request: Request) -> str:

@@ -54,7 +54,7 @@ class Post:
         host, port = server.url.removeprefix("http://").split(":")
         self.connection = socket.create_connection((host, int(port)), timeout=HANG)
         head = (
-            f"POST {path} HTTP/1.1\r\nHost: x\r\nContent-Type: {media_type}\r\n"
+            f"POST {path} HTTP/1.1\r\nHost: localhost\r\nContent-Type: {media_type}\r\n"
             f"X-Forwarded-For: {client}\r\nPrefer: respond-async\r\n"
             f"Content-Length: {length}\r\n\r\n"
         )
@@ -240,7 +240,7 @@ def test_bodies_that_wait_for_memory_are_bounded_in_bytes(tmp_path, monkeypatch,
 
     async def post(number, size):
         transport = httpx.ASGITransport(app, client=(f"192.0.2.{number}", 1))
-        async with httpx.AsyncClient(transport=transport, base_url="http://test") as client:
+        async with httpx.AsyncClient(transport=transport, base_url="http://localhost") as client:
             fields = {"Prefer": "respond-async"}
             return await client.post("/v1/gamuts", files={"file": bytes(size)}, headers=fields)
 

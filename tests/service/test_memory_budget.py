@@ -1,0 +1,267 @@
+"""Memory is charged before it is allocated, and never more than the budget."""
+
+import asyncio
+import contextlib
+import gc
+import hashlib
+from pathlib import Path
+
+import httpx
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from gamutcore import Gamut
+from service.application import create_app
+from service.caching.byte_bounded_cache import ByteBoundedCache
+from service.library import FREE_BYTES, PROCESS_BYTES, Charge, Ledger, memory_budget
+from service.problems.problem import ProblemError
+from service.settings import Settings
+from service.storage.records import Record
+
+UNIT = 10 * FREE_BYTES
+BUDGET = 50 * UNIT
+MEBIBYTE = 1024 * 1024
+STEPS = st.lists(
+    st.one_of(
+        st.tuples(st.just("ask"), st.integers(0, 60)),
+        st.tuples(st.just("keep"), st.integers(0, 60)),
+        st.tuples(st.sampled_from(["release", "drop", "cancel"]), st.integers(0, 5)),
+    ),
+    max_size=40,
+)
+
+
+@given(STEPS)
+def test_charges_stay_within_the_budget_and_everybody_is_answered(steps):
+    async def scenario():
+        ledger, cache = Ledger(BUDGET, patience=0.0, most_waiting=4), ByteBoundedCache(BUDGET)
+        ledger.add(cache)
+        asked, held = [], []
+        for number, (name, size) in enumerate(steps):
+            if name == "ask":
+                asked.append(asyncio.create_task(ledger.charge("work", lambda n=size: n * UNIT)))
+            elif name == "keep":
+                kept = Charge(ledger, "kept", 0)
+                source = held[0] if held else None
+                if ledger.raise_to(kept, size * UNIT, source):
+                    cache.put(number, kept, size * UNIT)
+                del kept, source
+            elif name == "cancel" and asked:
+                asked[size % len(asked)].cancel()
+            elif held:
+                charge = held.pop(size % len(held))
+                if name == "release":
+                    charge.release()
+                    charge.release()
+                del charge
+            await asyncio.sleep(0)
+            for task in [task for task in asked if task.done()]:
+                asked.remove(task)
+                if not task.cancelled() and task.exception() is None:
+                    held.append(task.result())
+            task = None
+            assert 0 <= ledger.total <= BUDGET
+            assert all(nbytes >= 0 for nbytes in ledger.charged.values())
+            assert ledger.waiting <= 4
+        answers = await asyncio.gather(*asked, return_exceptions=True)
+        assert all(
+            isinstance(each, Charge | ProblemError | asyncio.CancelledError) for each in answers
+        )
+        assert not ledger.waiting
+        del answers
+        asked.clear()
+        held.clear()
+        while len(cache):
+            cache.evict()
+        gc.collect()
+        with await ledger.charge("work", lambda: BUDGET):  # all of it is free again
+            assert ledger.total == BUDGET
+        assert ledger.total == 0
+
+    asyncio.run(scenario())
+
+
+def test_work_waits_until_there_is_room_in_the_order_of_arrival():
+    async def scenario():
+        ledger, order = Ledger(BUDGET), []
+        first = await ledger.charge("work", lambda: BUDGET)
+
+        async def work(number):
+            with await ledger.charge("work", lambda: BUDGET):
+                order.append(number)
+
+        tasks = [asyncio.create_task(work(number)) for number in range(3)]
+        await asyncio.sleep(0)
+        assert ledger.waiting == 3
+        first.release()
+        await asyncio.gather(*tasks)
+        assert order == [0, 1, 2]
+
+    asyncio.run(scenario())
+
+
+def test_what_exceeds_the_budget_is_refused_at_once_and_small_work_never_waits():
+    async def scenario():
+        ledger = Ledger(BUDGET)
+        with await ledger.charge("work", lambda: BUDGET):
+            (await ledger.charge("work", lambda: FREE_BYTES)).release()
+            with pytest.raises(ProblemError) as caught:
+                await ledger.charge("work", lambda: BUDGET + 1)
+        assert caught.value.problem.code == "memory-exceeded"
+        assert ledger.refused == 1
+
+    asyncio.run(scenario())
+
+
+def test_the_least_recently_used_value_of_all_caches_gives_way_first():
+    async def scenario():
+        ledger = Ledger(BUDGET)
+        caches = [ByteBoundedCache(BUDGET), ByteBoundedCache(BUDGET)]
+        for number in range(4):
+            charge = Charge(ledger, "kept", 0)
+            assert ledger.raise_to(charge, BUDGET // 4)
+            caches[number % 2].put(number, charge, charge.nbytes)
+            del charge
+        for cache in caches:
+            ledger.add(cache)
+        caches[0].get(0)
+        with await ledger.charge("work", lambda: BUDGET // 2):
+            assert [key for key in range(4) if caches[key % 2].get(key)] == [0, 3]
+
+    asyncio.run(scenario())
+
+
+def fake_system(root, files):
+    for name, text in files.items():
+        path = root / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+    return root
+
+
+GIBIBYTE = 1024 * MEBIBYTE
+MEMINFO = {"proc/meminfo": f"MemTotal:       {100 * MEBIBYTE} kB\nMemFree: 1 kB\n"}
+V1 = "9:memory:/docker/x\n8:cpu:/docker/x\n"
+
+
+@pytest.mark.parametrize(
+    ("files", "available"),
+    [
+        ({}, 100 * GIBIBYTE),
+        (
+            {"proc/self/cgroup": "0::/a/b\n", "sys/fs/cgroup/a/b/memory.max": "max\n"},
+            100 * GIBIBYTE,
+        ),
+        (
+            {"proc/self/cgroup": "0::/a/b\n", "sys/fs/cgroup/a/memory.max": f"{20 * GIBIBYTE}\n"},
+            20 * GIBIBYTE,
+        ),
+        (
+            {"proc/self/cgroup": "0::/\n", "sys/fs/cgroup/memory.max": f"{20 * GIBIBYTE}\n"},
+            20 * GIBIBYTE,
+        ),
+        (
+            {
+                "proc/self/cgroup": V1,
+                "sys/fs/cgroup/memory/memory.limit_in_bytes": f"{20 * GIBIBYTE}\n",
+            },
+            20 * GIBIBYTE,
+        ),
+        (
+            {
+                "proc/self/cgroup": V1,
+                "sys/fs/cgroup/memory/docker/x/memory.limit_in_bytes": f"{30 * GIBIBYTE}\n",
+                "sys/fs/cgroup/memory/memory.limit_in_bytes": f"{2**63 - 4096}\n",
+            },
+            30 * GIBIBYTE,
+        ),
+    ],
+)
+def test_the_default_is_a_share_of_the_memory_without_that_of_the_workers(
+    tmp_path, files, available
+):
+    root = fake_system(tmp_path, {**MEMINFO, **files})
+    settings = Settings(build_workers=2, build_memory_bytes=GIBIBYTE)
+    assert memory_budget(settings, root) == int(0.6 * available) - 2 * GIBIBYTE
+
+
+def test_the_default_suffices_for_a_comparison_and_a_given_budget_is_taken(tmp_path):
+    small = fake_system(tmp_path, {"proc/meminfo": "MemTotal: 1000000 kB\n"})
+    assert memory_budget(Settings(), small) == 448 * MEBIBYTE
+    assert memory_budget(Settings(memory_bytes=10**9), small) == 10**9
+
+
+PRESS = Path(__file__).parents[2] / "examples" / "FOGRA39L.ti3"
+QUERIES = ("contains", "comparison", "viewer.html", "picture.png?size=512", "mesh.3mf?max_error=0")
+
+
+@pytest.fixture(scope="module")
+def presses():
+    """Gamuts of one press with different ink limits: 20,000 triangles each."""
+    return [Gamut(PRESS, surface_samples=15_000, ink_limit=limit) for limit in range(240, 320, 10)]
+
+
+@pytest.mark.slow
+def test_simultaneous_full_boundaries_stay_within_the_budget(presses, filled_store, published):
+    """The process itself is not bounded here: the test's process has other things in memory."""
+    ids = [published(gamut) for gamut in presses]
+    filled_store.close()
+    budget = PROCESS_BYTES + 40 * MEBIBYTE
+    settings = Settings(
+        store=str(filled_store.blobs.directory), memory_bytes=budget, query_rows=10**9
+    )
+
+    async def scenario():
+        app = create_app(settings)
+        ledger, most, statuses = app.state.service.library.memory, [], []
+        transport = httpx.ASGITransport(app)
+        async with httpx.AsyncClient(transport=transport, base_url="http://localhost") as client:
+
+            async def ask(number, what):
+                one, other = ids[number % len(ids)], ids[(number + 1) % len(ids)]
+                address = f"/v1/gamuts/{one}"
+                if what == "contains":
+                    question = {"colours": [[50, 0, 0]], "max_error": 0}
+                    answer = await client.post(f"{address}/contains", json=question)
+                elif what == "comparison":
+                    pair = f"a={one}&b={other}&max_error=0"
+                    answer = await client.get(f"/v1/comparisons?{pair}")
+                else:
+                    answer = await client.get(f"{address}/{what}")
+                statuses.append(answer.status_code)
+
+            async def watch():
+                while True:
+                    most.append(ledger.total)
+                    await asyncio.sleep(0)
+
+            async with app.router.lifespan_context(app):
+                watching = asyncio.create_task(watch())
+                await asyncio.gather(*(ask(n, what) for n in range(16) for what in QUERIES))
+                watching.cancel()
+                with contextlib.suppress(asyncio.CancelledError):
+                    await watching
+                metrics = (await client.get("/metrics")).text
+        assert set(statuses) <= {200, 429, 503}
+        assert 200 in statuses
+        assert 20 * MEBIBYTE < max(most) <= ledger.budget == 40 * MEBIBYTE
+        assert "gamut_memory_budget_bytes 4.194304e+07" in metrics
+        assert 'gamut_memory_charged_bytes{kind="work"} 0.0' in metrics
+
+    asyncio.run(scenario())
+
+
+@pytest.fixture
+def published(filled_store):
+    """Store a gamut and return its id."""
+
+    def publish(gamut):
+        content = gamut.to_bytes()
+        path = filled_store.scratch(".gamut")
+        path.write_bytes(content)
+        digest = hashlib.sha256(content).hexdigest()
+        record = Record(gamut.id, digest, len(content), "", gamut.description)
+        return filled_store.publish(record, path).id
+
+    return publish
