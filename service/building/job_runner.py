@@ -345,7 +345,9 @@ class JobRunner:
             raise
         except Exception as error:
             # Only this build may fail: neither the process nor the waiters of the job.
-            problem = _failure_problem(getattr(error, "errno", None))
+            problem = _failure_problem(
+                getattr(error, "errno", None), remote=self._store.blobs.remote
+            )
             if _is_service_fault(problem):
                 logger.warning(
                     "build of %s failed, the store or the machine refused: %s", job_id, error
@@ -354,7 +356,9 @@ class JobRunner:
                 logger.exception("build of %s ended unexpectedly", job_id)
             return _Built(problem, False, {})
         finally:
-            for path in scratch:
+            # Temporary files of a worker that was ended begin with the name of the output.
+            left = [each for path in scratch[1:] for each in path.parent.glob(f"{path.name}.*")]
+            for path in [*scratch, *left]:
                 # Leftover files are removed at the next start.
                 with contextlib.suppress(OSError):
                     path.unlink(missing_ok=True)
@@ -437,7 +441,7 @@ class JobRunner:
         if event["event"] == "exhausted":
             return self._memory_problem()
         if event["event"] == "failed":
-            return _failure_problem(event["errno"])
+            return _failure_problem(event["errno"], remote=self._store.blobs.remote)
         if event["event"] == "outdated":
             return Problem(
                 "build-outdated",
@@ -484,9 +488,9 @@ class JobRunner:
         )
 
 
-def _failure_problem(number: int | None) -> Problem:
+def _failure_problem(number: int | None, *, remote: bool) -> Problem:
     """Return the problem for a system error number, or for none."""
-    problem = Problem.from_errno(number)
+    problem = Problem.from_errno(number, remote=remote)
     return problem or Problem("build-failed", "The build ended with an unexpected error.")
 
 

@@ -116,8 +116,7 @@ def build(request: dict[str, Any], events: Events) -> None:
         if (options.cost, options.boundary) != (default.cost, default.boundary):
             # outside the limit, which the compiler's processes would inherit
             ensure_compiled("optional")
-        scratch = Path(request["output"]).parent
-        with _data_limit(request.get("memory", 0)), _temporary_files_in(scratch):
+        with _data_limit(request.get("memory", 0)), _temporary_files_beside(request["output"]):
             data = Path(request["input"]).read_bytes()
             limits = Limits(**request.get("limits", {}), overtime=partial(_end, events, progress))
             gamut = Gamut(data, options, progress=progress, limits=limits)
@@ -173,13 +172,18 @@ def _write_history(gamut: Gamut, path: Path, progress: Progress) -> dict[str, An
 
 
 @contextlib.contextmanager
-def _temporary_files_in(folder: Path) -> Iterator[None]:
-    """Let decoders write to the scratch folder. /tmp may be small, read-only or in memory."""
-    before, tempfile.tempdir = tempfile.tempdir, str(folder)
+def _temporary_files_beside(output: str) -> Iterator[None]:
+    """Let decoders write to the scratch folder. /tmp may be small, read-only or in memory.
+
+    The names begin with that of the output, so the service finds what a killed worker left.
+    """
+    before = tempfile.tempdir, tempfile.template
+    path = Path(output)
+    tempfile.tempdir, tempfile.template = str(path.parent), f"{path.name}."
     try:
         yield
     finally:
-        tempfile.tempdir = before
+        tempfile.tempdir, tempfile.template = before
 
 
 @contextlib.contextmanager

@@ -151,7 +151,8 @@ async def _disconnected(_request: Request, _error: Exception) -> Response:
 
 async def _system_error(request: Request, error: Exception) -> Response:
     assert isinstance(error, OSError)  # noqa: S101 - registered for this class
-    problem = Problem.from_errno(error.errno)
+    remote: bool = request.app.state.service.store.blobs.remote
+    problem = Problem.from_errno(error.errno, remote=remote)
     if problem is None:
         logger.error("%s %s", request.method, request.url.path, exc_info=error)
         return await _defect(request, error)

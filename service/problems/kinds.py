@@ -402,7 +402,7 @@ _ROWS = (
         507,
         "The scratch space is full",
         "The operator must free or add space for scratch files. Smaller bodies are accepted.",
-        "There is no space left for bodies that are arriving.",
+        "There is no space left for scratch files.",
     ),
     Kind(
         "storage-full",

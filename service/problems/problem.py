@@ -98,10 +98,14 @@ class Problem:
         return cls(error.code, sentence(error.message), error.where, sentence(error.remedy))
 
     @classmethod
-    def from_errno(cls, number: int | None) -> Problem | None:
-        """Return the problem for a system error number; None for a defect."""
+    def from_errno(cls, number: int | None, *, remote: bool = False) -> Problem | None:
+        """Return the problem for a system error number; None for a defect.
+
+        If the store is remote, only the scratch space is on a disk.
+        """
         if number in {errno.ENOSPC, errno.EDQUOT}:
-            return cls("storage-full", KINDS["storage-full"].detail)
+            code = "scratch-full" if remote else "storage-full"
+            return cls(code, KINDS[code].detail)
         if number in _STORE_ERRNOS:
             return cls.store_unavailable()
         if number in {errno.EMFILE, errno.ENFILE}:

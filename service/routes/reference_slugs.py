@@ -214,7 +214,7 @@ async def _build(
     except StoreUnavailableError:
         raise ProblemError(Problem.store_unavailable()) from None
     except OSError as error:
-        problem = Problem.from_errno(error.errno)
+        problem = Problem.from_errno(error.errno, remote=service.store.blobs.remote)
         if problem is None:
             raise
         raise ProblemError(problem) from error
