@@ -1,5 +1,8 @@
 """``gamut worker``: takes jobs from the broker and runs them, one per process at a time.
 
+While messages wait, a message is a permit to run a job, and the clients of all waiting jobs take
+turns.
+
 Celery's main process talks to the broker and never opens the store, because the store client's
 threads would not survive a fork. Each forked process has a `JobRunner` with a warm build process. A
 hard time limit kills a stuck slot; the job's lease then ends, and the job is sent again. After
@@ -29,6 +32,7 @@ from service.broker.celery_app import TASK, Broker, BrokerUnavailableError, cele
 from service.broker.health import SIGN_SECONDS, leave, sign
 from service.broker.outbox import Outbox
 from service.broker.redis_delivery import count_deliveries_patiently
+from service.building.fair_queue import FairQueue
 from service.building.job_runner import Interruption, JobRunner, Outcome
 from service.building.process import ProcessDiedError
 from service.jobs.book import JobBook
@@ -41,7 +45,7 @@ from service.telemetry.metrics_endpoint import serve_build_figures
 from service.telemetry.traces import Traces, traces_enabled, traces_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
     from service.building.engine import BuildReport
     from service.settings import Settings
@@ -106,9 +110,12 @@ class Slot:
             on_build=on_build,
         )
         self._busy = threading.Lock()
+        self._queue = FairQueue()
 
     def run(self, job_id: str) -> Outcome:
-        """Run a job if it can be claimed, and return the outcome.
+        """Run the job of a message, or the waiting job whose turn it is; return the outcome.
+
+        The message of that other job then runs this job, or one that comes before it.
 
         Raises
         ------
@@ -116,7 +123,34 @@ class Slot:
             The job could not be started and must be delivered again.
         """
         with self._busy:
-            outcome = self.runner.run(job_id, self.interruption)
+            for turn in self._turns(job_id):
+                outcome = self._run(turn)
+                if outcome.state != "elsewhere":
+                    return outcome
+        return outcome
+
+    def _turns(self, job_id: str) -> Iterator[str]:
+        """Iterate over the jobs that may run now; a job that has ended leaves its message to others."""
+        if not self._others_wait():
+            self._queue.discard(job_id)
+            yield job_id
+        marked, documents = self.outbox.claimable(list(self._queue))
+        for gone in set(self._queue) - marked:
+            self._queue.discard(gone)
+        for document in documents:
+            self._queue.put(document)
+        while (document := self._queue.take()) is not None:
+            yield document.id
+        yield job_id
+
+    def _others_wait(self) -> bool:
+        try:
+            return self._broker.waiting() > 0
+        except BrokerUnavailableError:
+            return False
+
+    def _run(self, job_id: str) -> Outcome:
+        outcome = self.runner.run(job_id, self.interruption)
         document = outcome.document
         if outcome.state == "released":
             self.send(job_id)
