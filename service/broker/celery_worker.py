@@ -1,7 +1,7 @@
 """``gamut worker``: takes jobs from the broker and runs them, one per process at a time.
 
-While messages wait, a message is a permit to run a job, and the clients of all waiting jobs take
-turns.
+The clients of waiting jobs take turns. A slot may run another job than that of its message, after
+it has sent the latter again, so every waiting job has a message at any time.
 
 Celery's main process talks to the broker and never opens the store, because the store client's
 threads would not survive a fork. Each forked process has a `JobRunner` with a warm build process. A
@@ -45,7 +45,7 @@ from service.telemetry.metrics_endpoint import serve_build_figures
 from service.telemetry.traces import Traces, traces_enabled, traces_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable
 
     from service.building.engine import BuildReport
     from service.settings import Settings
@@ -115,33 +115,28 @@ class Slot:
     def run(self, job_id: str) -> Outcome:
         """Run the job of a message, or the waiting job whose turn it is; return the outcome.
 
-        The message of that other job then runs this job, or one that comes before it.
-
         Raises
         ------
         StoreUnavailableError, ProcessDiedError, OSError
             The job could not be started and must be delivered again.
         """
         with self._busy:
-            for turn in self._turns(job_id):
-                outcome = self._run(turn)
-                if outcome.state != "elsewhere":
-                    return outcome
-        return outcome
+            return self._run(self._turn(job_id))
 
-    def _turns(self, job_id: str) -> Iterator[str]:
-        """Iterate over the jobs that may run now; a job that has ended leaves its message to others."""
-        if not self._others_wait():
-            self._queue.discard(job_id)
-            yield job_id
-        marked, documents = self.outbox.claimable(list(self._queue))
+    def _turn(self, job_id: str) -> str:
+        """Return the job to run instead of the job of a message, which is then sent again."""
+        # An ended job costs one read, and an empty queue has no turns.
+        if not (self.outbox.waits(job_id) and self._others_wait()):
+            return job_id
+        marked, new = self.outbox.waiting(known=set(self._queue))
         for gone in set(self._queue) - marked:
             self._queue.discard(gone)
-        for document in documents:
+        for document in new:
             self._queue.put(document)
-        while (document := self._queue.take()) is not None:
-            yield document.id
-        yield job_id
+        while (chosen := self._queue.take(job_id)) is not None and chosen.id != job_id:
+            if self.outbox.waits(chosen.id):  # no other process has taken it
+                return chosen.id if self.send(job_id) else job_id
+        return job_id
 
     def _others_wait(self) -> bool:
         try:
@@ -161,12 +156,14 @@ class Slot:
                 logger.warning("mark of %s could not be removed yet: %s", job_id, error)
         return outcome
 
-    def send(self, job_id: str) -> None:
-        """Send a job. If that fails, the next `sweep` finds it."""
+    def send(self, job_id: str) -> bool:
+        """Send a job and return whether it was sent. If not, the next `sweep` finds it."""
         try:
             self._broker.send(job_id)
         except BrokerUnavailableError as error:
             logger.warning("%s could not be sent: %s", job_id, error)
+            return False
+        return True
 
     def sweep(self) -> int:
         """Send the jobs whose messages were lost, and return their number.

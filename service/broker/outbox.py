@@ -61,13 +61,18 @@ class Outbox:
         for key in self._blobs.keys("pending/"):
             yield key.rpartition("/")[2]
 
-    def claimable(self, known: Collection[str]) -> tuple[set[str], list[JobDocument]]:
-        """Return the marked jobs, and the waiting ones that are not known, the oldest first."""
+    def waiting(self, known: Collection[str]) -> tuple[set[str], list[JobDocument]]:
+        """Return all marked jobs, and those of them that wait and are not known, oldest first."""
         marked = set(self.ids())
         with ThreadPoolExecutor(_READERS) as threads:
-            found = threads.map(self._book.read, sorted(marked.difference(known)))
-            waiting = [each for each in found if each is not None and self._waits(each)]
-        return marked, sorted(waiting, key=lambda document: document.created)
+            found = threads.map(self._book.read, marked.difference(known))
+            documents = [each for each in found if each is not None and self._waits(each)]
+        return marked, sorted(documents, key=lambda document: document.created)
+
+    def waits(self, job_id: str) -> bool:
+        """Return whether a job can be claimed."""
+        document = self._book.read(job_id)
+        return document is not None and self._waits(document)
 
     def _waits(self, document: JobDocument) -> bool:
         if document.state == "running":

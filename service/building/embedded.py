@@ -14,6 +14,7 @@ import math
 import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from datetime import datetime
 from itertools import count
 from typing import TYPE_CHECKING, ParamSpec, TypeVar
 
@@ -186,6 +187,7 @@ class EmbeddedEngine:
             warm_workers=sum(runner.process is not None for runner in self._runners),
             completed=self._completed,
             capacity=self._settings.build_queue,
+            oldest=_seconds_since(self._waiting.oldest),
             worker_starts=sum(runner.starts for runner in self._runners),
         )
 
@@ -351,6 +353,13 @@ def _seconds_until_free(document: JobDocument) -> float:
     if document.state != "running":
         return 0.0
     return max(0.0, (document.lease_until or 0.0) - time.time()) + 1.0
+
+
+def _seconds_since(document: JobDocument | None) -> float:
+    """Return the seconds since a job was accepted; 0 without a job."""
+    if document is None:
+        return 0.0
+    return max(0.0, time.time() - datetime.fromisoformat(document.created).timestamp())
 
 
 def _ignore(_document: JobDocument) -> None:

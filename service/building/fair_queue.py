@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from operator import itemgetter
+from operator import attrgetter, itemgetter
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -32,6 +32,12 @@ class FairQueue:
     def __iter__(self) -> Iterator[str]:
         return iter(list(self._jobs))
 
+    @property
+    def oldest(self) -> JobDocument | None:
+        """The job that was accepted first; None if there is none."""
+        documents = (document for _, document in self._jobs.values())
+        return min(documents, key=attrgetter("created"), default=None)
+
     def put(self, document: JobDocument) -> None:
         """Add a job behind the other jobs of its client."""
         number = max(self._round, self._next_round.get(document.client, 0.0))
@@ -46,8 +52,11 @@ class FairQueue:
         """Remove a job, if it waits."""
         self._jobs.pop(job_id, None)
 
-    def take(self) -> JobDocument | None:
-        """Remove and return the next job; None if there is none."""
+    def take(self, preferred: str = "") -> JobDocument | None:
+        """Remove and return the next job; None if there is none.
+
+        The preferred job comes before other jobs of its client.
+        """
         if not self._jobs:
             return None
         clients = len({document.client for _, document in self._jobs.values()})
@@ -58,4 +67,8 @@ class FairQueue:
         ahead = {name: next_ for name, next_ in self._next_round.items() if next_ > self._round}
         self._next_round = ahead
         del self._jobs[document.id]
-        return document
+        other = self.find(preferred)
+        if other is None or other.client != document.client:
+            return document
+        self._jobs[document.id] = self._jobs.pop(preferred)[0], document
+        return other
