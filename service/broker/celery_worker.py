@@ -24,6 +24,7 @@ import time
 from typing import TYPE_CHECKING, Any
 
 import billiard
+import celery.apps.worker
 from celery import bootsteps, signals
 from celery.exceptions import Reject
 from celery.worker.consumer import Consumer
@@ -321,6 +322,7 @@ def run_worker(settings: Settings) -> int:
         finally:
             signal.signal(signal.SIGTERM, idle)
 
+    celery.apps.worker.safe_say = _say
     signals.setup_logging.connect(_leave_logging, weak=False)
     signals.worker_process_init.connect(start_slot, weak=False)
     signals.worker_process_shutdown.connect(stop_slot, weak=False)
@@ -441,6 +443,11 @@ def _leave_logging(**_: object) -> None:
     """Keep Celery from configuring the log, and from logging each task."""
     for name in ("celery.app.trace", "celery.worker.strategy"):
         logging.getLogger(name).setLevel(logging.WARNING)
+
+
+def _say(text: str, *_: object) -> None:
+    """Log what Celery would write to standard output as plain text, in its signal handlers."""
+    logger.info("%s", text.strip())
 
 
 def _release_all(worker: Any) -> None:  # noqa: ANN401 - Celery's
