@@ -21,6 +21,7 @@ import signal
 import socket
 import threading
 import time
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import billiard
@@ -392,6 +393,7 @@ def _figures_fault(settings: Settings, reports: BuildReports) -> str | None:
     context = multiprocessing.get_context("fork")
     receiving, sending = context.Pipe(duplex=False)
     worker = os.getpid()
+    descriptors = os.open("/proc/self/fd", os.O_RDONLY) if Path("/proc/self/fd").exists() else None
 
     def serve() -> None:
         # Ctrl-C reaches the whole process group.
@@ -400,7 +402,7 @@ def _figures_fault(settings: Settings, reports: BuildReports) -> str | None:
         reports.forward(figures)
         try:
             host, port = settings.host, settings.worker_metrics_port
-            serve_build_figures(figures, host, port, str(worker))
+            serve_build_figures(figures, host, port, str(worker), descriptors)
         except OSError as error:
             sending.send(f"GAMUT_WORKER_METRICS_PORT: {error.strerror}")
             return
@@ -411,6 +413,8 @@ def _figures_fault(settings: Settings, reports: BuildReports) -> str | None:
     process = context.Process(target=serve, name="figures", daemon=True)
     process.start()
     sending.close()
+    if descriptors is not None:
+        os.close(descriptors)
     try:
         fault: str | None = receiving.recv()
     except EOFError:

@@ -15,7 +15,7 @@ from itertools import count
 
 import httpx
 import pytest
-from cluster import GATED, PATIENCE, until
+from cluster import GATED, PATIENCE, free_port, until
 from prometheus_client.parser import text_string_to_metric_families
 
 from service.jobs.documents import JobDocument
@@ -289,3 +289,28 @@ def test_every_line_of_the_log_is_json(deployment):
     assert strange == []
     assert "is warm" in text
     assert "draining" in text
+
+
+HIDDEN = """
+import os, re, sys, urllib.request
+import encodings.idna, multiprocessing.connection, multiprocessing.popen_fork  # while root may
+import prometheus_client
+from service.broker.celery_worker import _figures_fault
+from service.building.confinement import hide_memory
+from service.settings import Settings
+from service.telemetry.build_observer import BuildReports
+if os.getuid() == 0:
+    os.setgid(65534)
+    os.setuid(65534)
+hide_memory()
+port = int(sys.argv[1])
+assert _figures_fault(Settings(worker_metrics_port=port), BuildReports()) is None
+with urllib.request.urlopen(f"http://127.0.0.1:{port}/metrics") as answer:
+    print(*re.findall(r"^process_open_fds (.+)$", answer.read().decode(), re.MULTILINE))
+"""
+
+
+def test_the_open_files_of_a_worker_that_hides_its_memory_are_counted():
+    command = [sys.executable, "-c", HIDDEN, str(free_port())]
+    told = subprocess.run(command, check=True, capture_output=True, text=True)
+    assert float(told.stdout) > 3
