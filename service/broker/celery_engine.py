@@ -95,8 +95,8 @@ class CeleryEngine:
     async def check_admission(self, arriving: int = 0) -> None:
         """Raise the problem that a new build would be refused with, if there is one.
 
-        The queue length is the broker's current one. Replicas that admit builds at the same moment
-        may exceed the limit by their number.
+        The queue length is the broker's current one, without messages of jobs that have ended.
+        Replicas that admit builds at the same moment may exceed the limit by their number.
         """
         if self._draining:
             raise shutting_down()
@@ -109,7 +109,11 @@ class CeleryEngine:
             logger.warning("the broker does not answer: %s", error)
             raise self._unavailable() from error
         if self._waiting + arriving >= self._settings.build_queue:
-            raise queue_full(self._waiting + arriving, self.retry_after())
+            with contextlib.suppress(StoreUnavailableError):
+                self._unfinished = await asyncio.to_thread(self._outbox.count)
+            waiting = self._queued() + arriving
+            if waiting >= self._settings.build_queue:
+                raise queue_full(waiting, self.retry_after())
 
     async def enqueue(self, document: JobDocument, *, joined: bool = False) -> None:
         """Send a job to the workers. A job that was sent already is ignored.
@@ -139,9 +143,10 @@ class CeleryEngine:
 
         Workers are not counted: other processes start them.
         """
+        queued = self._queued()
         return EngineFacts(
-            queued=self._waiting,
-            running=max(0, self._unfinished - self._waiting),
+            queued=queued,
+            running=self._unfinished - queued,
             workers=0,
             warm_workers=0,
             completed=0,
@@ -152,6 +157,10 @@ class CeleryEngine:
     def retry_after(self, queued: int = 0) -> int:
         """Return the seconds in which one worker would do `queued` builds and one more."""
         return min(_LONGEST_RETRY, max(1, round(_BUILD_SECONDS * (queued + 1))))
+
+    def _queued(self) -> int:
+        # A job that was run before its turn in the broker's queue leaves a message there.
+        return min(self._waiting, self._unfinished)
 
     def _unavailable(self) -> ProblemError:
         return ProblemError(

@@ -1,5 +1,8 @@
 """``gamut worker``: takes jobs from the broker and runs them, one per process at a time.
 
+The clients of waiting jobs take turns. A slot may run another job than that of its message, after
+it has sent the latter again, so every waiting job has a message at any time.
+
 Celery's main process talks to the broker and never opens the store, because the store client's
 threads would not survive a fork. Each forked process has a `JobRunner` with a warm build process. A
 hard time limit kills a stuck slot; the job's lease then ends, and the job is sent again. After
@@ -18,9 +21,11 @@ import signal
 import socket
 import threading
 import time
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import billiard
+import celery.apps.worker
 from celery import bootsteps, signals
 from celery.exceptions import Reject
 from celery.worker.consumer import Consumer
@@ -29,6 +34,7 @@ from service.broker.celery_app import TASK, Broker, BrokerUnavailableError, cele
 from service.broker.health import SIGN_SECONDS, leave, sign
 from service.broker.outbox import Outbox
 from service.broker.redis_delivery import count_deliveries_patiently
+from service.building.fair_queue import FairQueue
 from service.building.job_runner import Interruption, JobRunner, Outcome
 from service.building.process import ProcessDiedError
 from service.jobs.book import JobBook
@@ -106,9 +112,10 @@ class Slot:
             on_build=on_build,
         )
         self._busy = threading.Lock()
+        self._queue = FairQueue()
 
     def run(self, job_id: str) -> Outcome:
-        """Run a job if it can be claimed, and return the outcome.
+        """Run the job of a message, or the waiting job whose turn it is; return the outcome.
 
         Raises
         ------
@@ -116,7 +123,31 @@ class Slot:
             The job could not be started and must be delivered again.
         """
         with self._busy:
-            outcome = self.runner.run(job_id, self.interruption)
+            return self._run(self._turn(job_id))
+
+    def _turn(self, job_id: str) -> str:
+        """Return the job to run instead of the job of a message, which is then sent again."""
+        # An ended job costs one read, and an empty queue has no turns.
+        if not (self.outbox.waits(job_id) and self._others_wait()):
+            return job_id
+        marked, new = self.outbox.waiting(known=set(self._queue))
+        for gone in set(self._queue) - marked:
+            self._queue.discard(gone)
+        for document in new:
+            self._queue.put(document)
+        while (chosen := self._queue.take(job_id)) is not None and chosen.id != job_id:
+            if self.outbox.waits(chosen.id):  # no other process has taken it
+                return chosen.id if self.send(job_id) else job_id
+        return job_id
+
+    def _others_wait(self) -> bool:
+        try:
+            return self._broker.waiting() > 0
+        except BrokerUnavailableError:
+            return False
+
+    def _run(self, job_id: str) -> Outcome:
+        outcome = self.runner.run(job_id, self.interruption)
         document = outcome.document
         if outcome.state == "released":
             self.send(job_id)
@@ -127,12 +158,14 @@ class Slot:
                 logger.warning("mark of %s could not be removed yet: %s", job_id, error)
         return outcome
 
-    def send(self, job_id: str) -> None:
-        """Send a job. If that fails, the next `sweep` finds it."""
+    def send(self, job_id: str) -> bool:
+        """Send a job and return whether it was sent. If not, the next `sweep` finds it."""
         try:
             self._broker.send(job_id)
         except BrokerUnavailableError as error:
             logger.warning("%s could not be sent: %s", job_id, error)
+            return False
+        return True
 
     def sweep(self) -> int:
         """Send the jobs whose messages were lost, and return their number.
@@ -290,6 +323,7 @@ def run_worker(settings: Settings) -> int:
         finally:
             signal.signal(signal.SIGTERM, idle)
 
+    celery.apps.worker.safe_say = _say
     signals.setup_logging.connect(_leave_logging, weak=False)
     signals.worker_process_init.connect(start_slot, weak=False)
     signals.worker_process_shutdown.connect(stop_slot, weak=False)
@@ -359,6 +393,7 @@ def _figures_fault(settings: Settings, reports: BuildReports) -> str | None:
     context = multiprocessing.get_context("fork")
     receiving, sending = context.Pipe(duplex=False)
     worker = os.getpid()
+    descriptors = os.open("/proc/self/fd", os.O_RDONLY) if Path("/proc/self/fd").exists() else None
 
     def serve() -> None:
         # Ctrl-C reaches the whole process group.
@@ -367,7 +402,7 @@ def _figures_fault(settings: Settings, reports: BuildReports) -> str | None:
         reports.forward(figures)
         try:
             host, port = settings.host, settings.worker_metrics_port
-            serve_build_figures(figures, host, port, str(worker))
+            serve_build_figures(figures, host, port, str(worker), descriptors)
         except OSError as error:
             sending.send(f"GAMUT_WORKER_METRICS_PORT: {error.strerror}")
             return
@@ -378,6 +413,8 @@ def _figures_fault(settings: Settings, reports: BuildReports) -> str | None:
     process = context.Process(target=serve, name="figures", daemon=True)
     process.start()
     sending.close()
+    if descriptors is not None:
+        os.close(descriptors)
     try:
         fault: str | None = receiving.recv()
     except EOFError:
@@ -410,6 +447,11 @@ def _leave_logging(**_: object) -> None:
     """Keep Celery from configuring the log, and from logging each task."""
     for name in ("celery.app.trace", "celery.worker.strategy"):
         logging.getLogger(name).setLevel(logging.WARNING)
+
+
+def _say(text: str, *_: object) -> None:
+    """Log what Celery would write to standard output as plain text, in its signal handlers."""
+    logger.info("%s", text.strip())
 
 
 def _release_all(worker: Any) -> None:  # noqa: ANN401 - Celery's

@@ -8,11 +8,12 @@ lead to every job that may need another message, without reading all jobs.
 from __future__ import annotations
 
 import time
+from concurrent.futures import ThreadPoolExecutor
 from datetime import datetime
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Collection, Iterator
 
     from service.jobs.book import JobBook, JobDocument
     from service.storage.blobs import Blobs
@@ -20,6 +21,9 @@ if TYPE_CHECKING:
 __all__ = ["Outbox"]
 
 _MARK = b"\n"
+
+_READERS = 8
+"""Number of documents that are read at the same time."""
 
 
 class Outbox:
@@ -56,6 +60,24 @@ class Outbox:
         """Iterate over the ids of the marked jobs."""
         for key in self._blobs.keys("pending/"):
             yield key.rpartition("/")[2]
+
+    def waiting(self, known: Collection[str]) -> tuple[set[str], list[JobDocument]]:
+        """Return all marked jobs, and those of them that wait and are not known, oldest first."""
+        marked = set(self.ids())
+        with ThreadPoolExecutor(_READERS) as threads:
+            found = threads.map(self._book.read, marked.difference(known))
+            documents = [each for each in found if each is not None and self._waits(each)]
+        return marked, sorted(documents, key=lambda document: document.created)
+
+    def waits(self, job_id: str) -> bool:
+        """Return whether a job can be claimed."""
+        document = self._book.read(job_id)
+        return document is not None and self._waits(document)
+
+    def _waits(self, document: JobDocument) -> bool:
+        if document.state == "running":
+            return (document.lease_until or 0.0) < self._clock()
+        return not document.final
 
     def count(self) -> int:
         """Return the number of marked jobs."""

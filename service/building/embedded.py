@@ -14,11 +14,12 @@ import math
 import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from datetime import datetime
 from itertools import count
-from operator import itemgetter
 from typing import TYPE_CHECKING, ParamSpec, TypeVar
 
 from service.building.engine import EngineFacts, queue_full, shutting_down
+from service.building.fair_queue import FairQueue
 from service.building.job_runner import (
     LEASE_SECONDS,
     Interrupted,
@@ -67,51 +68,6 @@ class _Run:
     interruption: Interruption = field(default_factory=Interruption)
 
 
-class _Waiting:
-    """Waiting jobs, shared out fairly among clients: start-time fair queueing (Goyal 1996).
-
-    The jobs of a client wait for successive rounds, and every client has one job in each round. The
-    round advances by one job of each waiting client. So a client without waiting jobs comes into
-    the round under way, and the queue of another client delays it by one build at most.
-    """
-
-    def __init__(self) -> None:
-        self._jobs: dict[str, tuple[float, JobDocument]] = {}
-        self._next_round: dict[str, float] = {}
-        self._round = self._following = 0.0
-
-    def __len__(self) -> int:
-        return len(self._jobs)
-
-    def put(self, document: JobDocument) -> None:
-        """Add a job behind the other jobs of its client."""
-        number = max(self._round, self._next_round.get(document.client, 0.0))
-        self._next_round[document.client] = number + 1
-        self._jobs[document.id] = number, document
-
-    def find(self, job_id: str) -> JobDocument | None:
-        """Return a waiting job; None if it does not wait."""
-        return self._jobs[job_id][1] if job_id in self._jobs else None
-
-    def discard(self, job_id: str) -> None:
-        """Remove a job, if it waits."""
-        self._jobs.pop(job_id, None)
-
-    def take(self) -> JobDocument | None:
-        """Remove and return the next job; None if there is none."""
-        if not self._jobs:
-            return None
-        clients = len({document.client for _, document in self._jobs.values()})
-        # The oldest of equals, because a dictionary keeps the order of insertion.
-        number, document = min(self._jobs.values(), key=itemgetter(0))
-        self._round = max(self._following, number)
-        self._following = self._round + 1 / clients
-        ahead = {name: next_ for name, next_ in self._next_round.items() if next_ > self._round}
-        self._next_round = ahead
-        del self._jobs[document.id]
-        return document
-
-
 class EmbeddedEngine:
     """Builds in worker processes of this machine.
 
@@ -150,7 +106,7 @@ class EmbeddedEngine:
             for _ in range(settings.build_workers)
         ]
         self._threads = ThreadPoolExecutor(settings.build_workers, thread_name_prefix="build")
-        self._waiting = _Waiting()
+        self._waiting = FairQueue()
         self._arrived = asyncio.Semaphore(0)
         self._runs: dict[str, _Run] = {}
         self._slots: list[asyncio.Task[None]] = []
@@ -231,6 +187,7 @@ class EmbeddedEngine:
             warm_workers=sum(runner.process is not None for runner in self._runners),
             completed=self._completed,
             capacity=self._settings.build_queue,
+            oldest=_seconds_since(self._waiting.oldest),
             worker_starts=sum(runner.starts for runner in self._runners),
         )
 
@@ -396,6 +353,13 @@ def _seconds_until_free(document: JobDocument) -> float:
     if document.state != "running":
         return 0.0
     return max(0.0, (document.lease_until or 0.0) - time.time()) + 1.0
+
+
+def _seconds_since(document: JobDocument | None) -> float:
+    """Return the seconds since a job was accepted; 0 without a job."""
+    if document is None:
+        return 0.0
+    return max(0.0, time.time() - datetime.fromisoformat(document.created).timestamp())
 
 
 def _ignore(_document: JobDocument) -> None:

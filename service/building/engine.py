@@ -39,6 +39,8 @@ class EngineFacts:
         Gamuts built since the start.
     capacity : int
         Largest number of waiting builds.
+    oldest : float or None
+        Seconds since the oldest waiting build was accepted; 0 if none waits, None if unknown.
     worker_starts : int
         Worker processes that became ready since the start.
     fault : str, optional
@@ -51,6 +53,7 @@ class EngineFacts:
     warm_workers: int
     completed: int
     capacity: int
+    oldest: float | None = None
     worker_starts: int = 0
     fault: str | None = None
 

@@ -130,6 +130,12 @@ def service_families(service: ServiceContainer) -> "Iterator[Metric]":
 
 def _engine_families(facts: EngineFacts) -> "Iterator[Metric]":
     yield gauge("gamut_builds_queued", "Builds that wait for a worker.", facts.queued)
+    if facts.oldest is not None:
+        yield gauge(
+            "gamut_build_oldest_seconds",
+            "Time since the oldest waiting build was accepted; 0 if none waits.",
+            facts.oldest,
+        )
     yield gauge("gamut_builds_running", "Builds under way.", facts.running)
     yield gauge("gamut_build_queue_capacity", "Largest number of waiting builds.", facts.capacity)
     yield gauge("gamut_build_workers", "Configured workers.", facts.workers)

@@ -7,6 +7,7 @@ them. The client library is imported at the first use.
 
 from __future__ import annotations
 
+import os
 import platform
 from typing import TYPE_CHECKING, Any
 
@@ -52,7 +53,11 @@ def exposition(families: Callable[[], Iterable[Metric]], accept: str) -> tuple[b
 
 
 def serve_build_figures(
-    figures: BuildFigures, host: str, port: int, process: str = "self"
+    figures: BuildFigures,
+    host: str,
+    port: int,
+    process: str = "self",
+    descriptors: int | None = None,
 ) -> tuple[int, Callable[[], None]]:
     """Serve the build metrics of a worker, in a thread.
 
@@ -66,6 +71,9 @@ def serve_build_figures(
         Port; 0 selects a free one.
     process : str
         Id of the process whose resource use is reported, with its descendants.
+    descriptors : int, optional
+        The folder of that process's descriptors in ``/proc``, opened by that process. Others may
+        not open it (`service.building.confinement.hide_memory`).
 
     Returns
     -------
@@ -81,7 +89,7 @@ def serve_build_figures(
     """
     from prometheus_client import start_http_server  # noqa: PLC0415
 
-    registry: Any = _registry(lambda: build_families(figures), process)
+    registry: Any = _registry(lambda: build_families(figures), process, descriptors)
     server, thread = start_http_server(port, host, registry)
 
     def stop() -> None:
@@ -92,7 +100,9 @@ def serve_build_figures(
     return server.server_port, stop
 
 
-def _registry(families: Callable[[], Iterable[Metric]], process: str = "self") -> object:
+def _registry(
+    families: Callable[[], Iterable[Metric]], process: str = "self", descriptors: int | None = None
+) -> object:
     """Return a registry for the library's encoders, process metrics included."""
     from prometheus_client import CollectorRegistry, ProcessCollector  # noqa: PLC0415
     from prometheus_client.registry import Collector  # noqa: PLC0415
@@ -106,9 +116,17 @@ def _registry(families: Callable[[], Iterable[Metric]], process: str = "self") -
             # Otherwise the library would collect all metrics to learn the names.
             return []
 
+    class Process(ProcessCollector):
+        def collect(self) -> Iterator[Metric]:
+            found = list(super().collect())
+            yield from found
+            if descriptors is not None and all(each.name != "process_open_fds" for each in found):
+                number = len(os.listdir(descriptors))  # noqa: PTH208 - a descriptor is no path
+                yield gauge("process_open_fds", "Number of open file descriptors.", number)
+
     collectors = CollectorRegistry()
     collectors.register(Figures())
-    ProcessCollector(pid=lambda: process, registry=collectors)
+    Process(pid=lambda: process, registry=collectors)
     return collectors
 
 

@@ -32,19 +32,19 @@ sys.exit(main())
 """Wait for a broker or a bucket that is there, however slow the machine is."""
 
 GATED = f"""
-import sys
+import os, sys
 import service.building.process as process
 process.WORKER_COMMAND = (sys.executable, "-c", '''
-import os, time
+import os, sys, time
 from service.building import worker
 build = worker.build
 def build_at_the_gate(*arguments):
-    while os.path.exists(os.environ["GATE"]):
+    while os.path.exists(sys.argv[1]):
         time.sleep(0.02)
     build(*arguments)
 worker.build = build_at_the_gate
 worker.main()
-''')
+''', os.environ["GATE"])
 {COMMAND}"""
 """A worker whose builds begin, and wait as long as the gate of the cluster is closed."""
 

@@ -61,16 +61,31 @@ async def test_a_job_is_marked_and_sent_once_also_if_who_accepted_it_died(
     assert broker.waiting() == 2
 
 
-async def test_the_queue_is_bounded_whoever_filled_it(engine, book, broker):
+async def test_the_queue_is_bounded_whoever_filled_it(engine, store, book, broker):
+    marks = Outbox(store.blobs, book)
     await engine.check_admission()
+    marks.mark(JOBS[0])
     broker.send(JOBS[0])
     await engine.enqueue(book.accept(JOBS[1], {})[0])
     await engine.check_admission()
     await engine.check_admission(0)
     with pytest.raises(ProblemError, match="waiting"):
         await engine.check_admission(arriving=1)
+    marks.mark(JOBS[2])
     broker.send(JOBS[2])
     assert await code_of(engine) == "queue-full"
+    assert engine.facts().queued == 3
+
+
+async def test_messages_of_jobs_that_were_run_before_their_turn_do_not_fill_the_queue(
+    engine, book, broker
+):
+    for number in range(5):
+        broker.send(f"{number:064x}")
+    await engine.check_admission()
+    await engine.enqueue(book.accept(JOBS[0], {})[0])
+    await engine.check_admission()
+    assert (engine.facts().queued, engine.facts().running) == (1, 0)
 
 
 async def test_the_queue_is_bounded_however_many_come_to_a_replica_at_once(

@@ -6,6 +6,7 @@ to waits at a gate, so that it is under way when that happens.
 
 import concurrent.futures
 import dataclasses
+import json
 import re
 import signal
 import subprocess
@@ -14,7 +15,7 @@ from itertools import count
 
 import httpx
 import pytest
-from cluster import GATED, PATIENCE, until
+from cluster import GATED, PATIENCE, free_port, until
 from prometheus_client.parser import text_string_to_metric_families
 
 from service.jobs.documents import JobDocument
@@ -89,6 +90,7 @@ def deployment(cluster, s3, sphere, collector):
     cluster.environment |= {
         "OTEL_EXPORTER_OTLP_ENDPOINT": collector.url,
         "OTEL_BSP_SCHEDULE_DELAY": "100",
+        "GAMUT_LOG_FORMAT": "json",
     }
     with pytest.MonkeyPatch.context() as environment:
         for name, value in s3.items():
@@ -261,7 +263,7 @@ def test_without_a_broker_gamuts_are_served_and_builds_refused(deployment, asser
 
 
 def test_a_replica_that_accepted_a_build_may_be_lost(deployment):
-    """The last test: the replica stays dead."""
+    """The replica stays dead."""
     victim = deployment.replicas[0]
     with deployment.cluster.closed_gate():
         job_id = deployment.accepted(victim, deployment.quick())
@@ -269,3 +271,46 @@ def test_a_replica_that_accepted_a_build_may_be_lost(deployment):
     assert deployment.finished(job_id)["state"] == "succeeded"
     mesh = deployment.replicas[1].client.get(f"/v1/gamuts/{job_id}/mesh?triangles=10")
     assert mesh.status_code == 200
+
+
+def test_every_line_of_the_log_is_json(deployment):
+    """From start to stop, with a broker that was away meanwhile. The workers stay stopped."""
+    for worker in deployment.workers:
+        assert worker.stop() == 0, worker.log()
+    text = "".join(process.log() for process in [*deployment.replicas, *deployment.workers])
+    strange = []
+    for line in text.splitlines():
+        try:
+            members = json.loads(line)
+        except ValueError:
+            strange.append(line)
+        else:
+            assert {"time", "level", "logger", "message"} <= set(members)
+    assert strange == []
+    assert "is warm" in text
+    assert "draining" in text
+
+
+HIDDEN = """
+import os, re, sys, urllib.request
+import encodings.idna, multiprocessing.connection, multiprocessing.popen_fork  # while root may
+import prometheus_client
+from service.broker.celery_worker import _figures_fault
+from service.building.confinement import hide_memory
+from service.settings import Settings
+from service.telemetry.build_observer import BuildReports
+if os.getuid() == 0:
+    os.setgid(65534)
+    os.setuid(65534)
+hide_memory()
+port = int(sys.argv[1])
+assert _figures_fault(Settings(worker_metrics_port=port), BuildReports()) is None
+with urllib.request.urlopen(f"http://127.0.0.1:{port}/metrics") as answer:
+    print(*re.findall(r"^process_open_fds (.+)$", answer.read().decode(), re.MULTILINE))
+"""
+
+
+def test_the_open_files_of_a_worker_that_hides_its_memory_are_counted():
+    command = [sys.executable, "-c", HIDDEN, str(free_port())]
+    told = subprocess.run(command, check=True, capture_output=True, text=True)
+    assert float(told.stdout) > 3

@@ -12,6 +12,7 @@ import select
 import signal
 import struct
 import sys
+import time
 import zlib
 from functools import partial
 from types import SimpleNamespace
@@ -328,6 +329,24 @@ async def test_the_queue_of_one_client_delays_others_by_one_build(
     assert turns.count("busy") == 4
     assert turns[:5].count("busy") == 2
     assert set(turns[:3]) == {"busy", "late", "later"}
+
+
+async def test_the_age_of_the_oldest_waiting_build_is_known(
+    replica, scripted_worker, clock, monkeypatch
+):
+    later = SimpleNamespace(time=lambda: clock.seconds + 100, monotonic=time.monotonic)
+    monkeypatch.setattr(embedded, "time", later)
+    async with replica() as builds:
+        await builds.submit(JOB, OPTIONS, b"gate")
+        await begun(builds, JOB)
+        assert builds.facts().oldest == 0
+        for name in (SECOND, THIRD):
+            await builds.submit(name, OPTIONS, b"build")
+            clock.seconds += 10
+        assert builds.facts().oldest == pytest.approx(120, abs=0.01)
+        scripted_worker.open()
+        await until(lambda: builds.facts().completed == 3)
+        assert builds.facts().oldest == 0
 
 
 async def test_several_workers_build_at_the_same_time(replica):
