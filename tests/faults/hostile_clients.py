@@ -253,7 +253,9 @@ def attacks(mesh, *, full):
     ]
     slow = [
         Attack("head by the byte", {0, 408}, "", lambda: drops(get.encode() * 50), CONNECTIONS * 2),
-        Attack("body by the byte", {408, 429, 503}, body_by_the_byte, lambda: drops(bytes(1000)), FEW),
+        Attack(
+            "body by the byte", {408, 429, 503}, body_by_the_byte, lambda: drops(bytes(1000)), FEW
+        ),
         Attack(
             "crowd of JSON bodies that lack the end",
             {0, 408, 429, 503},
