@@ -142,8 +142,7 @@ PROMISES = {
         "peak ≤ 1.15 × budget, no other status than 200, 429 and 503; a minute later at most 1.2 × "
         "idle and charged memory",
         ("tests/faults/memory_attacks.py", "--gamuts", 80, "--rest", 60),
-        r'^\{"gamuts.*?"attacks"|"(?:attack|statuses|peak_mb|tree_pss_mb|kept_ratio|livez_p99_ms)"'
-        r": (?:\{[^}]*\}|[^,}]+)",
+        r'"attack": .*?"kept_ratio": [\d.]+',
     ),
     "hostile-schemathesis": Promise(
         "requests that schemathesis generates from the OpenAPI document",
@@ -436,9 +435,13 @@ def clients(scale: float) -> dict[str, tuple[str, bool]]:
 
 def small(scale: float) -> dict[str, tuple[str, bool]]:
     """Measure the memory of API and build worker with the budgets of a container of 1 GB."""
-    budgets = {"memory_bytes": 448 * MEBIBYTE, "build_memory_bytes": 384 * MEBIBYTE}
     builds = max(3, int(30 * scale))
-    settings = {"build_queue": str(builds), **{key: str(each) for key, each in budgets.items()}}
+    settings = {
+        "memory_bytes": str(448 * MEBIBYTE),  # what the service takes by default
+        "build_memory_bytes": str(384 * MEBIBYTE),
+        "max_body_bytes": str(32 * MEBIBYTE),
+        "build_queue": str(builds),
+    }
     sizes, stopped = [0], threading.Event()
     with server(settings, pin=False) as found:
 

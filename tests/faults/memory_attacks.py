@@ -157,13 +157,13 @@ def attacked(server, ids, idle, rest):
             {
                 "attack": name,
                 "statuses": {str(each): count for each, count in sorted(found.items())},
-                "seconds": round(seconds, 1),
                 "peak_mb": round(peak / 1e6),
-                "tree_pss_mb": round(watch.most / 1e6),
                 "livez_p99_ms": round(1e3 * float(np.percentile(watch.latencies, 99)), 1),
+                "kept_ratio": round(kept / (idle + sum(kinds.values())), 2),
                 "kept_mb": round(kept / 1e6),
                 "charged_mb": {kind: round(nbytes / 1e6) for kind, nbytes in kinds.items()},
-                "kept_ratio": round(kept / (idle + sum(kinds.values())), 2),
+                "tree_pss_mb": round(watch.most / 1e6),
+                "seconds": round(seconds, 1),
             }
         )
         print(rows[-1], file=sys.stderr)
