@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import platform
 import re
@@ -91,6 +92,22 @@ def resident_bytes(name: str = "VmRSS", pid: int | str = "self") -> int:
     if found is None:
         raise RuntimeError(f"/proc/{pid}/status contains no {name}. The process has ended.")
     return 1024 * int(found[1])
+
+
+def proportional_bytes(root: int) -> int:
+    """Return the sum of PSS of a process and its descendants: pages that they share count once."""
+    children: dict[int, list[int]] = {}
+    for path in Path("/proc").glob("[0-9]*/stat"):
+        with contextlib.suppress(OSError):
+            parent = int(path.read_text().rpartition(")")[2].split()[1])
+            children.setdefault(parent, []).append(int(path.parent.name))
+    total, found = 0, [root]
+    for process in found:
+        found += children.get(process, [])
+        with contextlib.suppress(OSError):
+            rollup = Path(f"/proc/{process}/smaps_rollup").read_text()
+            total += int(rollup.partition("\nPss:")[2].split()[0]) * 1024
+    return total
 
 
 def run_module(name: str, *arguments: str, prefix: list[str] | None = None, text: str = "") -> str:

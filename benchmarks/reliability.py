@@ -18,6 +18,7 @@ import random
 import re
 import subprocess
 import sys
+import threading
 import time
 from collections import Counter
 from collections.abc import Callable
@@ -28,7 +29,7 @@ import httpx
 import numpy as np
 import uvloop
 
-from benchmarks.common import ROOT, machine, resident_bytes
+from benchmarks.common import ROOT, machine, proportional_bytes, resident_bytes
 from benchmarks.http import Server, server
 from benchmarks.markdown import table, update_document
 from gamutcore.arrays import FloatArray
@@ -64,6 +65,11 @@ PROMISES = {
         "200 clients at the same time: of 100 requests 55 queries of 1 to 200 rows, 30 meshes, 10 "
         "queries of 10,000 rows, 3 of 200,000, and 2 pictures",
         "all queries p99 ≤ 2 s, `/livez` p99 ≤ 100 ms, no other status than 200, 429 and 503",
+    ),
+    "soak-small": Promise(
+        "the same 200 clients while FOGRA39L builds with different ink limits, with the budgets of "
+        "a container of 1 GB: API and one build worker, sum of PSS",
+        "peak < 1 GB, no build fails, no other status than 200, 429 and 503",
     ),
     "soak-memory": Promise(
         "memory of an API process during the mixture, after as many requests for warming up",
@@ -117,17 +123,26 @@ PROMISES = {
     ),
     "hostile-clients": Promise(
         "10 GB chunked body, decompression bombs, large forms, slow heads, slow bodies, slow "
-        "readers, expensive level searches",
-        "answered with 413, 415, 408 or the level; memory grows by at most 64 MB; other clients "
-        "are served",
+        "queries that claim all rows, hundreds of JSON bodies, slow readers, expensive level "
+        "searches",
+        "answered with 408, 413, 415, 422, 429, 503 or the level; memory grows by at most 64 MB, "
+        "128 MB while 200 connections send 1 MB at once; other clients are served",
         ("tests/faults/hostile_clients.py", "--full"),
-        r'"(?:growth_mb|good_requests|good_failures|good_p99_ms)": [^,}]+',
+        r'"growth_mb": [\d.]+, "good_requests".*?"good_p99_ms": [\d.]+',
     ),
     "hostile-fuzz": Promise(
         "mutated files for every parser",
         "no crash; at most 2 s of processor time and 512 MB per file",
         ("tests/fuzz/fuzz.py", "--seconds", 300),
         r"^\w+: \d+ cases",
+    ),
+    "hostile-memory": Promise(
+        "budget of 800 MB, 80 gamuts of 140,000 triangles, requests at the same time: 80 queries "
+        "of full boundaries, 200 comparisons, 150 viewers, 40 largest pictures, 80 full meshes",
+        "peak ≤ 1.15 × budget, no other status than 200, 429 and 503; a minute later at most 1.2 × "
+        "idle and charged memory",
+        ("tests/faults/memory_attacks.py", "--gamuts", 80, "--rest", 60),
+        r'"attack": .*?"kept_ratio": [\d.]+',
     ),
     "hostile-schemathesis": Promise(
         "requests that schemathesis generates from the OpenAPI document",
@@ -321,7 +336,8 @@ class ClientsRun:
     def __init__(self, port: int, gamuts: list[str]) -> None:
         self.port = port
         self.chance = random.Random(0)  # noqa: S311  # not used for security
-        self.latencies: dict[str, list[float]] = {"query": [], "mesh": [], "livez": []}
+        kinds = [kind for _, kind, _, _ in REQUESTS]
+        self.latencies: dict[str, list[float]] = {kind: [] for kind in (*kinds, "livez")}
         self.statuses: Counter[int] = Counter()
         colours = np.random.default_rng(0).uniform((0, -90, -90), (100, 90, 90), (200_000, 3))
         self.requests = [
@@ -380,23 +396,32 @@ class ClientsRun:
         await asyncio.gather(self.client(end, "livez"), *(self.client(end) for _ in range(CLIENTS)))
 
 
+def clients_of(found: Server) -> ClientsRun:
+    """Return many clients of a server with a few gamuts, whose levels are in memory."""
+    gamuts = [
+        found.post({"gamma": 0.2 + 0.01 * number}).json()["links"]["self"] for number in range(4)
+    ]
+    run = ClientsRun(found.port, gamuts)
+    for _, _, sent in run.requests:
+        path = sent.split(b" ")[1].decode()
+        if sent.startswith(b"GET"):
+            found.client.get(path)
+    return run
+
+
+def counted(statuses: Counter[int]) -> str:
+    """Return statuses with their numbers."""
+    return ", ".join(f"{status}: {number:,}" for status, number in sorted(statuses.items()))
+
+
 def clients(scale: float) -> dict[str, tuple[str, bool]]:
     """Measure latencies under many clients with requests of all sizes."""
     with server(pin=False) as found:
-        gamuts = [
-            found.post({"gamma": 0.2 + 0.01 * number}).json()["links"]["self"]
-            for number in range(4)
-        ]
-        run = ClientsRun(found.port, gamuts)
-        for _, _, sent in run.requests:  # indexes are built once
-            path = sent.split(b" ")[1].decode()
-            if sent.startswith(b"GET"):
-                found.client.get(path)
+        run = clients_of(found)
         uvloop.run(run.run(60 * scale))
     figures = {
         kind: np.percentile(found, [50, 99]) for kind, found in run.latencies.items() if found
     }
-    statuses = ", ".join(f"{status}: {number:,}" for status, number in sorted(run.statuses.items()))
     measured = "; ".join(
         f"{kind} p50 {1e3 * half:.0f} ms, p99 {1e3 * most:,.0f} ms"
         for kind, (half, most) in figures.items()
@@ -405,7 +430,45 @@ def clients(scale: float) -> dict[str, tuple[str, bool]]:
     met = np.percentile(queries, 99) <= 2 and figures["livez"][1] <= 0.1
     met &= set(run.statuses) <= {200, 429, 503}
     measured += f"; all queries p99 {1e3 * np.percentile(queries, 99):,.0f} ms"
-    return {"soak-clients": (f"{measured} ({statuses})", bool(met))}
+    return {"soak-clients": (f"{measured} ({counted(run.statuses)})", bool(met))}
+
+
+def small(scale: float) -> dict[str, tuple[str, bool]]:
+    """Measure the memory of API and build worker with the budgets of a container of 1 GB."""
+    builds = max(3, int(30 * scale))
+    settings = {
+        "memory_bytes": str(448 * MEBIBYTE),  # what the service takes by default
+        "build_memory_bytes": str(384 * MEBIBYTE),
+        "max_body_bytes": str(32 * MEBIBYTE),
+        "build_queue": str(builds),
+    }
+    sizes, stopped = [0], threading.Event()
+    with server(settings, pin=False) as found:
+
+        def weigh() -> None:
+            while not stopped.wait(0.2):
+                sizes.append(proportional_bytes(found.process.pid))
+
+        weighing = threading.Thread(target=weigh)
+        weighing.start()
+        try:
+            run = clients_of(found)
+            jobs = [
+                found.post({"ink_limit": 221 + number}, None, "respond-async").headers["location"]
+                for number in range(builds)
+            ]
+            uvloop.run(run.run(60 * scale))
+            ended = Counter(found.client.get(job).json()["state"] for job in jobs)
+        finally:
+            stopped.set()
+            weighing.join()
+    states = ", ".join(f"{count} {state}" for state, count in sorted(ended.items()))
+    measured = (
+        f"peak {max(sizes) / 1e6:.0f} MB of {len(sizes)} samples; builds: {states} "
+        f"({counted(run.statuses)})"
+    )
+    met = max(sizes) < 1e9 and set(run.statuses) <= {200, 429, 503} and "failed" not in ended
+    return {"soak-small": (measured, met and ended["succeeded"] > 0)}
 
 
 # --- faults ---------------------------------------------------------------------------------------
@@ -469,6 +532,7 @@ MEASURED: dict[str, Callable[[float], dict[str, tuple[str, bool]]]] = {
     "soak-clients": clients,
     "soak-livez": livez,
     "soak-memory": mixture,
+    "soak-small": small,
 }
 """What measures the promises that have no program."""
 

@@ -103,7 +103,8 @@ class Cost:
     """Peak memory of each step in bytes.
 
     Measured as the growth of VmHWM during the step, for the full boundary of FOGRA39L (145,728
-    triangles, four channels) with the kernels loaded: ``python -m benchmarks.memory``. Rounded up.
+    triangles, four channels) with the kernels loaded, and rounded up. That the sums hold is tested
+    by ``tests/faults/memory_attacks.py``.
     """
 
     FILE_BYTE = 3
@@ -394,7 +395,7 @@ class Ledger:
     def forget(self, kind: str, nbytes: int) -> None:
         """Release memory whose charge nobody refers to any more. Any thread may call it."""
         self._forgotten.append((kind, nbytes))
-        if self._waiters and self._loop is not None:
+        if self._loop is not None:
             with contextlib.suppress(RuntimeError):  # the loop is closed
                 self._loop.call_soon_threadsafe(self._admit_soon)
 
@@ -435,7 +436,8 @@ class Ledger:
 
     def _admit_soon(self) -> None:
         """Look at the waiting work once for all releases of this turn of the event loop."""
-        if self._waiters and not self._admitting and self._loop is not None:
+        changed = self._waiters or self._forgotten
+        if changed and not self._admitting and self._loop is not None:
             self._admitting = True
             self._loop.call_soon(self._admit)
 
@@ -480,15 +482,19 @@ def keep_heap_small() -> None:
     """Let glibc give large arrays back to the system as soon as they are free.
 
     Otherwise it raises the size from which it does so up to 32 MB, and has an arena per thread
-    (mallopt(3)). Does nothing with other C libraries.
+    (mallopt(3)). Bodies arrive in pieces of up to 256 kB, which would fragment the heap. Does
+    nothing with other C libraries.
     """
     mallopt = getattr(ctypes.CDLL(None), "mallopt", None) if os.name == "posix" else None
     if mallopt is not None:
-        for parameter, value in ((_M_MMAP_THRESHOLD, _MEBIBYTE), (_M_ARENA_MAX, 2)):
+        for parameter, value in ((_M_MMAP_THRESHOLD, _LARGE_BYTES), (_M_ARENA_MAX, 2)):
             mallopt(parameter, value)
 
 
 _M_MMAP_THRESHOLD, _M_ARENA_MAX = -3, -8  # malloc.h
+
+_LARGE_BYTES = 128 * 1024
+"""Size from which memory is not taken from the heap: glibc's own, which it would raise."""
 
 
 def _return_free_pages() -> None:

@@ -101,6 +101,19 @@ def test_work_waits_until_there_is_room_in_the_order_of_arrival():
     asyncio.run(scenario())
 
 
+def test_memory_that_nobody_refers_to_is_free_without_another_request():
+    async def scenario():
+        ledger = Ledger(BUDGET)
+        charge = await ledger.charge("work", lambda: BUDGET)
+        del charge
+        gc.collect()
+        for _ in range(3):  # turns of the event loop
+            await asyncio.sleep(0)
+        assert ledger.total == 0
+
+    asyncio.run(scenario())
+
+
 def test_what_exceeds_the_budget_is_refused_at_once_and_small_work_never_waits():
     async def scenario():
         ledger = Ledger(BUDGET)
