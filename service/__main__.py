@@ -95,7 +95,7 @@ def key(
         typer.Option(help="Date or time in UTC, such as 2027-01-31T12:00Z; default: never."),
     ] = "",
 ) -> None:
-    """Make an API key and its entry for GAMUT_API_KEYS or GAMUT_API_KEYS_FILE.
+    """Make an API key and its entry for the settings.
 
     Keys with the scope build may delete and name only what they built themselves.
     """
