@@ -264,9 +264,17 @@ def plot(
 
     Needs matplotlib, the extra plot.
     """
+    if output.suffix.lower() not in _DRAWINGS:
+        raise typer.BadParameter(
+            "Give a name that ends in .png, .svg or .pdf.", param_hint="--output"
+        )
     axes = _axes(gamut_of(source, ctx), triangles, max_error)
     axes.figure.savefig(output)
     typer.echo(str(output), err=True)
+
+
+_DRAWINGS = (".png", ".svg", ".pdf")
+"""Suffixes of drawings by matplotlib."""
 
 
 def _axes(gamut: Gamut, triangles: int | None, max_error: float | None) -> Any:  # noqa: ANN401

@@ -16,7 +16,7 @@ from gamutcore.cli.reference_cache import cached_reference
 if TYPE_CHECKING:
     from gamutcore.gamut import Gamut
 
-__all__ = ["BuildCommand", "MaxError", "Source", "Triangles", "gamut_of"]
+__all__ = ["BuildCommand", "MaxError", "Source", "Triangles", "gamut_of", "is_saved_gamut"]
 
 Source = Annotated[
     str,
@@ -41,6 +41,11 @@ _CHOSEN = "gamutcore.options"
 
 _MAGIC = b'{"__metadata__":{'
 """Begins the header of a saved gamut, after eight bytes with its length."""
+
+
+def is_saved_gamut(data: bytes) -> bool:
+    """Return whether a file is a gamut that is built already."""
+    return data[8 : 8 + len(_MAGIC)] == _MAGIC
 
 
 class BuildCommand(TyperCommand):
@@ -114,7 +119,7 @@ def gamut_of(source: str, ctx: typer.Context, *, alone: bool = True) -> Gamut:
     path, reference = Path(source), None
     if path.exists():
         data = path.read_bytes()
-        if data[8 : 8 + len(_MAGIC)] == _MAGIC:
+        if is_saved_gamut(data):
             if options and alone:
                 name, value = next(iter(options.items()))
                 raise OptionError.not_applicable(

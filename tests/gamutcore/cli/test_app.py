@@ -83,6 +83,44 @@ def test_errors_are_one_line_with_a_remedy(command, arguments, status, told):
     assert "Traceback" not in err
 
 
+class TestDefects:
+    """Errors that no one expected."""
+
+    @pytest.fixture
+    def broken(self, monkeypatch):
+        """Let the command reference raise an error; return a function that chooses it."""
+
+        def breaks(error):
+            def fail(*_arguments, **_options):
+                raise error
+
+            monkeypatch.setattr("gamutcore.cli.gamuts.write_table", fail)
+
+        return breaks
+
+    @pytest.mark.parametrize(
+        "error", [ZeroDivisionError("by\nzero"), AssertionError(), MemoryError()]
+    )
+    def test_an_unexpected_error_is_one_line_that_says_how_to_get_details(
+        self, command, broken, monkeypatch, error
+    ):
+        broken(error)
+        monkeypatch.delenv("GAMUTCORE_TRACEBACK", raising=False)
+        out, err = command("reference", status=70)
+        assert out == ""
+        assert err.startswith(f"gamut: unexpected error: {type(error).__name__}")
+        assert err.count("\n") == 1
+        assert "GAMUTCORE_TRACEBACK=1" in err
+        monkeypatch.setenv("GAMUTCORE_TRACEBACK", "1")
+        _, err = command("reference", status=70)
+        assert err.startswith("Traceback")
+        assert err.splitlines()[-1].startswith("gamut: unexpected error: ")
+
+    def test_an_interrupt_ends_the_program_without_a_word(self, command, broken):
+        broken(KeyboardInterrupt())
+        assert command("reference", status=130) == ("", "")
+
+
 def test_an_option_of_a_gamut_that_is_built_is_refused(command, saved):
     _, err = command("info", saved, "--cost", "finest", status=2)
     assert "built already" in err
