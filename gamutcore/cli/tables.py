@@ -8,8 +8,6 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from gamutcore.cli.inputs import is_saved_gamut
-
 if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
 
@@ -133,6 +131,7 @@ def _text(data: bytes, path: str) -> str:
     """Return the text of a table; name what other content is."""
     from gamutcore.characterisation import FORMATS, decoded_text  # noqa: PLC0415
     from gamutcore.characterisation.pictures import picture_format  # noqa: PLC0415
+    from gamutcore.content import is_saved_gamut  # noqa: PLC0415
     from gamutcore.errors import UnrecognisedFormatError  # noqa: PLC0415
 
     if picture_format(data) is not None:

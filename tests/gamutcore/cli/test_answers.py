@@ -101,6 +101,17 @@ def test_tables_in_other_encodings(as_rows, cubes, tmp_path, encoding):
         assert float(row["delta_e_2000"]) == 0
 
 
+def test_sgck_and_its_source_belong_together(command, cubes, tmp_path):
+    """The option of the command is named."""
+    table = tmp_path / "colours.csv"
+    table.write_text("L,a,b\n50,0,0\n")
+    asked = ("map", table, "--gamut", cubes / "small.gamut")
+    source = ("--from", cubes / "large.gamut")
+    for arguments in (("--method", "SGCK"), source):
+        assert "--from" in command(*asked, *arguments, status=2)[1]
+    assert command(*asked, "--method", "SGCK", *source)[0]
+
+
 def _content(kind, cubes):
     """Return the content of a file that is no table of colours."""
     file = io.BytesIO()

@@ -6,6 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 import typer
 
@@ -81,6 +82,23 @@ def test_errors_are_one_line_with_a_remedy(command, arguments, status, told):
     assert told.lower() in err.lower()
     assert len(err.strip().splitlines()[-1:]) == 1
     assert "Traceback" not in err
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("build", "beside.csv", "--centre"),
+        ("slice", "large.gamut", "--plane"),
+        ("map", "beside.csv", "--gamut", "large.gamut", "--method", "clip-focal", "--focus"),
+    ],
+)
+def test_numbers_are_separated_by_commas_or_spaces(command, cubes, monkeypatch, arguments):
+    monkeypatch.chdir(cubes)
+    rows = [f"{50 + 10 * x},{60 + 10 * y},{10 * z}" for x, y, z in np.ndindex(2, 2, 2)]
+    Path("beside.csv").write_text("\n".join(["L,a,b", *rows]))
+    numbers = ("1", "0", "0", "50") if "--plane" in arguments else ("55", "65", "5")
+    shown = {command(*arguments, mark.join(numbers))[0] for mark in (",", " ", ", ")}
+    assert len(shown) == 1
 
 
 class TestDefects:
