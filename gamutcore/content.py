@@ -8,16 +8,60 @@ from __future__ import annotations
 
 import io
 import os
+from errno import ENOENT
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from gamutcore.errors import ReferenceNameError
 from gamutcore.export.device_properties import property_names
 from gamutcore.export.ply import comment_lines
 from gamutcore.mesh import DeviceValues, TriangleMesh
+from gamutcore.references import Reference, find_reference
 
-__all__ = ["content_of"]
+__all__ = ["content_of", "gamut_source", "is_saved_gamut"]
+
+_SAVED = b'{"__metadata__":{'
+"""Begins the header of a saved gamut, after eight bytes with its length."""
+
+
+def is_saved_gamut(data: bytes) -> bool:
+    """Return whether a file is a gamut that is built already."""
+    return data[8 : 8 + len(_SAVED)] == _SAVED
+
+
+def gamut_source(given: str | os.PathLike[str]) -> bytes | Reference:
+    """Return the content of a file, or the reference gamut of a name.
+
+    Parameters
+    ----------
+    given : str or path
+        The path of a file, or a name if there is no such file.
+
+    Raises
+    ------
+    ReferenceNameError
+        There is neither such a file nor such a reference.
+    OSError
+        There is no such file and the text is no name, or the file cannot be read.
+
+    Examples
+    --------
+    >>> gamut_source("srgb").name
+    'sRGB'
+    """
+    path = Path(given)
+    if path.exists():
+        return path.read_bytes()
+    if isinstance(given, str):
+        try:
+            return find_reference(given)
+        except ReferenceNameError as error:
+            if not path.suffix and len(path.parts) == 1:
+                error.remedy = f"There is no file of this name either. {error.remedy}"
+                raise
+    raise FileNotFoundError(ENOENT, "There is no such file.", str(path))
 
 
 def content_of(data: object) -> bytes:

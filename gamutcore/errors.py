@@ -52,21 +52,34 @@ class GamutError(Exception):
     where : dict, optional
         Location of the fault: JSON-able values under keys such as ``field``, ``line``, ``column``,
         ``tag``, ``row``.
-    remedy : str, optional
-        What is accepted instead.
+    remedy : str
+        What is accepted instead, as a sentence.
+
+    Notes
+    -----
+    ``str(error)`` is the message and the remedy. Who shows them apart takes them from the
+    attributes.
     """
 
     code: ClassVar[str] = "gamut-error"
 
-    def __init__(self, message: str, *, where: Where | None = None, remedy: str = "") -> None:
+    def __init__(self, message: str, *, where: Where | None = None, remedy: str) -> None:
         super().__init__(message)
         self.message = message
         self.where: Where = dict(where or {})
         self.remedy = remedy
 
+    def __str__(self) -> str:
+        return f"{_ended(self.message)} {self.remedy}".rstrip()
+
     def __reduce__(self) -> tuple[object, ...]:
         # a build runs in a worker process, and its parent reports the error: errors are pickled
         return (_error_of, (type(self), self.message, self.where, self.remedy))
+
+
+def _ended(text: str) -> str:
+    """Return a text with a full stop, unless it ends a sentence already."""
+    return text if text.endswith((".", "?", "!")) else f"{text}."
 
 
 def _error_of(kind: type[GamutError], message: str, where: Where, remedy: str) -> GamutError:

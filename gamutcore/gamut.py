@@ -11,9 +11,9 @@ import json
 import os
 from collections.abc import Mapping
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self, cast
 
 from gamutcore.answers.comparisons import ComparisonAnswers
 from gamutcore.answers.drawing import DrawingAnswers
@@ -21,7 +21,8 @@ from gamutcore.answers.mapping import MappingAnswers
 from gamutcore.answers.points import PointAnswers
 from gamutcore.building import build
 from gamutcore.colours.spaces import ColourSpace
-from gamutcore.content import content_of
+from gamutcore.colours.spaces.parameters import SPACE_PARAMETERS
+from gamutcore.content import content_of, gamut_source, is_saved_gamut
 from gamutcore.errors import HistoryFileError, OptionError
 from gamutcore.export import mesh_file
 from gamutcore.export.provenance import mesh_provenance
@@ -38,6 +39,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from gamutcore.mesh import TriangleMesh
+    from gamutcore.references import Reference
 
 __all__ = ["Gamut", "read_description"]
 
@@ -148,6 +150,24 @@ class Gamut(PointAnswers, MappingAnswers, DrawingAnswers, ComparisonAnswers):
     def nbytes(self) -> int:
         """Memory of the history and of the levels that queries have used, in bytes."""
         return self.history.nbytes + self.levels.nbytes
+
+    def _same_space(self, other: Self | str | os.PathLike[str]) -> Self:
+        if not isinstance(other, type(self)):
+            other = self._opened(cast("str | os.PathLike[str]", other))
+        self._check_space(other)
+        return other
+
+    def _opened(self, given: str | os.PathLike[str]) -> Self:
+        """Return the gamut of a name or a file; unless it is saved, built in this one's space."""
+        found = gamut_source(given)
+        if isinstance(found, bytes) and is_saved_gamut(found):
+            return self.from_bytes(found)
+        chosen = self.options.to_mapping()
+        names = {"space", *SPACE_PARAMETERS} & chosen.keys()
+        options = Options.from_mapping({name: chosen[name] for name in names})
+        if isinstance(found, bytes):
+            return type(self)(found, options)
+        return cast("Self", _reference(type(self), found, options))
 
     def __repr__(self) -> str:
         space, volume = self.colour_space.name, self.volume
@@ -280,7 +300,7 @@ class Gamut(PointAnswers, MappingAnswers, DrawingAnswers, ComparisonAnswers):
         return viewer_page(self.description, self.to_bytes(), name, coloured)
 
     @classmethod
-    def load(cls, path: str | os.PathLike[str]) -> Gamut:
+    def load(cls, path: str | os.PathLike[str]) -> Self:
         """Return the gamut that `save` wrote to a file.
 
         Parameters
@@ -306,7 +326,7 @@ class Gamut(PointAnswers, MappingAnswers, DrawingAnswers, ComparisonAnswers):
         return history_bytes(self.history, {DESCRIPTION: text})
 
     @classmethod
-    def from_bytes(cls, data: bytes) -> Gamut:
+    def from_bytes(cls, data: bytes) -> Self:
         """Return the gamut of a file. Its levels are unpacked when they are first asked for.
 
         Parameters
@@ -327,6 +347,11 @@ class Gamut(PointAnswers, MappingAnswers, DrawingAnswers, ComparisonAnswers):
         gamut = cls.__new__(cls)
         gamut._hold(_description(metadata), history)  # noqa: SLF001  # a constructor
         return gamut
+
+
+@lru_cache(maxsize=8)  # many gamuts are compared with a few references, of 2 MB each
+def _reference(kind: type[Gamut], found: Reference, options: Options) -> Gamut:
+    return kind(found.data, options)
 
 
 def read_description(path: Path) -> dict[str, Any]:

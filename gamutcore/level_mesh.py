@@ -10,12 +10,13 @@ from pathlib import Path
 from gamutcore.colours.spaces import CIELAB, ColourSpace
 from gamutcore.export import format_of_suffix, mesh_file
 from gamutcore.mesh import TriangleMesh
+from gamutcore.shown import Shown
 
 __all__ = ["LevelMesh"]
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class LevelMesh(TriangleMesh):
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class LevelMesh(Shown, TriangleMesh):
     """A level of a gamut as a triangle mesh.
 
     Attributes

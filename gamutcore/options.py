@@ -11,6 +11,7 @@ from __future__ import annotations
 import dataclasses
 import json
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any, TypeAlias
@@ -455,19 +456,23 @@ def option_value(name: str, text: str) -> object:
     Returns
     -------
     object
-        The text if the option accepts text like it, else what it is as JSON, else the text.
+        The text if the option accepts text like it, else what it is as JSON, else a list if it is
+        several numbers, separated by commas or spaces, else the text.
 
     Examples
     --------
     >>> option_value("gamma", "0.2"), option_value("cost", "finest")
     (0.2, 'finest')
+    >>> option_value("centre", "50, 0, 0")
+    [50, 0, 0]
     """
     if any(each.canonical(text) is not None for each in OPTIONS[name].types):
         return text
-    try:
-        return json.loads(text)
-    except (ValueError, RecursionError):
-        return text
+    parts = text.replace(",", " ").split()
+    for written in (text, f"[{','.join(parts)}]" if len(parts) > 1 else text):
+        with suppress(ValueError, RecursionError):
+            return json.loads(written)
+    return text
 
 
 def option_name(given: object) -> str:

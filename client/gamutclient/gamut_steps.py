@@ -209,12 +209,12 @@ class GamutSteps(RemoteGamut):
         method: str = "clip-hue",
         *,
         focus: Colours | Literal["cusp"] | None = None,
-        source: RemoteGamut | None = None,
+        source: RemoteGamut | str | None = None,
         **asked: Unpack[Question],
     ) -> Steps[MappedColours]:
         """Map colours into the gamut: ``"clip-hue"``, ``"clip-nearest"`` or ``"sgck"``."""
         rows = colour_rows(colours)
-        params = {**asked, "method": method, "source": None if source is None else source.id}
+        params = {**asked, "method": method, "source": _id(source)}
         if focus is not None:
             params["focus"] = focus if isinstance(focus, str) else np.ravel(focus).tolist()
         records, level = yield from self._post("map", rows.points, params)
@@ -314,7 +314,7 @@ class GamutSteps(RemoteGamut):
 
     def rings(
         self,
-        reference: RemoteGamut | None = None,
+        reference: RemoteGamut | str | None = None,
         *,
         sectors: int = 360,
         **level: Unpack[Level],
@@ -345,7 +345,11 @@ class GamutSteps(RemoteGamut):
         return response.content
 
     def rings_svg(
-        self, reference: RemoteGamut | None = None, *, sectors: int = 360, **level: Unpack[Level]
+        self,
+        reference: RemoteGamut | str | None = None,
+        *,
+        sectors: int = 360,
+        **level: Unpack[Level],
     ) -> Steps[bytes]:
         """Return the rings as a picture."""
         params = {**level, "sectors": sectors, "reference": _id(reference)}
@@ -369,10 +373,10 @@ class GamutSteps(RemoteGamut):
     # --- two gamuts ------------------------------------------------------------------------------
 
     def compare(
-        self, other: RemoteGamut, *, sectors: int = 36, **level: Unpack[Level]
+        self, other: RemoteGamut | str, *, sectors: int = 36, **level: Unpack[Level]
     ) -> Steps[GamutComparison]:
-        """Compare this gamut, A, with another one, B."""
-        params = {**level, "a": self.id, "b": other.id, "sectors": sectors}
+        """Compare this gamut, A, with another one, B: a gamut, an id or the slug of a reference."""
+        params = {**level, "a": self.id, "b": _id(other), "sectors": sectors}
         request = Request("GET", "/v1/comparisons", params, {"Accept": JSON})
         found = (yield from sent(request, self.retries)).json()
         by_sector = found["sectors"]
@@ -389,11 +393,11 @@ class GamutSteps(RemoteGamut):
             warnings=tuple(found["warnings"]),
         )
 
-    def coverage_of(self, other: RemoteGamut) -> Steps[float]:
+    def coverage_of(self, other: RemoteGamut | str) -> Steps[float]:
         """Return the share of another gamut's volume that this gamut covers."""
         return (yield from GamutSteps.compare(self, other, sectors=1)).a_covers_b
 
-    def intersection(self, other: RemoteGamut) -> Steps[Intersection]:
+    def intersection(self, other: RemoteGamut | str) -> Steps[Intersection]:
         """Return the part that both gamuts have; ``press & srgb`` of a blocking client."""
         found = yield from GamutSteps.compare(self, other, sectors=1)
         return Intersection(found.intersection, found.b_covers_a, found.a_covers_b, found.jaccard)
@@ -440,8 +444,9 @@ class GamutSteps(RemoteGamut):
         yield from sent(Request("DELETE", f"/v1/gamuts/{self.id}"), self.retries)
 
 
-def _id(gamut: RemoteGamut | None) -> str | None:
-    return None if gamut is None else gamut.id
+def _id(gamut: RemoteGamut | str | None) -> str | None:
+    """Return what the service knows another gamut by: its id, or the slug of a reference."""
+    return gamut.id if isinstance(gamut, RemoteGamut) else gamut
 
 
 def _plane(lightness: float | None, hue: float | None, plane: ArrayLike | None) -> dict[str, Any]:

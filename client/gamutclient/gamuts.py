@@ -68,7 +68,7 @@ class Gamut(RemoteGamut):
 
     def __and__(self, other: object) -> Intersection:
         """Return the intersection with another gamut: its volume, and its shares of both."""
-        return self.intersection(other) if isinstance(other, RemoteGamut) else NotImplemented
+        return self.intersection(other) if isinstance(other, RemoteGamut | str) else NotImplemented
 
 
 class AsyncGamut(RemoteGamut):

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gamutclient.arrays import BooleanArray, FloatArray, IndexArray
+from gamutclient.shown import Shown
 
 if TYPE_CHECKING:
     import trimesh
@@ -30,8 +31,8 @@ __all__ = [
 ]
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class SurfaceAnswer:
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class SurfaceAnswer(Shown):
     """Colours on the surface of a level, and the device values there.
 
     Attributes
@@ -55,7 +56,7 @@ class SurfaceAnswer:
     max_error: float | None
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class NearestColours(SurfaceAnswer):
     """The nearest points of the surface.
 
@@ -71,7 +72,7 @@ class NearestColours(SurfaceAnswer):
     delta_e: FloatArray
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class MappedColours(SurfaceAnswer):
     """Colours that were mapped into the gamut.
 
@@ -86,7 +87,7 @@ class MappedColours(SurfaceAnswer):
     delta_e: FloatArray
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class ColourCrossings(SurfaceAnswer):
     """All crossings of lines with the surface, line by line, along each line.
 
@@ -104,7 +105,7 @@ class ColourCrossings(SurfaceAnswer):
     entering: BooleanArray
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class ColourCusps(SurfaceAnswer):
     """Cusps. NaN where a hue has none.
 
@@ -118,7 +119,7 @@ class ColourCusps(SurfaceAnswer):
     chroma: FloatArray
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class ColourSection(SurfaceAnswer):
     """Closed polygons of a section, one after the other.
 
@@ -136,8 +137,8 @@ class ColourSection(SurfaceAnswer):
         return np.split(self.points, self.offsets[1:-1]) if len(self.offsets) > 1 else []
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class ChromaTable:
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class ChromaTable(Shown):
     """Intervals of chroma inside the gamut, for every hue and lightness.
 
     Attributes
@@ -166,8 +167,8 @@ class ChromaTable:
         return last.reshape(len(self.hue), len(self.lightness))
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Rings:
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class Rings(Shown):
     """Gamut rings (IDMS 1.1, 5.32).
 
     Attributes
@@ -187,8 +188,8 @@ class Rings:
     intersection_radius: FloatArray | None = None
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class SectorFigures:
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class SectorFigures(Shown):
     """The figures of a comparison by sector of hue, arrays (n,)."""
 
     volume_a: FloatArray
@@ -201,8 +202,8 @@ class SectorFigures:
     jaccard: FloatArray
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class GamutComparison:
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class GamutComparison(Shown):
     """Comparison of two gamuts, A and B.
 
     Attributes
@@ -239,8 +240,8 @@ class GamutComparison:
     warnings: tuple[str, ...]
 
 
-@dataclass(frozen=True)
-class Intersection:
+@dataclass(frozen=True, repr=False)
+class Intersection(Shown):
     """The part that two gamuts have in common, as ``press & srgb`` gives it."""
 
     volume: float
@@ -253,8 +254,8 @@ def _not_loaded(_format_name: str) -> NoReturn:
     raise TypeError("Use `await gamut.mesh_file(format_name, ...)` for a file in another format.")
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Mesh:
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class Mesh(Shown):
     """A level as a triangle mesh.
 
     Attributes

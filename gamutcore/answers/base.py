@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import os
 from abc import ABC, abstractmethod
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
@@ -38,6 +39,10 @@ class Answering(ABC):
     @abstractmethod
     def colour_space(self) -> ColourSpace:
         """The colour space of the coordinates."""
+
+    @abstractmethod
+    def _same_space(self, other: Self | str | os.PathLike[str]) -> Self:
+        """Return another gamut, or the one of a name or file, in the space of this one."""
 
     def _asked(
         self, colours: Colours, space: str | None, name: str = "colours"

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import os
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
@@ -30,7 +31,7 @@ class ComparisonAnswers(Answering):
 
     def compare(
         self,
-        other: ComparisonAnswers,
+        other: Self | str | os.PathLike[str],
         *,
         sectors: int = SECTORS,
         triangles: int | None = None,
@@ -40,8 +41,9 @@ class ComparisonAnswers(Answering):
 
         Parameters
         ----------
-        other : Gamut
-            In the same colour space.
+        other : Gamut, str or path
+            In the same colour space. The name of a reference or a file is built in it, with the
+            default options otherwise, unless the file is a saved gamut.
         sectors : int, optional
             Number of equal sectors of hue.
         triangles, max_error : optional
@@ -69,8 +71,8 @@ class ComparisonAnswers(Answering):
         >>> round(whole.compare(part).b_covers_a, 3)
         0.125
         """
-        self._check_space(other)
-        levels = self._level(triangles, max_error), other._level(triangles, max_error)
+        other = self._same_space(other)
+        levels = self._level(triangles, max_error), other._level(triangles, max_error)  # noqa: SLF001  # its own class
         found = queries.compare(levels[0].index, levels[1].index, sectors)
         (white_a, black_a), (white_b, black_b) = map(self._extremes, levels)
         return GamutComparison(
@@ -88,13 +90,13 @@ class ComparisonAnswers(Answering):
             warnings=self._comparison_warnings(other),
         )
 
-    def coverage_of(self, other: ComparisonAnswers) -> float:
+    def coverage_of(self, other: Self | str | os.PathLike[str]) -> float:
         """Return the share of another gamut's volume that this gamut covers.
 
         Parameters
         ----------
-        other : Gamut
-            In the same colour space.
+        other : Gamut, str or path
+            As for `compare`.
 
         Returns
         -------
@@ -126,7 +128,7 @@ class ComparisonAnswers(Answering):
         >>> round(common.volume), round(common.of_first, 3)
         (8000, 0.125)
         """
-        if not isinstance(other, ComparisonAnswers):
+        if not isinstance(other, type(self) | str | os.PathLike):
             return NotImplemented
         found = self.compare(other, sectors=1)
         return Intersection(found.intersection, found.b_covers_a, found.a_covers_b, found.jaccard)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 from html import escape
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from gamutcore.export.rendering import DEFAULT_SIZE, PICTURE_TRIANGLES, mesh_pic
 from gamutcore.mesh import TriangleMesh
 
 if TYPE_CHECKING:
+    import os
     from collections.abc import Sequence
 
     from numpy.typing import ArrayLike
@@ -222,7 +223,7 @@ class DrawingAnswers(SectionAnswers):
 
     def plot_rings(
         self,
-        reference: SectionAnswers | None = None,
+        reference: Self | str | os.PathLike[str] | None = None,
         ax: Any = None,  # noqa: ANN401  # of matplotlib
         *,
         sectors: int = 360,
@@ -234,8 +235,8 @@ class DrawingAnswers(SectionAnswers):
 
         Parameters
         ----------
-        reference : Gamut, optional
-            In the same colour space.
+        reference : Gamut, str or path, optional
+            In the same colour space; the name of a reference or a file as for `compare`.
         ax : matplotlib.axes.Axes, optional
             New axes unless given.
         sectors : int, optional
@@ -314,7 +315,7 @@ class DrawingAnswers(SectionAnswers):
 
     def rings_svg(
         self,
-        reference: SectionAnswers | None = None,
+        reference: Self | str | os.PathLike[str] | None = None,
         *,
         names: tuple[str, str] = ("", "reference"),
         sectors: int = 360,
@@ -325,8 +326,8 @@ class DrawingAnswers(SectionAnswers):
 
         Parameters
         ----------
-        reference : Gamut, optional
-            In the same colour space.
+        reference : Gamut, str or path, optional
+            In the same colour space; the name of a reference or a file as for `compare`.
         names : (str, str), optional
             Of the gamut and of the reference, for the title and the legend.
         sectors : int, optional

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, cast
+from typing import TYPE_CHECKING, Any, Literal, Self, cast
 
 from gamutcore import queries
 from gamutcore.answers.base import Answering
@@ -15,8 +16,6 @@ from gamutcore.option_types import Choice, check_option
 from gamutcore.queries.colour_difference import delta_e_2000
 
 if TYPE_CHECKING:
-    import os
-
     from gamutcore.answers.picture_mapping import MappedPicture
     from gamutcore.arrays import FloatArray
     from gamutcore.colour_rows import Colours
@@ -40,7 +39,7 @@ class MappingAnswers(Answering):
         method: str = "clip-hue",
         *,
         focus: Colours | Literal["cusp"] | None = None,
-        source: MappingAnswers | None = None,
+        source: Self | str | os.PathLike[str] | None = None,
         space: str | None = None,
         triangles: int | None = None,
         max_error: float | None = None,
@@ -58,8 +57,9 @@ class MappingAnswers(Answering):
         focus : (3,) array_like or "cusp", optional
             Focal point of ``"clip-focal"``, in the space of the colours; ``"cusp"``, the default,
             is the lightness of the cusp on the neutral axis.
-        source : Gamut, optional
-            The gamut that ``"sgck"`` maps from, in the same space.
+        source : Gamut, str or path, optional
+            The gamut that ``"sgck"`` maps from, in the same space; the name of a reference or a
+            file as for `compare`.
         space : str, optional
             Space of the colours, and of the mapped ones; that of the gamut by default.
         triangles, max_error : optional
@@ -97,7 +97,7 @@ class MappingAnswers(Answering):
             focus = conversion.to_gamut(colour_rows(focus, "focus").points)[0]
         origin = None
         if source is not None:
-            self._check_space(source)
+            source = self._same_space(source)
             origin = source._level(triangles, max_error).index  # noqa: SLF001  # its own class
         found = queries.map_colours(rows.points, level.index, name, focus=focus, source=origin)
         device, channels = self._device(level, found.faces, found.weights)
@@ -119,7 +119,7 @@ class MappingAnswers(Answering):
         method: str = "clip-hue",
         *,
         focus: Colours | Literal["cusp"] | None = None,
-        source: MappingAnswers | None = None,
+        source: Self | str | os.PathLike[str] | None = None,
         triangles: int | None = None,
         max_error: float | None = None,
     ) -> MappedPicture:
@@ -157,6 +157,7 @@ class MappingAnswers(Answering):
         and some ten megabytes. Pixels in gamut keep their values exactly. Transparent pixels stay.
         """
         data = content_of(picture)
+        source = None if source is None else self._same_space(source)
         options: dict[str, Any] = {"focus": focus, "source": source}
         level: dict[str, Any] = {"triangles": triangles, "max_error": max_error}
 

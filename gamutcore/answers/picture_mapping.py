@@ -27,6 +27,7 @@ from gamutcore.colours.picture_colours import picture_colours
 from gamutcore.colours.picture_values import find_values
 from gamutcore.errors import MalformedFileError, UnsupportedPictureError
 from gamutcore.export.picture_file import picture_writer
+from gamutcore.shown import Shown
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -47,8 +48,8 @@ _LINEAR_RANGE = 8.0
 """Largest value of linear light, as for the gamut of a picture."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class MappedPicture:
+@dataclass(frozen=True, kw_only=True, repr=False)
+class MappedPicture(Shown):
     """What became of the pixels of a picture.
 
     Attributes

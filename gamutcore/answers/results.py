@@ -8,6 +8,7 @@ import numpy as np
 
 from gamutcore.arrays import BooleanArray, FloatArray, IndexArray, LongArray
 from gamutcore.queries import Comparison
+from gamutcore.shown import Shown
 
 __all__ = [
     "INTERPOLATED",
@@ -25,8 +26,8 @@ INTERPOLATED = "interpolated"
 """How device values are found: linearly between the vertices of the face."""
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class SurfaceAnswer:
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class SurfaceAnswer(Shown):
     """Colours on the surface of a level, and the device values there.
 
     Attributes
@@ -54,7 +55,7 @@ class SurfaceAnswer:
     device_values: str = INTERPOLATED
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class NearestColours(SurfaceAnswer):
     """The nearest points of the surface.
 
@@ -70,7 +71,7 @@ class NearestColours(SurfaceAnswer):
     delta_e: FloatArray
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class MappedColours(SurfaceAnswer):
     """Colours that were mapped into the gamut.
 
@@ -86,7 +87,7 @@ class MappedColours(SurfaceAnswer):
     delta_e: FloatArray
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class ColourCrossings(SurfaceAnswer):
     """All crossings of lines with the surface, line by line, along each line.
 
@@ -105,7 +106,7 @@ class ColourCrossings(SurfaceAnswer):
     entering: BooleanArray
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class ColourCusps(SurfaceAnswer):
     """Cusps: the points of largest chroma at some hues. NaN where a hue has none.
 
@@ -122,7 +123,7 @@ class ColourCusps(SurfaceAnswer):
     chroma: FloatArray
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class ColourSection(SurfaceAnswer):
     """Closed polygons of a section, one after the other. A section may be empty.
 
@@ -140,8 +141,8 @@ class ColourSection(SurfaceAnswer):
         return np.split(self.points, self.offsets[1:-1]) if len(self.offsets) > 1 else []
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class ChromaTable:
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class ChromaTable(Shown):
     """Intervals of chroma inside the gamut, for every hue and lightness.
 
     Attributes
@@ -177,7 +178,7 @@ class ChromaTable:
         return last.reshape(len(self.hue), len(self.lightness))
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class GamutComparison(Comparison):
     """Comparison of two gamuts, A and B: volumes, coverage both ways, by sector of hue.
 
@@ -202,8 +203,8 @@ class GamutComparison(Comparison):
     warnings: tuple[str, ...]
 
 
-@dataclass(frozen=True)
-class Intersection:
+@dataclass(frozen=True, repr=False)
+class Intersection(Shown):
     """The part that two gamuts have in common, as ``press & srgb`` gives it.
 
     Attributes

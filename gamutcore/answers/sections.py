@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
@@ -15,6 +15,8 @@ from gamutcore.option_types import WholeNumber, check_option
 from gamutcore.queries.rings import LIGHTNESSES
 
 if TYPE_CHECKING:
+    import os
+
     from numpy.typing import ArrayLike
 
     from gamutcore.arrays import FloatArray
@@ -296,7 +298,7 @@ class SectionAnswers(Answering):
 
     def rings(
         self,
-        reference: SectionAnswers | None = None,
+        reference: Self | str | os.PathLike[str] | None = None,
         *,
         lightness: ArrayLike | None = None,
         sectors: int = 360,
@@ -307,8 +309,8 @@ class SectionAnswers(Answering):
 
         Parameters
         ----------
-        reference : Gamut, optional
-            In the same colour space.
+        reference : Gamut, str or path, optional
+            In the same colour space; the name of a reference or a file as for `compare`.
         lightness : (n,) array_like, optional
             Of the rings, in increasing order; tenths of the lightness of white by default, which
             are those of the standard, 10 to 100, in CIELAB.
@@ -345,7 +347,7 @@ class SectionAnswers(Answering):
             lightness = np.asarray(LIGHTNESSES) / 100.0 * white
         other = None
         if reference is not None:
-            self._check_space(reference)
+            reference = self._same_space(reference)
             other = reference._level(triangles, max_error).index  # noqa: SLF001  # its own class
         return queries.gamut_rings(level.index, other, lightness, sectors)
 

@@ -2,8 +2,9 @@
 
 `characterisation` recognises a format by content. It returns `Samples` (measured colours, with or
 without device values), an `IccProfile`, a `Picture`, a `GamutMesh` or a `Reference`.
-`measurements_of` and `described_boundary` return further content of a profile. `FORMATS` lists all
-formats. Readers check every size and value in a file; `gamutcore.colours` computes colours.
+`measurements_of` and `described_boundary` return further content of a profile, and `decoded_text`
+is the one decoder of text. `FORMATS` lists all formats. Readers check every size and value in a
+file; `gamutcore.colours` computes colours.
 """
 
 from gamutcore.characterisation.embedded import measurements_of
@@ -12,7 +13,11 @@ from gamutcore.characterisation.gamut_mesh import GamutMesh
 from gamutcore.characterisation.icc import IccProfile
 from gamutcore.characterisation.meshes import described_boundary
 from gamutcore.characterisation.pictures import Picture
-from gamutcore.characterisation.recognition import Characterisation, characterisation
+from gamutcore.characterisation.recognition import (
+    Characterisation,
+    characterisation,
+    decoded_text,
+)
 from gamutcore.characterisation.samples import Samples
 
 __all__ = [
@@ -24,6 +29,7 @@ __all__ = [
     "Picture",
     "Samples",
     "characterisation",
+    "decoded_text",
     "described_boundary",
     "measurements_of",
 ]

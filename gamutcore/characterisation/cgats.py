@@ -259,7 +259,9 @@ class _Reader:
             return
         if len(self.keywords) >= _MAX_KEYWORDS and name not in self.keywords:
             raise SampleLimitError(
-                f"The file has more than {_MAX_KEYWORDS} keywords.", where={"line": line}
+                f"The file has more than {_MAX_KEYWORDS} keywords.",
+                where={"line": line},
+                remedy="Leave out keywords that do not describe the table.",
             )
         self.keywords[name] = value
         self.keyword_lines[name] = line
@@ -278,7 +280,9 @@ class _Reader:
             self.fields.append(token.text)
             if len(self.fields) > MAX_COLUMNS:
                 raise SampleLimitError(
-                    f"The table has more than {MAX_COLUMNS} columns.", where={"line": line}
+                    f"The table has more than {MAX_COLUMNS} columns.",
+                    where={"line": line},
+                    remedy=f"Leave out columns that are not needed, down to {MAX_COLUMNS}.",
                 )
 
     def _begin_data(self, line: int) -> None:

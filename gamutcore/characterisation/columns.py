@@ -170,7 +170,9 @@ def column_roles(
     place: Where = dict(where or {})
     if len(names) > MAX_COLUMNS:
         raise SampleLimitError(
-            f"The table has {len(names)} columns, more than {MAX_COLUMNS}.", where=place
+            f"The table has {len(names)} columns, more than {MAX_COLUMNS}.",
+            where=place,
+            remedy=f"Leave out columns that are not needed, down to {MAX_COLUMNS}.",
         )
     stripped, label, others = _of_one_condition(
         tuple(name.strip() for name in names), condition, place
@@ -364,6 +366,7 @@ def _channels(
             raise SampleLimitError(
                 f"{prefix} has more than {MAX_CHANNELS} channels.",
                 where={**where, "field": prefix},
+                remedy=f"Send the data of a device with at most {MAX_CHANNELS} channels.",
             )
         wanted = [str(ink) for ink in range(1, count + 1)]
     else:

@@ -190,6 +190,7 @@ def _with_condition_number(
         raise SampleLimitError(
             f"The samples have more than {MAX_ROW_CONDITIONS} measurement conditions.",
             where={"row": row + 1, "field": f"samples[{row}][{column}]"},
+            remedy=f"Send the samples of at most {MAX_ROW_CONDITIONS} conditions at a time.",
         )
     return [*cells[:column], number, *cells[column + 1 :]]
 

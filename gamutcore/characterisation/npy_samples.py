@@ -115,6 +115,7 @@ def _condition_numbers(field: npt.NDArray[Any]) -> tuple[FloatArray, tuple[str, 
         raise SampleLimitError(
             f"The samples have more than {MAX_ROW_CONDITIONS} measurement conditions.",
             where={"field": "descr"},
+            remedy=f"Send the samples of at most {MAX_ROW_CONDITIONS} conditions at a time.",
         )
     labels: dict[str, int] = {}
     numbers = [labels.setdefault(condition_label(str(text)), len(labels)) for text in found]
@@ -190,6 +191,7 @@ def _dtype(description: Any) -> np.dtype[Any]:  # noqa: ANN401 (a literal of unk
         raise SampleLimitError(
             f"The array has {len(description)} columns, more than {MAX_COLUMNS}.",
             where={"field": "descr"},
+            remedy=f"Leave out columns that are not needed, down to {MAX_COLUMNS}.",
         )
     try:
         dtype: np.dtype[Any] = np.lib.format.descr_to_dtype(description)

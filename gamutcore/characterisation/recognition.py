@@ -25,7 +25,7 @@ from gamutcore.references import Reference, parse_definition
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-__all__ = ["Characterisation", "characterisation"]
+__all__ = ["Characterisation", "characterisation", "decoded_text"]
 
 Characterisation: TypeAlias = Samples | IccProfile | Picture | GamutMesh | Reference
 
@@ -69,7 +69,11 @@ def characterisation(  # noqa: PLR0911 (one return for each kind)
         if not looks_like_cxf(data):
             raise _unrecognised("The content is XML or HTML, but not CxF3.")
         return cxf_samples(data, condition=condition)
-    text = _decoded(data)
+    text = decoded_text(data)
+    if text is None:
+        raise _unrecognised("The content is binary, and its format is unknown.")
+    if not text.strip("\0 \t\r\n"):
+        raise _unrecognised("The content is empty.")
     mesh = text_mesh(text)
     if mesh is not None:
         return _without_condition(mesh, condition)
@@ -104,20 +108,30 @@ def _unrecognised(message: str) -> UnrecognisedFormatError:
 def _encodings(data: bytes) -> Iterator[str]:
     if data.startswith((b"\xff\xfe", b"\xfe\xff")):
         yield "utf-16"
+    start = data[:8]  # without a mark: tables and headers begin with letters of ASCII
+    for encoding, high, low in (
+        ("utf-16-le", start[1::2], start[::2]),
+        ("utf-16-be", start[::2], start[1::2]),
+    ):
+        if not any(high) and low and all(low):
+            yield encoding
     yield "utf-8-sig"
     yield "cp1252"
     yield "latin-1"
 
 
-def _decoded(data: bytes) -> str:
-    if not data.strip(b"\0 \t\r\n"):
-        raise _unrecognised("The content is empty.")
+def decoded_text(data: bytes) -> str | None:
+    r"""Return the text in UTF-8, UTF-16 or Windows-1252; None if the content is binary.
+
+    Examples
+    --------
+    >>> decoded_text("Grün".encode("cp1252"))
+    'Grün'
+    """
     for encoding in _encodings(data):
         try:
             text = data.decode(encoding)
         except UnicodeDecodeError:
             continue
-        if "\0" in text[:100_000]:
-            break
-        return text
-    raise _unrecognised("The content is binary, and its format is unknown.")
+        return None if "\0" in text[:100_000] else text
+    return None

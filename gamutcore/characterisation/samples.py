@@ -269,7 +269,7 @@ def _colours(
             raise InvalidPointsError(
                 f"The chromaticity x {x[row]:g}, y {y[row]:g} is impossible.",
                 where={**place_of_row(row, lines), "field": "xyY"},
-                remedy="x and y are 0 or more, y above 0, and their sum is at most 1.",
+                remedy="Give x of at least 0, y above 0, and a sum of at most 1.",
             )
         scale = luminance / np.where(black, 1.0, y)
         xyz = np.stack([x * scale, luminance, (1 - x - y) * scale], axis=1)

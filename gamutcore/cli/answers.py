@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gamutcore.cli.inputs import BuildCommand, MaxError, Source, Triangles, gamut_of
+from gamutcore.cli.inputs import BuildCommand, MaxError, Source, Triangles, gamut_of, numbers_of
 from gamutcore.cli.output import AsCsv, AsJson, Output, write_facts, write_table
 from gamutcore.cli.tables import read_colours
 
@@ -150,10 +150,13 @@ def map_colours(
         raise typer.BadParameter("Pictures have no --colours-in, --columns and --json.")
     if picture and output is None:
         raise typer.BadParameter("Give a file for the picture.", param_hint="--output")
+    _check_source(method, from_gamut)
     table = None if picture else read_colours(colours, colours_in, columns)
     found = gamut_of(gamut, ctx, alone=from_gamut is None)
     options: dict[str, Any] = {
-        "focus": focus if focus is None or focus == "cusp" else _numbers(focus),
+        "focus": focus
+        if focus is None or focus == "cusp"
+        else numbers_of(focus, "--focus", "Give three numbers L,a,b."),
         "source": None if from_gamut is None else gamut_of(from_gamut, ctx, alone=False),
         "triangles": triangles,
         "max_error": max_error,
@@ -182,6 +185,19 @@ def map_colours(
     )
 
 
+def _check_source(method: str, source: str | None) -> None:
+    from gamutcore.answers.mapping import METHOD  # noqa: PLC0415
+    from gamutcore.option_types import check_option  # noqa: PLC0415
+
+    if (check_option("method", method, METHOD) == "sgck") != (source is not None):
+        raise typer.BadParameter(
+            "Give the gamut that sgck maps from."
+            if source is None
+            else "Only the method sgck maps from a gamut.",
+            param_hint="--from",
+        )
+
+
 def _is_picture(path: str) -> bool:
     if path == "-" or not Path(path).is_file():
         return False
@@ -203,13 +219,6 @@ def _beside(table: ColourTable, added: dict[str, Any]) -> dict[str, Any]:
     """Return the columns of a table with further ones, whose names are not those of the table."""
     renamed = {f"gamut_{name}" if name in table.columns else name: added[name] for name in added}
     return {**table.columns, **renamed}
-
-
-def _numbers(text: str) -> list[float]:
-    try:
-        return [float(part) for part in text.split(",")]
-    except ValueError as error:
-        raise typer.BadParameter("Give three numbers L,a,b.", param_hint="--focus") from error
 
 
 def compare(
@@ -264,9 +273,17 @@ def plot(
 
     Needs matplotlib, the extra plot.
     """
+    if output.suffix.lower() not in _DRAWINGS:
+        raise typer.BadParameter(
+            "Give a name that ends in .png, .svg or .pdf.", param_hint="--output"
+        )
     axes = _axes(gamut_of(source, ctx), triangles, max_error)
     axes.figure.savefig(output)
     typer.echo(str(output), err=True)
+
+
+_DRAWINGS = (".png", ".svg", ".pdf")
+"""Suffixes of drawings by matplotlib."""
 
 
 def _axes(gamut: Gamut, triangles: int | None, max_error: float | None) -> Any:  # noqa: ANN401

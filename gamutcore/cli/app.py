@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import sys
+import traceback
 from collections.abc import Sequence
 from typing import Annotated
 
@@ -11,7 +13,7 @@ import typer
 from gamutcore.cli import answers, gamuts, sections
 from gamutcore.version import __version__
 
-__all__ = ["DATA_FAULT", "USAGE_FAULT", "app", "run"]
+__all__ = ["DATA_FAULT", "DEFECT", "USAGE_FAULT", "app", "run"]
 
 DATA_FAULT = 1
 """Exit status if the data, a file or the system is at fault."""
@@ -19,12 +21,22 @@ DATA_FAULT = 1
 USAGE_FAULT = 2
 """Exit status if an argument or an option is at fault, as for most programs."""
 
+DEFECT = 70
+"""Exit status of a defect of the program: EX_SOFTWARE of BSD's sysexits.h."""
+
+TRACEBACK = "GAMUTCORE_TRACEBACK"
+"""Environment variable that shows where the program met an unexpected error, if it is not empty."""
+
 EPILOG = (
     "A gamut is given as a file of measurements, a profile, a picture or a mesh, as a saved .gamut "
     "file, or by the name of a reference such as srgb. "
-    "Exit status: 0 success, 1 the data or the system is at fault, 2 an argument is at fault."
+    "Exit status: 0 success, 1 the data or the system is at fault, 2 an argument is at fault, "
+    f"70 a defect of the program, whose details {TRACEBACK}=1 shows."
 )
 
+
+_LONGEST = 300
+"""Longest part of an unexpected error that is shown, in characters: some hold whole arrays."""
 
 app = typer.Typer(
     name="gamut",
@@ -80,13 +92,23 @@ def run(program: typer.Typer, arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:  # of `gamut ... | head`
         sys.stderr.close()
         return DATA_FAULT
-    except Exception as error:
+    except Exception as error:  # noqa: BLE001  # the last handler
         line = _line(error)
         if line is None:
-            raise
+            if os.environ.get(TRACEBACK):
+                traceback.print_exc()
+            line = _unexpected(error), DEFECT
         typer.echo(f"gamut: {line[0]}", err=True)
         return line[1]
     return 0
+
+
+def _unexpected(error: Exception) -> str:
+    told = " ".join(f"{type(error).__name__}: {error}".split())[:_LONGEST].rstrip(".: ")
+    return (
+        f"unexpected error: {told}. This is a defect of the program. Repeat the command with "
+        f"{TRACEBACK}=1 in the environment for details, and report them."
+    )
 
 
 def _line(error: Exception) -> tuple[str, int] | None:

@@ -16,7 +16,7 @@ from gamutcore.cli.reference_cache import cached_reference
 if TYPE_CHECKING:
     from gamutcore.gamut import Gamut
 
-__all__ = ["BuildCommand", "MaxError", "Source", "Triangles", "gamut_of"]
+__all__ = ["BuildCommand", "MaxError", "Source", "Triangles", "gamut_of", "numbers_of"]
 
 Source = Annotated[
     str,
@@ -38,9 +38,6 @@ MaxError = Annotated[
 
 _CHOSEN = "gamutcore.options"
 """Key of the options of the build in the context of a command."""
-
-_MAGIC = b'{"__metadata__":{'
-"""Begins the header of a saved gamut, after eight bytes with its length."""
 
 
 class BuildCommand(TyperCommand):
@@ -104,17 +101,17 @@ def gamut_of(source: str, ctx: typer.Context, *, alone: bool = True) -> Gamut:
     OSError
         The file cannot be read.
     """
-    from gamutcore.errors import OptionError, ReferenceNameError  # noqa: PLC0415
+    from gamutcore.content import gamut_source, is_saved_gamut  # noqa: PLC0415
+    from gamutcore.errors import OptionError  # noqa: PLC0415
     from gamutcore.gamut import Gamut  # noqa: PLC0415
     from gamutcore.options import OPTIONS, Options, option_value  # noqa: PLC0415
-    from gamutcore.references import find_reference  # noqa: PLC0415
 
     texts: dict[str, str] = ctx.meta.get(_CHOSEN, {})
     options: dict[str, Any] = {name: option_value(name, text) for name, text in texts.items()}
-    path, reference = Path(source), None
-    if path.exists():
-        data = path.read_bytes()
-        if data[8 : 8 + len(_MAGIC)] == _MAGIC:
+    found = gamut_source(source)
+    if isinstance(found, bytes):
+        data, reference = found, None
+        if is_saved_gamut(data):
             if options and alone:
                 name, value = next(iter(options.items()))
                 raise OptionError.not_applicable(
@@ -122,23 +119,24 @@ def gamut_of(source: str, ctx: typer.Context, *, alone: bool = True) -> Gamut:
                 )
             return Gamut.from_bytes(data)
     else:
-        try:
-            reference = find_reference(source)
-        except ReferenceNameError as error:
-            if path.suffix or len(path.parts) > 1:
-                raise FileNotFoundError(2, "There is no such file.", source) from error
-            error.remedy = f"There is no file of this name either. {error.remedy}"
-            raise
+        data, reference = found.data, found
         if not alone:
             options = {name: options[name] for name in options if _fits(OPTIONS[name].data)}
-        data = reference.data
     chosen = Options.from_mapping(options)
 
     def build() -> Gamut:
-        with _progress(path.name) as report:
+        with _progress(Path(source).name) as report:
             return Gamut(data, chosen, progress=report)
 
     return build() if reference is None else cached_reference(reference, chosen, build)
+
+
+def numbers_of(text: str, option: str, remedy: str) -> list[float]:
+    """Return the numbers of an option, which are separated by commas or spaces."""
+    try:
+        return [float(part) for part in text.replace(",", " ").split()]
+    except ValueError as error:
+        raise typer.BadParameter(remedy, param_hint=option) from error
 
 
 def _fits(kinds: tuple[str, ...]) -> bool:

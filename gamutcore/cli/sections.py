@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from gamutcore.cli.inputs import BuildCommand, MaxError, Source, Triangles, gamut_of
+from gamutcore.cli.inputs import BuildCommand, MaxError, Source, Triangles, gamut_of, numbers_of
 from gamutcore.cli.output import AsCsv, AsJson, Output, write_bytes, write_table
 
 __all__ = ["add_to"]
@@ -41,7 +41,7 @@ def cut(
     """
     gamut = gamut_of(source, ctx)
     level: dict[str, Any] = {"triangles": triangles, "max_error": max_error}
-    numbers = None if plane is None else _numbers(plane, "--plane", "Give four numbers a,b,c,d.")
+    numbers = None if plane is None else numbers_of(plane, "--plane", "Give four numbers a,b,c,d.")
     if output is not None and output.suffix.lower() == ".svg":
         write_bytes(gamut.slice_svg(lightness, hue=hue, plane=numbers, **level), output)
         return
@@ -62,13 +62,6 @@ def cut(
     if found.device is not None:
         columns |= dict(zip(found.channels, 100.0 * found.device.T, strict=True))
     write_table(columns, output, as_json=as_json, as_csv=as_csv)
-
-
-def _numbers(text: str, option: str, remedy: str) -> list[float]:
-    try:
-        return [float(part) for part in text.split(",")]
-    except ValueError as error:
-        raise typer.BadParameter(remedy, param_hint=option) from error
 
 
 def rings(
@@ -138,7 +131,7 @@ def picture(
     if output.suffix.lower() != ".png":
         raise typer.BadParameter("Give a name that ends in .png.", param_hint="--output")
     remedy = "Give the name of a view, or two numbers such as 305,25."
-    camera = _numbers(view, "--view", remedy) if "," in view else view
+    camera = numbers_of(view, "--view", remedy) if {",", " "} & set(view) else view
     gamut = gamut_of(source, ctx)
     drawn = gamut.picture(
         size,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -13,6 +14,8 @@ if TYPE_CHECKING:
 __all__ = ["ColourTable", "read_colours"]
 
 _DELIMITERS = "\t;,"
+
+_NPY_MAGIC = b"\x93NUMPY"
 
 
 class ColourTable(NamedTuple):
@@ -45,8 +48,9 @@ def read_colours(path: str, space: str | None = None, names: str | None = None) 
     Parameters
     ----------
     path : str
-        ``-`` is standard input. The first line has the names of the columns. The delimiter is the
-        first of tab, semicolon and comma in it. Decimal commas are accepted unless it is a comma.
+        ``-`` is standard input. Text is UTF-8, UTF-16 or Windows-1252. The first line has the names
+        of the columns. The delimiter is the first of tab, semicolon and comma in it. Decimal commas
+        are accepted unless it is a comma.
     space : str, optional
         Space of the colours. Columns in LCh are recognised by their names; CIELAB otherwise.
     names : str, optional
@@ -61,6 +65,8 @@ def read_colours(path: str, space: str | None = None, names: str | None = None) 
     ------
     MissingColumnError
         There are no columns of colours.
+    UnrecognisedFormatError
+        The content is a picture, a saved gamut or other binary data.
     MalformedFileError
         A row has too few cells, or a colour that is no number; ``where["line"]`` names it.
     OSError
@@ -70,14 +76,21 @@ def read_colours(path: str, space: str | None = None, names: str | None = None) 
 
     from gamutcore.errors import MalformedFileError  # noqa: PLC0415
 
-    if path != "-" and Path(path).suffix.lower() == ".npy":
-        colours = np.load(path, allow_pickle=False)
-        return ColourTable({}, colours, space or "CIELAB")
-    text = sys.stdin.read() if path == "-" else Path(path).read_text("utf-8-sig")
+    data = sys.stdin.buffer.read() if path == "-" else Path(path).read_bytes()
+    if data.startswith(_NPY_MAGIC):
+        return ColourTable({}, _array(data, path), space or "CIELAB")
+    text = _text(data, path)
     lines = [line for line in text.splitlines() if line.strip() and not line.startswith("#")]
     first = lines[0] if lines else ""
     delimiter = next((mark for mark in _DELIMITERS if mark in first), ",")
-    rows = list(csv.reader(lines, delimiter=delimiter))
+    try:
+        rows = list(csv.reader(lines, delimiter=delimiter))
+    except csv.Error as error:
+        raise MalformedFileError(
+            f"The table cannot be split into cells: {error}.",
+            where={"file": path},
+            remedy="Close every quotation mark.",
+        ) from error
     header = [cell.strip() for cell in rows[0]] if rows else []
     places, found = _colour_columns(header, space, names)
     colours = np.empty((len(rows) - 1, 3))
@@ -96,6 +109,46 @@ def read_colours(path: str, space: str | None = None, names: str | None = None) 
         row.extend([""] * (len(header) - len(row)))
     columns = {name: [row[place] for row in rows[1:]] for place, name in enumerate(header)}
     return ColourTable(columns, colours, found)
+
+
+def _array(data: bytes, path: str) -> FloatArray:
+    import numpy as np  # noqa: PLC0415
+
+    from gamutcore.errors import MalformedFileError  # noqa: PLC0415
+
+    try:
+        colours: FloatArray = np.load(io.BytesIO(data), allow_pickle=False)
+    except (ValueError, EOFError) as error:
+        raise MalformedFileError(
+            "The .npy file is damaged, or holds objects.",
+            where={"file": path},
+            remedy="Save an (n, 3) array of numbers with numpy.save.",
+        ) from error
+    return colours
+
+
+def _text(data: bytes, path: str) -> str:
+    """Return the text of a table; name what other content is."""
+    from gamutcore.characterisation import FORMATS, decoded_text  # noqa: PLC0415
+    from gamutcore.characterisation.pictures import picture_format  # noqa: PLC0415
+    from gamutcore.content import is_saved_gamut  # noqa: PLC0415
+    from gamutcore.errors import UnrecognisedFormatError  # noqa: PLC0415
+
+    if picture_format(data) is not None:
+        kind, remedy = "a picture", "Give a CSV or .npy file of colours; gamut map takes pictures."
+    elif is_saved_gamut(data):
+        kind = "a saved gamut"
+        remedy = "Give it as --gamut, and a CSV or .npy file of colours in its place."
+    else:
+        text = decoded_text(data)
+        if text is not None:
+            return text
+        pictures = ", ".join(each.title for each in FORMATS if each.kind == "picture")
+        kind = "binary data of an unknown format"
+        remedy = f"Give a CSV or .npy file of colours, or for gamut map a picture: {pictures}."
+    raise UnrecognisedFormatError(
+        f"The content is {kind}, not a table of colours.", where={"file": path}, remedy=remedy
+    )
 
 
 def _colour_columns(

@@ -133,7 +133,7 @@ def decimate(
     if results[-1].left > 4:
         raise DecimationError(
             f"no edge could be collapsed validly with {2 * results[-1].left - 4} triangles left",
-            remedy="a boundary whose faces are less degenerate, or another centre",
+            remedy="Give a boundary whose faces are less degenerate, or another centre.",
         )
     for places in (record.position, record.shift, final):
         # the unit is a power of two, so nothing is rounded
@@ -149,7 +149,7 @@ def _check_numbers(mesh: TriangleMesh, centre: FloatArray) -> None:
     if not (mesh.triangles and np.isfinite(mesh.vertices).all() and np.isfinite(centre).all()):
         raise MeshError(
             "the mesh has no faces, or coordinates that are not finite numbers",
-            remedy="finite numbers",
+            remedy="Give finite numbers.",
         )
 
 
@@ -164,12 +164,13 @@ def _check(
             f"the mesh is not closed and consistently oriented: face {face} has an edge without"
             " exactly one neighbour",
             where={"face": face},
-            remedy="a closed mesh whose faces are all oriented outwards",
+            remedy="Give a closed mesh whose faces are all oriented outwards.",
         )
     if triangles != 2 * vertices - 4 or triangles < 4:
         raise MeshError(
             f"{triangles} faces over {vertices} vertices are not a surface of genus 0",
-            remedy=f"{2 * vertices - 4} faces: one closed piece without handles or unused vertices",
+            remedy=f"Give {2 * vertices - 4} faces: one closed piece without handles or unused "
+            "vertices.",
         )
     spoilt = faces_not_seeing_centre(positions, faces)
     if spoilt.size:
@@ -177,5 +178,5 @@ def _check(
             f"the mesh is not star-shaped about the centre: {spoilt.size} faces do not see it from"
             f" inside, the first of them face {spoilt[0]}",
             where={"face": int(spoilt[0])},
-            remedy="a centre that all faces see from inside",
+            remedy="Give a centre that all faces see from inside.",
         )

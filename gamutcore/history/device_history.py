@@ -213,7 +213,7 @@ def build_device_history(device: DeviceValues, slots: IndexArray, splits: Splits
         raise MeshError(
             f"there are device values of {len(device)} vertices, not of {len(slots)}",
             where={"field": "device"},
-            remedy="one row for each vertex of the full boundary",
+            remedy="Give one row for each vertex of the full boundary.",
         )
     section = DeviceSection(device.channels, FULL_SCALE, CORRECTED)
     edges = _split_edges(splits, 1.0, CORRECTED)
@@ -292,8 +292,9 @@ def parse_device_section(text: str) -> DeviceSection:
         raise HistoryFileError(
             f"the device channels are described by {text[:40]!r}",
             where={"field": "device"},
-            remedy=f"JSON with the names of 1 to {MOST_CHANNELS} channels, with steps from 1 to"
-            f" {LARGEST_SCALE}, and with the number of vertices below which levels are corrected",
+            remedy=f"Give JSON with the names of 1 to {MOST_CHANNELS} channels, with steps from 1 "
+            f"to {LARGEST_SCALE}, and with the number of vertices below which levels are "
+            "corrected.",
         )
     return DeviceSection(tuple(channels), scale, corrected)
 

@@ -227,7 +227,7 @@ def _without_cut_arrays(data: bytes) -> tuple[bytes, int]:
 
 
 def _parse_metadata(data: bytes) -> dict[str, str]:
-    remedy = "a file as delivered under /history"
+    remedy = "Give a file as delivered under /history."
     size = struct.unpack("<Q", data[:8])[0] if len(data) >= 8 else 0
     if not 2 <= size <= LARGEST_HEADER or len(data) < 8 + size:
         raise HistoryFileError(

@@ -294,7 +294,7 @@ class History:
                 f"{triangles!r} triangles were asked for; this gamut has levels of"
                 f" {MINIMUM_TRIANGLES} to {self.triangles}",
                 where={"field": "triangles"},
-                remedy=f"a number from {MINIMUM_TRIANGLES} to {self.triangles}",
+                remedy=f"Give a number from {MINIMUM_TRIANGLES} to {self.triangles}.",
             )
         return int(triangles) // 2 + 2
 

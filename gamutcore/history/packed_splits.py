@@ -162,7 +162,7 @@ def splits_in_steps(splits: Splits, step: float) -> Splits:
         steps = np.rint(array.astype(np.float64) / step)
         if not (np.abs(steps) <= LARGEST_COORDINATE).all() or (steps * step != array).any():
             message = f"positions in {name!r} are not on the grid of the step {step!r}"
-            remedy = f"multiples of the step, at most {LARGEST_COORDINATE} times it"
+            remedy = f"Give multiples of the step, at most {LARGEST_COORDINATE} times it."
             raise HistoryFileError(message, where={"field": name}, remedy=remedy)
         whole[name] = steps.astype(np.int32)
     return splits._replace(**whole)
@@ -191,7 +191,7 @@ def split_streams(splits: Splits) -> Iterator[ByteArray]:
             raise HistoryFileError(
                 f"the split that adds slot {slot} does not fit the level before it",
                 where={"slot": int(slot)},
-                remedy="splits in the order that build_history gives them",
+                remedy="Give splits in the order that build_history gives them.",
             )
         _refuse_much_work(replay, end)
         yield stream_bytes(writer)

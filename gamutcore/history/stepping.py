@@ -115,7 +115,7 @@ class LevelCursor:
             raise TriangleCountError(
                 f"a level of {2 * vertices - 4} triangles was asked for",
                 where={"field": "steps"},
-                remedy=f"levels of 4 to {2 * self._most - 4} triangles",
+                remedy=f"Give a level of 4 to {2 * self._most - 4} triangles.",
             )
         fine, coarse = self._columns
         if vertices > self._vertices:

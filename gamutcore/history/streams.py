@@ -24,7 +24,7 @@ __all__ = ["DAMAGE_REMEDY", "DEVICE", "SPLITS", "Streams", "stream_name"]
 SPLITS, DEVICE = "splits", "device"
 """Kinds of streams: the geometry of the splits, and their device values."""
 
-DAMAGE_REMEDY = "the file as it was delivered, unchanged"
+DAMAGE_REMEDY = "Give the file as it was delivered, unchanged."
 
 
 def stream_name(number: int, kind: str = SPLITS) -> str:
@@ -91,5 +91,5 @@ def _refuse_bits_left(reader: BitReader, name: str) -> None:
         raise HistoryFileError(
             f"the last split of a group leaves {left} bits over",
             where={"field": name},
-            remedy="zeros up to the end of a byte",
+            remedy="Give zeros up to the end of a byte.",
         )

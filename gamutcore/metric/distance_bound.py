@@ -113,7 +113,8 @@ def star_shaped_surface(mesh: TriangleMesh, centre: FloatArray) -> Surface:
         raise MeshError(
             f"a mesh of {used} used vertices and {mesh.triangles} faces is not star-shaped: of"
             f" these {len(hidden)} do not see the centre from inside",
-            remedy="closed meshes of genus 0 without other vertices, and a centre in their kernels",
+            remedy="Give closed meshes of genus 0 without other vertices, and a centre in their "
+            "kernels.",
         )
     return make_surface(position, corner)
 

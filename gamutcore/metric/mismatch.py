@@ -41,7 +41,7 @@ def mismatch(reference: TriangleMesh, other: TriangleMesh) -> float:
     first, second, common = _volumes(reference, other)
     if not first > 0:
         raise MeshError(
-            "the reference encloses no volume", remedy="a closed mesh, oriented outwards"
+            "the reference encloses no volume", remedy="Give a closed mesh, oriented outwards."
         )
     return max(0.0, (first + second - 2 * common) / first)
 
@@ -65,14 +65,14 @@ def intersection_volume(one: TriangleMesh, other: TriangleMesh) -> float:
 def _volumes(one: TriangleMesh, other: TriangleMesh) -> tuple[float, float, float]:
     """Volumes of two meshes and of their intersection, by the same arithmetic."""
     if one.triangles == 0 or other.triangles == 0:
-        raise MeshError("a mesh has no faces", remedy="closed meshes, oriented outwards")
+        raise MeshError("a mesh has no faces", remedy="Give closed meshes, oriented outwards.")
     # a common origin and scale keep the digits in which the meshes differ
     lowest, highest = one.bounds
     origin, scale = (lowest + highest) / 2, float(np.max(highest - lowest)) / 2
     if not 0 < scale < np.inf:
         raise MeshError(
             f"the first mesh reaches from {lowest.tolist()} to {highest.tolist()}",
-            remedy="a closed mesh of finite numbers that encloses a volume",
+            remedy="Give a closed mesh of finite numbers that encloses a volume.",
         )
     first, second = _manifold(one, origin, scale), _manifold(other, origin, scale)
     common = (first ^ second).volume()
@@ -91,6 +91,6 @@ def _manifold(mesh: TriangleMesh, origin: FloatArray, scale: float) -> Any:  # n
     if solid.status() != manifold3d.Error.NoError:
         raise MeshError(
             f"the mesh bounds no solid: {solid.status().name}",
-            remedy="a closed mesh whose faces are all oriented outwards",
+            remedy="Give a closed mesh whose faces are all oriented outwards.",
         )
     return solid

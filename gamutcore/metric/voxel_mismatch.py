@@ -108,7 +108,7 @@ def voxel_mismatch(
     if inside == 0:
         raise MeshError(
             f"no voxel of edge {length:g} has its centre in the reference",
-            remedy="a closed mesh that encloses a volume, and voxels much smaller than it",
+            remedy="Give a closed mesh that encloses a volume, and voxels much smaller than it.",
         )
     differing = _between_pairs(np.concatenate(cuts))
     met = [_met_voxels(mesh, faces, *counts) for mesh, faces in meshes]
@@ -130,7 +130,7 @@ def _check(mesh: TriangleMesh) -> None:
     if not finite or len(faces) == 0 or (opposite_corners(faces, len(mesh.vertices)) < 0).any():
         raise MeshError(
             "the mesh bounds no solid: it is not closed and oriented, or not finite",
-            remedy="a closed mesh of finite numbers whose faces are all oriented outwards",
+            remedy="Give a closed mesh of finite numbers whose faces are all oriented outwards.",
         )
 
 
@@ -149,8 +149,8 @@ def _voxel_edge(edge: float | None, bounds: FloatArray) -> float:
         raise OptionError(
             f"voxels of edge {length:g} are asked for, in a box of {extent:g}",
             where={"field": "edge"},
-            remedy=f"a positive length, at least {extent / MOST_VOXELS:g}:"
-            f" at most {MOST_VOXELS} voxels along an axis",
+            remedy=f"Give a positive length, at least {extent / MOST_VOXELS:g}:"
+            f" at most {MOST_VOXELS} voxels along an axis.",
         )
     return length
 

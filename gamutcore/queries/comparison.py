@@ -22,6 +22,7 @@ from gamutcore.errors import OptionError
 from gamutcore.queries.index import Level, LevelIndex, as_index
 from gamutcore.queries.overlap import overlap_cells
 from gamutcore.queries.volume_cells import Cells, cells_of, enclosed_cells
+from gamutcore.shown import Shown
 
 __all__ = [
     "MOST_SECTORS",
@@ -43,8 +44,8 @@ MOST_SECTORS = 3600
 Value = TypeVar("Value", float, FloatArray)
 
 
-@dataclass(frozen=True, eq=False)
-class Overlap(Generic[Value]):
+@dataclass(frozen=True, eq=False, repr=False)
+class Overlap(Shown, Generic[Value]):
     """Volumes of two gamuts and of their intersection, as numbers or as arrays.
 
     Attributes
@@ -89,7 +90,7 @@ def _ratio(part: Any, whole: Any) -> Any:  # noqa: ANN401  # numbers and arrays 
     return found if found.ndim else float(found)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Comparison(Overlap[float]):
     """Comparison of two gamuts, A and B.
 

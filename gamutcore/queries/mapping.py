@@ -130,7 +130,11 @@ def map_colours(
         message = "only sgck has a source gamut"
         raise OptionError.not_applicable("source", "of another gamut", message)
     if source is None and method == "sgck":
-        raise OptionError.refusal("source", None, "the gamut that sgck maps from")
+        raise OptionError(
+            "The method sgck maps from a source gamut, and none is given.",
+            where={"field": "source"},
+            remedy="Give the gamut that the colours come from as source.",
+        )
     found, index = checked_points(points), as_index(level)
     if source is not None:
         mapped = compress(found, index, as_index(source))

@@ -33,6 +33,7 @@ from gamutcore.queries.comparison import cell_volumes, checked_sectors
 from gamutcore.queries.index import Level, as_index
 from gamutcore.queries.rows import checked_numbers
 from gamutcore.queries.volume_cells import cells_of, enclosed_cells
+from gamutcore.shown import Shown
 
 __all__ = ["LIGHTNESSES", "Rings", "gamut_rings"]
 
@@ -40,8 +41,8 @@ LIGHTNESSES = tuple(range(10, 101, 10))
 """Lightnesses of the rings in the standard, which is for CIELAB."""
 
 
-@dataclass(frozen=True, eq=False)
-class Rings:
+@dataclass(frozen=True, eq=False, repr=False)
+class Rings(Shown):
     """Gamut rings.
 
     Attributes

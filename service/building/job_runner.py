@@ -436,7 +436,7 @@ class JobRunner:
                 event["code"],
                 sentence(event["message"]),
                 where=event["where"],
-                remedy=sentence(event["remedy"]),
+                remedy=event["remedy"],
             )
         if event["event"] == "exhausted":
             return self._memory_problem()

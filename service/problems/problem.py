@@ -95,7 +95,7 @@ class Problem:
     @classmethod
     def from_error(cls, error: errors.GamutError) -> Problem:
         """Return the problem for an error of `gamutcore`."""
-        return cls(error.code, sentence(error.message), error.where, sentence(error.remedy))
+        return cls(error.code, sentence(error.message), error.where, error.remedy)
 
     @classmethod
     def from_errno(cls, number: int | None, *, remote: bool = False) -> Problem | None:

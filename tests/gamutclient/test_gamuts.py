@@ -28,6 +28,7 @@ class TestBoth:
         np.testing.assert_allclose(chroma, cusps.chroma, atol=1e-6)
         assert 0.3 < press.coverage_of(srgb) < 0.6
         assert press.coverage_of(srgb) == pytest.approx((press & srgb).of_second)
+        assert (press & "srgb").of_second == pytest.approx(press.coverage_of(srgb), abs=0.01)
 
     def test_pictures(self, press, srgb):
         assert b"<svg" in press.slice_svg(50)

@@ -212,6 +212,13 @@ def test_near_matches_are_named():
         ({"ink_limit": "300"}, {"ink_limit": 300}),
         ({"boundary": "usv", "subdivisions": "3"}, {"boundary": "usv", "subdivisions": 3}),
         ({"centre": "[50, 1, 2]"}, {"centre": [50, 1, 2]}),
+        ({"centre": "50,1,2"}, {"centre": [50, 1, 2]}),
+        ({"centre": " 50, 1, -2e0"}, {"centre": [50, 1, -2]}),
+        ({"centre": "50 1 2"}, {"centre": [50, 1, 2]}),
+        (
+            {"boundary": "segment-maxima", "segments": "30,60"},
+            {"boundary": "segment-maxima", "segments": [30, 60]},
+        ),
         ({"centre": "auto"}, {}),
         ({"observer": "10"}, {"observer": 10}),
         ({"condition": "M1"}, {"condition": "M1"}),
@@ -223,7 +230,9 @@ def test_options_from_text(text, same):
     assert Options.from_mapping(values) == Options.from_mapping(same)
 
 
-@pytest.mark.parametrize("text", [{"ink_limit": "much"}, {"centre": "[1"}, {"gamma": "null"}])
+@pytest.mark.parametrize(
+    "text", [{"ink_limit": "much"}, {"centre": "[1"}, {"centre": "50,0"}, {"gamma": "null"}]
+)
 def test_text_without_a_valid_value_is_refused(text):
     with pytest.raises(OptionError) as caught:
         Options.from_mapping({name: option_value(name, given) for name, given in text.items()})

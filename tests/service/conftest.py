@@ -287,7 +287,7 @@ for line in sys.stdin:
             kept.append(bytearray(kept[0]))
             time.sleep(0.005)
     elif word == "refuse":
-        send(event="refused", code="missing-column", message="m", where={"column": "L"}, remedy="r")
+        send(event="refused", code="missing-column", message="m", where={"column": "L"}, remedy=".")
     elif word == "exhaust":
         send(event="exhausted")
     elif word == "outdate":

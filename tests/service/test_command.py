@@ -24,6 +24,20 @@ def test_the_version_is_printed(capsys):
     assert capsys.readouterr().out.strip() == __version__
 
 
+@pytest.mark.parametrize("arguments", [["serve", "--port", "0"], ["openapi"], ["store", "list"]])
+def test_an_unexpected_error_of_a_command_is_one_line(capsys, monkeypatch, arguments):
+    def fail(*_arguments, **_options):
+        raise LookupError("a defect")
+
+    for name in ("serve", "openapi_document", "list_store"):
+        monkeypatch.setattr(f"service.command.{name}", fail)
+    monkeypatch.delenv("GAMUTCORE_TRACEBACK", raising=False)
+    assert main(arguments) == 70
+    told = capsys.readouterr().err
+    assert told.startswith("gamut: unexpected error: LookupError: a defect. ")
+    assert told.count("\n") == 1
+
+
 def test_a_wrong_setting_is_named_and_nothing_is_served(capsys, monkeypatch):
     monkeypatch.setenv("GAMUT_BUILD_WORKERS", "none")
     assert main(["serve"]) == 2

@@ -272,6 +272,7 @@ def _channels(rows: list[tuple[CxfObject | None, CxfObject]]) -> tuple[str, ...]
         raise SampleLimitError(
             f"The device has {len(channels)} channels, more than {MAX_CHANNELS}.",
             where={"field": "DeviceColorValues"},
+            remedy=f"Send the data of a device with at most {MAX_CHANNELS} channels.",
         )
     for target, _ in rows:
         if target is not None and target.channels != channels:

@@ -388,7 +388,7 @@ def icc_profile(data: bytes) -> IccProfile:
         raise UnsupportedProfileError(
             "The profile has only spectra as results.",
             where={"field": "pcs"},
-            remedy="iccMAX profiles need XYZ or Lab as their connection space.",
+            remedy="Give an iccMAX profile whose connection space is XYZ or Lab.",
         )
     if pcs not in {"XYZ", "Lab"}:
         raise MalformedProfileError(
@@ -413,7 +413,7 @@ def _refuse_other_conditions(profile: IccProfile) -> None:
         raise UnsupportedProfileError(
             f"The profile's connection space has the illuminant {illuminant.round(4).tolist()}.",
             where={"field": "illuminant"},
-            remedy="iccMAX profiles for D50 are supported.",
+            remedy="Give an iccMAX profile for D50.",
         )
     if "svcn" in profile.tags:
         observer = profile.element("svcn").unsigned(8, 4)
@@ -421,7 +421,7 @@ def _refuse_other_conditions(profile: IccProfile) -> None:
             raise UnsupportedProfileError(
                 f"The profile's connection space is for the observer number {observer}.",
                 where={"tag": "svcn"},
-                remedy="iccMAX profiles for the CIE 1931 observer (2°) are supported.",
+                remedy="Give an iccMAX profile for the CIE 1931 observer (2°).",
             )
 
 

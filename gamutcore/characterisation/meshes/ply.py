@@ -257,7 +257,7 @@ def _positions(element: Element, columns: _Columns) -> FloatArray:
         raise MalformedFileError(
             "The vertices do not have the properties x, y and z.",
             where={"line": element.line, "field": "vertex"},
-            remedy="x, y and z are L*, a* and b*.",
+            remedy="Give them as L*, a* and b*.",
         )
     return np.stack([columns.values[name] for name in "xyz"], axis=1)
 

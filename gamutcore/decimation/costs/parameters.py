@@ -200,6 +200,6 @@ def cost_named(name: str) -> Cost:
         raise OptionError(
             f"there is no cost {name!r}",
             where={"field": "cost"},
-            remedy=f"one of {', '.join(COSTS)}",
+            remedy=f"Give one of {', '.join(COSTS)}.",
         )
     return _COSTS[name]

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from gamutcore import Gamut
-from gamutcore.errors import OptionError
+from gamutcore import Gamut, reference
+from gamutcore.errors import OptionError, ReferenceNameError
 
 UNIT = 2.0 * np.array(list(np.ndindex(2, 2, 2))) - 1
 
@@ -38,6 +38,39 @@ def test_spaces_must_be_the_same():
         cube(20).compare(cube(10), sectors=0)
     with pytest.raises(TypeError):
         _ = cube(20) & 5
+
+
+def test_another_gamut_is_a_gamut_a_file_or_the_name_of_a_reference(tmp_path):
+    """By one rule for all methods; what is built has the space of the gamut that asks."""
+    one, two = cube(20, space="CIELUV"), cube(10, space="CIELUV")
+    saved, table = tmp_path / "two.gamut", tmp_path / "two.csv"
+    two.save(saved)
+    table.write_text("\n".join(["L,a,b", *(f"{x},{y},{z}" for x, y, z in 10 * UNIT + (50, 0, 0))]))
+    exact = one.compare(two).intersection
+    assert one.compare(saved).intersection == one.compare(str(saved)).intersection == exact
+    built = Gamut(table, space="CIELUV")
+    assert (one & table).volume == (one & built).volume
+    assert (one & str(table)).volume == (one & built).volume
+    srgb = reference("sRGB", space="CIELUV")
+    assert one.coverage_of("srgb") == one.coverage_of(srgb)
+    colours = [(50, 30, 0)]
+    for named, same in (("srgb", srgb), (saved, two)):
+        mapped = [one.map(colours, "sgck", source=each).points for each in (named, same)]
+        assert np.array_equal(*mapped)
+        assert one.rings(named).reference_radius.tolist() == (
+            one.rings(same).reference_radius.tolist()
+        )
+        assert one.rings_svg(named) == one.rings_svg(same)
+
+
+def test_what_names_no_gamut_is_refused(tmp_path):
+    for name, kind in (("srbg", ReferenceNameError), ("srbg.icc", FileNotFoundError)):
+        with pytest.raises(kind):
+            cube(20).coverage_of(name)
+    with pytest.raises(FileNotFoundError):
+        cube(20).coverage_of(tmp_path / "srgb")
+    with pytest.raises(TypeError):
+        cube(20).coverage_of(5)
 
 
 @pytest.mark.slow

@@ -83,10 +83,72 @@ def test_query_of_a_body_whose_answers_are_known(command, cubes, tmp_path):
 def test_columns_and_spaces_of_tables(as_json, cubes, monkeypatch, text, arguments, space):
     """Read from standard input."""
     gamut = cubes / "large.gamut"
-    monkeypatch.setattr("sys.stdin", io.StringIO(f"# a comment\n{text}\n"))
+    typed = io.TextIOWrapper(io.BytesIO(f"# a comment\n{text}\n".encode()))
+    monkeypatch.setattr("sys.stdin", typed)
     found = as_json("query", "-", "--gamut", gamut, *arguments)
     expected = Gamut.load(gamut).distance([(50, 1, 2)], space=space)
     assert found["distance"] == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("encoding", ["cp1252", "utf-16", "utf-16-le", "utf-16-be", "utf-8-sig"])
+def test_tables_in_other_encodings(as_rows, cubes, tmp_path, encoding):
+    """As Excel and editors of Windows save them; UTF-16 also without a byte order mark."""
+    table = tmp_path / "colours.csv"
+    table.write_bytes("name;L;a;b\nGrün – ©;50;0;0\n".encode(encoding))
+    for command in ("query", "map"):
+        (row,) = as_rows(command, table, "--gamut", cubes / "large.gamut")
+        assert row["name"] == "Grün – ©"
+        assert float(row["delta_e_2000"]) == 0
+
+
+def test_sgck_and_its_source_belong_together(command, cubes, tmp_path):
+    """The option of the command is named."""
+    table = tmp_path / "colours.csv"
+    table.write_text("L,a,b\n50,0,0\n")
+    asked = ("map", table, "--gamut", cubes / "small.gamut")
+    source = ("--from", cubes / "large.gamut")
+    for arguments in (("--method", "SGCK"), source):
+        assert "--from" in command(*asked, *arguments, status=2)[1]
+    assert command(*asked, "--method", "SGCK", *source)[0]
+
+
+def _content(kind, cubes):
+    """Return the content of a file that is no table of colours."""
+    file = io.BytesIO()
+    if kind == "gamut":
+        return (cubes / "large.gamut").read_bytes()
+    if kind == "npy":
+        return b"\x93NUMPY\x01\x00"
+    if kind == "csv":
+        return b"L,a,b\n" + b"1" * 200_000 + b",0,0\n"
+    Image.new("RGB", (4, 4), "red").save(file, kind)
+    return file.getvalue()
+
+
+@pytest.mark.parametrize(
+    ("command_name", "kind", "told"),
+    [
+        ("query", "png", "is a picture"),
+        ("query", "gamut", "Give it as --gamut"),
+        ("map", "gamut", "Give it as --gamut"),
+        ("query", "gif", "binary data"),
+        ("map", "gif", "PNG"),
+        ("query", "npy", "numpy.save"),
+        ("query", "csv", "cells"),
+    ],
+)
+def test_what_is_no_table_is_named_with_the_file_and_a_remedy(
+    command, cubes, tmp_path, command_name, kind, told
+):
+    """The content counts, not the suffix."""
+    for suffix in (kind, "csv"):
+        path = tmp_path / f"x.{suffix}"
+        path.write_bytes(_content(kind, cubes))
+        _, err = command(command_name, path, "--gamut", cubes / "large.gamut", status=1)
+        assert err.startswith("gamut: ")
+        assert err.count("\n") == 1
+        assert told in err
+        assert f"(file {path})" in err
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 import typer
 
@@ -81,6 +82,61 @@ def test_errors_are_one_line_with_a_remedy(command, arguments, status, told):
     assert told.lower() in err.lower()
     assert len(err.strip().splitlines()[-1:]) == 1
     assert "Traceback" not in err
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("build", "beside.csv", "--centre"),
+        ("slice", "large.gamut", "--plane"),
+        ("map", "beside.csv", "--gamut", "large.gamut", "--method", "clip-focal", "--focus"),
+    ],
+)
+def test_numbers_are_separated_by_commas_or_spaces(command, cubes, monkeypatch, arguments):
+    monkeypatch.chdir(cubes)
+    rows = [f"{50 + 10 * x},{60 + 10 * y},{10 * z}" for x, y, z in np.ndindex(2, 2, 2)]
+    Path("beside.csv").write_text("\n".join(["L,a,b", *rows]))
+    numbers = ("1", "0", "0", "50") if "--plane" in arguments else ("55", "65", "5")
+    shown = {command(*arguments, mark.join(numbers))[0] for mark in (",", " ", ", ")}
+    assert len(shown) == 1
+
+
+class TestDefects:
+    """Errors that no one expected."""
+
+    @pytest.fixture
+    def broken(self, monkeypatch):
+        """Let the command reference raise an error; return a function that chooses it."""
+
+        def breaks(error):
+            def fail(*_arguments, **_options):
+                raise error
+
+            monkeypatch.setattr("gamutcore.cli.gamuts.write_table", fail)
+
+        return breaks
+
+    @pytest.mark.parametrize(
+        "error", [ZeroDivisionError("by\nzero"), AssertionError(), MemoryError()]
+    )
+    def test_an_unexpected_error_is_one_line_that_says_how_to_get_details(
+        self, command, broken, monkeypatch, error
+    ):
+        broken(error)
+        monkeypatch.delenv("GAMUTCORE_TRACEBACK", raising=False)
+        out, err = command("reference", status=70)
+        assert out == ""
+        assert err.startswith(f"gamut: unexpected error: {type(error).__name__}")
+        assert err.count("\n") == 1
+        assert "GAMUTCORE_TRACEBACK=1" in err
+        monkeypatch.setenv("GAMUTCORE_TRACEBACK", "1")
+        _, err = command("reference", status=70)
+        assert err.startswith("Traceback")
+        assert err.splitlines()[-1].startswith("gamut: unexpected error: ")
+
+    def test_an_interrupt_ends_the_program_without_a_word(self, command, broken):
+        broken(KeyboardInterrupt())
+        assert command("reference", status=130) == ("", "")
 
 
 def test_an_option_of_a_gamut_that_is_built_is_refused(command, saved):

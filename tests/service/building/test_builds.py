@@ -406,7 +406,7 @@ async def test_what_happens_to_a_build_is_a_problem_and_the_next_is_built(
         assert (job.state, job.problem["code"], job.attempts) == ("failed", code, attempts)
         assert detail in job.problem["detail"]
         if word == "refuse":
-            assert (job.problem["where"], job.problem["remedy"]) == ({"column": "L"}, "R.")
+            assert (job.problem["where"], job.problem["remedy"]) == ({"column": "L"}, ".")
         assert store.input_kept(JOB) == (code in {"storage-full", "build-crashed"})
         assert scripted_worker.begun(word) == attempts
         assert (await built(builds, "build", SECOND)).state == "succeeded"

@@ -1,6 +1,7 @@
 """Whatever is sent, the answer is no 5xx, and an error is a problem document."""
 
 import json
+import re
 from urllib.parse import quote
 
 import httpx
@@ -9,9 +10,10 @@ import pytest
 from hypothesis import HealthCheck, given
 from hypothesis import strategies as st
 
-from gamutcore.errors import GamutError
+from gamutcore.errors import GamutError, MalformedFileError
 from gamutcore.export import FORMATS
 from service.application import create_app
+from service.problems.kinds import KINDS
 from service.problems.problem import Problem
 from service.settings import Settings
 from service.storage.blobs import StoreUnavailableError
@@ -54,7 +56,8 @@ def send(server, assert_problem):
                 document = assert_problem(answer, answer.status_code, answer.json()["code"])
                 # what exceptions say is told in sentences
                 assert document["detail"][-1] in ".!?:"
-                assert document["remedy"][-1] == "."
+                assert document["remedy"][-1] in ".?"
+                assert document["remedy"] not in document["detail"]
                 assert answer.content.isascii()
                 assert answer.content.count(b"\n") == answer.content.endswith(b"}\n") == 1
             return answer
@@ -241,3 +244,15 @@ def test_a_problem_of_a_job_is_that_of_the_request_and_outlives_its_worker():
         assert ("Retry-After" in again.headers) == (again.kind.status == 503)
     unknown = Problem("from-a-newer-worker", "d").document()
     assert (unknown["code"], unknown["status"]) == (GamutError.code, 422)
+
+
+def test_a_problem_states_the_remedy_once():
+    """The text of an error has it as well, but the detail is the message alone."""
+    error = MalformedFileError("line 3 is short", where={"line": 3}, remedy="Send all cells.")
+    document = Problem.from_error(error).document()
+    assert (document["detail"], document["remedy"]) == ("Line 3 is short.", "Send all cells.")
+
+
+def test_every_kind_has_a_remedy_that_is_a_sentence():
+    for kind in KINDS.values():
+        assert re.fullmatch(r"(/docs |[A-Z]).*\.", kind.remedy), kind.code

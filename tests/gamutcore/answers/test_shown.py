@@ -1,0 +1,85 @@
+"""Results in one line and as tables of notebooks, in the core and in the client."""
+
+import dataclasses
+import inspect
+from pathlib import Path
+
+import gamutclient.results
+import gamutclient.shown
+import numpy as np
+import pytest
+
+import gamutcore.answers.results
+import gamutcore.shown
+from gamutcore import Gamut
+
+UNIT = 2.0 * np.array(list(np.ndindex(2, 2, 2))) - 1
+
+ANSWERS = {
+    "cusps": lambda one, _: one.cusps(),
+    "nearest": lambda one, _: one.nearest([50, 90, 0]),
+    "many nearest": lambda one, _: one.nearest([(50, 90, 0)] * 1000),
+    "no colour": lambda one, _: one.nearest(np.zeros((0, 3))),
+    "map": lambda one, _: one.map([(50, 90, 0)] * 10),
+    "crossings": lambda one, _: one.crossings([50, 0, 0], [50, 90, 0]),
+    "slice": lambda one, _: one.slice(50),
+    "empty slice": lambda one, _: one.slice(5),
+    "leaves": lambda one, _: one.leaves(),
+    "rings": lambda one, other: one.rings(other),
+    "compare": lambda one, other: one.compare(other),
+    "sectors": lambda one, other: one.compare(other).sectors,
+    "intersection": lambda one, other: one & other,
+    "mesh": lambda one, _: one.mesh(8),
+}
+
+
+@pytest.fixture(scope="module")
+def gamuts():
+    return [Gamut(half * UNIT + (50, 0, 0), gamma=1) for half in (20, 10)]
+
+
+@pytest.mark.parametrize("name", ANSWERS)
+def test_every_answer_is_shown_in_one_line_and_as_a_table(gamuts, name):
+    answer = ANSWERS[name](*gamuts)
+    line, table = repr(answer), answer._repr_html_()
+    assert line == str(answer)
+    assert line.startswith(f"<{type(answer).__name__}: ")
+    assert "\n" not in line
+    assert "array" not in line
+    assert len(line) < 400
+    assert table.count("<tr>") == table.count("</td>") >= 2
+
+
+def test_ranges_shapes_and_single_values_are_shown(gamuts):
+    one, other = gamuts
+    assert "hue 0 to 359 (360), lightness" in repr(one.cusps())
+    assert "points 360 × 3, " in repr(one.cusps())
+    assert "points 50 20 0, " in repr(one.nearest([50, 90, 0], metric="CIE 1976"))
+    assert "moved 1 of 2" in repr(one.map([(50, 90, 0), (50, 0, 0)]))
+    assert repr(one & other) == (
+        "<Intersection: volume 8000, of_first 0.125, of_second 1, jaccard 0.125>"
+    )
+    assert "<th style='text-align:left'>volume</th><td>8000</td>" in (one & other)._repr_html_()
+
+
+def test_texts_of_files_do_not_break_the_line_or_the_table(gamuts):
+    answer = dataclasses.replace(gamuts[0].cusps(), channels=("a\nb", "<i>", "x" * 1000))
+    assert "channels a b <i> xxx" in repr(answer)
+    assert len(repr(answer)) < 400
+    assert "&lt;i&gt;" in answer._repr_html_()
+
+
+@pytest.mark.parametrize("module", [gamutcore.answers.results, gamutclient.results])
+def test_every_kind_of_result_is_shown_so(module):
+    """A data class has a line of its own unless it says repr=False."""
+    kinds = [kind for kind in vars(module).values() if inspect.isclass(kind)]
+    own = [kind for kind in kinds if dataclasses.is_dataclass(kind)]
+    assert len(own) >= 8
+    shown = {gamutcore.shown.Shown.__repr__, gamutclient.shown.Shown.__repr__}
+    assert [kind for kind in own if kind.__repr__ not in shown] == []
+
+
+def test_the_client_has_the_same_module():
+    """Neither package may import the other."""
+    core, client = (Path(each.__file__) for each in (gamutcore.shown, gamutclient.shown))
+    assert client.read_text("utf-8") == core.read_text("utf-8")
