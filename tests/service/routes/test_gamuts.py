@@ -152,7 +152,7 @@ def test_segments_that_do_not_surround_the_centre_are_a_problem(server, assert_p
     assert "more subdivisions" in document["remedy"]
 
 
-@pytest.mark.parametrize("name", ["ply", "glb", "gltf", "stl", "obj"])
+@pytest.mark.parametrize("name", ["ply", "glb", "gltf", "stl", "obj", "3mf", "gam"])
 def test_a_downloaded_mesh_is_a_gamut_again(server, gamut, name):
     """Its full boundary are the triangles that were downloaded, about the same centre."""
     address = gamut["links"]["mesh"]
@@ -163,7 +163,7 @@ def test_a_downloaded_mesh_is_a_gamut_again(server, gamut, name):
     assert made["counts"]["triangles"] == 100
     (level,) = [level for level in gamut["levels"] if level["triangles"] == 100] or [None]
     assert level is None or made["volume"] == pytest.approx(level["volume"], rel=1e-9)
-    assert made["provenance"]["format"] == name
+    assert made["provenance"]["format"] == {"gam": "argyll-gam"}.get(name, name)
     assert made["provenance"]["mesh"]["triangles_read"] == 100
     if name != "stl":  # has no place for a centre
         assert made["centre"] == gamut["centre"]
