@@ -17,10 +17,12 @@ import numpy as np
 from gamutcore.characterisation.icc import IccProfile
 from gamutcore.characterisation.pictures.encoding import Encoding
 from gamutcore.characterisation.pictures.picture import (
+    LARGEST_LIGHT,
     Picture,
     divided_by_alpha,
     picture_meaning,
     refuse_not_finite,
+    refuse_too_bright,
 )
 from gamutcore.characterisation.pictures.raster import open_raster
 from gamutcore.characterisation.pictures.signatures import picture_format
@@ -44,9 +46,6 @@ VISIBLE = 1.0
 
 _AT_A_TIME = 2**16
 """Distinct colours that are mapped at once; each takes up to 700 bytes."""
-
-_LINEAR_RANGE = 8.0
-"""Largest value of linear light, as for the gamut of a picture."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -102,7 +101,7 @@ def map_picture(
     MalformedFileError, PictureSizeError, MalformedProfileError, UnsupportedProfileError
         As for the gamut of a picture.
     InvalidPointsError
-        A value is not finite.
+        A value is not finite, or linear light is too bright.
     UnsupportedPictureError
         The picture is CMYK, CIELAB or has a profile of one channel; or the output cannot store the
         depth, alpha or encoding.
@@ -160,6 +159,11 @@ class _Pixels:
         self._full, self._full_result = _full_scale(raster.dtype), _full_scale(result.dtype)
         linear = isinstance(self._encoded, Encoding) and self._encoded.transfer == "linear"
         self._wide = linear and result.dtype.kind == "f"
+        self._light = (
+            raster.dtype.kind == "f"
+            and isinstance(meaning, Encoding)
+            and meaning.transfer == "linear"
+        )
         self._recoded = self._encoded != meaning
         self.count = self.moved = self.missed = 0
         self.delta_e = 0.0
@@ -205,15 +209,19 @@ class _Pixels:
     def _scaled(self, values: NDArray[Any]) -> NDArray[Any]:
         """Return values, 1 is full scale, in the type of the result."""
         if self._full_result == 1.0:
-            return values.astype(self._result.dtype)
+            floats: NDArray[Any] = values.astype(self._result.dtype)
+            return floats
         # transparent pixels may have any values
         limited = np.nan_to_num(np.clip(values, 0.0, 1.0))
-        return np.round(limited * self._full_result).astype(self._result.dtype)
+        integers: NDArray[Any] = np.round(limited * self._full_result).astype(self._result.dtype)
+        return integers
 
     def _opaque(self, samples: NDArray[Any], row: int) -> NDArray[Any]:
         if len(samples) == 0:
             return samples
         refuse_not_finite(samples, row)
+        if self._light:
+            refuse_too_bright(samples, row)
         distinct, place = _distinct(samples)
         times = np.bincount(place, minlength=len(distinct))
         result = np.empty(distinct.shape, self._result.dtype)
@@ -228,7 +236,7 @@ class _Pixels:
         values = distinct / self._full
         found = self._mapping(self._colours(values, self._meaning))
         searched = found.moved | self._recoded
-        most = _LINEAR_RANGE if self._wide else 1.0
+        most = LARGEST_LIGHT if self._wide else 1.0
         changed, distance = find_values(
             found.points[searched],
             values[searched],

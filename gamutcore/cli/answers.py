@@ -167,7 +167,8 @@ def map_colours(
     }
     if table is None:
         assert output is not None  # noqa: S101  # checked above
-        done = found.map_picture(colours, output, method, depth=depth, **options)
+        options["depth"] = depth
+        done = found.map_picture(colours, output, method, **options)
         for warning in done.warnings:
             typer.echo(f"Warning: {warning}", err=True)
         summary = f"{done.moved} of {done.pixels} pixels moved, mean ΔE00 {done.delta_e:.2f}."

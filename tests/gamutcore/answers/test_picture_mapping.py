@@ -269,3 +269,18 @@ def test_floats_without_a_depth_are_refused_as_png_with_the_remedy(body, tmp_pat
     Image.new("RGB", (4, 4), (255, 0, 0)).save(tmp_path / "unstated.png")
     with pytest.raises(UnsupportedPictureError, match="encoding"):
         body.map_picture(tmp_path / "unstated.png", tmp_path / "mapped.tif", depth="float")
+
+
+def test_bright_light_inside_the_gamut_stays_and_brighter_light_is_mapped(tmp_path):
+    """A gamut up to L* 500, which is 88 × white."""
+    bright = Gamut(CORNERS * (245, 25, 25) + (255, 0, 0), gamma=1)
+    light = np.repeat([[0.5], [50.0], [500.0]], 3, axis=1)[np.newaxis].astype(np.float32)
+    given = write(tmp_path / "given.exr", light, "float")
+    done = bright.map_picture(given, tmp_path / "mapped.exr", "clip-nearest", max_error=0)
+    assert (done.moved, done.missed) == (1, 0)
+    mapped = read(tmp_path / "mapped.exr")[0][0]
+    np.testing.assert_array_equal(mapped[:2], light[0, :2])
+    np.testing.assert_allclose(mapped[2], (516 / 116) ** 3, rtol=1e-3)
+    write(tmp_path / "sun.exr", np.full((1, 1, 3), 1e6, np.float32), "float")
+    with pytest.raises(InvalidPointsError, match="white"):
+        bright.map_picture(tmp_path / "sun.exr", tmp_path / "mapped.exr")

@@ -11,6 +11,7 @@ import OpenImageIO as oiio  # noqa: N813
 import pytest
 from PIL import Image
 
+from gamutcore import Gamut
 from gamutcore.characterisation import IccProfile, Picture, characterisation
 from gamutcore.characterisation.pictures.distinct_values import distinct_values
 from gamutcore.characterisation.pictures.encoding import (
@@ -23,6 +24,7 @@ from gamutcore.characterisation.pictures.encoding import (
 from gamutcore.characterisation.pictures.raster import _decoder_message
 from gamutcore.errors import (
     GamutError,
+    InvalidPointsError,
     MalformedFileError,
     MalformedProfileError,
     OptionError,
@@ -408,3 +410,30 @@ def test_a_picture_is_characterisation_data(png, tiff, tags):
         with pytest.raises(OptionError) as caught:
             characterisation(data, condition="M1")
         assert caught.value.where == {"field": "condition"}
+
+
+def test_bright_scene_linear_light_is_not_cut(written):
+    """65,504 is the largest half float."""
+    light = np.array([[0.5, 0.5, 0.5], [20, 30, 40], [-9, 12, 0], [65504, 100, 1000]], float)
+    found = characterisation(written(".exr", "half", light))
+    assert found.values.shape == light.shape
+    nearest = np.abs(found.values[:, np.newaxis] - light).sum(axis=2).argmin(axis=0)
+    np.testing.assert_allclose(np.cbrt(found.values[nearest]), np.cbrt(light), atol=1e-3)
+    assert not any("clipped" in warning for warning in found.warnings)
+
+
+def test_light_brighter_than_any_half_float_is_refused_with_its_row(written):
+    for level in (262_144.0, -1e6, 3e38):
+        with pytest.raises(InvalidPointsError) as caught:
+            characterisation(written(".exr", "float", np.array([[0.5, level, 0.5]])))
+        assert caught.value.where == {"row": 1}
+    for level in (262_143.0, -262_143.0):
+        found = characterisation(written(".exr", "float", np.array([[0.5, level, 0.5]])))
+        np.testing.assert_allclose(found.values, [[0.5, level, 0.5]], rtol=1e-4)
+
+
+def test_the_gamut_of_a_bright_picture_reaches_its_highlight(written):
+    cube = np.array(list(np.ndindex(2, 2, 2)), float)
+    data = written(".exr", "float", np.vstack([cube, [[1000, 1000, 1000]]]))
+    gamut = Gamut(data)
+    assert gamut.history.full().vertices[:, 0].max() == pytest.approx(116 * 10 - 16, rel=1e-3)
