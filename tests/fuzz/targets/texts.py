@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from gamutcore import Gamut
+from service.library import Charge, Ledger
 from service.problems.problem import ProblemError
 from service.queries.answers import WRITERS
 from service.queries.bodies import CSV, JSON, NPY, parse_body
@@ -156,7 +157,7 @@ _CXF_TOKENS = [
 
 
 CUBE = Gamut((2.0 * np.array(list(np.ndindex(2, 2, 2))) - 1) * 20 + (50, 0, 0), gamma=1)
-LEVEL = QueryLevel(CUBE, CUBE.history.triangles, 0.0)
+LEVEL = QueryLevel(CUBE, CUBE.history.triangles, 0.0, Charge(Ledger(2**30), "gamuts", 0))
 
 
 def npy(array):

@@ -143,6 +143,17 @@ def test_map_a_picture(command, cubes, tmp_path):
     command("map", given, "--gamut", cubes / "small.gamut", "-o", tmp_path / "mapped.gif", status=1)
 
 
+def test_a_picture_is_written_with_another_depth(command, cubes, tmp_path):
+    given, mapped = tmp_path / "given.png", tmp_path / "mapped.png"
+    Image.new("RGB", (3, 2), (255, 0, 0)).save(given)
+    arguments = ("map", given, "--gamut", cubes / "small.gamut", "-o", mapped)
+    command(*arguments, "--depth", "16")
+    assert mapped.read_bytes()[24] == 16  # the depth in PNG's header
+    command(*arguments, "--depth", "12", status=2)
+    (tmp_path / "table.csv").write_text("L,a,b\n50,0,0\n")
+    command("map", tmp_path / "table.csv", *arguments[2:], "--depth", "8", status=2)
+
+
 def test_compare(command, as_json, cubes):
     pair = ("compare", cubes / "large.gamut", cubes / "small.gamut")
     found = as_json(*pair)

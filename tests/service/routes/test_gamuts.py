@@ -175,6 +175,20 @@ def test_a_downloaded_mesh_is_a_gamut_again(server, gamut, name):
     assert (again.status_code, again.json()["id"]) == (200, made["id"])
 
 
+@pytest.mark.parametrize("name", ["webp", "gif", "bmp"])
+def test_pictures_of_the_web_are_gamuts_and_damaged_ones_a_problem(server, assert_problem, name):
+    pixels = np.array(list(np.ndindex(2, 2, 2)), np.uint8).reshape(2, 4, 3) * 255
+    file = io.BytesIO()
+    Image.fromarray(pixels).save(file, name, **({"lossless": True} if name == "webp" else {}))
+    answer = server.client.post("/v1/gamuts", files={"file": file.getvalue()})
+    assert answer.status_code in {200, 201}, answer.text
+    provenance = answer.json()["provenance"]
+    assert provenance["format"] == name
+    assert provenance["warnings"] == ["No profile is embedded: sRGB is assumed."]
+    answer = server.client.post("/v1/gamuts", files={"file": file.getvalue()[:-6]})
+    assert_problem(answer, 422, "malformed-file")
+
+
 def test_a_mesh_that_is_no_boundary_is_a_problem(server, gamut, assert_problem):
     text = server.client.get(gamut["links"]["mesh"], params={"triangles": 20, "format": "obj"}).text
     lines = text.strip().splitlines()
