@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from gamutcore.answers.picture_mapping import MappedPicture
     from gamutcore.arrays import FloatArray
     from gamutcore.colour_rows import Colours
+    from gamutcore.export.picture_file import Depth
     from gamutcore.queries.mapping import Method
 
 __all__ = ["METHOD", "MappingAnswers"]
@@ -120,6 +121,7 @@ class MappingAnswers(Answering):
         *,
         focus: Colours | Literal["cusp"] | None = None,
         source: Self | str | os.PathLike[str] | None = None,
+        depth: Depth | None = None,
         triangles: int | None = None,
         max_error: float | None = None,
     ) -> MappedPicture:
@@ -133,6 +135,10 @@ class MappingAnswers(Answering):
         output : path
             A .png, .tif, .exr or .jpg file. It has the encoding, the depth, the profile and the
             alpha of the picture.
+        depth : {"8", "16", "half", "float"}, optional
+            Another depth: 8 or 16 bits, or floats of 16 or 32 bits. PNG has no floats, and TIFF no
+            half floats, which become floats there by default. Integers of a picture in linear light
+            are sRGB, with straight alpha.
         method, focus, source : optional
             As for `map`; a focal point is in CIELAB.
         triangles, max_error : optional
@@ -164,4 +170,4 @@ class MappingAnswers(Answering):
         def mapped(lab: FloatArray) -> MappedColours:
             return self.map(lab, method, space="CIELAB", **options, **level)
 
-        return map_picture(data, Path(output), mapped)
+        return map_picture(data, Path(output), mapped, depth)

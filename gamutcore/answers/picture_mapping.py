@@ -1,7 +1,8 @@
 """Gamut mapping of picture files: decoded, mapped and written some rows at a time.
 
 The result has the encoding, depth, alpha and profile of the picture. Pixels whose colours stay keep
-their values exactly. The others get the values of the mapped colour in the same encoding.
+their values exactly. The others get the values of the mapped colour in the same encoding. Another
+depth can be asked for; integers of a picture in linear light are sRGB.
 """
 
 from __future__ import annotations
@@ -16,17 +17,19 @@ import numpy as np
 from gamutcore.characterisation.icc import IccProfile
 from gamutcore.characterisation.pictures.encoding import Encoding
 from gamutcore.characterisation.pictures.picture import (
+    LARGEST_LIGHT,
     Picture,
     divided_by_alpha,
     picture_meaning,
     refuse_not_finite,
+    refuse_too_bright,
 )
 from gamutcore.characterisation.pictures.raster import open_raster
 from gamutcore.characterisation.pictures.signatures import picture_format
 from gamutcore.colours.picture_colours import picture_colours
 from gamutcore.colours.picture_values import find_values
 from gamutcore.errors import MalformedFileError, UnsupportedPictureError
-from gamutcore.export.picture_file import picture_writer
+from gamutcore.export.picture_file import picture_writer, with_depth
 from gamutcore.shown import Shown
 
 if TYPE_CHECKING:
@@ -35,6 +38,7 @@ if TYPE_CHECKING:
     from gamutcore.answers.results import MappedColours
     from gamutcore.arrays import FloatArray, LongArray
     from gamutcore.characterisation.pictures.raster import Raster
+    from gamutcore.export.picture_file import Depth
 
 __all__ = ["MappedPicture", "map_picture"]
 
@@ -43,9 +47,6 @@ VISIBLE = 1.0
 
 _AT_A_TIME = 2**16
 """Distinct colours that are mapped at once; each takes up to 700 bytes."""
-
-_LINEAR_RANGE = 8.0
-"""Largest value of linear light, as for the gamut of a picture."""
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -64,7 +65,7 @@ class MappedPicture(Shown):
     delta_e : float
         Mean colour difference CIE 2000 of the opaque pixels and their mapped colours.
     encoding : str
-        Of both pictures.
+        Of the result.
     warnings : tuple of str
         Assumptions about the picture.
     """
@@ -78,7 +79,10 @@ class MappedPicture(Shown):
 
 
 def map_picture(
-    data: bytes, output: Path, mapped: Callable[[FloatArray], MappedColours]
+    data: bytes,
+    output: Path,
+    mapped: Callable[[FloatArray], MappedColours],
+    depth: Depth | None = None,
 ) -> MappedPicture:
     """Map the colours of a picture, and write the result.
 
@@ -90,16 +94,20 @@ def map_picture(
         A .png, .tif, .exr or .jpg file.
     mapped : callable
         From colours in CIELAB to mapped ones.
+    depth : {"8", "16", "half", "float"}, optional
+        As for `gamutcore.export.picture_file.with_depth`.
 
     Raises
     ------
     MalformedFileError, PictureSizeError, MalformedProfileError, UnsupportedProfileError
         As for the gamut of a picture.
     InvalidPointsError
-        A value is not finite.
+        A value is not finite, or linear light is too bright.
     UnsupportedPictureError
-        The picture is CMYK, CIELAB or has a profile of one channel; or the output cannot store its
+        The picture is CMYK, CIELAB or has a profile of one channel; or the output cannot store the
         depth, alpha or encoding.
+    OptionError
+        There is no such depth.
     OSError
         The file cannot be written.
     """
@@ -122,8 +130,9 @@ def map_picture(
                 remedy="Convert it to RGB.",
             )
         assert meaning is not None  # noqa: S101  # only CIELAB has none
-        pixels = _Pixels(raster, meaning, mapped)
-        with picture_writer(output, raster) as write:
+        result = with_depth(raster, depth, output)
+        pixels = _Pixels(raster, meaning, result, mapped)
+        with picture_writer(output, result) as write:
             for first, band, alpha in raster.bands:
                 write(first, first + len(band) // raster.width, pixels.mapped(first, band, alpha))
     return MappedPicture(
@@ -131,7 +140,7 @@ def map_picture(
         moved=pixels.moved,
         missed=pixels.missed,
         delta_e=pixels.delta_e / max(pixels.count, 1),
-        encoding="the embedded profile" if isinstance(meaning, IccProfile) else meaning.name,
+        encoding=pixels.encoding,
         warnings=tuple(dict.fromkeys([*raster.warnings, *said])),
     )
 
@@ -143,44 +152,80 @@ class _Pixels:
         self,
         raster: Raster,
         meaning: IccProfile | Encoding,
+        result: Raster,
         mapping: Callable[[FloatArray], MappedColours],
     ) -> None:
         self._raster, self._meaning, self._mapping = raster, meaning, mapping
-        linear = isinstance(meaning, Encoding) and meaning.transfer == "linear"
-        self._wide = linear and raster.dtype.kind == "f"
-        self._full = 1.0 if raster.dtype.kind == "f" else float(np.iinfo(raster.dtype).max)
+        self._result, self._encoded = result, result.encoding or meaning
+        self._full, self._full_result = _full_scale(raster.dtype), _full_scale(result.dtype)
+        linear = isinstance(self._encoded, Encoding) and self._encoded.transfer == "linear"
+        self._wide = linear and result.dtype.kind == "f"
+        self._light = (
+            raster.dtype.kind == "f"
+            and isinstance(meaning, Encoding)
+            and meaning.transfer == "linear"
+        )
+        self._recoded = self._encoded != meaning
         self.count = self.moved = self.missed = 0
         self.delta_e = 0.0
 
+    @property
+    def encoding(self) -> str:
+        """The name of the encoding of the result."""
+        encoded = self._encoded
+        return "the embedded profile" if isinstance(encoded, IccProfile) else encoded.name
+
     def mapped(self, row: int, band: NDArray[Any], alpha: NDArray[Any] | None) -> NDArray[Any]:
         """Return the samples of the result, alpha included."""
-        samples = np.empty((len(band), 3 if alpha is None else 4), band.dtype)
-        samples[:, :3] = band  # gray is equal R, G and B
+        given = np.empty((len(band), 3), band.dtype)
+        given[:] = band  # gray is equal R, G and B
         if alpha is None:
-            samples[:] = self._opaque(samples, row)
-            return samples
-        samples[:, 3] = alpha
+            return self._opaque(given, row)
+        samples = np.empty((len(band), 4), self._result.dtype)
+        samples[:, :3], samples[:, 3] = self._stored(given), self._stored(alpha)
         opaque = alpha > 0
-        colours = np.ascontiguousarray(samples[opaque, :3])
+        colours = given[opaque]
         if not self._raster.premultiplied:
             samples[opaque, :3] = self._opaque(colours, row)
             return samples
         straight = divided_by_alpha(colours, alpha[opaque])
         found = self._opaque(straight, row)
-        changed = (found != straight).any(axis=1)
+        if not self._result.premultiplied:
+            samples[opaque, :3] = found
+            return samples
+        colours = self._stored(colours)
+        changed = (found != self._stored(straight)).any(axis=1)
         share = alpha[opaque][changed, np.newaxis] / self._full
         product = found[changed] * share
-        colours[changed] = product if self._full == 1.0 else np.round(product)
+        colours[changed] = product if self._full_result == 1.0 else np.round(product)
         samples[opaque, :3] = colours
         return samples
+
+    def _stored(self, samples: NDArray[Any]) -> NDArray[Any]:
+        """Return samples of the picture in the type of the result."""
+        if samples.dtype == self._result.dtype:
+            return samples
+        return self._scaled(samples / self._full)
+
+    def _scaled(self, values: NDArray[Any]) -> NDArray[Any]:
+        """Return values, 1 is full scale, in the type of the result."""
+        if self._full_result == 1.0:
+            floats: NDArray[Any] = values.astype(self._result.dtype)
+            return floats
+        # transparent pixels may have any values
+        limited = np.nan_to_num(np.clip(values, 0.0, 1.0))
+        integers: NDArray[Any] = np.round(limited * self._full_result).astype(self._result.dtype)
+        return integers
 
     def _opaque(self, samples: NDArray[Any], row: int) -> NDArray[Any]:
         if len(samples) == 0:
             return samples
         refuse_not_finite(samples, row)
+        if self._light:
+            refuse_too_bright(samples, row)
         distinct, place = _distinct(samples)
         times = np.bincount(place, minlength=len(distinct))
-        result = np.empty_like(distinct)
+        result = np.empty(distinct.shape, self._result.dtype)
         for start in range(0, len(distinct), _AT_A_TIME):
             part = slice(start, start + _AT_A_TIME)
             result[part] = self._values(distinct[part], times[part])
@@ -190,25 +235,33 @@ class _Pixels:
     def _values(self, distinct: NDArray[Any], times: LongArray) -> NDArray[Any]:
         """Return the samples of the mapped colours, and count the pixels."""
         values = distinct / self._full
-        found = self._mapping(self._colours(values))
-        moved = found.moved
-        most = _LINEAR_RANGE if self._wide else 1.0
+        found = self._mapping(self._colours(values, self._meaning))
+        searched = found.moved | self._recoded
+        most = LARGEST_LIGHT if self._wide else 1.0
         changed, distance = find_values(
-            found.points[moved], values[moved], self._colours, -most if self._wide else 0.0, most
+            found.points[searched],
+            values[searched],
+            lambda rows: self._colours(rows, self._encoded),
+            -most if self._wide else 0.0,
+            most,
         )
-        result = distinct.copy()
-        result[moved] = changed if self._full == 1.0 else np.round(changed * self._full)
+        result = self._stored(distinct).copy()
+        result[searched] = self._scaled(changed)
         self.count += int(times.sum())
-        self.moved += int(times[moved].sum())
-        self.missed += int(times[moved][distance > VISIBLE].sum())
+        self.moved += int(times[found.moved].sum())
+        self.missed += int(times[searched][distance > VISIBLE].sum())
         self.delta_e += float(times @ found.delta_e)
         return result
 
-    def _colours(self, values: FloatArray) -> FloatArray:
+    def _colours(self, values: FloatArray, meaning: IccProfile | Encoding) -> FloatArray:
         raster, once = self._raster, np.ones(len(values), np.int64)
-        picture = Picture(raster.format, "RGB", values, once, self._meaning)
+        picture = Picture(raster.format, "RGB", values, once, meaning)
         colours: FloatArray = picture_colours(picture, "relative").points
         return colours
+
+
+def _full_scale(dtype: np.dtype[Any]) -> float:
+    return 1.0 if dtype.kind == "f" else float(np.iinfo(dtype).max)
 
 
 def _distinct(samples: NDArray[Any]) -> tuple[NDArray[Any], LongArray]:

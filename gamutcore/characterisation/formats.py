@@ -104,6 +104,15 @@ FORMATS = (
         "its signature",
     ),
     Format("webp", "WebP", "picture", (".webp",), ("image/webp",), "`RIFF` and `WEBP`"),
+    Format("gif", "GIF", "picture", (".gif",), ("image/gif",), "`GIF87a`, `GIF89a`"),
+    Format(
+        "bmp",
+        "BMP",
+        "picture",
+        (".bmp",),
+        ("image/bmp",),
+        "`BM` and the size of a known header at byte 14",
+    ),
     Format("dpx", "DPX", "picture", (".dpx",), ("image/dpx",), "`SDPX` or `XPDS`"),
     Format("ply", "PLY", "mesh", (".ply",), ("model/ply",), "a first line `ply`"),
     Format("glb", "glTF 2.0, binary", "mesh", (".glb",), ("model/gltf-binary",), "`glTF`"),
@@ -131,6 +140,7 @@ FORMATS = (
         ("model/stl",),
         "a length that fits its facets, or `solid` and `facet`",
     ),
+    Format("3mf", "3MF", "mesh", (".3mf",), ("model/3mf",), "a ZIP archive with a `.model`"),
     Format("obj", "Wavefront OBJ", "mesh", (".obj",), ("model/obj",), "lines `v` and `f`"),
     Format(
         "reference",

@@ -69,7 +69,8 @@ class GamutMesh:
     Parameters
     ----------
     format : str
-        ``"ply"``, ``"glb"``, ``"gltf"``, ``"argyll-gam"``, ``"icc"``, ``"stl"`` or ``"obj"``.
+        ``"ply"``, ``"glb"``, ``"gltf"``, ``"argyll-gam"``, ``"icc"``, ``"3mf"``,
+        ``"stl"`` or ``"obj"``.
     vertices : (v, 3) float
         As in the file.
     faces : (f, 3) int

@@ -136,6 +136,10 @@ def map_colours(
     max_error: MaxError = None,
     output: Output = None,
     as_json: AsJson = False,
+    depth: Annotated[
+        str | None,
+        typer.Option(help="Depth of the picture that is written: 8, 16, half or float."),
+    ] = None,
 ) -> None:
     """Map a table of colours or a picture into a gamut.
 
@@ -143,7 +147,8 @@ def map_colours(
     difference delta_e_2000, and its device values in per cent, which exist on the surface only.
 
     A picture is written to a .png, .tif, .exr or .jpg file with its encoding, profile, depth and
-    alpha. Pixels in gamut keep their values.
+    alpha. Pixels in gamut keep their values. With --depth, floats can be written as PNG and JPEG:
+    integers of a picture in linear light are sRGB.
     """
     picture = _is_picture(colours)
     if picture and (colours_in is not None or columns is not None or as_json):
@@ -151,6 +156,8 @@ def map_colours(
     if picture and output is None:
         raise typer.BadParameter("Give a file for the picture.", param_hint="--output")
     _check_source(method, from_gamut)
+    if depth is not None and not picture:
+        raise typer.BadParameter("Only pictures have a depth.", param_hint="--depth")
     table = None if picture else read_colours(colours, colours_in, columns)
     found = gamut_of(gamut, ctx, alone=from_gamut is None)
     options: dict[str, Any] = {
@@ -163,6 +170,7 @@ def map_colours(
     }
     if table is None:
         assert output is not None  # noqa: S101  # checked above
+        options["depth"] = depth
         done = found.map_picture(colours, output, method, **options)
         for warning in done.warnings:
             typer.echo(f"Warning: {warning}", err=True)

@@ -6,28 +6,74 @@ import os
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
+import numpy as np
+
+from gamutcore.characterisation.pictures.encoding import SRGB, Encoding
 from gamutcore.characterisation.pictures.picture import picture_meaning
 from gamutcore.characterisation.pictures.raster import EXTENSIONS, open_raster, openimageio
-from gamutcore.errors import UnsupportedPictureError
+from gamutcore.errors import OptionError, UnsupportedPictureError
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
     from gamutcore.characterisation.pictures.raster import Raster
 
-__all__ = ["WRITTEN", "picture_writer"]
+__all__ = ["DEPTHS", "WRITTEN", "Depth", "picture_writer", "with_depth"]
+
+Depth = Literal["8", "16", "half", "float"]
 
 WRITTEN = {".png": "png", ".tif": "tiff", ".tiff": "tiff", ".exr": "exr", ".jpg": "jpeg"}
 """Formats that are written, by the suffix of the file."""
 
+DEPTHS: dict[str, tuple[str, type[np.generic]]] = {
+    "8": ("uint8", np.uint8),
+    "16": ("uint16", np.uint16),
+    "half": ("half", np.float32),
+    "float": ("float", np.float32),
+}
+"""Depths by name: OpenImageIO's type of the samples in the file, and the type in memory."""
+
+_COLOUR = ("CICP", "chromaticities", "oiio:ColorSpace", "colorInteropID", "Exif:ColorSpace")
 _KEPT = (
-    *("CICP", "chromaticities", "oiio:ColorSpace", "colorInteropID", "Exif:ColorSpace"),
+    *_COLOUR,
     *("Orientation", "XResolution", "YResolution", "ResolutionUnit", "PixelAspectRatio"),
 )
 """Attributes of the header that are written as they were read."""
+
+
+def with_depth(like: Raster, depth: Depth | None, path: Path) -> Raster:
+    """Return how a picture is written: a raster with another type of samples, without its bands.
+
+    Without a depth, that of the picture is kept; half floats become floats in TIFF, which has no
+    half floats. Integers have straight alpha. Integers of a picture in linear light are sRGB.
+    """
+    if depth is None and like.stored == "half" and WRITTEN.get(path.suffix.lower()) == "tiff":
+        depth = "float"
+    if depth is None:
+        return like
+    if depth not in DEPTHS:
+        raise OptionError(
+            f"There is no depth {depth!r}.",
+            where={"field": "depth"},
+            remedy=f"Give one of {', '.join(DEPTHS)}.",
+        )
+    stored, dtype = DEPTHS[depth]
+    made = replace(like, stored=stored, dtype=np.dtype(dtype), bands=iter(()))
+    if made.dtype.kind == "f":
+        return made
+    made.premultiplied = False
+    meaning, _ = picture_meaning(like)
+    if isinstance(meaning, Encoding) and meaning.transfer == "linear":
+        made.encoding = SRGB
+        made.header = openimageio().ImageSpec(like.header)
+        for name in _COLOUR:
+            made.header.erase_attribute(name)
+        made.header.attribute("oiio:ColorSpace", "srgb_rec709_scene")
+    return made
 
 
 @contextmanager
@@ -41,7 +87,7 @@ def picture_writer(
     path : Path
         Its suffix chooses the format.
     like : Raster
-        Gives size, type of the samples, alpha and encoding.
+        Gives size, type of the samples, alpha and encoding; see `with_depth`.
 
     Yields
     ------
@@ -83,7 +129,10 @@ def picture_writer(
             output.close()
             raise _refusal(
                 f"A {WRITTEN[suffix]} file cannot store {like.stored} samples"
-                f"{' with alpha' if like.has_alpha else ''}."
+                f"{' with alpha' if like.has_alpha else ''}.",
+                "Give the depth 8 or 16, or write OpenEXR or TIFF."
+                if like.dtype.kind == "f"
+                else _REMEDY,
             )
 
         def write(first: int, end: int, samples: npt.NDArray[Any]) -> None:
@@ -112,14 +161,11 @@ def _check(draft: Path, file_format: str, like: Raster) -> None:
 
 
 def _array(data: bytes) -> Any:  # noqa: ANN401  # as OpenImageIO takes it
-    import numpy as np  # noqa: PLC0415
-
     return np.frombuffer(data, np.uint8)
 
 
-def _refusal(message: str) -> UnsupportedPictureError:
-    return UnsupportedPictureError(
-        message,
-        where={"field": "output"},
-        remedy="Write the format of the picture itself, or PNG or TIFF.",
-    )
+_REMEDY = "Write the format of the picture itself, or PNG or TIFF."
+
+
+def _refusal(message: str, remedy: str = _REMEDY) -> UnsupportedPictureError:
+    return UnsupportedPictureError(message, where={"field": "output"}, remedy=remedy)

@@ -63,7 +63,7 @@ def threemf(
     mesh : TriangleMesh
         In the coordinates of `space`.
     provenance : mapping of str to str
-        Becomes the description.
+        Becomes the description, one line per entry.
     space : ColourSpace, optional
 
     Returns
@@ -73,7 +73,7 @@ def threemf(
     """
     colours = np.rint(srgb(space.appearance_lab(mesh.vertices)) * 255.0).astype(int).tolist()
     title = escape(ascii_line(provenance.get("gamut", "gamut")))
-    description = escape(ascii_line("; ".join(comment_lines(provenance))))
+    description = escape("\n".join(map(ascii_line, comment_lines(provenance))))
     parts = [
         f'{XML}<model unit="millimeter" xml:lang="en-US" xmlns="{CORE}" xmlns:m="{MATERIALS}">',
         f'<metadata name="Title">{title}</metadata>',

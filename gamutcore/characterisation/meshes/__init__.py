@@ -1,4 +1,4 @@
-"""Meshes that are a gamut boundary: PLY, glTF, Argyll's .gam, ICC's gbd, STL and OBJ.
+"""Meshes that are a gamut boundary: PLY, glTF, 3MF, Argyll's .gam, ICC's gbd, STL and OBJ.
 
 Each reader checks the sizes in a file against the length of the file, and against the limits of
 `gamutcore.characterisation.gamut_mesh`, before it allocates memory.

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from gamutcore.characterisation.meshes.argyll import argyll_mesh, looks_like_argyll
 from gamutcore.characterisation.meshes.gltf import gltf_mesh, looks_like_glb, looks_like_gltf
 from gamutcore.characterisation.meshes.ply import looks_like_ply, ply_mesh
+from gamutcore.characterisation.meshes.threemf import looks_like_threemf, threemf_mesh
 from gamutcore.characterisation.meshes.triangle_files import (
     looks_like_obj,
     looks_like_stl,
@@ -26,7 +27,7 @@ def binary_mesh(data: bytes) -> GamutMesh | None:
     Returns
     -------
     GamutMesh or None
-        None if the format is not PLY, GLB or STL.
+        None if the format is not PLY, GLB, 3MF or STL.
 
     Raises
     ------
@@ -37,6 +38,8 @@ def binary_mesh(data: bytes) -> GamutMesh | None:
         return ply_mesh(data)
     if looks_like_glb(data):
         return gltf_mesh(data)
+    if looks_like_threemf(data):
+        return threemf_mesh(data)
     if looks_like_stl(data):
         return stl_mesh(data)
     return None

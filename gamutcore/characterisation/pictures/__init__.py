@@ -1,7 +1,8 @@
 """Pictures as characterisation data: the colours of their pixels.
 
 `picture_format` recognises a picture by its first bytes, and `read_picture` returns a `Picture`:
-the distinct values of its pixels, their counts, and a profile or `Encoding`. OpenImageIO decodes.
+the distinct values of its pixels, their counts, and a profile or `Encoding`. OpenImageIO
+and Pillow decode.
 """
 
 from gamutcore.characterisation.pictures.encoding import Encoding

@@ -34,7 +34,7 @@ class DistinctValues:
 
     Parameters
     ----------
-    values : (m, k) uint16
+    values : (m, k) uint32
         Channel values.
     counts : (m,) int64
         Number of pixels of each value, or of its cell if `levels` is not None.
@@ -44,7 +44,7 @@ class DistinctValues:
         Lattice levels per channel; None if `values` has all distinct values.
     """
 
-    values: npt.NDArray[np.uint16]
+    values: npt.NDArray[np.uint32]
     counts: IntArray
     distinct: int
     levels: int | None
@@ -62,14 +62,14 @@ def distinct_values(
 
     Parameters
     ----------
-    bands : iterable of (n, channels) uint8 or uint16
+    bands : iterable of (n, channels) uint8, uint16 or uint32
         The pixels in parts, at least one in all.
     pixels : int
         Upper bound of their number.
     channels : int
         1 to 4.
     bits : int
-        Bits of a channel value, 8 or 16.
+        Bits of a channel value: 8 or 16, or up to 21 for three channels.
     most : int, optional
         Maximum number of values to return.
 
@@ -117,7 +117,7 @@ def _distinct_of_one_channel(bands: Iterable[npt.NDArray[Any]], bits: int) -> Di
     for band in bands:
         numbers += np.bincount(band[:, 0], minlength=2**bits)
     found = np.flatnonzero(numbers)
-    return DistinctValues(found.astype(np.uint16)[:, np.newaxis], numbers[found], len(found), None)
+    return DistinctValues(found.astype(np.uint32)[:, np.newaxis], numbers[found], len(found), None)
 
 
 def _spread_bits(channels: int, bits: int, kind: _Key) -> npt.NDArray[Any]:
@@ -129,14 +129,14 @@ def _spread_bits(channels: int, bits: int, kind: _Key) -> npt.NDArray[Any]:
     return spread
 
 
-def _gather_bits(keys: npt.NDArray[Any], channels: int, bits: int) -> npt.NDArray[np.uint16]:
+def _gather_bits(keys: npt.NDArray[Any], channels: int, bits: int) -> npt.NDArray[np.uint32]:
     """Return the channel values of keys: the inverse of `_spread_bits`."""
-    values = np.zeros((len(keys), channels), np.uint16)
+    values = np.zeros((len(keys), channels), np.uint32)
     kind = keys.dtype.type
     for channel in range(channels):
         for bit in range(bits):
             place = kind(bit * channels + channels - 1 - channel)
-            values[:, channel] |= (((keys >> place) & kind(1)) << kind(bit)).astype(np.uint16)
+            values[:, channel] |= (((keys >> place) & kind(1)) << kind(bit)).astype(np.uint32)
     return values
 
 

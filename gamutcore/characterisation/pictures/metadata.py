@@ -28,8 +28,10 @@ from gamutcore.errors import MalformedProfileError, UnsupportedPictureError
 
 __all__ = [
     "MAX_PROFILE_BYTES",
+    "bmp_profile",
     "declared_encoding",
     "embedded_profile",
+    "exif_colour_space",
     "is_narrow_range",
     "refuse_film_densities",
     "text_attribute",
@@ -41,6 +43,7 @@ MAX_PROFILE_BYTES = 2**25
 _RADIANCE_PRIMARIES = re.compile(rb"^PRIMARIES=((?:[ \t]*[-+\d.eE]+){8})[ \t]*$", re.MULTILINE)
 _DPX_SPACES = {"Linear": "lin_rec709_scene", "ITU-R 709-4": "g24_rec709_display"}
 _EXIF_UNCALIBRATED = 0xFFFF
+_BMP_V5_SIZE = 124
 _DPX_LOGARITHMIC = {"Logarithmic", "Printing density", "ADX"}
 
 
@@ -211,6 +214,40 @@ def _exif_encoding(spec: Any, data: bytes) -> Encoding | None:  # noqa: ANN401 (
     return None
 
 
+def exif_colour_space(exif: Any) -> int:  # noqa: ANN401 (a PIL.Image.Exif)
+    """Return the number of Exif's tag ColorSpace; 0 without one."""
+    from PIL import ExifTags  # noqa: PLC0415
+
+    space = exif.get_ifd(ExifTags.IFD.Exif).get(ExifTags.Base.ColorSpace)
+    return space if isinstance(space, int) else 0
+
+
+def bmp_profile(data: bytes) -> bytes:
+    """Return the embedded profile of a BMP file with a BITMAPV5HEADER; empty without one.
+
+    Raises
+    ------
+    MalformedProfileError
+        The profile is outside the file or too large, or it is a link to another file.
+    """
+    # offsets in the file: bV5Size 14, bV5CSType 70, bV5ProfileData 126, bV5ProfileSize 130
+    if len(data) < 138 or data[14] != _BMP_V5_SIZE or data[70:74] not in {b"DEBM", b"KNIL"}:
+        return b""
+    start, size = struct.unpack_from("<II", data, 126)
+    profile = data[14 + start : 14 + start + size]
+    if data[70:74] == b"KNIL" or not 0 < size == len(profile) <= MAX_PROFILE_BYTES:
+        raise _damaged_profile()
+    return profile
+
+
+def _damaged_profile() -> MalformedProfileError:
+    return MalformedProfileError(
+        "The embedded profile is damaged, incomplete, too large or in another file.",
+        where={"field": "profile"},
+        remedy="Embed the profile again, or save the picture without a profile.",
+    )
+
+
 def embedded_profile(spec: Any, data: bytes, file_format: str) -> bytes:  # noqa: ANN401
     """Return the embedded ICC profile of a picture.
 
@@ -255,9 +292,5 @@ def embedded_profile(spec: Any, data: bytes, file_format: str) -> bytes:  # noqa
     elif file_format == "jpeg":
         damaged = b"ICC_PROFILE\0" in data[: data.find(b"\xff\xda")]
     if damaged:
-        raise MalformedProfileError(
-            "The embedded profile is damaged, incomplete or too large.",
-            where={"field": "profile"},
-            remedy="Embed the profile again, or save the picture without a profile.",
-        )
+        raise _damaged_profile()
     return b""

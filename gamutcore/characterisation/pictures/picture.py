@@ -32,6 +32,7 @@ from gamutcore.errors import (
 )
 
 __all__ = [
+    "LARGEST_LIGHT",
     "Picture",
     "divided_by_alpha",
     "picture_meaning",
@@ -48,6 +49,14 @@ BYTES_PER_VALUE = 2
 ROOT_STEPS = 16384
 """Steps per unit of the cube roots to which linear light is rounded: at most 0.007 L*."""
 
+LIGHT_BITS = 21
+"""Bits of these steps: three channels are one key of 63 bits."""
+
+_ROOT_OFFSET = 2 ** (LIGHT_BITS - 1)
+
+LARGEST_LIGHT = ((_ROOT_OFFSET - 1) / ROOT_STEPS) ** 3
+"""Largest value of linear light, 1 is white: 262,143. Half floats end at 65,504."""
+
 
 @dataclass(frozen=True, eq=False)
 class Picture:
@@ -60,7 +69,8 @@ class Picture:
     model : str
         ``"gray"``, ``"RGB"``, ``"CMYK"`` or ``"Lab"``.
     values : (m, k) float
-        Distinct channel values: 0 to 1; −8 to 8 for linear light; L*, a*, b* for Lab.
+        Distinct channel values: 0 to 1; for linear light up to ±`LARGEST_LIGHT`; for
+        Lab L*, a*, b*.
     counts : (m,) int64
         Number of pixels of each value.
     meaning : IccProfile, Encoding or None
@@ -105,7 +115,8 @@ def read_picture(data: bytes, file_format: str) -> Picture:
     MalformedProfileError, UnsupportedProfileError
         The embedded profile is broken or not supported.
     InvalidPointsError
-        A value is not finite, or every pixel is transparent.
+        A value is not finite, linear light is beyond `LARGEST_LIGHT`, or every pixel is
+        transparent.
     """
     with open_raster(data, file_format) as raster:
         return _picture(raster, len(data))
@@ -120,12 +131,12 @@ def _picture(raster: Raster, size: int) -> Picture:
         _opaque_values(raster, linear=linear, clipped=clipped),
         raster.width * raster.height,
         len(MODELS[raster.model]),
-        8 if raster.dtype == np.uint8 else 16,
+        LIGHT_BITS if linear else 8 if raster.dtype == np.uint8 else 16,
         most=min(MAX_VALUES, max(FREE_VALUES, size // BYTES_PER_VALUE)),
     )
     values = found.values.astype(np.float64)
     if linear:
-        values = ((values - 2 * ROOT_STEPS) / ROOT_STEPS) ** 3
+        values = ((values - _ROOT_OFFSET) / ROOT_STEPS) ** 3
     elif raster.model == "Lab":
         full, offset, step = (255, 128, 1) if raster.dtype == np.uint8 else (65280, 32768, 256)
         values = np.column_stack([values[:, 0] / full * 100, (values[:, 1:] - offset) / step])
@@ -240,6 +251,8 @@ def _opaque_values(
                 values = divided_by_alpha(values, alpha[opaque])
         if values.dtype.kind == "f":
             refuse_not_finite(values, row)
+            if linear:
+                refuse_too_bright(values, row)
             values = _rounded(values, raster.model, clipped, linear=linear)
         seen += len(values)
         yield values
@@ -273,14 +286,29 @@ def refuse_not_finite(values: npt.NDArray[Any], row: int) -> None:
         )
 
 
+def refuse_too_bright(values: npt.NDArray[Any], row: int) -> None:
+    """Raise InvalidPointsError if linear light from a row on is beyond `LARGEST_LIGHT`."""
+    beyond = (np.abs(values.astype(np.float64)) > LARGEST_LIGHT).any(axis=1)
+    if beyond.any():
+        raise InvalidPointsError(
+            f"{int(beyond.sum())} pixels from row {row + 1} on have linear light of "
+            f"{float(np.abs(values[beyond]).max()):.3g} × white, more than {LARGEST_LIGHT:.0f}.",
+            where={"row": row + 1},
+            remedy="Clip or scale the picture, or mask these pixels with an alpha of 0.",
+        )
+
+
 def _rounded(
     values: npt.NDArray[Any], model: str, clipped: list[int], *, linear: bool
-) -> npt.NDArray[np.uint16]:
-    """Return floats as integers of 16 bits, and count the clipped ones."""
+) -> npt.NDArray[Any]:
+    """Return floats as integers of 16 bits, or `LIGHT_BITS`, and count the clipped ones."""
     scaled = values.astype(np.float64)
     if linear:
-        scaled = np.cbrt(scaled) * ROOT_STEPS + 2 * ROOT_STEPS
-    elif model == "Lab":
+        roots: npt.NDArray[np.uint32] = np.round(
+            np.cbrt(scaled) * ROOT_STEPS + _ROOT_OFFSET
+        ).astype(np.uint32)
+        return roots
+    if model == "Lab":
         scaled = scaled * np.array([652.8, 256.0, 256.0]) + np.array([0.0, 32768.0, 32768.0])
     else:
         scaled = scaled * 65535.0

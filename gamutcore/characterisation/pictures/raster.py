@@ -1,9 +1,10 @@
-"""Rasters: the pixels and metadata of a picture file, read by OpenImageIO.
+"""Rasters: the pixels and metadata of a picture file, read by OpenImageIO or Pillow.
 
 The header is read first, and its size is checked before any pixel is decoded. Pixels are then
-decoded some rows at a time. Pillow decodes CMYK JPEG, because OpenImageIO converts it to RGB.
-OpenImageIO decodes in native code: a hostile file may exhaust memory, crash the process or take
-long, so callers decode in a worker process with limits.
+decoded some rows at a time. Pillow decodes CMYK JPEG, because OpenImageIO converts it to RGB, and
+WebP, GIF and BMP: OpenImageIO 3.2 reports damage in every WebP still, fails on GIF, and takes the
+unused byte of BMP for alpha. Both decode in native code: a hostile file may exhaust memory, crash
+the process or take long, so callers decode in a worker process with limits.
 """
 
 from __future__ import annotations
@@ -11,9 +12,11 @@ from __future__ import annotations
 import contextlib
 import io
 import re
+import struct
 import tempfile
 import threading
 import time
+import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import cache
@@ -24,8 +27,10 @@ import numpy.typing as npt
 
 from gamutcore.characterisation.pictures.encoding import Encoding
 from gamutcore.characterisation.pictures.metadata import (
+    bmp_profile,
     declared_encoding,
     embedded_profile,
+    exif_colour_space,
     is_narrow_range,
     refuse_film_densities,
     text_attribute,
@@ -96,10 +101,21 @@ EXTENSIONS = {
     "hdr": ".hdr",
     "jpeg-xl": ".jxl",
     "jpeg-2000": ".jp2",
-    "webp": ".webp",
     "dpx": ".dpx",
 }
 """Extensions by which OpenImageIO chooses its decoder."""
+
+_BY_PILLOW = frozenset({"webp", "gif", "bmp"})
+"""Formats that Pillow decodes. WebP is decoded in one call, after which alone `_TimeLimit` can act:
+a megapixel of noise takes 0.06 s, so the largest picture takes 7 s."""
+
+_PILLOW_FAULTS = (
+    *(OSError, EOFError, SyntaxError, ValueError, TypeError, LookupError),
+    *(struct.error, AssertionError, OverflowError),
+)
+"""What Pillow raises for damaged files."""
+
+_SEVERAL = "The file holds several pictures; the first is used."
 
 _NO_MEMORY = re.compile(
     r"insufficient memory"  # libjpeg
@@ -145,9 +161,9 @@ class Raster:
     warnings : list of str
     has_alpha : bool
     stored : str
-        OpenImageIO's name of the type in the file, such as ``"half"``; empty if Pillow decodes.
+        OpenImageIO's name of the type in the file, such as ``"half"``; empty for CMYK JPEG.
     header : ImageSpec or None
-        As OpenImageIO reports it.
+        As OpenImageIO reports it, or made from Pillow's metadata; None for CMYK JPEG.
     """
 
     format: str
@@ -197,8 +213,19 @@ def open_raster(data: bytes, file_format: str) -> Iterator[Raster]:
     """
     if file_format == "jpeg":
         _check_scans(data)
+    with _TimeLimit() as time_limit:
+        if file_format in _BY_PILLOW:
+            image = _pillow_image(data, file_format)
+            time_limit.set_pixels(image.width * image.height)
+            yield _pillow_raster(image, data, file_format)
+        else:
+            with _openimageio_raster(data, file_format, time_limit) as raster:
+                yield raster
+
+
+@contextlib.contextmanager
+def _openimageio_raster(data: bytes, file_format: str, time_limit: _TimeLimit) -> Iterator[Raster]:
     with contextlib.ExitStack() as stack:
-        time_limit = stack.enter_context(_TimeLimit())
         # OpenImageIO for Python reads only files. It chooses the decoder by the extension.
         file = stack.enter_context(tempfile.NamedTemporaryFile(suffix=EXTENSIONS[file_format]))
         file.write(data)
@@ -261,7 +288,7 @@ def open_raster(data: bytes, file_format: str) -> Iterator[Raster]:
         blocks = _blocks(source, spec, _sample_type(spec, model), path, raster.warnings)
         raster.bands = _bands(blocks, channels, alpha, convert)
         if source.seek_subimage(1, 0):
-            raster.warnings.append("The file holds several pictures; the first is used.")
+            raster.warnings.append(_SEVERAL)
         source.seek_subimage(0, 0)
         _decoder_message(source)  # clear the error of a seek beyond the only picture
         yield raster
@@ -552,24 +579,13 @@ def _cmyk_jpeg(data: bytes, spec: Any) -> Raster:  # noqa: ANN401 (an ImageSpec)
     """Return the raster of a CMYK JPEG, decoded by Pillow."""
     from PIL.JpegImagePlugin import JpegImageFile  # noqa: PLC0415  # 3 MB, and rarely needed
 
-    try:
-        # The class does not warn of large pictures, as PIL.Image.open does.
+    # The class does not warn of large pictures, as PIL.Image.open does.
+    with _pillow_faults():
         decoded: Any = JpegImageFile(io.BytesIO(data))
         decoded.load()
-    except (OSError, SyntaxError, ValueError, TypeError, LookupError) as error:
-        raise malformed_picture(
-            "The pixels are damaged or end early.", {"field": "data"}
-        ) from error
     said = []
     if "adobe" not in decoded.info:
         said.append("CMYK without Adobe's marker: 0 is assumed to be full ink, as Adobe writes it.")
-    rows = max(1, BAND_BYTES // (4 * spec.width))
-
-    def bands() -> Iterator[Band]:
-        for top in range(0, spec.height, rows):
-            box = (0, top, spec.width, min(top + rows, spec.height))
-            yield top, np.asarray(decoded.crop(box)).reshape(-1, 4), None
-
     return Raster(
         "jpeg",
         "CMYK",
@@ -577,7 +593,112 @@ def _cmyk_jpeg(data: bytes, spec: Any) -> Raster:  # noqa: ANN401 (an ImageSpec)
         spec.height,
         np.dtype(np.uint8),
         8,
-        bands(),
+        _pillow_bands(decoded),
         profile=embedded_profile(spec, data, "jpeg"),
         warnings=said,
     )
+
+
+@contextlib.contextmanager
+def _pillow_faults() -> Iterator[None]:
+    """Turn Pillow's errors into those of this module."""
+    from PIL.Image import DecompressionBombError, DecompressionBombWarning  # noqa: PLC0415
+
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", DecompressionBombWarning)  # the size is checked here
+            yield
+    except DecompressionBombError as error:
+        raise PictureSizeError(
+            "A frame of the picture has too many pixels.",
+            where={"field": "size"},
+            remedy="Send a smaller copy.",
+        ) from error
+    except _PILLOW_FAULTS as error:
+        raise malformed_picture(
+            "The pixels are damaged or end early.", {"field": "data"}
+        ) from error
+
+
+def _pillow_image(data: bytes, file_format: str) -> Any:  # noqa: ANN401 (a PIL.Image.Image)
+    """Return a picture whose header is read and whose pixels are not decoded yet."""
+    from PIL.BmpImagePlugin import BmpImageFile  # noqa: PLC0415
+    from PIL.GifImagePlugin import GifImageFile  # noqa: PLC0415
+    from PIL.WebPImagePlugin import WebPImageFile  # noqa: PLC0415
+
+    plugins: dict[str, Any] = {"webp": WebPImageFile, "gif": GifImageFile, "bmp": BmpImageFile}
+    if file_format != "bmp":  # Pillow reserves memory for these when it reads the header
+        _check_size(*_stated_size(data, file_format), 4)
+    with _pillow_faults():
+        image = plugins[file_format](io.BytesIO(data))
+    _check_size(image.width, image.height, 4)
+    return image
+
+
+def _stated_size(data: bytes, file_format: str) -> tuple[int, int]:
+    """Return the width and height in the header of a WebP (RFC 9649, 2.5 to 2.7) or GIF file."""
+    header = data[:30].ljust(30, b"\0")
+    if file_format == "gif":
+        width, height = struct.unpack_from("<HH", header, 6)
+        return width, height
+    kind = header[12:16]
+    if kind == b"VP8X":
+        width, height = (int.from_bytes(header[place : place + 3], "little") for place in (24, 27))
+        return width + 1, height + 1
+    if kind == b"VP8L":
+        packed = int.from_bytes(header[21:25], "little")
+        return (packed & 0x3FFF) + 1, (packed >> 14 & 0x3FFF) + 1
+    if kind != b"VP8 ":
+        raise malformed_picture("The first chunk of the WebP file is unknown.", {"field": "header"})
+    width, height = struct.unpack_from("<HH", header, 26)
+    return width & 0x3FFF, height & 0x3FFF
+
+
+def _pillow_raster(image: Any, data: bytes, file_format: str) -> Raster:  # noqa: ANN401
+    """Return the raster of the first frame of an opened picture."""
+    gray = image.mode in {"1", "L", "LA"}
+    has_alpha = image.has_transparency_data
+    names = [*("Y" if gray else "RGB"), *("A" if has_alpha else "")]
+    spec = openimageio().ImageSpec(image.width, image.height, len(names), "uint8")
+    spec.channelnames = names
+    said = []
+    with _pillow_faults():
+        mode = "".join(names).replace("Y", "L")
+        first = image.convert(mode)  # a copy: the search for a second frame changes the image
+        profile = image.info.get("icc_profile") or b""
+        space = exif_colour_space(image.getexif()) if file_format == "webp" else 0
+        if getattr(image, "is_animated", False):
+            said.append(_SEVERAL)
+    if file_format == "bmp":
+        profile = bmp_profile(data)
+    if space:
+        spec.attribute("Exif:ColorSpace", space)
+    raster = Raster(
+        file_format,
+        "gray" if gray else "RGB",
+        first.width,
+        first.height,
+        np.dtype(np.uint8),
+        8,
+        _pillow_bands(first, has_alpha=has_alpha),
+        profile=profile,
+        warnings=said,
+        has_alpha=has_alpha,
+        stored="uint8",
+        header=spec,
+    )
+    raster.encoding, _ = declared_encoding(spec, data, file_format, has_profile=bool(profile))
+    return raster
+
+
+def _pillow_bands(image: Any, *, has_alpha: bool = False) -> Iterator[Band]:  # noqa: ANN401
+    """Yield the pixels of a decoded picture. Alpha, if any, is the last channel."""
+    channels = len(image.getbands())
+    rows = max(1, BAND_BYTES // (channels * image.width))
+    for top in range(0, image.height, rows):
+        box = (0, top, image.width, min(top + rows, image.height))
+        samples = np.asarray(image.crop(box)).reshape(-1, channels)
+        if has_alpha:
+            yield top, samples[:, :-1], samples[:, -1]
+        else:
+            yield top, samples, None

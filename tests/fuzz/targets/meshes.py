@@ -1,10 +1,14 @@
 """Meshes: PLY, glTF, Argyll's gamuts, OBJ and STL, and profiles that describe their boundary."""
 
 import base64
+import io
 import json
+import zipfile
 
 import numpy as np
 
+from gamutcore.export.threemf import threemf
+from gamutcore.mesh import TriangleMesh
 from targets.checks import Target, check_described_boundary
 from targets.profiles import profile
 
@@ -102,7 +106,15 @@ _STL = (
 )
 _facets = np.zeros(8, [("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attributes", "<u2")])
 _facets["corners"] = OCTAHEDRON[FACES]
+_3MF = threemf(TriangleMesh(OCTAHEDRON.astype(np.float32), FACES), {"centre": "50 0 0"})
+with zipfile.ZipFile(io.BytesIO(_3MF)) as _package:
+    _STORED = io.BytesIO()  # without compression, so that changes reach the XML
+    with zipfile.ZipFile(_STORED, "w") as _plain:
+        for _name in _package.namelist():
+            _plain.writestr(zipfile.ZipInfo(_name), _package.read(_name))
 _MESH_TEXTS = [
+    _3MF,
+    _STORED.getvalue(),
     _GAM.encode(),
     _GAM.replace("\n", "\r\n").encode(),
     _OBJ.encode(),
@@ -114,6 +126,7 @@ _MESH_TEXTS_TOKENS = [
     *b"END_DATA_FORMAT VERTEX_NO VERTEX_0 VERTEX_3 LAB_L LAB_A solid facet vertex endsolid".split(),
     *b"v f vn vt usemtl 1/2/3 -1 0 2147483648 99999999999 1e400 nan space: CIEXYZ".split(),
     *(b"\n", b"\r", b"\r\n", b"\t", b'"', b"#", b"/", b"//", b"\0\0\xc0\x7f"),
+    *(b"PK\3\4", b"PK\1\2", b"PK\5\6", b".model", b"<mesh>", b"</mesh>", b"<!DOCTYPE a>"),
 ]
 
 

@@ -1,4 +1,4 @@
-"""Pictures: PNG, TIFF, JPEG, and the formats of film and web that OpenImageIO writes."""
+"""Pictures: PNG, TIFF, JPEG, and the formats of film and web."""
 
 import io
 import re
@@ -237,7 +237,11 @@ _FILM = [
     _written(".jxl", "uint16", 4),
     _written(".jp2", "uint8"),
     _written(".j2k", "uint16"),
-    _written(".webp", "uint8", 4),
+    by_pillow("WEBP", "RGBA", (64, 64)),
+    by_pillow("WEBP", "RGB", (64, 64), lossless=True, icc_profile=PROFILE),
+    by_pillow("GIF", "P", (64, 64), transparency=3),
+    by_pillow("BMP", "RGB", (64, 64)),
+    by_pillow("BMP", "P", (64, 64)),
     _written(".dpx", "uint16"),
     _written(".dpx", "uint8", 4),
 ]
@@ -245,6 +249,7 @@ _FILM_TOKENS = [
     *(struct.pack("<I", number) for number in (0, 1, 31, 255, 65535, 2**31 - 1, 2**32 - 1)),
     *(struct.pack(">I", number) for number in (1, 31, 65535, 100_000)),
     *(b"\xff\x4f", b"\xff\x51", b"\xff\x90", b"\xff\xd9", b"VP8 ", b"VP8L", b"VP8X", b"ALPH"),
+    *(b"ANIM", b"ANMF", b"ICCP", b"GIF89a", b"\x21\xf9\4", b"\x2c", b"\x3b", b"BM", b"\x28\0\0\0"),
     *(b"jp2h", b"ihdr", b"colr", b"jp2c", b"dataWindow", b"box2i", b"channels", b"chlist"),
     *(b"tiles", b"compression", b"FORMAT=32-bit_rle_rgbe", b"-Y 64 +X 64", b"PRIMARIES="),
 ]

@@ -157,7 +157,7 @@ _CXF_TOKENS = [
 
 
 CUBE = Gamut((2.0 * np.array(list(np.ndindex(2, 2, 2))) - 1) * 20 + (50, 0, 0), gamma=1)
-LEVEL = QueryLevel(CUBE, CUBE.history.triangles, 0.0, Charge(Ledger(0), "gamuts", 0))
+LEVEL = QueryLevel(CUBE, CUBE.history.triangles, 0.0, Charge(Ledger(2**30), "gamuts", 0))
 
 
 def npy(array):

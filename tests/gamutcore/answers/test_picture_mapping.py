@@ -6,6 +6,7 @@ import colour
 import numpy as np
 import OpenImageIO as oiio  # noqa: N813
 import pytest
+from PIL import Image
 
 from gamutcore import Gamut
 from gamutcore.answers.picture_mapping import VISIBLE
@@ -201,3 +202,85 @@ def test_faults_leave_no_file(body, tmp_path):
     with pytest.raises(OptionError):
         body.map_picture(good, tmp_path / "mapped.png", "clip-somehow")
     assert sorted(each.name for each in tmp_path.iterdir()) == ["given.exr", "good.png", "grey.png"]
+
+
+LIGHT = np.array([[0.2, 0.2, 0.2], [0.05, 0.1, 0.15], [0.8, 0.0, 0.0], [20.0, 20.0, 20.0]])
+
+
+@pytest.mark.parametrize("kind", ["half", "float"])
+@pytest.mark.parametrize(("suffix", "depth"), [(".png", "8"), (".png", "16"), (".tif", "16")])
+def test_linear_light_is_written_as_srgb_in_a_stated_depth(body, tmp_path, kind, suffix, depth):
+    """The colours are those of the mapping itself, within a step of the depth."""
+    given = write(tmp_path / "given.exr", LIGHT[np.newaxis].astype(np.float32), kind)
+    output = tmp_path / f"mapped{suffix}"
+    done = body.map_picture(given, output, "clip-nearest", depth=depth, max_error=0)
+    assert (done.encoding, done.pixels, done.moved, done.missed) == ("sRGB", 4, 2, 0)
+    mapped, spec = read(output)
+    assert str(spec.format) == f"uint{depth}"
+    stored = read(given)[0][0].astype(float)
+    wanted = body.map(lab_of(colour.cctf_encoding(stored, "sRGB")), "clip-nearest", max_error=0)
+    found = lab_of(mapped[0] / np.iinfo(mapped.dtype).max)
+    np.testing.assert_allclose(found, wanted.points, atol=1.0 if depth == "8" else 0.02)
+
+
+def test_integers_of_a_picture_with_associated_alpha_have_straight_alpha(body, tmp_path):
+    alpha = np.array([[0.5], [1.0], [0.25], [0.0]])
+    light = np.hstack([LIGHT * alpha, alpha])[np.newaxis].astype(np.float32)
+    given = write(tmp_path / "given.exr", light, "float")
+    opaque = write(tmp_path / "opaque.exr", LIGHT[np.newaxis].astype(np.float32), "float")
+    for source, name in ((given, "mapped.png"), (opaque, "opaque.png")):
+        body.map_picture(source, tmp_path / name, depth="16", max_error=0)
+    mapped, whole = read(tmp_path / "mapped.png")[0], read(tmp_path / "opaque.png")[0]
+    np.testing.assert_array_equal(mapped[0, :, 3], np.round(alpha[:, 0] * 65535))
+    np.testing.assert_allclose(mapped[0, :3, :3].astype(int), whole[0, :3], atol=1)
+
+
+def test_half_floats_become_floats_in_tiff(body, tmp_path):
+    given = write(tmp_path / "given.exr", LIGHT[np.newaxis].astype(np.float32), "half")
+    body.map_picture(given, tmp_path / "mapped.tif", max_error=0)
+    mapped, spec = read(tmp_path / "mapped.tif")
+    assert str(spec.format) == "float"
+    np.testing.assert_array_equal(mapped[0, :2], read(given)[0][0, :2])
+
+
+@pytest.mark.parametrize("depth", ["8", "16"])
+def test_the_depth_of_integers_changes_with_the_profile_kept(body, tmp_path, depth):
+    profile = (PROFILES / "DisplayP3-v4.icc").read_bytes()
+    kind = {"8": "uint16", "16": "uint8"}[depth]
+    full, other = np.iinfo(kind).max, np.iinfo(f"uint{depth}").max
+    given = write(
+        tmp_path / "given.tif", noise(full, 9, 9, 3).astype(kind), kind, ICCProfile=profile
+    )
+    body.map_picture(given, tmp_path / "same.tif", max_error=0)
+    body.map_picture(given, tmp_path / "mapped.tif", depth=depth, max_error=0)
+    assert raster_profile(tmp_path / "mapped.tif") == profile
+    same, mapped = read(tmp_path / "same.tif")[0] / full, read(tmp_path / "mapped.tif")[0] / other
+    np.testing.assert_allclose(mapped, same, atol=1.01 / 255)
+
+
+def test_floats_without_a_depth_are_refused_as_png_with_the_remedy(body, tmp_path):
+    given = write(tmp_path / "given.exr", LIGHT[np.newaxis].astype(np.float32), "float")
+    with pytest.raises(UnsupportedPictureError) as told:
+        body.map_picture(given, tmp_path / "mapped.png")
+    assert "depth 8 or 16" in told.value.remedy
+    with pytest.raises(OptionError) as told:
+        body.map_picture(given, tmp_path / "mapped.png", depth="12")
+    assert told.value.where == {"field": "depth"}
+    Image.new("RGB", (4, 4), (255, 0, 0)).save(tmp_path / "unstated.png")
+    with pytest.raises(UnsupportedPictureError, match="encoding"):
+        body.map_picture(tmp_path / "unstated.png", tmp_path / "mapped.tif", depth="float")
+
+
+def test_bright_light_inside_the_gamut_stays_and_brighter_light_is_mapped(tmp_path):
+    """A gamut up to L* 500, which is 88 × white."""
+    bright = Gamut(CORNERS * (245, 25, 25) + (255, 0, 0), gamma=1)
+    light = np.repeat([[0.5], [50.0], [500.0]], 3, axis=1)[np.newaxis].astype(np.float32)
+    given = write(tmp_path / "given.exr", light, "float")
+    done = bright.map_picture(given, tmp_path / "mapped.exr", "clip-nearest", max_error=0)
+    assert (done.moved, done.missed) == (1, 0)
+    mapped = read(tmp_path / "mapped.exr")[0][0]
+    np.testing.assert_array_equal(mapped[:2], light[0, :2])
+    np.testing.assert_allclose(mapped[2], (516 / 116) ** 3, rtol=1e-3)
+    write(tmp_path / "sun.exr", np.full((1, 1, 3), 1e6, np.float32), "float")
+    with pytest.raises(InvalidPointsError, match="white"):
+        bright.map_picture(tmp_path / "sun.exr", tmp_path / "mapped.exr")

@@ -54,7 +54,7 @@ def test_profiles_are_told_by_their_signature(small_profile):
         b"",
         b" \r\n",
         bytes(500),
-        b"GIF89a" + bytes(range(256)),
+        b"RIFF\0\0\0\0AVI " + bytes(range(256)),
         b"<html><body>502</body></html>",
         b"%PDF-1.4\n%\xe2\xe3\xcf\xd3 not, a, table",
         b"PK\x03\x04" + bytes(30),

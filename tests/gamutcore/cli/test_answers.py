@@ -131,8 +131,7 @@ def _content(kind, cubes):
         ("query", "png", "is a picture"),
         ("query", "gamut", "Give it as --gamut"),
         ("map", "gamut", "Give it as --gamut"),
-        ("query", "gif", "binary data"),
-        ("map", "gif", "PNG"),
+        ("query", "gif", "is a picture"),
         ("query", "npy", "numpy.save"),
         ("query", "csv", "cells"),
     ],
@@ -200,9 +199,23 @@ def test_map_a_picture(command, cubes, tmp_path):
     with Image.open(mapped) as found:
         assert found.size == (3, 2)
         assert found.getpixel((1, 1)) != (255, 0, 0)
+    Image.new("RGB", (3, 2), (255, 0, 0)).save(tmp_path / "given.gif")
+    told, _ = command("map", tmp_path / "given.gif", "--gamut", cubes / "small.gamut", "-o", mapped)
+    assert told.startswith("6 of 6 pixels moved")
     command("map", given, "--gamut", cubes / "small.gamut", status=2)
     command("map", given, "--gamut", cubes / "small.gamut", "-o", mapped, "--json", status=2)
     command("map", given, "--gamut", cubes / "small.gamut", "-o", tmp_path / "mapped.gif", status=1)
+
+
+def test_a_picture_is_written_with_another_depth(command, cubes, tmp_path):
+    given, mapped = tmp_path / "given.png", tmp_path / "mapped.png"
+    Image.new("RGB", (3, 2), (255, 0, 0)).save(given)
+    arguments = ("map", given, "--gamut", cubes / "small.gamut", "-o", mapped)
+    command(*arguments, "--depth", "16")
+    assert mapped.read_bytes()[24] == 16  # the depth in PNG's header
+    command(*arguments, "--depth", "12", status=2)
+    (tmp_path / "table.csv").write_text("L,a,b\n50,0,0\n")
+    command("map", tmp_path / "table.csv", *arguments[2:], "--depth", "8", status=2)
 
 
 def test_compare(command, as_json, cubes):

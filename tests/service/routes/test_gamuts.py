@@ -152,7 +152,7 @@ def test_segments_that_do_not_surround_the_centre_are_a_problem(server, assert_p
     assert "more subdivisions" in document["remedy"]
 
 
-@pytest.mark.parametrize("name", ["ply", "glb", "gltf", "stl", "obj"])
+@pytest.mark.parametrize("name", ["ply", "glb", "gltf", "stl", "obj", "3mf", "gam"])
 def test_a_downloaded_mesh_is_a_gamut_again(server, gamut, name):
     """Its full boundary are the triangles that were downloaded, about the same centre."""
     address = gamut["links"]["mesh"]
@@ -163,7 +163,7 @@ def test_a_downloaded_mesh_is_a_gamut_again(server, gamut, name):
     assert made["counts"]["triangles"] == 100
     (level,) = [level for level in gamut["levels"] if level["triangles"] == 100] or [None]
     assert level is None or made["volume"] == pytest.approx(level["volume"], rel=1e-9)
-    assert made["provenance"]["format"] == name
+    assert made["provenance"]["format"] == {"gam": "argyll-gam"}.get(name, name)
     assert made["provenance"]["mesh"]["triangles_read"] == 100
     if name != "stl":  # has no place for a centre
         assert made["centre"] == gamut["centre"]
@@ -173,6 +173,20 @@ def test_a_downloaded_mesh_is_a_gamut_again(server, gamut, name):
         data={"options": json.dumps(made["options"])},
     )
     assert (again.status_code, again.json()["id"]) == (200, made["id"])
+
+
+@pytest.mark.parametrize("name", ["webp", "gif", "bmp"])
+def test_pictures_of_the_web_are_gamuts_and_damaged_ones_a_problem(server, assert_problem, name):
+    pixels = np.array(list(np.ndindex(2, 2, 2)), np.uint8).reshape(2, 4, 3) * 255
+    file = io.BytesIO()
+    Image.fromarray(pixels).save(file, name, **({"lossless": True} if name == "webp" else {}))
+    answer = server.client.post("/v1/gamuts", files={"file": file.getvalue()})
+    assert answer.status_code in {200, 201}, answer.text
+    provenance = answer.json()["provenance"]
+    assert provenance["format"] == name
+    assert provenance["warnings"] == ["No profile is embedded: sRGB is assumed."]
+    answer = server.client.post("/v1/gamuts", files={"file": file.getvalue()[:-6]})
+    assert_problem(answer, 422, "malformed-file")
 
 
 def test_a_mesh_that_is_no_boundary_is_a_problem(server, gamut, assert_problem):

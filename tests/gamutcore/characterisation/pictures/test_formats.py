@@ -1,6 +1,8 @@
-"""Formats that OpenImageIO reads, the encodings that pictures declare, and distinct values."""
+"""Formats besides PNG, JPEG and TIFF, the encodings that pictures declare, and distinct values."""
 
+import io
 import struct
+import warnings
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -9,6 +11,7 @@ import OpenImageIO as oiio  # noqa: N813
 import pytest
 from PIL import Image
 
+from gamutcore import Gamut
 from gamutcore.characterisation import IccProfile, Picture, characterisation
 from gamutcore.characterisation.pictures.distinct_values import distinct_values
 from gamutcore.characterisation.pictures.encoding import (
@@ -19,7 +22,15 @@ from gamutcore.characterisation.pictures.encoding import (
     named_encoding,
 )
 from gamutcore.characterisation.pictures.raster import _decoder_message
-from gamutcore.errors import GamutError, OptionError, PictureSizeError, UnsupportedPictureError
+from gamutcore.errors import (
+    GamutError,
+    InvalidPointsError,
+    MalformedFileError,
+    MalformedProfileError,
+    OptionError,
+    PictureSizeError,
+    UnsupportedPictureError,
+)
 
 DATA = Path(__file__).parents[3] / "data"
 FIELDS = np.array(
@@ -88,6 +99,137 @@ def test_formats_that_pillow_writes_without_loss(tmp_path, extension, name, how)
     assert found.format == name
     assert has_values(found, FIELDS, 0.5 / 255 + 1e-9)
     assert isinstance(found.meaning, IccProfile) == (name == "webp")
+
+
+ALPHA = np.array([255, 128, 255, 0, 1, 255], np.uint8)
+
+
+def by_pillow(file_format, mode="RGB", frames=1, **how):
+    """Fields of 16 × 16 pixels; later frames are black."""
+    rows = np.round(FIELDS * 255).astype(np.uint8)
+    rows = np.column_stack([rows, ALPHA]) if mode == "RGBA" else rows
+    pixels = np.repeat(np.repeat(rows[np.newaxis], 16, axis=0), 16, axis=1)
+    image = Image.fromarray(pixels)
+    image = image.quantize() if mode == "P" else image
+    if frames > 1:
+        black = Image.new("RGB", image.size)
+        how |= {"save_all": True, "append_images": [black] * (frames - 1)}
+    file = io.BytesIO()
+    image.save(file, file_format, **how)
+    return file.getvalue()
+
+
+LOSSLESS = {"lossless": True, "exact": True}
+
+
+@pytest.mark.parametrize(
+    ("data", "name", "tolerance", "transparent", "several"),
+    [
+        (by_pillow("WEBP", quality=95), "webp", 0.1, 0, False),
+        (by_pillow("WEBP", **LOSSLESS), "webp", 1e-9, 0, False),
+        (by_pillow("WEBP", "RGBA", **LOSSLESS), "webp", 1e-9, 256, False),
+        (by_pillow("WEBP", frames=3, **LOSSLESS), "webp", 1e-9, 0, True),
+        (by_pillow("GIF"), "gif", 1e-9, 0, False),
+        (by_pillow("GIF", "RGBA"), "gif", 1e-9, 256, False),
+        (by_pillow("GIF", frames=3), "gif", 1e-9, 0, True),
+        (by_pillow("BMP"), "bmp", 1e-9, 0, False),
+        (by_pillow("BMP", "P"), "bmp", 1e-9, 0, False),
+    ],
+)
+def test_webp_gif_and_bmp_are_read_without_a_report_of_damage(
+    data, name, tolerance, transparent, several
+):
+    found = characterisation(data)
+    assert (found.format, found.model) == (name, "RGB")
+    used = [index for index in range(6) if index != 3 or not transparent]
+    fields = np.round(FIELDS[used] * 255) / 255
+    distance = np.abs(found.values[:, np.newaxis] - fields).max(axis=2)
+    assert (distance.min(axis=0) <= tolerance).all()
+    assert found.provenance["pixels"]["transparent"] == transparent
+    said = ["No profile is embedded: sRGB is assumed."]
+    if several:
+        said.insert(0, "The file holds several pictures; the first is used.")
+    assert list(found.warnings) == said
+
+
+@pytest.mark.parametrize(
+    "data", [by_pillow("WEBP", **LOSSLESS), by_pillow("GIF"), by_pillow("BMP")]
+)
+def test_a_picture_that_ends_early_is_refused(data):
+    for end in (len(data) // 2, 30):
+        with pytest.raises(MalformedFileError):
+            characterisation(data[:end])
+
+
+def _with_size(name):
+    """Return a file whose header states the largest size of its format."""
+    if name == "VP8X":
+        data = bytearray(by_pillow("WEBP", "RGBA", frames=2))
+        data[24:30] = b"\xff" * 6
+    elif name == "VP8L":
+        data = bytearray(by_pillow("WEBP", **LOSSLESS))
+        data[21:25] = b"\xff\xff\xff\x0f"
+    elif name == "VP8 ":
+        data = bytearray(by_pillow("WEBP"))
+        data[26:30] = b"\xff\x3f" * 2
+    elif name == "GIF":
+        data = bytearray(by_pillow("GIF"))
+        data[6:10] = b"\xff" * 4
+    else:
+        data = bytearray(by_pillow("BMP"))
+        data[18:26] = struct.pack("<ii", 2**30, 2**30)
+    return bytes(data)
+
+
+@pytest.mark.parametrize("name", ["VP8X", "VP8L", "VP8 ", "GIF", "BMP"])
+def test_the_size_in_the_header_is_checked_before_decoding(name):
+    data = _with_size(name)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.raises(PictureSizeError):
+            characterisation(data)
+
+
+def test_a_gif_frame_larger_than_its_screen_is_refused():
+    data = bytearray(by_pillow("GIF"))
+    place = data.index(b"\x2c\0\0\0\0")
+    data[place + 5 : place + 9] = b"\xff" * 4
+    with pytest.raises(PictureSizeError):
+        characterisation(bytes(data))
+
+
+def _bmp_with_profile(profile, kind=b"DEBM", size=None):
+    """A file with a BITMAPV5HEADER: its profile follows the pixels."""
+    pixels = bytes([0, 0, 255, 0]) * 4  # red, 2 × 1 pixels with padding
+    header = struct.pack("<IiiHHIIiiII", 124, 2, 1, 1, 24, 0, 8, 0, 0, 0, 0)
+    header += bytes(16) + kind + bytes(48) + struct.pack("<III", 4, 124 + 8, size or len(profile))
+    header += bytes(4)
+    return b"BM" + struct.pack("<IHHI", 0, 0, 0, 138) + header + pixels[:8] + profile
+
+
+def test_the_profile_of_bmp_is_used_and_a_missing_one_refused():
+    profile = (DATA / "DisplayP3-v4.icc").read_bytes()
+    assert isinstance(characterisation(_bmp_with_profile(profile)).meaning, IccProfile)
+    for data in (
+        _bmp_with_profile(profile, size=2**31),
+        _bmp_with_profile(profile[:-9], size=len(profile)),
+        _bmp_with_profile(b"C:\\a.icc", b"KNIL"),
+    ):
+        with pytest.raises(MalformedProfileError):
+            characterisation(data)
+
+
+def test_the_colour_space_in_exif_of_webp_is_used():
+    exif = Image.Exif()
+    exif.get_ifd(0x8769)[0xA001] = 1
+    found = characterisation(by_pillow("WEBP", exif=exif))
+    assert found.provenance["encoding"] == {"name": "sRGB", "from": "the file"}
+
+
+def test_a_text_that_starts_with_the_letters_of_bmp_is_not_a_picture():
+    with pytest.raises(GamutError) as caught:
+        characterisation(b"BM of a text, and more words than a header has\n" * 3)
+    assert "picture" not in caught.value.message
 
 
 @pytest.mark.parametrize("extension", [".exr", ".tif"])
@@ -268,3 +410,30 @@ def test_a_picture_is_characterisation_data(png, tiff, tags):
         with pytest.raises(OptionError) as caught:
             characterisation(data, condition="M1")
         assert caught.value.where == {"field": "condition"}
+
+
+def test_bright_scene_linear_light_is_not_cut(written):
+    """65,504 is the largest half float."""
+    light = np.array([[0.5, 0.5, 0.5], [20, 30, 40], [-9, 12, 0], [65504, 100, 1000]], float)
+    found = characterisation(written(".exr", "half", light))
+    assert found.values.shape == light.shape
+    nearest = np.abs(found.values[:, np.newaxis] - light).sum(axis=2).argmin(axis=0)
+    np.testing.assert_allclose(np.cbrt(found.values[nearest]), np.cbrt(light), atol=1e-3)
+    assert not any("clipped" in warning for warning in found.warnings)
+
+
+def test_light_brighter_than_any_half_float_is_refused_with_its_row(written):
+    for level in (262_144.0, -1e6, 3e38):
+        with pytest.raises(InvalidPointsError) as caught:
+            characterisation(written(".exr", "float", np.array([[0.5, level, 0.5]])))
+        assert caught.value.where == {"row": 1}
+    for level in (262_143.0, -262_143.0):
+        found = characterisation(written(".exr", "float", np.array([[0.5, level, 0.5]])))
+        np.testing.assert_allclose(found.values, [[0.5, level, 0.5]], rtol=1e-4)
+
+
+def test_the_gamut_of_a_bright_picture_reaches_its_highlight(written):
+    cube = np.array(list(np.ndindex(2, 2, 2)), float)
+    data = written(".exr", "float", np.vstack([cube, [[1000, 1000, 1000]]]))
+    gamut = Gamut(data)
+    assert gamut.history.full().vertices[:, 0].max() == pytest.approx(116 * 10 - 16, rel=1e-3)
