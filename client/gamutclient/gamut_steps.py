@@ -210,11 +210,14 @@ class GamutSteps(RemoteGamut):
         *,
         focus: Colours | Literal["cusp"] | None = None,
         source: RemoteGamut | str | None = None,
+        black_point_compensation: bool = False,
         **asked: Unpack[Question],
     ) -> Steps[MappedColours]:
         """Map colours into the gamut: ``"clip-hue"``, ``"clip-nearest"`` or ``"sgck"``."""
         rows = colour_rows(colours)
         params = {**asked, "method": method, "source": _id(source)}
+        if black_point_compensation:  # unknown to services of earlier versions
+            params["black_point_compensation"] = True
         if focus is not None:
             params["focus"] = focus if isinstance(focus, str) else np.ravel(focus).tolist()
         records, level = yield from self._post("map", rows.points, params)

@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, Self, cast
+from typing import TYPE_CHECKING, Literal, Self, cast
+
+import numpy as np
 
 from gamutcore import queries
 from gamutcore.answers.base import Answering
-from gamutcore.answers.picture_mapping import map_picture
+from gamutcore.answers.picture_mapping import BLUE_TURNS, map_picture, turns_blue
 from gamutcore.answers.results import MappedColours
 from gamutcore.colour_rows import colour_rows
+from gamutcore.colours.black_point import compensate_black, luminance_of_black
+from gamutcore.colours.spaces.cielab import ICC_D50
 from gamutcore.content import content_of
+from gamutcore.errors import OptionError
 from gamutcore.option_types import Choice, check_option
 from gamutcore.queries.colour_difference import delta_e_2000
 
@@ -20,6 +26,7 @@ if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
     from gamutcore.colour_rows import Colours
     from gamutcore.export.picture_file import Depth
+    from gamutcore.levels import IndexedLevel
     from gamutcore.queries.mapping import Method
 
 __all__ = ["METHOD", "MappingAnswers"]
@@ -41,6 +48,7 @@ class MappingAnswers(Answering):
         *,
         focus: Colours | Literal["cusp"] | None = None,
         source: Self | str | os.PathLike[str] | None = None,
+        black_point_compensation: bool = False,
         space: str | None = None,
         triangles: int | None = None,
         max_error: float | None = None,
@@ -61,6 +69,10 @@ class MappingAnswers(Answering):
         source : Gamut, str or path, optional
             The gamut that ``"sgck"`` maps from, in the same space; the name of a reference or a
             file as for `compare`.
+        black_point_compensation : bool, optional
+            Whether colours are first scaled in CIEXYZ, so that black, L* = 0, becomes the darkest
+            neutral colour of the gamut, and white stays (ISO 18619). Not for ``"sgck"``, which maps
+            black itself.
         space : str, optional
             Space of the colours, and of the mapped ones; that of the gamut by default.
         triangles, max_error : optional
@@ -70,14 +82,15 @@ class MappingAnswers(Answering):
         -------
         MappedColours
             With `points`, `moved`, `delta_e` and `device`. Colours inside stay as they are, except
-            by ``"sgck"``.
+            by ``"sgck"`` and with black-point compensation.
 
         Raises
         ------
         InvalidPointsError
             A row is not three finite numbers; ``where["row"]`` names it.
         OptionError
-            There is no such method or space, or `focus` or `source` does not apply.
+            There is no such method or space; `focus`, `source` or `black_point_compensation` does
+            not apply.
         TriangleCountError
             There is no such level.
 
@@ -88,6 +101,30 @@ class MappingAnswers(Answering):
         >>> Gamut(cube).map((50, 30, 0), "clip-chroma").points.round(3).tolist()
         [50.0, 10.0, 0.0]
         """
+        return self._mapped(
+            colours,
+            method,
+            focus=focus,
+            source=source,
+            black=0.0 if black_point_compensation else None,
+            space=space,
+            triangles=triangles,
+            max_error=max_error,
+        )
+
+    def _mapped(
+        self,
+        colours: Colours,
+        method: str,
+        *,
+        focus: Colours | Literal["cusp"] | None,
+        source: Self | str | os.PathLike[str] | None,
+        black: float | None,
+        space: str | None,
+        triangles: int | None,
+        max_error: float | None,
+    ) -> MappedColours:
+        """Map colours whose black has a luminance, which is compensated unless it is None."""
         name = cast("Method", check_option("method", method, METHOD))
         rows, conversion = self._asked(colours, space)
         if name == "clip-nearest":
@@ -100,7 +137,14 @@ class MappingAnswers(Answering):
         if source is not None:
             source = self._same_space(source)
             origin = source._level(triangles, max_error).index  # noqa: SLF001  # its own class
-        found = queries.map_colours(rows.points, level.index, name, focus=focus, source=origin)
+        start = rows.points
+        if black is not None:
+            if name == "sgck":
+                raise OptionError.not_applicable(
+                    "black_point_compensation", value=True, why="sgck maps black itself"
+                )
+            start = self._with_black(start, black, level)
+        found = queries.map_colours(start, level.index, name, focus=focus, source=origin)
         device, channels = self._device(level, found.faces, found.weights)
         difference = delta_e_2000(self._lab(rows.points), self._lab(found.points))
         return MappedColours(
@@ -109,9 +153,34 @@ class MappingAnswers(Answering):
             channels=channels,
             triangles=level.triangles,
             max_error=level.max_error,
-            moved=rows.in_shape(found.moved),
+            moved=rows.in_shape((found.points != rows.points).any(axis=1)),
             delta_e=rows.in_shape(difference),
         )
+
+    def _with_black(self, points: FloatArray, black: float, level: IndexedLevel) -> FloatArray:
+        """Return points in the space of the gamut, with its black in place of another one."""
+        space, as_measured = self.colour_space, self._as_measured
+        own = self._black(level)
+        if own == black:
+            return points
+        xyz = space.tristimulus(points, as_measured=as_measured)
+        scaled = compensate_black(xyz, black, own)
+        return space.from_tristimulus(scaled, as_measured=as_measured)[0]
+
+    def _black(self, level: IndexedLevel) -> float:
+        """Return the luminance of the darkest neutral colour."""
+        space, as_measured = self.colour_space, self._as_measured
+        ends = np.stack([np.zeros(3), ICC_D50])
+        (black, white), _ = space.from_tristimulus(ends, as_measured=as_measured)
+        found = queries.crossings(black[np.newaxis], white[np.newaxis], level.index, "ray")
+        if len(found.t) == 0:
+            raise OptionError.not_applicable(
+                "black_point_compensation", value=True, why="the gamut has no neutral colours"
+            )
+        if not found.entering[0]:  # black is in gamut
+            return 0.0
+        xyz = space.tristimulus(found.points[:1], as_measured=as_measured)
+        return luminance_of_black(xyz[0])
 
     def map_picture(
         self,
@@ -121,6 +190,7 @@ class MappingAnswers(Answering):
         *,
         focus: Colours | Literal["cusp"] | None = None,
         source: Self | str | os.PathLike[str] | None = None,
+        black_point_compensation: bool = False,
         depth: Depth | None = None,
         triangles: int | None = None,
         max_error: float | None = None,
@@ -141,8 +211,10 @@ class MappingAnswers(Answering):
             are sRGB, with straight alpha.
         method, focus, source : optional
             As for `map`; a focal point is in CIELAB.
+        black_point_compensation : bool, optional
+            As for `map`, from the black of the picture's profile or encoding.
         triangles, max_error : optional
-            The level.
+            The level; by default the full boundary.
 
         Returns
         -------
@@ -164,10 +236,26 @@ class MappingAnswers(Answering):
         """
         data = content_of(picture)
         source = None if source is None else self._same_space(source)
-        options: dict[str, Any] = {"focus": focus, "source": source}
-        level: dict[str, Any] = {"triangles": triangles, "max_error": max_error}
+        if triangles is None and max_error is None:
+            max_error = 0.0  # edges of a coarser level are visible as arcs
 
-        def mapped(lab: FloatArray) -> MappedColours:
-            return self.map(lab, method, space="CIELAB", **options, **level)
+        by_lab_hue = self.colour_space.name == "CIELAB" and method != "clip-nearest"
+        turned = False
 
-        return map_picture(data, Path(output), mapped, depth)
+        def mapped(lab: FloatArray, black: float) -> MappedColours:
+            nonlocal turned
+            found = self._mapped(
+                lab,
+                method,
+                focus=focus,
+                source=source,
+                black=black if black_point_compensation else None,
+                space="CIELAB",
+                triangles=triangles,
+                max_error=max_error,
+            )
+            turned = turned or (by_lab_hue and turns_blue(lab, found.points))
+            return found
+
+        done = map_picture(data, Path(output), mapped, depth)
+        return replace(done, warnings=(*done.warnings, BLUE_TURNS)) if turned else done

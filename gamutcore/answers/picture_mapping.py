@@ -26,8 +26,10 @@ from gamutcore.characterisation.pictures.picture import (
 )
 from gamutcore.characterisation.pictures.raster import open_raster
 from gamutcore.characterisation.pictures.signatures import picture_format
+from gamutcore.colours.black_point import luminance_of_black
 from gamutcore.colours.picture_colours import picture_colours
 from gamutcore.colours.picture_values import find_values
+from gamutcore.colours.spaces.cielab import lab_to_xyz
 from gamutcore.errors import MalformedFileError, UnsupportedPictureError
 from gamutcore.export.picture_file import picture_writer, with_depth
 from gamutcore.shown import Shown
@@ -40,7 +42,24 @@ if TYPE_CHECKING:
     from gamutcore.characterisation.pictures.raster import Raster
     from gamutcore.export.picture_file import Depth
 
-__all__ = ["MappedPicture", "map_picture"]
+    Mapping = Callable[[FloatArray, float], MappedColours]
+
+__all__ = ["BLUE_TURNS", "PICTURE_SPACE", "MappedPicture", "map_picture", "turns_blue"]
+
+PICTURE_SPACE = "IPT"
+"""Space in which gamuts for pictures are best built; docs/decisions/picture-space.md has why."""
+
+BLUE_TURNS = (
+    f"CIELAB turns blue pixels to purple. Build the gamut with space {PICTURE_SPACE} for pictures."
+)
+"""Warning about a gamut in CIELAB."""
+
+_BLUE = 270.0, 310.0
+"""Hues of CIELAB in degrees where the loci of constant hue of the Munsell renotation turn by 1.1°
+or more for a difference of 10 in chroma, all to purple."""
+
+_LOSS = 10.0
+"""Loss of chroma in CIELAB from which a colour counts as turned."""
 
 VISIBLE = 1.0
 """Distance in CIELAB from which a mapped colour counts as missed by the encoding."""
@@ -67,7 +86,7 @@ class MappedPicture(Shown):
     encoding : str
         Of the result.
     warnings : tuple of str
-        Assumptions about the picture.
+        Assumptions about the picture, and blue that became purple.
     """
 
     pixels: int
@@ -81,7 +100,7 @@ class MappedPicture(Shown):
 def map_picture(
     data: bytes,
     output: Path,
-    mapped: Callable[[FloatArray], MappedColours],
+    mapped: Mapping,
     depth: Depth | None = None,
 ) -> MappedPicture:
     """Map the colours of a picture, and write the result.
@@ -93,7 +112,7 @@ def map_picture(
     output : Path
         A .png, .tif, .exr or .jpg file.
     mapped : callable
-        From colours in CIELAB to mapped ones.
+        From colours in CIELAB, and the luminance of the black of their encoding, to mapped ones.
     depth : {"8", "16", "half", "float"}, optional
         As for `gamutcore.export.picture_file.with_depth`.
 
@@ -145,6 +164,14 @@ def map_picture(
     )
 
 
+def turns_blue(before: FloatArray, after: FloatArray) -> bool:
+    """Return whether a mapping along hues of CIELAB, (n, 3), makes any blue visibly purple."""
+    hue = np.degrees(np.arctan2(before[:, 2], before[:, 1])) % 360.0
+    loss = np.hypot(before[:, 1], before[:, 2]) - np.hypot(after[:, 1], after[:, 2])
+    blue = (hue >= _BLUE[0]) & (hue <= _BLUE[1])
+    return bool((blue & (loss > _LOSS)).any())
+
+
 class _Pixels:
     """The way of some rows from samples to mapped samples, with the counts."""
 
@@ -153,7 +180,7 @@ class _Pixels:
         raster: Raster,
         meaning: IccProfile | Encoding,
         result: Raster,
-        mapping: Callable[[FloatArray], MappedColours],
+        mapping: Mapping,
     ) -> None:
         self._raster, self._meaning, self._mapping = raster, meaning, mapping
         self._result, self._encoded = result, result.encoding or meaning
@@ -166,6 +193,7 @@ class _Pixels:
             and meaning.transfer == "linear"
         )
         self._recoded = self._encoded != meaning
+        self._black = luminance_of_black(lab_to_xyz(self._colours(np.zeros((1, 3)), meaning))[0])
         self.count = self.moved = self.missed = 0
         self.delta_e = 0.0
 
@@ -235,7 +263,7 @@ class _Pixels:
     def _values(self, distinct: NDArray[Any], times: LongArray) -> NDArray[Any]:
         """Return the samples of the mapped colours, and count the pixels."""
         values = distinct / self._full
-        found = self._mapping(self._colours(values, self._meaning))
+        found = self._mapping(self._colours(values, self._meaning), self._black)
         searched = found.moved | self._recoded
         most = LARGEST_LIGHT if self._wide else 1.0
         changed, distance = find_values(

@@ -7,7 +7,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gamutcore.cli.inputs import BuildCommand, MaxError, Source, Triangles, gamut_of, numbers_of
+from gamutcore.cli.inputs import (
+    BuildCommand,
+    MaxError,
+    Source,
+    Triangles,
+    chosen_options,
+    gamut_of,
+    numbers_of,
+)
 from gamutcore.cli.output import AsCsv, AsJson, Output, write_facts, write_table
 from gamutcore.cli.tables import read_colours
 
@@ -140,6 +148,14 @@ def map_colours(
         str | None,
         typer.Option(help="Depth of the picture that is written: 8, 16, half or float."),
     ] = None,
+    black_point_compensation: Annotated[
+        bool,
+        typer.Option(
+            "--black-point-compensation",
+            "--bpc",
+            help="Scale colours so that their black becomes the darkest neutral of the gamut.",
+        ),
+    ] = False,
 ) -> None:
     """Map a table of colours or a picture into a gamut.
 
@@ -149,6 +165,9 @@ def map_colours(
     A picture is written to a .png, .tif, .exr or .jpg file with its encoding, profile, depth and
     alpha. Pixels in gamut keep their values. With --depth, floats can be written as PNG and JPEG:
     integers of a picture in linear light are sRGB.
+
+    For a picture, the gamut is built in IPT unless --space names another space, and the full
+    boundary answers unless --triangles or --max-error chooses a level.
     """
     picture = _is_picture(colours)
     if picture and (colours_in is not None or columns is not None or as_json):
@@ -159,12 +178,17 @@ def map_colours(
     if depth is not None and not picture:
         raise typer.BadParameter("Only pictures have a depth.", param_hint="--depth")
     table = None if picture else read_colours(colours, colours_in, columns)
-    found = gamut_of(gamut, ctx, alone=from_gamut is None)
+    given = [gamut] if from_gamut is None else [gamut, from_gamut]
+    space = _space_for_picture(ctx, given) if picture else None
+    found = gamut_of(gamut, ctx, alone=from_gamut is None, space=space)
     options: dict[str, Any] = {
         "focus": focus
         if focus is None or focus == "cusp"
         else numbers_of(focus, "--focus", "Give three numbers L,a,b."),
-        "source": None if from_gamut is None else gamut_of(from_gamut, ctx, alone=False),
+        "source": None
+        if from_gamut is None
+        else gamut_of(from_gamut, ctx, alone=False, space=space),
+        "black_point_compensation": black_point_compensation,
         "triangles": triangles,
         "max_error": max_error,
     }
@@ -213,6 +237,32 @@ def _is_picture(path: str) -> bool:
 
     with Path(path).open("rb") as file:
         return picture_format(file.read(4096)) is not None
+
+
+def _space_for_picture(ctx: typer.Context, gamuts: list[str]) -> str | None:
+    """Return the space to build gamuts in for a picture; None if it is given in some way."""
+    from gamutcore.answers.picture_mapping import PICTURE_SPACE  # noqa: PLC0415
+
+    chosen = chosen_options(ctx)
+    if "space" in chosen or chosen.get("source") == "boundary":
+        return None
+    if any(_has_space(each, chosen.get("condition")) for each in gamuts):
+        return None
+    typer.echo(f"Gamuts for pictures are built in {PICTURE_SPACE}; --space changes it.", err=True)
+    return PICTURE_SPACE
+
+
+def _has_space(source: str, condition: str | None) -> bool:
+    """Return whether a gamut has a space already: it is saved, or a mesh."""
+    from gamutcore.characterisation import GamutMesh, characterisation  # noqa: PLC0415
+    from gamutcore.content import gamut_source, is_saved_gamut  # noqa: PLC0415
+
+    found = gamut_source(source)
+    if not isinstance(found, bytes) or _is_picture(source):
+        return False
+    return is_saved_gamut(found) or isinstance(
+        characterisation(found, condition=condition), GamutMesh
+    )
 
 
 def _axes_of(table: ColourTable, gamut: Gamut) -> tuple[str, ...]:

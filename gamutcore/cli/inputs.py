@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -16,7 +16,15 @@ from gamutcore.cli.reference_cache import cached_reference
 if TYPE_CHECKING:
     from gamutcore.gamut import Gamut
 
-__all__ = ["BuildCommand", "MaxError", "Source", "Triangles", "gamut_of", "numbers_of"]
+__all__ = [
+    "BuildCommand",
+    "MaxError",
+    "Source",
+    "Triangles",
+    "chosen_options",
+    "gamut_of",
+    "numbers_of",
+]
 
 Source = Annotated[
     str,
@@ -78,7 +86,15 @@ def _keep(ctx: typer.Context, param: typer.CallbackParam, value: str | None) -> 
         chosen[str(param.name).removeprefix("build_")] = value
 
 
-def gamut_of(source: str, ctx: typer.Context, *, alone: bool = True) -> Gamut:
+def chosen_options(ctx: typer.Context) -> Mapping[str, str]:
+    """Return the options of the build that a command was given, as texts."""
+    chosen: dict[str, str] = ctx.meta.get(_CHOSEN, {})
+    return chosen
+
+
+def gamut_of(
+    source: str, ctx: typer.Context, *, alone: bool = True, space: str | None = None
+) -> Gamut:
     """Return the gamut of an argument, built with the options of the command.
 
     Parameters
@@ -89,6 +105,8 @@ def gamut_of(source: str, ctx: typer.Context, *, alone: bool = True) -> Gamut:
     alone : bool, optional
         Whether the command has one gamut only. Otherwise options that do not apply to a saved gamut
         or a reference are meant for the others.
+    space : str, optional
+        Default of the option of this name, for a command with another one.
 
     Returns
     -------
@@ -106,7 +124,7 @@ def gamut_of(source: str, ctx: typer.Context, *, alone: bool = True) -> Gamut:
     from gamutcore.gamut import Gamut  # noqa: PLC0415
     from gamutcore.options import OPTIONS, Options, option_value  # noqa: PLC0415
 
-    texts: dict[str, str] = ctx.meta.get(_CHOSEN, {})
+    texts = {**({} if space is None else {"space": space}), **chosen_options(ctx)}
     options: dict[str, Any] = {name: option_value(name, text) for name, text in texts.items()}
     found = gamut_source(source)
     if isinstance(found, bytes):

@@ -189,6 +189,7 @@ def _map(level: QueryLevel, colours: list[FloatArray], values: Mapping[str, Any]
         values["method"],
         focus=values["focus"],
         source=values.get(SOURCE_GAMUT),
+        black_point_compensation=values["black_point_compensation"],
         space=values["space"],
         # the level of the source is chosen by the same values
         triangles=values["triangles"],
@@ -294,7 +295,7 @@ OPERATIONS: Mapping[str, Operation] = {
             "mapColours",
             "Map colours into the gamut",
             "Each colour, moved into the gamut by a usual method. Colours inside stay as they are, "
-            "except by `sgck`.",
+            "except by `sgck` and with `black_point_compensation`.",
             (
                 Parameter(
                     "method",
@@ -317,6 +318,14 @@ OPERATIONS: Mapping[str, Operation] = {
                     "Gamut that `sgck` maps from, in the same space: an id, or the slug of a "
                     "reference gamut.",
                     example="srgb",
+                ),
+                Parameter(
+                    "black_point_compensation",
+                    (Boolean(),),
+                    "Whether colours are first scaled in CIEXYZ, so that L* = 0 becomes the "
+                    "darkest neutral colour of the gamut, and white stays (ISO 18619). Not for "
+                    "`sgck`.",
+                    default=False,
                 ),
             ),
             (

@@ -1,11 +1,13 @@
 """Mapping of picture files: what stays, what moves, and what the result can store."""
 
+import struct
 from pathlib import Path
 
 import colour
 import numpy as np
 import OpenImageIO as oiio  # noqa: N813
 import pytest
+import trimesh
 from PIL import Image
 
 from gamutcore import Gamut
@@ -284,3 +286,112 @@ def test_bright_light_inside_the_gamut_stays_and_brighter_light_is_mapped(tmp_pa
     write(tmp_path / "sun.exr", np.full((1, 1, 3), 1e6, np.float32), "float")
     with pytest.raises(InvalidPointsError, match="white"):
         bright.map_picture(tmp_path / "sun.exr", tmp_path / "mapped.exr")
+
+
+@pytest.fixture(scope="module")
+def smooth():
+    """An ellipsoid in IPT, whose surface has no edges."""
+    ellipsoid = trimesh.creation.icosphere(subdivisions=6)
+    ellipsoid.apply_scale([0.35, 0.25, 0.25])
+    ellipsoid.apply_translation([0.55, 0, 0])
+    return Gamut(ellipsoid, space="IPT")
+
+
+def test_a_smooth_picture_stays_smooth(smooth, tmp_path):
+    """The triangles of a coarser level are visible as arcs: colours bend where a triangle ends."""
+    share = np.linspace(0, 1, 1500)
+    ramps = [(0 * share, share, 0 * share + 1), (0 * share + 1, 0 * share, 1 - share)]
+    pixels = np.round(65535 * np.moveaxis(ramps, 1, 2)).astype(np.uint16)
+    given, mapped = write(tmp_path / "given.png", pixels, "uint16"), tmp_path / "mapped.png"
+
+    def largest_bend(**level):
+        """Return the largest second difference in CIELAB over 20 pixels: larger than a triangle."""
+        assert smooth.map_picture(given, mapped, **level).moved == pixels[..., 0].size
+        along = lab_of(read(mapped)[0] / 65535)
+        bends = along[:, 40:] - 2 * along[:, 20:-20] + along[:, :-40]
+        return np.linalg.norm(bends, axis=-1).max()
+
+    chosen = largest_bend()
+    written = mapped.read_bytes()
+    assert chosen < 0.5 * largest_bend(max_error=smooth.default_error)
+    assert chosen < 0.5 * largest_bend(triangles=500)
+    assert largest_bend(max_error=0) == chosen
+    assert mapped.read_bytes() == written
+
+
+def test_blue_that_cielab_turns_to_purple_is_told(body, smooth, tmp_path):
+    blue = write(tmp_path / "blue.png", np.full((2, 2, 3), (0, 0, 255), np.uint8), "uint8")
+    red = write(tmp_path / "red.png", np.full((2, 2, 3), (255, 0, 0), np.uint8), "uint8")
+
+    def told(gamut, given, *method):
+        done = gamut.map_picture(given, tmp_path / "mapped.png", *method)
+        assert done.moved == done.pixels
+        return any("purple" in warning for warning in done.warnings)
+
+    assert told(body, blue)
+    assert not told(body, blue, "clip-nearest")
+    assert not told(body, red)
+    assert not told(smooth, blue)
+
+
+def shadows(path):
+    """Write black, white and a grey ramp between them; return the file."""
+    grey = np.linspace(0, 65535, 200).round().astype(np.uint16)
+    return write(path, np.repeat(grey[np.newaxis, :, np.newaxis], 3, axis=2), "uint16")
+
+
+def test_black_becomes_the_darkest_neutral_and_white_stays(tmp_path):
+    """ISO 18619: luminance is scaled linearly, relative to white."""
+    body = Gamut(CORNERS * (45, 25, 25) + (55, 0, 0), gamma=1)  # L* 10 to 100
+    given, mapped = shadows(tmp_path / "given.png"), tmp_path / "mapped.png"
+    body.map_picture(given, mapped)
+    clipped = lab_of(read(mapped)[0][0] / 65535)
+    body.map_picture(given, mapped, black_point_compensation=True)
+    scaled = lab_of(read(mapped)[0][0] / 65535)
+    assert scaled[0] == pytest.approx([10, 0, 0], abs=0.01)
+    assert scaled[-1] == pytest.approx(clipped[-1], abs=1e-9)
+    before = lab_of(read(given)[0][0] / 65535)
+    dark = before[:, 0] < 9.9
+    assert dark.sum() > 5
+    assert np.ptp(clipped[dark, 0]) < 0.01  # without compensation, shadows are lost
+    assert (np.diff(scaled[:, 0]) > 0).all()
+    luminance, own = (colour.colorimetry.luminance_CIE1976(each[:, 0]) for each in (before, scaled))
+    black = colour.colorimetry.luminance_CIE1976(10)
+    assert own == pytest.approx(black + (100 - black) / 100 * luminance, abs=0.01)
+
+
+def test_nothing_moves_between_equal_blacks(tmp_path):
+    whole = Gamut(CORNERS * (50, 25, 25) + (50, 0, 0), gamma=1)  # L* 0 to 100
+    given = shadows(tmp_path / "given.png")
+    done = whole.map_picture(given, tmp_path / "mapped.png", black_point_compensation=True)
+    assert done.moved == 0
+    np.testing.assert_array_equal(read(given)[0], read(tmp_path / "mapped.png")[0])
+
+
+def test_the_black_of_an_embedded_profile_counts(tmp_path, made_profile):
+    """A display that reflects 2 % of its white: R = G = B = v is the luminance 0.02 + 0.98 v."""
+    primaries = {"r": (0.4361, 0.2225, 0.0139), "g": (0.3851, 0.7169, 0.0971)}
+    primaries["b"] = tuple(np.array([0.9642, 1, 0.8249]) - primaries["r"] - primaries["g"])
+    tags = {}
+    for channel, xyz in primaries.items():
+        fixed = [round(65536 * value) for value in xyz]
+        tags[f"{channel}XYZ"] = b"XYZ \0\0\0\0" + struct.pack(">3i", *fixed)
+        tags[f"{channel}TRC"] = struct.pack(">4sII2H", b"curv", 0, 2, round(0.02 * 65535), 65535)
+    profile = made_profile(tags, pcs="XYZ ", kind="mntr")
+    pixels = np.repeat(np.array([[0, 20_000, 65535]], np.uint16)[..., np.newaxis], 3, axis=2)
+    given = write(tmp_path / "given.tif", pixels, "uint16", ICCProfile=profile)
+    body = Gamut(CORNERS * (40, 25, 25) + (60, 0, 0), gamma=1)  # L* 20 to 100
+    body.map_picture(given, tmp_path / "mapped.tif", black_point_compensation=True)
+    values = read(tmp_path / "mapped.tif")[0][0, :, 1] / 65535
+    black = colour.colorimetry.luminance_CIE1976(20) / 100
+    expected = black + (1 - black) * pixels[0, :, 1] / 65535
+    assert 0.02 + 0.98 * values == pytest.approx(expected, abs=1e-4)
+
+
+def test_compensation_that_does_not_apply(body, tmp_path):
+    given = shadows(tmp_path / "given.png")
+    beside = Gamut(CORNERS * (40, 10, 10) + (50, 60, 0), gamma=1)
+    with pytest.raises(OptionError, match="no neutral"):
+        beside.map_picture(given, tmp_path / "mapped.png", black_point_compensation=True)
+    with pytest.raises(OptionError, match="black itself"):
+        body.map([50, 0, 0], "sgck", source=body, black_point_compensation=True)

@@ -1,0 +1,49 @@
+"""Black-point compensation: light is scaled so that the black of one medium becomes another's.
+
+ISO 18619:2015; Adobe Systems, "Adobe Systems' Implementation of Black Point Compensation" (2006).
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gamutcore.colours.spaces.cielab import ICC_D50
+
+if TYPE_CHECKING:
+    from gamutcore.arrays import FloatArray
+
+__all__ = ["compensate_black", "luminance_of_black"]
+
+LIGHTEST_BLACK = 0.184187
+"""Luminance of L* 50, to which lighter blacks are limited (ISO 18619, 4.2)."""
+
+
+def luminance_of_black(xyz: FloatArray) -> float:
+    """Return the luminance of the neutral colour that stands for a black, where white has 1."""
+    return float(np.clip(xyz[1], 0.0, LIGHTEST_BLACK))
+
+
+def compensate_black(xyz: FloatArray, source: float, destination: float) -> FloatArray:
+    """Return tristimulus values with another black.
+
+    Parameters
+    ----------
+    xyz : (n, 3) float
+        Relative to D50, with Y = 1 for the white.
+    source, destination : float
+        Luminances of the two blacks, which are neutral.
+
+    Returns
+    -------
+    (n, 3) float64
+        White is unchanged.
+
+    Examples
+    --------
+    >>> compensate_black(np.array([[0.0, 0.0, 0.0], ICC_D50]), 0.0, 0.01).round(4).tolist()
+    [[0.0096, 0.01, 0.0083], [0.9642, 1.0, 0.8249]]
+    """
+    scale = (1.0 - destination) / (1.0 - source)
+    return scale * xyz + (1.0 - scale) * ICC_D50
