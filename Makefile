@@ -203,6 +203,10 @@ viewer-check: web/node_modules/.package-lock.json ## compare gamutcore/export/vi
 	npm --prefix web run check
 	npm --prefix web run build -- --check
 
+.PHONY: hues
+hues: install .venv/.installed-docs ## redraw docs/pictures/hues.png, and print the table of its record
+	$(python) docs/pictures/hues.py
+
 .PHONY: concepts
 concepts: install .venv/.installed-docs ## redraw the pictures of docs/concepts.md
 	$(python) docs/pictures/concepts.py

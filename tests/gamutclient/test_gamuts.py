@@ -91,6 +91,7 @@ QUESTIONS = {
     "map by clipping": lambda gamut, _: gamut.map(COLOURS, "clip-hue", **LEVEL),
     "map from a source": lambda gamut, other: gamut.map(COLOURS, "sgck", source=other, **LEVEL),
     "map to a focus": lambda gamut, _: gamut.map(COLOURS, "clip-focal", focus=CENTRE, **LEVEL),
+    "map with black": lambda gamut, _: gamut.map(COLOURS, black_point_compensation=True, **LEVEL),
     "crossings": lambda gamut, _: gamut.crossings(COLOURS, CENTRE),
     "crossings of lines": lambda gamut, _: gamut.crossings(COLOURS, CENTRE, kind="line", **LEVEL),
     "crossings of none": lambda gamut, _: gamut.crossings(np.empty((0, 3)), CENTRE),

@@ -218,6 +218,55 @@ def test_a_picture_is_written_with_another_depth(command, cubes, tmp_path):
     command("map", tmp_path / "table.csv", *arguments[2:], "--depth", "8", status=2)
 
 
+def test_gamuts_for_pictures_are_built_in_ipt_unless_they_have_a_space(command, cubes, tmp_path):
+    """Blue keeps its hue: in CIELAB, red is left where green should be."""
+    given, mapped, mesh = (tmp_path / name for name in ("given.png", "mapped.png", "press.ply"))
+    Image.new("RGB", (3, 2), (0, 0, 255)).save(given)
+    command("mesh", cubes / "small.gamut", "-o", mesh)
+    press = (ROOT / "examples" / "FOGRA39L.ti3", "--surface-samples", "1000")
+
+    def blue(*gamut):
+        _, told = command("map", given, "--gamut", *gamut, "-o", mapped)
+        with Image.open(mapped) as found:
+            return found.getpixel((1, 1)), "built in IPT" in told, "purple" in told
+
+    (red, green, _), built, purple = blue(*press)
+    assert (red < green, built, purple) == (True, True, False)
+    (red, green, _), built, purple = blue(*press, "--space", "CIELAB")
+    assert (red < green, built, purple) == (False, False, True)
+    assert blue(cubes / "small.gamut")[1:] == (False, True)
+    assert blue(mesh)[1:] == (False, True)
+    sources = ("--method", "sgck", "--from")
+    assert blue(*press, *sources, "sRGB")[1]
+    assert not blue(cubes / "small.gamut", *sources, "sRGB")[1]
+    (tmp_path / "table.csv").write_text("L,a,b\n30,20,-90\n")
+    _, told = command("map", tmp_path / "table.csv", "--gamut", *press)
+    assert "IPT" not in told
+
+
+@pytest.mark.parametrize("flag", ["--black-point-compensation", "--bpc"])
+def test_black_becomes_the_black_of_the_gamut(command, cubes, tmp_path, flag):
+    """L* 0, 10 and 20 are clipped to 30, or scaled to 30 and two lighter values."""
+    table, given, mapped = (tmp_path / name for name in ("greys.csv", "given.png", "mapped.png"))
+    table.write_text("L,a,b\n0,0,0\n10,0,0\n20,0,0\n")
+    arguments = ("map", table, "--gamut", cubes / "large.gamut", "--max-error", "0")
+    clipped, scaled = (
+        [float(row["mapped_L"]) for row in rows(command(*arguments, *more)[0])]
+        for more in ((), (flag,))
+    )
+    assert clipped == pytest.approx([30] * 3, abs=1e-3)
+    assert scaled[0] == pytest.approx(30, abs=1e-3)
+    assert 30.5 < scaled[1] < scaled[2]
+    Image.new("RGB", (3, 2), (30, 30, 30)).save(given)
+    values = []
+    for more in ((), (flag,)):
+        command("map", given, *arguments[2:4], "-o", mapped, *more)
+        with Image.open(mapped) as found:
+            values.append(found.getpixel((1, 1))[0])
+    assert values[0] < values[1]
+    command(*arguments, flag, "--method", "sgck", "--from", cubes / "large.gamut", status=2)
+
+
 def test_compare(command, as_json, cubes):
     pair = ("compare", cubes / "large.gamut", cubes / "small.gamut")
     found = as_json(*pair)

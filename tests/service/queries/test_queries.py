@@ -484,6 +484,22 @@ def test_a_source_is_named_by_id_or_slug(server, ask, assert_problem):
     assert_problem(ask(colours, operation="map"), 422, "invalid-option")
 
 
+def test_black_becomes_the_darkest_neutral_of_the_gamut(ask, assert_problem):
+    """The cube of edge 20 about L* 50 has 40 as its black."""
+    greys = {"colours": [[0, 0, 0], [10, 0, 0], [20, 0, 0]], "max_error": 0}
+    clipped = ask(greys, operation="map").json()["mapped"]
+    assert np.array(clipped)[:, 0] == pytest.approx([40] * 3, abs=1e-4)
+    answer = ask({**greys, "black_point_compensation": True}, operation="map").json()
+    scaled = np.array(answer["mapped"])[:, 0]
+    assert scaled[0] == pytest.approx(40, abs=1e-4)
+    assert 40.5 < scaled[1] < scaled[2]
+    assert answer["moved"] == [True] * 3
+    by_query = ask(npy([[10.0, 0, 0]]), NPY, "map", "?black_point_compensation=true&max_error=0")
+    assert np.load(io.BytesIO(by_query.content))["mapped"][0, 0] == pytest.approx(scaled[1])
+    refused = {**greys, "method": "sgck", "source": "srgb", "black_point_compensation": True}
+    assert_problem(ask(refused, operation="map"), 422, "invalid-option")
+
+
 def test_a_source_that_is_not_built_is_built(server, ask):
     body = {"colours": [[50, 0, 0]], "method": "sgck", "source": "h-273-generic-film"}
     answer = ask(body, operation="map", Prefer="respond-async")
