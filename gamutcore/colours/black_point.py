@@ -17,11 +17,11 @@ if TYPE_CHECKING:
 __all__ = ["compensate_black", "luminance_of_black"]
 
 LIGHTEST_BLACK = 0.184187
-"""Luminance of L* 50, to which lighter blacks are limited (ISO 18619, 4.2)."""
+"""Luminance of L* 50, to which both publications limit blacks."""
 
 
 def luminance_of_black(xyz: FloatArray) -> float:
-    """Return the luminance of the neutral colour that stands for a black, where white has 1."""
+    """Return the luminance of the neutral that stands for a black; xyz is (3,), and white has 1."""
     return float(np.clip(xyz[1], 0.0, LIGHTEST_BLACK))
 
 
@@ -43,7 +43,7 @@ def compensate_black(xyz: FloatArray, source: float, destination: float) -> Floa
     Examples
     --------
     >>> compensate_black(np.array([[0.0, 0.0, 0.0], ICC_D50]), 0.0, 0.01).round(4).tolist()
-    [[0.0096, 0.01, 0.0083], [0.9642, 1.0, 0.8249]]
+    [[0.0096, 0.01, 0.0082], [0.9642, 1.0, 0.8249]]
     """
     scale = (1.0 - destination) / (1.0 - source)
     return scale * xyz + (1.0 - scale) * ICC_D50
