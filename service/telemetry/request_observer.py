@@ -47,7 +47,7 @@ KNOWN_PARAMETERS = (
     "options",
     *("a", "b", "reference", "sectors", "hues", "hue", "lightness", "plane"),
     *("space", "distance", "tolerance", "metric", "kind", "method", "focus", "source"),
-    *("size", "view", "background", "axes"),
+    *("size", "view", "background", "axes", "black_point_compensation"),
 )
 """Query parameters that are logged."""
 
