@@ -4,11 +4,12 @@ A large γ bridges concave regions. A small γ makes vertices of points inside t
 neighbours at an angle θ, a point deeper by the share θ² ÷ 8 γ still sticks out of the raised hull.
 
 - Scattered points get the paper's 0.2.
-- The surface of a device with three channels has no inner points unless it is folded, so it gets
-  the smallest value. Other device surfaces have inner points. Both errors are least together if γ
-  is proportional to θ, that is to 1 ÷ √points.
-- A boundary that is smaller than the device's surface has fallen into inner points. γ is then
-  doubled until it has not.
+- The surface of a device with three channels gets the smallest value, because it has no inner
+  points unless it is folded.
+- Other device surfaces have inner points. Both errors together are least if γ is proportional to
+  θ, that is to 1 ÷ √points.
+- A boundary smaller than the device's surface has fallen into inner points. γ is then doubled
+  until the boundary is large enough.
 
 ``docs/decisions/gamma.md`` has the figures.
 """
@@ -42,24 +43,9 @@ LOST_PER_POINT = 10.0
 
 
 def surface_gammas(points: int, *, closed: bool) -> Iterator[float]:
-    """Yield the values of γ to try for the surface of a device, ascending.
+    """Yield the values of γ to try for the surface of a device, ascending; the last is `SCATTERED`.
 
-    Parameters
-    ----------
-    points : int
-        Number of points.
-    closed : bool
-        Whether the surface is closed, as with three channels.
-
-    Yields
-    ------
-    float
-        The last one is `SCATTERED`.
-
-    Examples
-    --------
-    >>> list(surface_gammas(100_000, closed=True))
-    [5e-05, 0.0316, 0.0632, 0.1264, 0.2]
+    A surface is `closed` with three channels.
     """
     if closed:
         yield SMALLEST
@@ -71,19 +57,5 @@ def surface_gammas(points: int, *, closed: bool) -> Iterator[float]:
 
 
 def has_fallen(volume: float, surface_volume: float, points: int) -> bool:
-    """Whether a boundary has fallen into inner points.
-
-    Parameters
-    ----------
-    volume : float
-        Volume of the boundary.
-    surface_volume : float
-        Volume that the device's surface encloses.
-    points : int
-        Number of points.
-
-    Returns
-    -------
-    bool
-    """
+    """Whether a boundary has lost so much volume that it has fallen into inner points."""
     return volume < surface_volume * (1 - max(LOST, LOST_PER_POINT / points))

@@ -73,24 +73,10 @@ class Centre(NamedTuple):
 
 
 def points_on_grid(points: ArrayLike) -> tuple[FloatArray, float]:
-    """Return points rounded to their grid.
+    """Return (n, 3) points rounded to their grid, and the step of the grid.
 
-    Parameters
-    ----------
-    points : (n, 3) array_like
-
-    Returns
-    -------
-    rounded : (n, 3) float64
-    step : float
-        Step of the grid.
-
-    Raises
-    ------
-    InvalidPointsError
-        The points are not an (n, 3) array of finite numbers below 10¹².
-    TooFewPointsError
-        There are fewer than four distinct points.
+    Points that are not finite, not below 10¹², or not at least four distinct ones raise an
+    `InvalidPointsError` or a `TooFewPointsError`.
     """
     try:
         # without this, NumPy drops imaginary parts and only warns
@@ -125,17 +111,7 @@ def points_on_grid(points: ArrayLike) -> tuple[FloatArray, float]:
 
 @kernel
 def bounds(points: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the smallest and largest coordinates; many times faster than NumPy's reductions.
-
-    Parameters
-    ----------
-    points : (n, 3) float64
-        At least one point.
-
-    Returns
-    -------
-    lowest, highest : (3,) float64
-    """
+    """Return the smallest and largest coordinates; many times faster than NumPy's reductions."""
     lowest, highest = points[0].copy(), points[0].copy()
     for index in range(len(points)):
         for axis in range(3):
@@ -145,29 +121,9 @@ def bounds(points: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def centre_on_grid(centre: object, points: FloatArray, step: float) -> FloatArray | None:
-    """Return a given centre rounded to the grid of the points.
+    """Return a given centre rounded to the grid of the points; None for "auto".
 
-    Parameters
-    ----------
-    centre : (3,) array_like or "auto"
-    points : (n, 3) float64
-        On their grid.
-    step : float
-        Step of the grid.
-
-    Returns
-    -------
-    (3,) float64 or None
-        Inside the bounding box of the points, but not always inside their hull; None for "auto".
-
-    Raises
-    ------
-    OptionError
-        The centre is neither "auto" nor three finite numbers.
-    CentreError
-        The centre is outside the bounding box.
-    FlatPointsError
-        The centre is outside the bounding box, and the points are flat.
+    The centre is inside the bounding box of the points, but not always inside their hull.
     """
     if isinstance(centre, str) and centre == "auto":
         return None
@@ -195,22 +151,7 @@ def centre_on_grid(centre: object, points: FloatArray, step: float) -> FloatArra
 
 
 def centre_of_points(points: ArrayLike) -> Centre:
-    """Return the automatic centre of points.
-
-    Parameters
-    ----------
-    points : (n, 3) array_like
-
-    Returns
-    -------
-    Centre
-        As of `automatic_centre`.
-
-    Raises
-    ------
-    InvalidPointsError, TooFewPointsError, FlatPointsError
-        The points enclose no volume.
-    """
+    """Return the automatic centre of points that are not yet on a grid."""
     rounded, step = points_on_grid(points)
     order = insertion_order(curve_positions(rounded - sum(bounds(rounded)) / 2))
     return automatic_centre(rounded[order], step)
@@ -219,27 +160,10 @@ def centre_of_points(points: ArrayLike) -> Centre:
 def automatic_centre(points: FloatArray, step: float) -> Centre:
     """Return the middle of the points' bounding box, or the centroid of their hull.
 
-    The middle of the box is halfway between black and white and between the opponent hues. From
-    there, radii meet the surface of a display or a press nearly at right angles, and the modified
-    hull overshoots least (``docs/decisions/centre.md`` has the figures). The centroid is used where
-    the middle is outside of the hull or close to its surface.
-
-    Parameters
-    ----------
-    points : (n, 3) float64
-        On their grid; fastest in the order of `gamutcore.boundary.insertion_order`.
-    step : float
-        Step of the grid.
-
-    Returns
-    -------
-    Centre
-        On the grid, strictly inside the hull unless the hull is only a few steps thick.
-
-    Raises
-    ------
-    FlatPointsError
-        The volume of the hull is almost zero.
+    From the middle, radii meet the surface of a display or a press nearly at right angles, and the
+    modified hull overshoots least (figures: ``docs/decisions/centre.md``). The centroid is used
+    where the middle is outside of the hull or close to its surface. The result is on the grid, and
+    strictly inside a hull that is thicker than a few steps.
     """
     lowest, highest = bounds(points)
     extent, middle = float((highest - lowest).max()), (lowest + highest) / 2
@@ -277,8 +201,8 @@ def automatic_centre(points: FloatArray, step: float) -> Centre:
 def _point_inside(points: FloatArray, extent: float) -> FloatArray | None:
     """Centroid of a large simplex of points; None if all such simplices are flat.
 
-    The vertices are an extreme point, the point farthest from it, the point farthest from their
-    line, and the point farthest from the plane of these three.
+    Each vertex is the point farthest from the point, line or plane of the vertices before. The
+    first is an extreme point.
     """
     if not extent > 0:
         return None

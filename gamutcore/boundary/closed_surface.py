@@ -51,30 +51,10 @@ class ClosedSurface(NamedTuple):
 
 
 def closed_surface(vertices: FloatArray, faces: LongArray) -> ClosedSurface:
-    """Return the closed surface of loose triangles.
+    """Return the closed surface of loose triangles, given in either orientation.
 
-    Parameters
-    ----------
-    vertices : (v, 3) float
-        Equal positions are one vertex.
-    faces : (f, 3) int
-        In either orientation.
-
-    Returns
-    -------
-    ClosedSurface
-
-    Raises
-    ------
-    MeshError
-        The triangles are not one closed surface of genus 0. The message has the number of faulty
-        edges or pieces, and ``where`` names a given vertex, edge or face.
-
-    Examples
-    --------
-    >>> faces = np.array([(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)])
-    >>> closed_surface(np.vstack([np.zeros(3), np.eye(3)]), faces).turned
-    0
+    A `MeshError` says why the triangles are not one closed surface of genus 0. The message has the
+    number of faulty edges or pieces, and ``where`` names a given vertex, edge or face.
     """
     positions, sources, of = _distinct_positions(vertices)
     corners = of[faces]

@@ -2,8 +2,8 @@
 
 The best centre is the deepest point of the star-kernel of the device's surface: all faces see it
 from inside, so every ray from it meets the surface once. The star-kernel of folded surfaces is
-empty. The centre is then the point from which the least area is hidden, which means that a face
-turns its back to the point, and among such points the one that is deepest inside of the rest.
+empty. The centre is then the point from which the least area is hidden. A face is hidden if it
+turns its back to the point. Of several such points, the deepest inside of the other faces is taken.
 
 The faces of more than three channels cross. From the automatic centre of the points, nothing of
 their outside is hidden (``docs/decisions/centre.md`` has the figures). But a tight ink limit can
@@ -46,19 +46,8 @@ def device_centre(
 ) -> Centre | None:
     """Return the centre of the gamut of a device with three channels.
 
-    Parameters
-    ----------
-    points : (n, 3) float64
-        Colours at the surface of the device cube.
-    faces : (m, 3) int32
-        Triangles of these points: a closed surface, oriented outwards.
-    given : (3,) float64, optional
-        A centre to examine, instead of the search for the best one.
-
-    Returns
-    -------
-    Centre or None
-        Deterministic. None if the faces enclose almost no volume.
+    The faces form a closed surface, oriented outwards. With `given`, that centre is examined
+    instead of a search for the best one. The result is None if the faces enclose almost no volume.
     """
     lowest, highest = points.min(axis=0), points.max(axis=0)
     middle, extent = (lowest + highest) / 2, float((highest - lowest).max())
@@ -88,21 +77,10 @@ def device_centre(
 
 
 def enclosed_centre(points: FloatArray, faces: IndexArray, start: Centre) -> Centre:
-    """Return a centre well inside of faces that may cross.
+    """Return a centre well inside of faces that may cross and have any orientation.
 
-    Parameters
-    ----------
-    points : (n, 3) float64
-    faces : (m, 3) int32
-        Triangles of these points, in any orientation.
-    start : Centre
-        The preferred centre, with its depth in the convex hull of the points.
-
-    Returns
-    -------
-    Centre
-        `start` if the faces surround it and it is deep enough. Otherwise the point with the
-        largest distance to the outermost faces that a search along the axes finds. Deterministic.
+    The result is `start` if the faces surround it and it is deep enough. Otherwise it is the point
+    with the largest distance to the outermost faces that a search along the axes finds.
     """
     faces = np.ascontiguousarray(faces)
     depth = radial_volume(points, faces, start.point, COARSE).depth
@@ -145,17 +123,7 @@ def _pattern_search(
 
 @kernel
 def hidden_area(planes: Planes, point: FloatArray) -> float:
-    """Return the area of the faces that a point is not inside of.
-
-    Parameters
-    ----------
-    planes : Planes
-    point : (3,) float64
-
-    Returns
-    -------
-    float
-    """
+    """Return the area of the faces that a point is not inside of."""
     normals, offsets, hidden = planes.normals, planes.offsets, 0.0
     for face in range(len(offsets)):
         room = offsets[face] - (

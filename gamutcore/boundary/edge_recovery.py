@@ -56,23 +56,10 @@ class Flipping(NamedTuple):
 def recover_edges(
     position: FloatArray, faces: IndexArray, pairs: IndexArray
 ) -> tuple[IndexArray, int]:
-    """Return a mesh in which given pairs of vertices are edges, as far as possible.
+    """Return a mesh in which given pairs of vertices are edges, and the number of pairs given up.
 
-    Parameters
-    ----------
-    position : (n, 3) float64
-        Relative to the centre.
-    faces : (F, 3) int32
-        Closed, oriented, and star-shaped about the centre.
-    pairs : (k, 2) int32
-        The more important first.
-
-    Returns
-    -------
-    faces : (F, 3) int32
-        A mesh with the same properties over the same vertices.
-    given_up : int
-        Number of pairs that are no edges.
+    The mesh is closed and star-shaped about the origin of `position`, before and after. The more
+    important pairs come first.
     """
     vertex = faces.copy().reshape(-1)
     mesh = Flipping(

@@ -1,10 +1,10 @@
 """The order in which points are inserted into a hull: near in direction, near in time.
 
-Directions are sorted along a Hilbert curve on the sphere, so the face of each point is a few steps
-from the face of the point before it. The points are inserted in rounds of growing size, chosen at
-random: a coarse hull exists before the fine one is begun, and no order of the input makes the work
-quadratic (Amenta, Choi & Rote, "Incremental Constructions con BRIO", 2003). The random choice is a
-hash of the point's number, so the order is the same in every run.
+Directions are sorted along a Hilbert curve on the sphere. The face of each point is then a few
+steps from the face of the point before. The points are inserted in rounds of growing size, chosen
+at random, so a coarse hull exists before the fine one is begun. No order of the input makes the
+work quadratic (Amenta, Choi & Rote, "Incremental Constructions con BRIO", 2003). The random choice
+is a hash of the point's number, so the order is the same in every run.
 """
 
 from __future__ import annotations
@@ -29,20 +29,10 @@ LAST_ROUND = 15
 
 @kernel
 def curve_positions(relative: FloatArray) -> LongArray:
-    """Return the positions of directions along a Hilbert curve that covers the sphere.
+    """Return the positions of directions, 0 to 4¹⁵ − 1, along a Hilbert curve on the sphere.
 
     The sphere is unfolded into a square by way of an octahedron. The curve is that of Hilbert,
     "Ueber die stetige Abbildung einer Linie auf ein Flächenstück" (1891).
-
-    Parameters
-    ----------
-    relative : (n, 3) float64
-        Points relative to the centre.
-
-    Returns
-    -------
-    (n,) int64
-        0 to 4¹⁵ − 1.
     """
     position = np.empty(len(relative), np.int64)
     half = 0.5 * (2**CURVE_BITS - 1)
@@ -88,15 +78,7 @@ def _rounds(count: int) -> LongArray:
 def insertion_order(positions: LongArray) -> LongArray:
     """Return the order of points by rounds of growing size, and along the curve within a round.
 
-    Parameters
-    ----------
-    positions : (n,) int64
-        From `curve_positions`.
-
-    Returns
-    -------
-    (n,) int64
-        A permutation. The order of two points does not depend on the other points.
+    The order of two points does not depend on the other points.
     """
     keys = _rounds(len(positions)) << 2 * CURVE_BITS | positions
     return np.argsort(keys, kind="stable").astype(np.int64, copy=False)

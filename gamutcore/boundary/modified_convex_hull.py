@@ -1,10 +1,10 @@
 """The modified convex hull: an accurate, star-shaped surface around the colours of a device.
 
-The radii of all colours about a centre are raised to the power γ, a convex hull is taken of the
-result, and its triangles are kept on the original colours (Balasubramanian & Dalal, "A method for
-quantifying the color gamut of an output device", 1997; used in this form by Bakke & Farup). γ = 1
-gives the convex hull. With γ → 0, every colour would be on the surface. In between, the surface
-follows concavities.
+The radii of all colours about a centre are raised to the power γ. A convex hull is taken of the
+result, and its triangles are kept on the original colours. The method is of Balasubramanian &
+Dalal, "A method for quantifying the color gamut of an output device" (1997), and used in this form
+by Bakke & Farup. γ = 1 gives the convex hull. With γ → 0, every colour would be on the surface. In
+between, the surface follows concavities.
 
 Scaling a radius keeps the direction of a point, and with it the sign of each face's determinant
 about the centre. The surface is therefore star-shaped, because the hull is.
@@ -169,22 +169,10 @@ def _radii_to_power(relative: FloatArray, gamma: float) -> FloatArray:
 
 
 def coherent_order(faces: IndexArray, positions: LongArray) -> tuple[LongArray, IndexArray]:
-    """Return an order of vertices along a curve, and of faces by first vertex.
+    """Return the vertices of faces in order along a curve, and the faces over them by first vertex.
 
-    Neighbours are then near in memory.
-
-    Parameters
-    ----------
-    faces : (n, 3) int32
-    positions : (m,) int64
-        Positions of the points along the curve.
-
-    Returns
-    -------
-    corners : (v,) int64
-        The points that are vertices, in their new order.
-    packed : (n, 3) int32
-        The faces over them, each starting with its smallest vertex.
+    Neighbours are then near in memory. `positions` are those of the points along the curve. Each
+    face starts with its smallest vertex.
     """
     corners = np.flatnonzero(np.bincount(faces.ravel(), minlength=len(positions))).astype(np.int64)
     corners = corners[np.argsort(positions[corners], kind="stable")]

@@ -1,6 +1,6 @@
 """The side of a triangle's plane on which a point lies: the predicate of the convex hull.
 
-Double precision nearly always suffices, and the error bound of Shewchuk, "Adaptive Precision
+Double precision nearly always suffices. The error bound of Shewchuk, "Adaptive Precision
 Floating-Point Arithmetic and Fast Robust Geometric Predicates" (1997), tells when it does not. The
 predicate is then computed with pairs of doubles (Dekker, "A floating-point technique for extending
 the available precision", 1971), in about 100 bits. A volume below some 10⁻³⁰ of the product of the
@@ -31,19 +31,11 @@ SPLITTER = 2.0**27 + 1.0
 
 @leaf_kernel
 def is_above(position: FloatArray, one: int, two: int, three: int, point: int) -> bool:
-    """Whether a point lies above the plane of a triangle, on its counter-clockwise side.
+    """Whether a point is above the plane of a triangle, on its counter-clockwise side.
 
-    Parameters
-    ----------
-    position : (n, 3 or more) float64
-        Far from the limits of float64: products of three neither overflow nor underflow.
-    one, two, three, point : int
-        Rows of `position`. The answer is the same for any cyclic order of the corners.
-
-    Returns
-    -------
-    bool
-        False on the plane.
+    A point on the plane is not above it. The answer is the same for any cyclic order of the
+    corners. Coordinates must be so far from the limits of float64 that products of three neither
+    overflow nor underflow.
     """
     x, y, z = position[point, 0], position[point, 1], position[point, 2]
     ax, ay, az = position[one, 0] - x, position[one, 1] - y, position[one, 2] - z

@@ -169,20 +169,9 @@ def _set_planes(position: FloatArray, corner: IndexArray, plane: FloatArray) -> 
 
 @kernel
 def arrange(position: FloatArray, corner: IndexArray, tolerance: float) -> Sheets:
-    """Sort triangles into cells.
+    """Turn triangles outwards and sort them into cells; positions are relative to the centre.
 
-    Parameters
-    ----------
-    position : (n, 3) float64
-        Relative to the centre.
-    corner : (m, 3) int32
-        Triangles that are seen from the centre on edge, or that have a corner there, hide nothing.
-    tolerance : float
-
-    Returns
-    -------
-    Sheets
-        Its triangles are turned outwards.
+    Triangles seen from the centre on edge, or with a corner there, hide nothing.
     """
     count = len(corner)
     cells = min(max(int(np.sqrt(count / (6.0 * TRIANGLES_PER_CELL))), 4), MOST_CELLS)
@@ -253,17 +242,9 @@ def _point_is_hidden(sheets: Sheets, x: float, y: float, z: float) -> bool:
 
 @kernel
 def is_hidden(sheets: Sheets, points: FloatArray) -> BooleanArray:
-    """Return whether points are nearer to the centre than a triangle on the same ray.
+    """Return whether each point is nearer to the centre than a triangle on the same ray.
 
-    Parameters
-    ----------
-    sheets : Sheets
-    points : (n, 3) float64
-        Relative to the centre.
-
-    Returns
-    -------
-    (n,) bool
+    Points are relative to the centre.
     """
     hidden = np.empty(len(points), np.bool_)
     for index in range(len(points)):
@@ -275,22 +256,7 @@ def is_hidden(sheets: Sheets, points: FloatArray) -> BooleanArray:
 
 @kernel
 def edge_crossings(sheets: Sheets, edges: IndexArray, room: int) -> tuple[int, Crossings]:
-    """Return the points at which edges pass through triangles.
-
-    Parameters
-    ----------
-    sheets : Sheets
-    edges : (e, 2) int32
-        Vertices of the edges.
-    room : int
-        Largest number of crossings that are written.
-
-    Returns
-    -------
-    count : int
-        Number of crossings, which may be more than `room`.
-    crossings : Crossings
-    """
+    """Return how often edges pass through triangles, and at most `room` of the crossings."""
     position, plane = sheets.position, sheets.plane
     found_edge, found_face = np.empty(room, np.int32), np.empty(room, np.int32)
     found_share, box, count = np.empty(room), np.empty(4, np.int64), 0

@@ -23,24 +23,9 @@ __all__ = ["centred_points", "farthest_points"]
 def centred_points(
     points: ArrayLike, centre: ArrayLike | Literal["auto"]
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the points on their grid, and the given or automatic centre.
+    """Return points rounded to their grid, and the given or automatic centre on the same grid.
 
-    Parameters
-    ----------
-    points : (n, 3) array_like
-    centre : (3,) array_like or "auto"
-
-    Returns
-    -------
-    rounded : (n, 3) float64
-        The points, rounded to their grid.
-    middle : (3,) float64
-        The centre on the same grid, strictly inside the convex hull of the points.
-
-    Raises
-    ------
-    InvalidPointsError, TooFewPointsError, FlatPointsError, CentreError, OptionError, BoundaryError
-        As `modified_convex_hull`.
+    The centre is strictly inside the convex hull. Raises what `modified_convex_hull` raises.
     """
     # only the convex hull tells whether the centre is inside
     middle = modified_convex_hull(points, 1.0, centre).centre
@@ -49,26 +34,9 @@ def centred_points(
 
 
 def farthest_points(segment: LongArray, radii: FloatArray, count: int) -> LongArray:
-    """Return the farthest point of every segment.
+    """Return the index of the farthest point of each of `count` segments; −1 for an empty segment.
 
-    Parameters
-    ----------
-    segment : (n,) int64
-        Segment of each point, 0 to `count` − 1.
-    radii : (n,) float64
-        Distances from the centre.
-    count : int
-        Number of segments.
-
-    Returns
-    -------
-    (count,) int64
-        Index of a point, the first of equally far ones; −1 for a segment without points.
-
-    Examples
-    --------
-    >>> farthest_points(np.array([0, 0, 2]), np.array([1.0, 2.0, 3.0]), 3).tolist()
-    [1, -1, 2]
+    The first of equally far points is taken.
     """
     outwards = np.lexsort((-np.arange(len(radii)), radii))
     farthest = np.full(count, -1, np.int64)

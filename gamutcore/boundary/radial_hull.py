@@ -2,19 +2,19 @@
 
 The hull is star-shaped about the centre, which makes an incremental hull simple. A point can only
 be above the hull if it is above the face that its ray from the centre meets. A walk over the corner
-table from the face of the last point finds that face. A step across an edge that the ray lies
-behind raises the product of the ray with the pole of the face's plane, so the walk never cycles. A
-point above its face sees a connected part of the hull, the cavity. The cavity is replaced by a fan
-of triangles from its rim to the point.
+table from the face of the last point finds that face. Each step crosses an edge that the ray lies
+behind. The product of the ray with the pole of the face's plane then rises, so the walk never
+cycles. A point above its face sees a connected part of the hull, the cavity. The cavity is replaced
+by a fan of triangles from its rim to the point.
 
 The hull starts with four seeds, the corners of a tiny tetrahedron around the centre. If the centre
 is inside the hull of the points by more than the distance of the seeds, the hull absorbs all seeds.
 Seeds that remain prove that the centre is not inside.
 
-A fan is added only if the rim is one closed cycle and each triangle sees the centre from inside, by
-twice the margin of all levels. The triangles then wind around the point in one direction, and once
-only, as the rim does. The fan covers the directions of the cavity once, so the new surface projects
-one to one onto the sphere if the old surface did.
+A fan is added only if its rim is one closed cycle and each triangle sees the centre from inside.
+The margin is twice that of all levels. The triangles then wind around the point in one direction,
+and once only, as the rim does. The fan covers the directions of the cavity once, so the new surface
+projects one to one onto the sphere if the old surface did.
 """
 
 from __future__ import annotations
@@ -121,18 +121,10 @@ class Slots(NamedTuple):
 def radial_hull(points: FloatArray) -> IndexArray:
     """Return the triangulated convex hull of points around the origin.
 
-    Parameters
-    ----------
-    points : (n, 3) float64
-        Fastest in the order of `gamutcore.boundary.insertion_order`. Points at the origin and
-        duplicates are allowed.
-
-    Returns
-    -------
-    (F, 3) int32
-        Counter-clockwise from outside; closed, of genus 0, and every face sees the origin. Empty if
-        the origin is not inside the hull by more than `CLEARANCE`. Points on the hull within
-        rounding may or may not be vertices.
+    Faces are counter-clockwise from outside, and each sees the origin. The result is empty if the
+    origin is not inside the hull by more than `CLEARANCE`. Points within rounding of the hull may
+    or may not be vertices. The hull is fastest in the order of
+    `gamutcore.boundary.insertion_order`.
     """
     count = len(points) + 4
     hull = _seeds(points)
@@ -215,15 +207,10 @@ def _faces(vertex: IndexArray, used: int) -> IndexArray:
 def _insert(
     hull: Hull, cavity: Cavity, slots: Slots, point: int, face: int, may_widen: bool
 ) -> tuple[int, bool]:
-    """Insert a point into the hull if it is above it.
+    """Insert a point into the hull if it is above it; return a face near it, and if it is settled.
 
-    Returns
-    -------
-    face : int
-        A face near the point, where the search for the next point starts.
-    settled : bool
-        False if the point is above the hull but was not inserted, because the fan would not see the
-        centre.
+    The search for the next point starts at that face. The point is not settled if it is above the
+    hull but its fan would not see the centre.
     """
     face = _face_in_direction(hull, point, face, slots.counts[USED])
     first = 3 * face
@@ -255,8 +242,8 @@ def _side(position: FloatArray, one: int, two: int, three: int) -> float:
 def _face_in_direction(hull: Hull, point: int, face: int, used: int) -> int:
     """Face that a point's ray from the centre meets, by a walk from another face.
 
-    The walk ends on every convex surface. If rounding has left a surface that is not quite convex,
-    the walk is given up after as many steps as there are faces, and all faces are examined.
+    The walk ends on every convex surface. Rounding can leave a surface that is not quite convex.
+    After as many steps as there are faces, all faces are examined instead.
     """
     position, vertex, opposite = hull.position, hull.vertex, hull.opposite
     radius = position[point, 3]
@@ -289,15 +276,10 @@ def _face_in_direction(hull: Hull, point: int, face: int, used: int) -> int:
 
 @leaf_kernel
 def _open_cavity(hull: Hull, cavity: Cavity, face: int, point: int, number: int) -> tuple[int, int]:
-    """Collect the faces that a point is above, from one of them outwards, and their rim.
+    """Collect the faces that a point is above, and their rim; return the counts of faces and edges.
 
     Going counter-clockwise around each face from the edge of entry gives the edges of the rim in
     order.
-
-    Returns
-    -------
-    removed, edges : int
-        Number of faces in `cavity.face`, and of edges in `cavity.start`, `end` and `outer`.
     """
     vertex, opposite, mark, ahead = hull.vertex, hull.opposite, hull.mark, cavity.ahead
     mark[face] = number
@@ -356,18 +338,13 @@ def _sees_centre(position: FloatArray, cavity: Cavity, edges: int, point: int) -
 def _widen_cavity(
     hull: Hull, cavity: Cavity, slots: Slots, face: int, point: int, edges: int
 ) -> tuple[int, int]:
-    """Add faces to a cavity until the fan sees the centre.
+    """Add faces to a cavity until the fan sees the centre; return counts as `_open_cavity` does.
 
-    An edge of the rim and the point may lie on one great circle within rounding. The middle of the
-    three points is then on the line between the others. If it is the point, it splits the edge, and
-    the face beyond belongs to the cavity. If it is a vertex, all faces of the vertex do. A face is
-    not added if the point is further below it than above the hull: omitting the point is the
-    smaller error then.
-
-    Returns
-    -------
-    removed, edges : int
-        As from `_open_cavity`; 0 edges if no cavity works.
+    There are 0 edges if no cavity works. An edge of the rim and the point may lie on one great
+    circle within rounding. The middle of the three points is then on the line between the others.
+    If it is the point, it splits the edge, and the face beyond belongs to the cavity. If it is a
+    vertex, all faces of the vertex do. A face is not added if the point is further below it than
+    above the hull: omitting the point is then the smaller error.
     """
     position, vertex = hull.position, hull.vertex
     allowance = max(_height(position, vertex, face, point), 0.0) + BEHIND * position[point, 3]

@@ -46,20 +46,9 @@ class RadialVolume(NamedTuple):
 def radial_volume(
     points: FloatArray, faces: IndexArray, centre: FloatArray, pixels: int
 ) -> RadialVolume:
-    """Return the volume of the radial envelope of triangles.
+    """Return the volume of the radial envelope of triangles in any orientation.
 
-    Parameters
-    ----------
-    points : (n, 3) float64
-    faces : (m, 3) int32
-        In any orientation.
-    centre : (3,) float64
-    pixels : int
-        Along an edge of the cube: `FINE` or `COARSE`.
-
-    Returns
-    -------
-    RadialVolume
+    `pixels` is the number along an edge of the cube: `FINE` or `COARSE`.
     """
     radius = np.zeros((6, pixels, pixels))
     corners = np.empty((3, 3))

@@ -1,9 +1,9 @@
 """Segment maxima: the farthest colour of every segment of a uniform polar and azimuth grid.
 
 Morovic & Luo, "Calculating medium and image gamut boundaries for gamut mapping" (2000). Directions
-from the centre are divided uniformly by the polar angle from the first axis (L* in CIELAB) and by
-the azimuth about it (the hue angle). The farthest colour of each segment is a vertex, and the grid
-determines the faces.
+from the centre are divided uniformly by two angles: the polar angle from the first axis (L* in
+CIELAB) and the azimuth about it (the hue angle). The farthest colour of each segment is a vertex,
+and the grid determines the faces.
 
 The published method leaves three points open (``docs/decisions/other-boundaries.md`` has the
 reasons). Empty segments and the two poles, which are vertices of their own, get a radius by
@@ -145,14 +145,9 @@ def _segments_of(relative: FloatArray, polar: int, azimuth: int) -> LongArray:
 
 
 def _middles(polar: int, azimuth: int) -> tuple[FloatArray, FloatArray]:
-    """Directions of the middles of all segments and of the poles, and their angular sizes.
+    """Unit vectors to the middles of all segments and to the two poles, and their angular sizes.
 
-    Returns
-    -------
-    directions : (polar · azimuth + 2, 3) float64
-        Unit vectors; the last two are the poles.
-    sizes : (polar · azimuth + 2,) float64
-        Angle to the nearest neighbour, in radians.
+    A size is the angle to the nearest neighbour, in radians. The poles come last.
     """
     slope = np.repeat((np.arange(polar) + 0.5) * np.pi / polar, azimuth)
     turn = np.tile((np.arange(azimuth) + 0.5) * 2 * np.pi / azimuth, polar)
@@ -172,17 +167,6 @@ def _harmonic_radii(
     The radii satisfy a discrete Laplace equation (finite volumes on the sphere) in the empty
     segments, with fixed values in the filled ones. No interpolated radius is outside the range of
     the others.
-
-    Parameters
-    ----------
-    reach : (polar · azimuth + 2,) float64
-        Radii of filled segments.
-    filled : (polar · azimuth + 2,) bool
-    polar, azimuth : int
-
-    Returns
-    -------
-    (polar · azimuth + 2,) float64
     """
     from scipy.sparse import coo_array, diags_array  # noqa: PLC0415  # slow; only this method needs it
     from scipy.sparse.linalg import spsolve  # noqa: PLC0415
@@ -218,17 +202,8 @@ def _faces(positions: FloatArray, polar: int, azimuth: int) -> IndexArray:
     """Triangles of the grid of segments: fans at the poles, two for each quadrilateral between.
 
     A diagonal is valid if both of its triangles see the centre. Of two valid diagonals, the one
-    with the larger volume is taken, because gamuts are mostly convex.
-
-    Parameters
-    ----------
-    positions : (polar · azimuth + 2, 3) float64
-        Relative to the centre.
-    polar, azimuth : int
-
-    Returns
-    -------
-    (2 · polar · azimuth, 3) int32
+    with the larger volume is taken, because gamuts are mostly convex. Positions are relative to the
+    centre.
     """
     number = np.arange(polar * azimuth, dtype=np.int32).reshape(polar, azimuth)
     east = np.roll(number, -1, axis=1)

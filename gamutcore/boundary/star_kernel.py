@@ -1,9 +1,9 @@
 """The point of a surface's star-kernel that is deepest inside of all faces.
 
 A face sees the points of a half-space from inside. The points that all faces see form a convex
-body. Geometry calls it the kernel of a star-shaped body; here it is the star-kernel, because a
-kernel is a compiled function in this project. The point farthest from the planes of all faces is
-the centre of the largest ball in the body (Chebyshev centre), a linear programme in four unknowns.
+body. Geometry calls it the kernel of a star-shaped body. Here it is the star-kernel, because a
+kernel is a compiled function in this project. The deepest point is the centre of the largest ball
+in the body (Chebyshev centre), a linear programme in four unknowns.
 
 The dual simplex method solves it: four planes determine a point, and the plane that is violated
 most replaces one of the four (Dantzig, "Linear Programming and Extensions", 1963).
@@ -75,18 +75,7 @@ class StarKernelPoint(NamedTuple):
 
 @kernel
 def face_planes(points: FloatArray, faces: IndexArray) -> Planes:
-    """Return the planes of faces.
-
-    Parameters
-    ----------
-    points : (m, 3) float64
-    faces : (n, 3) int32
-        Counter-clockwise from outside.
-
-    Returns
-    -------
-    Planes
-    """
+    """Return the planes of faces that are counter-clockwise from outside."""
     count = len(faces)
     normals, offsets, areas = np.zeros((count, 3)), np.empty(count), np.empty(count)
     for face in range(count):
@@ -119,19 +108,10 @@ def _nearest_plane(planes: Planes, point: FloatArray) -> tuple[int, float]:
 
 
 def star_kernel_point(planes: Planes, extent: float) -> StarKernelPoint:
-    """Return the point that is farthest inside of all planes.
+    """Return the point farthest inside of the planes of a closed surface around the origin.
 
-    Parameters
-    ----------
-    planes : Planes
-        Of the faces of a closed surface around the origin. Faces without area are ignored.
-    extent : float
-        Largest extent of the surface, to which tolerances are relative.
-
-    Returns
-    -------
-    StarKernelPoint
-        Deterministic.
+    Faces without area are ignored. Tolerances are relative to `extent`, the largest extent of the
+    surface.
     """
     rows = np.column_stack([FAR_PLANES, np.ones(4)])
     limits = np.full(4, FAR * extent)

@@ -3,8 +3,8 @@
 Bakke, Farup & Hardeberg, "Multispectral gamut mapping and visualization" (2005). The faces of a
 tetrahedron, an octahedron or an icosahedron are repeatedly split into four and projected onto the
 sphere. Every triangle and the centre form a segment. The modified convex hull is taken of the
-farthest colour of each segment, with a γ of 0.05, so nearly all of them are on the surface. Empty
-segments add nothing.
+farthest colour of each segment. With a γ of 0.05, nearly all of these colours are on the surface.
+Empty segments add nothing.
 """
 
 from __future__ import annotations
@@ -121,27 +121,10 @@ def usv(
 
 
 def sphere_triangles(basis: str, subdivisions: int) -> tuple[FloatArray, list[IndexArray]]:
-    """Return the triangles on the unit sphere from a regular polyhedron that is split repeatedly.
+    """Return unit vectors, and the triangles over them at each level of a split polyhedron.
 
-    Parameters
-    ----------
-    basis : str
-        One of `BASES`.
-    subdivisions : int
-
-    Returns
-    -------
-    corners : (m, 3) float64
-        Unit vectors.
-    faces : list of (n · 4ⁱ, 3) int32
-        The triangles of each level i from 0 to `subdivisions`, counter-clockwise from outside. Face
-        f of a level is split into the faces 4 f, 4 f + 1 and 4 f + 2 at its corners, in their
-        order, and 4 f + 3 in its middle.
-
-    Examples
-    --------
-    >>> [len(faces) for faces in sphere_triangles("octahedron", 2)[1]]
-    [8, 32, 128]
+    Each level has four times the faces of the last, counter-clockwise from outside. Face f is split
+    into 4 f, 4 f + 1 and 4 f + 2 at its corners, in their order, and 4 f + 3 in its middle.
     """
     corners = BASES[basis] / np.linalg.norm(BASES[basis], axis=1)[:, np.newaxis]
     hull = modified_convex_hull(corners, 1.0, (0.0, 0.0, 0.0))
@@ -158,19 +141,9 @@ def sphere_triangles(basis: str, subdivisions: int) -> tuple[FloatArray, list[In
 
 
 def triangles_towards(directions: FloatArray, basis: str, subdivisions: int) -> LongArray:
-    """Return the triangle of `sphere_triangles` in each direction.
+    """Return the finest triangle of `sphere_triangles` in each direction of about unit length.
 
-    Parameters
-    ----------
-    directions : (n, 3) float64
-        Of about unit length.
-    basis : str
-    subdivisions : int
-
-    Returns
-    -------
-    (n,) int64
-        A triangle that contains the direction; one of several on a border.
+    A direction on a border gets one of the triangles that meet there.
     """
     corners, levels = sphere_triangles(basis, subdivisions)
     neighbours = opposite_corners(levels[0], len(corners)).reshape(-1, 3) // 3
@@ -195,25 +168,14 @@ def _triangles_by_walk(
 ) -> LongArray:
     """Triangle of each direction, by a walk over the polyhedron and down its subdivisions.
 
-    On the polyhedron, each step crosses the side that the direction is farthest outside of. It
-    starts at the triangle of the direction before. In a subdivision, the walk starts in the middle
-    part and crosses at most one side, because the other three parts have no common side. The walk
-    thus ends after one step per subdivision. A walk over the finest triangles alone might not end:
-    the subdivisions of a tetrahedron are not Delaunay.
+    On the polyhedron, each step crosses the side that the direction is farthest outside of, from
+    the triangle of the direction before. In a subdivision, the walk starts in the middle part and
+    crosses at most one side, because the other three parts have no common side. A walk over the
+    finest triangles alone might not end: the subdivisions of a tetrahedron are not Delaunay.
 
-    Parameters
-    ----------
-    directions : (n, 3) float64
-    neighbours : (k, 3) int32
-        Neighbouring faces of the polyhedron, opposite to each corner.
-    sides : (k + k + 4 k + 16 k + ..., 3, 3) float64
-        Inward normals of the sides: of the polyhedron's faces, then of the middle parts of all
-        faces of each level that is split.
-    subdivisions : int
-
-    Returns
-    -------
-    (n,) int64
+    `neighbours` are the faces of the polyhedron opposite to each corner. `sides` are the inward
+    normals of the polyhedron's faces, then of the middle parts of all faces of each level that is
+    split.
     """
     found = np.empty(len(directions), np.int64)
     start = 0
