@@ -31,25 +31,10 @@ LARGEST_STEPS = 2.0**24
 def write_candidate(
     stage: Stage, corner: int, choice: int, link: IndexArray, count: int, point: FloatArray
 ) -> bool:
-    """Write a candidate position of an edge.
+    """Write candidate `choice` of the edge that `corner` faces; False if the edge has none.
 
-    Parameters
-    ----------
-    stage : Stage
-    corner : int
-        One of the two corners that face the edge.
-    choice : int
-        Number of the candidate: 0 to `CANDIDATES` − 1.
-    link : (m, 2) int32
-        The edge's directed link of `count` pairs.
-    count : int
-    point : (3,) float64
-        Receives the position, relative to the centre.
-
-    Returns
-    -------
-    bool
-        False if the edge has no such candidate.
+    `link` is the edge's directed link of `count` pairs. `point` receives the position, relative to
+    the centre.
     """
     if choice == OPTIMUM:
         find_optimum(stage, corner, point)
@@ -67,20 +52,10 @@ def write_candidate(
 
 @leaf_kernel
 def round_to_grid(grid: Grid, point: FloatArray, rounded: Float32Array) -> bool:
-    """Round a position to the nearest grid point.
+    """Round a position, relative to the centre, in place to the nearest grid point.
 
-    Parameters
-    ----------
-    grid : Grid
-    point : (3,) float64
-        Relative to the centre; replaced by the rounded position.
-    rounded : (3,) float32
-        Receives the rounded position in coordinates of the colour space.
-
-    Returns
-    -------
-    bool
-        False if the position lies beyond 2²⁴ steps, where float32 does not hold the grid.
+    `rounded` receives the same position in coordinates of the colour space. The result is False
+    beyond 2²⁴ steps, where float32 does not hold the grid.
     """
     exact = True
     for axis in range(3):

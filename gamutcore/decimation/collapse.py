@@ -96,10 +96,10 @@ def _queue_next_candidate(stage: Stage, work: Workspace, edge: int, count: int) 
 def _refresh(stage: Stage, work: Workspace, kept: int, eager: bool) -> None:
     """Update the queue around a new vertex.
 
-    With accumulated quadrics only the edges of the vertex have new errors. Otherwise the edges of
-    its neighbours have as well. If `eager`, these are evaluated at once unless they were large;
-    else when they come to the front of the queue. Errors grow as faces do, so an old error is
-    seldom too large. Parked edges of the neighbours return in any case.
+    With accumulated quadrics only the edges of the vertex have new errors; otherwise those of its
+    neighbours have, too. If `eager`, the latter are evaluated at once unless they were large, else
+    at the front of the queue: an old error is seldom too large. Parked edges of the neighbours
+    return.
     """
     surface, queue, collapses = stage.surface, work.queue, work.collapses[0]
     on_link = stage.parameters.kind == MEMORYLESS
@@ -142,26 +142,11 @@ def _queue_all(stage: Stage, work: Workspace) -> None:
 
 @kernel
 def collapse_edges(stage: Stage, record: Record, work: Workspace, swept: int, wanted: int) -> int:
-    """Collapse edges, cheapest first.
+    """Collapse edges, cheapest first, until `wanted` collapses are made; `swept` of them in sweeps.
 
-    Parameters
-    ----------
-    stage : Stage
-        Left at the last level.
-    record : Record
-        Receives the collapses.
-    work : Workspace
-        A call continues after the collapses of the last one.
-    swept : int
-        Number of collapses to make in sweeps, before strict order begins.
-    wanted : int
-        Number of collapses to make in all.
-
-    Returns
-    -------
-    int
-        Number of changes that the record has no room for: extend it and call again. 0 if the wanted
-        number of collapses is reached, or no edge can be collapsed validly.
+    Sweeps come before strict order. A call continues after the collapses of the last one. The
+    result is the number of changes that the record has no room for: extend it and call again. It is
+    0 at the end, or if no edge can be collapsed validly.
     """
     enter_level(stage, len(stage.grid.position) - work.collapses[0])
     if work.collapses[0] < swept and not collapse_in_sweeps(stage, record, work, swept):

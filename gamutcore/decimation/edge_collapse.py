@@ -144,18 +144,8 @@ def mark_changed(surface: Surface, work: Workspace, vertex: int) -> None:
 def candidate_is_valid(stage: Stage, work: Workspace, edge: int, count: int) -> bool:
     """Write and round the present candidate of an edge; False if it is not valid.
 
-    Parameters
-    ----------
-    stage : Stage
-    work : Workspace
-        `link` holds the edge's link. `point` and `rounded` receive the position.
-    edge : int
-    count : int
-        Number of pairs of the link.
-
-    Returns
-    -------
-    bool
+    `work.link` holds the edge's link of `count` pairs. `work.point` and `work.rounded` receive the
+    position.
     """
     corner, choice = int(stage.surface.corner_facing[edge]), int(np.int64(work.choice[edge]))
     if not write_candidate(stage, corner, choice, work.link, count, work.point):
@@ -174,20 +164,9 @@ def rounded_point_is_valid(stage: Stage, work: Workspace, count: int) -> bool:
 
 @inlined_kernel
 def collapse_edge(stage: Stage, record: Record, work: Workspace, edge: int) -> int:
-    """Collapse an edge to `work.point` and record the collapse.
+    """Collapse an edge to `work.point`, record the collapse, and return the vertex that stays.
 
-    Parameters
-    ----------
-    stage : Stage
-    record : Record
-        With room for the degrees of the edge's ends.
-    work : Workspace
-    edge : int
-
-    Returns
-    -------
-    int
-        The vertex that stays: the end with more edges.
+    The end with more edges stays. The record has room for the degrees of both ends.
     """
     surface, grid, index = stage.surface, stage.grid, work.collapses[0]
     corner, kept, dead = edge_ends(surface, edge)

@@ -95,11 +95,7 @@ def _sift_down(queue: EdgeQueue, index: int, size: int) -> None:
 def fill_queue(queue: EdgeQueue, count: int) -> None:
     """Queue edges whose priorities are set, in time linear in their number.
 
-    Parameters
-    ----------
-    queue : EdgeQueue
-        Empty. The first `count` entries of `heap` name the edges to queue.
-    count : int
+    The queue is empty. The first `count` entries of `heap` name the edges to queue.
     """
     for index in range(count):
         queue.heap_index[queue.heap[index]] = index

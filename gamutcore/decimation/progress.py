@@ -24,20 +24,7 @@ _INTERVAL = 0.1
 
 
 class Progress:
-    """Progress of work that consists of parts.
-
-    Parameters
-    ----------
-    parts : sequence of (int, float)
-        Final count and amount of work of each part.
-
-    Examples
-    --------
-    >>> progress = Progress([(10, 1.0), (5, 3.0)])
-    >>> progress.begin_part()[0] = 5
-    >>> progress.fraction()
-    0.125
-    """
+    """Progress of work that consists of parts, each given as its final count and amount of work."""
 
     def __init__(self, parts: Sequence[tuple[int, float]]) -> None:
         self._parts = iter(parts)
@@ -65,13 +52,8 @@ def report_progress(
 ) -> Iterator[None]:
     """Report progress while the body of the context runs.
 
-    Parameters
-    ----------
-    fraction : callable
-        Returns the fraction of the work that is done. Called in another thread.
-    progress : callable or None
-        Called with the fraction, in a thread of its own, only while the context is active. Leaving
-        the context raises any exception of this function.
+    `fraction` returns the fraction of the work that is done. `progress` is called with it in
+    another thread. Leaving the context raises any exception of `progress`.
     """
     if progress is None:
         yield

@@ -1,9 +1,9 @@
 """The record of a decimation: every collapse, in order.
 
 A collapse removes the `dead` vertex of an edge and the two faces at the edge, and moves the `kept`
-vertex. In the finer level, the face left of the directed edge kept → dead is (kept, dead, left) and
-the face right of it is (dead, kept, right), both counter-clockwise from outside. The faces of the
-dead vertex between `right` and `left` pass to the kept vertex.
+vertex. In the finer level, the face left of the directed edge kept → dead is (kept, dead, left).
+The face right of it is (dead, kept, right). Both are counter-clockwise from outside. The faces of
+the dead vertex between `right` and `left` pass to the kept vertex.
 """
 
 from __future__ import annotations
@@ -47,8 +47,8 @@ class Record(NamedTuple):
     moved_end : (V − 4,) int64
         End of the collapse's part of `moved`.
     moved : (≥ moved_end[-1],) int32
-        Corners that pass from the dead vertex to the kept one, counter-clockwise around the dead
-        vertex from the right side to the left side.
+        Corners that pass from the dead vertex to the kept one. They are in counter-clockwise order
+        around the dead vertex, from the right side to the left side.
     shifted_end : (V − 4,) int64
         End of the collapse's part of `shifted` and `shift`.
     shifted : (≥ shifted_end[-1],) int32
@@ -107,22 +107,10 @@ def record_collapse(
     kept: int,
     dead: int,
 ) -> None:
-    """Record a collapse before it happens, without its shifts.
+    """Record collapse number `index` of the edge that `corner` faces, before it happens.
 
-    Parameters
-    ----------
-    record : Record
-        With room for the degree of the dead vertex.
-    index : int
-        Number of earlier collapses.
-    surface : Surface
-    grid_position : (V, 3) float32
-        Positions before the collapse.
-    rounded : (3,) float32
-        Position of the kept vertex after the collapse.
-    corner : int
-        One of the two corners that face the edge.
-    kept, dead : int
+    `grid_position` has the positions before the collapse, `rounded` that of the kept vertex after
+    it. Shifts are recorded later. The record has room for the degree of the dead vertex.
     """
     record.kept[index], record.dead[index] = kept, dead
     for axis in range(3):
@@ -153,20 +141,10 @@ def record_shift(
     row: int,
     grid_position: Float32Array,
 ) -> None:
-    """Record the move of a vertex that is not an end of the collapsed edge.
+    """Record that a vertex beside the collapsed edge moved; the record has room for it.
 
-    Parameters
-    ----------
-    record : Record
-        With room for the shift.
-    index : int
-        Number of earlier collapses.
-    vertex : int
-    before : (n, 3) float32
-        Row `row` is the position before the move.
-    row : int
-    grid_position : (V, 3) float32
-        Positions after the move.
+    `index` is the number of earlier collapses. Row `row` of `before` is the position before the
+    move, and `grid_position` has the positions after it.
     """
     filled = record.shifted_end[index]
     record.shifted[filled] = vertex

@@ -83,15 +83,8 @@ def _move(stage: Stage, work: Workspace, vertex: int) -> bool:
 def relax(stage: Stage, record: Record, work: Workspace, kept: int) -> None:
     """Move a new vertex and its neighbours to better positions, and record the moves.
 
-    Parameters
-    ----------
-    stage : Stage
-    record : Record
-        With room for one shift per neighbour. The position and the end of shifts of the last
-        collapse are replaced.
-    work : Workspace
-    kept : int
-        The new vertex.
+    The position and the end of shifts of the last collapse are replaced. The record has room for
+    one shift per neighbour.
     """
     surface, around, position = stage.surface, work.neighbourhood, stage.grid.position
     neighbours = int(surface.degree[kept])

@@ -46,10 +46,6 @@ class Stage(NamedTuple):
 
     Attributes
     ----------
-    parameters : Parameters
-    surface : Surface
-    grid : Grid
-    quadrics : Quadrics
     deviation : Deviation
         Without samples if the cost never compares levels with a reference.
     level : (1,) int32
@@ -85,22 +81,9 @@ def new_stage(
     opposite: IndexArray,
     grid: Grid,
 ) -> Stage:
-    """Return the stage that begins with the full boundary.
+    """Return the stage that begins with a full boundary, a closed mesh without −1 in `opposite`.
 
-    Parameters
-    ----------
-    parameters : Parameters
-    positions : (V, 3) float64
-        Relative to the centre.
-    faces : (F, 3) int32
-    opposite : (3 F,) int32
-        Opposite corners of a closed mesh: no −1.
-    grid : Grid
-        With the same positions in coordinates of the colour space.
-
-    Returns
-    -------
-    Stage
+    `positions` are relative to the centre. The grid has them in coordinates of the colour space.
     """
     count = len(positions)
     parameters = parameters.for_boundary(count, len(faces))
@@ -131,18 +114,8 @@ def new_stage(
 def compact_stage(stage: Stage) -> Stage:
     """Return the remaining surface of a stage as a stage of its own, in the same order.
 
-    When a surface of a hundred thousand vertices has been decimated to a few thousand, each face
-    lies in a cache line of its own. Compacted, the surface fits the cache and is small enough to
-    copy for several trials.
-
-    Parameters
-    ----------
-    stage : Stage
-        After some collapses.
-
-    Returns
-    -------
-    Stage
+    After many collapses each face lies in a cache line of its own. Compacted, the surface fits the
+    cache and is small enough to copy for several trials.
     """
     surface, quadrics, deviation = stage.surface, stage.quadrics, stage.deviation
     corners = surface.corner_facing[surface.corner_facing >= 0]

@@ -26,14 +26,7 @@ EXACT_ERRORS = np.empty(0)
 
 
 class StageResult(NamedTuple):
-    """A stage after its collapses.
-
-    Attributes
-    ----------
-    stage : Stage
-    record : Record
-        Its collapses, in its own numbers.
-    """
+    """A stage after its collapses, and their record in the stage's own numbers."""
 
     stage: Stage
     record: Record
@@ -52,25 +45,10 @@ def run_stage(
     perturbation: FloatArray = EXACT_ERRORS,
     sweep: bool = False,
 ) -> StageResult:
-    """Decimate a surface to a number of vertices.
+    """Decimate the surface of a stage in place to `until` vertices, 4 or more.
 
-    Parameters
-    ----------
-    stage : Stage
-        Changed.
-    until : int
-        Number of vertices to leave: 4 or more.
-    counter : (1,) int64
-        Counts up with each collapse.
-    perturbation : (E,) or (0,) float64, optional
-        Perturbation of each edge's error, from 0 to 1.
-    sweep : bool, optional
-        Whether to make the collapses down to `SWEPT_DOWN_TO` vertices in sweeps.
-
-    Returns
-    -------
-    StageResult
-        With more vertices left only if no edge can be collapsed validly.
+    More are left only if no edge can be collapsed validly. `counter` counts up with each collapse.
+    With `sweep`, the collapses down to `SWEPT_DOWN_TO` vertices are made in sweeps.
     """
     parameters, edges = stage.parameters, stage.surface.corner_facing.size
     record = empty_record(stage.size, parameters.moved_vertices)
@@ -86,21 +64,10 @@ def run_stage(
 
 
 def join_records(results: list[StageResult]) -> tuple[Record, IndexArray, Float32Array]:
-    """Join the records of consecutive stages.
+    """Join the records of consecutive stages, from the full boundary on.
 
-    Parameters
-    ----------
-    results : list of StageResult
-        From the full boundary on, each beginning where the one before ended.
-
-    Returns
-    -------
-    record : Record
-        All collapses, in the numbers of the full boundary.
-    vertex : (3 F,) int32
-        Vertices at the corners of its faces after the last collapse.
-    positions : (V, 3) float32
-        Positions on the grid after the last collapse.
+    The results are the record in the numbers of the full boundary, and the (3 F,) vertices at its
+    corners and (V, 3) positions on the grid after the last collapse.
     """
     first = results[0].stage
     vertex, positions = first.surface.vertex, first.grid.position

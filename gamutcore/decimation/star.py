@@ -2,9 +2,9 @@
 
 Positions are relative to the centre, so a face (p0, p1, p2) sees the centre from inside when
 det(p0, p1, p2) > 0. A collapse changes only the faces around the two ends of its edge. The next
-level is valid if the link condition holds (Dey, Edelsbrunner, Guha & Nekhayev, "Topology Preserving
-Edge Contraction", 1999) and every face around the new vertex has a positive determinant. The
-determinants depend on the direction of the new vertex only, not on its radius.
+level is valid under two conditions. The link condition holds (Dey, Edelsbrunner, Guha & Nekhayev,
+"Topology Preserving Edge Contraction", 1999), and every face around the new vertex has a positive
+determinant. The determinants depend on the direction of the new vertex only, not on its radius.
 """
 
 from __future__ import annotations
@@ -91,19 +91,9 @@ class Surface(NamedTuple):
 
 @kernel
 def surface_of(positions: FloatArray, faces: IndexArray, opposite: IndexArray) -> Surface:
-    """Return a closed mesh with the connectivity that decimation needs.
+    """Return a closed mesh, without −1 in `opposite`, with the connectivity that decimation needs.
 
-    Parameters
-    ----------
-    positions : (V, 3) float64
-        Relative to the centre.
-    faces : (F, 3) int32
-    opposite : (3 F,) int32
-        Opposite corners of a closed mesh: no −1.
-
-    Returns
-    -------
-    Surface
+    Positions are relative to the centre.
     """
     vertex = faces.copy().ravel()
     corner_at = np.empty(len(positions), np.int32)
@@ -185,20 +175,10 @@ def _append_link(surface: Surface, centre: int, other: int, link: IndexArray, co
 
 @leaf_kernel
 def write_edge_link(surface: Surface, kept: int, dead: int, link: IndexArray) -> int:
-    """Write the directed link of an edge: the vertex pairs that form faces with the new vertex.
+    """Write the directed link of an edge, and return its number of pairs.
 
-    Parameters
-    ----------
-    surface : Surface
-    kept, dead : int
-        The ends of the edge.
-    link : (m, 2) int32
-        Receives the pairs, in no particular order. It must have room for the degrees of both ends.
-
-    Returns
-    -------
-    int
-        Number of pairs.
+    The link consists of the vertex pairs that form faces with the new vertex, in no particular
+    order. `link` needs room for the degrees of both ends.
     """
     return _append_link(surface, dead, kept, link, _append_link(surface, kept, dead, link, 0))
 
@@ -256,25 +236,9 @@ def scale_to_preserve_volume(
 ) -> bool:
     """Move a new vertex along its radius to the point where the collapse preserves the volume.
 
-    The volume of a star is linear in the radius of its vertex, so exactly one such point exists.
-    It lies in front of the centre for every direction that keeps the star shape. A deficit of more
-    than half the volume of the star is left to other collapses.
-
-    Parameters
-    ----------
-    surface : Surface
-    kept, dead : int
-        The ends of the edge that the vertex replaces.
-    link : (m, 2) int32
-        The edge's directed link of `count` pairs.
-    count : int
-    point : (3,) float64
-        A position relative to the centre; scaled.
-
-    Returns
-    -------
-    bool
-        False if no such point exists. `point` is then unchanged.
+    The volume of a star is linear in the radius of its vertex, so exactly one such point exists. It
+    lies in front of the centre for every direction that keeps the star shape; otherwise the result
+    is False. A deficit of more than half the volume of the star is left to other collapses.
     """
     gradient = volume_gradient(surface.position, link, count)
     whole = star_volume(surface, kept, dead)
@@ -292,25 +256,13 @@ def scale_to_preserve_volume(
 def find_inner_direction(
     position: FloatArray, link: IndexArray, count: int, direction: FloatArray
 ) -> bool:
-    """Find a direction well inside the cone of directions that keep the star shape.
+    """Find a direction well inside the cone of directions that keep the star shape; False if none.
 
-    The cone is the intersection of the half-spaces n·x > 0 with n = a × b for each directed pair
-    (a, b) of the link. Its deepest direction maximises the smallest n·x / |n|. The perceptron rule
-    with diminishing steps approaches it: each step goes towards the most violated half-space. It
-    converges whenever the cone has an interior (Rosenblatt 1962; Novikoff 1962 for the bound).
-
-    Parameters
-    ----------
-    position : (V, 3) float64
-    link : (m, 2) int32
-    count : int
-    direction : (3,) float64
-        Starting direction; receives the unit vector found.
-
-    Returns
-    -------
-    bool
-        Whether a direction was found.
+    The cone is the intersection of half-spaces n·x > 0. Each directed pair (a, b) of the link has
+    one, with n = a × b. The deepest direction maximises the smallest n·x / |n|. The perceptron rule
+    with diminishing steps approaches it from `direction`: each step goes towards the most violated
+    half-space. It converges whenever the cone has an interior (Rosenblatt 1962; Novikoff 1962 for
+    the bound).
     """
     x, y, z = direction[0], direction[1], direction[2]
     best = 0.0

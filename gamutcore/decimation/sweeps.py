@@ -1,8 +1,8 @@
 """The fine levels in sweeps: edges in the order of memory, below a rising limit of their error.
 
 In strict order the cheapest edge lies anywhere in memory, and each collapse waits for it. Among
-hundreds of thousands of nearly equal edges the order hardly matters, and edges that are near in
-memory are near on the surface (`modified_convex_hull` orders them so). One sweep makes few
+hundreds of thousands of nearly equal edges the order hardly matters. Edges that are near in memory
+are near on the surface, because `modified_convex_hull` orders them so. One sweep makes few
 collapses, so a block of edges that fits the cache is swept several times with rising limits before
 the next block.
 """
@@ -87,20 +87,8 @@ def _first_limit(stage: Stage, work: Workspace) -> float:
 def collapse_in_sweeps(stage: Stage, record: Record, work: Workspace, wanted: int) -> bool:
     """Collapse edges below a rising limit of the error, in the order of memory.
 
-    Parameters
-    ----------
-    stage, record
-        As in `collapse_edges`.
-    work : Workspace
-        Its queue is empty before and after.
-    wanted : int
-        Number of collapses to make in all.
-
-    Returns
-    -------
-    bool
-        False if the record has no room for another collapse. True if the wanted number is reached,
-        or no edge can be collapsed.
+    The queue is empty before and after. The result is False if the record has no room for another
+    collapse. It is True if `wanted` collapses are made, or no edge can be collapsed.
     """
     edges, vertices = work.queue.priority.size, len(stage.grid.position)
     limit = _first_limit(stage, work)

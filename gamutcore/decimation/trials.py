@@ -34,16 +34,7 @@ GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 
 
 class Segment(NamedTuple):
-    """Part of a schedule: one stage, or all trials of a stage.
-
-    Attributes
-    ----------
-    vertices : int
-        Level at which the segment begins.
-    until : int
-        Level at which it ends.
-    trials : Trials or None
-    """
+    """Part of a schedule: one stage, or all trials of a stage, from one level to another."""
 
     vertices: int
     until: int
@@ -57,24 +48,14 @@ class Segment(NamedTuple):
     def work(self, coarse: float) -> float:
         """Approximate work, in collapses of a fine level.
 
-        Parameters
-        ----------
-        coarse : float
-            Additional work of coarse levels: a collapse at n vertices takes n^¾ times as much.
+        A collapse at n vertices has `coarse` ÷ n^¾ additional work.
         """
         more = 4 * coarse * (self.vertices**0.25 - self.until**0.25)
         return self.collapses * (1 + more / max(self.vertices - self.until, 1))
 
 
 def schedule(cost: Cost, size: int) -> list[Segment]:
-    """Return the segments of a decimation from `size` vertices to four.
-
-    Examples
-    --------
-    >>> from gamutcore.decimation.costs import cost_named
-    >>> [(s.vertices, s.until) for s in schedule(cost_named("volume"), 9000)]
-    [(9000, 6000), (6000, 2000), (2000, 70), (70, 27), (27, 4)]
-    """
+    """Return the segments of a decimation from `size` vertices to four."""
     trials = cost.trials if cost.trials and cost.trials.until < size else None
     begin = min(trials.vertices, size) if trials else size
     stops = {*cost.compacted, begin, COARSEST}
@@ -96,20 +77,10 @@ def progress_of(cost: Cost, size: int) -> Progress:
 
 
 def run_schedule(stage: Stage, cost: Cost, progress: Progress) -> list[StageResult]:
-    """Decimate a full boundary to four faces.
+    """Decimate a full boundary to four faces, and return the results of all stages.
 
-    Parameters
-    ----------
-    stage : Stage
-        The full boundary; changed.
-    cost : Cost
-    progress : Progress
-        `progress_of` the cost; updated.
-
-    Returns
-    -------
-    list of StageResult
-        The last one has more than four vertices left if no edge can be collapsed validly.
+    The stage is changed. The last result has more than four vertices left if no edge can be
+    collapsed validly.
     """
     results: list[StageResult] = []
     for segment in schedule(cost, stage.size):
@@ -131,20 +102,10 @@ def run_schedule(stage: Stage, cost: Cost, progress: Progress) -> list[StageResu
 
 
 def perturbation(edges: int, trial: int) -> FloatArray:
-    """Perturbation of each edge in a trial: pseudorandom, uniform in [0, 1).
+    """Perturbation of each edge in a trial: pseudorandom, uniform in [0, 1); empty for trial 0.
 
     SplitMix64 of the edge and the trial (Steele, Lea & Flood, "Fast Splittable Pseudorandom Number
     Generators", 2014).
-
-    Parameters
-    ----------
-    edges : int
-    trial : int
-        0 is the trial with exact errors.
-
-    Returns
-    -------
-    (edges,) or (0,) float64
     """
     if trial == 0:
         return EXACT_ERRORS

@@ -2,8 +2,8 @@
 
 A collapse, or a move of a vertex, changes only the faces around it, hence only the sum over the
 samples in these faces. A query collects the samples. `change_at` writes the faces that would
-surround the vertex at some position, and finds the face that each sample would lie in by comparing
-it with the planes through the centre and the new edges.
+surround the vertex at some position. It finds the face of each sample by comparing the sample with
+the planes through the centre and the new edges.
 """
 
 from __future__ import annotations
@@ -158,19 +158,10 @@ def _lesser(one: float, other: float) -> float:
 
 @inlined_kernel
 def _compare(deviation: Deviation, first: int, begins: bool, four: bool) -> None:
-    """Compare all samples with the cones of some faces around the point.
+    """Compare all samples with the cones of four faces (`TOGETHER`) around the point, or of two.
 
-    Consecutive faces share a plane with opposite signs, so five planes serve four cones.
-
-    Parameters
-    ----------
-    deviation : Deviation
-    first : int
-        The first of the faces.
-    begins : bool
-        Whether no faces were compared before.
-    four : bool
-        Whether to compare with `TOGETHER` faces; otherwise with two.
+    Consecutive faces share a plane with opposite signs, so five planes serve four cones. `begins`
+    says that no faces were compared before `first`.
     """
     plane, depths, pair = deviation.plane, deviation.depth, deviation.pair
     xs, ys, zs = deviation.query_x, deviation.query_y, deviation.query_z
@@ -266,19 +257,10 @@ def current_deviation(deviation: Deviation) -> float:
 
 @leaf_kernel
 def query_edge(deviation: Deviation, surface: Surface, corner: int) -> bool:
-    """Collect the faces around an edge, their samples and the link of the edge.
+    """Collect the faces around an edge, their samples, and the link of the edge.
 
-    Parameters
-    ----------
-    deviation : Deviation
-    surface : Surface
-    corner : int
-        One of the two corners that face the edge.
-
-    Returns
-    -------
-    bool
-        False for links of more than `LARGEST_LINK` pairs and for dense ones.
+    `corner` is one of the two that face the edge. The result is False for links of more than
+    `LARGEST_LINK` pairs and for dense ones.
     """
     vertex, twin = surface.vertex, int(surface.opposite[corner])
     one, two = vertex[following(corner)], vertex[preceding(corner)]
@@ -335,19 +317,8 @@ def _excess(deviation: Deviation, volume: float) -> float:
 def change_at(deviation: Deviation, surface: Surface, point: FloatArray) -> float:
     """Change of the deviation if a vertex at a point replaces the queried edge or vertex.
 
-    Parameters
-    ----------
-    deviation : Deviation
-        As `query_edge` or `query_vertex` left it.
-    surface : Surface
-    point : (3,) float64
-        Position of the vertex, relative to the centre.
-
-    Returns
-    -------
-    float
-        Six times a volume; negative if the surface approaches the reference. It is at least the
-        enclosed volume beyond what the samples can account for.
+    The result is six times a volume, negative if the surface approaches the reference. It is at
+    least the enclosed volume beyond what the samples can account for.
     """
     volume = _write_planes(deviation, surface.position, point)
     _choose_faces(deviation)
@@ -358,19 +329,8 @@ def change_at(deviation: Deviation, surface: Surface, point: FloatArray) -> floa
 
 @leaf_kernel
 def length_penalty(deviation: Deviation, surface: Surface, corner: int) -> float:
-    """Penalty of an edge's length, which orders edges whose collapses change nothing.
+    """Penalty of an edge's length, in the unit of `change_at`, which has just evaluated the edge.
 
-    Parameters
-    ----------
-    deviation : Deviation
-        As `change_at` left it for the edge.
-    surface : Surface
-    corner : int
-        One of the two corners that face the edge.
-
-    Returns
-    -------
-    float
-        In the unit of the change.
+    It orders edges whose collapses change nothing.
     """
     return FLATNESS * deviation.sums[QUERY_AREA] * np.sqrt(squared_length(surface, corner))

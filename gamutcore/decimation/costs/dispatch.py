@@ -61,20 +61,9 @@ def _is_compared(stage: Stage) -> bool:
 
 @leaf_kernel
 def find_optimum(stage: Stage, corner: int, point: FloatArray) -> float:
-    """Write the best position of the vertex that replaces an edge, and return its error.
+    """Write the best position of the vertex that replaces an edge, and return its `error_at`.
 
-    Parameters
-    ----------
-    stage : Stage
-    corner : int
-        One of the two corners that face the edge.
-    point : (3,) float64
-        Receives the position, relative to the centre.
-
-    Returns
-    -------
-    float
-        As `error_at` returns it for that position.
+    `corner` is one of the two that face the edge. The position is relative to the centre.
     """
     surface, quadrics = stage.surface, stage.quadrics
     if stage.parameters.kind == ACCUMULATED:
@@ -109,18 +98,10 @@ def error_at(stage: Stage, corner: int, point: FloatArray) -> float:
 def update_before_collapse(
     stage: Stage, corner: int, kept: int, dead: int, point: FloatArray
 ) -> None:
-    """Update the cost for a collapse that is about to happen.
+    """Update the cost and the surface's `deficit` for a collapse that is about to happen.
 
-    Parameters
-    ----------
-    stage : Stage
-        Before the collapse. The surface's `deficit` is updated.
-    corner : int
-        One of the two corners that face the edge.
-    kept, dead : int
-        The ends of the edge.
-    point : (3,) float64
-        The rounded position of the new vertex, relative to the centre.
+    `corner` faces the edge. `point` is the rounded position of the new vertex, relative to the
+    centre.
     """
     surface = stage.surface
     if stage.parameters.kind == ACCUMULATED:
@@ -137,12 +118,7 @@ def update_before_collapse(
 def update_after_change(stage: Stage, vertex: int, left: int, right: int) -> None:
     """Update the cost after a move of a vertex, or a collapse to it that removed two faces.
 
-    Parameters
-    ----------
-    stage : Stage
-    vertex : int
-    left, right : int
-        The removed faces; `NO_FACE` after a move.
+    After a move, `left` and `right` are `NO_FACE`.
     """
     if stage.parameters.kind == ACCUMULATED:
         return
@@ -155,15 +131,7 @@ def update_after_change(stage: Stage, vertex: int, left: int, right: int) -> Non
 def enter_level(stage: Stage, vertices: int) -> bool:
     """Prepare for levels with at most `vertices` vertices.
 
-    Parameters
-    ----------
-    stage : Stage
-    vertices : int
-
-    Returns
-    -------
-    bool
-        Whether the errors of all edges have changed.
+    The result says whether the errors of all edges have changed.
     """
     parameters, deviation, surface = stage.parameters, stage.deviation, stage.surface
     compared = vertices <= parameters.compared_vertices
@@ -182,19 +150,7 @@ def enter_level(stage: Stage, vertices: int) -> bool:
 
 @inlined_kernel
 def find_improvement(stage: Stage, vertex: int, point: FloatArray) -> bool:
-    """Write a better position of a vertex; False if there is none or vertices do not move.
-
-    Parameters
-    ----------
-    stage : Stage
-    vertex : int
-    point : (3,) float64
-        Receives the position, relative to the centre.
-
-    Returns
-    -------
-    bool
-    """
+    """Write a better position of a vertex; False if there is none or vertices do not move."""
     if stage.level[0] > stage.parameters.moved_vertices:
         return False
     return find_better_position(stage.deviation, stage.surface, vertex, point, stage.trial_point)

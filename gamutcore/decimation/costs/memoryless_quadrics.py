@@ -1,6 +1,6 @@
 """Memoryless quadrics under exact preservation of volume: the position of a new vertex.
 
-Memoryless: the planes are those of the present faces around the edge, weighted by area, without an
+Memoryless: the planes are those of the present faces around the edge, weighted by area. There is no
 accumulated history (Lindstrom & Turk, "Fast and Memory Efficient Polygonal Simplification", 1998;
 Hoppe, "New Quadric Metric for Simplifying Meshes with Appearance Attributes", 1999). Volume: the
 new vertex minimises that quadric among the positions that preserve the enclosed volume. These
@@ -128,17 +128,7 @@ def _write_area_vector(
 
 @kernel
 def area_vectors(positions: FloatArray, faces: IndexArray) -> FloatArray:
-    """Return N and 1 ÷ (2 |N|) of every face.
-
-    Parameters
-    ----------
-    positions : (V, 3) float64
-    faces : (F, 3) int32
-
-    Returns
-    -------
-    (F, 4) float64
-    """
+    """Return N and 1 ÷ (2 |N|) of every face, (F, 4)."""
     vectors = np.empty((len(faces), 4))
     for face in range(len(faces)):
         one, two, three = int(faces[face, 0]), int(faces[face, 1]), int(faces[face, 2])
@@ -207,19 +197,8 @@ def constrained_optimum(
 ) -> float:
     """Write the position of least error that preserves the volume; return the error.
 
-    Parameters
-    ----------
-    quadrics : Quadrics
-    surface : Surface
-    corner : int
-        One of the two corners that face the edge.
-    point : (3,) float64
-        Receives the position, relative to the centre.
-
-    Returns
-    -------
-    float
-        Of the order of the volume by which the surface changes.
+    The position is relative to the centre. The error is of the order of the volume by which the
+    surface changes.
     """
     edge = _combine_ends(quadrics, surface, corner)
     pull = REGULARISATION * (edge.square[0] + edge.square[3] + edge.square[5])
@@ -273,17 +252,9 @@ def shift_to_preserve_volume(
 def account_for_volume(
     quadrics: Quadrics, surface: Surface, corner: int, point: FloatArray
 ) -> None:
-    """Add to the deficit the volume that a collapse to a rounded position gains or loses.
+    """Add to the surface's `deficit` the volume that a collapse to a rounded position changes.
 
-    Parameters
-    ----------
-    quadrics : Quadrics
-    surface : Surface
-        Before the collapse. Its `deficit` is updated.
-    corner : int
-        One of the two corners that face the edge.
-    point : (3,) float64
-        The rounded position, relative to the centre.
+    The collapse has not happened yet. The position is relative to the centre.
     """
     missing = _missing_volume(_combine_ends(quadrics, surface, corner), point)
     surface.deficit[DEFICIT_NOW] = missing

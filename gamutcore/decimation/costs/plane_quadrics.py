@@ -45,17 +45,7 @@ QUADRIC_SIZE, LINEAR, CONSTANT = 10, 6, 9
 
 @kernel
 def vertex_quadrics(positions: FloatArray, faces: IndexArray) -> FloatArray:
-    """Return the quadric of every vertex of a full boundary, relative to the vertex.
-
-    Parameters
-    ----------
-    positions : (V, 3) float64
-    faces : (F, 3) int32
-
-    Returns
-    -------
-    (V, 10) float64
-    """
+    """Return the quadric of every vertex of a full boundary, relative to the vertex, (V, 10)."""
     quadrics = np.zeros((len(positions), QUADRIC_SIZE))
     for face in range(len(faces)):
         one, two, three = int(faces[face, 0]), int(faces[face, 1]), int(faces[face, 2])
@@ -90,19 +80,7 @@ def _sum_at_point(
 def plane_optimum(quadrics: Quadrics, surface: Surface, corner: int, point: FloatArray) -> float:
     """Write the position of least error for the vertex that replaces an edge; return the error.
 
-    Parameters
-    ----------
-    quadrics : Quadrics
-    surface : Surface
-    corner : int
-        One of the two corners that face the edge.
-    point : (3,) float64
-        Receives the position, relative to the centre.
-
-    Returns
-    -------
-    float
-        Sum of squared distances from the planes.
+    The position is relative to the centre. The error is a sum of squared distances from planes.
     """
     one, two = int(surface.vertex[following(corner)]), int(surface.vertex[preceding(corner)])
     for axis in range(3):

@@ -102,24 +102,11 @@ def _sum_normal_equations(deviation: Deviation, soft: float) -> None:
 def step_towards_reference(deviation: Deviation, point: FloatArray, better: FloatArray) -> bool:
     """Write the position that the queried vertex should take, to first order.
 
-    A move δ of the vertex shifts the surface at a sample along the normal n of its face by λ n·δ,
-    where λ is the sample's barycentric coordinate for the vertex. δ minimises Σ ω |e − λ n·δ| over
-    the samples by one step of iteratively reweighted least squares. Here e is the distance of a
-    sample from the plane of its face, and ω the area that it represents.
-
-    Parameters
-    ----------
-    deviation : Deviation
-        As the last `change_at` left it.
-    point : (3,) float64
-        The position that `change_at` evaluated.
-    better : (3,) float64
-        Receives the position.
-
-    Returns
-    -------
-    bool
-        False if the samples determine no step.
+    `point` is the position of the last `change_at`. Let n be the normal of a sample's face and λ
+    the sample's barycentric coordinate for the vertex. A move δ shifts the surface at the sample
+    along n by λ n·δ. δ minimises Σ ω |e − λ n·δ| by one step of iteratively reweighted least
+    squares. Here e is the distance of a sample from the plane of its face, and ω the area that it
+    represents. The result is False if the samples determine no step.
     """
     plane, sums, pairs = deviation.plane, deviation.face_sum, deviation.counts[QUERY_PAIRS]
     if not deviation.sums[QUERY_DISTANCE] > 0.0:
@@ -150,19 +137,7 @@ def step_towards_reference(deviation: Deviation, point: FloatArray, better: Floa
 def mismatch_error(deviation: Deviation, surface: Surface, corner: int, point: FloatArray) -> float:
     """Error of replacing an edge by a vertex: the change of the deviation from the reference.
 
-    Parameters
-    ----------
-    deviation : Deviation
-    surface : Surface
-    corner : int
-        One of the two corners that face the edge.
-    point : (3,) float64
-        Relative to the centre.
-
-    Returns
-    -------
-    float
-        Six times a volume; infinite for large and dense links.
+    The error is six times a volume; it is infinite for large and dense links.
     """
     if not query_edge(deviation, surface, corner):
         return np.inf
@@ -179,26 +154,10 @@ def refine_point(
     trial_point: FloatArray,
     preserves_volume: bool,
 ) -> float:
-    """Move a position towards less deviation while that helps, and return its error.
+    """Move a position towards less deviation while that helps; return its `mismatch_error`.
 
-    Parameters
-    ----------
-    deviation : Deviation
-    quadrics : Quadrics
-    surface : Surface
-    corner : int
-        One of the two corners that face the edge.
-    point : (3,) float64
-        Relative to the centre; moved at most `REFINEMENTS` times.
-    trial_point : (3,) float64
-        Scratch.
-    preserves_volume : bool
-        Whether to keep the position where the collapse preserves the volume.
-
-    Returns
-    -------
-    float
-        As in `mismatch_error`.
+    The position moves at most `REFINEMENTS` times. With `preserves_volume` it stays where the
+    collapse preserves the volume.
     """
     if not query_edge(deviation, surface, corner):
         return np.inf
@@ -225,22 +184,7 @@ def find_better_position(
     point: FloatArray,
     trial_point: FloatArray,
 ) -> bool:
-    """Write a position for a vertex that lowers the deviation; False if none was found.
-
-    Parameters
-    ----------
-    deviation : Deviation
-    surface : Surface
-    vertex : int
-    point : (3,) float64
-        Receives the position, relative to the centre.
-    trial_point : (3,) float64
-        Scratch.
-
-    Returns
-    -------
-    bool
-    """
+    """Write a position for a vertex that lowers the deviation; False if none was found."""
     for axis in range(3):
         point[axis] = surface.position[vertex, axis]
     if not query_vertex(deviation, surface, vertex):

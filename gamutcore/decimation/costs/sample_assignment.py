@@ -31,14 +31,7 @@ NO_FACE = -1
 
 @leaf_kernel
 def assign_samples(deviation: Deviation, surface: Surface) -> None:
-    """Assign samples that are in no face yet to the faces of a surface.
-
-    Parameters
-    ----------
-    deviation : Deviation
-        As `take_samples` or `deviation_on_faces` left it, with room for all faces.
-    surface : Surface
-    """
+    """Assign samples that are in no face yet to the faces of a surface, for which there is room."""
     count, half = deviation.counts[SAMPLES], deviation.counts[HALF_SIZE]
     for face in range(deviation.cursor.size):
         deviation.cursor[face] = 0
@@ -112,18 +105,8 @@ def thin_samples(deviation: Deviation, surface: Surface, most: int) -> bool:
 
     The weights form a line, face by face, with marks at equal distances. A sample stays if a mark
     falls on its weight, and then represents its marks (systematic resampling, Kitagawa 1996). Small
-    weights thereby grow to the size of the others.
-
-    Parameters
-    ----------
-    deviation : Deviation
-    surface : Surface
-    most : int
-
-    Returns
-    -------
-    bool
-        Whether samples were removed. All errors of edges have then changed.
+    weights thereby grow to the size of the others. The result says whether samples were removed,
+    which changes the errors of all edges.
     """
     if deviation.counts[SAMPLES] <= most:
         return False
@@ -159,18 +142,10 @@ def thin_samples(deviation: Deviation, surface: Surface, most: int) -> bool:
 def reassign_samples(
     deviation: Deviation, surface: Surface, centre: int, left: int, right: int
 ) -> None:
-    """Assign the samples around a vertex to their present faces and sum the faces' errors.
+    """Assign the samples around vertex `centre` to their present faces and sum the faces' errors.
 
-    Parameters
-    ----------
-    deviation : Deviation
-    surface : Surface
-        After a collapse to the vertex or a move of it.
-    centre : int
-        The vertex.
-    left, right : int
-        The faces that the collapse removed, whose samples are assigned as well; `NO_FACE` after a
-        move.
+    A collapse to the vertex has removed the faces `left` and `right`, whose samples are assigned as
+    well. After a move both are `NO_FACE`.
     """
     begin, end, cursor = deviation.begin, deviation.end, deviation.cursor
     corners, present = deviation.face, int(surface.degree[centre])
@@ -218,10 +193,10 @@ def reassign_samples(
 def _find_faces(
     deviation: Deviation, surface: Surface, corner: int, begin: int, end: int, found: int
 ) -> int:
-    """Write corners of the faces around a vertex that samples lie in to `pair`, and count them.
+    """Write to `pair` the corners of faces around a vertex that samples lie in, and count them.
 
-    Most samples lie in the face of `corner`. The others search around the vertex. `found` entries
-    of `pair` are in use before; the result is their number afterwards.
+    Most samples lie in the face of `corner`; the others search around the vertex. `found` entries
+    of `pair` are in use before. The result is the number afterwards.
     """
     position, vertex, depths = surface.position, surface.vertex, deviation.depth
     centre = row(position, vertex[corner], 0)

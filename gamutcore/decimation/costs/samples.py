@@ -180,9 +180,6 @@ def sample_capacity(wanted: int, faces: int) -> int:
     """Upper bound of the number of samples that `take_samples` takes of `faces` faces.
 
     A face has one sample at least. A face of x > 1 shares has at most (x + ½)² ≤ 16/9 x samples.
-
-    >>> sample_capacity(900, 100)
-    1701
     """
     return faces + 16 * wanted // 9 + 1
 
@@ -269,20 +266,11 @@ def _add_lattice(
 
 @leaf_kernel
 def take_samples(deviation: Deviation, surface: Surface, wanted: int) -> None:
-    """Make the surface the reference and take points of its faces as samples.
+    """Make the surface the reference and take centroids of equal parts of its faces as samples.
 
-    A sample is the centroid of one of the equal parts that its face is divided into. If the samples
-    exceed the room, systematic resampling selects half as many as there is room for, as in
-    `thin_samples`. `assign_samples` assigns them to faces.
-
-    Parameters
-    ----------
-    deviation : Deviation
-        Without samples.
-    surface : Surface
-        At any level.
-    wanted : int
-        Each face is divided into parts of about 1 ÷ `wanted` of the volume, or not divided.
+    Parts have about 1 ÷ `wanted` of the volume. If the samples exceed the room, systematic
+    resampling selects half as many as there is room for, as in `thin_samples`. `assign_samples`
+    comes next.
     """
     room, faces = deviation.query_x.size - LANES, surface.vertex.size // 3
     whole, count = 0.0, 0
