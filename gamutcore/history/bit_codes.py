@@ -1,9 +1,9 @@
 """Bit streams and the three codes that the streams of a history file consist of.
 
 A stream is read from the most significant bit of its first byte. Numbers below a known limit use
-truncated binary. Numbers that are mostly small use an adaptive Golomb-Rice code: its parameter
-follows the mean of the numbers coded before in the same context, as in JPEG-LS (Weinberger,
-Seroussi & Sapiro, "The LOCO-I Lossless Image Compression Algorithm", 2000; ITU-T T.87).
+truncated binary. Numbers that are mostly small use an adaptive Golomb-Rice code. Its parameter
+follows the mean of the numbers coded before in the same context, as in JPEG-LS (ITU-T T.87;
+Weinberger, Seroussi & Sapiro, "The LOCO-I Lossless Image Compression Algorithm", 2000).
 ``docs/history-format.md`` specifies all codes for other readers.
 """
 

@@ -1,10 +1,10 @@
 """Kernels of `gamutcore.history.device_history`: device values through splits and collapses.
 
 Values are integers, in steps. When an edge collapses, the value of the vertex is interpolated
-between those of the two ends and rounded. The difference between the ends is then enough to get
-both back exactly, as in integer lifting (Calderbank, Daubechies, Sweldens & Yeo, "Wavelet
-transforms that map integers to integers", 1998). In coarse levels a stored correction replaces the
-interpolated value by the value that the full boundary has nearest to the vertex.
+between those of the two ends and rounded. The difference between the ends then gives both back
+exactly. This is integer lifting (Calderbank, Daubechies, Sweldens & Yeo, "Wavelet transforms that
+map integers to integers", 1998). In coarse levels a stored correction replaces the interpolated
+value by the value that the full boundary has nearest to the vertex.
 """
 
 from __future__ import annotations
@@ -113,8 +113,8 @@ def collapse_values(
 ) -> None:
     """Collapse the values of a level with `end` slots to `start` in place, and record each split.
 
-    `nearest` and, before they are recorded, `splits.shifted_coarse` are the values that the full
-    boundary has nearest to the parents of corrected splits and to the neighbours that move.
+    `nearest` has the values of the full boundary nearest to the parents of corrected splits. Before
+    the call, `splits.shifted_coarse` has those nearest to the neighbours that move.
     """
     for split in range(end - 5, start - 5, -1):
         parent = edges.parent[split]

@@ -268,11 +268,6 @@ def parse_device_section(text: str) -> DeviceSection:
     """Return what the metadata of a history file says about its device values.
 
     Any text but JSON with ``channels``, ``steps`` and ``corrected`` raises a `HistoryFileError`.
-
-    Examples
-    --------
-    >>> parse_device_section('{"channels":["C","M"],"steps":100,"corrected":0}').channels
-    ('C', 'M')
     """
     try:
         entry: Mapping[str, object] = json.loads(text)

@@ -42,9 +42,9 @@ def nearest_places(
     faces: IndexArray,
     candidates: int = CANDIDATES,
 ) -> NearestPlaces:
-    """Return the places of a closed surface that are nearest to given points, at least one.
+    """Return the places of a closed surface nearest to given points; at least one point.
 
-    The faces around so many nearest vertices are tried.
+    The faces around `candidates` nearest vertices are tried.
     """
     from scipy.spatial import cKDTree  # noqa: PLC0415  # 0.15 s and 15 MB; only builds need it
 
@@ -60,10 +60,9 @@ def nearest_places(
 def nearest_values(
     points: Float32Array, vertices: Float32Array, faces: IndexArray, values: ShortArray
 ) -> ShortArray:
-    """Return the values of a closed surface at the points nearest to given points.
+    """Return the values, (n, k) int16, of a closed surface at the points nearest to given points.
 
-    Values are interpolated within the faces. The result, (n, k) int16, has values between those at
-    the corners of the face.
+    Values are interpolated within the faces, so each is between those at the corners of its face.
     """
     if not len(points):
         return np.empty((0, values.shape[1]), np.int16)

@@ -57,24 +57,8 @@ __all__ = ["PackedSplits", "split_streams", "splits_in_steps"]
 class PackedSplits:
     """The splits of a history file.
 
-    Parameters
-    ----------
-    streams : sequence of (n,) uint8
-        One per group; each is long enough for its splits.
-    positions : (4, 3) int32
-        Coarsest level, in steps.
-    faces : (4, 3) int32
-        Coarsest level: a tetrahedron around the centre.
-    vertices : int
-        Vertices of the full boundary.
-    centre : (3,) float64
-    step : float
-
-    Attributes
-    ----------
-    streams : Streams
-    splits : Splits
-        The unpacked splits.
+    `streams` has one long enough stream per group. `positions` (4, 3), in steps, and `faces` (4, 3)
+    are the coarsest level, a tetrahedron around the centre. `splits` holds the unpacked splits.
     """
 
     def __init__(

@@ -1,9 +1,9 @@
 """Prediction of a split from the level before it, and the star test of the new faces.
 
-The ring of the parent gives the plane that both vertices nearly lie in, the likely size of the
-differences, and a first guess of the positions. Writer and reader both replay the history, and
-compute predictions alike: in integers and in float64 operations of a fixed order, which
-``docs/history-format.md`` specifies.
+The ring of the parent gives the plane that both vertices nearly lie in. It also gives the likely
+size of the differences, and a first guess of the positions. Writer and reader both replay the
+history, and compute predictions alike: in integers and in float64 operations of a fixed order,
+which ``docs/history-format.md`` specifies.
 """
 
 from __future__ import annotations

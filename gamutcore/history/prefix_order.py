@@ -1,12 +1,12 @@
 """The one numbering of a history: every level is a prefix of its vertices and faces.
 
-Vertices are called slots here and are numbered by the reverse order of their removal. The last
-four vertices are slots 0 to 3. Slot k ≥ 4 and faces 2k − 4 and 2k − 3 are added by the split that
-leads to k + 1 vertices. The level with v vertices is slots [0, v) and faces [0, 2v − 4).
+Vertices are called slots here and are numbered by the reverse order of their removal. The last four
+vertices are slots 0 to 3. Slot k ≥ 4 and faces 2k − 4 and 2k − 3 are added by the split that leads
+to k + 1 vertices. The level with v vertices is slots [0, v) and faces [0, 2v − 4).
 
 A vertex is renumbered once, from the boundary's order to its slot (`vertex_slots`). A corner is
-renumbered once, from 3 · boundary face + place to 3 · face + place, where each face begins with
-its oldest corner. Everything after this module (streams, device values, levels) uses these numbers.
+renumbered once, from 3 · boundary face + place to 3 · face + place. Each face begins with its
+oldest corner. Everything after this module (streams, device values, levels) uses these numbers.
 Within a split, `moved` is in the order of the ring and `shifted` is ascending.
 """
 
@@ -126,15 +126,10 @@ def empty_splits(base_positions: NDArray[Any], base_faces: IndexArray, splits: i
 
 
 def group_ranges(vertices: int) -> list[tuple[int, int]]:
-    """Return the first slot and the end of each group of splits of a history with so many vertices.
+    """Return the first slot and the end of each group of splits: (4, 8), (8, 16), and so on.
 
     Each group doubles the number of vertices. A history file has one stream per group, and a
     history keeps one snapshot per group.
-
-    Examples
-    --------
-    >>> group_ranges(20)
-    [(4, 8), (8, 16), (16, 20)]
     """
     starts = [4 << number for number in range(group_count(vertices))]
     return [(start, min(2 * start, vertices)) for start in starts]

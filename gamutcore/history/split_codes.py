@@ -1,8 +1,8 @@
 """The splits of a group as a stream of bits: writer and reader.
 
 The format can only describe splits of closed, oriented meshes of genus 0, whatever the bits are.
-The reader tests that each face that a split adds or changes has the centre on its inner side, so
-every level that was read is valid. Work and memory are bounded by the length of the stream.
+The reader tests that each face a split adds or changes has the centre on its inner side. Every
+level that was read is therefore valid. Work and memory are bounded by the length of the stream.
 
 Kernels that allocate or return arrays count references, which takes longer than the work. Both
 loops over splits are therefore leaf kernels. They stop where an array has no room for the next

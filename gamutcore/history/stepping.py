@@ -1,7 +1,7 @@
 """Levels of a history: read from a finer one, or stepped through in place.
 
-A split writes the new position of the parent, the position of the new slot, the positions of
-neighbours that move, the new slot into the corners that pass to it, and two faces. A collapse
+A split writes the new positions of the parent and of neighbours that move, and the position of the
+new slot. It writes the new slot into the corners that pass to it, and adds two faces. A collapse
 writes the old positions and the parent back into the same corners. Slots and faces behind the end
 of a level are not part of it. `level_from_snapshot` reads a level without changing the snapshot.
 """

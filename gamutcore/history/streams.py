@@ -33,16 +33,9 @@ def stream_name(number: int, kind: str = SPLITS) -> str:
 
 
 class Streams:
-    """The streams of one kind, and how many of them are unpacked.
+    """The streams of one kind, `SPLITS` or `DEVICE`.
 
-    Attributes
-    ----------
-    kind : str
-        `SPLITS` or `DEVICE`.
-    vertices : int
-        Vertices of the full boundary.
-    unpacked : int
-        Number of groups that are unpacked.
+    The first `unpacked` groups are unpacked; `vertices` is the number of the full boundary.
     """
 
     def __init__(self, kind: str, streams: Sequence[ByteArray], vertices: int) -> None:

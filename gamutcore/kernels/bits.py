@@ -17,11 +17,6 @@ def bit_length(number: int) -> int:
     """Return the number of bits of a number from 0 to 2⁶³ − 1; 0 for 0.
 
     Kernels compile it to one machine instruction.
-
-    Examples
-    --------
-    >>> bit_length(8)
-    4
     """
     return int(number).bit_length()
 

@@ -2,9 +2,9 @@
 
 Numba's own file cache notices a change only in the file of the kernel itself, not in the kernels
 that it calls from other files. It refuses a directory that cannot be written to, such as the
-read-only root of a container whose kernels were compiled when the image was built. And it fails
-where a file cannot be unpickled. The classes here stamp each entry with the `fingerprint` of the
-kernel, read from wherever the package lies, and compile again what cannot be unpickled.
+read-only root of a container. And it fails where a file cannot be unpickled. The classes here stamp
+each entry with the `fingerprint` of the kernel. They read the cache from wherever the package lies,
+and compile again what cannot be unpickled.
 """
 
 from __future__ import annotations

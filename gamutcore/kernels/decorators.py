@@ -51,11 +51,7 @@ KERNELS: list[Kernel] = []
 class Kernel(CPUDispatcher):
     """A compiled function that both Python and other kernels may call.
 
-    Parameters
-    ----------
-    function : callable
-    flags : dict of bool
-        Numba's flags beside `OPTIONS`.
+    `flags` are Numba's flags beside `OPTIONS`.
     """
 
     def __init__(self, function: Callable[..., Any], flags: dict[str, bool]) -> None:

@@ -1,8 +1,8 @@
 """What the machine code of a kernel depends on, as a digest.
 
-A kernel's code depends on its own bytecode, on the constants that it names, on the kernels that it
-calls and their decorators, and so on. Comments, docstrings, line numbers and other functions of the
-same module do not count: an edit compiles exactly the entry points that reach the edited code.
+A kernel's code depends on its own bytecode, on the constants that it names, on the decorators, and
+on the kernels that it calls. Comments, docstrings, line numbers and other functions of the same
+module do not count: an edit compiles exactly the entry points that reach the edited code.
 """
 
 from __future__ import annotations
@@ -24,14 +24,7 @@ Function = Callable[..., Any]
 def fingerprint(function: Function) -> bytes:
     """SHA-256 of all that a kernel's machine code depends on within the package.
 
-    Parameters
-    ----------
-    function : callable
-        The plain Python function.
-
-    Returns
-    -------
-    bytes, 32 long
+    `function` is the plain Python function.
     """
     digest = hashlib.sha256(f"numpy {np.__version__}".encode())
     for reached in _reached(function):

@@ -50,13 +50,7 @@ PACKAGE = Path(__file__).parents[1]
 
 
 def is_compiled(group: str) -> bool:
-    """Whether the machine code of a group is complete.
-
-    Parameters
-    ----------
-    group : str
-        One of `GROUPS`.
-    """
+    """Whether the machine code of a group of `GROUPS` is complete."""
     try:
         return _stamp(group).read_text() == _state()
     except OSError:
@@ -84,15 +78,10 @@ def compile_command(group: str) -> list[str]:
 
 
 def ensure_compiled(group: str) -> None:
-    """Compile a group in processes of its own, if it is not compiled.
+    """Compile a group of `GROUPS` in processes of its own, if it is not compiled.
 
     A process that compiles holds some hundred megabytes until it ends, so a server does not do it
     itself. Of several processes that call this at once, one compiles and the others wait.
-
-    Parameters
-    ----------
-    group : str
-        One of `GROUPS`.
     """
     if is_compiled(group) or not stamps_can_be_kept():
         return
@@ -105,10 +94,7 @@ def ensure_compiled(group: str) -> None:
 def load_kernels(modules: tuple[str, ...] = ("gamutcore",)) -> int:
     """Load machine code that is cached for this processor and return how many kernels have it.
 
-    Parameters
-    ----------
-    modules : tuple of str, optional
-        Modules and packages whose kernels are loaded, as far as they are imported; by default all.
+    Only kernels of the given modules and packages are loaded, as far as they are imported.
     """
     return sum(kernel.load() for kernel in KERNELS if kernel.py_func.__module__.startswith(modules))
 

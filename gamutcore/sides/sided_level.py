@@ -1,16 +1,16 @@
 """A level of a history, moved to one side of the full boundary.
 
 All surfaces are star-shaped about the same centre, so containment is a comparison of radii. A level
-keeps its topology and the directions of its vertices; vertex i moves from p to p ÷ u. At a point x
-of the full boundary in the cone of a face, with x = Σ wᵢ pᵢ, the new level is at x ÷ Σ wᵢ uᵢ. The
-level is inside where Σ wᵢ uᵢ ≥ 1 and outside where it is at most 1. Each u in turn moves towards
-the limit that the others set. That ends within about a tenth of the optimum of the linear programme
-for the volume.
+keeps its topology and the directions of its vertices; vertex i moves from p to p ÷ u. Let x be a
+point of the full boundary in the cone of a face, with x = Σ wᵢ pᵢ. The new level meets the ray of x
+at x ÷ Σ wᵢ uᵢ. The level is inside where Σ wᵢ uᵢ ≥ 1 and outside where it is at most 1. Each u in
+turn moves towards the limit that the others set. That ends within about a tenth of the optimum of
+the linear programme for the volume.
 
 Both surfaces are linear on the pieces of their overlay, so the corners of all pieces decide. The
-result is checked after rounding to float32, with a margin above all rounding errors. If vertices
-of a very thin body cannot be rounded, the whole level is scaled, and if that fails, a coarser level
-is taken.
+result is checked after rounding to float32, with a margin above all rounding errors. If vertices of
+a very thin body cannot be rounded, the whole level is scaled, and if that fails, a coarser level is
+taken.
 """
 
 from __future__ import annotations
@@ -97,11 +97,6 @@ def sided_level(history: History, triangles: int, side: Side) -> TriangleMesh:
 
 class SidedLevels:
     """The levels of a history on one side.
-
-    Parameters
-    ----------
-    history : History
-    side : {'inside', 'outside'}
 
     Attributes
     ----------

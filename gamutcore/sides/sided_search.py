@@ -2,8 +2,8 @@
 
 The levels have fixed triangle counts. Each is computed when a limit first needs it, from coarse to
 fine, and the answer is the first that keeps the limit. A looser limit therefore never has more
-triangles, and no answer promises what a smaller answer promises as well, in whatever order limits
-are asked for.
+triangles. No answer promises what a smaller answer promises as well. Both hold in whatever order
+limits are asked for.
 """
 
 from __future__ import annotations
@@ -38,17 +38,9 @@ ROW_BYTES = 1000
 
 
 def sided_counts(full: int) -> list[int]:
-    """Return the triangle counts of the error curve of one side.
+    """Return the triangle counts of the error curve of one side, even and ascending.
 
-    Parameters
-    ----------
-    full : int
-        Triangle count of the full boundary, which the curve does not contain.
-
-    Returns
-    -------
-    list of int
-        Even and ascending.
+    The curve does not contain the full boundary, whose count is `full`.
     """
     counts = list(range(4, min(EVEN_UP_TO, full), 2))
     count = float(EVEN_UP_TO)
