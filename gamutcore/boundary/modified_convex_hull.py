@@ -1,10 +1,10 @@
 """The modified convex hull: an accurate, star-shaped surface around the colours of a device.
 
 The radii of all colours about a centre are raised to the power γ. A convex hull is taken of the
-result, and its triangles are kept on the original colours. The method is of Balasubramanian &
-Dalal, "A method for quantifying the color gamut of an output device" (1997), and used in this form
-by Bakke & Farup. γ = 1 gives the convex hull. With γ → 0, every colour would be on the surface. In
-between, the surface follows concavities.
+result, and its triangles are kept on the original colours (Balasubramanian & Dalal, "A method for
+quantifying the color gamut of an output device", 1997). Bakke & Farup use it in this form. γ = 1
+gives the convex hull. With γ → 0, every colour would be on the surface. In between, the surface
+follows concavities.
 
 Scaling a radius keeps the direction of a point, and with it the sign of each face's determinant
 about the centre. The surface is therefore star-shaped, because the hull is.

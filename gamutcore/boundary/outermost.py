@@ -256,7 +256,7 @@ def is_hidden(sheets: Sheets, points: FloatArray) -> BooleanArray:
 
 @kernel
 def edge_crossings(sheets: Sheets, edges: IndexArray, room: int) -> tuple[int, Crossings]:
-    """Return how often edges pass through triangles, and at most `room` of the crossings."""
+    """Return the number of crossings of edges and triangles, and the first `room` crossings."""
     position, plane = sheets.position, sheets.plane
     found_edge, found_face = np.empty(room, np.int32), np.empty(room, np.int32)
     found_share, box, count = np.empty(room), np.empty(4, np.int64), 0

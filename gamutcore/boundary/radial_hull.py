@@ -340,10 +340,9 @@ def _widen_cavity(
 ) -> tuple[int, int]:
     """Add faces to a cavity until the fan sees the centre; return counts as `_open_cavity` does.
 
-    There are 0 edges if no cavity works. An edge of the rim and the point may lie on one great
-    circle within rounding. The middle of the three points is then on the line between the others.
-    If it is the point, it splits the edge, and the face beyond belongs to the cavity. If it is a
-    vertex, all faces of the vertex do. A face is not added if the point is further below it than
+    An edge of the rim and the point may lie on one great circle within rounding. If the point is
+    between the ends, the face beyond the edge joins the cavity; otherwise all faces of the middle
+    vertex do. There are 0 edges if that fails, or if the point is further below such a face than
     above the hull: omitting the point is then the smaller error.
     """
     position, vertex = hull.position, hull.vertex

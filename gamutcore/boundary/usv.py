@@ -124,7 +124,7 @@ def sphere_triangles(basis: str, subdivisions: int) -> tuple[FloatArray, list[In
     """Return unit vectors, and the triangles over them at each level of a split polyhedron.
 
     Each level has four times the faces of the last, counter-clockwise from outside. Face f is split
-    into 4 f, 4 f + 1 and 4 f + 2 at its corners, in their order, and 4 f + 3 in its middle.
+    into 4 f, 4 f + 1 and 4 f + 2 at its corners, in their order. Face 4 f + 3 is in its middle.
     """
     corners = BASES[basis] / np.linalg.norm(BASES[basis], axis=1)[:, np.newaxis]
     hull = modified_convex_hull(corners, 1.0, (0.0, 0.0, 0.0))
@@ -168,14 +168,10 @@ def _triangles_by_walk(
 ) -> LongArray:
     """Triangle of each direction, by a walk over the polyhedron and down its subdivisions.
 
-    On the polyhedron, each step crosses the side that the direction is farthest outside of, from
-    the triangle of the direction before. In a subdivision, the walk starts in the middle part and
-    crosses at most one side, because the other three parts have no common side. A walk over the
-    finest triangles alone might not end: the subdivisions of a tetrahedron are not Delaunay.
-
-    `neighbours` are the faces of the polyhedron opposite to each corner. `sides` are the inward
-    normals of the polyhedron's faces, then of the middle parts of all faces of each level that is
-    split.
+    In a subdivision, the walk starts in the middle part and crosses at most one side, because the
+    other three parts have no common side. A walk over the finest triangles alone might not end: the
+    subdivisions of a tetrahedron are not Delaunay. `sides`, (n, 3, 3), are inward normals: of the
+    polyhedron's faces, then of the middle parts of all faces of each level that is split.
     """
     found = np.empty(len(directions), np.int64)
     start = 0

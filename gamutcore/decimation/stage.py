@@ -81,9 +81,10 @@ def new_stage(
     opposite: IndexArray,
     grid: Grid,
 ) -> Stage:
-    """Return the stage that begins with a full boundary, a closed mesh without −1 in `opposite`.
+    """Return the stage that begins with a full boundary.
 
-    `positions` are relative to the centre. The grid has them in coordinates of the colour space.
+    `positions` are relative to the centre; the grid has them in coordinates of the colour space.
+    `opposite` has no −1, because the mesh is closed.
     """
     count = len(positions)
     parameters = parameters.for_boundary(count, len(faces))

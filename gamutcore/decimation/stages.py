@@ -64,10 +64,10 @@ def run_stage(
 
 
 def join_records(results: list[StageResult]) -> tuple[Record, IndexArray, Float32Array]:
-    """Join the records of consecutive stages, from the full boundary on.
+    """Join the records of consecutive stages in the numbers of the full boundary.
 
-    The results are the record in the numbers of the full boundary, and the (3 F,) vertices at its
-    corners and (V, 3) positions on the grid after the last collapse.
+    The other results are the (3 F,) vertices at the boundary's corners and the (V, 3) positions on
+    the grid, both after the last collapse.
     """
     first = results[0].stage
     vertex, positions = first.surface.vertex, first.grid.position

@@ -91,9 +91,9 @@ class Surface(NamedTuple):
 
 @kernel
 def surface_of(positions: FloatArray, faces: IndexArray, opposite: IndexArray) -> Surface:
-    """Return a closed mesh, without −1 in `opposite`, with the connectivity that decimation needs.
+    """Return a closed mesh with the connectivity that decimation needs.
 
-    Positions are relative to the centre.
+    Positions are relative to the centre. `opposite` has no −1.
     """
     vertex = faces.copy().ravel()
     corner_at = np.empty(len(positions), np.int32)

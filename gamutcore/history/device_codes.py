@@ -113,8 +113,8 @@ def collapse_values(
 ) -> None:
     """Collapse the values of a level with `end` slots to `start` in place, and record each split.
 
-    `nearest` has the values of the full boundary nearest to the parents of corrected splits. Before
-    the call, `splits.shifted_coarse` has those nearest to the neighbours that move.
+    `nearest` has the values of the full boundary nearest to the parents of corrected splits. The
+    given `splits.shifted_coarse` has those nearest to the neighbours that move.
     """
     for split in range(end - 5, start - 5, -1):
         parent = edges.parent[split]

@@ -42,9 +42,9 @@ def nearest_places(
     faces: IndexArray,
     candidates: int = CANDIDATES,
 ) -> NearestPlaces:
-    """Return the places of a closed surface nearest to given points; at least one point.
+    """Return the places of a closed surface that are nearest to given points, one or more.
 
-    The faces around `candidates` nearest vertices are tried.
+    The faces around so many nearest vertices (`candidates`) are tried.
     """
     from scipy.spatial import cKDTree  # noqa: PLC0415  # 0.15 s and 15 MB; only builds need it
 

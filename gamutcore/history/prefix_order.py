@@ -65,8 +65,8 @@ class Splits(NamedTuple):
     moved_end : (V − 4,) int32
         End of each split's part of `moved`; the part begins at the end of the part before.
     moved : (m,) int32
-        Corners (3 · face + place in the face) that pass from the parent to the new slot,
-        counter-clockwise around it from `right` to `left`.
+        Corners (3 · face + place in the face) that pass from the parent to the new slot. Their
+        order is counter-clockwise around the new slot, from `right` to `left`.
     shifted_end : (V − 4,) int32
         End of each split's part of the next three arrays.
     shifted : (s,) int32

@@ -35,7 +35,7 @@ def stream_name(number: int, kind: str = SPLITS) -> str:
 class Streams:
     """The streams of one kind, `SPLITS` or `DEVICE`.
 
-    The first `unpacked` groups are unpacked; `vertices` is the number of the full boundary.
+    The first `unpacked` groups are unpacked; the full boundary has `vertices` vertices.
     """
 
     def __init__(self, kind: str, streams: Sequence[ByteArray], vertices: int) -> None:

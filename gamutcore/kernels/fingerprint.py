@@ -1,8 +1,9 @@
 """What the machine code of a kernel depends on, as a digest.
 
-A kernel's code depends on its own bytecode, on the constants that it names, on the decorators, and
-on the kernels that it calls. Comments, docstrings, line numbers and other functions of the same
-module do not count: an edit compiles exactly the entry points that reach the edited code.
+A kernel's code depends on its own bytecode and the constants that it names. It also depends on the
+kernels that it calls and their decorators, in turn. Comments, docstrings, line numbers and other
+functions of the same module do not count: an edit compiles exactly the entry points that reach the
+edited code.
 """
 
 from __future__ import annotations
