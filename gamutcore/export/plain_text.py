@@ -6,16 +6,6 @@ __all__ = ["ascii_line"]
 
 
 def ascii_line(text: str) -> str:
-    r"""Return a text as one line of ASCII without double quotation marks.
-
-    Parameters
-    ----------
-    text : str
-
-    Examples
-    --------
-    >>> print(ascii_line('a "b" é'))
-    a 'b' \xe9
-    """
+    r"""Return a text as one line of ASCII without double quotation marks."""
     line = " ".join(text.split()).replace('"', "'")
     return line.encode("ascii", "backslashreplace").decode()

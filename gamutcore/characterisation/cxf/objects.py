@@ -88,8 +88,8 @@ class Specification:
 class ColourKey:
     """Kind of a colour and its conditions; one object can have a colour for each key.
 
-    `kind` is ``"lab"``, ``"lch"``, ``"xyz"``, ``"xyy"`` or ``"spectrum"``. `start` and `step` are
-    in nm. Texts that are not stated are empty, and numbers that do not apply are zero.
+    `kind` is ``"lab"``, ``"lch"``, ``"xyz"``, ``"xyy"`` or ``"spectrum"``. Illuminant and observer
+    are empty for spectra. `start` and `step` (in nm) and `bands` are zero for colours.
     """
 
     condition: str

@@ -39,9 +39,9 @@ def profile_description(element: Callable[[str], Element]) -> str:
 
 
 def colorant_names(element: Callable[[str], Element], count: int) -> tuple[str, ...]:
-    """Return the distinct names of the inks from the tag `clrt` (ICC.1:2022, 10.5).
+    """Return the names of the inks from the tag `clrt` (ICC.1:2022, 10.5).
 
-    The result is empty if the profile does not name all of its inks.
+    The result is empty if a name is missing or repeated.
     """
     try:
         tag = element("clrt")
