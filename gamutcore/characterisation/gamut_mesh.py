@@ -118,7 +118,8 @@ def statements(said: Mapping[str, str]) -> Statements:
     r"""Return the notes of a mesh file, such as those of this package's exports.
 
     ``centre`` (three numbers), ``space`` with its parameters, and facts about the device have a
-    meaning, in any letter case. Escapes that this package writes in ASCII formats are decoded.
+    meaning, in any letter case. Escapes such as ``\xb0``, which this package writes in ASCII
+    formats, are decoded.
     """
     kept = {name[:80]: text[:MAX_STATED_LENGTH] for name, text in list(said.items())[:MAX_STATED]}
     if kept.get("generator", "").startswith("gamutcore "):

@@ -51,11 +51,12 @@ def picture_colours(
     *,
     adaptation: str = "Bradford",
 ) -> SurfaceColours:
-    """Return the colours of a picture, optionally without a share (0 to 1) of its pixels.
+    """Return the colours of a picture.
 
-    Profiles have all rendering intents. Without a profile, ``"relative"`` maps the encoding's white
-    to D50, and ``"absolute"`` keeps its chromaticity. Adaptation is not used for profiles and
-    CIELAB.
+    `popularity` is the share of pixels, 0 to 1, that is left out: those of the least frequent
+    colours. Profiles have all rendering intents. Without a profile, ``"relative"`` maps the
+    encoding's white to D50, and ``"absolute"`` keeps its chromaticity. Adaptation is not used for
+    profiles and CIELAB.
     """
     provenance: dict[str, JSON] = {**picture.provenance, "intent": intent}
     warnings = list(picture.warnings)

@@ -6,6 +6,9 @@ __all__ = ["ascii_line"]
 
 
 def ascii_line(text: str) -> str:
-    r"""Return a text as one line of ASCII without double quotation marks."""
+    r"""Return a text as one line of ASCII without double quotation marks.
+
+    Other characters become escapes such as ``\xe9``.
+    """
     line = " ".join(text.split()).replace('"', "'")
     return line.encode("ascii", "backslashreplace").decode()

@@ -134,8 +134,9 @@ def _zip_ring(
 ) -> int:
     """Write the triangles between a side of a cell and the inner points next to it.
 
-    `chain` (m,) has the side's points, then the inner points on its left, which are at 1 ÷ (inner +
-    1) and so on. The side has `outer` parts. The result is the number of triangles.
+    `chain` (m,) has the points of the side, then the inner points on its left. The side has `outer`
+    parts; its `inner` points are at multiples of 1 ÷ (inner + 1). The result is the number of
+    triangles.
     """
     i, j, left = 0, 0, outer + 1
     while i < outer or j < inner - 1:
