@@ -84,44 +84,16 @@ class _Token(NamedTuple):
 
 
 def looks_like_cgats(text: str) -> bool:
-    """Return whether a text has a CGATS data or data format section.
-
-    Parameters
-    ----------
-    text : str
-        The decoded file.
-    """
+    """Return whether a text has a CGATS data or data format section."""
     return _DATA_MARK.search(text) is not None
 
 
 def cgats_samples(text: str, *, condition: str | None = None) -> Samples:
-    """Return the samples in a text of the CGATS family.
+    """Return the samples of the first table with colours in a text of the CGATS family.
 
-    Parameters
-    ----------
-    text : str
-        The decoded file, with any mixture of line ends.
-    condition : str, optional
-        The measurement condition to read, if the file has several.
-
-    Returns
-    -------
-    Samples
-        Samples of the first table with colours. Its conditions are the keywords before the end of
-        the table. Different texts of a keyword that repeats in one header are joined by "; ". Of
-        keywords with a single value, such as DEVICE_CLASS, the last one counts.
-
-    Raises
-    ------
-    MalformedFileError
-        A row has the wrong number of values, or a value is not a number. ``where`` has line and
-        column.
-    MissingColumnError
-        No table has colours or spectra.
-    ConditionError
-        The file has several conditions and none was chosen, or not the chosen one.
-    SampleLimitError
-        The file has too many rows, columns, tables or keywords.
+    Conditions are the keywords before the end of the table. Different texts of a repeated keyword
+    in one header are joined by "; ". Of keywords with a single value, such as DEVICE_CLASS, the
+    last one counts.
     """
     reader = _Reader(condition)
     for line, content in text_lines(text):

@@ -1,9 +1,9 @@
 """Measurements embedded in a profile: the patches from which it was made.
 
-Profiling software stores them in tags: `targ` (Argyll, GMG and others: CGATS text with device
-values and colours), `CIED` with `DevD` (Gretag and X-Rite: colours and device values in one or two
-texts, as CGATS or CxF), and `CxF `. They have the measured values without the profile's smoothing,
-and the measurement conditions. Instead of measurements, `targ` may name a data set of ICC's
+Profiling software stores them in the tags `targ` (Argyll, GMG and others: CGATS text with device
+values and colours) and `CxF `. Gretag and X-Rite use `CIED` with `DevD`: colours and device values
+in one or two texts, as CGATS or CxF. The tags have the measured values without the profile's
+smoothing, and the measurement conditions. `targ` may instead name a data set of ICC's
 characterization data registry.
 """
 
@@ -81,26 +81,10 @@ def measurements_of(data: Characterisation, *, condition: str | None = None) -> 
 
 
 def embedded_samples(profile: IccProfile, *, condition: str | None = None) -> Samples:
-    """Return the measurements that a profile carries.
+    """Return the measurements that a profile carries; errors name the tag in ``where["tag"]``.
 
-    Parameters
-    ----------
-    profile : IccProfile
-    condition : str, optional
-        As for `measurements_of`.
-
-    Returns
-    -------
-    Samples
-        With the profile's names of inks where the text only numbers them, the profile's device
-        class where the text has none, and in the provenance the tag and the profile's name.
-
-    Raises
-    ------
-    OptionError
-        The profile has none of `MEASUREMENT_TAGS`.
-    CharacterisationError, InvalidPointsError
-        The measurements are malformed; ``where["tag"]`` names the tag.
+    The profile's names of inks apply where the text only numbers them, and its device class where
+    the text has none. The provenance has the tag and the profile's name.
     """
     tags = [tag for tag in MEASUREMENT_TAGS if tag in profile.tags]
     data_set = _registered_data_set(profile) if "targ" in tags else None

@@ -103,14 +103,7 @@ class GamutMesh:
 
 
 class Statements(NamedTuple):
-    """Notes of a mesh file about itself.
-
-    Attributes
-    ----------
-    said : dict of str
-        All notes, as texts.
-    centre : (3,) float or None
-    """
+    """Notes of a mesh file about itself, all as texts in `said`, and its centre (3,), if any."""
 
     said: dict[str, str]
     centre: FloatArray | None
@@ -124,12 +117,9 @@ class Statements(NamedTuple):
 def statements(said: Mapping[str, str]) -> Statements:
     r"""Return the notes of a mesh file, such as those of this package's exports.
 
-    Parameters
-    ----------
-    said : mapping of str to str
-        Names to texts. ``centre`` (three numbers), ``space`` with its parameters, and facts about
-        the device have a meaning; letter case does not matter. Escapes such as ``\xb0``, which this
-        package writes in ASCII formats, are decoded.
+    ``centre`` (three numbers), ``space`` with its parameters, and facts about the device have a
+    meaning, in any letter case. Escapes such as ``\xb0``, which this package writes in ASCII
+    formats, are decoded.
     """
     kept = {name[:80]: text[:MAX_STATED_LENGTH] for name, text in list(said.items())[:MAX_STATED]}
     if kept.get("generator", "").startswith("gamutcore "):
@@ -145,10 +135,7 @@ def statements(said: Mapping[str, str]) -> Statements:
 def unescaped(text: str) -> str:
     """Return an ASCII text with Python's escapes replaced by the characters.
 
-    Returns
-    -------
-    str
-        Escapes of ASCII characters, and of no character, are kept.
+    Escapes of ASCII characters, and of no character, are kept.
     """
 
     def letter(match: re.Match[str]) -> str:
@@ -160,19 +147,7 @@ def unescaped(text: str) -> str:
 
 
 def refuse_too_many(vertices: int, triangles: int, *, where: Where | None = None) -> None:
-    """Refuse a mesh that is too large. Readers call it before they allocate memory.
-
-    Parameters
-    ----------
-    vertices, triangles : int
-        Numbers that the mesh has or declares.
-    where : dict, optional
-
-    Raises
-    ------
-    SampleLimitError
-        A number exceeds `MAX_VERTICES` or `MAX_TRIANGLES`.
-    """
+    """Refuse a mesh that is too large. Readers call it before they allocate memory."""
     if vertices > MAX_VERTICES or triangles > MAX_TRIANGLES:
         raise SampleLimitError(
             f"The mesh has {vertices} vertices and {triangles} triangles.",
@@ -194,38 +169,11 @@ def gamut_mesh(
     provenance: Mapping[str, JSON] | None = None,
     warnings: Sequence[str] = (),
 ) -> GamutMesh:
-    """Return a checked mesh from arrays of numbers.
+    """Return a checked mesh from arrays of numbers; indices out of range are refused.
 
-    Parameters
-    ----------
-    file_format : str
-        Name of the file format.
-    vertices : (v, 3) float
-    faces : (f, 3) int
-        Any integers; indices out of range are refused.
-    stated : Statements, optional
-        Notes of the file.
-    space : str
-        As for `GamutMesh`.
-    space_notes : mapping, optional
-        As for `GamutMesh`; the notes of the file by default.
-    device : mapping of str to (v,) float, optional
-        Device values of the vertices by channel name. Values outside 0 to 1, and too many channels,
-        are not used; a warning says so.
-    clockwise : bool
-        Whether corners are clockwise in the format, seen from outside.
-    provenance : mapping, optional
-        Further facts.
-    warnings : sequence of str
-
-    Raises
-    ------
-    SampleLimitError
-        The mesh is too large.
-    MalformedFileError
-        The mesh has fewer than four triangles, or a face has an index out of range.
-    InvalidPointsError
-        A coordinate is not finite, or too large.
+    Notes of the space are those of the file unless `space_notes` are given. `device` has (v,)
+    values by channel name; values outside 0 to 1, and too many channels, give a warning and are not
+    used. `clockwise` states whether corners are clockwise in the format, seen from outside.
     """
     refuse_too_many(len(vertices), len(faces))
     if len(faces) < 4 or len(vertices) < 4:
@@ -288,12 +236,9 @@ def reads_device_values(vertices: int, channels: int) -> bool:
 
 
 def by_channel(found: Iterable[tuple[str, FloatArray]]) -> dict[str, FloatArray]:
-    """Return device values by channel name; repeated names get underscores.
+    """Return device values (v,) by channel name, in the file's order.
 
-    Parameters
-    ----------
-    found : iterable of (str, (v,) float)
-        In the order of the file.
+    Repeated names get underscores.
     """
     values: dict[str, FloatArray] = {}
     for name, column in found:

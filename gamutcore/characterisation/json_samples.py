@@ -35,26 +35,10 @@ _EXAMPLE = '{"columns": ["LAB_L", "LAB_A", "LAB_B"], "samples": [[50, 0, 0], ...
 def json_samples(text: str, *, condition: str | None = None) -> Samples:
     """Return the samples in a JSON document.
 
-    Parameters
-    ----------
-    text : str
-        The document: ``{"columns": [names], "samples": [[numbers], ...], "white": [X, Y, Z],
-        "conditions": {keyword: text}}``. Only ``samples`` is required. Other members with a text or
-        a number are conditions. A sample may be an object from column name to number. The column
-        ``MEASUREMENT_CONDITION`` has texts.
-    condition : str, optional
-        The measurement condition to read, if the document has several.
-
-    Raises
-    ------
-    MalformedFileError
-        The text is not JSON of this structure. ``where`` has row and column, or the member.
-    MissingColumnError
-        The columns have no colour and no spectrum.
-    ConditionError
-        The samples have several measurement conditions and none was chosen, or not the chosen one.
-    SampleLimitError
-        The document has more than `MAX_JSON_SAMPLES` samples, or too much text.
+    The document is ``{"columns": [names], "samples": [[numbers], ...], "white": [X, Y, Z],
+    "conditions": {keyword: text}}``. Only ``samples`` is required. Other members with a text or a
+    number are conditions. A sample may be an object from column name to number. The column
+    ``MEASUREMENT_CONDITION`` has texts.
     """
     document = _decoded(text)
     if isinstance(document, list):

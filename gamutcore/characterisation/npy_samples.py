@@ -37,26 +37,7 @@ _REMEDY = "Save an (m, 3) array of L*, a*, b*, or a structured array, with numpy
 
 
 def npy_samples(data: bytes, *, condition: str | None = None) -> Samples:
-    """Return the samples in a .npy file.
-
-    Parameters
-    ----------
-    data : bytes
-        The file.
-    condition : str, optional
-        The measurement condition to read, if a field states several.
-
-    Raises
-    ------
-    MalformedFileError
-        The header is malformed, its size differs from the data, or the type is not numeric.
-    MissingColumnError
-        A plain array is not (m, 3), or no fields are colours.
-    ConditionError
-        The samples have several measurement conditions and none was chosen, or not the chosen one.
-    SampleLimitError
-        There are more samples than `current_limits` allow.
-    """
+    """Return the samples in a .npy file; a field may state their measurement conditions."""
     array = _array(data)
     if array.dtype.names is None:
         if array.ndim != 2 or array.shape[1] != 3:

@@ -53,12 +53,12 @@ paper exceed 2."""
 class Spectra:
     """Spectra of samples.
 
-    Parameters
+    Attributes
     ----------
     wavelengths : (b,) float
         Centres of the bands in nm, ascending.
     values : (n, b) float
-        One row per sample: reflectances (perfect diffuser 1) or radiances in any unit.
+        Reflectances (perfect diffuser 1) or radiances in any unit.
     kind : str
         ``"reflectance"``, ``"emission"``, or ``"unknown"`` if the device decides.
     scale : float
@@ -72,13 +72,7 @@ class Spectra:
 
 
 def wavelength(name: str) -> float | None:
-    """Return the wavelength in the name of a column, in nm.
-
-    Returns
-    -------
-    float or None
-        None if the name is not a spectral band.
-    """
+    """Return the wavelength in the name of a column, in nm; None for other names."""
     match = _BAND.fullmatch(name.strip())
     if match is None:
         return None
@@ -99,26 +93,10 @@ def are_wavelengths(cells: Sequence[str]) -> bool:
 def spectral_columns(
     names: Sequence[str], where: Where | None = None
 ) -> tuple[tuple[int, ...], tuple[float, ...]]:
-    """Return the columns of a spectrum by ascending wavelength.
+    """Return the columns of a spectrum by ascending wavelength, and the wavelengths in nm.
 
-    Parameters
-    ----------
-    names : sequence of str
-        All column names.
-    where : dict, optional
-        Location of the names, for errors.
-
-    Returns
-    -------
-    columns : tuple of int
-        Empty if fewer than `FEWEST_BANDS` columns are bands.
-    wavelengths : tuple of float
-        In nm, ascending.
-
-    Raises
-    ------
-    MissingColumnError
-        A band appears twice, or the bands do not span the visible range.
+    Both are empty if fewer than `FEWEST_BANDS` columns are bands. Repeated bands, and bands that do
+    not span the visible range, are refused; `where` is the location of the names.
     """
     bands = [
         (number, column)
@@ -147,26 +125,10 @@ def spectral_columns(
 
 
 def spans_the_visible_range(wavelengths: Sequence[float]) -> bool:
-    """Return whether ascending wavelengths cover enough of the visible range.
-
-    Parameters
-    ----------
-    wavelengths : sequence of float
-        In nm.
-    """
+    """Return whether ascending wavelengths in nm cover enough of the visible range."""
     return wavelengths[0] <= _REACHES[0] and wavelengths[-1] >= _REACHES[1]
 
 
 def reflectance_scale(values: FloatArray) -> float:
-    """Return the divisor that scales reflectances to 1 for the perfect diffuser.
-
-    Parameters
-    ----------
-    values : (n, b) float
-
-    Returns
-    -------
-    float
-        1 or 100.
-    """
+    """Return the divisor, 1 or 100, that makes reflectances (n, b) 1 for the perfect diffuser."""
     return 1.0 if float(values.max(initial=0.0)) <= FRACTION_LIMIT else 100.0

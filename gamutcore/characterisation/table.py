@@ -49,20 +49,7 @@ _NUMBER = re.compile(r"[+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][+-]?\d{1,3})?")
 def number(token: str) -> float:
     """Return the number in a token, with a decimal point or comma.
 
-    Parameters
-    ----------
-    token : str
-        Text without white space.
-
-    Raises
-    ------
-    ValueError
-        The token is not a plain decimal number. ``nan``, ``inf``, ``1_000`` and hex are refused.
-
-    Examples
-    --------
-    >>> number("12,5")
-    12.5
+    A token that is no plain decimal number raises ValueError: ``nan``, ``inf``, ``1_000``, hex.
     """
     if not _NUMBER.fullmatch(token):
         raise ValueError(token)
@@ -70,26 +57,10 @@ def number(token: str) -> float:
 
 
 def text_lines(text: str) -> Iterator[tuple[int, str]]:
-    """Yield the lines of a text, with their numbers from 1, for any mixture of CR, LF and CRLF.
+    """Yield the numbers of lines, from 1, and the lines, for any mixture of CR, LF and CRLF.
 
-    Parameters
-    ----------
-    text : str
-        The decoded file.
-
-    Yields
-    ------
-    line : int
-        Number of the line.
-    content : str
-        The line, with a line feed at its end where it has one.
-
-    Raises
-    ------
-    MalformedFileError
-        A line is longer than `MAX_LINE_CHARACTERS`.
-    SampleLimitError
-        There are more than `MAX_LINES` lines.
+    A line ends with a line feed where it has one. More than `MAX_LINES` lines, and lines longer
+    than `MAX_LINE_CHARACTERS`, are refused.
     """
     for line, content in enumerate(io.StringIO(text, newline=None), start=1):
         if len(content) > MAX_LINE_CHARACTERS:
@@ -108,19 +79,10 @@ def text_lines(text: str) -> Iterator[tuple[int, str]]:
 
 
 class NumberTable:
-    """Collects the needed columns of a text table as numbers.
+    """Collects the columns ``roles.selected`` of a text table as numbers.
 
-    Parameters
-    ----------
-    roles : ColumnRoles
-        The needed columns.
-
-    Attributes
-    ----------
-    count : int
-        Number of rows so far.
-    labels : dict
-        Measurement conditions in the condition column, to numbers from 0.
+    `count` is the number of rows so far. `labels` maps the measurement conditions in the condition
+    column to numbers from 0.
     """
 
     def __init__(self, roles: ColumnRoles) -> None:
@@ -136,23 +98,10 @@ class NumberTable:
         self.count = 0
 
     def append(self, tokens: Sequence[str], line: int) -> None:
-        """Add a row with as many tokens as there are columns.
+        """Add a row with as many tokens as there are columns, from a line counted from 1.
 
-        Parameters
-        ----------
-        tokens : sequence of str
-            The row's cells.
-        line : int
-            Its line in the file, from 1.
-
-        Raises
-        ------
-        MalformedFileError
-            A needed cell is not a number. ``where`` has line, column and column name. Because rows
-            are converted in blocks, the error may concern an earlier row.
-        SampleLimitError
-            There are more than `MAX_TEXT_ROWS` rows, `MAX_TEXT_VALUES` numbers or
-            `MAX_ROW_CONDITIONS` measurement conditions.
+        Rows are converted in blocks, so an error of this method or of `arrays` may concern an
+        earlier row. Its ``where`` has line, column and column name.
         """
         row = [tokens[column] for column in self._selected]
         if self.roles.condition_column is not None:
@@ -170,20 +119,7 @@ class NumberTable:
             self._convert()
 
     def arrays(self) -> tuple[FloatArray, IntArray]:
-        """Return the numbers (n, c) and the lines (n,) of all rows.
-
-        Returns
-        -------
-        values : (n, c) float
-            The columns ``roles.selected``.
-        lines : (n,) int
-            The line of each row.
-
-        Raises
-        ------
-        MalformedFileError
-            As `append`.
-        """
+        """Return the numbers (n, c) of the selected columns, and the line (n,) of each row."""
         self._convert()
         if not self._blocks:
             return np.empty((0, len(self.roles.selected))), np.empty(0, dtype=np.int64)

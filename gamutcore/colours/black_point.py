@@ -26,24 +26,10 @@ def luminance_of_black(xyz: FloatArray) -> float:
 
 
 def compensate_black(xyz: FloatArray, source: float, destination: float) -> FloatArray:
-    """Return tristimulus values with another black.
+    """Return tristimulus values (n, 3) with another black; white is unchanged.
 
-    Parameters
-    ----------
-    xyz : (n, 3) float
-        Relative to D50, with Y = 1 for the white.
-    source, destination : float
-        Luminances of the two blacks, which are neutral.
-
-    Returns
-    -------
-    (n, 3) float64
-        White is unchanged.
-
-    Examples
-    --------
-    >>> compensate_black(np.array([[0.0, 0.0, 0.0], ICC_D50]), 0.0, 0.01).round(4).tolist()
-    [[0.0096, 0.01, 0.0082], [0.9642, 1.0, 0.8249]]
+    Values are relative to D50, with Y = 1 for the white. `source` and `destination` are the
+    luminances of the two blacks, which are neutral.
     """
     scale = (1.0 - destination) / (1.0 - source)
     return scale * xyz + (1.0 - scale) * ICC_D50

@@ -27,23 +27,10 @@ shaw."""
 
 
 def declared_observer(text: str) -> str | None:
-    """Return the standard observer that a text names.
+    """Return the standard observer that a text such as ``"1931_2"`` or ``"10 degree"`` names.
 
-    Parameters
-    ----------
-    text : str
-        The observer in a file, such as ``"1931_2"`` or ``"10 degree"``.
-
-    Returns
-    -------
-    str or None
-        ``"2"`` for the CIE 1931, ``"10"`` for the CIE 1964 standard observer (CIE 15:2018, 6.1 and
-        6.2). None if the text names another observer, both, or none.
-
-    Examples
-    --------
-    >>> declared_observer("1931_2"), declared_observer("10 degree"), declared_observer("2012_2")
-    ('2', '10', None)
+    ``"2"`` stands for CIE 1931 and ``"10"`` for CIE 1964 (CIE 15:2018, 6.1 and 6.2). None if the
+    text names another observer, both, or none.
     """
     parts = _PART.findall(text.upper())
     if not _FOREIGN.isdisjoint(parts):

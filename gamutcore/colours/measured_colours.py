@@ -47,14 +47,12 @@ _CONSISTENT = 2.0
 class MeasuredColours:
     """CIELAB colours of samples, and their reference.
 
-    Parameters
+    Attributes
     ----------
     lab : (n, 3) float
         L*, a*, b*, relative to ICC's D50.
     provenance : dict
         ``white``, ``illuminant``, ``observer``, ``adaptation``, ``intent``, ``colours_from``.
-    warnings : tuple of str
-        The assumptions.
     as_measured : bool
         Whether the tristimulus values are a display's own, without adaptation.
     lights : bool
@@ -83,31 +81,9 @@ def measured_colours(
     then belong to the colours, and do not restrict the spectra. In data of spectra alone, they
     belong to the spectra.
 
-    Parameters
-    ----------
-    samples : Samples
-        As read from a file.
-    intent : str
-        ``"relative"``: the medium's white becomes D50 white (L* 100). ``"absolute"``: as measured;
-        the luminance of a display is still relative to that of its white.
-    observer : int, optional
-        Observer that spectra are integrated with, 2 or 10 degrees. Unless given: the observer that
-        data without colours declares, else 2.
-    illuminant : str, optional
-        Illuminant of reflectances, one of `gamutcore.colours.spectral.ILLUMINANTS`. Unless given:
-        the illuminant that data without colours declares, else D50.
-    adaptation : str
-        Adaptation of colours of another white to D50, a key of
-        `gamutcore.colours.spaces.white_points.ADAPTATIONS`.
-
-    Raises
-    ------
-    OptionError
-        The intent is ``"perceptual"`` or ``"saturation"``, which exist in profiles only, or
-        ``"absolute"`` for colours without a white; or there are no spectra for the requested
-        observer or illuminant.
-    InvalidPointsError
-        The medium's white has no luminance.
+    ``"relative"`` makes the medium's white the white of D50 (L* 100). ``"absolute"`` keeps colours
+    as measured; a display's luminance stays relative to its white. Unless given, observer and
+    illuminant are those that data without colours declares, else 2° and D50.
     """
     OptionError.check_intent(intent, "the data is measured samples")
     medium = _Medium(samples, intent, observer, illuminant, adaptation)

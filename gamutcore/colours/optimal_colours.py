@@ -27,23 +27,10 @@ _FEWEST_BANDS = 16
 
 @lru_cache(maxsize=8)
 def spectral_weights(illuminant: str, observer: int) -> FloatArray:
-    """Return the tristimulus values of the light in each nanometre.
+    """Return the tristimulus values of the light in each nanometre, (n, 3), read-only.
 
-    Parameters
-    ----------
-    illuminant : str
-        Name of a CIE illuminant, such as ``"D65"``.
-    observer : int
-        Standard observer, 2 or 10 degrees.
-
-    Returns
-    -------
-    (n, 3) float
-        For 360 to 780 nm by 1 nm. Their sum is the white, with Y = 1. Read-only.
-
-    Notes
-    -----
-    CIE 15:2018, 7.1; illuminants are interpolated linearly between their tables' 5 nm.
+    The range is 360 to 780 nm by 1 nm; the sum is the white, with Y = 1 (CIE 15:2018, 7.1).
+    Illuminants are interpolated linearly between their tables' 5 nm.
     """
     colour = colour_science()
     first, last = OPTIMAL_WAVELENGTHS
@@ -60,25 +47,11 @@ def spectral_weights(illuminant: str, observer: int) -> FloatArray:
 
 
 def optimal_colours(illuminant: str, observer: int, count: int) -> FloatArray:
-    """Return the tristimulus values of optimal colours: all bands between chosen wavelengths.
+    """Return the tristimulus values of optimal colours (n, 3), at most `count`.
 
-    Parameters
-    ----------
-    illuminant : str
-        Name of a CIE illuminant.
-    observer : int
-        Standard observer, 2 or 10 degrees.
-    count : int
-        Largest number of colours.
+    They are black, white, and the b·(b − 1) bands between b wavelengths, with Y = 1 for the white.
+    The wavelengths are dense where the bands that end there change fast in CIELAB.
 
-    Returns
-    -------
-    (n, 3) float
-        Black, white, and the b·(b − 1) bands between b wavelengths, with Y = 1 for the white. The
-        wavelengths are dense where the bands that end there change fast in CIELAB.
-
-    References
-    ----------
     D. L. MacAdam, The theory of the maximum visual efficiency of colored materials, JOSA 25 (1935).
     """
     weights = spectral_weights(illuminant, observer)
@@ -94,18 +67,10 @@ def optimal_colours(illuminant: str, observer: int, count: int) -> FloatArray:
 
 
 def optimal_faces(count: int) -> IndexArray:
-    """Return triangles between optimal colours: the faces of the zonoid.
+    """Return triangles (2·(count − 2), 3) between `count` optimal colours: the zonoid's faces.
 
-    Parameters
-    ----------
-    count : int
-        Number of colours that `optimal_colours` returned.
-
-    Returns
-    -------
-    (2·(count − 2), 3) int32
-        A closed surface. Each face of the zonoid is a parallelogram: a band, the same with one
-        more wavelength at its end, with one less at its start, and with both changes.
+    Each face is a parallelogram: a band, the same with one more wavelength at its end, with one
+    less at its start, and with both changes.
     """
     bands = (1 + isqrt(4 * count - 7)) // 2
     start, width = (

@@ -53,25 +53,10 @@ def picture_colours(
 ) -> SurfaceColours:
     """Return the colours of a picture.
 
-    Parameters
-    ----------
-    picture : Picture
-    intent : str
-        Any rendering intent of an embedded profile. Without a profile: ``"relative"`` maps the
-        white of the encoding to D50, ``"absolute"`` keeps its chromaticity.
-    popularity : float, optional
-        Share of the pixels that is left out, those of the least frequent colours; 0 to 1.
-    adaptation : str
-        Adaptation from the white of the encoding to D50, a key of
-        `gamutcore.colours.spaces.white_points.ADAPTATIONS`. Not used for profiles and CIELAB.
-
-    Raises
-    ------
-    OptionError
-        The intent exists in profiles only, and there is none; or the picture is in CIELAB, and the
-        intent is not relative.
-    MalformedProfileError, UnsupportedProfileError
-        The profile is broken.
+    `popularity` is the share of pixels, 0 to 1, that is left out: those of the least frequent
+    colours. Profiles have all rendering intents. Without a profile, ``"relative"`` maps the
+    encoding's white to D50, and ``"absolute"`` keeps its chromaticity. Adaptation is not used for
+    profiles and CIELAB.
     """
     provenance: dict[str, JSON] = {**picture.provenance, "intent": intent}
     warnings = list(picture.warnings)
@@ -124,32 +109,11 @@ def picture_colours(
 
 
 def popular(lab: FloatArray, counts: IntArray, share: float) -> tuple[IntArray, dict[str, JSON]]:
-    """Return the colours that remain without the least frequent ones.
+    """Return the indices, in order, of the colours that remain without the least frequent ones.
 
-    Parameters
-    ----------
-    lab : (m, 3) float
-    counts : (m,) int64
-        Number of pixels of each colour.
-    share : float
-        Share of the pixels that may be left out, 0 to 1.
-
-    Returns
-    -------
-    kept : (n,) int64
-        Indices of colours, in order.
-    cells : dict
-        Numbers of cells of `POPULARITY_CELL` with pixels, and of cells left out.
-
-    Notes
-    -----
-    Cells are left out in the order of their numbers of pixels. Cells with equal numbers are left
-    out together or not at all, so the result does not depend on their order.
-
-    Examples
-    --------
-    >>> popular(np.array([[50.0, 0, 0], [90.0, 0, 0]]), np.array([99, 1]), 0.05)[0].tolist()
-    [0]
+    Cells of `POPULARITY_CELL` are left out by ascending number of pixels, up to `share` of all
+    pixels. Cells with equal numbers stay or go together, so the result does not depend on their
+    order. The dictionary has the numbers of cells with pixels and of cells left out.
     """
     # clip the extreme colours of broken profiles, whose cells need not be distinguished
     indices = np.floor(np.clip(lab / POPULARITY_CELL, -1e4, 1e4)).astype(np.int64)

@@ -63,17 +63,7 @@ _LIGHTNESS = 0.5
 def range_warnings(samples: Samples, device: FloatArray, limited: LimitedCube) -> list[str]:
     """Return warnings about parts of the range of channels that were not measured.
 
-    Parameters
-    ----------
-    samples : Samples
-    device : (n, k) float
-        Their distinct device values, 0 to 1.
-    limited : LimitedCube
-        The printable part of the device cube.
-
-    Returns
-    -------
-    list of str
+    `device` has the samples' distinct device values, (n, k), 0 to 1.
     """
     warnings = [
         f"{channel} was measured only from {100 * low:.3g} to {100 * high:.3g} %; the gamut covers "
@@ -101,22 +91,10 @@ def extrapolation_warnings(
 ) -> list[str]:
     """Return warnings about the part of a gamut that no sample supports.
 
-    Parameters
-    ----------
-    corners : (c, k) float
-        Device values of the corners of the device cube, after ink limits.
-    device : (n, k) float
-        Device values of the samples, 0 to 1.
-    points : (m, 3) float
-        Colours at the surface of the cube by the device model, in CIELAB.
-    measured : (n, 3) float
-        Colours of the samples, in CIELAB.
-
-    Returns
-    -------
-    list of str
-        Empty unless a corner is farther than half the range of a channel from all samples, or the
-        convex hull of `points` is clearly larger than that of `measured`.
+    The rows of `corners` (c, k) are device values of the cube's corners after ink limits. Warnings
+    arise if a corner is farther than half a channel's range from all samples. They also arise if
+    the convex hull of `points` is clearly larger than that of `measured`; both are (…, 3) in
+    CIELAB.
     """
     from scipy.spatial import cKDTree  # noqa: PLC0415  # slow; only device models need it
 
@@ -154,20 +132,10 @@ def _thinned(colours: FloatArray, most: int) -> FloatArray:
 
 
 def impossible_colour_warnings(lab: FloatArray, *, lights: bool) -> list[str]:
-    """Return warnings about colours that no surface, or no light, can have.
+    """Return warnings about colours (m, 3) in CIELAB that no surface, or no light, can have.
 
-    Parameters
-    ----------
-    lab : (m, 3) float
-        CIELAB, relative to ICC's D50.
-    lights : bool
-        Whether the colours are lights, which the optimal colour solid does not limit.
-
-    Returns
-    -------
-    list of str
-        Empty unless colours have an L* outside 0 to 100 or, except for lights, are outside the
-        optimal colour solid of D50 and 2°.
+    They arise for L* outside 0 to 100 and, except for lights, outside the optimal colour solid of
+    D50 and 2°.
     """
     warnings = []
     beyond = (lab[:, 0] < -_LIGHTNESS) | (lab[:, 0] > 100.0 + _LIGHTNESS)
@@ -195,15 +163,8 @@ def _optimal_colour_solid() -> tuple[FloatArray, FloatArray, FloatArray]:
     """The optimal colour solid in XYZ, which is symmetric about its middle.
 
     Reflectances of 0 to 1 in bands of 10 nm have the colours of a zonotope: the sum of one segment
-    for each band. Two bands span each pair of opposite faces.
-
-    Returns
-    -------
-    middle : (3,) float64
-    normals : (f, 3) float64
-        Of one face of each pair.
-    supports : (f,) float64
-        Distances of the faces from the middle.
+    for each band. Two bands span each pair of opposite faces. The result is the middle (3,), and
+    for one face of each pair the normal (f, 3) and the distance from the middle (f,).
     """
     bands = _BANDS.T * (ICC_D50 / _BANDS.sum(axis=1))
     first, second = np.triu_indices(len(bands), 1)

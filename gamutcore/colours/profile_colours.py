@@ -35,18 +35,15 @@ _SAME_WHITE = 0.001
 class ProfileColours:
     """Colours by a profile, and the elements of the profile that produced them.
 
-    Parameters
+    Attributes
     ----------
     lab : (m, 3) float
         L*, a*, b*, relative to D50.
-    tag : str
-        The tag or tags of the transform.
-    kind : str
-        The type of the tag (``"mft1"``, ``"mft2"``, ``"mAB "``, ``"mpet"``); empty for curves.
+    tag, kind : str
+        The tag or tags of the transform; and their type (``"mft1"``, ``"mft2"``, ``"mAB "``,
+        ``"mpet"``), empty for curves.
     adaptation : str
         How the colours relate to D50, for the provenance.
-    warnings : tuple of str
-        Substitutes for missing elements.
     own_values : (3, 3) float, optional
         Matrix from the tristimulus values of absolute colours, which ICC defines as scaled by the
         white, to the display's own tristimulus values. None for colours adapted to D50.
@@ -61,25 +58,8 @@ class ProfileColours:
 
 
 def profile_colours(profile: IccProfile, device: FloatArray, intent: str) -> ProfileColours:
-    """Return CIELAB colours of device values.
+    """Return CIELAB colours of device values (m, n), 0 to 1, for any rendering intent.
 
-    Parameters
-    ----------
-    profile : IccProfile
-    device : (m, n) float
-        Device values, 0 to 1, of the profile's n channels.
-    intent : str
-        ``"perceptual"``, ``"relative"``, ``"saturation"`` or ``"absolute"``.
-
-    Raises
-    ------
-    MalformedProfileError
-        A required tag is missing or broken, or gives colours that are not finite.
-    UnsupportedProfileError
-        The profile has only transforms of another kind, or transforms that would take too long.
-
-    Notes
-    -----
     ICC.1:2022, 6.3.2.2 for absolute colorimetry, and 6.3.3 for the perceptual reference medium.
     """
     transform, warnings = profile.transform(intent)
@@ -113,13 +93,9 @@ def profile_colours(profile: IccProfile, device: FloatArray, intent: str) -> Pro
 
 
 def declared_white(profile: IccProfile) -> tuple[JSON, list[str]]:
-    """Return the media white of a profile for the provenance.
+    """Return X, Y, Z of the media white for the provenance, and warnings; None if it is broken.
 
-    Returns
-    -------
-    white : list of float, or None
-        X, Y, Z; None if it is broken. Only absolute colorimetry needs it, and refuses a broken one.
-    warnings : list of str
+    Only absolute colorimetry needs the white, and refuses a broken one.
     """
     try:
         white, warnings = profile.media_white()

@@ -50,19 +50,10 @@ RGB_CURVES: dict[str, tuple[float, float, float, float, float]] = {
 
 
 def decode_rgb(values: FloatArray, curve: str | float) -> FloatArray:
-    """Return linear values of encoded ones.
+    """Return linear values of encoded ones, (..., 3), 0 to 1.
 
-    Parameters
-    ----------
-    values : (..., 3) float
-        0 to 1.
-    curve : str or float
-        A key of `RGB_CURVES`, or an exponent. Scene-referred spaces have 1: their logarithmic
-        curves reach beyond the diffuse white.
-
-    Returns
-    -------
-    (..., 3) float
+    `curve` is a key of `RGB_CURVES` or an exponent. Scene-referred spaces have the exponent 1:
+    their logarithmic curves reach beyond the diffuse white.
     """
     if not isinstance(curve, str):
         return values**curve
@@ -81,20 +72,8 @@ def encode_rgb(linear: FloatArray, curve: str | float) -> FloatArray:
 
 
 def primary_matrix(reference: Reference) -> FloatArray:
-    """Return the matrix from linear RGB to XYZ, with Y = 1 for the white.
+    """Return the matrix (3, 3) from linear RGB to XYZ with Y = 1 for the white: ``matrix @ rgb``.
 
-    Parameters
-    ----------
-    reference : Reference
-        An RGB space.
-
-    Returns
-    -------
-    (3, 3) float
-        For multiplication from the left: ``matrix @ rgb``.
-
-    Notes
-    -----
     SMPTE RP 177: Derivation of basic television color equations.
     """
     chromaticities = np.array([(x, y, 1 - x - y) for x, y in reference.primaries]).T
@@ -109,32 +88,15 @@ def reference_white(reference: Reference) -> FloatArray:
 
 
 def rgb_xyz(reference: Reference, values: FloatArray) -> FloatArray:
-    """Return the tristimulus values of an RGB space's encoded values.
-
-    Parameters
-    ----------
-    reference : Reference
-    values : (n, 3) float
-        0 to 1.
-
-    Returns
-    -------
-    (n, 3) float
-        Y = 1 for the white.
-    """
+    """Return XYZ (n, 3) of an RGB space's encoded values (n, 3), with Y = 1 for the white."""
     return decode_rgb(values, reference.definition["curve"]) @ primary_matrix(reference).T
 
 
 class SurfaceXyz(NamedTuple):
-    """Colours at the surface of a reference without device values.
+    """Colours (n, 3) at the surface of a reference without device values.
 
-    Attributes
-    ----------
-    xyz : (n, 3) float
-        Y = 1 for the perfect diffuser.
-    white : (3,) float
-    faces : (m, 3) int32
-        Triangles between the colours, a closed surface.
+    Y is 1 for the perfect diffuser. Faces (m, 3) are triangles between the colours, a closed
+    surface.
     """
 
     xyz: FloatArray
@@ -143,18 +105,9 @@ class SurfaceXyz(NamedTuple):
 
 
 def surface_xyz(reference: Reference, surface_samples: int) -> SurfaceXyz:
-    """Return the colours at the surface of a reference without device values.
+    """Return the surface of Pointer's gamut or of the optimal colours.
 
-    Parameters
-    ----------
-    reference : Reference
-        Pointer's gamut or optimal colours.
-    surface_samples : int
-        Largest number of optimal colours.
-
-    Returns
-    -------
-    SurfaceXyz
+    `surface_samples` limits the number of optimal colours.
     """
     if reference.kind == "optimal":
         xyz = optimal_colours(reference.illuminant, reference.observer, surface_samples)
@@ -188,27 +141,9 @@ def _ring_faces(rings: int, points: int) -> IndexArray:
 def reference_lab(
     xyz: FloatArray, white: FloatArray, intent: str, adaptation: str
 ) -> tuple[FloatArray, str]:
-    """Return the colours of a reference in ICC's CIELAB, and the adaptation in words.
+    """Return the colours of a reference in ICC's CIELAB, (n, 3), and the adaptation in words.
 
-    Parameters
-    ----------
-    xyz : (n, 3) float
-        Y = 1 for the white.
-    white : (3,) float
-    intent : str
-        ``"relative"``: the white becomes D50. ``"absolute"``: no adaptation.
-    adaptation : str
-        A key of `gamutcore.colours.spaces.white_points.ADAPTATIONS`.
-
-    Returns
-    -------
-    lab : (n, 3) float
-    text : str
-
-    Raises
-    ------
-    OptionError
-        The intent exists in ICC profiles only.
+    ``"relative"`` adapts the white to D50; ``"absolute"`` adapts nothing. Y is 1 for the white.
     """
     if intent == "absolute":
         return xyz_to_lab(xyz), "none"
@@ -218,13 +153,7 @@ def reference_lab(
 
 
 def reference_provenance(reference: Reference, white: FloatArray) -> dict[str, JSON]:
-    """Return the origin and the conditions of a reference, JSON-able.
-
-    Parameters
-    ----------
-    reference : Reference
-    white : (3,) float
-    """
+    """Return the origin and the conditions of a reference, JSON-able; its white is X, Y, Z."""
     return {
         "format": "reference",
         "reference": reference.slug,

@@ -1,10 +1,9 @@
 """Tristimulus values of spectra, by ASTM E308.
 
 The colour of a spectrum is its product with a matrix of weights. The matrix combines the
-colour-matching functions, the illuminant and the interpolation between bands, and is computed once
-for each set of wavelengths. Bands of 5, 10 and 20 nm get the weights of ASTM E308 and E2022; other
-bands are interpolated to 1 nm. The perfect diffuser gets exactly the white of CIELAB, so its L* is
-100 and its a* and b* are 0, as in ISO 13655.
+colour-matching functions, the illuminant and the interpolation between bands. Bands of 5, 10 and 20
+nm get the weights of ASTM E308 and E2022; other bands are interpolated to 1 nm. The perfect
+diffuser gets exactly the white of CIELAB, so its L* is 100, and a* and b* are 0 (ISO 13655).
 """
 
 from __future__ import annotations
@@ -47,29 +46,12 @@ LUMINOUS_EFFICACY = 683.0
 def reflectance_xyz(
     wavelengths: FloatArray, reflectances: FloatArray, illuminant: str, observer: int
 ) -> tuple[FloatArray, float]:
-    """Return the tristimulus values of reflecting (or transmitting) samples.
+    """Return XYZ (n, 3) of reflecting or transmitting samples, and their scale, 1 or 100.
 
-    Parameters
-    ----------
-    wavelengths : (b,) float
-        Centres of the bands in nm, ascending.
-    reflectances : (n, b) float
-        On the scale 0-1 or 0-100, detected by the largest value; fluorescence may exceed full
-        scale.
-    illuminant : str
-        One of `ILLUMINANTS`.
-    observer : int
-        One of `OBSERVERS`.
+    `wavelengths` (b,) are ascending band centres in nm. The largest value of `reflectances` (n, b)
+    shows the scale; fluorescence may exceed full scale. Y = 1 for the perfect diffuser, whose
+    values are `white_of` the illuminant.
 
-    Returns
-    -------
-    xyz : (n, 3) float
-        Y = 1 for the perfect diffuser, whose values are `white_of` the illuminant.
-    scale : float
-        The scale of the reflectances, 1 or 100.
-
-    Notes
-    -----
     ASTM E308-18, section 7; ISO 13655:2017, 5.
     """
     scale = reflectance_scale(reflectances)
@@ -81,24 +63,10 @@ def reflectance_xyz(
 
 
 def emission_xyz(wavelengths: FloatArray, radiances: FloatArray, observer: int) -> FloatArray:
-    """Return the tristimulus values of lights.
+    """Return the tristimulus values (n, 3) of lights with spectral radiances (n, b).
 
-    Parameters
-    ----------
-    wavelengths : (b,) float
-        Centres of the bands in nm, ascending.
-    radiances : (n, b) float
-        Spectral radiances; Y is a luminance in cd/m² for radiances in W/(m² sr nm).
-    observer : int
-        One of `OBSERVERS`.
-
-    Returns
-    -------
-    (n, 3) float
-
-    Notes
-    -----
-    CIE 15:2018, 7.1. The weights are those of illuminant E without its normalisation.
+    Y is in cd/m² for radiances in W/(m² sr nm). `wavelengths` (b,) are ascending band centres in
+    nm. The weights are those of illuminant E without its normalisation (CIE 15:2018, 7.1).
     """
     matching = _matching_functions(observer)[1]
     weights = tristimulus_weights(tuple(map(float, wavelengths)), "E", observer)
@@ -110,26 +78,11 @@ def emission_xyz(wavelengths: FloatArray, radiances: FloatArray, observer: int) 
 def tristimulus_weights(
     wavelengths: tuple[float, ...], illuminant: str, observer: int
 ) -> FloatArray:
-    """Return the contributions of the bands of a spectrum to X, Y and Z.
+    """Return the contributions (b, 3) of the bands of a spectrum to X, Y and Z, read-only.
 
-    Parameters
-    ----------
-    wavelengths : tuple of b float
-        Centres of the bands in nm, ascending.
-    illuminant : str
-        One of `ILLUMINANTS`.
-    observer : int
-        One of `OBSERVERS`.
-
-    Returns
-    -------
-    (b, 3) float
-        The sum for Y is 1. Read-only, because the array is cached.
-
-    Notes
-    -----
-    ASTM E308-18, 7.2 and 7.3: the weights of unmeasured wavelengths are added to those of the first
-    and the last band.
+    `wavelengths` are ascending band centres in nm, and the sum for Y is 1. The weights of
+    unmeasured wavelengths are added to those of the first and the last band (ASTM E308-18, 7.2 and
+    7.3).
     """
     bands = np.array(wavelengths)
     used = (bands >= _SHORTEST) & (bands <= _LONGEST)

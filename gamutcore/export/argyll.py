@@ -39,27 +39,11 @@ NEAR = 0.02
 
 
 def gam(mesh: TriangleMesh, provenance: Mapping[str, str], space: ColourSpace = CIELAB) -> bytes:
-    """Return a mesh as a gamut surface of Argyll CMS.
+    """Return a mesh as a gamut surface of Argyll CMS; only CIELAB relative to D50 is accepted.
 
-    Parameters
-    ----------
-    mesh : TriangleMesh
-        In the coordinates of `space`.
-    provenance : mapping of str to str
-        The entry ``centre`` becomes GAMUT_CENTER.
-    space : ColourSpace, optional
-        CIELAB relative to D50.
-
-    Returns
-    -------
-    bytes
-        White and black are the lightest and the darkest vertex. The cusps are the vertices of the
-        primaries and secondaries, if the device values show them: channels R G B, C M Y or C M Y K.
-
-    Raises
-    ------
-    OptionError
-        The space is another one.
+    White and black are the lightest and the darkest vertex. The cusps are the vertices of the
+    primaries and secondaries, if channels R G B, C M Y or C M Y K show them. The provenance's
+    ``centre`` becomes GAMUT_CENTER.
     """
     check_icc_cielab(space, "gam")
     vertices = np.asarray(mesh.vertices, np.float64)

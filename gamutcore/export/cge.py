@@ -40,27 +40,11 @@ FULL = 255
 
 
 def cge(mesh: TriangleMesh, provenance: Mapping[str, str], space: ColourSpace = CIELAB) -> bytes:
-    """Return the colours at the surface of a device's RGB cube.
+    """Return the colours at the surface of a device's RGB cube, in CIELAB relative to D50 only.
 
-    Parameters
-    ----------
-    mesh : TriangleMesh
-        In the coordinates of `space`, with device values of three channels.
-    provenance : mapping of str to str
-        The entry ``gamut`` becomes the originator's description.
-    space : ColourSpace, optional
-        CIELAB relative to D50.
-
-    Returns
-    -------
-    bytes
-        602 rows: R, G, B from 0 to 255, X, Y, Z relative to D50 with Y = 100 for the white, and L*,
-        a*, b*. For the channels C, M and Y, R = 255 − C and so on.
-
-    Raises
-    ------
-    OptionError
-        The space is another one, or the gamut has not the channels R, G, B or C, M, Y.
+    The 602 rows have R, G, B from 0 to 255, then X, Y, Z and L*, a*, b*. X, Y, Z are relative to
+    D50, with Y = 100 for the white. Channels C, M, Y become R = 255 − C and so on; other channels
+    are refused. The provenance's ``gamut`` becomes the originator's description.
     """
     check_icc_cielab(space, "cge")
     device = mesh.device

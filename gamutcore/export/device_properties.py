@@ -15,21 +15,9 @@ LONGEST = 40
 def property_names(channels: tuple[str, ...]) -> tuple[str, ...]:
     """Return a name of letters, digits and underscores for each channel.
 
-    Parameters
-    ----------
-    channels : tuple of str
-        Names in the characterisation data; inks may have any name.
-
-    Returns
-    -------
-    tuple of str
-        ``device_C`` for the channel C, ``device_Reflex_Blue`` for Reflex Blue. The channel's number
-        replaces an empty name and is appended to a repeated one. Distinct without regard to case.
-
-    Examples
-    --------
-    >>> property_names(("C", "Reflex Blue", "c"))
-    ('device_C', 'device_Reflex_Blue', 'device_c_3')
+    Examples are ``device_C`` for C and ``device_Reflex_Blue`` for Reflex Blue. The channel's number
+    replaces an empty name and is appended to a repeated one. Names are distinct without regard to
+    case.
     """
     names: list[str] = []
     taken: set[str] = set()

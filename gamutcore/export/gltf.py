@@ -3,9 +3,9 @@
 The structure is always the same, so it is written here, in a fifth of the time of a general
 exporter (``docs/decisions/gltf-writer.md``). A node has one mesh of one primitive, and its rotation
 shows lightness upwards. Vertex colours are linear and unlit (COLOR_0 as 16-bit integers,
-KHR_materials_unlit). The provenance is in ``asset.extras``. Device values are application-specific
-attributes, one scalar for each channel; the mesh's ``extras`` have the names of the channels.
-Clauses are those of the glTF 2.0 specification.
+KHR_materials_unlit). The provenance is in ``asset.extras``. Device values are one scalar attribute
+for each channel; the mesh's ``extras`` have the names. Clauses are those of the glTF 2.0
+specification.
 """
 
 from __future__ import annotations
@@ -48,20 +48,7 @@ _MATERIAL = {
 
 
 def glb(mesh: TriangleMesh, provenance: Mapping[str, str], space: ColourSpace = CIELAB) -> bytes:
-    """Return a mesh as binary glTF.
-
-    Parameters
-    ----------
-    mesh : TriangleMesh
-        In the coordinates of `space`.
-    provenance : mapping of str to str
-    space : ColourSpace, optional
-
-    Returns
-    -------
-    bytes
-        A header and two chunks, clause 4.4.
-    """
+    """Return a mesh as binary glTF: a header and two chunks (clause 4.4)."""
     asset, content = _asset(mesh, provenance, space)
     asset["buffers"] = [{"byteLength": len(content)}]
     text = _json(asset)
@@ -79,17 +66,7 @@ def glb(mesh: TriangleMesh, provenance: Mapping[str, str], space: ColourSpace = 
 
 
 def gltf(mesh: TriangleMesh, provenance: Mapping[str, str], space: ColourSpace = CIELAB) -> bytes:
-    """Return a mesh as JSON glTF with its buffer embedded as a data URI.
-
-    Parameters
-    ----------
-    mesh, provenance, space
-        As for `glb`.
-
-    Returns
-    -------
-    bytes
-    """
+    """Return a mesh as JSON glTF with its buffer embedded as a data URI."""
     asset, content = _asset(mesh, provenance, space)
     address = "data:application/octet-stream;base64," + base64.b64encode(content).decode("ascii")
     asset["buffers"] = [{"uri": address, "byteLength": len(content)}]

@@ -38,27 +38,10 @@ COPYRIGHT = "The program that wrote this profile claims no copyright."
 
 
 def icc(mesh: TriangleMesh, provenance: Mapping[str, str], space: ColourSpace = CIELAB) -> bytes:
-    """Return a mesh as a gamut boundary description in an iccMAX profile.
+    """Return a mesh as a gamut boundary description in an iccMAX profile, in CIELAB (D50) only.
 
-    Parameters
-    ----------
-    mesh : TriangleMesh
-        In the coordinates of `space`.
-    provenance : mapping of str to str
-        The entry ``intent`` chooses the tag, and ``gamut`` is in the description.
-    space : ColourSpace, optional
-        CIELAB relative to D50.
-
-    Returns
-    -------
-    bytes
-        The device values of the vertices are left out, because the data colour space of the profile
-        is CIELAB.
-
-    Raises
-    ------
-    OptionError
-        The space is another one.
+    The provenance's ``intent`` chooses the tag, and its ``gamut`` is in the description. Device
+    values are left out, because the data colour space of the profile is CIELAB.
     """
     check_icc_cielab(space, "icc")
     intent = provenance.get("intent", "relative")

@@ -11,17 +11,7 @@ __all__ = ["check_icc_cielab"]
 def check_icc_cielab(space: ColourSpace, format_name: str) -> None:
     """Refuse a format for meshes in other spaces than CIELAB relative to D50.
 
-    Parameters
-    ----------
-    space : ColourSpace
-        Of the mesh.
-    format_name : str
-
-    Raises
-    ------
-    OptionError
-        The space is another one. Straight edges would be curves after a conversion, so the mesh is
-        not converted.
+    Straight edges would be curves after a conversion, so the mesh is not converted.
     """
     if not space.is_icc_cielab:
         own = space.name if space.name != "CIELAB" else "CIELAB with another white or scale"

@@ -8,14 +8,7 @@ __all__ = ["ascii_line"]
 def ascii_line(text: str) -> str:
     r"""Return a text as one line of ASCII without double quotation marks.
 
-    Parameters
-    ----------
-    text : str
-
-    Examples
-    --------
-    >>> print(ascii_line('a "b" é'))
-    a 'b' \xe9
+    Other characters become escapes such as ``\xe9``.
     """
     line = " ".join(text.split()).replace('"', "'")
     return line.encode("ascii", "backslashreplace").decode()

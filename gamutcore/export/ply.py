@@ -25,19 +25,7 @@ __all__ = ["comment_lines", "ply"]
 
 
 def ply(mesh: TriangleMesh, provenance: Mapping[str, str], space: ColourSpace = CIELAB) -> bytes:
-    """Return a mesh as binary PLY.
-
-    Parameters
-    ----------
-    mesh : TriangleMesh
-        In the coordinates of `space`.
-    provenance : mapping of str to str
-    space : ColourSpace, optional
-
-    Returns
-    -------
-    bytes
-    """
+    """Return a mesh as binary PLY."""
     export_ply = imported_trimesh().exchange.ply.export_ply
     colours = np.rint(srgb(space.appearance_lab(mesh.vertices)) * 255.0).astype(np.uint8)
     coloured = mesh.to_trimesh()
@@ -60,15 +48,6 @@ def ply(mesh: TriangleMesh, provenance: Mapping[str, str], space: ColourSpace = 
 
 
 def comment_lines(provenance: Mapping[str, str]) -> list[str]:
-    """Return provenance as lines of text, one per entry, without line breaks.
-
-    Parameters
-    ----------
-    provenance : mapping of str to str
-
-    Returns
-    -------
-    list of str
-    """
+    """Return provenance as lines of text, one per entry, without line breaks."""
     entries = {"generator": f"gamutcore {__version__}", **provenance}
     return [" ".join(f"{name}: {value}".split()) for name, value in entries.items()]

@@ -9,19 +9,8 @@ __all__ = ["mesh_provenance"]
 
 
 def mesh_provenance(description: Mapping[str, Any]) -> dict[str, str]:
-    """Return the simple values of a description, for the provenance of mesh files.
+    """Return the simple values of a gamut's description, for the provenance of mesh files.
 
-    Parameters
-    ----------
-    description : mapping
-        Of a gamut.
-
-    Returns
-    -------
-    dict of str to str
-
-    Notes
-    -----
     Numbers are written as in the description, without loss. The centre is the computed one, not the
     option.
     """

@@ -56,20 +56,9 @@ LEVEL = 6
 def threemf(
     mesh: TriangleMesh, provenance: Mapping[str, str], space: ColourSpace = CIELAB
 ) -> bytes:
-    """Return a mesh as 3MF.
+    """Return a mesh as 3MF. The same mesh always gives the same bytes.
 
-    Parameters
-    ----------
-    mesh : TriangleMesh
-        In the coordinates of `space`.
-    provenance : mapping of str to str
-        Becomes the description, one line per entry.
-    space : ColourSpace, optional
-
-    Returns
-    -------
-    bytes
-        The same mesh always gives the same bytes.
+    The provenance becomes the description, one line per entry.
     """
     colours = np.rint(srgb(space.appearance_lab(mesh.vertices)) * 255.0).astype(int).tolist()
     title = escape(ascii_line(provenance.get("gamut", "gamut")))

@@ -20,16 +20,7 @@ __all__ = ["obj", "stl"]
 
 
 def stl(mesh: TriangleMesh, _provenance: Mapping[str, str], _space: ColourSpace = CIELAB) -> bytes:
-    """Return a mesh as binary STL, which has neither colours nor provenance.
-
-    Parameters
-    ----------
-    mesh : TriangleMesh
-
-    Returns
-    -------
-    bytes
-    """
+    """Return a mesh as binary STL, which has neither colours nor provenance."""
     exported: bytes = imported_trimesh().exchange.stl.export_stl(mesh.to_trimesh())
     return exported
 
@@ -39,17 +30,6 @@ def obj(mesh: TriangleMesh, provenance: Mapping[str, str], space: ColourSpace = 
 
     The colours are lines ``#MRGB`` as ZBrush writes them, which Blender reads. Colours behind the
     positions would be extra coordinates to other readers, such as meshio.
-
-    Parameters
-    ----------
-    mesh : TriangleMesh
-        In the coordinates of `space`.
-    provenance : mapping of str to str
-    space : ColourSpace, optional
-
-    Returns
-    -------
-    bytes
     """
     export_obj = imported_trimesh().exchange.obj.export_obj
     colours = np.rint(srgb(space.appearance_lab(mesh.vertices)) * 255.0).astype(np.uint8)

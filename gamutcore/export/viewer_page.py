@@ -34,24 +34,11 @@ _LINKS = re.compile(r"<link rel=\"(?:icon|stylesheet)\".*\n|<script .*\n")
 def viewer_page(
     description: Mapping[str, Any], history: bytes, name: str, coloured: bytes | None = None
 ) -> bytes:
-    """Return a gamut as an HTML file.
+    """Return a gamut as an HTML file in UTF-8: about 4/3 of the history's size, and 0.6 MB.
 
-    Parameters
-    ----------
-    description : mapping
-        As `gamutcore.Gamut.description`.
-    history : bytes
-        The history file.
-    name : str
-        By which people know the gamut.
-    coloured : bytes, optional
-        A coarse level as PLY, from which the viewer takes the colours of vertices. It is needed in
-        all spaces except CIELAB.
-
-    Returns
-    -------
-    bytes
-        UTF-8, about 4/3 of the size of the history and 0.6 MB.
+    The description is that of `gamutcore.Gamut`. `name` is the gamut's display name. `coloured` is
+    a coarse level as PLY, from which the viewer takes vertex colours; all spaces but CIELAB need
+    it.
     """
     provenance = description["provenance"]
     gamut = {**description, "name": name, "channels": provenance.get("channels", [])}

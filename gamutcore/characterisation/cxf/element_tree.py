@@ -70,33 +70,14 @@ def looks_like_cxf(data: bytes) -> bool:
 
 
 def element_line(element: Element) -> int:
-    """Return the line number of an ``Object`` element, from 1.
-
-    Parameters
-    ----------
-    element : Element
-        An ``Object`` of `cxf_root`.
-    """
+    """Return the line number of an ``Object`` element of `cxf_root`, from 1."""
     return int(element.get(_LINE, "1"))
 
 
 def cxf_root(data: bytes) -> Element:
-    """Return the root element of a CxF3 file.
+    """Return the root element ``CxF`` of a CxF3 file, with names of elements without namespace.
 
-    Returns
-    -------
-    Element
-        The element ``CxF``. Names of elements have no namespace.
-
-    Raises
-    ------
-    UnrecognisedFormatError
-        The root belongs to another version or schema.
-    MalformedFileError
-        The XML is not well formed, has a document type declaration, or exceeds a limit of depth,
-        attributes or text. ``where`` has line and column.
-    SampleLimitError
-        The file has more than `MAX_ELEMENTS` elements.
+    A fault of the XML or an exceeded limit raises an error with line and column in ``where``.
     """
     return _Reader().read(data)
 

@@ -58,18 +58,16 @@ _SPECTRA = frozenset({"ReflectanceSpectrum", "TransmittanceSpectrum", "EmissiveS
 class Specification:
     """A colour specification: how colours were measured and computed.
 
-    Parameters
+    Attributes
     ----------
     condition : str or None
         ``"M0"`` to ``"M3"``; None if not stated.
     backing : str
         The material under the samples, in lower case.
     illuminant, observer : str
-        Illuminant and observer of the colours, such as ``"D50"`` and ``"2"``; empty if not stated.
-    increment : float or None
-        Wavelength step of spectra in nm.
-    start : float or None
-        First wavelength of spectra in nm.
+        Of the colours, such as ``"D50"`` and ``"2"``; empty if not stated.
+    increment, start : float or None
+        Step and first wavelength of spectra in nm.
     emissive : bool or None
         Whether the samples are lights; None if not stated.
     facts : dict
@@ -90,17 +88,8 @@ class Specification:
 class ColourKey:
     """Kind of a colour and its conditions; one object can have a colour for each key.
 
-    Parameters
-    ----------
-    condition : str
-        The measurement condition; empty if not stated.
-    backing : str
-    kind : str
-        ``"lab"``, ``"lch"``, ``"xyz"``, ``"xyy"`` or ``"spectrum"``.
-    illuminant, observer : str
-        Of colours; empty for spectra.
-    start, step, bands : float, float, int
-        First wavelength and step in nm, and number of bands; zero for colours.
+    `kind` is ``"lab"``, ``"lch"``, ``"xyz"``, ``"xyy"`` or ``"spectrum"``. Illuminant and observer
+    are empty for spectra. `start` and `step` (in nm) and `bands` are zero for colours.
     """
 
     condition: str
@@ -115,22 +104,10 @@ class ColourKey:
 
 @dataclass(frozen=True, eq=False)
 class CxfObject:
-    """One object of a CxF3 file.
+    """One object of a CxF3 file, at the line of its start tag.
 
-    Parameters
-    ----------
-    line : int
-        Line of its start tag.
-    identity : dict
-        Texts by which objects are joined: ``"sample"``, ``"location"``, ``"name"``.
-    measured : bool
-        Whether the object's type is a measurement.
-    channels : tuple of str
-        Channel names of the device values; empty without device values.
-    device : tuple of float
-        Device values, 0 to 1.
-    colours : dict
-        Coordinates or bands by `ColourKey`.
+    `identity` has the texts by which objects are joined: ``"sample"``, ``"location"``, ``"name"``.
+    Device values range from 0 to 1. `colours` holds coordinates or spectral bands.
     """
 
     line: int
@@ -142,13 +119,7 @@ class CxfObject:
 
 
 def specifications(root: Element) -> dict[str, Specification]:
-    """Return the colour specifications of a file by their ids.
-
-    Parameters
-    ----------
-    root : Element
-        The element ``CxF``.
-    """
+    """Return the colour specifications of a file by their ids."""
     path = "Resources/ColorSpecificationCollection/ColorSpecification"
     return {entry.get("Id", ""): _specification(entry) for entry in root.iterfind(path)}
 
@@ -208,15 +179,7 @@ def _number(text: str | None) -> float | None:
 def cxf_objects(root: Element) -> Iterator[CxfObject]:
     """Yield the objects of a file that have device values or colours.
 
-    Parameters
-    ----------
-    root : Element
-        The element ``CxF``.
-
-    Raises
-    ------
-    MalformedFileError
-        A value is missing or not a number; the error has the line of its object.
+    A value that is missing or no number raises an error with the line of its object.
     """
     specified = specifications(root)
     for entry in root.iterfind("Resources/ObjectCollection/Object"):

@@ -26,63 +26,31 @@ PARAMETER_COUNTS = (1, 3, 4, 5, 7)
 
 @dataclass(frozen=True, eq=False)
 class SampledCurve:
-    """A curve through equally spaced samples.
-
-    Parameters
-    ----------
-    samples : (n,) float
-        Outputs, 0 to 1, for n ≥ 2 inputs from 0 to 1.
-    """
+    """A curve through n ≥ 2 equally spaced samples: outputs, 0 to 1, for inputs from 0 to 1."""
 
     samples: FloatArray
 
     def values(self, x: FloatArray) -> FloatArray:
-        """Return the curve at `x`.
-
-        Parameters
-        ----------
-        x : (m,) float
-            Inputs. Outside 0 to 1 the curve is constant.
-
-        Returns
-        -------
-        (m,) float
-        """
+        """Return the curve at `x`; outside 0 to 1 the curve is constant."""
         last = len(self.samples) - 1
         return np.interp(x * last, np.arange(last + 1), self.samples)
 
 
 @dataclass(frozen=True, eq=False)
 class ParametricCurve:
-    """A curve defined by a formula.
+    """A curve of function type 0 to 4 (ICC.1:2022, 10.18, table 68).
 
-    Parameters
-    ----------
-    function : int
-        Function type 0 to 4.
-    parameters : (n,) float
-        The first of g, a, b, c, d, e, f, as many as the function has.
-
-    Notes
-    -----
-    ICC.1:2022, 10.18, table 68.
+    `parameters` are the first of g, a, b, c, d, e, f, as many as the function has.
     """
 
     function: int
     parameters: FloatArray
 
     def values(self, x: FloatArray) -> FloatArray:
-        """Return the curve at `x`.
+        """Return the curve at `x`, clipped to 0 to 1.
 
-        Parameters
-        ----------
-        x : (m,) float
-            Inputs, clipped to 0 to 1.
-
-        Returns
-        -------
-        (m,) float
-            0 to 1. Infinite or NaN for hostile parameters; transforms check their results.
+        Results are 0 to 1, but infinite or NaN for hostile parameters. Transforms check their
+        results.
         """
         # Domain and range are 0 to 1, and values outside are clipped (ICC.1:2022, 10.18).
         y = self._formula(np.clip(x, 0.0, 1.0))
@@ -115,25 +83,7 @@ def _power(base: FloatArray, exponent: float) -> FloatArray:
 def curve_at(element: Element, offset: int = 0) -> tuple[Curve, int]:
     """Return the curve (`curv`, `para` or `curf`) at an offset of a tag, and its length.
 
-    Parameters
-    ----------
-    element : Element
-        The tag.
-    offset : int
-        Offset of the curve's type signature in the tag.
-
-    Returns
-    -------
-    curve : SampledCurve, ParametricCurve or SegmentedCurve
-    length : int
-        Size of the curve in bytes, without padding.
-
-    Raises
-    ------
-    MalformedProfileError
-        There is no curve, or it exceeds the tag.
-    UnsupportedProfileError
-        A segmented curve has an unknown kind of segment.
+    The offset is that of the curve's type signature. The length is in bytes, without padding.
     """
     kind = element.raw(offset, 4)
     if kind == b"curv":

@@ -22,15 +22,7 @@ __all__ = ["Element"]
 
 @dataclass(frozen=True)
 class Element:
-    """The data of one tag.
-
-    Parameters
-    ----------
-    tag : str
-        The tag's signature, for errors.
-    data : bytes
-        The tag's data, starting with its type signature.
-    """
+    """The data of one tag, starting with its type signature. Errors name the tag."""
 
     tag: str
     data: bytes
@@ -38,12 +30,7 @@ class Element:
     def malformed(self, problem: str, remedy: str = "") -> MalformedProfileError:
         """Return the error for a fault in this tag.
 
-        Parameters
-        ----------
-        problem : str
-            The fault, as a predicate with the tag as its subject.
-        remedy : str
-            Advice for the user.
+        The problem is a predicate with the tag as its subject.
         """
         return MalformedProfileError(
             f"The tag {self.tag} {problem}.",
@@ -54,15 +41,7 @@ class Element:
     def raw(self, offset: int, size: int) -> bytes:
         """Return `size` bytes from `offset`.
 
-        Parameters
-        ----------
-        offset, size : int
-            Within the tag.
-
-        Raises
-        ------
-        MalformedProfileError
-            The bytes exceed the tag. The other methods raise this too.
+        This method and those below raise `MalformedProfileError` if the bytes exceed the tag.
         """
         if offset < 0 or size < 0 or offset + size > len(self.data):
             raise self.malformed(
@@ -76,29 +55,13 @@ class Element:
         return self.raw(0, 4).decode("latin-1")
 
     def unsigned(self, offset: int, size: int) -> int:
-        """Return the unsigned integer of `size` bytes at `offset`.
-
-        Parameters
-        ----------
-        offset, size : int
-            Within the tag.
-        """
+        """Return the unsigned integer of `size` bytes at `offset`."""
         return int.from_bytes(self.raw(offset, size), "big")
 
     def integers(self, offset: int, count: int, size: int) -> np.ndarray:
-        """Return unsigned integers of 1 or 2 bytes, on the 16-bit scale.
+        """Return unsigned integers of 1 or 2 bytes as (count,) uint16.
 
-        Parameters
-        ----------
-        offset, count : int
-            Location and number.
-        size : int
-            1 or 2 bytes each.
-
-        Returns
-        -------
-        (count,) uint16
-            Bytes are multiplied by 257, which maps full scale exactly.
+        Single bytes are multiplied by 257, which maps full scale exactly.
         """
         raw = self.raw(offset, count * size)
         if size == 1:
@@ -106,32 +69,11 @@ class Element:
         return np.frombuffer(raw, dtype=">u2").astype(np.uint16)
 
     def fixed(self, offset: int, count: int) -> FloatArray:
-        """Return numbers of the type s15Fixed16Number.
-
-        Parameters
-        ----------
-        offset, count : int
-            Location and number.
-
-        Returns
-        -------
-        (count,) float
-        """
+        """Return (count,) numbers of the type s15Fixed16Number."""
         return np.frombuffer(self.raw(offset, 4 * count), dtype=">i4") / 65536.0
 
     def floats(self, offset: int, count: int) -> FloatArray:
-        """Return numbers of the type float32Number.
-
-        Parameters
-        ----------
-        offset, count : int
-            Location and number.
-
-        Returns
-        -------
-        (count,) float
-            May be infinite or NaN.
-        """
+        """Return (count,) numbers of the type float32Number, which may be infinite or NaN."""
         raw = np.frombuffer(self.raw(offset, 4 * count), dtype=">f4")
         with np.errstate(invalid="ignore"):  # a signalling NaN becomes a quiet one
             return raw.astype(np.float64)

@@ -39,10 +39,8 @@ def multilinear(
     ----------
     positions : (m, n) float
         Coordinates, 0 to 1.
-    steps : (n,) int
-        Nodes along each dimension, less one.
-    strides : (n,) int
-        Rows of `table` from one node to the next, along each dimension.
+    steps, strides : (n,) int
+        Nodes along each dimension, less one; and rows of `table` from one node to the next.
     table : (nodes, 3) uint16 or float32
         Values at the nodes, the last dimension varying fastest.
     out : (m, 3) float
@@ -84,25 +82,9 @@ def multilinear(
 def checked_positions(
     positions: FloatArray, nodes: tuple[int, ...]
 ) -> tuple[FloatArray, npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-    """Return the arguments of `multilinear`: clipped positions, steps and strides.
+    """Return the arguments of `multilinear`: positions (m, n) clipped to 0 to 1, steps, strides.
 
-    Parameters
-    ----------
-    positions : (m, n) float
-        Inputs with any values.
-    nodes : tuple of int
-        Nodes along each dimension.
-
-    Returns
-    -------
-    positions : (m, n) float
-        0 to 1.
-    steps, strides : (n,) int
-
-    Raises
-    ------
-    UnsupportedProfileError
-        The evaluation needs more than `MAX_CORNERS` table reads.
+    An evaluation with more than `MAX_CORNERS` table reads is refused.
     """
     steps = np.array(nodes, dtype=np.int64) - 1
     strides = np.cumprod(np.array([1, *nodes[:0:-1]], dtype=np.int64))[::-1].copy()
@@ -124,7 +106,7 @@ def checked_positions(
 class Grid:
     """A lookup table (CLUT) with three outputs.
 
-    Parameters
+    Attributes
     ----------
     nodes : tuple of int
         Nodes along each dimension, each at least 2.
@@ -136,23 +118,7 @@ class Grid:
     table: npt.NDArray[np.uint16]
 
     def values(self, positions: FloatArray) -> FloatArray:
-        """Return the interpolated outputs.
-
-        Parameters
-        ----------
-        positions : (m, n) float
-            Inputs, clipped to 0 to 1.
-
-        Returns
-        -------
-        (m, 3) float
-            0 to 1.
-
-        Raises
-        ------
-        UnsupportedProfileError
-            The evaluation takes too long; see `checked_positions`.
-        """
+        """Return the interpolated outputs (m, 3), 0 to 1, at positions (m, n) clipped to 0 to 1."""
         clipped, steps, strides = checked_positions(positions, self.nodes)
         out = np.empty((len(positions), 3))
         multilinear(clipped, steps, strides, self.table, out)

@@ -39,66 +39,31 @@ class Stage(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class CurveSet:
-    """A curve for each channel.
-
-    Parameters
-    ----------
-    curves : tuple of Curve
-        One curve per channel.
-    """
+    """A curve for each channel."""
 
     curves: tuple[Curve, ...]
 
     def values(self, x: FloatArray) -> FloatArray:
-        """Return the curve of each channel.
-
-        Parameters
-        ----------
-        x : (m, n) float
-
-        Returns
-        -------
-        (m, n) float
-        """
+        """Return (m, n) for (m, n): the curve of each channel."""
         return np.column_stack([c.values(x[:, i]) for i, c in enumerate(self.curves)])
 
 
 @dataclass(frozen=True, eq=False)
 class Matrix:
-    """A linear map with an offset.
-
-    Parameters
-    ----------
-    matrix : (k, n) float
-    offset : (k,) float
-    """
+    """A linear map (k, n) with an offset (k,)."""
 
     matrix: FloatArray
     offset: FloatArray
 
     def values(self, x: FloatArray) -> FloatArray:
-        """Return matrix·x + offset.
-
-        Parameters
-        ----------
-        x : (m, n) float
-
-        Returns
-        -------
-        (m, k) float
-        """
+        """Return matrix·x + offset, (m, k) for (m, n)."""
         mapped: FloatArray = x @ self.matrix.T + self.offset
         return mapped
 
 
 @dataclass(frozen=True, eq=False)
 class Encoding:
-    """Encoding of colours as numbers from 0 to 1: colour = value · scale + offset.
-
-    Parameters
-    ----------
-    scale, offset : (3,) float
-    """
+    """Encoding of colours as numbers from 0 to 1: colour = value · scale + offset, each (3,)."""
 
     scale: FloatArray
     offset: FloatArray
@@ -116,18 +81,16 @@ _LEGACY_LAB = Encoding(_LAB.scale * 65535 / 65280, _LAB.offset)
 class Transform:
     """Device values to the profile connection space.
 
-    Parameters
+    Attributes
     ----------
-    tag : str
-        The tag or tags of the transform.
+    tag, kind : str
+        The tag or tags of the transform, and their type, such as ``"mft2"``.
     stages : tuple of Stage
         In order.
     pcs : str
         ``"XYZ"`` (Y = 1 for the white) or ``"Lab"``.
     encoding : Encoding or None
         Encoding of the last stage; None if its results are colours.
-    kind : str
-        The type of the tag, such as ``"mft2"``.
     absolute : bool
         Whether colours are absolute rather than media-relative.
     """
@@ -158,24 +121,10 @@ class Transform:
         return None
 
     def pcs_values(self, device: FloatArray) -> FloatArray:
-        """Return the colours of device values in the connection space.
+        """Return the colours (m, 3) of device values (m, n), 0 to 1, in the connection space.
 
-        Parameters
-        ----------
-        device : (m, n) float
-            0 to 1.
-
-        Returns
-        -------
-        (m, 3) float
-            X, Y, Z or L*, a*, b*, according to `pcs`, relative to D50.
-
-        Raises
-        ------
-        MalformedProfileError
-            A result is not finite.
-        UnsupportedProfileError
-            The evaluation takes too long.
+        Colours are X, Y, Z or L*, a*, b*, according to `pcs`, relative to D50. A result that is not
+        finite raises `MalformedProfileError`.
         """
         colours = device
         with np.errstate(all="ignore"):
@@ -209,24 +158,7 @@ def _nodes_before(curves: CurveSet | None, counts: tuple[int, ...]) -> FloatArra
 
 
 def lut_transform(element: Element, channels: int, pcs: str) -> Transform:
-    """Return the transform of a lookup-table tag.
-
-    Parameters
-    ----------
-    element : Element
-        An A2B tag.
-    channels : int
-        Channels of the profile's device colour space.
-    pcs : str
-        ``"XYZ"`` or ``"Lab"``.
-
-    Raises
-    ------
-    MalformedProfileError
-        The tag is malformed.
-    UnsupportedProfileError
-        The tag has another type.
-    """
+    """Return the transform of an A2B tag with a lookup table: lut8, lut16 or lutAToB."""
     kind = element.kind
     if kind not in {"mft1", "mft2", "mAB "}:
         raise UnsupportedProfileError(

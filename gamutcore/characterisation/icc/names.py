@@ -23,15 +23,7 @@ LONGEST = 200
 def profile_description(element: Callable[[str], Element]) -> str:
     """Return the description of a profile; empty without one.
 
-    Parameters
-    ----------
-    element : callable
-        Function from a tag's signature to its data, such as `IccProfile.element`.
-
-    Returns
-    -------
-    str
-        From the tag `desc`, of the types textDescription (version 2) or multiLocalizedUnicode.
+    The tag `desc` has the type textDescription (version 2) or multiLocalizedUnicode.
     """
     try:
         tag = element("desc")
@@ -47,19 +39,9 @@ def profile_description(element: Callable[[str], Element]) -> str:
 
 
 def colorant_names(element: Callable[[str], Element], count: int) -> tuple[str, ...]:
-    """Return the names of the inks; empty if the profile does not name them.
+    """Return the names of the inks from the tag `clrt` (ICC.1:2022, 10.5).
 
-    Parameters
-    ----------
-    element : callable
-        Function from a tag's signature to its data.
-    count : int
-        Device channels of the profile.
-
-    Returns
-    -------
-    tuple of str
-        Distinct names from the tag `clrt` (ICC.1:2022, 10.5).
+    The result is empty if a name is missing or repeated.
     """
     try:
         tag = element("clrt")

@@ -49,14 +49,12 @@ _PASSED_THROUGH = (b"bACS", b"eACS")
 class FloatGrid:
     """A lookup table (CLUT) of floating-point numbers with any number of outputs.
 
-    Parameters
+    Attributes
     ----------
     nodes : tuple of int
         Nodes along each dimension, each at least 2.
     tables : tuple of (product of nodes, 3) float32
-        Values at the nodes, three outputs in each, the last dimension varying fastest.
-    outputs : int
-        Number of outputs. Zeros fill the last table.
+        Three outputs each, the last dimension varying fastest. Zeros fill the last table.
     """
 
     nodes: tuple[int, ...]
@@ -64,22 +62,7 @@ class FloatGrid:
     outputs: int
 
     def values(self, x: FloatArray) -> FloatArray:
-        """Return the interpolated outputs.
-
-        Parameters
-        ----------
-        x : (m, n) float
-            Inputs, clipped to 0 to 1.
-
-        Returns
-        -------
-        (m, outputs) float
-
-        Raises
-        ------
-        UnsupportedProfileError
-            The evaluation takes too long.
-        """
+        """Return the interpolated outputs (m, outputs) at inputs (m, n) clipped to 0 to 1."""
         positions, steps, strides = checked_positions(x, self.nodes)
         out = np.empty((len(x), 3 * len(self.tables)))
         part = np.empty((len(x), 3))
@@ -90,27 +73,10 @@ class FloatGrid:
 
 
 def process_elements_transform(element: Element, channels: int, pcs: str) -> Transform:
-    """Return the transform of a tag of the type `mpet`.
+    """Return the transform of a D2B or A2B tag of the type `mpet`.
 
-    Parameters
-    ----------
-    element : Element
-        A D2B or A2B tag.
-    channels : int
-        Channels of the profile's device colour space.
-    pcs : str
-        ``"XYZ"`` or ``"Lab"``.
-
-    Raises
-    ------
-    MalformedProfileError
-        The tag is malformed.
-    UnsupportedProfileError
-        An element has an unsupported kind, or a limit of this module is exceeded.
-
-    Notes
-    -----
-    ICC.1:2022, 10.18 (multiProcessElementsType); ICC.2:2023, 10.2.17.
+    Sources are ICC.1:2022, 10.18 (multiProcessElementsType), and ICC.2:2023, 10.2.17. Unsupported
+    elements and exceeded limits raise `UnsupportedProfileError`.
     """
     if element.kind != "mpet":
         raise element.malformed(f"has the type {element.kind!r}, not mpet")

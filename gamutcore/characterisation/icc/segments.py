@@ -41,35 +41,16 @@ def _power(base: FloatArray | float, exponent: FloatArray | float) -> FloatArray
 
 @dataclass(frozen=True, eq=False)
 class FormulaSegment:
-    """A segment defined by a formula.
+    """A segment of function type 0 to 7, with parameters in the specification's order.
 
-    Parameters
-    ----------
-    function : int
-        Function type 0 to 7.
-    parameters : (n,) float
-        In the order of the specification, exponents first.
-
-    Notes
-    -----
-    ICC.1:2022, table 60, for types 0 to 2; ICC.2:2023, table 111, for all of them.
+    Sources are ICC.1:2022, table 60, for types 0 to 2, and ICC.2:2023, table 111, for all types.
     """
 
     function: int
     parameters: FloatArray
 
     def values(self, x: FloatArray) -> FloatArray:
-        """Return the formula at `x`.
-
-        Parameters
-        ----------
-        x : (m,) float
-
-        Returns
-        -------
-        (m,) float
-            May be infinite or NaN for hostile parameters. Transforms check their results.
-        """
+        """Return the formula at `x`; infinite or NaN for hostile parameters."""
         p = self.parameters.tolist()
         with np.errstate(all="ignore"):
             if self.function == 0:
@@ -98,31 +79,14 @@ class FormulaSegment:
 
 @dataclass(frozen=True, eq=False)
 class SampledSegment:
-    """A segment through equally spaced samples.
-
-    Parameters
-    ----------
-    start, end : float
-        Break points at the ends.
-    samples : (n,) float
-        Values from `start` to `end`, both included, n ≥ 2.
-    """
+    """A segment through n ≥ 2 equally spaced samples, from break point `start` to `end`."""
 
     start: float
     end: float
     samples: FloatArray
 
     def values(self, x: FloatArray) -> FloatArray:
-        """Return the segment at `x`, by linear interpolation.
-
-        Parameters
-        ----------
-        x : (m,) float
-
-        Returns
-        -------
-        (m,) float
-        """
+        """Return the segment at `x`, by linear interpolation."""
         return np.interp(x, np.linspace(self.start, self.end, len(self.samples)), self.samples)
 
 
@@ -131,30 +95,17 @@ Segment: TypeAlias = FormulaSegment | SampledSegment
 
 @dataclass(frozen=True, eq=False)
 class SegmentedCurve:
-    """A curve of segments.
+    """A curve of n segments with n - 1 rising break points between them.
 
-    Parameters
-    ----------
-    breaks : (n - 1,) float
-        Rising break points between the segments. A break point belongs to the segment before it.
-    segments : tuple of Segment
-        The n segments. The first starts at minus infinity, and the last ends at infinity.
+    A break point belongs to the segment before it. The first segment starts at minus infinity, and
+    the last ends at infinity.
     """
 
     breaks: FloatArray
     segments: tuple[Segment, ...]
 
     def values(self, x: FloatArray) -> FloatArray:
-        """Return the curve at `x`.
-
-        Parameters
-        ----------
-        x : (m,) float
-
-        Returns
-        -------
-        (m,) float
-        """
+        """Return the curve at `x`."""
         if len(self.segments) == 1:
             return self.segments[0].values(x)
         places = np.searchsorted(self.breaks, x, side="left")
@@ -167,31 +118,9 @@ class SegmentedCurve:
 
 
 def segmented_curve_at(element: Element, offset: int = 0) -> tuple[SegmentedCurve, int]:
-    """Return the segmented curve (`curf`) at an offset of a tag, and its length.
+    """Return the segmented curve (`curf`) at an offset of a tag, and its length in bytes.
 
-    Parameters
-    ----------
-    element : Element
-        The tag.
-    offset : int
-        Offset of the curve's type signature in the tag.
-
-    Returns
-    -------
-    curve : SegmentedCurve
-    length : int
-        Size of the curve in bytes.
-
-    Raises
-    ------
-    MalformedProfileError
-        The curve is malformed, or exceeds the tag.
-    UnsupportedProfileError
-        A segment or formula has an unsupported kind, or there are more than `MAX_SEGMENTS`.
-
-    Notes
-    -----
-    ICC.1:2022, 10.18.3 (segmented curves), tables 58 to 61.
+    The offset is that of the type signature. The source is ICC.1:2022, 10.18.3, tables 58 to 61.
     """
     kind = element.raw(offset, 4).decode("latin-1")
     if kind != "curf":

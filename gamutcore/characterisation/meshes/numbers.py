@@ -27,25 +27,10 @@ LONGEST_WORD = 400
 
 
 def numbers_of(text: bytes, line: int, most: int) -> FloatArray:
-    """Return the numbers in a text, separated by white space.
+    """Return at most `most` numbers of a text that are separated by white space.
 
-    Parameters
-    ----------
-    text : bytes
-    line : int
-        Line of the file at the start of the text, for errors.
-    most : int
-        Maximum number of numbers to read.
-
-    Returns
-    -------
-    (n,) float
-        May be infinite or NaN for words such as ``nan``, ``inf`` or ``1e999``.
-
-    Raises
-    ------
-    MalformedFileError
-        A word is not a number; ``where`` has the line.
+    Words such as ``nan``, ``inf`` or ``1e999`` give infinite values or NaN. `line` is the line at
+    the start of the text; errors state the line.
     """
     blocks, found, place = [], 0, 0
     while place < len(text) and found < most:
@@ -87,18 +72,10 @@ def _no_number(word: bytes, text: bytes, place: int, line: int) -> MalformedFile
 
 
 def polygon_triangles(sides: LongArray, corners: LongArray) -> LongArray:
-    """Return the triangles of polygons, each split from its first corner.
+    """Return the triangles (m, 3) of polygons, each split from its first corner.
 
-    Parameters
-    ----------
-    sides : (n,) int
-        Number of corners of each polygon. Polygons with fewer than three have no triangles.
-    corners : (sum of sides,) int
-        Vertices at the corners, polygon by polygon.
-
-    Returns
-    -------
-    (m, 3) int
+    `sides` has the number of corners of each polygon, and `corners` their vertices, polygon by
+    polygon. Polygons with fewer than three corners have no triangles.
     """
     triangles = np.maximum(sides - 2, 0)
     starts = np.repeat(np.cumsum(sides) - sides, triangles)

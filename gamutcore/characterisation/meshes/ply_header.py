@@ -50,17 +50,8 @@ _MOST = {"vertex": MAX_VERTICES, "face": MAX_TRIANGLES}
 class Property:
     """A property of an element.
 
-    Attributes
-    ----------
-    name : str
-    kind : str
-        NumPy type of its numbers, without the byte order.
-    length : str
-        NumPy type of the length of its lists; empty for single numbers.
-    kept : bool
-        Whether its values are needed.
-    device : bool
-        Whether its values are device values: floats of vertices.
+    `kind` is the NumPy type of the numbers without byte order. `length` is that of the length of
+    lists, empty for single numbers. `kept` marks needed values, and `device` device values.
     """
 
     name: str
@@ -92,20 +83,7 @@ class Header:
 
 
 def ply_header(data: bytes) -> Header:
-    """Return the header of a PLY file.
-
-    Parameters
-    ----------
-    data : bytes
-        The file.
-
-    Raises
-    ------
-    MalformedFileError
-        A line is malformed; ``where`` has its number.
-    SampleLimitError
-        An element has too many rows.
-    """
+    """Return the header of a PLY file, whose counts of rows are within limits."""
     end = _END.search(data, 0, MAX_HEADER)
     if end is None:
         raise MalformedFileError(

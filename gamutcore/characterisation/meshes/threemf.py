@@ -65,15 +65,7 @@ def looks_like_threemf(data: bytes) -> bool:
 
 
 def threemf_mesh(data: bytes) -> GamutMesh:
-    """Return the mesh in a 3MF file.
-
-    Raises
-    ------
-    MalformedFileError
-        The archive or the XML is damaged, or the file has not exactly one mesh.
-    SampleLimitError, InvalidPointsError
-        As for `gamutcore.characterisation.gamut_mesh.gamut_mesh`, or the model is too large.
-    """
+    """Return the mesh in a 3MF file, which must have exactly one mesh."""
     reader = _Reader()
     try:
         with _package(data) as package:

@@ -59,19 +59,7 @@ def looks_like_stl(data: bytes) -> bool:
 
 
 def stl_mesh(data: bytes) -> GamutMesh:
-    """Return the mesh in an STL file.
-
-    Returns
-    -------
-    GamutMesh
-        Each triangle has three vertices of its own.
-
-    Raises
-    ------
-    MalformedFileError, SampleLimitError, InvalidPointsError
-        As for `gamutcore.characterisation.gamut_mesh.gamut_mesh`, or a vertex of a text is
-        malformed.
-    """
+    """Return the mesh in an STL file. Each triangle has three vertices of its own."""
     count = (len(data) - _HEADER) // 50
     if len(data) == _HEADER + 50 * int.from_bytes(data[80:84], "little"):
         refuse_too_many(3 * count, count)
@@ -114,15 +102,7 @@ def looks_like_obj(data: bytes) -> bool:
 
 
 def obj_mesh(data: bytes) -> GamutMesh:
-    """Return the mesh in an OBJ file.
-
-    Raises
-    ------
-    MalformedFileError
-        A line is malformed; ``where`` has its number.
-    SampleLimitError, InvalidPointsError
-        As for `gamutcore.characterisation.gamut_mesh.gamut_mesh`.
-    """
+    """Return the mesh in an OBJ file."""
     vertices, sides, corners = array("d"), array("q"), array("q")
     said: dict[str, str] = {}
     for line, content in _lines(data):

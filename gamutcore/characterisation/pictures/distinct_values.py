@@ -32,7 +32,7 @@ _Key = type[np.unsignedinteger[Any]]
 class DistinctValues:
     """Distinct values of pixels.
 
-    Parameters
+    Attributes
     ----------
     values : (m, k) uint32
         Channel values.
@@ -58,25 +58,10 @@ def distinct_values(
     *,
     most: int = MAX_VALUES,
 ) -> DistinctValues:
-    """Return the distinct values of pixels.
+    """Return at most `most` distinct values of pixels, in Morton order.
 
-    Parameters
-    ----------
-    bands : iterable of (n, channels) uint8, uint16 or uint32
-        The pixels in parts, at least one in all.
-    pixels : int
-        Upper bound of their number.
-    channels : int
-        1 to 4.
-    bits : int
-        Bits of a channel value: 8 or 16, or up to 21 for three channels.
-    most : int, optional
-        Maximum number of values to return.
-
-    Returns
-    -------
-    DistinctValues
-        In Morton order.
+    `bands` are the pixels in parts (n, channels), with at most `pixels` pixels in all. There are 1
+    to 4 channels of 8 or 16 bits, or three of up to 21 bits.
     """
     if channels == 1:
         return _distinct_of_one_channel(bands, bits)

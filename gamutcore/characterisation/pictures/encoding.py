@@ -110,15 +110,7 @@ _SPACE_TRANSFERS = {"lin": "linear", "srgb": "sRGB", "pq": "PQ", "hlg": "HLG"}
 def code_point_encoding(primaries: int, transfer: int) -> Encoding | None:
     """Return the encoding of code points of ITU-T H.273.
 
-    Returns
-    -------
-    Encoding or None
-        None for reserved and unspecified code points, and for those that no display has.
-
-    Examples
-    --------
-    >>> code_point_encoding(9, 16).name
-    'BT.2020, PQ'
+    Reserved and unspecified code points give None, as do those that no display has.
     """
     if primaries not in _CODE_POINT_PRIMARIES or transfer not in _CODE_POINT_TRANSFERS:
         return None
@@ -131,23 +123,7 @@ def code_point_encoding(primaries: int, transfer: int) -> Encoding | None:
 
 
 def named_encoding(name: str) -> Encoding | None:
-    """Return the encoding of a colour space by its Color Interop ID.
-
-    Parameters
-    ----------
-    name : str
-        Such as ``"lin_ap1_scene"`` or ``"pq_rec2020_display"``.
-
-    Returns
-    -------
-    Encoding or None
-        None for unknown names.
-
-    Examples
-    --------
-    >>> named_encoding("lin_ap1_scene").name
-    'ACES AP1, linear'
-    """
+    """Return the encoding of a Color Interop ID such as ``"lin_ap1_scene"``; None if unknown."""
     match = _SPACE_NAME.fullmatch(name)
     if match is None or match[2] not in _SPACE_PRIMARIES:
         return None
@@ -163,21 +139,10 @@ def named_encoding(name: str) -> Encoding | None:
 def chromaticity_encoding(
     chromaticities: Sequence[float] | None, *, gamma: float | None = None, linear: bool = False
 ) -> Encoding | None:
-    """Return the encoding of chromaticities and a transfer function.
+    """Return the encoding of chromaticities and a transfer function; None if they are impossible.
 
-    Parameters
-    ----------
-    chromaticities : sequence of 8 float or None
-        x and y of red, green, blue and white; None for those of sRGB.
-    gamma : float, optional
-        Exponent from values to light. Without it, the curve of sRGB.
-    linear : bool
-        Whether values are linear light.
-
-    Returns
-    -------
-    Encoding or None
-        None if the chromaticities or the exponent are impossible.
+    Chromaticities are x and y of red, green, blue and white; None stands for those of sRGB. `gamma`
+    is the exponent from values to light; without it, the curve of sRGB applies.
     """
     white, primaries = D65, _BT709
     said = []

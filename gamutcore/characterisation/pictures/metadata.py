@@ -54,24 +54,9 @@ def declared_encoding(
     *,
     has_profile: bool = False,
 ) -> tuple[Encoding | None, list[str]]:
-    """Return the encoding that a picture declares, and warnings.
+    """Return the encoding that a picture declares, or None, and warnings.
 
-    Parameters
-    ----------
-    spec : ImageSpec
-        The header, as OpenImageIO reports it.
-    data : bytes
-        The file.
-    file_format : str
-    has_profile : bool, optional
-        Whether the file has an ICC profile. Only code points take precedence over it (W3C PNG,
-        third edition, 4.3).
-
-    Returns
-    -------
-    encoding : Encoding or None
-        None if the file declares none.
-    warnings : list of str
+    Only code points take precedence over an ICC profile (W3C PNG, third edition, 4.3).
     """
     said: list[str] = []
     code_points = spec.getattribute("CICP")
@@ -116,13 +101,7 @@ def is_narrow_range(spec: Any, file_format: str) -> bool:  # noqa: ANN401 (an Im
 
 
 def refuse_film_densities(spec: Any) -> None:  # noqa: ANN401 (an ImageSpec)
-    """Refuse DPX with logarithmic film densities, which are not light.
-
-    Raises
-    ------
-    UnsupportedPictureError
-        The transfer characteristic is logarithmic.
-    """
+    """Refuse DPX with logarithmic film densities, which are not light."""
     transfer = text_attribute(spec, "dpx:Transfer")
     if transfer in _DPX_LOGARITHMIC:
         raise UnsupportedPictureError(
@@ -223,13 +202,7 @@ def exif_colour_space(exif: Any) -> int:  # noqa: ANN401 (a PIL.Image.Exif)
 
 
 def bmp_profile(data: bytes) -> bytes:
-    """Return the embedded profile of a BMP file with a BITMAPV5HEADER; empty without one.
-
-    Raises
-    ------
-    MalformedProfileError
-        The profile is outside the file or too large, or it is a link to another file.
-    """
+    """Return the embedded profile of a BMP file with a BITMAPV5HEADER; empty without one."""
     # offsets in the file: bV5Size 14, bV5CSType 70, bV5ProfileData 126, bV5ProfileSize 130
     if len(data) < 138 or data[14] != _BMP_V5_SIZE or data[70:74] not in {b"DEBM", b"KNIL"}:
         return b""
@@ -249,29 +222,11 @@ def _damaged_profile() -> MalformedProfileError:
 
 
 def embedded_profile(spec: Any, data: bytes, file_format: str) -> bytes:  # noqa: ANN401
-    """Return the embedded ICC profile of a picture.
+    """Return the embedded ICC profile of a picture; empty without one.
 
-    Parameters
-    ----------
-    spec : ImageSpec
-    data : bytes
-        The file.
-    file_format : str
-
-    Returns
-    -------
-    bytes
-        Empty without a profile.
-
-    Raises
-    ------
-    MalformedProfileError
-        A PNG or JPEG file has a profile that is damaged or incomplete. OpenImageIO ignores it, and
-        the colours would be taken for sRGB.
-
-    Notes
-    -----
-    OpenImageIO also ignores the RGB profile of a gray PNG file; it is read here.
+    A damaged profile of a PNG or JPEG file is an error: OpenImageIO ignores it, and the colours
+    would be taken for sRGB. OpenImageIO also ignores the RGB profile of a gray PNG file, which is
+    read here.
     """
     profile = spec.getattribute("ICCProfile")
     if profile is not None:

@@ -180,19 +180,7 @@ def _picture(raster: Raster, size: int) -> Picture:
 
 
 def picture_meaning(raster: Raster) -> tuple[IccProfile | Encoding | None, list[str]]:
-    """Return what the values of a raster mean, and warnings.
-
-    Returns
-    -------
-    meaning : IccProfile, Encoding or None
-        None for CIELAB.
-    warnings : list of str
-
-    Raises
-    ------
-    MalformedFileError, UnsupportedPictureError, MalformedProfileError, UnsupportedProfileError
-        As for `read_picture`.
-    """
+    """Return the profile or encoding of a raster, None for CIELAB, and warnings."""
     if raster.model == "Lab":
         said = ["CIELAB is taken to be relative to D50, which the file does not state."]
         if raster.profile:

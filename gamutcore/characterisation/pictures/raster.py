@@ -137,13 +137,10 @@ Band = tuple[int, npt.NDArray[Any], npt.NDArray[Any] | None]
 class Raster:
     """A picture during decoding.
 
-    Parameters
+    Attributes
     ----------
-    format : str
-        Name of the file format.
     model : str
         A key of `MODELS`.
-    width, height : int
     dtype : dtype
         ``uint8`` (full scale 255), ``uint16`` (full scale 65535) or a float type. Integer Lab has
         L* 100 at 255 or 65280, and a* and b* with an offset of half the range (ICC.1:2001-04,
@@ -156,10 +153,6 @@ class Raster:
         Whether the colours are multiplied by alpha.
     profile : bytes
         The embedded ICC profile; empty without one.
-    encoding : Encoding or None
-        The encoding that the file declares.
-    warnings : list of str
-    has_alpha : bool
     stored : str
         OpenImageIO's name of the type in the file, such as ``"half"``; empty for CMYK JPEG.
     header : ImageSpec or None
@@ -193,23 +186,7 @@ def malformed_picture(
 def open_raster(data: bytes, file_format: str) -> Iterator[Raster]:
     """Read the header of a picture, and yield its raster while the file is open.
 
-    Parameters
-    ----------
-    data : bytes
-        The file.
-    file_format : str
-        Name of its format.
-
-    Raises
-    ------
-    MalformedFileError
-        The file breaks its format or ends early. Reading the bands may raise it too.
-    PictureSizeError
-        The picture has too many pixels or bytes.
-    PictureWorkError
-        The picture is a JPEG with too many scans.
-    UnsupportedPictureError
-        The picture has channels, sample types or a colour encoding that are not supported.
+    Faults of the file raise errors here or when the bands are read.
     """
     if file_format == "jpeg":
         _check_scans(data)
@@ -311,14 +288,9 @@ def openimageio() -> Any:  # noqa: ANN401 (a module)
 
 
 def _decoder_message(owner: Any) -> str:  # noqa: ANN401 (an ImageInput or the module)
-    """Return OpenImageIO's message, and clear it.
+    """Return OpenImageIO's message, and clear it; raise MemoryError if it reports lack of memory.
 
     A decoder may quote bytes of the file that are not UTF-8.
-
-    Raises
-    ------
-    MemoryError
-        The decoder was refused memory.
     """
     try:
         message: str = owner.geterror()

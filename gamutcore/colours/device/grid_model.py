@@ -29,7 +29,7 @@ _APART = 1e-6
 class GridModel:
     """Device value to colour, interpolated between the nodes of a grid.
 
-    Parameters
+    Attributes
     ----------
     levels : tuple of (l,) float
         Ascending levels of each of k channels; one level for a constant channel.
@@ -47,23 +47,7 @@ class GridModel:
         return tuple(len(levels) for levels in self.levels)
 
     def colours(self, device: FloatArray) -> FloatArray:
-        """Return the colours of device values.
-
-        Parameters
-        ----------
-        device : (m, k) float
-            Device values, clipped to the outermost levels.
-
-        Returns
-        -------
-        (m, 3) float
-            In the space of the samples.
-
-        Raises
-        ------
-        OptionError
-            Interpolation of so many values in so many channels would take too long.
-        """
+        """Return the colours (m, 3) of device values (m, k), clipped to the outermost levels."""
         positions = np.empty(device.shape)
         for channel, levels in enumerate(self.levels):
             fractions = np.linspace(0.0, 1.0, len(levels))
@@ -77,18 +61,13 @@ class GridModel:
         return colours
 
     def leave_out_errors(self) -> FloatArray:
-        """Return the interpolation errors at nodes that are left out.
+        """Return the interpolation errors (m,) at nodes that are left out.
 
         Every second level of each channel is left out at once, except the last one. The missing
         nodes are interpolated between the remaining ones. The errors of the whole grid are two to
         four times smaller: halving the steps quarters the errors of smooth colours
-        (``docs/decisions/device-model.md``).
-
-        Returns
-        -------
-        (m,) float
-            Distance of each left-out node from its interpolated colour; empty if no channel has
-            more than two levels.
+        (``docs/decisions/device-model.md``). The result is empty if no channel has more than two
+        levels.
         """
         shape = self.shape
         kept = [np.unique([*range(0, count, 2), count - 1]) for count in shape]
@@ -108,25 +87,9 @@ class GridModel:
 
 
 def grid_model(device: FloatArray, colours: FloatArray) -> GridModel | None:
-    """Return the model of samples that form a complete grid.
+    """Return the model of samples that form a complete grid; None for other samples.
 
-    Parameters
-    ----------
-    device : (n, k) float
-        Distinct device values, in any order.
-    colours : (n, 3) float
-        Their colours.
-
-    Returns
-    -------
-    GridModel or None
-        None if a combination of levels is missing or there are fewer than two samples.
-
-    Examples
-    --------
-    >>> square = np.array([(0.0, 0.0), (0.0, 1.0), (1.0, 0.0), (1.0, 1.0)])
-    >>> grid_model(square, np.eye(4, 3)).shape
-    (2, 2)
+    `device` has distinct device values (n, k) in any order, and `colours` (n, 3) their colours.
     """
     count = len(device)
     if count < 2:

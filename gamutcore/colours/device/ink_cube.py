@@ -4,8 +4,8 @@ A press does not print all inks in full. A total ink limit cuts off the corner o
 plane of equal sums, and a black limit shortens one axis. The colours at the boundary of the rest
 come from its two-dimensional faces. These are the cube's own faces, clipped at the plane, and the
 intersections of the plane with the cube's three-dimensional faces (triangles to hexagons). Each
-face is divided into quadrilaterals and triangles between its own corners. A lattice covers these
-without gaps, and neighbouring faces share whole edges.
+face is divided into quadrilaterals and triangles between its own corners. Neighbouring faces share
+whole edges, so a lattice covers them without gaps.
 """
 
 from __future__ import annotations
@@ -30,14 +30,9 @@ _TINY = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class InkCube:
-    """The printable device values.
+    """The printable device values: the range of each of n channels, and the largest sum, if any.
 
-    Parameters
-    ----------
-    lowest, highest : (n,) float
-        Range of each of n channels; no range is empty.
-    total : float or None
-        Largest sum of a device value; None without a limit.
+    No range is empty.
     """
 
     lowest: FloatArray
@@ -59,7 +54,7 @@ class InkCube:
 class Patches:
     """Quadrilaterals that cover the surface of a cut cube; two corners of a triangle coincide.
 
-    Parameters
+    Attributes
     ----------
     corners : (p, 2, 2, n) float
         Device values at s, t of (0, 0), (0, 1), (1, 0), (1, 1).
@@ -73,24 +68,10 @@ class Patches:
 
 
 def surface_patches(cube: InkCube, most: int | None = None) -> Patches | None:
-    """Return the patches of all two-dimensional faces of a cut cube.
+    """Return the patches of all two-dimensional faces of a cut cube of at least two channels.
 
-    Parameters
-    ----------
-    cube : InkCube
-        Of n ≥ 2 channels.
-    most : int, optional
-        Largest number of patches: fifteen inks have 860,160 faces.
-
-    Returns
-    -------
-    Patches or None
-        C(n, 2)·2^(n-2) patches for a cube without a cut. None if there are more than `most`.
-
-    Examples
-    --------
-    >>> len(surface_patches(InkCube(np.zeros(3), np.ones(3))).corners)
-    6
+    A cube of n channels without a cut has C(n, 2)·2^(n-2) patches: 860,160 for fifteen inks. More
+    than `most` patches give None.
     """
     corners, axes, count = [], [], 0
     for some, their_axes in chain(_clipped_faces(cube), _cutting_faces(cube) if cube.cut else ()):
@@ -103,17 +84,9 @@ def surface_patches(cube: InkCube, most: int | None = None) -> Patches | None:
 
 
 def surface_corners(cube: InkCube) -> FloatArray:
-    """Return the corners of a cut cube.
+    """Return the corners (m, n) of a cut cube.
 
-    Returns
-    -------
-    (m, n) float
-        Corners of the cube within the limit, and the points where its edges meet the limit.
-
-    Examples
-    --------
-    >>> len(surface_corners(InkCube(np.zeros(3), np.ones(3), total=2.5)))
-    10
+    They are the cube's corners within the limit, and the points where its edges meet the limit.
     """
     n = len(cube.lowest)
     own = _cube_corners(cube, tuple(range(n)))

@@ -69,7 +69,7 @@ class InkLimits:
 class LimitedCube:
     """The printable device values, and the channels that are constant.
 
-    Parameters
+    Attributes
     ----------
     cube : InkCube
         Of the channels that vary.
@@ -87,16 +87,7 @@ class LimitedCube:
     provenance: dict[str, JSON] | None
 
     def device(self, values: FloatArray) -> FloatArray:
-        """Return complete device values from the values of the channels that vary.
-
-        Parameters
-        ----------
-        values : (m, k) float
-
-        Returns
-        -------
-        (m, n) float
-        """
+        """Return complete device values (m, n) from the values (m, k) of the channels that vary."""
         if self.free.all():
             return values
         device = np.tile(self.base, (len(values), 1))
@@ -114,21 +105,8 @@ def limited_cube(
 ) -> LimitedCube:
     """Return the part of a device's cube that is within the ink limits.
 
-    Parameters
-    ----------
-    channels : sequence of str
-        Names of the n channels.
-    lowest, highest : (n,) float
-        Range of each channel, 0 to 1.
-    limits : InkLimits
-    inks : bool
-        Whether the channels are inks.
-
-    Raises
-    ------
-    OptionError
-        There are limits, and the device has no inks or no black channel, or no device value is
-        within the limits.
+    `lowest` and `highest` are the range of each of n channels, 0 to 1. Limits of a device without
+    inks, a black limit without a black channel, and limits below every device value are refused.
     """
     if limits and not inks:
         raise limits.refusal(f"the channels {', '.join(channels)} are not inks.")

@@ -57,12 +57,7 @@ class Layout(NamedTuple):
 
 
 def inside_count(parts: LongArray) -> int:
-    """Return the number of points inside of all patches.
-
-    Parameters
-    ----------
-    parts : (p, k, k, 2) int64
-    """
+    """Return the number of points inside of all patches, from their parts (p, k, k, 2)."""
     along, across = parts[..., 0], parts[..., 1]
     nodes = len(parts) * (parts.shape[1] - 1) ** 2
     level = int(np.maximum(along[:, :, 1:], along[:, :, :-1]).sum()) - along[:, :, 1:].size
@@ -139,18 +134,9 @@ def _zip_ring(
 ) -> int:
     """Write the triangles between a side of a cell and the inner points next to it.
 
-    Parameters
-    ----------
-    chain : (m,) int64
-        The points of the side, then the inner points on its left.
-    outer, inner : int
-        Number of parts of the side, and of inner points. Inner points are at 1 ÷ (inner + 1) and
-        so on.
-
-    Returns
-    -------
-    int
-        Number of triangles.
+    `chain` (m,) has the points of the side, then the inner points on its left. The side has `outer`
+    parts; its `inner` points are at multiples of 1 ÷ (inner + 1). The result is the number of
+    triangles.
     """
     i, j, left = 0, 0, outer + 1
     while i < outer or j < inner - 1:
@@ -175,18 +161,8 @@ def _zip_chains(
 ) -> int:
     """Write the triangles between two chains of points in the same direction.
 
-    Parameters
-    ----------
-    chain : (m,) int64
-        The points of the chain on the right from 0, of the other from `left`. The chains may share
-        their first and their last point.
-    rights, lefts : int
-        Numbers of parts of the chains.
-
-    Returns
-    -------
-    int
-        Number of triangles.
+    `chain` (m,) has the right chain from 0 and the left one from `left`, with `rights` and `lefts`
+    parts. They may share their first and last point. The result is the number of triangles.
     """
     i, j, i_end, j_end = 0, 0, rights, lefts
     if chain[0] == chain[left]:
@@ -301,16 +277,9 @@ def _gather_side(
 ) -> None:
     """Write the points of a side of the cell (i, j), in the direction of s or t.
 
-    Parameters
-    ----------
-    sides : (4, m) int64
-        Row `side` is written.
-    side_parts : (4,) int64
-    level, upright : (k, k) int64
-        First inner points of the sides ABOVE and AFTER of the cells.
-    nodes : int
-        Number of the first inner coarse node of the patch.
-    patch, i, j, side : int
+    Row `side` of `sides` (4, m) and `side_parts` (4,) is written. `level` and `upright` (k, k) have
+    the first inner points of the cells' sides ABOVE and AFTER. `nodes` is the number of the patch's
+    first inner coarse node.
     """
     cells, some = layout.parts.shape[1], side_parts[side]
     if side <= ABOVE:
@@ -340,14 +309,10 @@ def lattice_faces(  # noqa: C901, PLR0912  # one pass over all cells
     Parameters
     ----------
     layout : Layout
-    outside : int
-        Number of corners and points on edges.
-    inside : int
-        Number of points inside of patches, `inside_count`.
-    triangles : int
-        Upper bound of the number of triangles.
-    longest : int
-        Largest number of parts of any side.
+    outside, inside : int
+        Numbers of points: corners and on edges; and inside of patches (`inside_count`).
+    triangles, longest : int
+        Upper bound of the number of triangles; largest number of parts of any side.
 
     Returns
     -------

@@ -51,16 +51,12 @@ themselves are a half to a quarter of the estimate."""
 class DeviceModel:
     """Device value to colour, from measured samples.
 
-    Parameters
+    Attributes
     ----------
-    device : (n, k) float
-        Device values of the samples used.
-    lab : (n, 3) float
-        Their colours.
+    device, lab : (n, k) and (n, 3) float
+        Device values and colours of the samples used.
     colours : callable or None
         (m, k) device values to (m, 3) colours; None if no model can be fitted.
-    provenance : dict
-        Kind of the model and its error, JSON-able.
     mean_error : float or None
         Mean ΔE*ab of left-out samples; None if none can be left out.
     nodes : (k, l) float or None
@@ -82,27 +78,11 @@ class DeviceModel:
 
 
 def device_model(device: FloatArray, lab: FloatArray, kind: str | None = None) -> DeviceModel:
-    """Return the device model of samples.
+    """Return the device model of samples with distinct device values (n, k), 0 to 1.
 
-    Parameters
-    ----------
-    device : (n, k) float
-        Distinct device values, 0 to 1.
-    lab : (n, 3) float
-        Their colours.
-    kind : str, optional
-        One of `DEVICE_MODELS`. Unless given: interpolation of complete grids, a fit to other
-        samples.
-
-    Returns
-    -------
-    DeviceModel
-        Of all samples of an interpolated grid, else of at most `MAX_MODEL_SAMPLES`.
-
-    Raises
-    ------
-    OptionError
-        Interpolation is requested, and the samples are not a complete grid.
+    Without a `kind` of `DEVICE_MODELS`, complete grids are interpolated and other samples are
+    fitted. A fit uses at most `MAX_MODEL_SAMPLES` samples. Interpolation without a complete grid is
+    refused.
     """
     grid = None if kind == "fit" else grid_model(device, lab)
     if grid is not None:

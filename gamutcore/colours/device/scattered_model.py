@@ -47,16 +47,7 @@ class DegenerateSamplesError(ValueError):
 
 @kernel
 def fill_cubed_distances(points: FloatArray, centres: FloatArray, out: FloatArray) -> None:
-    """Compute the cubed distances of points from centres.
-
-    Parameters
-    ----------
-    points : (m, k) float
-    centres : (k, n) float
-        One row per dimension.
-    out : (m, n) float
-        Receives |point - centre|³.
-    """
+    """Write |point - centre|³ to `out` (m, n), for points (m, k) and centres (k, n)."""
     dimensions, count = centres.shape
     for i in range(points.shape[0]):
         row = out[i]
@@ -75,18 +66,9 @@ def fill_cubed_distances(points: FloatArray, centres: FloatArray, out: FloatArra
 def add_cubic_sums(
     points: FloatArray, centres: FloatArray, weights: FloatArray, out: FloatArray
 ) -> None:
-    """Add the weighted sums of cubed distances to `out`.
+    """Add the sums Σ weights·|point - centre|³ to `out` (3, m).
 
-    Parameters
-    ----------
-    points : (k, m) float
-        Points of evaluation, one row per dimension.
-    centres : (n, k) float
-        Centres of the basis functions.
-    weights : (n, 3) float
-        Their weights.
-    out : (3, m) float
-        The sums Σ weights·|point - centre|³ are added here, one row per weight.
+    Points of evaluation are (k, m), centres of the basis functions (n, k), and weights (n, 3).
     """
     dimensions, count = points.shape
     squares = np.empty(_BLOCK)
@@ -120,12 +102,10 @@ def add_cubic_sums(
 class ScatteredModel:
     """Device value to colour, fitted to scattered samples.
 
-    Parameters
+    Attributes
     ----------
-    centres : (n, k) float
-        Device values of the samples.
-    weights : (n, 3) float
-        Weights of the cubic basis functions.
+    centres, weights : (n, k) and (n, 3) float
+        Device values of the samples; weights of the cubic basis functions.
     linear : (k + 1, 3) float
         The constant and the linear part.
     leave_out_errors : (n,) float
@@ -138,18 +118,7 @@ class ScatteredModel:
     leave_out_errors: FloatArray
 
     def colours(self, device: FloatArray) -> FloatArray:
-        """Return the colours of device values.
-
-        Parameters
-        ----------
-        device : (m, k) float
-            Device values, 0 to 1.
-
-        Returns
-        -------
-        (m, 3) float
-            In the space of the samples.
-        """
+        """Return the colours (m, 3) of device values (m, k), 0 to 1."""
         sums = np.zeros((3, len(device)))
         add_cubic_sums(np.ascontiguousarray(device.T), self.centres, self.weights, sums)
         colours: FloatArray = self.linear[0] + device @ self.linear[1:] + sums.T
@@ -157,27 +126,15 @@ class ScatteredModel:
 
 
 def scattered_model(device: FloatArray, colours: FloatArray) -> ScatteredModel:
-    """Return the model that fits scattered samples, with its leave-one-out errors.
+    """Return the model that fits scattered samples (n, k), 0 to 1, with its leave-one-out errors.
 
-    Parameters
-    ----------
-    device : (n, k) float
-        Distinct device values, 0 to 1.
-    colours : (n, 3) float
-        Their colours.
-
-    Raises
-    ------
-    DegenerateSamplesError
-        There are at most k + 1 samples, or their device values lie in a plane.
-
-    Notes
-    -----
     P has the columns (1, device) of the linear part, and Q is its null space (from a QR
     decomposition). Qᵀ(Φ + λ)Q = LLᵀ is positive definite for the cubic kernel (Wendland, Scattered
     Data Approximation, 2005, section 8.5). The weights are M·colours with M = Q(LLᵀ)⁻¹Qᵀ. The
     leave-one-out error of sample i is weights_i / M_ii (Rippa, Advances in Computational
     Mathematics 11, 1999, 193-210, equation 3).
+
+    At most k + 1 samples, or device values in a plane, raise `DegenerateSamplesError`.
     """
     # scipy.linalg takes 0.2 s and 15 MB to import, and only fits need it. Import it here first:
     # threadpool_limits affects only the BLAS libraries that are loaded already.

@@ -60,7 +60,7 @@ _EVENLY = 0.1
 class SurfaceFaces:
     """Triangles that cover all two-dimensional faces of a device's cut cube, without T-junctions.
 
-    Parameters
+    Attributes
     ----------
     corners : (m, 3) int32
         Rows of device values. Corners and edges of the cube have their rows once.
@@ -78,17 +78,10 @@ class SurfaceFaces:
 
 @dataclass(frozen=True, eq=False)
 class DeviceSurface:
-    """Device values at a device's surface.
+    """Device values (m, n) at a device's surface, and the triangles between them.
 
-    Parameters
-    ----------
-    device : (m, n) float
-        The values of n channels.
-    density : str
-        ``"by curvature"``, ``"uniform"`` or ``"corners"``.
-    faces : SurfaceFaces or None
-        Triangles between these values; None if the faces are too many, or there are fewer than
-        three channels.
+    `density` is ``"by curvature"``, ``"uniform"`` or ``"corners"``. Too many faces, or fewer than
+    three channels, give no triangles.
     """
 
     device: FloatArray
@@ -134,23 +127,11 @@ def device_surface(
     surface_samples: int,
     nodes: FloatArray | None = None,
 ) -> DeviceSurface:
-    """Return device values at the surface of a cut cube.
+    """Return device values at the surface of a cut cube of n channels.
 
-    Parameters
-    ----------
-    cube : InkCube
-        Of n channels.
-    colours : callable
-        The device model: (m, n) device values to (m, 3) colours.
-    surface_samples : int
-        Largest number of points, unless the cube has more corners.
-    nodes : (n, k) float, optional
-        Ascending values of each channel over its whole range, between which the model is smooth.
-
-    Returns
-    -------
-    DeviceSurface
-        Deterministic: the same for the same model, cube and number.
+    There are at most `surface_samples` points, unless the cube has more corners. `colours` maps (m,
+    n) device values to (m, 3). `nodes` (n, k) are each channel's ascending values, over its whole
+    range, between which the model is smooth. The result is deterministic.
     """
     channels = len(cube.lowest)
     if channels == 1:
@@ -174,14 +155,7 @@ def device_surface(
 
 
 def outward_faces(points: FloatArray, faces: SurfaceFaces) -> SurfaceFaces:
-    """Return faces that enclose a positive volume if they are closed; other faces as they are.
-
-    Parameters
-    ----------
-    points : (m, 3) float
-        Colours of the device values.
-    faces : SurfaceFaces
-    """
+    """Return closed faces so that they enclose a positive volume; other faces are unchanged."""
     if not faces.closed:
         return faces
     if TriangleMesh(points, faces.corners).volume >= 0:
@@ -338,26 +312,9 @@ class _Lattice:
 def distinct_rows(rows: FloatArray) -> tuple[FloatArray, IntArray]:
     """Return the distinct rows of an array in order, and the index of each row among them.
 
-    Parameters
-    ----------
-    rows : (m, n) float
-        Without negative zeros and NaN.
-
-    Returns
-    -------
-    distinct : (k, n) float
-    indices : (m,) int
-
-    Notes
-    -----
-    `numpy.unique` along an axis compares whole rows, which takes two seconds for the half million
-    rows of twelve inks with a limit. A hash of the bits tells nearly all rows apart; collisions are
-    found by comparison.
-
-    Examples
-    --------
-    >>> distinct_rows(np.array([[1.0, 0.0], [0.0, 1.0], [1.0, 0.0]]))[1].tolist()
-    [1, 0, 1]
+    Rows have no negative zeros and no NaN. `numpy.unique` along an axis takes two seconds for the
+    half million rows of twelve inks with a limit. A hash of the bits tells nearly all rows apart;
+    collisions are found by comparison.
     """
     bits = np.ascontiguousarray(rows).view(np.uint64)
     # random odd factors; the low bits of short fractions are all zero, so mix in the high bits

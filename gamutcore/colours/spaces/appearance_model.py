@@ -45,6 +45,9 @@ colours."""
 class AppearanceModel:
     """A colour appearance model under its viewing conditions.
 
+    CIE 159:2004, 8 and 9; Li et al., Comprehensive color solutions: CAM16, CAT16, and CAM16-UCS,
+    Color Research and Application 42 (2017), appendices A and B.
+
     Attributes
     ----------
     name : str
@@ -57,11 +60,6 @@ class AppearanceModel:
         Y_b, the luminance factor of the background, in the scale of `white`.
     surround : str
         A key of `SURROUNDS`.
-
-    Notes
-    -----
-    CIE 159:2004, 8 and 9; Li et al., Comprehensive color solutions: CAM16, CAT16, and CAM16-UCS,
-    Color Research and Application 42 (2017), appendices A and B.
     """
 
     name: str
@@ -73,21 +71,9 @@ class AppearanceModel:
     def correlates(
         self, xyz: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray, NDArray[np.bool_]]:
-        """Return lightness, colourfulness and hue of colours.
+        """Return lightness J, colourfulness M and hue h, (n,), and whether colours left the domain.
 
-        Parameters
-        ----------
-        xyz : (n, 3) float
-            In the scale of the white.
-
-        Returns
-        -------
-        lightness, colourfulness : (n,) float
-            J and M.
-        hue : (n,) float
-            h in radians, −π to π.
-        outside : (n,) bool
-            Whether the colour was outside the domain of the model.
+        Colours (n, 3) are in the scale of the white. The hue is in radians, −π to π.
         """
         red, green, blue = self._compression(xyz @ self._to_adapted.T).T
         a = red - 12.0 * green / 11.0 + blue / 11.0
@@ -103,18 +89,9 @@ class AppearanceModel:
         return lightness, chroma * self._luminance_level**0.25, hue, outside
 
     def uniform(self, xyz: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
-        """Return J', a', b' of colours in the model's uniform space.
+        """Return J', a', b' (n, 3) in the uniform space, and whether colours left the domain.
 
-        Parameters
-        ----------
-        xyz : (n, 3) float
-            In the scale of the white.
-
-        Returns
-        -------
-        coordinates : (n, 3) float
-        outside : (n,) bool
-            Whether the colour was outside the domain of the model.
+        Colours (n, 3) are in the scale of the white.
         """
         lightness, colourfulness, hue, outside = self.correlates(xyz)
         radius = np.log1p(_C2 * colourfulness) / _C2
@@ -129,17 +106,9 @@ class AppearanceModel:
         return coordinates, outside
 
     def tristimulus(self, coordinates: FloatArray) -> FloatArray:
-        """Return X, Y, Z of J', a', b'; the inverse of `uniform`.
+        """Return X, Y, Z of J', a', b' in the scale of the white; the inverse of `uniform`.
 
-        Parameters
-        ----------
-        coordinates : (n, 3) float
-            J' below 200. Values outside the range of the model become the nearest in it.
-
-        Returns
-        -------
-        (n, 3) float
-            In the scale of the white.
+        J' is below 200. Values outside the range of the model become the nearest in it.
         """
         uniform, first, second = coordinates.T
         uniform = np.clip(uniform, 0.0, 200.0)

@@ -42,8 +42,6 @@ _IMPORT = Lock()
 def colour_science() -> ModuleType:
     """Return the module `colour` of colour-science, imported on first use.
 
-    Notes
-    -----
     Without matplotlib, colour-science 0.4 puts MagicMock objects in its place in `sys.modules`, and
     other packages then take it as installed. They are removed here; colour-science keeps its own
     references. Its warning about matplotlib is suppressed.
@@ -114,21 +112,9 @@ def lab_to_xyz(lab: FloatArray, white: FloatArray = ICC_D50) -> FloatArray:
 
 
 def adaptation_to_d50(xyz: FloatArray, white: FloatArray, adaptation: str) -> FloatArray:
-    """Return colours adapted from a white to ICC's D50.
+    """Return colours (n, 3) adapted from a white to ICC's D50, with Y = 1 for that white.
 
-    Parameters
-    ----------
-    xyz : (n, 3) float
-        Tristimulus values.
-    white : (3,) float
-        The white under which they were seen, in the same scale.
-    adaptation : str
-        A key of `gamutcore.colours.spaces.white_points.ADAPTATIONS`.
-
-    Returns
-    -------
-    (n, 3) float
-        Y = 1 for that white.
+    The white (3,) is in the scale of the colours.
     """
     adapted: FloatArray = (
         xyz / white[1] @ adaptation_matrix(white / white[1], ICC_D50, adaptation).T
@@ -137,19 +123,10 @@ def adaptation_to_d50(xyz: FloatArray, white: FloatArray, adaptation: str) -> Fl
 
 
 def white_of(illuminant: str, observer: str) -> FloatArray | None:
-    """Return XYZ of a CIE illuminant for a standard observer.
+    """Return XYZ (3,) of a CIE illuminant for a standard observer, ``"2"`` or ``"10"`` degrees.
 
-    Parameters
-    ----------
-    illuminant : str
-        Name as in CIE 15, such as ``"D50"``, ``"A"`` or ``"F11"`` (or ``"FL11"``).
-    observer : str
-        ``"2"`` or ``"10"``, degrees.
-
-    Returns
-    -------
-    (3,) float or None
-        With Y = 1; ICC's values for D50 and 2°; None for an unknown name.
+    Names are as in CIE 15, such as ``"D50"``, ``"A"`` or ``"F11"`` (or ``"FL11"``). Y is 1; D50 and
+    2° give ICC's values; an unknown name gives None.
     """
     name = illuminant.upper()
     if name == "D50" and observer == "2":

@@ -46,12 +46,9 @@ coordinates are about 1."""
 
 
 def declared_luminance(notes: Mapping[str, str]) -> float | None:
-    """Return the luminance of the device's white in cd/m² that the notes of a file declare.
+    """Return the luminance of the device's white in cd/m² that a file's notes declare.
 
-    Parameters
-    ----------
-    notes : mapping of str to str
-        Names in lower case.
+    Names of notes are in lower case.
     """
     try:
         return finite_number(float(notes["white_luminance"]))
@@ -60,27 +57,10 @@ def declared_luminance(notes: Mapping[str, str]) -> float | None:
 
 
 def declared_space(notes: Mapping[str, str]) -> ColourSpace | None:
-    """Return the space that the notes of a mesh file declare.
+    """Return the space that the notes of a mesh file declare; None if they name no space.
 
-    Parameters
-    ----------
-    notes : mapping of str to str
-        Names in lower case, to text: ``space``, and the parameters of spaces by their names.
-
-    Returns
-    -------
-    ColourSpace or None
-        None if the notes name no space.
-
-    Raises
-    ------
-    MeshError
-        There is no such space, or it does not have such a parameter.
-
-    Examples
-    --------
-    >>> declared_space({"space": "OKLab", "scale": "100"}).scale
-    100.0
+    Names are in lower case: ``space``, and the parameters of spaces by their names. An unknown
+    space or parameter raises `MeshError`.
     """
     if "space" not in notes:
         return None
@@ -125,15 +105,7 @@ def _value(text: str) -> object:
 def refuse_other_space(declared: ColourSpace, requested: ColourSpace) -> None:
     """Refuse a mesh that declares another space than the requested one.
 
-    Parameters
-    ----------
-    declared, requested : ColourSpace
-        The declared and the requested space.
-
-    Raises
-    ------
-    OptionError
-        They differ. The error names the first differing option, and all that are needed.
+    The error names the first differing option, and all that are needed.
     """
     if declared.is_icc_cielab and requested.is_icc_cielab:
         return  # no adaptation is involved
@@ -184,17 +156,7 @@ def _text_of(value: object) -> str:
 
 
 def refuse_far_vertices(vertices: FloatArray, space: ColourSpace) -> None:
-    """Refuse vertices beyond any colour of a space.
-
-    Parameters
-    ----------
-    vertices : (v, 3) float
-    space : ColourSpace
-
-    Raises
-    ------
-    InvalidPointsError
-    """
+    """Refuse vertices (v, 3) beyond any colour of a space."""
     beyond = (np.abs(vertices) > LARGEST_COORDINATE * (space.scale or 1.0)).any(axis=1)
     if beyond.any():
         vertex = int(np.argmax(beyond))
@@ -206,13 +168,7 @@ def refuse_far_vertices(vertices: FloatArray, space: ColourSpace) -> None:
 
 
 def assumption_warnings(vertices: FloatArray, space: ColourSpace) -> list[str]:
-    """Return a warning if a mesh without a declared space is hardly in the assumed one.
-
-    Parameters
-    ----------
-    vertices : (v, 3) float
-    space : ColourSpace
-    """
+    """Return a warning if a mesh without a declared space is hardly in the assumed one."""
     extent = float(np.ptp(vertices, axis=0).max())
     if space.name != "CIELAB" or extent >= SMALLEST_CIELAB * (space.scale or 1.0):
         return []

@@ -65,20 +65,9 @@ upwards, a* to the right, b* away from the viewer."""
 class SpaceDefinition:
     """A colour space before its parameters have values.
 
-    Attributes
-    ----------
-    axes : tuple of three str
-        Names of the coordinates.
-    white : str
-        The white of its definition, or D50 if the definition allows any.
-    parameters : mapping of str
-        Default values of the parameters that not every space has.
-    formula : callable
-        From a `ColourSpace` to its `Formula`.
-    source : str
-        Publication of the definition.
-    lightness : int
-        The axis of lightness or luminance.
+    `white` is the white of its definition, or D50 if the definition allows any. `parameters` has
+    the defaults of parameters that not every space has. `source` is the publication of the
+    definition, and `lightness` the axis of lightness or luminance.
     """
 
     axes: tuple[str, str, str]

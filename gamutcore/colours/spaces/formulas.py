@@ -234,23 +234,10 @@ _PEAK = 10_000.0
 
 
 def pq_signal(luminance: FloatArray, exponent: float = _M2) -> FloatArray:
-    """Return the signal of luminances in the perceptual quantizer.
+    """Return the signal of luminances in cd/m², 0 or more, in the perceptual quantizer.
 
-    Parameters
-    ----------
-    luminance : array of float
-        In cd/m², 0 or more; the signal is 1 for 10,000.
-    exponent : float
-        The outer exponent; Jzazbz has another one.
-
-    Notes
-    -----
-    SMPTE ST 2084:2014, equation 5.2; ITU-R BT.2100-2, table 4.
-
-    Examples
-    --------
-    >>> float(pq_signal(np.array(10_000.0)))
-    1.0
+    The signal of 10,000 cd/m² is 1. Jzazbz has another outer exponent. SMPTE ST 2084:2014, equation
+    5.2; ITU-R BT.2100-2, table 4.
     """
     powers = (luminance / _PEAK) ** _M1
     signal: FloatArray = ((_C1 + _C2 * powers) / (1.0 + _C3 * powers)) ** exponent
@@ -258,18 +245,9 @@ def pq_signal(luminance: FloatArray, exponent: float = _M2) -> FloatArray:
 
 
 def pq_luminance(signal: FloatArray, exponent: float = _M2) -> FloatArray:
-    """Return the luminances of signals; the inverse of `pq_signal`.
+    """Return the luminances of signals in cd/m²; the inverse of `pq_signal`.
 
-    Parameters
-    ----------
-    signal : array of float
-        Values below the signal of zero luminance are taken as that signal; at most about 2.
-    exponent : float
-
-    Returns
-    -------
-    array of float
-        In cd/m².
+    Signals are at most about 2. Those below the signal of zero luminance are taken as that signal.
     """
     roots = np.minimum(np.maximum(signal, 0.0) ** (1.0 / exponent), 1.0075)  # the pole is at 1.0088
     luminance: FloatArray = _PEAK * (np.maximum(roots - _C1, 0.0) / (_C2 - _C3 * roots)) ** (
@@ -303,19 +281,11 @@ class PerceptualQuantizer:
 
 
 def ictcp(luminance: float, *, itp: bool = False) -> PerceptualQuantizer:
-    """Return ICtCp for PQ, or the space with ΔE_ITP as its distance.
+    """Return ICtCp for PQ with a white in cd/m², or the space with ΔE_ITP as its distance.
 
-    Parameters
-    ----------
-    luminance : float
-        Of the white, in cd/m².
-    itp : bool
-        Whether T is half of Ct and all coordinates are scaled by 720.
-
-    Notes
-    -----
-    ITU-R BT.2100-2, table 7; ΔE_ITP is that of ITU-R BT.2124-0, annex 1. Tristimulus values are
-    first converted to the primaries of BT.2020 with D65.
+    With `itp`, T is half of Ct, and all coordinates are scaled by 720. ITU-R BT.2100-2, table 7;
+    ΔE_ITP is that of ITU-R BT.2124-0, annex 1. Tristimulus values are first converted to the
+    primaries of BT.2020 with D65.
     """
     bt2020 = ((0.708, 0.292), (0.170, 0.797), (0.131, 0.046))
     to_xyz = rgb_to_xyz(bt2020, white_point("D65"))

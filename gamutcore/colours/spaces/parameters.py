@@ -92,18 +92,7 @@ SPACE_PARAMETERS: Mapping[str, tuple[OptionType, ...]] = MappingProxyType(
 
 
 def parameter_defaults(space: str) -> dict[str, object]:
-    """Return the parameters of a space with their defaults.
-
-    Parameters
-    ----------
-    space : str
-        A key of `SPACES`.
-
-    Examples
-    --------
-    >>> parameter_defaults("Oklab")
-    {'reference_white': 'D65', 'adaptation': 'Bradford', 'scale': 1.0}
-    """
+    """Return the parameters of a space with their defaults."""
     definition = SPACES[space]
     return {
         "reference_white": definition.white,
@@ -116,23 +105,9 @@ def parameter_defaults(space: str) -> dict[str, object]:
 def space_parameters(space: str, given: Mapping[str, object]) -> dict[str, object]:
     """Return the parameters of a space in their canonical form, with defaults filled in.
 
-    Parameters
-    ----------
-    space : str
-        A key of `SPACES`.
-    given : mapping of str
-        Values by name; None where not given.
-
-    Returns
-    -------
-    dict
-        A value for every name of `SPACE_PARAMETERS`; None where the space does not have it. The
-        defaults of CIELAB are None as well, which keeps the ids of older gamuts.
-
-    Raises
-    ------
-    OptionError
-        A value is not accepted, or the space has no such parameter.
+    Every name of `SPACE_PARAMETERS` has a value; None where the space does not have it. The
+    defaults of CIELAB are None as well, which keeps the ids of older gamuts. Other values raise
+    `OptionError`.
     """
     defaults = parameter_defaults(space)
     result: dict[str, object] = {}
@@ -149,17 +124,9 @@ def space_parameters(space: str, given: Mapping[str, object]) -> dict[str, objec
 
 
 def measured_luminance(stated: object) -> float:
-    """Return the luminance of a device's white that its data declares.
+    """Return the luminance of a device's white, in cd/m², that its data declares.
 
-    Parameters
-    ----------
-    stated : float or None
-        In cd/m².
-
-    Raises
-    ------
-    OptionError
-        The data declares none, or it is out of the range of the option.
+    A missing luminance, or one out of the option's range, raises `OptionError`.
     """
     number = finite_number(stated)
     if number is None or LUMINANCE.canonical(number) is None:

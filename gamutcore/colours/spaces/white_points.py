@@ -79,53 +79,22 @@ CIE 159:2004. CAT16: Li et al. 2017. von Kries: Hunt, Pointer and Estévez's con
 
 
 def white_point(name: str) -> FloatArray:
-    """Return the tristimulus values of a white.
-
-    Parameters
-    ----------
-    name : str
-        A key of `WHITES`.
-
-    Returns
-    -------
-    (3,) float
-        X, Y, Z with Y = 1; ICC's values for D50.
-
-    Examples
-    --------
-    >>> white_point("D50").tolist()
-    [0.9642, 1.0, 0.8249]
-    """
+    """Return X, Y, Z (3,) of a white of `WHITES`, with Y = 1; ICC's values for D50."""
     if name == "D50":
         return np.array(_ICC_D50)
     return chromaticity_xyz(*WHITES[name])
 
 
 def chromaticity_xyz(x: float, y: float) -> FloatArray:
-    """Return the tristimulus values, (3,), of a chromaticity, with Y = 1.
-
-    Examples
-    --------
-    >>> chromaticity_xyz(0.25, 0.25).tolist()
-    [1.0, 1.0, 2.0]
-    """
+    """Return the tristimulus values, (3,), of a chromaticity, with Y = 1."""
     return np.array([x / y, 1.0, (1 - x - y) / y])
 
 
 def rgb_to_xyz(primaries: Iterable[tuple[float, float]], white: FloatArray) -> FloatArray:
-    """Return the matrix from linear RGB to tristimulus values (SMPTE RP 177).
+    """Return the matrix (3, 3) from linear RGB to tristimulus values: ``matrix @ rgb``.
 
-    Parameters
-    ----------
-    primaries : iterable of (x, y)
-        Chromaticities of red, green and blue.
-    white : (3,) float
-        X, Y, Z of equal red, green and blue of 1.
-
-    Returns
-    -------
-    (3, 3) float
-        For multiplication from the left: ``matrix @ rgb``.
+    Primaries are the chromaticities of red, green and blue. The white is X, Y, Z of equal red,
+    green and blue of 1 (SMPTE RP 177).
     """
     columns = np.column_stack([chromaticity_xyz(*primary) for primary in primaries])
     matrix: FloatArray = columns * np.linalg.solve(columns, white)
@@ -133,19 +102,9 @@ def rgb_to_xyz(primaries: Iterable[tuple[float, float]], white: FloatArray) -> F
 
 
 def adaptation_matrix(source: FloatArray, target: FloatArray, adaptation: str) -> FloatArray:
-    """Return the matrix that adapts colours from one white to another.
+    """Return the matrix (3, 3) that adapts colours from one white to another: ``matrix @ xyz``.
 
-    Parameters
-    ----------
-    source, target : (3,) float
-        X, Y, Z of the whites, in any common scale; all positive.
-    adaptation : str
-        A key of `ADAPTATIONS`.
-
-    Returns
-    -------
-    (3, 3) float
-        For multiplication from the left: ``matrix @ xyz``. The identity for "none".
+    The whites are X, Y, Z in any common scale, all positive. "none" gives the identity.
     """
     cones = ADAPTATIONS[adaptation]
     if cones is None or np.array_equal(source, target):

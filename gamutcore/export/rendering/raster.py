@@ -24,24 +24,11 @@ BAND_SAMPLES = 2**21
 
 
 def rasterise(corners: FloatArray, colours: Float32Array, size: int, samples: int) -> Float32Array:
-    """Return the light and the coverage of every pixel.
+    """Return red, green and blue times coverage, and coverage, (size, size, 4), of every pixel.
 
-    Parameters
-    ----------
-    corners : (n, 3, 3) float64
-        x to the right, y downwards, both in pixels, and the height towards the viewer, by triangle
-        and corner. Triangles may have any orientation; of several, the highest is seen.
-    colours : (n, 3, 3) float32
-        Linear red, green and blue of the corners.
-    size : int
-        Width and height of the picture in pixels.
-    samples : int
-        Samples of a pixel in each direction.
-
-    Returns
-    -------
-    (size, size, 4) float32
-        Red, green and blue times coverage, and coverage.
+    `corners` (n, 3, 3) are x to the right, y downwards, both in pixels, and the height towards the
+    viewer. Triangles may have any orientation; of several, the highest is seen. `colours` (n, 3, 3)
+    are linear. A pixel has `samples` samples in each direction.
     """
     rows = max(1, BAND_SAMPLES // (size * samples * samples))
     fine = np.ascontiguousarray(corners * (samples, samples, 1.0))

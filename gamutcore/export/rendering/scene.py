@@ -59,38 +59,17 @@ CIRCLE = 96
 
 
 class Triangles(NamedTuple):
-    """Coloured triangles.
-
-    Attributes
-    ----------
-    corners : (n, 3, 3) float64
-    colours : (n, 3, 3) float32
-        Linear sRGB.
-    """
+    """Coloured triangles: corners (n, 3, 3) and their colours in linear sRGB (n, 3, 3)."""
 
     corners: FloatArray
     colours: Float32Array
 
 
 def camera(azimuth: float, elevation: float) -> FloatArray:
-    """Return the directions to the right, upwards and towards the viewer as rows.
+    """Return the directions to the right, upwards and towards the viewer as rows of (3, 3).
 
-    Parameters
-    ----------
-    azimuth : float
-        Hue from which the viewer looks, in degrees.
-    elevation : float
-        Angle above the floor, in degrees.
-
-    Returns
-    -------
-    (3, 3) float64
-
-    Examples
-    --------
-    >>> right, upwards, towards = np.abs(camera(270, 0)).round(12).tolist()
-    >>> right, upwards, towards
-    ([1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0])
+    The azimuth is the hue from which the viewer looks, and the elevation the angle above the floor,
+    both in degrees.
     """
     hue, angle = math.radians(azimuth), math.radians(elevation)
     right = np.array([-math.sin(hue), math.cos(hue), 0.0])
@@ -109,22 +88,8 @@ def scene_triangles(
 ) -> Triangles:
     """Return a mesh with axes as triangles in the coordinates of the picture.
 
-    Parameters
-    ----------
-    mesh : TriangleMesh
-    space : ColourSpace
-        Of its vertices.
-    directions : (3, 3) float64
-        As `camera` gives them.
-    size : int
-        Of the picture in pixels.
-    axes : bool
-        Whether there are axes and labels.
-
-    Returns
-    -------
-    Triangles
-        x to the right, y downwards, and the height towards the viewer.
+    Those are x to the right and y downwards in pixels, and the height towards the viewer. The
+    directions are those of `camera`.
     """
     place = _upright(mesh.vertices, space)
     lines = _Lines(place, space) if axes else None

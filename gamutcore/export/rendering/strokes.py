@@ -63,21 +63,9 @@ GLYPHS = {name: [_points(path) for path in paths.split(";")] for name, paths in 
 
 
 def text_strokes(text: str) -> list[FloatArray]:
-    """Return the polylines of a text, centred at the origin.
+    """Return the polylines (n, 2) of a text, centred at the origin.
 
-    Parameters
-    ----------
-    text : str
-        Characters without a glyph leave a gap.
-
-    Returns
-    -------
-    list of (n, 2) float64
-
-    Examples
-    --------
-    >>> [len(stroke) for stroke in text_strokes("L+")]
-    [3, 2, 2]
+    Characters without a glyph leave a gap.
     """
     middle = np.array([(ADVANCE * len(text) - (ADVANCE - 4.0)) / 2.0, HEIGHT / 2.0])
     return [
