@@ -1,20 +1,20 @@
-"""A lower bound of ΔE00 between a colour and those of intervals of lightness, chroma and hue.
+"""A lower bound of ΔE00 between a colour and a box of lightness, chroma and hue.
 
-It follows from equations 2 to 22 of Sharma, Wu & Dalal (see `colour_difference`). With
-u = ΔC' ÷ S_C and v = ΔH' ÷ S_H:
+It follows from equations 2 to 22 of Sharma, Wu & Dalal (see `colour_difference`). With u = ΔC' ÷
+S_C and v = ΔH' ÷ S_H:
 
     ΔE00² ≥ (ΔL ÷ S_L)² + min (u² + v² − R |u v|)
 
-- |ΔL|, |ΔC'| and |ΔH'| are at least the smallest that occur; S_L, S_C, S_H and
-  R = |R_T| at most the largest. The minimum is over all u and v not smaller than the bounds.
+- |ΔL|, |ΔC'| and |ΔH'| have their smallest values in the box; S_L, S_C, S_H and R = |R_T| have
+  their largest. The minimum is over all u and v not smaller than these bounds.
 - G falls with the mean chroma. Its largest and smallest value give intervals of both C'.
 - ΔH' = 2 √(C'₁ C'₂) sin (Δh ÷ 2). A factor of 1 + G grows differences in hue by no more than
   itself, and hues turn by no more than half of a change of G.
-- T changes by at most 2.41 per radian of the mean hue, which is the sum of the factors of its
-  cosines times their multiples. The mean of nearly opposite hues is near one of two normals, of
-  which the larger T is used.
-- R falls with the distance of the mean hue from 275°. R_T is never positive, so that R is 0 if ΔC'
-  and ΔH' have different signs everywhere.
+- T changes by at most 2.41 per radian of the mean hue: the sum of the factors of its cosines times
+  their multiples. The mean of nearly opposite hues is near one of two normals; the larger T is
+  used.
+- R falls with the distance of the mean hue from 275°. R_T is never positive, so R is 0 if ΔC' and
+  ΔH' have different signs everywhere.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ LARGEST_T = 1.573
 """T is at most 1.5725, at 234°."""
 
 TINY = 1e-18
-"""Keeps divisors from 0. It is below the rounding errors of what is not neutral."""
+"""Keeps divisors from 0. It is below the rounding errors of colours that are not neutral."""
 
 
 @inlined_kernel
@@ -51,22 +51,11 @@ def interval_bound(
     most: float,
     turn: float,
 ) -> float:
-    """Return a lower bound of the half square of ΔE00 between a colour and those of intervals.
+    """Return a lower bound of half the square of ΔE00 between a colour and a box.
 
-    It has no branches, so that the compiler computes several bounds at once.
-
-    Parameters
-    ----------
-    l, a, b, own : float
-        L*, a*, b* and C* of the colour.
-    dark, bright : float
-        Least and largest L*.
-    ca, cb : float
-        a* and b* of a colour with the middle hue.
-    least, most : float
-        Least and largest C*.
-    turn : float
-        Largest difference from the middle hue. From π / 2 on, all hues may occur.
+    The colour has C* `own`. The box has L* from `dark` to `bright`, C* from `least` to `most`, and
+    hues up to `turn` radians from that of (`ca`, `cb`); from π / 2 on, all hues may occur. There
+    are no branches, so that the compiler computes several bounds at once.
     """
     away = max(abs(0.5 * (l + dark) - 50.0), abs(0.5 * (l + bright) - 50.0))
     away *= away
@@ -122,7 +111,7 @@ def interval_bound(
 
 @inlined_kernel
 def _stretch(chroma: float) -> float:
-    """Return 1 + G without overflow and branches (see `stretch_at`)."""
+    """Return 1 + G without overflow or branches (see `stretch_at`)."""
     share = 25.0 / (chroma + TINY)
     power = share * share * share
     return 1.5 - 0.5 / np.sqrt(1.0 + power * power * share)

@@ -1,9 +1,8 @@
 """The point of a triangle with the smallest ΔE00 to a colour, by descent.
 
-Steps of Gauss and Newton's method minimise the quadratic approximation of the square on the
-triangle. What the second derivatives of the residuals add to its matrix is learnt from the changes
-of the gradient (symmetric rank-one updates; J. Nocedal & S. J. Wright, "Numerical Optimization"
-(2006), section 6.2).
+Gauss–Newton steps minimise a quadratic approximation of the square on the triangle. The gradients
+teach the contribution of the residuals' second derivatives (symmetric rank-one updates; J. Nocedal
+& S. J. Wright, "Numerical Optimization" (2006), section 6.2).
 """
 
 from __future__ import annotations
@@ -20,21 +19,21 @@ from gamutcore.queries.ciede2000_slope import CHROMA, A, B, set_slope
 __all__ = ["CLIFF", "TOLERANCE", "Work", "descend", "has_one_minimum"]
 
 TOLERANCE = 1e-7
-"""A part that could be better by less than this is left out."""
+"""Parts that could be better by less than this are skipped."""
 
 CLIFF = 0.1
 """Radius of the smallest parts, at opposite hues, where ΔE00 is not continuous."""
 
 CONVEX, CONVEX_BLUE, CONVEX_OTHER, WIDE = 8.0, 12.0, 25.0, 16.0
-"""Descent from the centroid of a triangle finds the minimum if that is at most CONVEX; or if the
-hues are not opposite, the radius is at most WIDE, and it is at most CONVEX_BLUE or, away from blue,
-CONVEX_OTHER. None of 240,000 random triangles with radii from 2 to 16 failed."""
+"""Descent from the centroid of a triangle finds the minimum if the minimum is at most CONVEX. Where
+hues are not opposite and the radius is at most WIDE, the limit is CONVEX_BLUE, or CONVEX_OTHER
+away from blue. None of 240,000 random triangles with radii from 2 to 16 failed."""
 
 SMALL = 2.0
-"""Radius of a part of a face on which the minimum is looked for by interpolation."""
+"""Radius below which interpolation looks for the minimum on a part of a face."""
 
 STEPS = 30
-"""Steps of Gauss and Newton's method; 3 to 5 are usual."""
+"""Gauss–Newton steps; 3 to 5 are usual."""
 
 
 class Work(NamedTuple):
@@ -49,18 +48,18 @@ class Work(NamedTuple):
     slope : (10,) float64
         See `set_slope`.
     best : (5,) float64
-        ΔE00 and weights of the best point, the share of ΔE00 that another must be better by, and
-        the number of divisions.
+        ΔE00 and weights of the best point, the relative improvement a better point needs, and the
+        number of divisions.
     triangles, found, shape, expansions : (72,), (24,), (64,), (88,) float64
         See `set_triangle_bounds`.
     nodes : (STACK,) int64
-        Nodes on the stack, and faces f as ~f.
+        Stack of nodes, and of faces f as ~f.
     known : (STACK, 3) float64
-        What `found` has of each.
+        Bounds of each entry, as in `found`.
     parts : (PARTS, 6) float64
         Stack of the parts of a face.
     waiting : (8, 3) float64
-        Parts whose bounds are to be computed.
+        Parts without bounds yet.
     """
 
     colour: FloatArray
@@ -79,7 +78,7 @@ class Work(NamedTuple):
 
 @leaf_kernel
 def has_one_minimum(colour: FloatArray, y: float, z: float, radius: float, value: float) -> bool:
-    """Whether descent in a triangle finds its minimum, if that is below a value."""
+    """Whether descent in a triangle finds its minimum, given that the minimum is below `value`."""
     if value <= CONVEX or radius <= CLIFF:
         return True
     if is_blue(colour[A] + y, colour[B] + z):
@@ -91,10 +90,9 @@ def has_one_minimum(colour: FloatArray, y: float, z: float, radius: float, value
 
 @leaf_kernel
 def descend(work: Work, u: float, v: float, side: float) -> bool:
-    """Look for the minimum on a part of a face by Gauss and Newton's method.
+    """Descend by Gauss–Newton steps on a part of a face; return whether the best has improved.
 
-    `work.slope` has the derivatives in the middle of the part. Returns whether the minimum is
-    better than the best.
+    `work.slope` has the derivatives in the middle of the part.
     """
     colour, corners, slope, best = work.colour, work.corners, work.slope, work.best
     bx, by, bz = side * corners[3], side * corners[4], side * corners[5]
@@ -191,7 +189,7 @@ def _lowest(ds: float, dt: float, ss: float, st: float, tt: float) -> tuple[floa
 
 @leaf_kernel
 def _lowest_on_edge(slope: float, bend: float) -> tuple[float, float]:
-    """Return where slope t + bend t² is least for t from 0 to 1, and the value there."""
+    """Return the t from 0 to 1 at which slope t + bend t² is least, and the value there."""
     place = 1.0 if slope + bend < 0.0 else 0.0
     if bend > 0.0:
         place = min(max(-0.5 * slope / bend, 0.0), 1.0)
@@ -200,6 +198,6 @@ def _lowest_on_edge(slope: float, bend: float) -> tuple[float, float]:
 
 @leaf_kernel
 def _meets_cliff(colour: FloatArray, y: float, z: float, radius: float) -> bool:
-    """Whether a circle of the plane of a* and b* meets the hue opposite to a colour's."""
+    """Whether a circle in the a*–b* plane meets the hue opposite to that of a colour."""
     a, b, away = colour[A], colour[B], radius * colour[CHROMA]
     return a * y + b * z <= away and abs(a * z - b * y) < away

@@ -1,12 +1,12 @@
 """CIEDE2000 with its first and second derivatives, without branches.
 
-The functions compute half of the square of ΔE00, which is smooth where ΔE00 is 0. There is no
-branch and no call of a library, so that the compiler evaluates several colours at once.
+The functions compute half of the square of ΔE00, which is smooth where ΔE00 is 0. They have no
+branches and no library calls, so that the compiler evaluates several colours at once.
 
 The steps follow equations 2 to 22 (see `colour_difference`). ΔH' is written without half angles, as
-in `ciede2000_slope`. Names end in the variables that a quantity is differentiated by: y is a* and z
-is b* of the second colour. What depends on its chroma alone has derivatives by that first, which
-end in 1 and 2.
+in `ciede2000_slope`. Suffixes of names state the variables of differentiation: y is a* and z is b*
+of the second colour. Quantities of its chroma alone are differentiated by the chroma first, with
+the suffixes 1 and 2.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ __all__ = [
 ]
 
 TINY = 1e-18
-"""Keeps divisors from 0. Where it counts, the derivatives have no meaning."""
+"""Keeps divisors from 0. Derivatives have no meaning where it matters."""
 
 INVERSE_WIDTH = 1.0 / WIDTH
 
@@ -66,20 +66,11 @@ def lightness_expansion(l: float, x: float) -> tuple[float, float, float]:  # no
 
 @inlined_kernel
 def chroma_expansion(a: float, b: float, own: float, y: float, z: float) -> Expansion:
-    """Return the other half square and its derivatives by a* and b* of the second colour.
+    """Return half the square without lightness, and its derivatives by the second a* and b*.
 
-    Parameters
-    ----------
-    a, b, own : float
-        a*, b* and C* of the first colour.
-    y, z : float
-        a* and b* of the second colour.
-
-    Returns
-    -------
-    tuple of float
-        ½ (u² + v² + R_T u v) with u = ΔC' ÷ S_C and v = ΔH' ÷ S_H; its derivatives by y, z, yy,
-        yz, zz; u; and v.
+    The first colour has a*, b* and C* `a`, `b` and `own`; the second has a* and b* `y` and `z`. The
+    value is ½ (u² + v² + R_T u v) with u = ΔC' ÷ S_C and v = ΔH' ÷ S_H. The result has the value,
+    its derivatives by y, z, yy, yz and zz, then u and v.
     """
     # C* of the second colour
     other = np.sqrt(y * y + z * z + TINY)
@@ -267,7 +258,7 @@ def _rotation_expansion(cosine: float, sine: float) -> tuple[float, float, float
 
 @inlined_kernel
 def steepest_rotation(cosine: float, sine: float, slack: float) -> float:
-    """Return an upper limit of sin 2Δθ for hues that differ by up to `slack`."""
+    """Return an upper bound of sin 2Δθ for hues that differ by up to `slack`."""
     toward = cosine * COS_275 + sine * SIN_275
     aside = abs(sine * COS_275 - cosine * SIN_275)
     # an angle from 0 to 90°, which is not above the difference of the hues
@@ -278,10 +269,10 @@ def steepest_rotation(cosine: float, sine: float, slack: float) -> float:
 
 @inlined_kernel
 def arc_tangent(aside: float, toward: float) -> float:
-    """Return the angle of a unit vector within ±90°.
+    """Return the angle of a unit vector, within ±90°, with an error of 4e-8.
 
     Source: M. Abramowitz & I. A. Stegun, "Handbook of Mathematical Functions" (1964), 4.4.49, for
-    half of the angle. The error is 4e-8.
+    half of the angle.
     """
     half = aside / (1.0 + toward)
     square = half * half
@@ -297,7 +288,7 @@ def arc_tangent(aside: float, toward: float) -> float:
 
 @inlined_kernel
 def _exponential(number: float) -> float:
-    """Return exp(−x) for 0 ≤ x ≤ 13 within 2e-7 of itself: the series at x ÷ 64, to the 64."""
+    """Return exp(−x) for 0 ≤ x ≤ 13: the series at x ÷ 64, to the 64th. Relative error 2e-7."""
     small = number * (-1.0 / 64.0)
     power = 1.0 + small * (1.0 / 6.0)
     power = 1.0 + small * 0.2 * power

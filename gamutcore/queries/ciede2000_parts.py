@@ -5,9 +5,9 @@ Around the middle c of a part of the surface, half of the square of ΔE00 is at 
     F + g · d + ½ d · H d − M |d|³ − ε F,    d = x − c,
 
 with the value F, the gradient g and the matrix H of second derivatives at c
-(`ciede2000_expansion`). M limits the third-order remainder, and ε covers rounding. The bound of
-`ciede2000_bound`, which follows from the formula, is used as well: at the neutral axis and
-where a part meets the opposite hue there is no expansion.
+(`ciede2000_expansion`). M limits the third-order remainder, and ε covers rounding. The larger of
+this bound and that of `ciede2000_bound` applies. No expansion exists at the neutral axis, nor where
+a part meets the opposite hue.
 
 M has no proof (`remainder`). It was found as an upper limit on millions of random pairs, and tests
 repeat the measurement on other pairs.
@@ -40,11 +40,11 @@ __all__ = [
 ]
 
 BOUND, MIDDLE, ESTIMATE = range(3)
-"""What is known of a part: the lower bound of half of the square of ΔE00, its value in the middle,
-and an estimate of its minimum. Arrays have eight numbers for each."""
+"""Figures of a part: the lower bound of half the square of ΔE00, the value in the middle, and an
+estimate of the minimum. Arrays have eight numbers for each."""
 
 LEAST_CHROMA = 1.0
-"""There is no expansion for parts with a chroma below this one."""
+"""Parts with a lower chroma have no expansion."""
 
 THIRD = 1.0 / 3.0
 
@@ -52,8 +52,8 @@ TINY = 1e-18
 """Keeps a divisor from 0."""
 
 SHAPE = 8
-"""Numbers that describe the shape of a part: its middle; least and largest L*; least and largest
-C*; and how far hues differ from that of the middle."""
+"""Numbers of a part: its middle; least and largest L*; least and largest C*; and the largest
+difference of hues from that of the middle."""
 
 RELATIVE = 3e-5
 """ε: bound of the relative error of the half square. Equation 16 jumps by nearly 1e-5 at hue 0."""
@@ -69,22 +69,12 @@ def remainder(
     chroma: float,
     blue: bool,
 ) -> tuple[float, float]:
-    """Return M for differences in lightness, and for those in a* and b*.
+    """Return M for differences in lightness, and for differences in a* and b*.
 
-    Parameters
-    ----------
-    middle : float
-        Mean lightness of the colour and the middle of the part.
-    away : float
-        Half square of ΔL' ÷ S_L there.
-    half : float
-        Half of the largest difference in lightness from the middle of the part.
-    u, v : float
-        ΔC' ÷ S_C and ΔH' ÷ S_H there.
-    chroma : float
-        Least chroma C* on the way from the middle to any point of the part.
-    blue : bool
-        Whether R_T counts: the hue of the mean colour is between 215° and 330°.
+    `middle` is the mean lightness of the colour and the middle of the part. At the middle, `away`
+    is half the square of ΔL' ÷ S_L, `u` is ΔC' ÷ S_C and `v` is ΔH' ÷ S_H. `half` is half the
+    largest difference in lightness from the middle of the part, `chroma` the least C* on the way to
+    any of its points. `blue` states whether R_T counts (`is_blue`).
     """
     far = max(abs(middle - 50.0) - half, 0.0)
     steep = far * far * (1.0 / 6.25)
@@ -100,17 +90,13 @@ def remainder(
 
 @inlined_kernel
 def is_blue(a: float, b: float) -> bool:
-    """Whether a hue is between 215° and 330°, where R_T counts."""
+    """Whether the hue of a mean colour is between 215° and 330°, where R_T counts."""
     return (b < 0.0) & (a > 1.43 * b) & (a < -1.73 * b)
 
 
 @leaf_kernel
 def _set_expansions(colour: FloatArray, shape: FloatArray, known: FloatArray) -> None:
-    """Set expansions and other bounds of eight parts.
-
-    `known` receives F, the gradient, H (four numbers), both limits of the remainder, and the bound
-    by intervals.
-    """
+    """Set `known` of eight parts: F, gradient, H (four numbers), both M, and the interval bound."""
     l, a, b, own = colour[L], colour[A], colour[B], colour[CHROMA]  # noqa: E741
     # a loop whose length the compiler knows is unrolled first, and then not vectorised
     for each in range(len(shape) // SHAPE):
@@ -147,7 +133,7 @@ def _set_expansions(colour: FloatArray, shape: FloatArray, known: FloatArray) ->
 
 @inlined_kernel
 def _turn(aside: float, along: float) -> float:
-    """Return the angle of a vector, at most a quarter turn, and slightly more for rounding."""
+    """Return the angle of a vector, at most a quarter turn, rounded up slightly."""
     length = 1.0 / np.sqrt(aside * aside + along * along + TINY)
     angle = arc_tangent(aside * length, along * length) + 1e-7
     return angle if along > 0.0 else np.pi
@@ -163,21 +149,11 @@ def set_node_bounds(
     shape: FloatArray,
     known: FloatArray,
 ) -> None:
-    """Set lower bounds of the half square of ΔE00 to the children of a node.
+    """Set `found` (24,) to lower bounds of half the square of ΔE00 for the children of a node.
 
-    Parameters
-    ----------
-    colour : (4,) float64
-        L*, a*, b*, C*.
-    centre : (3,) float64
-        The centre of the level.
-    tree : FaceTree
-    node : int
-    found : (24,) float64
-        Receives the bounds, and the half squares at the middles, which are infinite without a
-        child. The rest is not changed.
-    shape, known : (64,), (88,) float64
-        Work arrays.
+    The second eight numbers are the half squares at the middles, infinite without a child; the
+    third eight stay. The colour (4,) is L*, a*, b*, C*. `shape` (64,) and `known` (88,) are work
+    arrays.
     """
     cylinders = tree.cylinders
     size = 1.0 / tree.scale
@@ -242,7 +218,7 @@ def set_node_bounds(
 
 @inlined_kernel
 def _reach(cosine: float, wide: float, thick: float) -> float:
-    """Return how far a cylinder reaches in a direction, by its cosine with the axis."""
+    """Return the extent of a cylinder in a direction, given the cosine of its angle to the axis."""
     return wide * np.sqrt(max(1.0 - cosine * cosine, 0.0) + ROUNDING) + thick * abs(cosine)
 
 
@@ -254,19 +230,12 @@ def set_triangle_bounds(
     shape: FloatArray,
     known: FloatArray,
 ) -> None:
-    """Set lower bounds of the half square of ΔE00 to triangles.
+    """Set `found` (24,) to lower bounds of half the square of ΔE00 for eight triangles.
 
-    Parameters
-    ----------
-    colour : (4,) float64
-        L*, a*, b*, C*.
-    corners : (72,) float64
-        Eight numbers for each of L*, a*, b* of the first corners, of the second, and the third.
-    found : (24,) float64
-        Receives the bounds, the half squares at the centroids, and estimates of the minima: those
-        of the polynomials, or the half squares where there is no expansion.
-    shape, known : (64,), (88,) float64
-        Work arrays.
+    The second eight numbers are the half squares at the centroids. The third eight estimate the
+    minima from the polynomials, or repeat the second without an expansion. `corners` (72,) has
+    eight numbers for each of L*, a*, b* of the first corners, then of the second and third.
+    `colour` and the work arrays are as for `set_node_bounds`.
     """
     for each in range(len(corners) // 9):
         at = np.uint64(each)

@@ -5,7 +5,7 @@ follow from the chain rule. ΔH' is written without half angles,
 
     ΔH' = √2 (a'₁ b₂ − b₁ a'₂) ÷ √(C'₁ C'₂ + a'₁ a'₂ + b₁ b₂),
 
-so that no angle of a hue is needed but that of equation 16.
+so that only equation 16 needs the angle of a hue.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ SLOPE = 10
 """Numbers that `set_slope` sets."""
 
 L, A, B, CHROMA = range(4)
-"""Places of L*, a*, b* and C* in what is known of a colour."""
+"""Indices of L*, a*, b* and C* in the numbers of a colour."""
 
 LEAST = 1e-6
 """Below this chroma a colour counts as neutral, and the difference has no derivative."""
@@ -45,28 +45,16 @@ OPPOSITE = 1e-6
 """Below this value of 1 + cos Δh hues count as opposite, and the difference has no derivative."""
 
 STEEP = 30.0
-"""Exponent of equation 16 from which it is taken for 0: exp(−30) is 1e-13."""
+"""From this exponent on, equation 16 counts as 0: exp(−30) is 1e-13."""
 
 
 @leaf_kernel
 def set_slope(colour: FloatArray, x: float, y: float, z: float, slope: FloatArray) -> float:
-    """Compute ΔE00 and its derivatives by the second colour.
+    """Return ΔE00 of a colour (4,), L*, a*, b*, C*, and another; set derivatives by the other.
 
-    Parameters
-    ----------
-    colour : (4,) float64
-        L*, a*, b*, C* of the first colour.
-    x, y, z : float
-        L*, a*, b* of the second.
-    slope : (10,) float64
-        Receives the derivatives of half the square: the gradient; then the derivative by L* of
-        ΔL' ÷ S_L, those by a* and b* of u = ΔC' ÷ S_C and of v = ΔH' ÷ S_H; then R_T and the
-        value. All derivatives are 0 where there are none.
-
-    Returns
-    -------
-    float
-        ΔE00.
+    `slope` (10,) receives the derivatives of half the square: the gradient; ΔL' ÷ S_L by L*; u =
+    ΔC' ÷ S_C and v = ΔH' ÷ S_H by a* and b* each; then R_T and the value. All are 0 where no
+    derivative exists.
     """
     for place in range(SLOPE):
         slope[place] = 0.0

@@ -78,17 +78,7 @@ def _delta_e_2000(one: FloatArray, two: FloatArray) -> FloatArray:
 
 @leaf_kernel
 def ciede2000(l1: float, a1: float, b1: float, l2: float, a2: float, b2: float) -> float:
-    """Return the colour difference of two colours.
-
-    Parameters
-    ----------
-    l1, a1, b1, l2, a2, b2 : float
-        L*, a*, b* of the two colours.
-
-    Returns
-    -------
-    float
-    """
+    """Return ΔE00 of two colours in CIELAB."""
     chroma = 0.5 * (np.sqrt(a1 * a1 + b1 * b1) + np.sqrt(a2 * a2 + b2 * b2))
     stretch = stretch_at(chroma)
     x1, x2 = stretch * a1, stretch * a2
@@ -157,7 +147,7 @@ def hue_factor(cosine: float, sine: float) -> float:
 
 @inlined_kernel
 def hue_factors(cosine: float, sine: float) -> tuple[float, float]:
-    """Return two terms of T. At the opposite hue the second one has the other sign."""
+    """Return two terms of T. At the opposite hue the second term changes its sign."""
     double, double_sine = 2.0 * cosine * cosine - 1.0, 2.0 * cosine * sine
     triple = double * cosine - double_sine * sine
     triple_sine = double_sine * cosine + double * sine
@@ -169,7 +159,7 @@ def hue_factors(cosine: float, sine: float) -> tuple[float, float]:
 
 @leaf_kernel
 def hue_rotation(cosine: float, sine: float, slack: float) -> float:
-    """Return the largest sin 2Δθ for hues that differ from one by `slack` (equations 16, 19)."""
+    """Return the largest sin 2Δθ over hues up to `slack` from a mean hue (equations 16 and 19)."""
     angle = np.arctan2(cosine * SIN_275 - sine * COS_275, cosine * COS_275 + sine * SIN_275)
     share = max(abs(angle) - slack, 0.0) / WIDTH
     return np.sin(ROTATION * np.exp(-share * share))

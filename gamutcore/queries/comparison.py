@@ -108,12 +108,7 @@ class Comparison(Overlap[float]):
 
 
 class CellVolumes(NamedTuple):
-    """Volumes of two gamuts and of their intersection in cells of lightness and hue.
-
-    Attributes
-    ----------
-    a, b, intersection : (bands, sectors) float64
-    """
+    """Volumes of two gamuts and of their intersection, (bands, sectors) by lightness and hue."""
 
     a: FloatArray
     b: FloatArray
@@ -165,31 +160,14 @@ def compare(level_a: Level, level_b: Level, sectors: int = 36) -> Comparison:
 
 
 def checked_sectors(sectors: int) -> int:
-    """Return a number of sectors.
-
-    Raises
-    ------
-    OptionError
-        It is not a whole number from 1 to `MOST_SECTORS`.
-    """
+    """Return the number of sectors; OptionError unless it is whole, from 1 to `MOST_SECTORS`."""
     if isinstance(sectors, bool) or not 1 <= sectors <= MOST_SECTORS or sectors != int(sectors):
         raise OptionError.refusal("sectors", sectors, f"a whole number from 1 to {MOST_SECTORS}")
     return int(sectors)
 
 
 def cell_volumes(one: LevelIndex, other: LevelIndex, cells: Cells) -> CellVolumes:
-    """Return the volumes of two levels and of their intersection in cells of lightness and hue.
-
-    Parameters
-    ----------
-    one, other : LevelIndex
-        In the same colour space.
-    cells : Cells
-
-    Returns
-    -------
-    CellVolumes
-    """
+    """Return the volumes of two levels in one colour space, and of their intersection, in cells."""
     stretched = other.centre + STRETCH * (other.vertices - other.centre)
     common = overlap_cells(one.vertices, one.faces, other, _neighbours(other), STRETCH, cells)
     common += overlap_cells(stretched, other.faces, one, _neighbours(one), 1.0, cells)
@@ -199,5 +177,5 @@ def cell_volumes(one: LevelIndex, other: LevelIndex, cells: Cells) -> CellVolume
 
 
 def _neighbours(level: LevelIndex) -> IndexArray:
-    """Return the faces across the edges that are opposite to the corners of each face, (F, 3)."""
+    """Return the face across the edge opposite to each corner of each face, (F, 3)."""
     return opposite_corners(level.faces, len(level.vertices)).reshape(-1, 3) // np.int32(3)

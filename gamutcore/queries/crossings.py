@@ -69,14 +69,14 @@ class Crossings(NamedTuple):
 
 
 class Work(NamedTuple):
-    """Arrays for crossings, and what a search writes to.
+    """Arrays for crossings, and work arrays of the search.
 
     Attributes
     ----------
     t, entering, faces, weights : arrays
         As of `Crossings`.
     nodes : (STACK,) int64
-        Nodes and faces that are still to be searched.
+        Stack of nodes and faces.
     gaps : (WIDTH,) float64
         Lengths of a line in the boxes of a node.
     terms : (TERMS,) float64
@@ -105,7 +105,7 @@ class Work(NamedTuple):
         )
 
     def with_twice_the_room(self, used: int) -> Work:
-        """Return longer arrays with the same first crossings."""
+        """Return arrays of twice the length with the same first crossings."""
         longer = Work.with_room(2 * len(self.t))
         longer.t[:used], longer.entering[:used] = self.t[:used], self.entering[:used]
         longer.faces[:used], longer.weights[:used] = self.faces[:used], self.weights[:used]
@@ -194,7 +194,7 @@ def _cross(
     offsets: LongArray,
     work: Work,
 ) -> int:
-    """Find the crossings of rows until the arrays are full, and return the first row left over."""
+    """Find the crossings of rows until the arrays are full, and return the first row without."""
     while row < len(starts):
         start = starts[row, 0], starts[row, 1], starts[row, 2]
         end = ends[row, 0], ends[row, 1], ends[row, 2]
@@ -208,7 +208,7 @@ def _cross(
 
 @kernel
 def surface_points(index: LevelIndex, faces: IndexArray, weights: FloatArray) -> FloatArray:
-    """Return the points that barycentric coordinates have in faces, (n, 3)."""
+    """Return the points (n, 3) of barycentric coordinates in faces."""
     vertices = index.vertices
     points = np.empty((len(faces), 3))
     for row in range(len(faces)):
@@ -227,24 +227,9 @@ def surface_points(index: LevelIndex, faces: IndexArray, weights: FloatArray) ->
 def find_crossings(
     start: Point, end: Point, kind: int, index: LevelIndex, begin: int, work: Work
 ) -> int:
-    """Find the crossings of one line, in order, and return where they end in the arrays.
+    """Write the crossings of one line in order from index `begin`; return the end, or −1 if full.
 
-    Parameters
-    ----------
-    start, end : tuple of float
-        If they are equal, there is no crossing.
-    kind : int
-        SEGMENT, RAY or LINE.
-    index : LevelIndex
-    begin : int
-        Place of the first crossing in the arrays.
-    work : Work
-        Receives the crossings.
-
-    Returns
-    -------
-    int
-        −1 if the arrays are too short.
+    `kind` is SEGMENT, RAY or LINE. Equal points have no crossing.
     """
     tree, centre, nodes, gaps = index.tree, index.centre, work.nodes, work.gaps
     dx, dy, dz = end[0] - start[0], end[1] - start[1], end[2] - start[2]
@@ -314,7 +299,7 @@ def _add_crossing(
     found: int,
     work: Work,
 ) -> int:
-    """Add the crossing of a line with a face, if there is one; return the new end of crossings."""
+    """Add the crossing of a line with a face, if any; return the new end of crossings."""
     dx, dy, dz = end[0] - start[0], end[1] - start[1], end[2] - start[2]
     ax, ay, az = _corner(index, face, 0, origin)
     bx, by, bz = _corner(index, face, 1, origin)

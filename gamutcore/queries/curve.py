@@ -16,28 +16,12 @@ BITS = 10
 """Steps of the curve along an axis are 2 to this power."""
 
 DIGIT = 11
-"""Bits that one pass of the sort looks at."""
+"""Bits per pass of the sort."""
 
 
 @leaf_kernel
 def curve_position(x: int, y: int, z: int) -> int:
-    """Return the position of a cell along the curve.
-
-    Parameters
-    ----------
-    x, y, z : int
-        0 to 2¹⁰ − 1.
-
-    Returns
-    -------
-    int
-        0 to 2³⁰ − 1.
-
-    Examples
-    --------
-    >>> int(curve_position(0, 0, 0)), int(curve_position(1023, 0, 0))
-    (0, 1073741823)
-    """
+    """Return the position, 0 to 2³⁰ − 1, of a cell (0 to 2¹⁰ − 1 each) along the curve."""
     bit = 1 << (BITS - 1)
     while bit > 1:
         low = bit - 1
@@ -80,14 +64,7 @@ def _spread(value: int) -> int:
 def curve_order(points: FloatArray) -> IndexArray:
     """Return the order of points along a Hilbert curve through their bounding box.
 
-    Parameters
-    ----------
-    points : (n, 3) float64
-
-    Returns
-    -------
-    (n,) int32
-        Rows in their order; points in one cell of the curve keep theirs.
+    Points in one cell of the curve keep their order.
     """
     count = len(points)
     order = np.empty(count, np.int32)

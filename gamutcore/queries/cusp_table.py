@@ -1,11 +1,10 @@
 """The table of cusps: the edges of a level that may have its largest chroma, listed by hue.
 
-The section of a level by a half-plane of constant hue is made of segments, one for each face that
-it meets. Chroma is linear along a segment, so its maximum is on an edge. The faces on both sides of
-that edge lie on the same side of it as seen along the axis of lightness. Few edges are of this
-kind, the silhouette.
+The section of a level by a half-plane of constant hue consists of one segment for each face that it
+meets. Chroma is linear along a segment, so its maximum is on an edge. Both faces of that edge lie
+on the same side of it, seen along the axis of lightness. Only the edges of the silhouette do so.
 
-Lightness is axis 0, and the neutral axis is where the two other coordinates are 0.
+Lightness is axis 0; the other two coordinates are 0 on the neutral axis.
 """
 
 from __future__ import annotations
@@ -52,58 +51,22 @@ class CuspTable(NamedTuple):
 
 
 def cusp_table(vertices: FloatArray, faces: IndexArray, opposite: IndexArray) -> CuspTable:
-    """Compute the table of cusps of a level.
-
-    Parameters
-    ----------
-    vertices : (V, 3) float64
-    faces : (F, 3) int32
-        Of a closed mesh.
-    opposite : (3 F,) int32
-        The opposite corners (`gamutcore.corner_table`).
-
-    Returns
-    -------
-    CuspTable
-    """
+    """Return the table of cusps of a closed mesh; `opposite` (3 F,) is that of its corner table."""
     return CuspTable(*_table(vertices, faces, opposite))
 
 
 @leaf_kernel
 def hue_sector(a: float, b: float, sectors: int) -> int:
-    """Return the sector of a hue: hues in order, of about equal size, without trigonometry.
+    """Return the sector of a hue: in order of hue, of about equal size, without trigonometry.
 
-    Parameters
-    ----------
-    a, b : float
-        A vector of the hue; neither its length nor rounding by a part of a sector matters.
-    sectors : int
-
-    Returns
-    -------
-    int
-
-    Examples
-    --------
-    >>> [hue_sector(a, b, 4) for a, b in ((2, -1), (2, 1), (-1, 2), (-1, -2), (0, 0))]
-    [0, 1, 2, 3, 1]
+    The vector (a, b) may have any length, and rounding matters only at the bounds of sectors.
     """
     return min(int(0.25 * hue_turn(a, b) * sectors), sectors - 1)
 
 
 @leaf_kernel
 def hue_turn(a: float, b: float) -> float:
-    """Return a number from 0 to 4 that increases with the hue, by 2 in half a turn: from −b.
-
-    Parameters
-    ----------
-    a, b : float
-
-    Examples
-    --------
-    >>> [hue_turn(a, b) for a, b in ((0, -2), (1, 0), (0, 1), (-1, 1))]
-    [0.0, 1.0, 2.0, 2.5]
-    """
+    """Return a number from 0 to 4 that increases with the hue, by 2 in half a turn, from −b on."""
     length = abs(a) + abs(b)
     across = b / length if length > 0.0 else 0.0
     return across + 1.0 if a >= 0.0 else 3.0 - across
@@ -111,23 +74,10 @@ def hue_turn(a: float, b: float) -> float:
 
 @leaf_kernel
 def find_cusp(ca: float, cb: float, table: CuspTable) -> tuple[float, float, int, float]:
-    """Return the cusp of a hue.
+    """Return chroma, lightness, edge and share of the cusp of a hue, given its cosine and sine.
 
-    Parameters
-    ----------
-    ca, cb : float
-        Cosine and sine of the hue angle.
-    table : CuspTable
-
-    Returns
-    -------
-    chroma : float
-        −1 if there is no cusp.
-    lightness : float
-    edge : int
-        Row of the table.
-    share : float
-        Of the edge's second end; the first one has the rest.
+    The edge is a row of the table, and the share is the weight of its second end. Chroma is −1 if
+    the hue has no cusp.
     """
     sector = hue_sector(ca, cb, len(table.sector_start) - 1)
     largest, lightness, best, part = -1.0, np.nan, -1, 0.0
@@ -152,7 +102,7 @@ def find_cusp(ca: float, cb: float, table: CuspTable) -> tuple[float, float, int
 
 @leaf_kernel
 def _upward(vertices: FloatArray, faces: IndexArray, face: int) -> int:
-    """Return 1 for a face seen from high lightness, −1 for one from low; 0 if uncertain."""
+    """Return 1 for a face visible from high lightness, −1 from low lightness; 0 if uncertain."""
     one, two, three = faces[face, 0], faces[face, 1], faces[face, 2]
     ua, ub = vertices[two, 1] - vertices[one, 1], vertices[two, 2] - vertices[one, 2]
     va, vb = vertices[three, 1] - vertices[one, 1], vertices[three, 2] - vertices[one, 2]

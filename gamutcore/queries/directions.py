@@ -1,4 +1,4 @@
-"""Which faces may hold a direction from the centre: a cube map with candidates for each cell.
+"""A cube map of directions from the centre, with the candidate faces of each cell.
 
 The directions are projected on the six sides of a cube around the centre, and each side is divided
 into n × n cells. The cone of a face is a triangle on a side. A cell lists all faces whose triangles
@@ -28,31 +28,14 @@ SPANS = 1024
 """Faces are ordered by the number of their cells, up to this number."""
 
 ROOM = 16
-"""Cells per face that there is room for at first: with two cells per face, they meet seven."""
+"""Initial room in cells per face. With two cells per face, a face meets seven."""
 
 Vector: TypeAlias = tuple[float, float, float]
 
 
 @leaf_kernel
 def cell_of(x: float, y: float, z: float, resolution: int) -> int:
-    """Return the cell of a direction.
-
-    Parameters
-    ----------
-    x, y, z : float
-        Not all 0. The length does not matter.
-    resolution : int
-        Number of cells along an edge of the cube.
-
-    Returns
-    -------
-    int
-
-    Examples
-    --------
-    >>> [int(cell_of(*direction, 1)) for direction in np.vstack([np.eye(3), -np.eye(3)])]
-    [0, 2, 4, 1, 3, 5]
-    """
+    """Return the cell of a direction, which is not 0 and has any length."""
     wide, deep, high = abs(x), abs(y), abs(z)
     if wide >= deep and wide >= high:
         side, w, u, v = (0 if x > 0.0 else 1), wide, y, z
@@ -99,10 +82,10 @@ def _is_beside(a: Vector, b: Vector, c: Vector) -> bool:
 
 @leaf_kernel
 def _plane(a: Vector, b: Vector, half: float) -> Vector:
-    """Return a plane through the centre and an edge, by which `_add_cells` tests cells.
+    """Return a plane (constant, across, along) through the centre and an edge, for `_add_cells`.
 
-    The plane is moved outwards by half a cell and the rounding error, so that a cell meets the cone
-    if its middle is inside: constant + across · u + along · v ≥ 0.
+    The plane is moved outwards by half a cell and the rounding error. A cell therefore meets the
+    cone if constant + across · u + along · v ≥ 0 for its middle.
     """
     towards = a[1] * b[2] - a[2] * b[1]
     across = a[2] * b[0] - a[0] * b[2]
@@ -115,22 +98,9 @@ def _plane(a: Vector, b: Vector, half: float) -> Vector:
 def _add_cells(
     side: int, a: Vector, b: Vector, c: Vector, resolution: int, cells: IndexArray, end: int
 ) -> int:
-    """Add the cells of a side that a face meets to a list.
+    """Append the cells of a side that a face meets; return the new length, or −1 if full.
 
-    Parameters
-    ----------
-    side : int
-    a, b, c : tuple of float
-        The corners in coordinates of the side.
-    resolution : int
-    cells : (m,) int32
-    end : int
-        Length of the list.
-
-    Returns
-    -------
-    int
-        The new length; −1 if the array is too short.
+    The corners are in coordinates of the side.
     """
     first_row = first_column = 0
     last_row = last_column = resolution - 1
@@ -166,7 +136,7 @@ def _add_cells(
 def _add_cells_of_face(
     a: Vector, b: Vector, c: Vector, resolution: int, cells: IndexArray, end: int
 ) -> int:
-    """Add the cells of all sides that a face meets; arguments and result as of `_add_cells`."""
+    """Append the cells of all sides that a face meets, as `_add_cells` for one side."""
     wide, deep, high = abs(a[0]), abs(a[1]), abs(a[2])
     axis = 0 if wide >= deep and wide >= high else (1 if deep >= high else 2)
     own = 2 * axis + (a[axis] < 0.0)
@@ -189,22 +159,10 @@ def _add_cells_of_face(
 def direction_cells(
     position: FloatArray, mesh: IndexArray, resolution: int
 ) -> tuple[IndexArray, IndexArray]:
-    """Return the faces that each cell of the cube map meets.
+    """Return start (6 n² + 1,) and faces (m,): the faces that each cell meets, largest cone first.
 
-    Parameters
-    ----------
-    position : (V, 3) float64
-        Vertices relative to the centre.
-    mesh : (F, 3) int32
-        Faces, each seeing the centre from inside.
-    resolution : int
-        Number of cells along an edge of the cube.
-
-    Returns
-    -------
-    start : (6 n² + 1,) int32
-    faces : (m,) int32
-        The faces of each cell, largest cone first.
+    `position` (V, 3) is relative to the centre, which sees each face from inside. `resolution` is
+    n, the number of cells along an edge of the cube.
     """
     count = len(mesh)
     # the cells of each face

@@ -125,31 +125,10 @@ def orientation(
 ) -> float:
     """Return a number with the exact sign of det(a − p, b − p, c − p).
 
-    Parameters
-    ----------
-    ax, ay, az, bx, by, bz, cx, cy, cz, px, py, pz : float
-        Coordinates: 0, or of a magnitude between 1e-80 and 1e80, so that nothing overflows or
-        underflows.
-    terms : (TERMS,) float64
-        Work array.
-
-    Returns
-    -------
-    float
-        Positive if p sees the corners a, b, c counter-clockwise from inside, as a centre does; 0 if
-        the four points are in one plane. The relative error is about 2⁻⁵⁰ where the determinant is
-        larger than its rounding error in float64.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> work = np.empty(TERMS)
-    >>> bool(orientation(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.1, 0.1, 0.1, work) > 0)
-    True
-    >>> third = 1 / 3  # below the third, so that the sum of the coordinates is below 1
-    >>> corners = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
-    >>> bool(orientation(*corners, third, third, third, work) > 0)
-    True
+    The sign is positive if p sees the corners a, b, c counter-clockwise from inside, as a centre
+    does, and 0 for points in a plane. Coordinates are 0 or of magnitudes from 1e-80 to 1e80, which
+    rules out overflow and underflow. The relative error is about 2⁻⁵⁰ where the determinant exceeds
+    its rounding error. `terms` (TERMS,) is a work array.
     """
     ux, uy, uz = ax - px, ay - py, az - pz
     vx, vy, vz = bx - px, by - py, bz - pz
@@ -191,19 +170,9 @@ def moved_orientation(
     pz: float,
     terms: FloatArray,
 ) -> float:
-    """Return a number with the exact sign of det(e − s, a − p, b − p).
+    """Return a number with the exact sign of det(e − s, a − p, b − p), as for `orientation`.
 
-    Parameters
-    ----------
-    ex, ey, ez, sx, sy, sz, ax, ay, az, bx, by, bz, px, py, pz : float
-        Coordinates as for `orientation`.
-    terms : (TERMS,) float64
-        Work array.
-
-    Returns
-    -------
-    float
-        0 if the direction from s to e is parallel to the plane through a, b and p.
+    It is 0 if the direction from s to e is parallel to the plane through a, b and p.
     """
     count = _add_determinant(terms, 0, ex, ey, ez, ax, ay, az, bx, by, bz)
     count = _add_determinant(terms, count, ex, ey, ez, -px, -py, -pz, bx, by, bz)
@@ -218,21 +187,7 @@ def moved_orientation(
 def area(
     ax: float, ay: float, bx: float, by: float, px: float, py: float, terms: FloatArray
 ) -> float:
-    """Return a number with the exact sign of det(a − p, b − p) in a plane.
-
-    Parameters
-    ----------
-    ax, ay, bx, by, px, py : float
-        Coordinates as for `orientation`.
-    terms : (TERMS,) float64
-        Work array.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> float(area(1.0, 0.0, 0.0, 1.0, 0.0, 0.0, np.empty(TERMS)))
-    1.0
-    """
+    """Return a number with the exact sign of det(a − p, b − p) in a plane, as for `orientation`."""
     count = add_product(terms, 0, ax, by, 1.0)
     count = add_product(terms, count, ax, -py, 1.0)
     count = add_product(terms, count, px, -by, 1.0)

@@ -1,8 +1,8 @@
-"""Bounding boxes of the nodes of the tree over the faces, which lines are tested against.
+"""Bounding boxes of the nodes of the face tree, for tests of lines.
 
-The tree is `gamutcore.queries.face_tree`. Its cylinders are tight for distances, boxes are tighter
-for lines. The boxes of a node's children are a structure of arrays, so that the compiler tests
-eight at once. They are rounded outwards to float32.
+The cylinders of `gamutcore.queries.face_tree` are tight for distances; boxes are tighter for lines.
+The boxes of a node's children are a structure of arrays, so that the compiler tests eight at once.
+They are rounded outwards to float32.
 """
 
 from __future__ import annotations
@@ -24,20 +24,10 @@ ROUNDING, SMALLEST = 2.0**-23, 2.0**-126
 
 @kernel
 def face_boxes(position: FloatArray, mesh: IndexArray, tree: FaceTree) -> Float32Array:
-    """Return the boxes of the children of all nodes.
+    """Return the boxes (N, 48) of all nodes' children, relative to the centre, scaled as the tree.
 
-    Parameters
-    ----------
-    position : (V, 3) float64
-        Vertices relative to the centre of the level.
-    mesh : (F, 3) int32
-    tree : FaceTree
-
-    Returns
-    -------
-    (N, 48) float32
-        Eight numbers for each side of the boxes, relative to the centre and scaled as the tree.
-        Without a child the box is empty: from ∞ to −∞.
+    Each of the six sides has eight numbers. Without a child the box is empty: from ∞ to −∞.
+    `position` (V, 3) is relative to the centre.
     """
     first, scale = tree.first, tree.scale
     boxes = np.empty((len(first), SIDES * WIDTH), np.float32)
@@ -83,22 +73,11 @@ def set_box_gaps(
     node: int,
     gaps: FloatArray,
 ) -> None:
-    """Set for each box of a node the length of a line inside; negative if the line misses it.
+    """Set `gaps` (8,) to the lengths of a line in a node's boxes; negative if the line misses.
 
-    Parameters
-    ----------
-    origin : tuple of float
-        A point of the line, relative to the centre, and scaled.
-    slope : tuple of float
-        1 ÷ the direction of the line, finite.
-    low, high : float
-        Ends of the line, as factors of the direction.
-    margin : float
-        How far the boxes are widened, to cover the rounding errors of the line.
-    boxes : (N, 48) float32
-    node : int
-    gaps : (8,) float64
-        Receives the result.
+    `origin` is a point of the line, relative to the centre, and scaled; `slope` is 1 ÷ its
+    direction, finite. `low` and `high` are ends in units of the direction. The boxes are widened by
+    `margin`, which covers the rounding errors of the line.
     """
     x, y, z = origin
     u, v, w = slope

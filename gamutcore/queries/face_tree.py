@@ -1,9 +1,9 @@
 """A tree of flat cylinders over the faces of a level, eight in a node.
 
-Eight faces that are near each other make a leaf, eight leaves a node, and so on to the root. Each
-face, leaf and node is enclosed in a cylinder with its axis along the mean normal. On a smooth
-surface it is much flatter than a box along the axes of the colour space. A box reaches above the
-surface nearby, so that a search for the nearest face enters many boxes in vain.
+Eight neighbouring faces make a leaf, eight leaves a node, and so on to the root. Each face, leaf
+and node is enclosed in a cylinder with its axis along the mean normal. On a smooth surface the
+cylinder is much flatter than an axis-aligned box. A box reaches above the surface nearby, so a
+search for the nearest face would enter many boxes in vain.
 
 A node stores the cylinders of its children as a structure of arrays, so that the compiler computes
 several distances at once.
@@ -24,19 +24,20 @@ WIDTH = 8
 """Children of a node."""
 
 STACK = 128
-"""Entries that a search may have to keep: seven for each of at most eleven levels, and one node."""
+"""Most entries of a search's stack: seven for each of at most eleven levels, and one node."""
 
 MIDDLE, AXIS, RADIUS, HEIGHT = 0, 3, 6, 7
-"""Where the parts of a cylinder begin."""
+"""First indices of the parts of a cylinder."""
 
 PARTS = 8
 
 ROUNDING = 2.0**-20
-"""Bound of the relative error that float32 makes in the squared length of an axis, four times."""
+"""Four times the bound of the relative error of the squared length of an axis in float32."""
 
 
 FINEST, KEY_BITS = 2.0**30, 32
-"""Coordinates are divided into so many steps, above the bits of a key that have the face."""
+"""Coordinates are divided into `FINEST` steps, and stored above the bits of a key that hold the
+face."""
 
 
 class FaceTree(NamedTuple):
@@ -47,10 +48,10 @@ class FaceTree(NamedTuple):
     cylinders : (N, 64) float32
         Eight numbers for each part of a cylinder, one for each child of a node. The parts are x, y,
         z of the middle, x, y, z of the axis, the radius, and half the height. Middles are relative
-        to the centre of the level, and all lengths but that of the axis, which is 1 within
-        rounding, are multiplied by `scale`. Without a child the radius is −∞.
+        to the centre of the level. Lengths are multiplied by `scale`, and axes have length 1 within
+        rounding. Without a child the radius is −∞.
     first : (N,) int32
-        A node's first child, the others follow; in leaves ``~first`` is an index of `faces`. The
+        A node's first child; the others follow. In leaves ``~first`` is an index of `faces`. The
         root is node 0.
     faces : (F,) int32
         Faces in the order of the leaves.
@@ -70,19 +71,9 @@ class FaceTree(NamedTuple):
 
 
 def build_face_tree(position: FloatArray, faces: IndexArray, reach: float) -> FaceTree:
-    """Compute the tree over faces.
+    """Return the tree over faces with vertices `position` (V, 3) relative to the centre.
 
-    Parameters
-    ----------
-    position : (V, 3) float64
-        Vertices relative to the centre of the level.
-    faces : (F, 3) int32
-    reach : float
-        No vertex is farther from the centre.
-
-    Returns
-    -------
-    FaceTree
+    No vertex is farther from the centre than `reach`.
     """
     return FaceTree(*_build(position / reach, faces), 1.0 / reach)
 
@@ -132,10 +123,10 @@ def _build(position: FloatArray, faces: IndexArray) -> tuple[Float32Array, Index
 
 @kernel
 def _compact_order(points: FloatArray) -> IndexArray:
-    """Return an order of points in which the points of every node follow each other.
+    """Return an order of points in which the points of every node are consecutive.
 
-    Points are divided near the median along the longest side of their box, again and again. The
-    first part has eight times a power of two, so that nodes are full.
+    Points are divided near the median along the longest side of their box, recursively. The first
+    part has eight times a power of two, so that nodes are full.
     """
     count = len(points)
     order = np.empty(count, np.int32)
@@ -261,9 +252,9 @@ def _set_node(
     node: int,
     at: int,
 ) -> None:
-    """Set the cylinder of the faces that a child holds, with the axis along their normal.
+    """Set the cylinder of the faces of a child, with the axis along their normal.
 
-    It encloses the corners, and the middle is that of a box with one side along the axis. Cylinders
+    It encloses the corners, and its middle is that of a box with one side along the axis. Cylinders
     of cylinders would be up to twice as wide at the root.
     """
     nx, ny, nz = normal[0], normal[1], normal[2]
@@ -316,16 +307,10 @@ def _set_node(
 def set_lower_bounds(
     x: float, y: float, z: float, cylinders: Float32Array, node: int, squares: FloatArray
 ) -> None:
-    """Set lower bounds of the squared distances of a point to the children of a node.
+    """Set `squares` (8,) to lower bounds of a point's squared distances to the children of a node.
 
-    Parameters
-    ----------
-    x, y, z : float
-        Relative to the centre, and scaled.
-    cylinders : (N, 64) float32
-    node : int
-    squares : (8,) float64
-        Receives the bounds, scaled. Infinite without a child.
+    The point is relative to the centre, and scaled, as the bounds are. They are infinite without a
+    child.
     """
     row = np.uint64(node)
     # a loop whose length the compiler knows is unrolled first, and then not vectorised

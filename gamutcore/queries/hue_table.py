@@ -1,11 +1,11 @@
-"""The table of hues: where the section of a level by the half-plane of any hue has its segments.
+"""The table of hues: the faces that the half-plane of a hue meets, by sectors of hue.
 
-The circle of hues is divided into sectors. For each face that meets a sector, a rectangle holds
-lightness and chroma of all points that the face has in the sector. The rectangles of a sector are
-sorted by their direction from the neutral axis, so that neighbours follow each other, and are in
-turn enclosed by rectangles, eight in a node. A search in a half-plane therefore is one in a plane.
+The circle of hues is divided into sectors. For each face that meets a sector, a rectangle holds the
+lightness and chroma of all its points in the sector. The rectangles of a sector are sorted by their
+direction from the neutral axis, so that neighbours are consecutive. Rectangles of nodes enclose
+eight others each. The search in a half-plane is thus two-dimensional.
 
-Lightness is axis 0, and the neutral axis is where the two other coordinates are 0.
+Lightness is axis 0; the other two coordinates are 0 on the neutral axis.
 """
 
 from __future__ import annotations
@@ -26,18 +26,18 @@ RECTANGLE = 4
 """Numbers of a rectangle: smallest lightness and chroma, largest lightness and chroma."""
 
 SECTORS, MOST_SECTORS = 4.0, 160
-"""Sectors ÷ the square root of the number of faces, and their limit. On the full boundary a face
-is in 1.6 sectors then. With more, searches are faster, but the table takes more memory."""
+"""Sectors ÷ the square root of the number of faces, and their limit. A face of the full boundary
+then is in 1.6 sectors. With more, searches are faster, but the table takes more memory."""
 
 LAST_PART = 255
-"""Sectors are divided into 256 parts, which tell most faces that miss a hue."""
+"""Sectors are divided into 256 parts, which exclude most faces that miss a hue."""
 
 BESIDE = 2.0**-20
-"""Corners that are this part of a sector beside it count as in it. The position of others on an
-edge then is certain within `WIDENING`, though the sines of small angles are rounded."""
+"""Corners within this part of a sector beside it count as in it. The position of other corners on
+an edge is then certain within `WIDENING`, though the sines of small angles are rounded."""
 
 WIDENING = 2.0**-20
-"""How far rectangles are widened, relative to the reach of the level and to the coordinate."""
+"""Widening of rectangles, relative to the reach of the level and to the coordinate."""
 
 DIRECTIONS = 4096
 """Steps of the order within a sector."""
@@ -55,10 +55,10 @@ class HueTable(NamedTuple):
         The first node of each sector; −1 for sectors without faces.
     rectangles : (N, 32) float32
         Eight numbers for each side of the rectangles of a node's children. Lightness is relative to
-        the centre of the level, and both are scaled as the tree of faces. Without a child they are
-        from ∞ to −∞.
+        the centre of the level. Both coordinates are scaled as the tree of faces. Rectangles
+        without a child are empty: from ∞ to −∞.
     first : (N,) int32
-        A node's first child, the others follow; in leaves ``~first`` is an index of `faces`.
+        A node's first child; the others follow. In leaves ``~first`` is an index of `faces`.
     faces : (m,) int32
     spans : (m, 2) uint8
         The first and the last part of the sector that the face meets (`hue_part`).
@@ -77,21 +77,7 @@ class HueTable(NamedTuple):
 
 
 def hue_table(vertices: FloatArray, faces: IndexArray, middle: float, scale: float) -> HueTable:
-    """Compute the table of hues of a level.
-
-    Parameters
-    ----------
-    vertices : (V, 3) float64
-    faces : (F, 3) int32
-    middle : float
-        Lightness of the centre.
-    scale : float
-        Of the tree of faces.
-
-    Returns
-    -------
-    HueTable
-    """
+    """Return the table of hues of a level, with the centre's lightness and the tree's scale."""
     sectors = min(max(4, round(SECTORS * math.sqrt(len(faces)))), MOST_SECTORS)
     return HueTable(*_table(vertices, faces, middle, scale, sectors))
 
@@ -104,7 +90,7 @@ def _turned(turn: float, sectors: int) -> float:
 
 @leaf_kernel
 def _sectors_of(turns: FloatArray, faces: IndexArray, face: int, sectors: int) -> tuple[int, int]:
-    """Return the first sector that a face meets, and their number: all if it may meet the axis."""
+    """Return the first sector that a face meets, and the number: all if it may meet the axis."""
     p, q, r = turns[faces[face, 0]], turns[faces[face, 1]], turns[faces[face, 2]]
     if np.isnan(p + q + r):  # a corner on the axis
         return 0, sectors
@@ -234,7 +220,7 @@ def _table(
 def _order_by_direction(
     vertices: FloatArray, faces: IndexArray, chromas: FloatArray, middle: float
 ) -> IndexArray:
-    """Return an order of faces by the direction from the neutral axis, about that of the angle."""
+    """Return an order of faces by the approximate direction from the neutral axis."""
     steps, place = np.empty(len(faces), np.int32), np.zeros(DIRECTIONS + 1, np.int32)
     for face in range(len(faces)):
         one, two, three = faces[face, 0], faces[face, 1], faces[face, 2]
@@ -307,13 +293,13 @@ def _add_face(
 
 @leaf_kernel
 def hue_part(turn: float) -> int:
-    """Return the part of a sector from a number between 0 and 1; others are limited to it."""
+    """Return the part of a sector of a number between 0 and 1; other numbers are clamped."""
     return int(min(max(turn, 0.0) * (LAST_PART + 1), float(LAST_PART)))
 
 
 @leaf_kernel
 def _add_nodes(start: int, size: int, rectangles: Float32Array, first: IndexArray) -> None:
-    """Set the nodes above the leaves of a sector, which begin at `start`."""
+    """Set the nodes above the leaves of a sector that begins at `start`."""
     while size > 1:
         below, below_start = size, start
         size = (size + WIDTH - 1) // WIDTH

@@ -1,4 +1,4 @@
-"""The index of a level: everything that queries look up, computed once and kept.
+"""The index of a level: all tables that queries look up, computed once.
 
 Layout, plain arrays in a named tuple (`LevelIndex`):
 
@@ -11,7 +11,7 @@ Layout, plain arrays in a named tuple (`LevelIndex`):
 - A tree of flat cylinders over the faces (`gamutcore.queries.face_tree`).
 - The edges that may have cusps (`gamutcore.queries.cusp_table`).
 - The faces of each sector of hues (`gamutcore.queries.hue_table`).
-- The box around the mesh, and the radius of a ball inside: most points need no more.
+- The box around the mesh, and the radius of a ball inside; both decide most points alone.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ differ by 4 π."""
 
 
 class LevelIndex(NamedTuple):
-    """A level with all that its queries look up.
+    """A level with all tables that its queries look up.
 
     Attributes
     ----------
@@ -111,7 +111,7 @@ Level: TypeAlias = LevelIndex | tuple[ArrayLike, ArrayLike, ArrayLike]
 
 
 def as_index(level: Level) -> LevelIndex:
-    """Return the index of a level, which is computed unless it is given.
+    """Return the index of a level, computed unless given.
 
     Parameters
     ----------
@@ -215,7 +215,7 @@ def _not_star_shaped(why: str, face: int) -> MeshError:
 def _cones(
     position: FloatArray, faces: IndexArray, reach: float
 ) -> tuple[FloatArray, float, float]:
-    """Return the planes of all faces, the sum of their solid angles, and the radius of a ball."""
+    """Return the faces' planes, the sum of their solid angles, and the radius of a ball inside."""
     planes = np.empty((len(faces), 13))
     angle = 0.0
     inner = np.inf

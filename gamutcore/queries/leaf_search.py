@@ -1,8 +1,8 @@
 """The nearest point in a plane of constant hue.
 
 The section of a level by the half-plane of a hue has a segment for each face that it meets. The
-search goes down the tree of the hue's sector (`gamutcore.queries.hue_table`), nearest rectangle
-first. It leaves out rectangles that are farther than the best segment.
+search descends the tree of the hue's sector (`gamutcore.queries.hue_table`), nearest rectangle
+first. It skips rectangles that are farther than the best segment.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ FARTHEST = 1e300
 """Limit of squared distances; those of empty boxes are infinite."""
 
 ROUNDING = 2.0**-44
-"""How far rectangles are widened ÷ the largest coordinate."""
+"""Widening of rectangles ÷ the largest coordinate."""
 
 
 @leaf_kernel
@@ -37,27 +37,11 @@ def nearest_of_hue(
     squares: FloatArray,
     weights: FloatArray,
 ) -> tuple[int, float, float]:
-    """Find the point of the surface nearest to a colour among those of its hue.
+    """Return face, lightness and chroma of the surface point of a hue that is nearest to a colour.
 
-    Parameters
-    ----------
-    lightness, chroma : float
-    ca, cb : float
-        Cosine and sine of the hue angle.
-    index : LevelIndex
-    nodes : (STACK,) int64
-    bounds : (STACK,) float64
-    squares : (WIDTH,) float64
-        Work arrays.
-    weights : (3,) float64
-        Receives the barycentric coordinates.
-
-    Returns
-    -------
-    face : int
-        −1 if no face meets the half-plane.
-    lightness, chroma : float
-        Of the point.
+    `ca` and `cb` are cosine and sine of the hue angle. The face is −1 if no face meets the
+    half-plane. `weights` (3,) receives the barycentric coordinates. `nodes` and `bounds` (STACK,)
+    and `squares` (WIDTH,) are work arrays.
     """
     table, middle, scale = index.hues, index.centre[0], index.tree.scale
     margin = ROUNDING * (1.0 + scale * (abs(lightness) + chroma + abs(middle)))
@@ -109,16 +93,10 @@ def nearest_of_hue(
 def _set_bounds(
     x: float, y: float, rectangles: Float32Array, node: int, squares: FloatArray
 ) -> None:
-    """Set squared distances of a point to the rectangles of a node.
+    """Set `squares` (8,) to the squared distances of a point to the rectangles of a node.
 
-    Parameters
-    ----------
-    x, y : float
-        Lightness relative to the centre, and chroma, both scaled.
-    rectangles : (N, 32) float32
-    node : int
-    squares : (8,) float64
-        Receives the result, scaled; infinite without a child.
+    The point is lightness relative to the centre, and chroma. Point and result are scaled. The
+    result is infinite without a child.
     """
     row = np.uint64(node)
     # a loop whose length the compiler knows is unrolled first, and then not vectorised
@@ -145,7 +123,7 @@ def _nearest_of_face(
 ) -> tuple[float, float, float]:
     """Return squared distance, lightness and chroma of the nearest point of a face's section.
 
-    The distance is infinite without a section. If it is below the limit, the weights are set.
+    The distance is infinite without a section. Weights are set only below the limit.
     """
     a, b, c = faces[face, 0], faces[face, 1], faces[face, 2]
     side_a = ca * vertices[a, 2] - cb * vertices[a, 1]

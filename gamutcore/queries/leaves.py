@@ -1,12 +1,13 @@
 """Hue leaves as a table: the intervals of chroma inside a level, by hue and lightness.
 
-Every face is visited once. Its corners tell which hues of the table can cross it. The half-plane of
-a hue crosses a face in a segment, and each lightness of the table within the segment is a crossing
-of a horizontal line with the surface. The sorted crossings of a line are the ends of its intervals.
+Every face is visited once. Its corners limit the hues of the table that can cross it. The
+half-plane of a hue crosses a face in a segment. Each lightness of the table within the segment is a
+crossing of a horizontal line with the surface. The sorted crossings of a line are the ends of its
+intervals.
 
 A corner in the half-plane's plane, or an end at a lightness of the table, counts as above. The ends
-of segments are computed from their edge alone, so neighbours agree to the bit, and no crossing is
-missing or counted twice.
+of segments depend on their edge alone, so neighbours agree to the bit. No crossing is missing or
+counted twice.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from gamutcore.queries.volume_cells import WHOLE_TURN, hue_span
 __all__ = ["Leaves", "leaves"]
 
 HUE_ROUNDING = 1e-12
-"""Hues this far beyond those of a face's corners are tried as well, in radians."""
+"""Tolerance of the hues of a face's corners, in radians."""
 
 
 class Leaves(NamedTuple):
@@ -101,7 +102,7 @@ def leaves(level: Level, hues: ArrayLike, lightness: ArrayLike) -> Leaves:
 
 @leaf_kernel
 def _count_below(numbers: FloatArray, limit: float, including: bool) -> int:
-    """Return how many sorted numbers are below a limit, or equal to it."""
+    """Return the number of sorted numbers below a limit, or up to it if `including`."""
     low, high = 0, len(numbers)
     while low < high:
         middle = (low + high) // 2
@@ -114,7 +115,7 @@ def _count_below(numbers: FloatArray, limit: float, including: bool) -> int:
 
 @leaf_kernel
 def _hues_of(triangle: FloatArray, origin: FloatArray, hues: FloatArray) -> tuple[int, int]:
-    """Return the first hue that can cross a triangle, and how many, not reduced to one turn."""
+    """Return the first hue that can cross a triangle, and their number, not reduced to one turn."""
     begin, span = hue_span(triangle, 3, origin)
     begin, span = begin - HUE_ROUNDING, span + 2.0 * HUE_ROUNDING
     if span >= WHOLE_TURN:
@@ -201,25 +202,11 @@ def _crossings(
     hue_cells: LongArray,
     lightness_cells: LongArray,
 ) -> tuple[IndexArray, FloatArray, IndexArray, FloatArray]:
-    """Return the crossings of each cell of the table, in order of chroma.
+    """Return the crossings of each cell in order of chroma, compressed by start (h l + 1,).
 
-    Parameters
-    ----------
-    vertices : (V, 3) float64
-    mesh : (F, 3) int32
-    hues : (h,) float64
-        In radians, in increasing order.
-    lightness : (l,) float64
-        In increasing order.
-    hue_cells, lightness_cells : (h,), (l,) int64
-        Their sum is the cell.
-
-    Returns
-    -------
-    start : (h l + 1,) int32
-    chroma : (m,) float64
-    faces : (m,) int32
-    weights : (m, 3) float64
+    Hues (h,) in radians and lightnesses (l,) increase. The sum of `hue_cells` (h,) and
+    `lightness_cells` (l,) is the cell. The result is start, chroma (m,), faces (m,) and weights (m,
+    3).
     """
     cells = len(hues) * len(lightness)
     slots = np.zeros(cells + 1, np.int32)
@@ -273,7 +260,7 @@ def _crossings(
 def _intervals(
     start: IndexArray, chroma: FloatArray, faces: IndexArray, weights: FloatArray
 ) -> tuple[IndexArray, FloatArray, IndexArray, FloatArray]:
-    """Return offsets, and both ends of the intervals, for the sorted crossings of each cell."""
+    """Return offsets and both ends of the intervals from the sorted crossings of each cell."""
     counts = np.diff(start)
     # an odd number: the axis is inside, and the first interval begins there
     odd = counts % 2 == 1

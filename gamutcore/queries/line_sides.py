@@ -1,4 +1,4 @@
-"""On which side of an edge or a face a line or a point is, when float64 leaves it open.
+"""Side of an edge or a face on which a line or a point is, where float64 leaves it open.
 
 Where a determinant is 0, the sign is that of an infinitely small change:
 
@@ -6,8 +6,8 @@ Where a determinant is 0, the sign is that of an infinitely small change:
    touches the surface crosses it twice, and an end on the surface is inside, as for `contains`.
 2. The second point of the line is moved by (δ, δ², δ³), with δ far smaller than ε.
 
-No line then meets an edge or a vertex. Such signs are H. Edelsbrunner & E. P. Mücke, "Simulation of
-Simplicity", ACM Transactions on Graphics 9 (1990).
+No line then meets an edge or a vertex. The signs follow H. Edelsbrunner & E. P. Mücke, "Simulation
+of Simplicity", ACM Transactions on Graphics 9 (1990).
 """
 
 from __future__ import annotations
@@ -33,23 +33,11 @@ def _vertex(index: LevelIndex, vertex: int) -> Point:
 def exact_sides(
     start: Point, end: Point, index: LevelIndex, face: int, terms: FloatArray
 ) -> tuple[int, float, float, float]:
-    """Return how a line crosses a face, and its determinants with the edges.
+    """Return the direction in which a line crosses a face, and its determinants with the edges.
 
-    Parameters
-    ----------
-    start, end : tuple of float
-        Two points of the line.
-    index : LevelIndex
-    face : int
-    terms : (TERMS,) float64
-        Work array of the exact predicates.
-
-    Returns
-    -------
-    direction : int
-        1 if the line leaves the gamut, −1 if it enters, 0 if it does not cross the face.
-    opposite_a, opposite_b, opposite_c : float
-        det(end − start, p − start, q − start) for the edge p, q opposite to each corner.
+    The direction is 1 if the line leaves the gamut, −1 if it enters, 0 if it misses the face. For
+    the edge p, q opposite to each corner, the determinant is det(end − start, p − start, q −
+    start).
     """
     one, two, three = index.faces[face, 0], index.faces[face, 1], index.faces[face, 2]
     a, b, c = _vertex(index, one), _vertex(index, two), _vertex(index, three)
@@ -93,16 +81,7 @@ def _exact_side(
 
 @leaf_kernel
 def is_below(point: Point, index: LevelIndex, face: int, terms: FloatArray) -> bool:
-    """Whether a point is on the plane of a face, or on its inner side.
-
-    Parameters
-    ----------
-    point : tuple of float
-    index : LevelIndex
-    face : int
-    terms : (TERMS,) float64
-        Work array of the exact predicates.
-    """
+    """Whether a point is on the plane of a face, or on its inner side."""
     planes, centre = index.planes, index.centre
     px, py, pz = point
     x, y, z = px - centre[0], py - centre[1], pz - centre[2]

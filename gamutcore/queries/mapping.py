@@ -56,7 +56,7 @@ HUES = 1024
 """Sectors of hues by which rows are ordered."""
 
 TRIES = 8
-"""Steps inwards, each four times the last, before the point goes towards the centre."""
+"""Steps inwards, each four times the last; after them the point moves towards the centre."""
 
 
 class Mapped(NamedTuple):
@@ -66,8 +66,8 @@ class Mapped(NamedTuple):
     ----------
     points : (n, 3) float64
     faces : (n,) int32
-        The faces that hold the points, but for the step inwards; −1 where a colour is not on the
-        surface: it was in gamut, or is mapped by ``sgck``.
+        The faces of the points before the step inwards. −1 where a colour is not on the surface: it
+        was in gamut, or was mapped by ``sgck``.
     weights : (n, 3) float64
         Barycentric coordinates in the faces; NaN without a face.
     moved : (n,) bool
@@ -294,7 +294,7 @@ def _clip(  # noqa: PLR0912  # a branch for each method
 
 @kernel
 def _order_by_hue(points: FloatArray) -> IndexArray:
-    """Return an order of points by hue, in which searches find the last one's data in the cache."""
+    """Return an order of points by hue, in which consecutive searches share cached data."""
     sectors, place = np.empty(len(points), np.int32), np.zeros(HUES + 1, np.int32)
     for row in range(len(points)):
         sectors[row] = hue_sector(points[row, 1], points[row, 2], HUES)
@@ -310,7 +310,7 @@ def _order_by_hue(points: FloatArray) -> IndexArray:
 
 @leaf_kernel
 def _towards(start: Point, end: Point, index: LevelIndex, work: Work) -> tuple[Point, int]:
-    """Return the first crossing of a segment, and its place; −1 without one."""
+    """Return the first crossing of a segment, and its index in `work`; −1 without one."""
     if not (np.isfinite(end[0]) and find_crossings(start, end, SEGMENT, index, 0, work) > 0):
         return start, -1
     t = work.t[0]
@@ -323,7 +323,7 @@ def _towards(start: Point, end: Point, index: LevelIndex, work: Work) -> tuple[P
 
 @leaf_kernel
 def _by_lightness(start: Point, index: LevelIndex, work: Work) -> tuple[Point, int]:
-    """Return the crossing of nearest lightness, and its place; −1 without one."""
+    """Return the crossing of nearest lightness, and its index in `work`; −1 without one."""
     size = 1.0 / index.tree.scale
     end = start[0] + size, start[1], start[2]
     count = find_crossings(start, end, LINE, index, 0, work)
@@ -342,7 +342,7 @@ def _by_lightness(start: Point, index: LevelIndex, work: Work) -> tuple[Point, i
 def _to_cusp(
     chroma: float, ca: float, cb: float, index: LevelIndex, work: Work
 ) -> tuple[Point, int]:
-    """Return the cusp of a hue, and its place, if the chroma is larger; otherwise −1."""
+    """Return the cusp of a hue, and its index, if the chroma is larger; otherwise −1."""
     most, lightness, edge, share = find_cusp(ca, cb, index.cusps)
     if edge < 0 or chroma < most:
         return (lightness, 0.0, 0.0), -1

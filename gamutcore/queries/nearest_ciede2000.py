@@ -1,11 +1,11 @@
 """Nearest by CIEDE2000: the point of a level's surface with the smallest ΔE00 to a colour.
 
 A branch and bound over the tree of faces finds the global minimum. Nodes, faces and parts of faces
-are left out where a lower bound of ΔE00 (`ciede2000_parts`) is above the smallest value so far. The
-bounds of eight of them are computed at once.
+are skipped where a lower bound of ΔE00 (`ciede2000_parts`) is above the smallest value so far.
+Eight bounds are computed at once.
 
 Where a part may hold the minimum, descent finds it (`ciede2000_descent`). Other parts are divided
-until their bounds leave them out.
+until their bounds exclude them.
 """
 
 from __future__ import annotations
@@ -40,18 +40,18 @@ from gamutcore.queries.rows import checked_points
 __all__ = ["nearest_ciede2000"]
 
 PARTS = 256
-"""Places for parts of a face: six for each halving, from 1e10 to `CLIFF` units."""
+"""Capacity for parts of a face: six for each halving, from 1e10 to `CLIFF` units."""
 
 MEDIUM = 2.0
-"""Radius from which descent starts in a part only if its middle is better than the best."""
+"""From this radius on, descent starts in a part only if its middle is better than the best."""
 
 ORDINARY, FLAT = 1000.0, 1e-3
 """Beyond this magnitude of coordinates, where the formula is nearly constant, the difference is
 within this share of the smallest."""
 
 MOST = 50_000
-"""Divisions for one colour; a thousand are many for a gamut of colours. After them, parts get one
-descent each."""
+"""Most divisions for one colour; a thousand are many for a gamut of colours. Beyond, each part gets
+one descent."""
 
 STEP = 1e-6
 """Distance of points beside a discontinuity ÷ the length of an edge that crosses it."""
@@ -144,10 +144,7 @@ def _nearest(
 
 @leaf_kernel
 def _search(index: LevelIndex, start: int, work: Work) -> int:
-    """Find the face and set the best: ΔE00, and the weights of its second and third corner.
-
-    The search starts with the weights that the best has in the face `start`.
-    """
+    """Find the face, and set `work.best`, from the weights of the best in the face `start`."""
     tree, colour, best, found = index.tree, work.colour, work.best, work.found
     nodes, known = work.nodes, work.known
     face = start
@@ -190,7 +187,7 @@ def _search(index: LevelIndex, start: int, work: Work) -> int:
 
 @inlined_kernel
 def _limit(best: FloatArray) -> float:
-    """Return the half square of ΔE00 from which a part is left out."""
+    """Return the half square of ΔE00 above which parts are skipped."""
     least = max(best[0] * (1.0 - best[3]) - TOLERANCE, 0.0)
     return 0.5 * least * least
 
@@ -211,7 +208,7 @@ def _difference(work: Work, u: float, v: float) -> float:
 
 @inlined_kernel
 def _set_leaf(index: LevelIndex, first: int, triangles: FloatArray) -> None:
-    """Set the corners of the faces of a leaf. Places without a face have the first one again."""
+    """Set the corners of the faces of a leaf. The first face fills places without a face."""
     faces = index.tree.faces
     for at in range(WIDTH):
         face = faces[first + at if first + at < len(faces) else first]
@@ -223,7 +220,7 @@ def _set_leaf(index: LevelIndex, first: int, triangles: FloatArray) -> None:
 
 @inlined_kernel
 def _search_face(index: LevelIndex, face: int, bound: float, estimate: float, work: Work) -> bool:
-    """Replace the best if a point of a face is better; return whether one is."""
+    """Replace the best if a point of a face is better; return whether the best was replaced."""
     colour, slope, parts, best, found = (
         work.colour,
         work.slope,
@@ -291,7 +288,7 @@ def _search_face(index: LevelIndex, face: int, bound: float, estimate: float, wo
 
 @inlined_kernel
 def _divide(work: Work, u: float, v: float, side: float, first: int) -> None:
-    """Divide a part into four, and set them from the place `first` on."""
+    """Divide a part into four, and write them from the index `first` on."""
     corners, triangles, half = work.corners, work.triangles, 0.5 * side
     for part in range(4):
         p = u + half if part == 1 or part == 3 else u

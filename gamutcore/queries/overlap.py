@@ -1,11 +1,12 @@
 """The part of a surface that is inside a level, cell by cell of hue and lightness.
 
 A level is the disjoint union of tetrahedra between its centre and its faces. The part of a triangle
-in a tetrahedron is a convex polygon: the triangle clipped by the three planes of the face's cone,
-and by the plane of the face. No intersection curve is traced, and no topology is needed. The cones
-that a triangle meets are adjacent, so they are found from the cone of one corner by passing to the
-neighbours across the planes that the triangle reaches. The areas of the parts must add up to that
-of the triangle. Otherwise rounding has hidden a cone, and all others are tried.
+in a tetrahedron is a convex polygon: the triangle clipped by the three planes of the face's cone
+and by the plane of the face. No intersection curve is traced, and no topology is needed.
+
+The cones that a triangle meets are adjacent. The search starts in the cone of one corner, and
+passes to neighbours across the planes that the triangle reaches. The areas of the parts must add up
+to that of the triangle. Otherwise rounding has hidden a cone, and all others are tried.
 """
 
 from __future__ import annotations
@@ -25,10 +26,10 @@ NEAR = 8.0
 by less than 1, and cut corners are rounded once more."""
 
 MISSING = 1e-10
-"""Accepted part of a triangle's area that the cones do not account for."""
+"""Accepted part of a triangle's area that is in no cone."""
 
 FLAT = 1e-14
-"""Parts up to this area ÷ square of the triangle's size count as nothing."""
+"""Parts up to this area ÷ square of the triangle's size are ignored."""
 
 
 @kernel
@@ -40,23 +41,10 @@ def overlap_cells(
     stretch: float,
     cells: Cells,
 ) -> FloatArray:
-    """Return the flux out of a surface through its part inside a level, (bands, sectors).
+    """Return the flux (bands, sectors) out of a surface through its part inside a level.
 
-    Parameters
-    ----------
-    vertices : (V, 3) float64
-    faces : (F, 3) int32
-        Counter-clockwise from outside.
-    level : LevelIndex
-    neighbours : (G, 3) int32
-        For each corner of a face of the level, the face across the opposite edge.
-    stretch : float
-        The level is magnified about its centre by this factor.
-    cells : Cells
-
-    Returns
-    -------
-    (bands, sectors) float64
+    `neighbours` (G, 3) has the face across the edge opposite to each corner of the level. `stretch`
+    magnifies the level about its centre.
     """
     volumes = np.zeros((len(cells.bounds) + 1, len(cells.directions) - 1))
     buffers = np.empty((BUFFERS, CORNERS, 3))
@@ -112,14 +100,9 @@ def _set_triangle(
     stretch: float,
     triangle: FloatArray,
 ) -> tuple[int, float]:
-    """Set the corners of a triangle relative to the centre of the level.
+    """Set a triangle's corners relative to the level's centre; return the farthest, and its square.
 
-    Returns
-    -------
-    farthest : int
-        The corner farthest from the centre; −1 if the triangle is outside the box of the level.
-    largest : float
-        Its squared distance.
+    The corner is −1 if the triangle is outside the box of the level.
     """
     centre, box = level.centre, level.box
     outside = False
@@ -144,7 +127,7 @@ def _set_triangle(
 
 @leaf_kernel
 def _projection(triangle: FloatArray) -> tuple[int, float, tuple[float, float]]:
-    """Return the axis along which a triangle's projection is largest, and twice its signed area.
+    """Return the axis of a triangle's largest projection, and twice its signed area.
 
     The third result is the magnitude of the area, and the square of the triangle's size.
     """
@@ -203,32 +186,13 @@ def _part(  # noqa: C901, PLR0912  # the time is in these branches
     axis: int,
     volumes: FloatArray,
 ) -> tuple[float, int]:
-    """Add the flux through the part of the triangle below a face of the level.
+    """Add the flux through a triangle's part below a face; return area and planes reached.
 
-    Parameters
-    ----------
-    face : int
-        Of the level.
-    near : float
-        The triangle reaches a plane if a product is at most this.
-    least : float
-        Parts up to this area are left out. They touch the cone, and lead to no other cones: many
-        cones may meet in a vertex.
-    stretch : float
-    cells : Cells
-    buffers : (`BUFFERS`, `CORNERS`, 3) float64
-        The first is the triangle, relative to the centre of the level.
-    axis : int
-        Axis of the projected area.
-    volumes : (bands, sectors) float64
-        Updated.
-
-    Returns
-    -------
-    area : float
-        Twice the projected area of the triangle in the cone.
-    reached : int
-        Bit i is set if the triangle reaches the plane opposite to corner i.
+    The area is twice the projection along `axis`, of the whole part in the cone. Bit i of the
+    second result is set if the triangle reaches the plane opposite to corner i: a product is at
+    most `near`. Parts up to the area `least` are skipped. They only touch the cone, and many cones
+    may meet in a vertex. The first of `buffers` is the triangle, relative to the centre of the
+    level.
     """
     planes, triangle = level.planes, buffers[0]
     cut = 0

@@ -7,9 +7,9 @@ area within the ring is the volume of the gamut in this sector from the darkest 
 
 with the width Δh of the sector in radians. The outer ring therefore encloses an area as large as
 the volume of the gamut. The radius is the root of the sum of squared chromas over unit steps of
-lightness, and the axes are named a*_RSS and b*_RSS after it.
+lightness, hence the names a*_RSS and b*_RSS of the axes.
 
-With a reference, the band between the rings of L₁ and L₂ is divided: the intersection of both
+With a reference, the band between the rings of L₁ and L₂ is divided. The intersection of both
 gamuts, V∩, takes its area from the inner ring on:
 
     r∩(L₂, h)² = r(L₁, h)² + 2 (V∩(L₂, h) − V∩(L₁, h)) / Δh.

@@ -1,4 +1,4 @@
-"""Checks of the points that a query gets: shape, numbers, range. Errors name the row."""
+"""Checks of query arguments: shape, numbers, range. Errors name the row."""
 
 from __future__ import annotations
 
@@ -15,28 +15,11 @@ LARGEST = 1e60
 
 
 def checked_points(points: ArrayLike, name: str = "points") -> FloatArray:
-    """Return points as an array in double precision.
+    """Return points as an (n, 3) array in double precision.
 
-    Parameters
-    ----------
-    points : (n, 3) array_like
-    name : str, optional
-        Name of the argument in messages.
-
-    Returns
-    -------
-    (n, 3) float64
-
-    Raises
-    ------
-    InvalidPointsError
-        The shape is not (n, 3), or a coordinate is not a number within ±1e60. ``where["row"]`` is
-        the first such row, counted from 0.
-
-    Examples
-    --------
-    >>> checked_points([(50, 0, 0)]).tolist()
-    [[50.0, 0.0, 0.0]]
+    Another shape, or a coordinate that is not within ±1e60, raises InvalidPointsError.
+    ``where["row"]`` is the first such row, counted from 0, and `name` is the argument in the
+    message.
     """
     remedy = "Give an (n, 3) array of numbers."
     try:
@@ -64,28 +47,9 @@ def checked_points(points: ArrayLike, name: str = "points") -> FloatArray:
 
 
 def checked_numbers(numbers: ArrayLike, name: str) -> FloatArray:
-    """Return numbers, such as hue angles, as an array in double precision.
+    """Return finite numbers, such as hue angles, as an (n,) array in double precision.
 
-    Parameters
-    ----------
-    numbers : (n,) array_like
-    name : str
-        Name of the argument in messages.
-
-    Returns
-    -------
-    (n,) float64
-
-    Raises
-    ------
-    InvalidPointsError
-        The shape is not (n,), or a number is not finite. ``where["row"]`` is the first such row,
-        counted from 0.
-
-    Examples
-    --------
-    >>> checked_numbers(range(3), "hues").tolist()
-    [0.0, 1.0, 2.0]
+    Errors are as for `checked_points`.
     """
     try:
         found = np.asarray(numbers)

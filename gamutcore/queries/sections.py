@@ -135,10 +135,10 @@ def hue_leaf(level: Level, hue: float) -> Section:
 
 
 class _Walk(NamedTuple):
-    """Corners in order, each with the face that begins there.
+    """Corners of polygons in order, each with the face that begins there.
 
     `entries` and `exits` are the barycentric coordinates of a corner and of the next one in the
-    face of the corner. The corners of polygon i end before ``ends[i]``.
+    corner's face. The corners of polygon i end before ``ends[i]``.
     """
 
     points: FloatArray
@@ -176,7 +176,7 @@ def _walk(index: LevelIndex, normal: FloatArray, offset: float) -> _Walk:
 def _crossed(mesh: IndexArray, heights: FloatArray) -> tuple[IndexArray, IndexArray, IndexArray]:
     """Return the crossed faces, and the ends of the edges where a polygon enters and leaves them.
 
-    The first end is above the plane, the second one below.
+    Of both ends, the first is above the plane and the second below.
     """
     count = 0
     for face in range(len(mesh)):
@@ -203,7 +203,7 @@ def _crossed(mesh: IndexArray, heights: FloatArray) -> tuple[IndexArray, IndexAr
 
 
 def _cycles(following: list[int]) -> tuple[list[int], list[int]]:
-    """Return the cycles of a permutation one after the other, and where each ends."""
+    """Return the cycles of a permutation one after the other, and the end of each."""
     waiting = [True] * len(following)
     sequence: list[int] = []
     ends: list[int] = []
@@ -219,17 +219,17 @@ def _cycles(following: list[int]) -> tuple[list[int], list[int]]:
 
 
 def _weights(corners: IndexArray, edge: IndexArray, share: FloatArray) -> FloatArray:
-    """Return barycentric coordinates of points on edges, at a share from the first end."""
+    """Return barycentric coordinates on edges; `share` is the weight of the second end."""
     first, second = corners == edge[:, :1], corners == edge[:, 1:]
     part = share[:, np.newaxis]
     return np.asarray(first * (1.0 - part) + second * part)
 
 
 def _half(walk: _Walk, chroma: FloatArray) -> _Walk:
-    """Return the part of a section on one side of the neutral axis, where chroma is not negative.
+    """Return the part of a section with chroma of at least 0, cut at the neutral axis.
 
-    The polygons are cut at the axis. Upwards along the axis, the inside begins where a polygon
-    comes to this side, and ends where a polygon leaves it. The ends are joined in this order.
+    Upwards along the axis, the inside begins where a polygon comes to this side. It ends where a
+    polygon leaves this side. The ends are joined in this order.
     """
     inside = chroma >= 0.0
     # pieces of polygons on this side: where each comes, its corners, and where it leaves
@@ -283,13 +283,13 @@ def _half(walk: _Walk, chroma: FloatArray) -> _Walk:
 
 
 def _next_corners(ends: list[int]) -> list[LongArray]:
-    """Return, for each polygon, the numbers of the corners that follow its corners."""
+    """Return, for each polygon, the indices of the corners after its corners."""
     begins = [0, *ends[:-1]]
     return [np.roll(np.arange(begin, end), -1) for begin, end in zip(begins, ends, strict=True)]
 
 
 def _cuts(walk: _Walk, chroma: FloatArray, following: LongArray, before: list[int]) -> _Walk:
-    """Return the points on the neutral axis between some corners and the following ones."""
+    """Return the points on the neutral axis between corners `before` and the following ones."""
     here = np.array(before, np.int64)
     there = following[here]
     share = (chroma[here] / (chroma[here] - chroma[there]))[:, np.newaxis]
@@ -302,7 +302,7 @@ def _cuts(walk: _Walk, chroma: FloatArray, following: LongArray, before: list[in
 def _without_repetitions(points: FloatArray, ends: list[int]) -> tuple[LongArray, IndexArray]:
     """Return the corners that differ from the corner before, and the offsets of their polygons.
 
-    Polygons with fewer than three different corners are left out: the plane touches the level.
+    Polygons with fewer than three different corners are dropped: the plane touches the level.
     """
     kept: list[LongArray] = [np.zeros(0, np.int64)]
     offsets = [0]

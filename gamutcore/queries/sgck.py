@@ -44,26 +44,11 @@ KNEE = 0.9
 
 
 def compress(points: FloatArray, index: LevelIndex, source: LevelIndex) -> FloatArray:
-    """Return colours with the lightness and the distance from the axis that SGCK gives them.
+    """Return colours (n, 3) of `source` compressed into `index` by SGCK, in gamut within rounding.
 
-    Parameters
-    ----------
-    points : (n, 3) float64
-    index : LevelIndex
-        The gamut that is mapped to.
-    source : LevelIndex
-        The gamut that is mapped from.
-
-    Returns
-    -------
-    (n, 3) float64
-        In gamut but for rounding. Exceptions are colours outside the source, and lines that
-        do not begin in gamut.
-
-    Notes
-    -----
-    The knee ends at the surface of the source after the mapping of lightness. If the centre does
-    not see all of this surface, the knee ends at the surface before the mapping instead.
+    Exceptions are colours outside the source, and lines that do not begin in gamut. The knee ends
+    at the source's surface after the mapping of lightness. If the centre does not see all of that
+    surface, the knee ends at the surface before the mapping.
     """
     ranges = (*source.box[:, 0].tolist(), *index.box[:, 0].tolist())
     scaled = _with_lightness(points, ranges)
@@ -87,18 +72,9 @@ def compress(points: FloatArray, index: LevelIndex, source: LevelIndex) -> Float
 def mapped_lightness(
     lightness: FloatArray, chroma: FloatArray, ranges: tuple[float, float, float, float]
 ) -> FloatArray:
-    """Return the lightness that SGCK gives colours before the knee.
+    """Return the lightness after the sigmoid and before the knee.
 
-    Parameters
-    ----------
-    lightness, chroma : (n,) float64
-    ranges : tuple of float
-        Lowest and highest lightness of the source, and of the gamut.
-
-    Examples
-    --------
-    >>> mapped_lightness(np.array([0.0, 100.0]), np.zeros(2), (0, 100, 10, 90)).tolist()
-    [10.0, 90.0]
+    `ranges` has the lowest and highest lightness of the source, then of the gamut.
     """
     from scipy.special import ndtr  # noqa: PLC0415  # 15 MB; only this method needs it
 

@@ -1,9 +1,9 @@
 """Volumes within a surface by hue and lightness, from fluxes through pieces of the surface.
 
-The vector field F = (0, a / 2, b / 2) has the divergence 1, so that its flux out of a closed
-surface is the volume inside (the divergence theorem). F is parallel to every plane of constant hue
-and to every plane of constant lightness. A cell between such planes therefore has the volume that
-flows through its part of the surface alone: the pieces are clipped, and no caps are needed.
+The vector field F = (0, a / 2, b / 2) has the divergence 1, so its flux out of a closed surface is
+the volume inside (the divergence theorem). F is parallel to every plane of constant hue and to
+every plane of constant lightness. The volume of a cell between such planes therefore flows through
+its part of the surface alone. The pieces are clipped, and no caps are needed.
 
 Polygons are rows of corners in counter-clockwise order from outside, relative to an origin. The
 coordinates are lightness, a and b.
@@ -34,7 +34,7 @@ CORNERS = 24
 """Most corners of a polygon: a triangle gets one more from each of at most eight planes."""
 
 BUFFERS = 9
-"""Number of polygons to work with. The first five are free for the caller of `add_polygon`."""
+"""Number of work polygons. The first five are free for the caller of `add_polygon`."""
 
 WHOLE_TURN = 2.0 * np.pi
 
@@ -55,14 +55,7 @@ class Cells(NamedTuple):
 
 
 def cells_of(sectors: int, bounds: FloatArray) -> Cells:
-    """Return equal sectors of hue, from 0°, and bands of lightness.
-
-    Parameters
-    ----------
-    sectors : int
-    bounds : (bands − 1,) float64
-        Lightnesses between the bands, in increasing order.
-    """
+    """Return equal sectors of hue from 0°, and bands between lightnesses (bands − 1,)."""
     hues = WHOLE_TURN * np.arange(sectors + 1) / sectors
     return Cells(np.column_stack([np.cos(hues), np.sin(hues)]), bounds)
 
@@ -77,22 +70,9 @@ def clip(
     constant: float,
     target: FloatArray,
 ) -> int:
-    """Set a polygon to the part of another one where x L + y a + z b + constant ≥ 0.
+    """Clip a convex polygon to x L + y a + z b + constant ≥ 0; return the number of corners.
 
-    Parameters
-    ----------
-    source : (`CORNERS`, 3) float64
-        Convex.
-    count : int
-        Number of corners.
-    x, y, z, constant : float
-    target : (`CORNERS`, 3) float64
-        Overwritten.
-
-    Returns
-    -------
-    int
-        Number of corners of the part.
+    `source` and `target` are (`CORNERS`, 3); the part is written to `target`.
     """
     kept, last = 0, count - 1
     if count == 0:
@@ -143,10 +123,9 @@ def _band(bounds: FloatArray, lightness: float) -> int:
 
 @leaf_kernel
 def hue_span(polygon: FloatArray, count: int, origin: FloatArray) -> tuple[float, float]:
-    """Return the first hue of a convex polygon, and the angle that it spans, in radians.
+    """Return the first hue of a convex polygon, from −2 π to π, and its span, in radians.
 
-    The angle is a whole turn for a polygon around the neutral axis. Corners on the axis have no
-    hue. The first hue is between −2 π and π.
+    The span is a whole turn for a polygon around the neutral axis. Corners on the axis have no hue.
     """
     start, low, high = np.inf, 0.0, 0.0
     for index in range(count):
@@ -178,20 +157,10 @@ def add_polygon(
     buffers: FloatArray,
     volumes: FloatArray,
 ) -> None:
-    """Add the flux through a convex polygon to the cells that the polygon meets.
+    """Add the flux through a convex polygon to the cells that it meets, `volumes` (bands, sectors).
 
-    Parameters
-    ----------
-    polygon : (`CORNERS`, 3) float64
-        Relative to the origin.
-    count : int
-        Number of corners.
-    origin : (3,) float64
-    cells : Cells
-    buffers : (`BUFFERS`, `CORNERS`, 3) float64
-        The last four are overwritten.
-    volumes : (bands, sectors) float64
-        Updated.
+    The polygon (`CORNERS`, 3) is relative to `origin`. The last four of `buffers` (`BUFFERS`,
+    `CORNERS`, 3) are overwritten.
     """
     if count < 3:
         return
@@ -238,15 +207,7 @@ def add_polygon(
 
 @kernel
 def enclosed_cells(vertices: FloatArray, faces: IndexArray, cells: Cells) -> FloatArray:
-    """Return the volume within a closed surface in each cell, (bands, sectors).
-
-    Parameters
-    ----------
-    vertices : (V, 3) float64
-    faces : (F, 3) int32
-        Counter-clockwise from outside.
-    cells : Cells
-    """
+    """Return the volume within a closed surface in each cell, (bands, sectors)."""
     volumes = np.zeros((len(cells.bounds) + 1, len(cells.directions) - 1))
     buffers, origin = np.empty((BUFFERS, CORNERS, 3)), np.zeros(3)
     for face in range(len(faces)):
