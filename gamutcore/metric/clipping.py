@@ -2,7 +2,7 @@
 
 The part of a face outside one of the three planes of a cone passes to the neighbour across that
 plane. Every split writes the same corners to both sides, so the pieces always make up the whole
-face despite rounding. Corners are pairs (u, v) that mean the point a + u U + v V of the face.
+face despite rounding. A corner (u, v) is the point a + u U + v V of the face.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ ROW = 2 * CORNERS
 """Numbers per part."""
 
 TRY_ALL = 2**30
-"""Marks a part for which the cones of all faces are tried in turn; stored as its moves."""
+"""Number of moves that marks a part for trying the cones of all faces in turn."""
 
 
 class Clipping(NamedTuple):
@@ -42,8 +42,8 @@ class Clipping(NamedTuple):
     part : (rows × `ROW`,) float64
         Stack of parts: u and v of their corners. The current part is above the top.
     corners, face, came, moves : (rows,) int32
-        For each part: number of corners; the face whose cone clips it next; the face that passed
-        it on, or −1; how often the whole part was passed on.
+        For each part: number of corners; the next face whose cone clips the part; the face before,
+        or −1; number of times the whole part passed on.
     value : (corners,) float64
         Products of the corners with a plane.
     piece : (corners, 3) float64
@@ -110,10 +110,10 @@ def _copy(part: FloatArray, source: int, first: int, last: int, target: int, sta
 def _split(
     part: FloatArray, source: FloatArray, value: FloatArray, row: int, count: int
 ) -> tuple[int, int]:
-    """Split a part by the signs of its values: the outside stays, the inside goes to row + 1.
+    """Split a part by the signs of its values; return the number of corners of both parts.
 
-    Every corner is written without a branch; the next corner overwrites a corner on the wrong
-    side. Return the number of corners of both parts.
+    The outside stays, and the inside goes to row + 1. Every corner is written without a branch; the
+    next corner overwrites a corner on the wrong side.
     """
     outside, inside = ROW * row, ROW * (row + 1)
     first_inside, first_outside = inside, outside
@@ -145,27 +145,10 @@ def _split(
 def pop_piece(  # noqa: C901, PLR0912  # the time is in these branches
     work: Clipping, top: int, cones: Cones, reach: float, moves: int
 ) -> tuple[int, int, int]:
-    """Pop the next piece of the face on the stack.
+    """Pop the next piece; return the face of its cone, its corners' number, and the stack's height.
 
-    Parameters
-    ----------
-    work : Clipping
-    top : int
-        Height of the stack.
-    cones : Cones
-    reach : float
-        At least the largest distance of a corner of the face from the origin.
-    moves : int
-        `MOVES`; a smaller number tries all cones earlier.
-
-    Returns
-    -------
-    face : int
-        The face whose cone the piece is in; −1 if there are no more pieces.
-    count : int
-        Number of corners of the piece.
-    top : int
-        Height of the stack.
+    The face is −1 after the last piece. No corner of the clipped face may be farther from the
+    origin than `reach`. A number of `moves` below `MOVES` tries all cones earlier.
     """
     part, value, frame, planes = work.part, work.value, work.frame, cones.planes
     source, neighbour = work.source, cones.neighbour

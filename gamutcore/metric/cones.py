@@ -1,4 +1,4 @@
-"""The cones of the faces of a star-shaped surface, and the cone that each point is in.
+"""The cones of the faces of a star-shaped surface, and location of points in them.
 
 The cone of a face is the set of all rays from the centre through the face. The cones of a
 star-shaped surface fill space without a gap, so every point is in one of them. A walk from cone to
@@ -73,7 +73,7 @@ class Locations(NamedTuple):
     Attributes
     ----------
     face : (n,) int32
-        The face whose cone the point is in.
+        The face whose cone has the point.
     beyond : (n,) float64
         N · p − 1: distance of the point from the centre ÷ that of the face on the same ray, − 1.
     along : (n,) float64
@@ -86,17 +86,7 @@ class Locations(NamedTuple):
 
 
 def compute_cones(surface: Surface) -> Cones:
-    """Return the cones of a surface.
-
-    Parameters
-    ----------
-    surface : Surface
-        Closed, oriented and star-shaped about the origin.
-
-    Returns
-    -------
-    Cones
-    """
+    """Return the cones of a closed, oriented surface that is star-shaped about the origin."""
     opposite = opposite_corners(surface.corner.reshape(-1, 3), len(surface.position))
     return Cones(opposite.reshape(-1, 3) // 3, *_cones(surface.position, surface.corner))
 
@@ -138,23 +128,10 @@ def _cones(
 def locate(
     position: FloatArray, order: IndexArray, near: IndexArray, cones: Cones, moves: int = MOVES
 ) -> Locations:
-    """Locate points in the cones of a surface.
+    """Locate points (n, 3), of which none is the origin, in the cones of a surface.
 
-    Parameters
-    ----------
-    position : (n, 3) float64
-        None is the origin.
-    order : (n,) int32
-        Order in which the points are located.
-    near : (n,) int32
-        A point earlier in this order, as close as possible; unused for the first point.
-    cones : Cones
-    moves : int
-        Steps of a walk before all cones are tried.
-
-    Returns
-    -------
-    Locations
+    They are located in the given order. A walk starts from the location of `near`, a close point
+    earlier in the order; it is unused for the first point. All cones are tried after `moves` steps.
     """
     count = len(position)
     face, beyond, along = np.empty(count, np.int32), np.empty(count), np.empty(count)
@@ -182,19 +159,10 @@ def relocate(
     locations: Locations,
     moves: int = MOVES,
 ) -> None:
-    """Update the locations of some points, starting from their present faces.
+    """Update the locations of some points, from their present faces.
 
-    Parameters
-    ----------
-    position : (n, 3) float64
-        None is the origin.
-    points : (m,) int32
-        The points whose locations are updated.
-    cones : Cones
-    locations : Locations
-        Locations of all points. `face` is a face near the point, for example of another level.
-    moves : int
-        As for `locate`.
+    `locations` has all points. Their faces may be faces near the points, such as those of another
+    level.
     """
     for index in range(len(points)):
         point = points[INDEX(index)]
@@ -213,7 +181,7 @@ def relocate(
 
 @inlined_kernel
 def _walk(x: float, y: float, z: float, radius: float, face: int, cones: Cones, moves: int) -> int:
-    """Walk to the face whose cone a point is in, across the plane the point is furthest behind."""
+    """Walk to the face whose cone has a point, across the plane the point is furthest behind."""
     planes = cones.planes
     for _ in range(moves):
         one = planes[INDEX(face), 0] * x + planes[INDEX(face), 1] * y + planes[INDEX(face), 2] * z
@@ -257,13 +225,9 @@ def find_crossing(
 ) -> tuple[bool, float, float]:
     """Find where a triangle with two corners in a cone leaves the cone through a single plane.
 
-    Returns
-    -------
-    single : bool
-        Whether the whole triangle is in the cones of `face` and `beyond`.
-    from_two, from_one : float
-        The parts of the edges from the second and from the first to the third corner that are in
-        the cone of `face`.
+    The first result states whether the cones of `face` and `beyond` hold the whole triangle. The
+    others are the parts in the cone of `face` of the edges from the second and the first to the
+    third corner.
     """
     side = -1
     for candidate in range(3):

@@ -2,9 +2,10 @@
 
 The distance from a point to one face is a convex function of the point. Over a piece of surface its
 maximum is at a corner of the piece. The distance from a piece to a surface is therefore at most the
-largest distance of its corners to any one face. Pieces without a good bound are halved. The bound
-is valid for any choice of faces. It is tight if the faces are the nearest ones, which descent from
-face to adjacent face finds.
+largest distance of its corners to any one face. Pieces without a good bound are halved.
+
+The bound is valid for any choice of faces, and tight for the nearest faces. Descent from face to
+adjacent face finds them.
 """
 
 from __future__ import annotations
@@ -44,14 +45,14 @@ DEGENERATE = 1e-12
 quantities that separate the regions have lost half of their digits by then."""
 
 HALVINGS = 16
-"""Most halvings of a piece; its bound is then used as it is."""
+"""Most halvings of a piece; its bound then stays."""
 
 FACE, HALVED, NEAREST, SQUARED, COLUMNS = 9, 10, 11, 14, 17
 """Columns of the stack of `raise_bound`, after nine coordinates: a face near the piece, the number
 of halvings, then for each corner the nearest face (−1 if unknown) and its squared distance."""
 
 ATTAINED = HALVINGS + 2
-"""Row of the stack that has the point at which the lower bound was attained last."""
+"""Row of the stack with the point at which the lower bound was attained last."""
 
 STACK = (HALVINGS + 3, COLUMNS)
 """Shape of the work array of `raise_bound`."""
@@ -70,8 +71,8 @@ class Surface(NamedTuple):
     fan : (3 F,) int32
         The faces at each vertex.
     deviation : (F,) float64
-        Upper bound of the distance from any point of the face to the surface that this one
-        represents. Each point of that surface is within this distance of some face, too.
+        Upper bound of the distance from any point of the face to the reference surface. Each point
+        of the reference surface is within this distance of some face, too.
     """
 
     position: FloatArray
@@ -82,29 +83,13 @@ class Surface(NamedTuple):
 
 
 def make_surface(position: FloatArray, corner: IndexArray) -> Surface:
-    """Return a surface that represents itself.
-
-    Parameters
-    ----------
-    position : (V, 3) float64
-    corner : (3 F,) int32
-
-    Returns
-    -------
-    Surface
-    """
+    """Return a surface that is its own reference: without deviation."""
     fan_end, fan = vertex_fans(corner, len(position))
     return Surface(position, corner, fan_end, fan, np.zeros(len(corner) // 3))
 
 
 def star_shaped_surface(mesh: TriangleMesh, centre: FloatArray) -> Surface:
-    """Return a mesh as a surface about a centre.
-
-    Raises
-    ------
-    MeshError
-        If the mesh is not star-shaped about the centre.
-    """
+    """Return a mesh as a surface about a centre; MeshError if it is not star-shaped about it."""
     position = np.ascontiguousarray(mesh.vertices.astype(np.float64) - centre)
     corner = np.ascontiguousarray(mesh.faces, np.int32).ravel()
     hidden = faces_not_seeing_centre(position, corner.reshape(-1, 3))
@@ -120,7 +105,7 @@ def star_shaped_surface(mesh: TriangleMesh, centre: FloatArray) -> Surface:
 
 
 def halving_limit(surface: Surface, least: float = 10_000.0) -> float:
-    """Return how many halvings a comparison with a surface may take.
+    """Return the most halvings of a comparison with a surface.
 
     A halving takes 1 to 4 µs. A quarter of the number of faces is a few times the need of device
     gamuts in CIELAB. `least` is added; smaller values give looser bounds for very flat bodies.
@@ -130,11 +115,11 @@ def halving_limit(surface: Surface, least: float = 10_000.0) -> float:
 
 @inlined_kernel
 def squared_distance(x: float, y: float, z: float, surface: Surface, face: int) -> float:
-    """Squared distance from a point to a face.
+    """Squared distance from a point to a face, by the region of the plane that has the point.
 
-    Ericson, "Real-Time Collision Detection" (2005), section 5.1.5, by the region of the plane that
-    the point is in. The result is the distance to some point of the face. Rounding may miss the
-    nearest point, but never gives too small a result.
+    Source: C. Ericson, "Real-Time Collision Detection" (2005), section 5.1.5. The result is the
+    distance to some point of the face. Rounding may miss the nearest point, but never gives too
+    small a result.
     """
     position = surface.position
     one = surface.corner[3 * face]
@@ -237,7 +222,7 @@ def _bound(piece: FloatArray, row: int, surface: Surface, face: int) -> float:
 
 @inlined_kernel
 def _raised(lower: float, attained: float, stack: FloatArray, row: int) -> float:
-    """Return the larger bound; keep the furthest corner as `ATTAINED` if that is the second."""
+    """Return the larger bound; keep the furthest corner as `ATTAINED` if `attained` is larger."""
     if attained <= lower:
         return lower
     furthest = 0
@@ -260,32 +245,12 @@ def raise_bound(
     halvings: float,
     slack: float,
 ) -> tuple[float, float, float]:
-    """Raise the bound of the largest distance to a surface so that it holds for a triangle.
+    """Raise bounds of the largest distance to a surface so that they hold for a triangle too.
 
-    Parameters
-    ----------
-    stack : `STACK` float64
-        The corners of the triangle as the first nine numbers; the rest is work space. The first
-        numbers of the row `ATTAINED` become the point, if `lower` rises.
-    surface : Surface
-    face : int
-        A face near the triangle.
-    deviation : float
-        Added to all distances, like the deviations of the faces.
-    lower, upper : float
-        An attained distance and the bound, over all triangles so far.
-    halvings : float
-        Number of halvings left, over all triangles.
-    slack : float
-        Ratio of the bound to an attained distance at which the bound is not improved further.
-
-    Returns
-    -------
-    lower, upper : float
-        The same including this triangle. `upper` is certain; `lower` is attained if descent found
-        the nearest faces.
-    halvings : float
-        Number of halvings left.
+    `stack` begins with the corners of the triangle; `ATTAINED` receives the point if `lower` rises.
+    `face` is near the triangle, and `deviation` is added to all distances. Bounds of at most
+    `slack` times an attained distance are not improved. The result is `lower`, `upper` and the
+    halvings left. `upper` is certain; `lower` is attained if descent found the nearest faces.
     """
     stack[0, FACE], stack[0, HALVED] = face, 0.0
     for corner in range(3):
@@ -355,7 +320,7 @@ def raise_bound(
 
 @kernel
 def breadth_first(surface: Surface) -> tuple[IndexArray, IndexArray]:
-    """Vertices in breadth-first order, and the neighbour that each vertex was reached from."""
+    """Vertices in breadth-first order, and the predecessor of each vertex."""
     count = len(surface.position)
     order, near = np.zeros(count, np.int32), np.full(count, -1, np.int32)
     near[0] = 0

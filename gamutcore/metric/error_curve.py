@@ -4,8 +4,8 @@ All levels are star-shaped about one centre, so two levels are compared exactly 
 along the other (`gamutcore.metric.radial_overlay`). A coarse level is not compared with the full
 boundary but with a reference: a level about 16 times finer. The triangle inequality holds for
 volumes of symmetric differences and for distances, so the error of the reference is added. For
-volumes that is about a sixteenth; for distances it is the deviation of each face. The times of all
-comparisons form a geometric series.
+volumes the addition is about a sixteenth; for distances it is the deviation of each face. The times
+of all comparisons form a geometric series.
 """
 
 from __future__ import annotations
@@ -68,13 +68,13 @@ class LevelError:
         Enclosed volume, exact (cubic units of the space).
     mismatch : float
         Volume of the symmetric difference ÷ volume of the full boundary. An estimate from the
-        reference of the level, within 3 % on device gamuts. It is at least the relative difference
-        of the volumes and at most `mismatch_bound`.
+        level's reference, within 3 % on device gamuts. It is at least the relative difference of
+        the volumes and at most `mismatch_bound`.
     mismatch_bound : float
         Upper bound of the mismatch of this level and of every finer level in the curve.
     distance_bound : float
-        Upper bound of the distance of any point of either surface from the other, for this level
-        and every finer level in the curve (units of the space).
+        Upper bound of the distance of any point of either surface from the other (units of the
+        space). It holds for this level and every finer level in the curve.
     from_full : Distances
         Distances of the points of the full boundary from the level. The maximum is a bound. The
         mean is an estimate over the reference, and at most the maximum.
@@ -104,18 +104,7 @@ class LevelError:
 
 
 def curve_counts(full: int) -> list[int]:
-    """Return the triangle counts of the error curve.
-
-    Parameters
-    ----------
-    full : int
-        Triangle count of the full boundary.
-
-    Returns
-    -------
-    list of int
-        Even and ascending, from 4 to `full`.
-    """
+    """Return the triangle counts of the error curve: even, ascending, from 4 to the full count."""
     counts = {*range(4, min(EVEN_UP_TO, full) + 1, 2), full}
     count = EVEN_UP_TO * DENSE
     while count <= full / DENSE_PART:
@@ -132,26 +121,11 @@ def curve_counts(full: int) -> list[int]:
 def error_curve(
     history: History, counts: Iterable[int], *, progress: Callable[[float], None] | None = None
 ) -> list[LevelError]:
-    """Compute the errors of several levels against the full boundary.
+    """Compute the errors of several levels against the full boundary, by ascending triangle count.
 
-    Parameters
-    ----------
-    history : History
-    counts : iterable of int
-        Triangle counts of levels. Bounds of a level hold for the finer levels among these as well.
-        The levels serve as references for each other.
-    progress : callable, optional
-        Called after each level with the completed share of the work, up to 1.
-
-    Returns
-    -------
-    list of LevelError
-        By ascending triangle count, including the full boundary if `counts` has it.
-
-    Raises
-    ------
-    TriangleCountError
-        If there is no such level.
+    Bounds of a level also hold for the finer levels among `counts`, and the levels are each other's
+    references. `progress` is called after each level with the completed share, up to 1. A count
+    without a level raises TriangleCountError.
     """
     full = history.full()
     none = Distances(0.0, 0.0)
@@ -194,20 +168,10 @@ def error_curve(
 
 
 def surface_in_preorder(level: TriangleMesh, history: History) -> tuple[Surface, IndexArray]:
-    """Return a level as a surface, with neighbours in space close in memory.
+    """Return a level as a surface about the origin, with neighbours in space close in memory.
 
-    Parameters
-    ----------
-    level : TriangleMesh
-        A level of the history.
-    history : History
-
-    Returns
-    -------
-    surface : Surface
-        About the origin; vertices are in preorder of the forest of splits.
-    near : (V,) int32
-        The parent of each vertex, which precedes it; 0 for the roots.
+    Vertices are in preorder of the forest of splits. The second result (V,) is the parent of each
+    vertex, which precedes it; 0 for the roots.
     """
     position, corner, near = _in_preorder(
         level.vertices, np.asarray(history.centre, np.float64), level.faces, history.splits.parent
@@ -216,13 +180,7 @@ def surface_in_preorder(level: TriangleMesh, history: History) -> tuple[Surface,
 
 
 def round_up(bound: float) -> float:
-    """Return a bound rounded up to `DIGITS` significant digits.
-
-    Examples
-    --------
-    >>> round_up(1.23456001)
-    1.23457
-    """
+    """Return a bound rounded up to `DIGITS` significant digits."""
     return float(Context(DIGITS, ROUND_CEILING).create_decimal(Decimal(bound)))
 
 
@@ -236,22 +194,9 @@ def _in_preorder(
 ) -> tuple[FloatArray, IndexArray, IndexArray]:
     """Sort slots in preorder: each slot is followed by all slots that were split from it.
 
-    Parameters
-    ----------
-    vertices : (V, 3) float32
-    centre : (3,) float64
-    faces : (F, 3) int32
-        Faces of a level; each slot from 4 on adds two.
-    parent : (≥ V − 4,) int32
-        Parents of the slots from 4 on.
-
-    Returns
-    -------
-    position : (V, 3) float64
-        Relative to the centre.
-    corner : (3 F,) int32
-    near : (V,) int32
-        The parent of each vertex, which precedes it; 0 for the roots.
+    Each slot from 4 on adds two faces; `parent` has the parents from there. The result is the
+    positions (V, 3) relative to the centre, the corners (3 F,), and the parent of each vertex; 0
+    for the roots.
     """
     count = len(vertices)
     size = np.ones(count, np.int32)
@@ -298,7 +243,7 @@ def _reference(count: int, counts: list[int], full: int) -> int:
 
 
 def _limit_mean(distances: Distances) -> Distances:
-    """Return distances with the mean, an estimate, limited to the bound."""
+    """Return distances with the estimated mean limited to the bound."""
     return Distances(min(distances.mean, distances.maximum), distances.maximum)
 
 

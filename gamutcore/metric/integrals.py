@@ -2,8 +2,9 @@
 
 The integrals are closed forms with ten divisions, and with a special case for triangles that the
 face cuts, which is half of them. Triangles are pushed to a queue. A full queue is integrated in one
-loop without branches, which the compiler vectorises; that takes a third of the time. Results are
-added to the sums of the faces in the order of the queue, so they do not depend on the batches.
+loop without branches. The compiler vectorises the loop, which then takes a third of the time.
+Results are added to the sums of the faces in the order of the queue, so they do not depend on the
+batches.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ CAPACITY = 256
 """Triangles in a queue. With their integrals they take 20 kB, which fit into the L1 cache."""
 
 ONE, TWO, THREE, FOUR, FIVE, SIX = (INDEX(row * CAPACITY) for row in range(1, 7))
-"""Begins of the rows of a queue, after the first."""
+"""First indices of the rows of a queue after the first."""
 
 
 class Queue(NamedTuple):
@@ -58,21 +59,11 @@ def push(
     weights: tuple[float, float, float],
     slope: float,
 ) -> int:
-    """Push a triangle to a queue with `count` triangles; return the new count.
+    """Push a triangle to a queue with `count` < `CAPACITY` triangles; return the new count.
 
-    Parameters
-    ----------
-    waiting : Queue
-    count : int
-        Less than `CAPACITY`.
-    face : int
-        The face that the triangle is seen through.
-    corners : tuple of float
-        N · p − 1 at the corners.
-    weights : tuple of float
-        Factors of the three integrals.
-    slope : float
-        Length of N. The second integral is also divided by it, the third multiplied.
+    The triangle is seen through `face`. `corners` are N · p − 1, and `weights` are factors of the
+    three integrals. The second integral is also divided by the length of N, `slope`; the third is
+    multiplied.
     """
     triangle, at = waiting.triangle, INDEX(count)
     triangle[at], triangle[at + ONE], triangle[at + TWO] = corners
@@ -92,7 +83,7 @@ def push_part(
     weights: tuple[float, float, float],
     slope: float,
 ) -> int:
-    """Push a part of a triangle, a `share` of its area; the rest is as for `push`."""
+    """Push a part of a triangle with a `share` of its area, as `push`."""
     one, two, three = weights
     return push(waiting, count, face, corners, (share * one, share * two, share * three), slope)
 
@@ -101,13 +92,13 @@ def push_part(
 def integrate(waiting: Queue, count: int) -> None:
     """Compute the integrals of triangles of a queue, each ÷ volume between triangle and centre.
 
-    With d = N · p − 1 at its corners and t = 1 ÷ (N · p), the other surface's part of the same
-    cone has t₁ t₂ t₃ times the volume. The integrals are
+    With d = N · p − 1 at its corners and t = 1 ÷ (N · p), the other surface's part of the same cone
+    has t₁ t₂ t₃ times the volume. The integrals are
 
     - the volume between the triangle and the face;
     - the mean of |d| over the triangle;
-    - the mean of |t − 1| over the part of the face that the triangle is seen through, times
-      t₁ t₂ t₃.
+    - the mean of |t − 1| over the part of the face that the triangle is seen through, times t₁ t₂
+      t₃.
     """
     triangle, integral = waiting.triangle, waiting.integral
     for index in range(count):
@@ -141,16 +132,7 @@ def integrate(waiting: Queue, count: int) -> None:
 
 @leaf_kernel
 def flush(waiting: Queue, count: int, sums: FloatArray) -> None:
-    """Integrate the triangles of a queue, and add the weighted results to sums.
-
-    Parameters
-    ----------
-    waiting : Queue
-    count : int
-        Number of triangles.
-    sums : (F, 3) float64
-        Sums of the three integrals for each face; updated.
-    """
+    """Integrate the triangles of a queue, and add the weighted results to sums (F, 3) of faces."""
     integrate(waiting, count)
     triangle, integral = waiting.triangle, waiting.integral
     for index in range(count):

@@ -1,9 +1,9 @@
 """The smallest level of a history whose error is within limits.
 
-A limit of the distance gives the first of fixed triangle counts whose level keeps it. A limit of
-the mismatch first gives a least count, by bisection; the search begins there. Both depend on the
-history and the limit only. So looser limits never give more triangles, and no answer promises what
-a smaller answer promises as well. See ``docs/decisions/error-curve.md``.
+A limit of the distance selects the first of fixed triangle counts whose level is within the limit.
+A limit of the mismatch first gives a least count, by bisection; the search begins there. Both
+depend on the history and the limit only. So looser limits never give more triangles, and no answer
+promises what a smaller answer promises as well. See ``docs/decisions/error-curve.md``.
 """
 
 from __future__ import annotations
@@ -41,8 +41,8 @@ EVEN_UP_TO = 2048
 ranges of counts and then falls by half within one split."""
 
 RATIO = 2.0 ** (1 / 8)
-"""Ratio of the following counts, and of those among which a mismatch is bisected. The mismatch
-falls steadily, so the answer has at most so many times the triangles needed."""
+"""Ratio of the following counts, and of the counts among which a mismatch is bisected. The mismatch
+falls steadily, so the answer exceeds the triangles needed by at most this factor."""
 
 FINE_UP_TO = 65_536
 """Largest count with this ratio."""
@@ -51,25 +51,25 @@ SPARSE = 2.0
 """Ratio of the last counts."""
 
 SLACK = 1.00002
-"""Ratio of a bound to an attained distance. A limit just above the attained distance would
-otherwise be kept by far fewer triangles than the bound promises."""
+"""Ratio of a bound to an attained distance. With more slack, far fewer triangles than promised
+would keep a limit just above the attained distance."""
 
 HALVINGS = 100_000.0
 """Halvings of a level in addition to a quarter of the faces. Levels of ellipsoids 60 times as
 wide as high take up to 53,000 (0.1 s); 600 times as wide, up to 130,000 (0.6 s)."""
 
 SIMILAR = 1.2
-"""A level of the curve whose bound is so many times the limit is the first to give evidence. Bounds
+"""Evidence comes first from a level of the curve whose bound is this many times the limit. Bounds
 of the curve are 8 % too large on average."""
 
 KEPT = 256
-"""Most levels that a search keeps."""
+"""Most levels in a search's cache."""
 
 ROW_BYTES = 200
 """Approximate memory per level of a curve."""
 
 SAME = 1e-9
-"""Points as close as this, relative to the distance from the full boundary, are the same."""
+"""Points within this distance, relative to that from the full boundary, are the same."""
 
 UNBOUNDED = 1e300
 """A slack with which no distance is improved."""
@@ -115,24 +115,13 @@ class BoundedLevel(NamedTuple):
 
 
 def search_counts(full: int) -> list[int]:
-    """Return the triangle counts of the levels that a search considers.
-
-    Parameters
-    ----------
-    full : int
-        Triangle count of the full boundary, which is not among them.
-
-    Returns
-    -------
-    list of int
-        Even and ascending.
-    """
+    """Return the triangle counts that a search considers: even, ascending, below the full count."""
     counts = list(range(4, min(EVEN_UP_TO + 1, full), 2))
     return counts + [count for count in _spread_counts(full) if count > EVEN_UP_TO]
 
 
 def _spread_counts(full: int) -> list[int]:
-    """Return those of `search_counts` among which a mismatch is bisected."""
+    """Return the counts of `search_counts` among which a mismatch is bisected."""
     counts, count = set(), 4.0
     while count < full:
         counts.add(int(count) // 2 * 2)
@@ -141,13 +130,11 @@ def _spread_counts(full: int) -> list[int]:
 
 
 class LevelSearch:
-    """Search for levels within limits. It keeps what was found; any thread may use it.
+    """Search for levels within limits, with a cache of the results; any thread may use it.
 
-    Parameters
-    ----------
-    curve : sequence of mapping
-        The error curve from a description (`levels`), with the full boundary as last level. Without
-        bounds, as in old descriptions, the same limits are kept, by more triangles if need be.
+    `curve` is the error curve from a description (`levels`), with the full boundary as last level.
+    Curves of old descriptions have no bounds. The same limits then hold, but may take more
+    triangles.
     """
 
     def __init__(self, curve: Sequence[Mapping[str, Any]]) -> None:
@@ -172,7 +159,7 @@ class LevelSearch:
         return next(within, self._curve[-1])
 
     def find_known(self, limits: Bounds) -> BoundedLevel | None:
-        """Return the result of `find` if it was found or needs no comparison, else None."""
+        """Return the result of `find` if it is cached or needs no comparison, else None."""
         if limits in self._found:
             return self._found[limits]
         level = self.find_bound(limits)
@@ -180,25 +167,11 @@ class LevelSearch:
         return level if is_first or min(limits) <= 0.0 else None
 
     def find(self, history: History, limits: Bounds) -> BoundedLevel:
-        """Return the smallest level that keeps limits.
+        """Return the smallest level of the curve's history within upper limits of its bounds.
 
-        Parameters
-        ----------
-        history : History
-            The history that the curve belongs to.
-        limits : Bounds
-            Upper limits of the bounds of the level.
-
-        Returns
-        -------
-        BoundedLevel
-            One of the levels of `search_counts`, or of the curve, if that is smaller. The full
-            boundary if no other level is within the limits, as for limits of zero.
-
-        Raises
-        ------
-        HistoryFileError
-            If the file of the history is damaged.
+        The result is one of `search_counts`, or a smaller level of the curve. The full boundary is
+        the result if no other level is within the limits, as for limits of zero. A damaged history
+        file raises HistoryFileError.
         """
         level = self.find_known(limits)
         if level is not None:
@@ -271,31 +244,16 @@ class LevelSearch:
 
 
 def error_bounds(history: History, counts: Iterable[int]) -> list[BoundedLevel]:
-    """Return the errors of levels, each compared with the full boundary as a whole.
+    """Return the errors of levels below the full boundary, each compared with it as a whole.
 
-    Parameters
-    ----------
-    history : History
-    counts : iterable of int
-        Triangle counts of levels, below that of the full boundary.
-
-    Returns
-    -------
-    list of BoundedLevel
-        In this order. A comparison takes 15 to 60 ms.
+    The results are in the order of `counts`. A comparison takes 15 to 60 ms.
     """
     comparison = _Comparison(history)
     return [BoundedLevel(count, comparison.bounds(count, inf)[0]) for count in counts]
 
 
 class _Comparison:
-    """Compares levels of a history with its full boundary.
-
-    Parameters
-    ----------
-    history : History
-        All of it is unpacked.
-    """
+    """Compares levels of a history with its full boundary; unpacks the whole history."""
 
     def __init__(self, history: History) -> None:
         self.history = history
@@ -329,7 +287,7 @@ class _Comparison:
         return Bounds(distance, round_up(difference.mismatch)), Evidence(point, faces)
 
     def mismatch(self, triangles: int) -> float:
-        """Return the mismatch of a level; distances are not bounded, which saves half the time."""
+        """Return the mismatch of a level, without bounds of distances, which take half the time."""
         found, _ = compare_surfaces(
             self._full,
             self._surface(triangles),
@@ -348,16 +306,9 @@ class _Comparison:
 def _first_within(
     comparison: _Comparison, counts: list[int], limits: Bounds, similar: list[int]
 ) -> BoundedLevel | None:
-    """Return the first level within limits.
+    """Return the first level within limits, by ascending counts.
 
-    Parameters
-    ----------
-    comparison : _Comparison
-    counts : list of int
-        Ascending.
-    limits : Bounds
-    similar : list of int
-        At most one level, whose distance is about the limit.
+    `similar` has at most one level, whose distance is about the limit.
     """
     limit = limits.distance
     walk = LevelWalk(comparison.history, np.array(counts, np.int32))

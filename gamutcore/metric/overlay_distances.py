@@ -1,8 +1,8 @@
 """Bounds of the largest distance between two overlaid surfaces.
 
 The overlay (`gamutcore.metric.radial_overlay`) gives pieces that are each seen through one face of
-the other surface. Distances along rays bound distances to the surface, cheaply. Where that is not
-enough, `raise_bound` halves the piece.
+the other surface. Distances along rays bound distances to the surface, cheaply. Where these bounds
+do not suffice, `raise_bound` halves the piece.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ the latter point is on.
 
 
 def new_bounds(halvings: float, slack: float) -> FloatArray:
-    """Return an array of bounds of which nothing is known yet."""
+    """Return an array of bounds with nothing known."""
     bounds = np.zeros(BOUNDS)
     bounds[HALVINGS_LEFT], bounds[SLACK_USED] = halvings, slack
     return bounds
@@ -64,17 +64,9 @@ def raise_lower_bounds(
     points: IndexArray,
     bounds: FloatArray,
 ) -> None:
-    """Raise all bounds by some vertices of the reference and the other surface on their rays.
+    """Raise all bounds by some vertices (m,) of the reference, and the other surface on their rays.
 
-    Parameters
-    ----------
-    reference, other : Surface
-    locations : Locations
-        Of the vertices of the reference relative to the other surface.
-    points : (m,) int32
-        Vertices of the reference.
-    bounds : (`BOUNDS`,) float64
-        As from `new_bounds`; updated.
+    `locations` has the vertices of the reference relative to the other surface.
     """
     position, deviation = reference.position, reference.deviation
     for index in range(len(points)):

@@ -62,15 +62,7 @@ __all__ = [
 
 
 class Workspace(NamedTuple):
-    """Work space for `integrate_surfaces`.
-
-    Attributes
-    ----------
-    clipping : Clipping
-    waiting : Queue
-        Empty.
-    stack : `STACK` float64
-    """
+    """Work space for `integrate_surfaces`. The queue `waiting` is empty between calls."""
 
     clipping: Clipping
     waiting: Queue
@@ -171,27 +163,12 @@ def compare_surfaces(
     bounds: FloatArray | None = None,
     moves: int = MOVES,
 ) -> tuple[RadialDifference, FloatArray]:
-    """Compare two surfaces that are star-shaped about the origin.
+    """Compare two surfaces that are star-shaped about the origin; the reference is the finer one.
 
-    Parameters
-    ----------
-    reference : Surface
-        The finer surface. Largest distances refer to the surface that it represents.
-    other : Surface
-        The coarser surface. A finer one gives the same result in more time.
-    order, near : (V,) int32
-        For the vertices of the reference, as for `locate`.
-    bounds : (`BOUNDS`,) float64, optional
-        As from `new_bounds`; updated. By default distances are within 3 %.
-    moves : int
-        As for `locate`.
-
-    Returns
-    -------
-    difference : RadialDifference
-        Largest distances are from and to the surface that the reference represents.
-    deviation : (F,) float64
-        Deviations of the faces of the other surface from that surface.
+    A finer `other` gives the same result in more time. `order` and `near` (V,) are those of
+    `locate` for the reference's vertices. `bounds` come from `new_bounds` and are updated; by
+    default distances are within 3 %. Largest distances, and the returned deviations (F,) of the
+    other surface's faces, refer to the surface that the reference represents.
     """
     cones = compute_cones(other)
     locations = locate(reference.position, order, near, cones, moves)
@@ -280,31 +257,12 @@ def integrate_surfaces(  # noqa: C901, PLR0912  # the time is in these branches
     deviation: FloatArray,
     moves: int,
 ) -> tuple[float, float]:
-    """Integrate over the pieces of all faces.
+    """Integrate over the pieces of all faces; return volume and area of the reference.
 
-    Parameters
-    ----------
-    reference, other : Surface
-    cones : Cones
-        Of the other surface.
-    locations : Locations
-        Locations of the vertices of the reference in the cones of the other surface.
-    workspace : Workspace
-    bounds : (`BOUNDS`,) float64
-        As from `new_bounds`; updated.
-    sums : (F, 3) float64
-        For each face of the other surface, the integrals of the pieces that are seen through it:
-        volume of the symmetric difference, and distances from the planes over the reference and
-        over the other surface; updated.
-    deviation : (F,) float64
-        The deviations of the faces of the other surface; updated.
-    moves : int
-        As for `locate`.
-
-    Returns
-    -------
-    volume, area : float
-        Volume within the reference, and its area.
+    `locations` has the reference's vertices in `cones`, those of the other surface. `bounds` (see
+    `new_bounds`), `sums` and `deviation` (F,) are updated. `sums` (F, 3) has, for each face of the
+    other surface, integrals over the pieces seen through it: the volume of the symmetric
+    difference, and distances from the planes over the reference and over the other surface.
     """
     work, waiting, stack = workspace
     position, corner, triangle = reference.position, reference.corner, work.triangle

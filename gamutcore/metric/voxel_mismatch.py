@@ -1,12 +1,12 @@
 """Mismatch of two gamuts counted in voxels, as published, with a bound of its error.
 
-Bakke & Farup, "Simplified Gamut Boundary Representation using Mesh Decimation", divide the number
-of voxels in only one gamut by the number in the reference. A voxel is in a gamut if its centre is.
-`gamutcore.metric.mismatch` is the exact figure.
+Source: A. M. Bakke & I. Farup, "Simplified Gamut Boundary Representation using Mesh Decimation".
+They divide the number of voxels in only one gamut by the number in the reference. A voxel is in a
+gamut if its centre is. `gamutcore.metric.mismatch` is the exact figure.
 
-Voxels are counted by scan lines. Each column of voxel centres, parallel to the first axis, is cut
-by the surface; voxels between a pair of cuts are inside. Two gamuts differ between pairs of the
-cuts of both together, so no voxel is stored.
+Voxels are counted by scan lines. The surface cuts each column of voxel centres, parallel to the
+first axis; voxels between a pair of cuts are inside. Two gamuts differ between pairs of the cuts of
+both together, so no voxel is stored.
 """
 
 from __future__ import annotations
@@ -137,11 +137,7 @@ def _check(mesh: TriangleMesh) -> None:
 def _voxel_edge(edge: float | None, bounds: FloatArray) -> float:
     """Return the edge length of a voxel, given or by default.
 
-    Parameters
-    ----------
-    edge : float or None
-    bounds : (2, 2, 3) float64
-        Lowest and highest coordinates of the reference and the other gamut.
+    `bounds` (2, 2, 3) has the lowest and highest coordinates of the reference and the other gamut.
     """
     length = float(np.ptp(bounds[0], axis=0).max()) / VOXELS if edge is None else float(edge)
     extent = float((bounds[:, 1].max(axis=0) - bounds[:, 0].min(axis=0)).max())
@@ -175,13 +171,9 @@ def _count_distinct(numbers: LongArray) -> int:
 
 
 def _cuts(vertices: FloatArray, faces: IndexArray, *counts: int) -> LongArray:
-    """Cuts of the surface with columns of voxel centres, as numbers of voxels.
+    """Return the cuts of the surface with columns of voxel centres, an even number for each column.
 
-    Returns
-    -------
-    (m,) int64
-        Number of the first voxel behind each cut; voxels are numbered column by column.
-        Every column has an even number of cuts.
+    A cut is the number of the first voxel behind it; voxels are numbered column by column.
     """
     cuts = np.empty(4 * counts[1] * counts[2] + len(faces), np.int64)
     needed = _write_cuts(vertices, faces, counts[0], counts[1], counts[2], cuts)
@@ -199,7 +191,7 @@ def _first_centre(coordinate: float, count: int) -> int:
 
 @leaf_kernel
 def _crossing(vertices: FloatArray, one: int, other: int, height: float) -> tuple[float, float]:
-    """First and second coordinate of the point where an edge crosses a height of the third axis.
+    """Return the first two coordinates at which an edge crosses a height of the third axis.
 
     The edge is oriented upwards, so that both faces at the edge get the same bits.
     """
@@ -219,8 +211,8 @@ def _write_cuts(
 
     A plane of voxel centres crosses an edge if it is above exactly one end, so it crosses a closed
     surface along closed polygons. A column of centres crosses a side of a polygon if it is behind
-    exactly one end. With these half-open intervals every column has an even number of cuts,
-    whatever the rounding.
+    exactly one end. These half-open intervals give every column an even number of cuts, whatever
+    the rounding.
     """
     count = 0
     for face in range(len(faces)):
@@ -267,7 +259,7 @@ def _clip(
 ) -> int:
     """Clip a convex polygon to sign · (coordinate − border) ≥ 0; return the number of corners.
 
-    Sutherland & Hodgman, "Reentrant polygon clipping" (1974).
+    Source: I. E. Sutherland & G. W. Hodgman, "Reentrant polygon clipping" (1974).
     """
     count = 0
     before = corners - 1
@@ -304,8 +296,8 @@ def _write_met_voxels(
 ) -> int:
     """Write the voxels that each face meets while there is room; return their number.
 
-    A face is clipped to slices between planes of the third axis, and these to strips between planes
-    of the second. A strip covers a contiguous range of voxels along the first axis.
+    Planes of the third axis cut a face into slices, and planes of the second axis cut slices into
+    strips. A strip covers a contiguous range of voxels along the first axis.
     """
     whole, half, slice_ = np.empty((10, 3)), np.empty((10, 3)), np.empty((10, 3))
     strip = np.empty((10, 3))

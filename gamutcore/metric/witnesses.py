@@ -2,8 +2,8 @@
 
 A vertex of the full boundary that is too far from every face of a level rejects the level. It also
 rejects the next finer level if it is too far from the faces that the split between them changes. A
-face of a level with a point that is too far from the full boundary rejects all levels that have the
-face. So most levels are rejected in about a microsecond, and only few are compared as a whole.
+face of a level with a point too far from the full boundary rejects all levels with this face. Most
+levels are therefore rejected in about a microsecond, and only few are compared as a whole.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ __all__ = ["Evidence", "LevelWalk", "find_evidence"]
 
 
 class Evidence(NamedTuple):
-    """What rejects a level and some finer ones.
+    """Evidence that rejects a level and some finer ones.
 
     Attributes
     ----------
@@ -43,23 +43,10 @@ class Evidence(NamedTuple):
 def find_evidence(
     full: Surface, level: Surface, locations: Locations, limit: float
 ) -> Evidence | None:
-    """Return evidence from the vertices of the full boundary.
+    """Return evidence from the vertices of the full boundary, located in the cones of the level.
 
-    Parameters
-    ----------
-    full : Surface
-        The full boundary.
-    level : Surface
-    locations : Locations
-        Locations of the vertices of the full boundary in the cones of the level.
-    limit : float
-        Largest accepted distance.
-
-    Returns
-    -------
-    Evidence or None
-        Up to one point for each face of the level, and all faces with a point that is too far from
-        the full boundary. None if no vertex is evidence.
+    Evidence has up to one point for each face of the level, and all faces with a point farther than
+    `limit` from the full boundary. None if no vertex is evidence.
     """
     points, faces = _find_evidence(full, level, locations, limit)
     if len(points) == len(faces) == 0:
@@ -70,11 +57,7 @@ def find_evidence(
 class LevelWalk:
     """A walk through levels from coarse to fine, past those that evidence rejects.
 
-    Parameters
-    ----------
-    history : History
-    counts : (n,) int32
-        Triangle counts of the levels, ascending.
+    `counts` (n,) are the ascending triangle counts of the levels.
     """
 
     def __init__(self, history: History, counts: IndexArray) -> None:
@@ -94,14 +77,8 @@ class LevelWalk:
     def skip(self, evidence: Evidence, limit: float) -> None:
         """Go to the first level, from the present one on, that evidence does not reject.
 
-        `index` becomes its index in `counts`, or their number if all are rejected.
-
-        Parameters
-        ----------
-        evidence : Evidence
-            Its faces are those of the present level.
-        limit : float
-            Largest accepted distance.
+        `index` becomes its index in `counts`, or their number if all are rejected. The evidence has
+        faces of the present level, and `limit` is the largest accepted distance.
         """
         self._walk(evidence, limit, stop=False)
 
@@ -122,7 +99,7 @@ def _find_evidence(
 ) -> tuple[IndexArray, IndexArray]:
     """Return vertices of the full boundary and faces of the level, as for `find_evidence`.
 
-    For each face only the vertex is examined that is furthest away along the ray.
+    Each face examines only its furthest vertex along the ray.
     """
     faces = len(level.corner) // 3
     furthest = np.full(faces, -1, np.int32)
@@ -220,7 +197,7 @@ def _walk(  # noqa: C901, PLR0912  # one pass, so that nothing is copied
 
 @kernel
 def _is_far(point: FloatArray, level: Surface, faces: int, limit: float) -> bool:
-    """Whether a point is further than the limit from all of the first faces."""
+    """Whether a point is further than the limit from all of the first `faces` faces."""
     for face in range(faces):
         if np.sqrt(squared_distance(point[0], point[1], point[2], level, face)) <= limit:
             return False
