@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 __all__ = ["Gamut", "Options", "__version__", "reference"]
 
 _HOME = {"Gamut": "gamutcore.gamut", "Options": "gamutcore.options"}
-"""Modules of the names that are imported on first use: they take a tenth of a second, which
-`gamutcore.errors` and the command line's help do not need."""
+"""Modules of the names that are imported on first use. Their import takes a tenth of a second,
+which `gamutcore.errors` and the command line's help do not need."""
 
 
 def __getattr__(name: str) -> object:
@@ -36,7 +36,7 @@ def __getattr__(name: str) -> object:
 
 
 def __dir__() -> list[str]:
-    """Return the names of the module, those that are not imported yet included."""
+    """Return the names of the module, including those imported on first use."""
     return sorted({*globals(), *_HOME})
 
 

@@ -34,7 +34,7 @@ LongArray: TypeAlias = NDArray[np.int64]
 """Numbers that may exceed int32."""
 
 BooleanArray: TypeAlias = NDArray[np.bool_]
-"""Answers to a question about each row."""
+"""One answer for each row."""
 
 ByteArray: TypeAlias = NDArray[np.uint8]
 """Flags and small numbers."""

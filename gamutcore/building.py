@@ -57,24 +57,10 @@ thin gamuts, and of gamuts far from the origin, are too coarse for it."""
 
 
 def gamut_id(options: Options, input_sha256: str) -> str:
-    """Return the id of a gamut. The same options and input give the same id everywhere.
+    """Return the id of a gamut, the same everywhere for the same options and input.
 
-    Parameters
-    ----------
-    options : Options
-    input_sha256 : str
-        SHA-256 of the input's bytes, 64 hexadecimal digits.
-
-    Returns
-    -------
-    str
-        SHA-256 of the algorithm's version, the canonical options and the input's digest, as 64
-        hexadecimal digits.
-
-    Examples
-    --------
-    >>> gamut_id(Options(), "0" * 64) == gamut_id(Options(gamma="auto"), "0" * 64)
-    True
+    It is the SHA-256 of the algorithm's version, the canonical options and the input's digest, in
+    64 hexadecimal digits.
     """
     question = f"gamut {ALGORITHM_VERSION}\n{options.canonical}\n{input_sha256}\n"
     return hashlib.sha256(question.encode()).hexdigest()
@@ -88,28 +74,10 @@ def build(
 ) -> tuple[dict[str, Any], History]:
     """Build the history of a gamut, and describe it.
 
-    Parameters
-    ----------
-    content : bytes
-        A file in any format that `gamutcore.characterisation` recognises.
-    options : Options
-        How the gamut is built.
-    report : callable
-        Called with a stage of `STAGES` and the completed fraction of it, 0 when it begins. During
-        the decimation, it is called from another thread.
-    limits : Limits
-        Largest accepted amount of data.
-
-    Returns
-    -------
-    description : dict
-        JSON-able: id, options, provenance, counts, volume, area, centre, bounds, levels, limits.
-    history : History
-
-    Raises
-    ------
-    GamutError
-        The data cannot be read, or no valid boundary can be wrapped around its colours.
+    The description is JSON-able: id, options, provenance, counts, volume, area, centre, bounds,
+    levels and limits. The content is a file in any format of `gamutcore.characterisation`. `report`
+    gets a stage of `STAGES` and its completed fraction, 0 when it begins; decimation reports from
+    another thread. Data that cannot be read or wrapped raises GamutError.
     """
     report("characterisation", 0.0)
     with apply_limits(limits):
@@ -163,7 +131,7 @@ def build(
 
 
 def _device_volume(full: _FullBoundary) -> dict[str, Any]:
-    """Return the volume of the device's own surface, if it is known."""
+    """Return the volume of the device's own surface, if known."""
     volume = full.device_volume
     return {} if volume is None else {"device_surface_volume": volume}
 
@@ -197,7 +165,7 @@ def _parsed(data: bytes, options: Options) -> Characterisation:
 
 
 def _data_kind(parsed: Characterisation) -> str:
-    """Return the key of `DATA_KINDS` for some data."""
+    """Return the key of `DATA_KINDS` for parsed data."""
     if isinstance(parsed, Samples):
         return "colours" if parsed.device is None else "measurements"
     kinds = {IccProfile: "profile", Picture: "picture", GamutMesh: "mesh", Reference: "reference"}

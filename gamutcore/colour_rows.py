@@ -13,13 +13,13 @@ from gamutcore.errors import InvalidPointsError
 __all__ = ["ColourRows", "Colours", "colour_rows"]
 
 Colours: TypeAlias = Any
-"""Anything that NumPy takes as an array (..., 3), or a table such as a pandas DataFrame."""
+"""An array (..., 3) in any form that NumPy accepts, or a table such as a pandas DataFrame."""
 
 Scalar = TypeVar("Scalar", bound=np.generic)
 
 
 class ColourRows(NamedTuple):
-    """Colours in rows, and the shape of the array that they came in.
+    """Colours in rows, and the shape of their array.
 
     Attributes
     ----------
@@ -37,30 +37,10 @@ class ColourRows(NamedTuple):
 
 
 def colour_rows(colours: Colours, name: str = "colours") -> ColourRows:
-    """Return colours as rows of float64.
+    """Return colours as rows of float64; `name` is the argument in messages.
 
-    Parameters
-    ----------
-    colours : (..., 3) array_like
-        Also a table with a method `to_numpy`, such as a pandas DataFrame of three columns.
-    name : str, optional
-        Name of the argument in messages.
-
-    Returns
-    -------
-    ColourRows
-
-    Raises
-    ------
-    InvalidPointsError
-        The last axis does not have three numbers, or a value is not finite. ``where["row"]`` is the
-        first such row, counted from 0.
-
-    Examples
-    --------
-    >>> rows = colour_rows([[(50, 0, 0), (60, 10, 0)]])
-    >>> rows.points.shape, rows.in_shape(np.array([True, False])).tolist()
-    ((2, 3), [[True, False]])
+    Tables need a method `to_numpy`. Values that are not finite, or another last axis than 3, raise
+    InvalidPointsError. ``where["row"]`` is the first such row, counted from 0.
     """
     if callable(getattr(colours, "to_numpy", None)):
         colours = colours.to_numpy()

@@ -1,7 +1,7 @@
-"""The input of a gamut as the bytes of a file, whatever form Python has it in.
+"""The input of a gamut as the bytes of a file, from any Python object that holds it.
 
-An array is the `.npy` file that `numpy.save` writes of it, and a mesh is a PLY file. A gamut of an
-array therefore has the id of the gamut of such a file.
+An array becomes the `.npy` file that `numpy.save` writes, and a mesh becomes a PLY file. The gamut
+of an array therefore has the id of the gamut of such a file.
 """
 
 from __future__ import annotations
@@ -23,33 +23,19 @@ from gamutcore.references import Reference, find_reference
 __all__ = ["content_of", "gamut_source", "is_saved_gamut"]
 
 _SAVED = b'{"__metadata__":{'
-"""Begins the header of a saved gamut, after eight bytes with its length."""
+"""First bytes of a saved gamut's header, after eight bytes with its length."""
 
 
 def is_saved_gamut(data: bytes) -> bool:
-    """Return whether a file is a gamut that is built already."""
+    """Return whether a file is a saved gamut."""
     return data[8 : 8 + len(_SAVED)] == _SAVED
 
 
 def gamut_source(given: str | os.PathLike[str]) -> bytes | Reference:
-    """Return the content of a file, or the reference gamut of a name.
+    """Return the content of a file, or the reference gamut of a name if no such file exists.
 
-    Parameters
-    ----------
-    given : str or path
-        The path of a file, or a name if there is no such file.
-
-    Raises
-    ------
-    ReferenceNameError
-        There is neither such a file nor such a reference.
-    OSError
-        There is no such file and the text is no name, or the file cannot be read.
-
-    Examples
-    --------
-    >>> gamut_source("srgb").name
-    'sRGB'
+    A name without file or reference raises ReferenceNameError. Other missing or unreadable files
+    raise OSError.
     """
     path = Path(given)
     if path.exists():
@@ -65,28 +51,9 @@ def gamut_source(given: str | os.PathLike[str]) -> bytes | Reference:
 
 
 def content_of(data: object) -> bytes:
-    r"""Return the input of a gamut as the bytes of a file.
+    r"""Return the input of a gamut, in any form that `gamutcore.Gamut` accepts, as a file's bytes.
 
-    Parameters
-    ----------
-    data : bytes, path, array, table, mesh or profile
-        See `gamutcore.Gamut`.
-
-    Returns
-    -------
-    bytes
-
-    Raises
-    ------
-    TypeError
-        The data has none of these forms.
-    OSError
-        The file cannot be read.
-
-    Examples
-    --------
-    >>> content_of(np.zeros((4, 3)))[:6]
-    b'\x93NUMPY'
+    Other objects raise TypeError.
     """
     if isinstance(data, bytes | bytearray | memoryview):
         return bytes(data)
@@ -130,7 +97,7 @@ def _npy(data: Any) -> bytes:  # noqa: ANN401  # anything that NumPy takes as an
 
 
 def _ply(mesh: TriangleMesh) -> bytes:
-    """Return a mesh as PLY in double precision, which keeps all coordinates as they are."""
+    """Return a mesh as PLY in double precision, which keeps all coordinates exactly."""
     device = mesh.device or DeviceValues(("",), np.zeros((0, 1)))
     names = () if mesh.device is None else property_names(device.channels)
     columns = [("x", "<f8"), ("y", "<f8"), ("z", "<f8"), *((name, "<f8") for name in names)]

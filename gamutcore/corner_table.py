@@ -26,25 +26,13 @@ ZERO, TWO, THREE = np.uint64(0), np.uint64(2), np.uint64(3)
 
 @leaf_kernel
 def following(corner: int) -> int:
-    """Return the next corner of the same face, counter-clockwise.
-
-    Examples
-    --------
-    >>> following(4), following(5)
-    (5, 3)
-    """
+    """Return the next corner of the same face, counter-clockwise."""
     return corner - 2 if np.uint64(corner) % THREE == TWO else corner + 1
 
 
 @leaf_kernel
 def preceding(corner: int) -> int:
-    """Return the previous corner of the same face.
-
-    Examples
-    --------
-    >>> preceding(4), preceding(3)
-    (3, 5)
-    """
+    """Return the previous corner of the same face."""
     return corner + 2 if np.uint64(corner) % THREE == ZERO else corner - 1
 
 
@@ -56,7 +44,7 @@ def swing(opposite: IndexArray, corner: int) -> int:
 
 @leaf_kernel
 def _counterpart(end_of: IndexArray, facing: IndexArray, begin: int, end: int, start: int) -> int:
-    """Corner facing the only edge, among those from a vertex, that ends at `start`; or −1."""
+    """Corner facing the only edge, among the edges from a vertex, that ends at `start`; or −1."""
     found, matches = -1, 0
     for edge in range(begin, end):
         if end_of[edge] == start:
@@ -67,20 +55,10 @@ def _counterpart(end_of: IndexArray, facing: IndexArray, begin: int, end: int, s
 
 @kernel
 def vertex_fans(corner: IndexArray, vertices: int) -> tuple[IndexArray, IndexArray]:
-    """Return the faces around each vertex, one vertex after the other.
+    """Return the faces around each vertex, one vertex after the other, as (end, fan).
 
-    Parameters
-    ----------
-    corner : (3 F,) int32
-        The vertex of every corner.
-    vertices : int
-
-    Returns
-    -------
-    end : (vertices,) int32
-        End of each vertex's part of `fan`; the part begins at the end of the part before.
-    fan : (3 F,) int32
-        In ascending order within a part.
+    `corner` (3 F,) has the vertex of every corner. `end` (vertices,) is the end of each vertex's
+    part of `fan` (3 F,); faces ascend within a part.
     """
     end = np.zeros(vertices, np.int32)
     for index in range(len(corner)):
@@ -101,25 +79,10 @@ def vertex_fans(corner: IndexArray, vertices: int) -> tuple[IndexArray, IndexArr
 
 @kernel
 def opposite_corners(faces: IndexArray, vertex_count: int) -> IndexArray:
-    """Return the opposite corner of every corner of a closed, oriented mesh.
+    """Return the opposite corner (3 n,) of every corner of a closed, oriented mesh.
 
-    Parameters
-    ----------
-    faces : (n, 3) int32
-        Vertex indices from 0 to `vertex_count` − 1.
-    vertex_count : int
-
-    Returns
-    -------
-    (3 n,) int32
-        −1 where an edge has no counterpart in the opposite direction, or several. The mesh is then
-        not a closed, oriented manifold.
-
-    Examples
-    --------
-    >>> tetrahedron = np.array([(0, 1, 2), (0, 2, 3), (0, 3, 1), (1, 3, 2)], np.int32)
-    >>> opposite_corners(tetrahedron, 4)[:3].tolist()
-    [10, 5, 7]
+    It is −1 where an edge has no counterpart in the opposite direction, or several. The mesh is
+    then not a closed, oriented manifold.
     """
     count = 3 * len(faces)
     # edges grouped by their start vertex: the end vertex and the corner facing the edge

@@ -57,8 +57,7 @@ class GamutError(Exception):
 
     Notes
     -----
-    ``str(error)`` is the message and the remedy. Who shows them apart takes them from the
-    attributes.
+    ``str(error)`` is the message and the remedy; the attributes have each alone.
     """
 
     code: ClassVar[str] = "gamut-error"
@@ -78,7 +77,7 @@ class GamutError(Exception):
 
 
 def _ended(text: str) -> str:
-    """Return a text with a full stop, unless it ends a sentence already."""
+    """Return a text with a full stop, unless it already ends a sentence."""
     return text if text.endswith((".", "?", "!")) else f"{text}."
 
 
@@ -138,7 +137,7 @@ class OptionError(GamutError):
 
     @classmethod
     def check_intent(cls, intent: str, data: str) -> None:
-        """Refuse the intents that exist in ICC profiles only, for data of another kind."""
+        """Refuse intents of ICC profiles for data of another kind."""
         if intent not in {"relative", "absolute"}:
             message = f"The intent {intent} exists in ICC profiles only; {data}."
             raise cls(message, where={"field": "intent"}, remedy="Give relative or absolute.")

@@ -1,8 +1,8 @@
 """The grid of coordinates: positions are whole multiples of a power of two.
 
-The step is below 10⁻³ ΔE in CIELAB, and such numbers are exact in float32. A boundary rounds its
-points before any test. Decimation rounds again, which changes nothing then. A history stores, a
-level delivers and the validity test checks the same numbers.
+The step is below 10⁻³ ΔE in CIELAB, and its multiples are exact in float32. A boundary rounds its
+points before any test. Decimation rounds again, without effect on rounded points. Histories, levels
+and the validity test therefore have the same numbers.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ MANTISSA = 24
 """Bits of the mantissa of a float32: whole numbers up to 2²⁴ are exact."""
 
 ROOM = 2
-"""Spare bits for vertices that decimation moves outside of the original surface. The last four
+"""Spare bits for vertices that decimation moves outside the original surface. The last four
 triangles of a sphere reach to three times its radius."""
 
 FINEST = 2.0**-149
@@ -37,23 +37,10 @@ FINEST = 2.0**-149
 
 
 def grid_step(points: ArrayLike) -> float:
-    """Return the step of the grid for points.
+    """Return the step of the grid for at least one finite point (n, 3).
 
-    Parameters
-    ----------
-    points : (n, 3) array_like
-        Finite coordinates of at least one point.
-
-    Returns
-    -------
-    float
-        A power of two: 2⁻¹⁸ of the power of two that is not below the smallest extent along an
-        axis, or the finest step that float32 resolves at the largest coordinate if that is larger.
-
-    Examples
-    --------
-    >>> grid_step([(0, -80, -80), (100, 80, 80)]) == 2.0**-11
-    True
+    It is 2⁻¹⁸ of the power of two that is not below the smallest extent along an axis. Where
+    float32 resolves only coarser steps at the largest coordinate, the finest of these is the step.
     """
     given = np.asarray(points, np.float64)
     lowest, highest = np.quantile(given, ((1 - MIDDLE) / 2, (1 + MIDDLE) / 2), axis=0)
@@ -62,18 +49,10 @@ def grid_step(points: ArrayLike) -> float:
 
 
 def mesh_grid_step(vertices: ArrayLike) -> float:
-    """Return the step of the grid for a mesh that may be on a grid already.
+    """Return the step of the grid for vertices (m, 3) that may be on a grid already.
 
-    Parameters
-    ----------
-    vertices : (m, 3) array_like
-        Finite coordinates of at least one vertex.
-
-    Returns
-    -------
-    float
-        `grid_step` of the vertices, or the largest power of two that divides all coordinates if
-        that is smaller. Never finer than float32 resolves at four times the largest coordinate.
+    It is `grid_step`, or the largest power of two that divides all coordinates if that is smaller.
+    It is never finer than float32 resolves at four times the largest coordinate.
     """
     given = np.asarray(vertices, np.float64)
     finest = _float32_step(given)
@@ -83,23 +62,9 @@ def mesh_grid_step(vertices: ArrayLike) -> float:
 
 
 def nearest_grid_points(points: ArrayLike, step: float) -> FloatArray:
-    """Return the nearest points on a grid. Halves round to even, and there are no negative zeros.
+    """Return the nearest points on a grid, exact in float32 if the step is that of `grid_step`.
 
-    Parameters
-    ----------
-    points : array_like
-    step : float
-        A power of two.
-
-    Returns
-    -------
-    float64 array of the same shape
-        Exact in float32 if the step is that of `grid_step` for these points.
-
-    Examples
-    --------
-    >>> nearest_grid_points([0.3, -0.1], 0.25).tolist()
-    [0.25, 0.0]
+    Halves round to even, and there are no negative zeros.
     """
     return np.asarray(np.rint(np.asarray(points, np.float64) / step) * step + 0.0)
 

@@ -1,4 +1,4 @@
-"""A level as a mesh with what its file says about it: space, error and provenance."""
+"""A level as a mesh with the facts of its file: space, error and provenance."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class LevelMesh(Shown, TriangleMesh):
         Of the vertices.
     max_error : float or None
         Upper bound of the distance from the full boundary, in both directions, in units of the
-        space; None if it is not known for the triangle count.
+        space; None if not known for the triangle count.
     provenance : mapping of str to str
         Origin of the mesh, which files carry.
     """

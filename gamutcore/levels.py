@@ -1,7 +1,7 @@
-"""The levels that queries are answered on: found by count or error, indexed once, and kept.
+"""The levels for queries: found by count or error, indexed once, and cached.
 
-A level is chosen by its triangle count, or as the smallest that keeps an error limit. Its index and
-its device values stay in a cache that is bounded in bytes.
+A level is chosen by its triangle count, or as the smallest within an error limit. Indexes and
+device values of levels stay in a cache that is bounded in bytes.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 __all__ = ["CAPACITY", "GamutLevels", "IndexedLevel"]
 
 CAPACITY = 128 * 1024 * 1024
-"""Bytes of indexes that a gamut keeps by default. The full boundary of 133,000 triangles needs
-about 30 MB, and 1,000 triangles need 0.2 MB."""
+"""Default size of a gamut's cache in bytes. The full boundary of 133,000 triangles needs about 30
+MB, and 1,000 triangles need 0.2 MB."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class IndexedLevel:
         Device values of its vertices; None if the gamut was built from bare colours.
     max_error : float or None
         Upper bound of the distance between the level and the full boundary, in both directions, in
-        units of the space. None if it is not known.
+        units of the space. None if not known.
     """
 
     index: LevelIndex
@@ -59,22 +59,16 @@ class IndexedLevel:
 
 
 class GamutLevels:
-    """The levels of one gamut. Several threads may use it at the same time.
-
-    Parameters
-    ----------
-    history : History
-    description : dict
-        Of the gamut.
+    """The levels of one gamut, from its history and description; threads may share it.
 
     Attributes
     ----------
     capacity : int
-        Bytes of indexed levels to keep. A larger level is indexed again for each query.
+        Size of the cache in bytes. A larger level is indexed again for each query.
     nbytes : int
-        Bytes of the indexed levels that are kept.
+        Bytes of the cached levels.
     searches : dict
-        Searches for levels within limits by side, with the tables that they have computed.
+        Searches for levels within limits by side, with their computed tables.
     """
 
     def __init__(self, history: History, description: dict[str, Any]) -> None:
@@ -94,28 +88,11 @@ class GamutLevels:
         max_mismatch: float | None = None,
         side: Side = "both",
     ) -> tuple[int, Bounds | None]:
-        """Return the triangle count of the level that is asked for, and the bounds of its error.
+        """Return the triangle count of a level, by its largest count or limits, and error bounds.
 
-        Parameters
-        ----------
-        triangles : int, optional
-            Largest triangle count.
-        max_error, max_mismatch : float, optional
-            Limits as for `Gamut.mesh`, instead of a count.
-        side : {'both', 'inside', 'outside'}, optional
-
-        Returns
-        -------
-        triangles : int
-        bounds : Bounds or None
-            None for a level by its count that is not in the error curve.
-
-        Raises
-        ------
-        TriangleCountError
-            There is no such level.
-        OptionError
-            A count and a limit are given, or a limit is not a number of at least 0.
+        The limits are those of `Gamut.mesh`. The bounds are None for a count outside the error
+        curve. A count without a level raises TriangleCountError; a count with a limit, or a limit
+        that is not a number of at least 0, raises OptionError.
         """
         if side not in SIDES:
             raise OptionError.refusal("side", side, f"one of {', '.join(SIDES)}")
@@ -133,18 +110,7 @@ class GamutLevels:
         return found.triangles, found.bounds
 
     def indexed(self, triangles: int | None = None, max_error: float | None = None) -> IndexedLevel:
-        """Return a level that is ready for queries.
-
-        Parameters
-        ----------
-        triangles, max_error : optional
-            As for `find`; one of them is given.
-
-        Raises
-        ------
-        TriangleCountError, OptionError
-            As for `find`.
-        """
+        """Return a level that is ready for queries, by a count or a limit as for `find`."""
         count, bounds = self.find(triangles, max_error)
         with self._lock:
             level = self._kept.get(count)
@@ -163,28 +129,15 @@ class GamutLevels:
         return level
 
     def find_kept(self, triangles: int) -> IndexedLevel | None:
-        """Return the level of an existing count if it is in memory; else None."""
+        """Return the level of an existing count if cached; else None."""
         with self._lock:
             return self._kept.get(triangles)
 
     def error_bound(self, triangles: int) -> float:
-        """Return an upper bound of the distance between a level and the full boundary.
+        """Return an upper bound of the distance between an existing level and the full boundary.
 
-        Parameters
-        ----------
-        triangles : int
-            Of an existing level.
-
-        Returns
-        -------
-        float
-            In units of the space. The first call for a level that is not in the error curve
-            compares the level with the full boundary, which takes up to 0.1 s.
-
-        Raises
-        ------
-        HistoryFileError
-            The file of the history is damaged.
+        It is in units of the space. The first call for a level outside the error curve compares the
+        level with the full boundary, which takes up to 0.1 s.
         """
         known = self.find_error_bound(triangles)
         if known is None:

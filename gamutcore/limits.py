@@ -1,9 +1,9 @@
 """Limits on the amount of characterisation data.
 
 Every reader has its own bounds, beyond the size of any real data. A service that reads data of
-strangers may lower the two bounds that determine time and memory. `apply_limits` holds for all
-readers that are called inside it, in the same thread or task. Native decoders cannot be
-interrupted, so only a process that may end itself can limit their time (`Limits.overtime`).
+strangers may lower the two bounds that determine time and memory. `apply_limits` sets them for all
+readers called inside it, in the same thread or task. Native decoders cannot be interrupted, so
+their time limit ends the process (`Limits.overtime`).
 """
 
 from __future__ import annotations

@@ -240,7 +240,7 @@ class TriangleMesh:
         )
 
     def _corner_columns(self, origin: ArrayLike) -> tuple[FloatArray, ...]:
-        """Return `corners` as three (3, n) arrays: a quarter of the time for what follows."""
+        """Return `corners` as three (3, n) arrays, on which sums take a quarter of the time."""
         relative = self.vertices.astype(np.float64) - np.asarray(origin, np.float64)
         columns = np.ascontiguousarray(relative.T)
         one, two, three = (np.take(columns, corner, axis=1) for corner in self.faces.T)
@@ -327,26 +327,9 @@ class TriangleMesh:
 def connected_components(
     left: NDArray[np.int64], right: NDArray[np.int64], count: int
 ) -> tuple[int, NDArray[np.int32]]:
-    """Connected components of an undirected graph.
+    """Return the number of connected components of an undirected graph, and each node's label.
 
-    Parameters
-    ----------
-    left, right : (e,) int
-        The two nodes of each edge, from 0 to `count` - 1.
-    count : int
-        Number of nodes.
-
-    Returns
-    -------
-    components : int
-        Number of components.
-    label : (count,) int32
-        Component of each node.
-
-    Examples
-    --------
-    >>> connected_components(np.array([0, 1]), np.array([1, 2]), 4)
-    (2, array([0, 0, 0, 1], dtype=int32))
+    `left` and `right` (e,) are the nodes of each edge, from 0 to `count` − 1.
     """
     from scipy.sparse import coo_array, csgraph  # noqa: PLC0415  # 0.2 s and 15 MB; builds need it
 
@@ -360,8 +343,8 @@ def _vertex_cycles(
 ) -> tuple[bool, bool]:
     """Whether the corners at each vertex form one cycle, and whether the faces form one piece.
 
-    An edge starts at each corner, and `opposite` is the corner where the same edge starts in the
-    other direction. The next corner around a vertex is that of the edge that ends here.
+    An edge starts at each corner; `opposite` is the start corner of the same edge in the other
+    direction. The next corner around a vertex is that of the edge that ends here.
     """
     corners = np.arange(faces.size).reshape(faces.shape)
     following = opposite[np.roll(corners, 1, axis=1).ravel()]
@@ -384,8 +367,8 @@ def _vertex_cycles(
 def _cycle_count(following: NDArray[np.int64]) -> int:
     """Return the number of cycles of a permutation.
 
-    After k rounds, `least` is the least element among 2ᵏ in a row. Once a round changes none, it is
-    the least of the whole cycle.
+    After k rounds, `least` is the least of 2ᵏ consecutive elements. Once a round changes nothing,
+    it is the least of the whole cycle.
     """
     itself = np.arange(len(following))
     least, ahead = np.minimum(itself, following), following
@@ -403,8 +386,8 @@ _IMPORTING = threading.Lock()
 def imported_trimesh() -> Any:  # noqa: ANN401  # trimesh has no type stubs
     """Return the module trimesh, a heavy import that only the exchange of meshes needs.
 
-    Its modules import one another. Two threads that begin with different ones would meet modules
-    that are not complete, so one thread imports all.
+    Its modules import one another. Two threads that begin with different modules would meet
+    incomplete ones, so one thread imports all.
     """
     with _IMPORTING:
         import trimesh.exchange.obj  # noqa: PLC0415

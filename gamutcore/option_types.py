@@ -1,9 +1,9 @@
 """Types of option values and declarations of options, as plain data.
 
-An algorithm declares the type of its parameter next to its code, such as
-``SUBDIVISIONS = WholeNumber(0, 7)``, and checks an argument with `check_option`.
-`gamutcore.options` uses the same types in its declarations, so each bound is written once. A
-request model or a table can be generated from a declaration.
+An algorithm declares the type of its parameter next to its code, such as ``SUBDIVISIONS =
+WholeNumber(0, 7)``, and checks an argument with `check_option`. `gamutcore.options` uses the same
+types in its declarations, so each bound is written once. Request models and tables can be generated
+from a declaration.
 """
 
 from __future__ import annotations
@@ -39,25 +39,13 @@ __all__ = [
 ]
 
 LIKENESS = 0.6
-"""Smallest ratio of `difflib` at which a misspelled name is answered with a suggestion."""
+"""Smallest ratio of `difflib` at which a near match is suggested."""
 
 
 def finite_number(value: object) -> float | None:
-    """Return a number as a finite float.
+    """Return a number as a finite float, never -0.0.
 
-    Parameters
-    ----------
-    value : object
-
-    Returns
-    -------
-    float or None
-        Never -0.0. None for anything that is not a finite number, including booleans and text.
-
-    Examples
-    --------
-    >>> finite_number(7), finite_number("7"), finite_number(float("inf"))
-    (7.0, None, None)
+    None stands for anything else, including booleans and text.
     """
     if isinstance(value, bool) or not isinstance(value, int | float):
         return None
@@ -69,23 +57,7 @@ def finite_number(value: object) -> float | None:
 
 
 def near_match(name: str, names: Iterable[str]) -> str | None:
-    """Return the name that a misspelled one most resembles.
-
-    Parameters
-    ----------
-    name : str
-    names : iterable of str
-
-    Returns
-    -------
-    str or None
-        None if no name is similar.
-
-    Examples
-    --------
-    >>> near_match("CIELABB", ["CIELAB", "CIELUV", "Oklab"])
-    'CIELAB'
-    """
+    """Return the name that a misspelled one most resembles; None if no name is similar."""
     by_fold = {_fold(each): each for each in names}
     found = difflib.get_close_matches(_fold(name[:60]), by_fold, n=1, cutoff=LIKENESS)
     return by_fold[found[0]] if found else None
@@ -100,18 +72,8 @@ def _fold(text: str) -> str:
 class Choice:
     """One of some names, or of some whole numbers.
 
-    Names are matched without regard to letter case, spaces and punctuation.
-
-    Attributes
-    ----------
-    values : tuple of str, or tuple of int
-    aliases : mapping of str to str
-        Further spellings, in lower-case letters and digits, with the value that each stands for.
-
-    Examples
-    --------
-    >>> Choice(("CIELAB", "Oklab"), {"lab": "CIELAB"}).canonical("L*a*b*")
-    'CIELAB'
+    Names are matched without regard to letter case, spaces and punctuation. `aliases` maps further
+    spellings, in lower-case letters and digits, to values.
     """
 
     values: tuple[str, ...] | tuple[int, ...]
@@ -119,7 +81,7 @@ class Choice:
 
     @property
     def accepted(self) -> str:
-        """What is accepted, as it follows "Give" in a message."""
+        """Accepted values in words, to follow "Give" in a message."""
         shown = [repr(value) if len(self.values) == 1 else str(value) for value in self.values]
         return shown[0] if len(shown) == 1 else f"one of {', '.join(shown)}"
 
@@ -134,20 +96,9 @@ class Choice:
 
 @dataclass(frozen=True)
 class Number:
-    """A finite number within bounds.
+    """A finite number within bounds, which `above_least` and `below_most` exclude.
 
-    Attributes
-    ----------
-    least, most : float
-    above_least, below_most : bool
-        Whether the bound itself is excluded.
-    unit : str
-        Unit for messages and tables; empty for a pure number.
-
-    Examples
-    --------
-    >>> Number(0, 1, above_least=True).accepted
-    'a number above 0, at most 1'
+    Messages and tables state the unit; it is empty for a pure number.
     """
 
     least: float
@@ -158,7 +109,7 @@ class Number:
 
     @property
     def accepted(self) -> str:
-        """What is accepted, as it follows "Give" in a message."""
+        """Accepted values in words, to follow "Give" in a message."""
         least, most = (f"{bound:.10g}" for bound in (self.least, self.most))
         if self.above_least:
             bounds = (
@@ -190,7 +141,7 @@ class WholeNumber:
 
     @property
     def accepted(self) -> str:
-        """What is accepted, as it follows "Give" in a message."""
+        """Accepted values in words, to follow "Give" in a message."""
         return f"a whole number from {self.least} to {self.most}"
 
     def canonical(self, value: object) -> int | None:
@@ -204,11 +155,7 @@ class WholeNumber:
 class WholeNumbers:
     """A fixed number of whole numbers, each with its own bounds.
 
-    Attributes
-    ----------
-    parts : tuple of WholeNumber
-    meaning : str
-        The numbers in words, such as ``"polar and azimuth segments"``.
+    `meaning` names the numbers, such as ``"polar and azimuth segments"``.
     """
 
     parts: tuple[WholeNumber, ...]
@@ -216,7 +163,7 @@ class WholeNumbers:
 
     @property
     def accepted(self) -> str:
-        """What is accepted, as it follows "Give" in a message."""
+        """Accepted values in words, to follow "Give" in a message."""
         least, most = ([getattr(part, end) for part in self.parts] for end in ("least", "most"))
         return f"{len(self.parts)} whole numbers ({self.meaning}), from {least} to {most}"
 
@@ -233,12 +180,8 @@ class WholeNumbers:
 class Vector:
     """Three finite numbers.
 
-    Attributes
-    ----------
-    accepted : str
-        What is accepted, as it follows "Give" in a message.
-    normalise : callable, optional
-        From three floats to their canonical form, or None where they are not accepted.
+    `accepted` follows "Give" in a message. `normalise` maps the numbers to their canonical form, or
+    to None if they are not accepted.
     """
 
     accepted: str = "three finite numbers"
@@ -258,13 +201,7 @@ class Vector:
 class Text:
     """Printable text of 1 to `longest` characters.
 
-    Attributes
-    ----------
-    longest : int
-    accepted : str
-        What is accepted, as it follows "Give" in a message.
-    normalise : callable
-        From the text to its canonical form.
+    `accepted` follows "Give" in a message. `normalise` maps the text to its canonical form.
     """
 
     longest: int
@@ -283,21 +220,7 @@ OptionType: TypeAlias = Choice | Number | WholeNumber | WholeNumbers | Vector | 
 
 
 def accepted_values(types: Iterable[OptionType]) -> str:
-    """Describe the values that some types accept.
-
-    Parameters
-    ----------
-    types : iterable of OptionType
-
-    Returns
-    -------
-    str
-
-    Examples
-    --------
-    >>> accepted_values((Choice(("auto",)), Vector()))
-    "'auto' or three finite numbers"
-    """
+    """Describe the values that some types accept, such as "'auto' or three finite numbers"."""
     return " or ".join(each.accepted for each in types)
 
 
@@ -311,7 +234,7 @@ DATA_KINDS: Mapping[str, str] = MappingProxyType(
         "reference": "the data is a reference gamut",
     }
 )
-"""Kinds of characterisation data, with the reason why an option may not apply to each."""
+"""Kinds of characterisation data, each with the reason why an option may not apply."""
 
 
 @dataclass(frozen=True)
@@ -320,7 +243,6 @@ class Option:
 
     Attributes
     ----------
-    name : str
     types : tuple of OptionType
         A value must be of one of them.
     default : object
@@ -361,7 +283,7 @@ class Option:
     def default_text(self) -> str:
         """The default in words, in Markdown: ``"0.2 for `modified-convex-hull`, 0.05 for `usv`"``.
 
-        Empty for an option that is unset by default, whose `unless_given` says what that means.
+        Empty for an option without a default; `unless_given` describes that case.
         """
         if not self.selector:
             return "" if self.default is None else _text_of(self.default)
@@ -394,30 +316,9 @@ def _text_of(value: object) -> str:
 
 
 def check_option(name: str, value: object, *types: OptionType) -> object:
-    """Return the canonical form of an option's value.
+    """Return the canonical form of an option's value, of the first type that accepts it.
 
-    Parameters
-    ----------
-    name : str
-        Name of the option, for the error.
-    value : object
-    *types : OptionType
-        The value must be of one of these types.
-
-    Returns
-    -------
-    object
-        Of the first type that accepts the value.
-
-    Raises
-    ------
-    OptionError
-        No type accepts the value; ``where["field"]`` is the option's name.
-
-    Examples
-    --------
-    >>> check_option("surround", "Dim", Choice(("average", "dim", "dark")))
-    'dim'
+    Without such a type, OptionError is raised; ``where["field"]`` is `name`.
     """
     for each in types:
         canonical = each.canonical(value)
@@ -432,17 +333,7 @@ def check_option(name: str, value: object, *types: OptionType) -> object:
 
 
 def option_table(options: Iterable[Option]) -> str:
-    """Return a Markdown table of options for the documents.
-
-    Parameters
-    ----------
-    options : iterable of Option
-
-    Returns
-    -------
-    str
-        One row for each option: name, accepted values, default, description.
-    """
+    """Return a Markdown table of options: name, accepted values, default, description."""
     lines = ["| option | values | default | meaning |", "|---|---|---|---|"]
     for option in options:
         default = option.default_text or option.unless_given.removeprefix("Unless given: ")

@@ -17,17 +17,10 @@ __all__ = ["report_progress"]
 def report_progress(
     progress: bool | Callable[[str, float], None],
 ) -> Iterator[Callable[[str, float], None]]:
-    """Provide the function that a build reports to.
+    """Provide the function that a build reports to, with `progress` as for `gamutcore.Gamut`.
 
-    Parameters
-    ----------
-    progress : bool or callable
-        As for `gamutcore.Gamut`. Without tqdm, True shows nothing.
-
-    Yields
-    ------
-    callable
-        Takes a stage of `gamutcore.building.STAGES` and the completed fraction of it.
+    It takes a stage of `gamutcore.building.STAGES` and the completed fraction. Without tqdm, True
+    shows nothing.
     """
     if callable(progress):
         yield progress

@@ -27,19 +27,7 @@ def sees_centre(
 ) -> bool:
     """Whether the face (a, b, x), relative to the centre, sees it from inside beyond rounding.
 
-    Parameters
-    ----------
-    ax, ay, az, bx, by, bz, x, y, z : float
-        The corners in counter-clockwise order. The answer for NaN is False.
-
-    Returns
-    -------
-    bool
-
-    Examples
-    --------
-    >>> bool(sees_centre(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0))
-    True
+    Corners are in counter-clockwise order. The answer for NaN is False.
     """
     determinant = x * (ay * bz - az * by) + y * (az * bx - ax * bz) + z * (ax * by - ay * bx)
     lengths = (
@@ -53,18 +41,9 @@ def sees_centre(
 
 @kernel
 def faces_not_seeing_centre(position: FloatArray, faces: IndexArray) -> IndexArray:
-    """Return the faces whose determinant about the centre is not positive beyond rounding.
+    """Return the faces (m,) whose determinant about the centre is not positive beyond rounding.
 
-    Parameters
-    ----------
-    position : (V, 3) float64
-        Relative to the centre.
-    faces : (F, 3) int32
-
-    Returns
-    -------
-    (m,) int32
-        Indices of faces.
+    `position` (V, 3) is relative to the centre.
     """
     found = np.empty(len(faces), np.int32)
     count = 0

@@ -1,6 +1,6 @@
-"""Compile the kernels by using each of them once on something small.
+"""Compile the kernels by using each of them once on small data.
 
-An image does this when it is built, a service before it says that it is ready
+The build of an image does so, a service before it reports that it is ready
 (`gamutcore.kernels.installation.ensure_compiled`), and ``python -m gamutcore.warm`` from a shell.
 Two processes compile a group. Each has about half of the work.
 """
@@ -65,18 +65,12 @@ from gamutcore.sides import SidedSearch
 __all__ = ["compile_kernels", "use_kernels"]
 
 COLLECTION = (100_000, 20, 100)
-"""Thresholds of the garbage collector while kernels compile. The compiler keeps most of what it
-makes: with Python's own thresholds, collections take a tenth of the time and free little."""
+"""Thresholds of the garbage collector while kernels compile. The compiler keeps most of its
+objects: with Python's own thresholds, collections take a tenth of the time and free little."""
 
 
 def compile_kernels(groups: tuple[str, ...] = GROUPS) -> None:
-    """Compile groups of kernels, and mark them as compiled.
-
-    Parameters
-    ----------
-    groups : tuple of str, optional
-        Of `gamutcore.kernels.installation.GROUPS`.
-    """
+    """Compile groups of kernels, and mark them as compiled."""
     for group in groups:
         with compilation_lock(group):
             if is_compiled(group):
@@ -86,13 +80,7 @@ def compile_kernels(groups: tuple[str, ...] = GROUPS) -> None:
 
 
 def use_kernels(group: str) -> None:
-    """Call every kernel of a group in this process, which compiles it or loads it from the cache.
-
-    Parameters
-    ----------
-    group : str
-        One of `gamutcore.kernels.installation.GROUPS`.
-    """
+    """Call every kernel of a group in this process, to compile it or load it from the cache."""
     for functions in PARTS[group]:
         _call(functions)
 
@@ -130,7 +118,7 @@ def _decimate_cube(cost: str) -> None:
 
 
 def _use_readers() -> None:
-    """Read, search and write levels of a gamut that is not built here."""
+    """Read, search and write levels of a saved gamut."""
     corners = np.array([(50, 0, 40), (50, 40, -20), (50, -40, -20), (90, 0, 0)], np.float32)
     # a tetrahedron whose first vertex is split into itself and slot 4
     splits = Splits(
@@ -194,7 +182,7 @@ def _use_build() -> None:
 
 
 def _use_options() -> None:
-    """Use the costs and boundaries that are not the default, pictures and all metrics."""
+    """Use the costs and boundaries other than the default, pictures and all metrics."""
     FloatGrid((2, 2, 2), (np.zeros((8, 3), np.float32),), 3).values(np.full((1, 3), 0.5))
     for cost in COSTS:
         _decimate_cube(cost)
@@ -251,16 +239,10 @@ def _use_other_queries() -> None:
 
 
 class Parts(NamedTuple):
-    """How the kernels of a group are used.
+    """Calls that use the kernels of a group, in two processes.
 
-    Attributes
-    ----------
-    own : tuple of callable
-        What the process does that compiles the group.
-    beside : tuple of callable
-        What another process does at the same time.
-    last : tuple of callable
-        What the first process does afterwards: it uses kernels of both.
+    `own` runs in the process that compiles the group, `beside` in another process at the same time.
+    `last` runs in the first process afterwards, and uses kernels of both.
     """
 
     own: tuple[Callable[[], None], ...]

@@ -1,8 +1,8 @@
 """The device surface: the image of the faces of a device's cube, as a star-shaped boundary.
 
-The surface of a device of three channels is taken as it is if all of its triangles see the centre.
-In all other cases the boundary is the radial envelope: folded surfaces, devices of more channels,
-whose faces cross, and centres that do not see everything.
+The surface of a device of three channels is the boundary itself if all of its triangles see the
+centre. In all other cases the boundary is the radial envelope: folded surfaces, devices of more
+channels, whose faces cross, and centres that do not see everything.
 """
 
 from __future__ import annotations

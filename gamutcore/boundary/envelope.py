@@ -1,10 +1,10 @@
 """The radial envelope of crossing triangles: in each direction from a centre, the outermost point.
 
-Outermost corners of the triangles are vertices, and so are the outermost points at which an edge
-passes through a triangle. Their directions are triangulated by a convex hull on the unit sphere.
-Flips then restore the edges of the triangles, and the lines along which two triangles cross. What
-is left between are pieces of triangles, or walls where the outermost surface ends above another.
-The result is star-shaped because the hull is, and because flips keep it so.
+Vertices are the outermost corners of triangles, and the outermost points at which an edge passes
+through a triangle. Their directions are triangulated by a convex hull on the unit sphere. Flips
+then restore the edges of the triangles, and the lines along which two triangles cross. Pieces of
+triangles are left between these lines, or walls where the outermost surface ends above another. The
+result is star-shaped because the hull is, and because flips keep it so.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class Envelope(NamedTuple):
         On the grid.
     faces : (f, 3) int32
     ends : (m, 2) int32
-        The points between which each vertex is; twice the same if it is a point itself.
+        The two points on whose edge each vertex is; twice the same for a vertex that is a point.
     share : (m,) float64
         Position between them, 0 to 1.
     """
@@ -51,21 +51,10 @@ class Envelope(NamedTuple):
 
 
 def radial_envelope(position: FloatArray, corners: IndexArray, step: float) -> Envelope:
-    """Return the outermost surface of triangles around the origin.
+    """Return the outermost surface of triangles (m, 3), of any orientation, around the origin.
 
-    Parameters
-    ----------
-    position : (n, 3) float64
-        Points on a grid around the centre, relative to the centre.
-    corners : (m, 3) int32
-        Triangles between them, in any orientation.
-    step : float
-        Step of the grid.
-
-    Returns
-    -------
-    Envelope
-        It has no faces if the triangles do not surround the centre.
+    Points (n, 3) are relative to the centre, on a grid with the given step. The envelope has no
+    faces if the triangles do not surround the centre.
     """
     if radial_volume(position, corners, np.zeros(3), COARSE).uncovered:
         return Envelope(position, np.empty((0, 3), np.int32), *_no_cuts(len(position)))
@@ -138,8 +127,8 @@ def _points_on(position: FloatArray, edges: IndexArray, crossings: Crossings) ->
 def _outermost_crossings(sheets: Sheets, edges: IndexArray, seen: BooleanArray) -> Crossings:
     """Crossings that no triangle hides, edge by edge from the first end.
 
-    Triangles that cross continue below each other. Edges in the middle of an outermost piece are
-    therefore not examined, only those of triangles with a hidden corner and those between them.
+    Triangles that cross continue below each other. Only edges of triangles with a hidden corner,
+    and edges between these triangles, are therefore examined.
     """
     count = seen[sheets.corner].sum(axis=1)
     near = np.zeros(len(seen), bool)

@@ -1,7 +1,7 @@
 """The boundary methods by name: the function that wraps the colours, and its options.
 
-One table that everything else reads: the names of the methods, the options of each method, and
-their defaults. A further method is a further entry.
+This table is the only list of the methods, their options and defaults. A further method is a
+further entry.
 """
 
 from __future__ import annotations
@@ -27,14 +27,9 @@ __all__ = ["BOUNDARIES", "GAMMA", "Method", "compute_boundary"]
 class Method(NamedTuple):
     """A boundary method.
 
-    Attributes
-    ----------
-    wrap : callable
-        From points, ``centre`` and the method's options, as keywords, to a `Boundary`.
-    defaults : mapping of str to object
-        The method's options with their defaults.
-    needs_faces : bool
-        Whether `wrap` takes the faces of the device's cube, as the keyword ``faces``.
+    `wrap` maps points, ``centre`` and the method's options, as keywords, to a `Boundary`.
+    `defaults` has these options. With `needs_faces`, `wrap` also takes the faces of the device's
+    cube as ``faces``.
     """
 
     wrap: Callable[..., Boundary]
@@ -68,7 +63,7 @@ def compute_boundary(
     method : str
         A key of `BOUNDARIES`.
     centre : (3,) array_like or "auto", optional
-        Point that radii are taken from.
+        Origin of the radii.
     faces : SurfaceFaces, optional
         Triangles between the points that cover the surface of a device's cube.
     **parameters
@@ -82,7 +77,7 @@ def compute_boundary(
     Raises
     ------
     OptionError
-        A parameter is not accepted, or the method needs faces and there are none.
+        A parameter is not accepted, or the method needs faces and none are given.
     InvalidPointsError, BoundaryError
         No valid surface can be wrapped around the points.
 

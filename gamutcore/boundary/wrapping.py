@@ -1,7 +1,7 @@
 """The boundary of a device's gamut, with the choices that depend on the device's surface.
 
-Most boundary methods know points only. Here, the faces of the device cube between these points
-choose the centre and γ, and state the volume that the device's own surface encloses.
+Most boundary methods only know points. Here, the faces of the device cube between these points
+determine the centre, γ, and the volume within the device's own surface.
 """
 
 from __future__ import annotations
@@ -30,12 +30,12 @@ if TYPE_CHECKING:
 __all__ = ["Wrapping", "wrap_colours"]
 
 NOTICEABLE = 0.005
-"""Relative difference between the boundary's volume and that of the device's surface from which a
-warning names it."""
+"""A warning states the relative difference between the volumes of the boundary and the device's
+surface from this value on."""
 
 
 class Wrapping(NamedTuple):
-    """A boundary, and how it was chosen.
+    """A boundary, with its choices and warnings.
 
     Attributes
     ----------
@@ -149,7 +149,7 @@ def _enclosed(points: FloatArray, faces: SurfaceFaces | None) -> Centre:
 
 
 def _device_volume(points: FloatArray, faces: SurfaceFaces, centre: Centre) -> float:
-    """Volume within the faces: exact if all see the centre, else by rays from it."""
+    """Volume within the faces: exact if all see the centre, else by rays from the centre."""
     if not faces.closed or centre.hidden > 0:
         return radial_volume(points, faces.corners, centre.point, FINE).volume
     first, second, third = (points[faces.corners[:, corner]] - centre.point for corner in range(3))

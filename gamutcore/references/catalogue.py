@@ -1,7 +1,7 @@
 """The catalogue of reference gamuts, and their definitions as input data.
 
 The primaries, whites and transfer curves of the RGB spaces are in ``rgb_spaces.json``, taken from
-colour-science. They are kept here, because a definition is a part of a gamut's id, and because the
+colour-science. They are copied because a definition is a part of a gamut's id, and because the
 service lists them without importing colour-science.
 """
 
@@ -64,7 +64,7 @@ class Reference:
     kind : str
         ``"rgb"``, ``"optimal"`` or ``"surface"``.
     definition : dict
-        What the colours follow from; JSON-able.
+        Definition of the colours; JSON-able.
     white : tuple of two float
         Chromaticity x, y of the white.
     illuminant : str
@@ -72,7 +72,7 @@ class Reference:
     observer : int
         Field of view of the standard observer, in degrees.
     source : str
-        Where the numbers are from.
+        Source of the numbers.
     primaries : tuple of three pairs of float
         Chromaticities x, y of red, green and blue; empty for other kinds.
     aliases : tuple of str
@@ -203,7 +203,7 @@ def find_reference(name: str) -> Reference:
     Raises
     ------
     ReferenceNameError
-        There is no such reference; the remedy names a near match.
+        No reference has this name; the remedy names a near match.
 
     Examples
     --------
@@ -241,9 +241,9 @@ def parse_definition(text: str) -> Reference | None:
     Raises
     ------
     ReferenceNameError
-        There is no such reference.
+        No reference has this name.
     MalformedFileError
-        The definition is not that of the reference.
+        The definition differs from that of the reference.
     """
     if len(text) > _LONGEST or '"reference"' not in text:
         return None
