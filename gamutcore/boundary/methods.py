@@ -1,7 +1,7 @@
 """The boundary methods by name: the function that wraps the colours, and its options.
 
-This table is the only list of the methods, their options and defaults. A further method is a
-further entry.
+This table is the only list of the methods, their options and defaults. A new method is
+a new entry.
 """
 
 from __future__ import annotations

@@ -30,8 +30,8 @@ if TYPE_CHECKING:
 __all__ = ["Wrapping", "wrap_colours"]
 
 NOTICEABLE = 0.005
-"""A warning states the relative difference between the volumes of the boundary and the device's
-surface from this value on."""
+"""Relative difference between the volumes of the boundary and of the device's surface, from which a
+warning is given."""
 
 
 class Wrapping(NamedTuple):

@@ -92,7 +92,7 @@ def push_part(
 def integrate(waiting: Queue, count: int) -> None:
     """Compute the integrals of triangles of a queue, each ÷ volume between triangle and centre.
 
-    With d = N · p − 1 at its corners and t = 1 ÷ (N · p), the other surface's part of the same cone
+    Let d = N · p − 1 and t = 1 ÷ (N · p) at its corners. The other surface's part of the same cone
     has t₁ t₂ t₃ times the volume. The integrals are
 
     - the volume between the triangle and the face;

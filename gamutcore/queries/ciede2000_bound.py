@@ -9,7 +9,7 @@ S_C and v = ΔH' ÷ S_H:
   their largest. The minimum is over all u and v not smaller than these bounds.
 - G falls with the mean chroma. Its largest and smallest value give intervals of both C'.
 - ΔH' = 2 √(C'₁ C'₂) sin (Δh ÷ 2). A factor of 1 + G grows differences in hue by no more than
-  itself, and hues turn by no more than half of a change of G.
+  itself. Hues turn by no more than half of a change of G.
 - T changes by at most 2.41 per radian of the mean hue: the sum of the factors of its cosines times
   their multiples. The mean of nearly opposite hues is near one of two normals; the larger T is
   used.

@@ -5,7 +5,7 @@ notes, supplementary test data, and mathematical observations", Color Research &
 (2005), equations 2 to 22, with all parametric factors 1.
 
 Hues are unit vectors in place of angles. The mean hue is then the direction between two vectors,
-cosines of its multiples are polynomials, and the formula needs no case for hues beyond 360°.
+and cosines of its multiples are polynomials. Hues beyond 360° need no case.
 """
 
 from __future__ import annotations

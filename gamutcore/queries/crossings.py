@@ -136,8 +136,8 @@ def crossings(
     Raises
     ------
     InvalidPointsError
-        A point is not three finite numbers, a ray or line has two equal points
-        (``where["row"]`` names them), or there are more starts than ends or fewer.
+        A point is not three finite numbers, or a ray or line has two equal points;
+        ``where["row"]`` names them. Or the numbers of starts and ends differ.
     OptionError
         There is no such kind.
     MeshError

@@ -1,7 +1,7 @@
 """Volumes within a surface by hue and lightness, from fluxes through pieces of the surface.
 
-The vector field F = (0, a / 2, b / 2) has the divergence 1, so its flux out of a closed surface is
-the volume inside (the divergence theorem). F is parallel to every plane of constant hue and to
+The vector field F = (0, a / 2, b / 2) has the divergence 1. By the divergence theorem, its flux out
+of a closed surface is the volume inside. F is parallel to every plane of constant hue and to
 every plane of constant lightness. The volume of a cell between such planes therefore flows through
 its part of the surface alone. The pieces are clipped, and no caps are needed.
 
