@@ -137,7 +137,7 @@ class OptionError(GamutError):
 
     @classmethod
     def check_intent(cls, intent: str, data: str) -> None:
-        """Refuse intents of ICC profiles for data of another kind."""
+        """Refuse intents that only ICC profiles have, for data of another kind."""
         if intent not in {"relative", "absolute"}:
             message = f"The intent {intent} exists in ICC profiles only; {data}."
             raise cls(message, where={"field": "intent"}, remedy="Give relative or absolute.")

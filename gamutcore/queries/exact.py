@@ -125,10 +125,10 @@ def orientation(
 ) -> float:
     """Return a number with the exact sign of det(a − p, b − p, c − p).
 
-    The sign is positive if p sees the corners a, b, c counter-clockwise from inside, as a centre
-    does, and 0 for points in a plane. Coordinates are 0 or of magnitudes from 1e-80 to 1e80, which
-    rules out overflow and underflow. The relative error is about 2⁻⁵⁰ where the determinant exceeds
-    its rounding error. `terms` (TERMS,) is a work array.
+    It is positive if p, as a centre does, sees a, b, c counter-clockwise from inside, and 0 for
+    points in a plane. Coordinates are 0 or of magnitudes from 1e-80 to 1e80, which rules out
+    overflow and underflow. The relative error is about 2⁻⁵⁰ where the determinant exceeds its
+    rounding error. `terms` (TERMS,) is a work array.
     """
     ux, uy, uz = ax - px, ay - py, az - pz
     vx, vy, vz = bx - px, by - py, bz - pz

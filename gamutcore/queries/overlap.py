@@ -188,7 +188,7 @@ def _part(  # noqa: C901, PLR0912  # the time is in these branches
 ) -> tuple[float, int]:
     """Add the flux through a triangle's part below a face; return area and planes reached.
 
-    The area is twice the projection along `axis`, of the whole part in the cone. Bit i of the
+    The area is twice that of the projection along `axis` of the triangle in the cone. Bit i of the
     second result is set if the triangle reaches the plane opposite to corner i: a product is at
     most `near`. Parts up to the area `least` are skipped. They only touch the cone, and many cones
     may meet in a vertex. The first of `buffers` is the triangle, relative to the centre of the
