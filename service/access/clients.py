@@ -1,4 +1,4 @@
-"""Names of clients, by which limits count: the name of the key, or the address."""
+"""Names of clients, for limits: the name of the key, or the address."""
 
 from __future__ import annotations
 

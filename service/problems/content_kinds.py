@@ -19,18 +19,8 @@ __all__ = ["CONTENT_KINDS", "Kind"]
 class Kind:
     """A row of the table: the common part of all problems with one code.
 
-    Attributes
-    ----------
-    code : str
-        Stable, part of the public interface.
-    status : int
-        HTTP status code.
-    title : str
-        Summary of the kind of problem.
-    remedy : str
-        General remedy. A single problem may have a more specific one.
-    detail, where
-        An example, for the documentation.
+    The code is stable and part of the public interface. A single problem may have a more specific
+    remedy. `detail` and `where` are an example, for the documentation.
     """
 
     code: str
