@@ -1,10 +1,10 @@
 """The library: open gamuts, and the memory of everything that is made of them.
 
 The `Ledger` charges memory before it is allocated. A request takes one charge for everything that
-it will need. It holds no gamut while it waits, and never waits for another charge while it holds
-one, so no two requests can wait for each other. Values that stay in a cache take their memory over
-from the charge. When there is no room, caches first give up the least recently used values of all.
-Then work waits, and is refused in the end.
+it will need. A request that waits holds no gamut, and a request that holds a charge never waits for
+another. So no two requests can wait for each other. Values that stay in a cache take their memory
+over from the charge. When there is no room, caches first give up the least recently used values of
+all. Then work waits, and is refused in the end.
 
 `Library` opens gamuts, once for simultaneous requests. Opening blocks on the store, and unpacking a
 level takes up to tens of milliseconds, so both run in a few threads. Everything here belongs to the
@@ -146,11 +146,10 @@ class Cost:
 
 
 def memory_budget(settings: Settings, root: Path = Path("/")) -> int:
-    """Return the largest memory of the API process in bytes; `root` has ``proc`` and ``sys``.
+    """Return the largest memory of the API process in bytes: the setting, or a default.
 
-    The setting counts if it is given. Otherwise the budget is 60 % of the smallest cgroup limit (v2
-    and v1) of this process or of the computer's memory, less the limits of the build workers here.
-    It is at least `LEAST_BUDGET`.
+    The default is 60 % of the smallest cgroup limit (v2 and v1) or of the computer's memory, less
+    the build workers' limits, at least `LEAST_BUDGET`. `root` has ``proc`` and ``sys``.
     """
     if settings.memory_bytes:
         return settings.memory_bytes
@@ -291,13 +290,11 @@ class Ledger:
         self._caches.append(cache)
 
     async def charge(self, kind: str, need: Callable[[], int], share: float = 1.0) -> Charge:
-        """Charge memory, and wait for it if needed; `kind` is a label of the metrics.
+        """Charge memory, waiting if needed; refuse with ``memory-exceeded`` or ``memory-busy``.
 
-        `need` returns the bytes. It is called again while the work waits, because others may do a
-        part of the work meanwhile. `share` limits all charges of this kind to a part of the budget:
-        below 1 for work that waits for other charges while it holds this one. The refusals are
-        ``memory-exceeded`` (the budget is smaller) and ``memory-busy`` (no room in time, or too
-        many waiting requests).
+        `need` returns the bytes, and is called again during the wait, because others may do a part
+        of the work. Work that waits for other charges while it holds this one has a `share` of the
+        budget below 1.
         """
         self._loop = asyncio.get_running_loop()
         nbytes = self._checked(need(), share)
@@ -442,8 +439,7 @@ def keep_heap_small() -> None:
     """Let glibc give large arrays back to the system as soon as they are free (mallopt(3)).
 
     Otherwise glibc raises the size from which it does so up to 32 MB, and has an arena per thread.
-    Bodies arrive in pieces of up to 256 kB, which would fragment the heap. Does nothing with other
-    C libraries.
+    Bodies in pieces of up to 256 kB would then fragment the heap.
     """
     mallopt = getattr(ctypes.CDLL(None), "mallopt", None) if os.name == "posix" else None
     if mallopt is not None:
@@ -467,9 +463,8 @@ def _return_free_pages() -> None:
 class OpenGamut:
     """A gamut in memory, with its record, history and charge.
 
-    `record` is the one that the gamut was read with: a newer gamut may have the same id.
-    `provenance` is for mesh files, `space` is that of the coordinates, and `name` is for the names
-    of files.
+    A newer gamut with another record may have the same id. `provenance` is for mesh files, `space`
+    is the space of the coordinates, and `name` is for the names of files.
     """
 
     record: Record

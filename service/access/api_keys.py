@@ -73,9 +73,9 @@ class ApiKey:
 class ApiKeys:
     """All keys of a service, from the entries in a setting and in a file.
 
-    Commas or spaces separate the entries in `text`, and ``+`` joins scopes. The file has one entry
-    per line, which a comment after ``#`` may end. Raise ValueError if an entry is malformed or a
-    name recurs, in the form of `KeyFileError` if the fault is in the file.
+    Commas or spaces separate the entries in `text`; the file has one entry per line, which a
+    comment after ``#`` may end. Raise ValueError (`KeyFileError` for the file) if an entry is
+    malformed or a name recurs.
     """
 
     def __init__(self, text: str, file: Path | None = None) -> None:

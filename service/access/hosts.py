@@ -61,9 +61,8 @@ def is_loopback(host: str) -> bool:
 class Hosts:
     """ASGI middleware that checks ``Host``, ``Origin`` and ``Sec-Fetch-Site``.
 
-    `names` are the service's own names besides those of the loopback addresses. `trusting` tells
-    that everybody who reaches the loopback address may use the service. `origins` may use the
-    service from their pages, and `reading` matches the paths of POST operations that only read.
+    `trusting` tells that everybody who reaches the loopback address may use the service. Pages of
+    `origins` may use it, and `reading` matches the paths of POST operations that only read.
     """
 
     def __init__(

@@ -106,10 +106,10 @@ class CeleryEngine:
                 raise queue_full(waiting, self.retry_after())
 
     async def enqueue(self, document: JobDocument, *, joined: bool = False) -> None:
-        """Send a job to the workers. A job that was sent already is ignored.
+        """Mark a job and send it to the workers; if sending fails, a worker sends it later.
 
-        If sending fails, the job stays marked, and a worker sends it later. A job from another
-        process is sent only if it is not marked: that process died, or is about to send it.
+        A job that another process accepted is sent only if it has no mark yet: that process died,
+        or is about to send it.
         """
         marked = await asyncio.to_thread(self._outbox.mark, document.id)
         if joined and not marked:

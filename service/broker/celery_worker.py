@@ -1,13 +1,13 @@
 """``gamut worker``: takes jobs from the broker and runs them, one per process at a time.
 
-The clients of waiting jobs take turns. A slot may run another job than that of its message. It
-sends the message's job again first, so every waiting job has a message at any time.
+The clients of waiting jobs take turns. A slot may run another job than the job of its message. It
+first sends the message's job again, so every waiting job has a message at any time.
 
 Celery's main process talks to the broker and never opens the store, because the store client's
 threads would not survive a fork. Each forked process has a `JobRunner` with a warm build process. A
 hard time limit kills a stuck slot; the job's lease then ends, and the job is sent again. After
-SIGTERM no message is taken, and running builds may finish for ``drain_seconds``. The rest is given
-back and sent again.
+SIGTERM no message is taken, and running builds may finish for ``drain_seconds``. The other jobs are
+given back and sent again.
 """
 
 from __future__ import annotations
@@ -425,7 +425,7 @@ def _leave_logging(**_: object) -> None:
 
 
 def _say(text: str, *_: object) -> None:
-    """Log what Celery would write to standard output as plain text, in its signal handlers."""
+    """Log the plain text that Celery would write to standard output in its signal handlers."""
     logger.info("%s", text.strip())
 
 

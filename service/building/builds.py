@@ -116,11 +116,10 @@ class Builds:
         sha256: str | None = None,
         client: str = "",
     ) -> Record | JobDocument:
-        """Return the record of a gamut, or the job that builds it.
+        """Return the record of a gamut, or the job that builds it, which is durable then.
 
-        The job is durable when this returns, and identical requests share one submission. `trace`
-        holds the header fields that carry the request's trace. Refusals are ``queue-full`` and
-        ``shutting-down``.
+        Identical requests share one submission, and `trace` holds the header fields that carry the
+        request's trace. Refusals are ``queue-full`` and ``shutting-down``.
         """
         return await self._submissions.value(
             gamut_id, lambda: self._submit(gamut_id, options, data, sha256, trace, client)
@@ -129,8 +128,7 @@ class Builds:
     async def rebuild(self, gamut_id: str) -> JobDocument | None:
         """Return the job that builds a damaged gamut from its stored input.
 
-        The result is None if the gamut exists or no input is stored. Refusals are those of
-        `submit`.
+        The result is None if the gamut exists or no input is stored. Refusals are as for `submit`.
         """
         document = self._engine.document(gamut_id)
         if document is not None or await asyncio.to_thread(self._store.is_stored, gamut_id):

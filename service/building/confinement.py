@@ -1,6 +1,6 @@
 """Confinement of a build worker, so that a decoder that a file takes over finds nothing to use.
 
-A worker is a program of its own and shares neither memory nor open files with the service. Here its
+A worker is a separate program and shares neither memory nor open files with the service. Here its
 environment, its privileges and its resources are limited. The service also closes its own memory
 and environment to other processes of its user. The worker keeps the rights of this user: it can
 read and write a store in a directory, and connect to addresses. See
@@ -51,7 +51,7 @@ def worker_environment() -> dict[str, str]:
 
 
 def confine() -> None:
-    """Give up what a worker does not need, before it reads any input.
+    """Give up all rights that a worker does not need, before it reads any input.
 
     The number of processes is not limited. Such a limit counts all processes of the user on the
     host, including other containers, so neighbours would fail builds.

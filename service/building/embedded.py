@@ -71,8 +71,8 @@ class _Run:
 class EmbeddedEngine:
     """Builds in worker processes of this machine.
 
-    `sole_owner` tells that the store belongs to this process alone. All earlier owners of jobs are
-    then gone. `on_build` is called at the end of every build, in some thread.
+    With `sole_owner`, the store belongs to this process alone, so all earlier owners of jobs are
+    gone. `on_build` is called at the end of every build, in some thread.
     """
 
     def __init__(

@@ -27,11 +27,11 @@ _LONGEST_RETRY = 600
 
 @dataclass(frozen=True)
 class EngineFacts:
-    """State of an engine: numbers of builds and of worker processes.
+    """State of an engine; `fault` states why no build can be queued at present.
 
-    `completed` and `worker_starts` count since the start; `capacity` is the largest number of
+    `completed` and `worker_starts` count since the start, and `capacity` is the largest number of
     waiting builds. `oldest` is the age of the oldest waiting build in seconds: 0 if none waits,
-    None if unknown. `fault` states why no build can be queued at present.
+    None if unknown.
     """
 
     queued: int

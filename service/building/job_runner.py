@@ -57,7 +57,7 @@ HEARTBEAT_SECONDS = 4.0
 
 
 def owner_name() -> str:
-    """Return a unique name for a builder: host, process id, and random digits as both recur."""
+    """Return a unique name for a builder: host, process id and random digits (the others recur)."""
     return f"{socket.gethostname()}:{os.getpid()}:{secrets.token_hex(4)}"
 
 

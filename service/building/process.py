@@ -214,9 +214,8 @@ class BuildProcess:
 def private_bytes(process: int | str) -> int | None:
     """Return the bytes of a process's memory that are neither shared nor mapped from files.
 
-    Libraries and cached kernels are mapped and shared, and reserved address space was never
-    touched, so neither counts. The result is None without such a process, or if the system does not
-    report its memory.
+    Mapped libraries, cached kernels and address space that was never touched do not count. The
+    result is None without such a process, or if the system does not report its memory.
     """
     try:
         pages = Path(f"/proc/{process}/statm").read_text().split()

@@ -178,7 +178,7 @@ def _write_history(gamut: Gamut, path: Path, progress: Progress) -> dict[str, An
 def _temporary_files_beside(output: str) -> Iterator[None]:
     """Let decoders write to the scratch folder. /tmp may be small, read-only or in memory.
 
-    The names begin with the output's name, so the service finds what a killed worker left.
+    The names begin with the output's name, so the service finds the files of a killed worker.
     """
     before = tempfile.tempdir, tempfile.template
     path = Path(output)

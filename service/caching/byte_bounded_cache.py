@@ -26,7 +26,8 @@ _CLOCK = count()
 class ByteBoundedCache(Generic[Key, Value]):
     """Cache of the most recently used values, up to `capacity` bytes. A larger value is not kept.
 
-    `misses` counts the added values, and `evictions` the values removed for lack of space.
+    `hits`, `misses` and `evictions` count values that were found, added, and removed for lack of
+    space.
     """
 
     def __init__(self, capacity: int) -> None:

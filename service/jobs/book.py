@@ -78,12 +78,11 @@ class Claim:
 
 
 class JobBook:
-    """The jobs of a deployment; their documents are under ``jobs/``.
+    """The jobs of a deployment under ``jobs/``, on hosts whose clocks agree to within a lease.
 
-    The clocks (seconds of the Unix epoch) of all hosts must agree to within a lease. For a damaged
-    document, `lost_options` maps the job's id to the build's options, or to None if there is
-    nothing to build. The process that replaces or removes the document calls `on_damaged` with the
-    id.
+    For a damaged document, `lost_options` maps the job's id to the build's options, or to None if
+    there is nothing to build. The process that replaces or removes the document calls `on_damaged`
+    with the id.
     """
 
     def __init__(
@@ -256,11 +255,10 @@ class JobBook:
                 return changed
 
     def revive(self, job_id: str, silence: float) -> JobDocument | None:
-        """Queue a lost job again and return it. Only the caller that gets the job sends it.
+        """Queue a lost job again; return it to the one caller that must send it, else None.
 
         A running job is lost when its lease has ended, a queued job after `silence` seconds without
-        an update. The result is None if the job is not lost, another caller was faster, or no
-        attempts are left.
+        an update. A lost job without attempts left is failed.
         """
         found = self._read(job_id)
         if found is None or found[0].final or not self._is_abandoned(found[0], silence):

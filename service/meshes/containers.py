@@ -75,7 +75,7 @@ class Container(Protocol):
 
 
 class _Window(io.BytesIO):
-    """The end of a file that is written piece by piece: `take` removes what is there so far."""
+    """The end of a file that is written piece by piece: `take` removes all bytes so far."""
 
     _start = 0
 
@@ -88,7 +88,7 @@ class _Window(io.BytesIO):
         return self._start + super().seek(place - self._start, whence)
 
     def take(self) -> bytes:
-        """Return what was written since the last call."""
+        """Return the bytes written since the last call."""
         content = self.getvalue()
         self._start += len(content)
         super().seek(0)
@@ -97,11 +97,10 @@ class _Window(io.BytesIO):
 
 
 class ZipContainer:
-    """A zip archive: a file per mesh, and ``index.json`` at the end.
+    """A zip archive: ``GAMUT/TRIANGLES[-SIDE].SUFFIX`` per mesh, and ``index.json`` at the end.
 
-    A file is ``GAMUT/TRIANGLES.SUFFIX``, or ``GAMUT/TRIANGLES-SIDE.SUFFIX`` for a level on one
-    side; a repeated level is stored once. The index has an entry for every requested mesh, with the
-    file or the problem. Every reader can read the archive, which has less than 4 GiB and 65,536
+    The index has an entry for every requested mesh, with the file or the problem; a repeated level
+    is stored once. Every reader can read the archive, because it has less than 4 GiB and 65,536
     members.
     """
 

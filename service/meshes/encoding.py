@@ -59,10 +59,10 @@ class MeshKey(NamedTuple):
 
 @dataclass(frozen=True)
 class EncodedMesh:
-    """The representation of a mesh in a response.
+    """The representation of a mesh in a response: body, strong entity tag and header fields.
 
-    `etag` is strong: the digest of the body. `headers` are those of a 200 response. `charge` is
-    that of the body's memory while it is kept or being sent.
+    The entity tag is the digest of the body, and the header fields are for a 200 response. `charge`
+    covers the body's memory while the body is kept or being sent.
     """
 
     body: bytes = field(repr=False)
@@ -107,7 +107,7 @@ class EncodedMesh:
         return replace(self, headers=[*headers, *own.items()])
 
     def in_coding(self, coding: str) -> EncodedMesh:
-        """Return the mesh in a content coding, which has an entity tag of its own."""
+        """Return the mesh in a content coding, with a different entity tag."""
         body = compress(self.body, coding)
         etag = entity_tag(body)
         own = {b"content-length": str(len(body)).encode(), b"etag": etag.encode()}
@@ -140,10 +140,10 @@ def file_stem(gamut_id: str) -> str:
 def encode_mesh(
     opened: OpenGamut, key: MeshKey, plain: EncodedMesh | None = None
 ) -> dict[MeshKey, EncodedMesh]:
-    """Encode a level, and compress it if the key has a content coding.
+    """Encode an unpacked level, and compress it if the key has a content coding.
 
-    The level must be unpacked. `plain` is the mesh without a content coding, if it is known. The
-    result holds the mesh under `key`, and every mesh that was made on the way.
+    `plain` is the mesh without a content coding, if it is known. The result holds the mesh under
+    `key`, and every mesh that was made on the way.
     """
     made: dict[MeshKey, EncodedMesh] = {}
     if plain is None:

@@ -54,10 +54,10 @@ class Meshes:
     def find_ready(
         self, gamut_id: str, request: LevelRequest, format_name: str, coding: str = IDENTITY
     ) -> EncodedMesh | None:
-        """Return a mesh that is cached or takes at most about a millisecond to encode.
+        """Return a mesh that is cached or takes at most about a millisecond to encode; else None.
 
-        `coding` is one of `CODINGS`, or `IDENTITY`. The result is None if the gamut is not open,
-        the level is not unpacked or not yet found, the mesh is large, or the level does not exist.
+        The level must exist, and be found and unpacked already. `coding` is one of `CODINGS`, or
+        `IDENTITY`.
         """
         opened = self._library.find_open(gamut_id)
         level = self.levels.find_known(gamut_id, request, opened)

@@ -247,7 +247,7 @@ class RequestedLevels:
     async def _in_turn(
         self, opened: OpenGamut, known: Callable[[], T | None], find: Callable[[], T]
     ) -> T:
-        """Wait for the other searches, then return what is known, or find it in a thread."""
+        """Wait for the other searches, then return a known result, or find it in a thread."""
         self.running += 1
         try:
             with timed("wait"):

@@ -89,7 +89,7 @@ def openapi_document(app: FastAPI) -> dict[str, Any]:
 
 
 def _restore_examples(paths: dict[str, Any], app: FastAPI) -> None:
-    """Replace the examples of responses by those of the routes.
+    """Replace the examples of responses by the examples of the routes.
 
     FastAPI drops every member that is null, also from examples whose schema requires it.
     """

@@ -17,10 +17,10 @@ __all__ = ["CONTENT_KINDS", "Kind"]
 
 @dataclass(frozen=True)
 class Kind:
-    """A row of the table: the common part of all problems with one code.
+    """A row of the table: the common part of all problems with one code, which is public.
 
-    The code is stable and part of the public interface. A single problem may have a more specific
-    remedy. `detail` and `where` are an example, for the documentation.
+    A single problem may have a more specific remedy. `detail` and `where` are an example, for the
+    documentation.
     """
 
     code: str

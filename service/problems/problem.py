@@ -65,11 +65,10 @@ class JsonResponse(Response):
 
 @dataclass(frozen=True)
 class Problem:
-    """One occurrence of a problem.
+    """One occurrence of a problem; an unknown `code` is reported as ``gamut-error``.
 
-    An unknown `code` is reported as ``gamut-error``. `where` is the place, with keys such as
-    ``field``, ``line``, ``column``, ``tag``, ``row`` and ``header``. An empty `remedy` stands for
-    the remedy of the kind.
+    `where` is the place, with keys such as ``field``, ``line``, ``column``, ``tag``, ``row`` and
+    ``header``. An empty `remedy` stands for the remedy of the kind.
     """
 
     code: str

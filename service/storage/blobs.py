@@ -111,9 +111,8 @@ class Blobs(Protocol):
     def create(self, key: str, content: Content) -> str | None:
         """Store a new blob and return its version; if the key exists, return None.
 
-        Pieces are concatenated. A file must come from `scratch`, and is always consumed. The
-        version may be `UNVERSIONED` unless the content is bytes. Raise `StoreFullError` if there is
-        no space.
+        Pieces are concatenated; a file must come from `scratch`, and is always consumed. The
+        version may be `UNVERSIONED` unless the content is bytes.
         """
 
     def replace(self, key: str, data: bytes, version: str) -> str | None:

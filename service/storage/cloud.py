@@ -1,11 +1,12 @@
 """Blobs as objects of a bucket at S3, Google Cloud Storage or Azure, through obstore.
 
 Object stores create and replace conditionally, so any number of processes may share a bucket. S3
-and Azure have ``If-None-Match: *`` and ``If-Match``, Google has generations. obstore reads
-credentials and endpoints from the environment (``AWS_...``, ``GOOGLE_...``, ``AZURE_...``). Every
-request has a deadline and a bounded number of retries. Writes are retried here and not by obstore,
-because a retry may meet the result of its own earlier attempt. obstore's threads do not survive a
-fork, so a process must fork before it opens the storage. See ``docs/operations.md``.
+and Azure have ``If-None-Match: *`` and ``If-Match``, Google has generations. Credentials and
+endpoints come from the environment, as obstore reads them (``AWS_...``, ``GOOGLE_...``,
+``AZURE_...``). Every request has a deadline and a bounded number of retries. Writes are retried
+here and not by obstore, because a retry may meet the result of its own earlier attempt. The threads
+of obstore do not survive a fork, so a process must fork before it opens the storage. See
+``docs/operations.md``.
 """
 
 from __future__ import annotations

@@ -76,9 +76,9 @@ class GamutDamagedError(GamutNotStoredError):
 class GamutStore:
     """The gamuts and their inputs in a storage.
 
-    `keep_inputs` tells whether inputs stay after the publication. `hits` and `misses` count
-    requested records, and `evictions` the gamuts removed for lack of space. `on_evicted` is called
-    with the id of an evicted gamut, in some thread.
+    With `keep_inputs`, inputs stay after the publication. `hits` and `misses` count requested
+    records, and `evictions` gamuts removed for lack of space; `on_evicted` receives their ids, in
+    some thread.
     """
 
     def __init__(self, blobs: Blobs, *, keep_inputs: bool = True) -> None:
@@ -494,7 +494,7 @@ class GamutStore:
 
 
 def _is_still(now: bytes, record: Record | None, data: bytes | None) -> bool:
-    """Return whether a record is still the one that was found damaged."""
+    """Return whether a record is still the record that was found damaged."""
     if data is not None:
         return now == data
     try:

@@ -50,9 +50,9 @@ class StoreInUseError(RuntimeError):
 class LocalBlobs:
     """Blobs as files of a directory, with at most `limit` bytes in all (0 for no limit).
 
-    New large blobs leave `reserve` bytes of the file system free. Small blobs, replacements and
-    files of this directory may use the reserve, so that an admitted build can finish on a nearly
-    full disk. `make_room` receives the number of missing bytes and returns whether it freed any.
+    Only small blobs, replacements and scratch files may use the last `reserve` bytes of the file
+    system, so an admitted build can finish. `make_room` receives the number of missing bytes and
+    returns whether it freed any.
     """
 
     remote = False

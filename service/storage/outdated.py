@@ -66,7 +66,7 @@ def stored_gamuts(store: GamutStore) -> Iterator[StoredGamut]:
 
 
 def list_gamuts(store: GamutStore, output: TextIO, *, outdated: bool) -> None:
-    """Write all gamuts, or only the outdated ones, as a table."""
+    """Write all gamuts, or only the outdated gamuts, as a table."""
     output.write(_ROW.format("id", "version", "bytes", "last use", "name"))
     count = total = 0
     for gamut in stored_gamuts(store):
@@ -77,7 +77,7 @@ def list_gamuts(store: GamutStore, output: TextIO, *, outdated: bool) -> None:
 
 
 def prune(store: GamutStore, output: TextIO, *, older_than: float, confirmed: bool) -> None:
-    """Remove outdated gamuts with their inputs and names, and write what was removed.
+    """Remove outdated gamuts with their inputs and names, and write the list.
 
     Gamuts used within `older_than` days stay; 0 removes all. Unless `confirmed`, the gamuts are
     only listed.

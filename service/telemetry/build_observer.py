@@ -67,8 +67,8 @@ class BuildReports:
     """A pipe for ended builds, made before the fork of the processes that write to it.
 
     In these processes it replaces `BuildFigures`; the process that made the pipe counts with
-    `forward`. There is no lock, so a slot can be killed at any moment. A full pipe never delays a
-    build.
+    `forward`. A slot can be killed at any moment, as there is no lock, and a full pipe never delays
+    a build.
     """
 
     def __init__(self) -> None:

@@ -83,7 +83,7 @@ def without_secrets(text: str) -> str:
 
 
 class TextLines(logging.Formatter):
-    """Formats records as lines for people. A traceback follows on lines of its own."""
+    """Formats records as lines for people. The lines of a traceback follow."""
 
     def format(self, record: logging.LogRecord) -> str:
         """Return the line of a record."""

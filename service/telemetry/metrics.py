@@ -62,11 +62,11 @@ class Distribution:
 
 
 class RequestFigures:
-    """Requests by method, route and status, and their response times by route.
+    """Requests by method, route and status; seconds until the response starts, by route.
 
     A route is the template of the path, such as ``/v1/gamuts/{gamut_id}/mesh``, so clients cannot
-    create new series. A response time ends when the response starts. `refusals` counts the server's
-    answers without the app, by code of the problem; they are not in `counts`.
+    create new series. `refusals` counts the server's answers without the app, by code of the
+    problem; they are not in `counts`.
     """
 
     def __init__(self) -> None:

@@ -34,7 +34,7 @@ __all__ = [
 
 
 def exposition(families: Callable[[], Iterable[Metric]], accept: str) -> tuple[bytes, str]:
-    """Return metric families as text, with those of the process, and the text's media type.
+    """Return metric families and those of the process as text, and the text's media type.
 
     ``Accept`` selects OpenMetrics or Prometheus' own format. The function takes some milliseconds
     and may be called in any thread.
@@ -55,9 +55,9 @@ def serve_build_figures(
 ) -> tuple[int, Callable[[], None]]:
     """Serve a worker's build metrics in a thread; return the port and a function that stops it.
 
-    Port 0 selects a free port; OSError means that the port is not free. The resource use of
-    `process` and its descendants is reported. `descriptors` is that process's folder of descriptors
-    in ``/proc``, which only that process may open (`service.building.confinement.hide_memory`).
+    The resource use of `process` and its descendants is reported. `descriptors` is the open folder
+    of that process's descriptors in ``/proc``, which only that process may open
+    (`service.building.confinement.hide_memory`).
     """
     from prometheus_client import start_http_server  # noqa: PLC0415
 

@@ -177,9 +177,9 @@ class Traces:
     ) -> None:
         """Write the spans of an ended build: its own, and one per stage.
 
-        The outcome is ``succeeded``, ``cancelled`` or the code of a problem. `seconds` are by
-        stage, in the order of the stages; start and end are seconds of the Unix epoch. `trace`
-        holds the `propagation_headers` of the first request, and may be empty.
+        The outcome is ``succeeded``, ``cancelled`` or the code of a problem. `started` and
+        `finished` are seconds of the Unix epoch, and `trace` holds the `propagation_headers` of the
+        first request.
         """
         from opentelemetry.trace import SpanKind, StatusCode, set_span_in_context  # noqa: PLC0415
 
