@@ -1,7 +1,6 @@
 """The HTTP service: builds each gamut once, keeps it, and serves any level of it.
 
-All colour and geometry computations are in `gamutcore`. Start reading in
-`service.application`.
+All colour and geometry computations are in `gamutcore`. Start reading in `service.application`.
 """
 
 import os

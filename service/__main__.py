@@ -1,7 +1,7 @@
 """Entry point of the console script ``gamut`` and of ``python -m service``.
 
 The program is that of `gamutcore.cli`, with the commands of the service. The web packages are the
-extra ``service`` of the distribution. They are imported when a command needs them. Without them,
+extra ``service`` of the distribution, and are imported when a command needs them. Without them,
 such a command says what to install, and the other commands work.
 """
 
@@ -152,13 +152,7 @@ def prune(
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line and return its exit status.
-
-    Parameters
-    ----------
-    arguments : sequence of str, optional
-        Without the program's name; by default those of the process.
-    """
+    """Run the command line, by default with the process's arguments; return its exit status."""
     return run(app, arguments)
 
 

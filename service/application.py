@@ -61,12 +61,7 @@ _ROUTERS = (
 def create_app(settings: Settings) -> FastAPI:
     """Return the app for these settings. Nothing is opened before its lifespan begins.
 
-    Raises
-    ------
-    OpenToAllError
-        The settings open the service to everybody without saying so explicitly.
-    KeyFileError
-        The file of the API keys cannot be read.
+    Raise `OpenToAllError` and `KeyFileError` as `access_rules` does.
     """
     rules = access_rules(settings)
     service = ServiceContainer(settings)
@@ -160,13 +155,8 @@ class _Application(FastAPI):
 def access_rules(settings: Settings) -> AccessRules:
     """Return the rules for keys, anonymous requests and rate limits.
 
-    Raises
-    ------
-    OpenToAllError
-        The service listens on a public address, has no keys, and the settings do not state that
-        anonymous requests are intended.
-    KeyFileError
-        The file of the API keys cannot be read.
+    Raise `OpenToAllError` if the service would be open on a public address without keys or an
+    explicit setting. Raise `KeyFileError` if the file of the API keys cannot be read.
     """
     keys = ApiKeys(
         settings.api_keys, Path(settings.api_keys_file) if settings.api_keys_file else None

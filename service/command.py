@@ -1,4 +1,4 @@
-"""What the commands of the service do: serve, worker, store, key and openapi.
+"""The commands of the service: serve, worker, store, key and openapi.
 
 `service.__main__` has the command line. Each function returns the exit status.
 """
@@ -209,10 +209,7 @@ def print_settings(overrides: dict[str, Any]) -> int:
 def serve(overrides: dict[str, Any]) -> int:
     """Serve over HTTP until the process is told to end.
 
-    Parameters
-    ----------
-    overrides : dict
-        Values of settings from the command line; None where not given.
+    `overrides` are settings from the command line; None where not given.
     """
     settings = _settings(overrides)
     if settings is None:

@@ -181,12 +181,8 @@ def _build_engine(
 ) -> Engine:
     """Return the engine that the settings select, not yet started.
 
-    Without a broker, worker processes of this process build. With a broker, other machines build.
-
-    Raises
-    ------
-    EngineMissingError
-        A broker is set, and the extra for brokers is not installed.
+    Without a broker, worker processes of this process build. With a broker, other machines build,
+    and `EngineMissingError` means that the extra for brokers is not installed.
     """
     if not settings.broker:
         sole_owner = not store.blobs.remote

@@ -1,10 +1,10 @@
 """The library: open gamuts, and the memory of everything that is made of them.
 
-The `Ledger` charges memory before it is allocated. A request takes one charge for all that it will
-need. It holds no gamut while it waits, and never waits for another charge while it holds one, so no
-two requests can wait for each other.
-What stays in a cache is handed over from the charge. When there is no room, caches give way first,
-the least recently used values of all of them; then work waits, and is refused in the end.
+The `Ledger` charges memory before it is allocated. A request takes one charge for everything that
+it will need. A request that waits holds no gamut, and a request that holds a charge never waits for
+another. So no two requests can wait for each other. Values that stay in a cache take their memory
+over from the charge. When there is no room, caches first give up the least recently used values of
+all. Then work waits, and is refused in the end.
 
 `Library` opens gamuts, once for simultaneous requests. Opening blocks on the store, and unpacking a
 level takes up to tens of milliseconds, so both run in a few threads. Everything here belongs to the
@@ -102,9 +102,9 @@ time."""
 class Cost:
     """Peak memory of each step in bytes.
 
-    Measured as the growth of VmHWM during the step, for the full boundary of FOGRA39L (145,728
-    triangles, four channels) with the kernels loaded, and rounded up. That the sums hold is tested
-    by ``tests/faults/memory_attacks.py``.
+    The figures are the growth of VmHWM during the step, rounded up: full boundary of FOGRA39L
+    (145,728 triangles, four channels), kernels loaded. ``tests/faults/memory_attacks.py`` tests
+    that the sums hold.
     """
 
     FILE_BYTE = 3
@@ -146,21 +146,10 @@ class Cost:
 
 
 def memory_budget(settings: Settings, root: Path = Path("/")) -> int:
-    """Return the largest memory of the API process in bytes.
+    """Return the largest memory of the API process in bytes: the setting, or a default.
 
-    Parameters
-    ----------
-    settings : Settings
-        The given budget, or else what the build workers may use.
-    root : Path
-        Directory with ``proc`` and ``sys``.
-
-    Returns
-    -------
-    int
-        By default 60 % of the smallest limit of the cgroups of this process (v2 and v1) or of the
-        computer's memory, less the limits of the build workers in this process; at least
-        `LEAST_BUDGET`.
+    The default is 60 % of the smallest cgroup limit (v2 and v1) or of the computer's memory, less
+    the build workers' limits, at least `LEAST_BUDGET`. `root` has ``proc`` and ``sys``.
     """
     if settings.memory_bytes:
         return settings.memory_bytes
@@ -196,13 +185,7 @@ def _lines(path: Path) -> list[str]:
 
 
 class Charge:
-    """Charged memory. It is released once: by `release`, or when nobody refers to it any more.
-
-    Attributes
-    ----------
-    kind : str
-    nbytes : int
-    """
+    """Charged memory. It is released once: by `release`, or when nobody refers to it any more."""
 
     def __init__(self, ledger: Ledger, kind: str, nbytes: int) -> None:
         self._ledger = ledger
@@ -216,11 +199,11 @@ class Charge:
             self._ledger.give_back(self.kind, released)
 
     def release(self) -> None:
-        """Release all of it."""
+        """Release all bytes."""
         self.shrink(0)
 
     def move(self, other: Charge, nbytes: int) -> None:
-        """Let another charge have up to `nbytes` bytes of this one."""
+        """Give another charge up to `nbytes` bytes of this one."""
         moved = max(0, min(self.nbytes, nbytes))
         self.nbytes -= moved
         other.nbytes += moved
@@ -269,23 +252,10 @@ class _Waiter:
 
 
 class Ledger:
-    """Memory that is charged before it is allocated, up to a budget.
+    """Memory that is charged before it is allocated, up to a budget in bytes.
 
-    Parameters
-    ----------
-    budget : int
-        Largest sum of all charges in bytes.
-    patience : float
-        Seconds for which work waits.
-    most_waiting : int
-        Largest number of waiting requests.
-
-    Attributes
-    ----------
-    charged : Counter
-        Bytes by kind.
-    refused : int
-        Number of refused requests.
+    Work waits for `patience` seconds, for `most_waiting` requests at most. `charged` holds bytes by
+    kind, and `refused` counts refused requests.
     """
 
     def __init__(
@@ -320,24 +290,11 @@ class Ledger:
         self._caches.append(cache)
 
     async def charge(self, kind: str, need: Callable[[], int], share: float = 1.0) -> Charge:
-        """Charge memory, and wait for it if needed.
+        """Charge memory, waiting if needed; refuse with ``memory-exceeded`` or ``memory-busy``.
 
-        Parameters
-        ----------
-        kind : str
-            Label of the metrics.
-        need : callable
-            Returns the bytes. It is asked again while the work waits, because others may do a part
-            of the work meanwhile.
-        share : float
-            Largest share of the budget for all charges of this kind. Below 1 for work that waits
-            for other charges while it holds this one.
-
-        Raises
-        ------
-        ProblemError
-            ``memory-exceeded``: the budget is smaller. ``memory-busy``: there was no room in time,
-            or too many requests wait.
+        `need` returns the bytes, and is called again during the wait, because others may do a part
+        of the work. Work that waits for other charges while it holds this one has a `share` of the
+        budget below 1.
         """
         self._loop = asyncio.get_running_loop()
         nbytes = self._checked(need(), share)
@@ -374,9 +331,9 @@ class Ledger:
             self._admit_soon()
 
     def raise_to(self, charge: Charge, nbytes: int, source: Charge | None = None) -> bool:
-        """Charge memory that stays, out of the charge of the work that has made it.
+        """Raise a charge that stays to `nbytes`, out of the charge of the work that made the value.
 
-        If that is too small, the caches make room. False: there is not enough.
+        If `source` is too small, the caches make room. False: there is not enough.
         """
         if source is not None:
             source.move(charge, nbytes - charge.nbytes)
@@ -479,11 +436,10 @@ class Ledger:
 
 
 def keep_heap_small() -> None:
-    """Let glibc give large arrays back to the system as soon as they are free.
+    """Let glibc give large arrays back to the system as soon as they are free (mallopt(3)).
 
-    Otherwise it raises the size from which it does so up to 32 MB, and has an arena per thread
-    (mallopt(3)). Bodies arrive in pieces of up to 256 kB, which would fragment the heap. Does
-    nothing with other C libraries.
+    Otherwise glibc raises the size from which it does so up to 32 MB, and has an arena per thread.
+    Bodies in pieces of up to 256 kB would then fragment the heap.
     """
     mallopt = getattr(ctypes.CDLL(None), "mallopt", None) if os.name == "posix" else None
     if mallopt is not None:
@@ -505,22 +461,10 @@ def _return_free_pages() -> None:
 
 @dataclass(frozen=True)
 class OpenGamut:
-    """A gamut in memory.
+    """A gamut in memory, with its record, history and charge.
 
-    Attributes
-    ----------
-    record : Record
-        The record that the gamut was read with. A newer gamut may have the same id.
-    gamut : Gamut
-        The gamut with its history.
-    provenance : dict of str
-        Provenance for mesh files.
-    space : ColourSpace
-        Space of the coordinates.
-    name : str
-        Name of the gamut, for the names of its files.
-    charge : Charge
-        Of the memory of the gamut.
+    A newer gamut with another record may have the same id. `provenance` is for mesh files, `space`
+    is the space of the coordinates, and `name` is for the names of files.
     """
 
     record: Record
@@ -532,20 +476,9 @@ class OpenGamut:
 
 
 class Library:
-    """Opens gamuts of a store and keeps the most recently used.
+    """Opens gamuts of a store and keeps the most recently used, up to `capacity` bytes.
 
-    Parameters
-    ----------
-    store : GamutStore
-        The gamuts.
-    memory : Ledger
-        Memory of all that is made of gamuts.
-    capacity : int
-        Bytes of memory for open gamuts.
-
-    Attributes
-    ----------
-    memory : Ledger
+    `memory` accounts for everything that is made of gamuts.
     """
 
     def __init__(self, store: GamutStore, memory: Ledger, capacity: int) -> None:
@@ -575,22 +508,14 @@ class Library:
         return found
 
     def peek(self, gamut_id: str) -> OpenGamut | None:
-        """Return a gamut if it is open; this is no use of it."""
+        """Return a gamut if it is open, without counting a use."""
         return self._used.get(gamut_id)
 
     async def gamut(self, gamut_id: str, charge: Charge | None = None) -> OpenGamut:
-        """Return a gamut; open it if needed.
+        """Return a gamut, after opening it if needed.
 
-        Parameters
-        ----------
-        gamut_id : str
-        charge : Charge, optional
-            Includes `unpacking_cost`. Without it, the memory for opening is charged.
-
-        Raises
-        ------
-        GamutNotStoredError
-            There is no such gamut, or it is damaged.
+        A given `charge` includes `unpacking_cost`; otherwise the memory for opening is charged.
+        Raise `GamutNotStoredError` if the gamut is missing or damaged.
         """
         found = self.find_open(gamut_id)
         if found is not None:
@@ -608,20 +533,10 @@ class Library:
         return Cost.UNPACK * unpacked + (0 if opened else Cost.FILE_BYTE * record.nbytes)
 
     async def unpack(self, opened: OpenGamut, triangles: int) -> None:
-        """Unpack a level of an open gamut, so that it can be read.
+        """Unpack an existing level of an open gamut, so that it can be read.
 
-        The caller has charged `unpacking_cost`, and calls `settle` in the end.
-
-        Parameters
-        ----------
-        opened : OpenGamut
-        triangles : int
-            An existing level.
-
-        Raises
-        ------
-        GamutDamagedError
-            The history file is damaged.
+        The caller has charged `unpacking_cost`, and calls `settle` in the end. Raise
+        `GamutDamagedError` if the history file is damaged.
         """
         record, history = opened.record, opened.gamut.history
         if history.is_unpacked(triangles):
@@ -638,7 +553,7 @@ class Library:
                 raise await self.in_thread(self._store.set_aside, record, reason) from error
 
     def settle(self, opened: OpenGamut, charge: Charge) -> None:
-        """Let a gamut have what it has grown by, out of the charge of the work on it."""
+        """Give a gamut the memory that it has grown by, out of the charge of the work on it."""
         nbytes = opened.gamut.nbytes
         opened.charge.shrink(nbytes)
         if not self.memory.raise_to(opened.charge, nbytes, charge):
@@ -687,7 +602,7 @@ class Library:
         self._open.put(opened.record.id, opened, opened.gamut.nbytes)
 
     def _return_to_cache(self, opened: OpenGamut) -> None:
-        """Keep a gamut again that had to give way while it was in use, if nobody waits for room."""
+        """Put a gamut back that had to give way while it was in use, if nobody waits for room."""
         if self._used.get(opened.record.id) is opened and not self.memory.waiting:
             self._open.put(opened.record.id, opened, opened.gamut.nbytes)
 

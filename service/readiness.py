@@ -66,16 +66,9 @@ class Finding(NamedTuple):
 
 @dataclass(frozen=True)
 class Probe:
-    """A named check and its result.
+    """A named check with its result and its duration in seconds.
 
-    Attributes
-    ----------
-    name : str
-        The checked part.
-    status, detail : str
-        The result. The detail contains no path and no address.
-    seconds : float
-        Duration of the check.
+    `detail` contains no path and no address.
     """
 
     name: str
@@ -161,13 +154,7 @@ class _SlowProbe:
 
 
 class Readiness:
-    """The probes of a service.
-
-    Attributes
-    ----------
-    last : Report or None
-        The previous report.
-    """
+    """The probes of a service; `last` is the previous report."""
 
     def __init__(self) -> None:
         self._quick: dict[str, Callable[[], Finding]] = {}
@@ -181,13 +168,8 @@ class Readiness:
     def add_slow(self, name: str, look: Callable[[], Finding], *, shared: bool = False) -> None:
         """Add a check that may block and runs in a thread.
 
-        Parameters
-        ----------
-        name : str
-        look : callable
-        shared : bool
-            Whether all replicas use what is checked. Its silence is then no reason to prefer
-            another replica.
+        `shared` tells that all replicas use the checked part. Its silence is then no reason to
+        prefer another replica.
         """
         self._slow.append(_SlowProbe(name, look, shared=shared))
 
@@ -216,18 +198,8 @@ def service_readiness(
 ) -> Readiness:
     """Return the probes of a service: kernels, workers, queue, builds, store and disk.
 
-    Parameters
-    ----------
-    builds : Builds
-        The builds of this process.
-    blobs : Blobs
-        The storage.
-    kernels : Kernels
-        The compiled kernels.
-    stopping : callable
-        Returns whether the service has been told to stop.
-    needed_bytes : int
-        Free disk space that the largest input needs.
+    `stopping` tells whether the service must stop, and `needed_bytes` is the free disk space that
+    the largest input needs.
     """
     readiness = Readiness()
     readiness.add("kernels", lambda: _kernels(kernels))

@@ -1,9 +1,9 @@
 """The HTTP server of one process: uvicorn with connection limits and an early signal to stop.
 
-`bind_sockets` takes the port before the app starts, so a busy port is reported before any work.
-At SIGTERM, ``/readyz`` answers 503 first, and the server goes on for ``GAMUT_STOP_DELAY``, until
-load balancers know. Then uvicorn finishes the requests under way before it ends the app. Those
-requests wait for builds, so the builds must hear of it first: they end or are given back while
+`bind_sockets` takes the port before the app starts, so a busy port is reported before any work. At
+SIGTERM, ``/readyz`` answers 503 first, and the server goes on for ``GAMUT_STOP_DELAY``, until load
+balancers know. Then uvicorn finishes the requests under way before it ends the app. Those requests
+wait for builds, so the builds must learn of the signal first. They end or are given back while
 uvicorn waits.
 """
 
@@ -69,15 +69,7 @@ class AddressUnavailableError(Exception):
 
 
 class Server(uvicorn.Server):
-    """A server that passes the signal to stop on to the service container.
-
-    Parameters
-    ----------
-    config : uvicorn.Config
-        With the app.
-    service : ServiceContainer
-        Of that app.
-    """
+    """A server that passes the signal to stop on to the service container of its app."""
 
     def __init__(self, config: uvicorn.Config, service: ServiceContainer) -> None:
         super().__init__(config)
@@ -87,10 +79,7 @@ class Server(uvicorn.Server):
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         """Start the app, then accept connections, and log the addresses.
 
-        Raises
-        ------
-        AddressUnavailableError
-            Another process began to listen on the port after it was bound here.
+        Raise `AddressUnavailableError` if another process listens on the port since `bind_sockets`.
         """
         self._loop = asyncio.get_running_loop()
         if self._service.settings.api_keys_file:
@@ -135,17 +124,8 @@ class Server(uvicorn.Server):
 def bind_sockets(host: str, port: int) -> list[socket.socket]:
     """Return sockets that are bound to every address of a host, and do not listen yet.
 
-    Parameters
-    ----------
-    host : str
-        Name or address.
-    port : int
-        0 takes a free port.
-
-    Raises
-    ------
-    AddressUnavailableError
-        The port is in use, or the host is not an address of this machine.
+    Port 0 takes a free port. Raise `AddressUnavailableError` if the port is in use, or if the host
+    is not an address of this machine.
     """
     try:
         return asyncio.run(_bind(host, port))

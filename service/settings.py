@@ -341,17 +341,8 @@ class Settings(BaseSettings):
 def settings_text(settings: Settings, arguments: AbstractSet[str] = frozenset()) -> str:
     """Return the settings in force as ``GAMUT_NAME=value`` lines, grouped by where they come from.
 
-    Parameters
-    ----------
-    settings : Settings
-    arguments : set of str
-        Names of the fields that the command line gave.
-
-    Returns
-    -------
-    str
-        An environment file with comments. Credentials of the broker and digests of API keys are
-        replaced by ``***``.
+    `arguments` names the fields that the command line gave. The result is an environment file with
+    comments; credentials of the broker and digests of API keys become ``***``.
     """
     sources = {
         "command line": settings.model_fields_set & arguments,
@@ -371,13 +362,7 @@ def settings_text(settings: Settings, arguments: AbstractSet[str] = frozenset())
 
 
 def settings_table() -> str:
-    """Return the Markdown table of all settings.
-
-    Returns
-    -------
-    str
-        One row per field of `Settings`: variable, default, meaning.
-    """
+    """Return the Markdown table of all settings: variable, default, meaning."""
     rows = ["| variable | default | meaning |", "|---|---|---|"]
     for name, field in Settings.model_fields.items():
         default = str(field.default).lower() if isinstance(field.default, bool) else field.default

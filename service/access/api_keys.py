@@ -1,9 +1,9 @@
 """API keys, which the service stores as digests only.
 
 A key is ``gamut_NAME_SECRET``. Its entry is ``NAME:SCOPES:DIGEST``, or with ``:EXPIRY`` at the end.
-The digest is the SHA-256 of the whole key. The secret has 256 random bits, so a slow hash is
-not needed. The name is public and selects the digest, which is compared in constant time. Entries
-are in a setting and in a file, which can be read again. See ``docs/decisions/api-keys.md``.
+The digest is the SHA-256 of the whole key. The secret has 256 random bits, so a slow hash is not
+needed. The name is public and selects the digest, which is compared in constant time. Entries are
+in a setting and in a file, which can be read again. See ``docs/decisions/api-keys.md``.
 """
 
 from __future__ import annotations
@@ -44,13 +44,13 @@ class ApiKey:
 
     Attributes
     ----------
-    name : str
+    name
         Public name, used in settings, limits and the log.
-    scopes : frozenset of str
+    scopes
         Of `SCOPES`.
-    digest : str
+    digest
         SHA-256 of the key, hexadecimal.
-    expiry : str
+    expiry
         Time from which the key is invalid, RFC 3339 in UTC; a date is its beginning. Empty: never.
     """
 
@@ -71,20 +71,11 @@ class ApiKey:
 
 
 class ApiKeys:
-    """All keys of a service.
+    """All keys of a service, from the entries in a setting and in a file.
 
-    Parameters
-    ----------
-    text : str
-        Entries separated by commas or spaces; scopes are joined by ``+``.
-    file : Path, optional
-        File with further entries, one per line. A line may end with a comment that begins with
-        ``#``.
-
-    Raises
-    ------
-    ValueError
-        An entry is malformed, or a name occurs twice; `KeyFileError` if it is in the file.
+    Commas or spaces separate the entries in `text`; the file has one entry per line, which a
+    comment after ``#`` may end. Raise ValueError (`KeyFileError` for the file) if an entry is
+    malformed or a name recurs.
     """
 
     def __init__(self, text: str, file: Path | None = None) -> None:
@@ -104,13 +95,7 @@ class ApiKeys:
         return bool(self._keys) or self._file is not None
 
     def read_file(self) -> None:
-        """Read the file again. If it has a fault, the present keys stay.
-
-        Raises
-        ------
-        KeyFileError
-            The file cannot be read, or an entry is malformed.
-        """
+        """Read the file again. If it has a fault, raise `KeyFileError`; the present keys stay."""
         if self._file is None:
             return
         keys = dict(self._of_setting)
@@ -146,10 +131,7 @@ class ApiKeys:
 def new_key(name: str, scopes: frozenset[str], expiry: str = "") -> tuple[str, ApiKey]:
     """Return a new key and its entry. The key is stored nowhere.
 
-    Raises
-    ------
-    ValueError
-        The name or the expiry is malformed, or there is no scope.
+    Raise ValueError if the name or the expiry is malformed, or if there is no scope.
     """
     key = f"gamut_{name}_{secrets.token_urlsafe(32)}"
     known = ApiKey(name, scopes, hashlib.sha256(key.encode()).hexdigest(), expiry)

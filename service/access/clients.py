@@ -1,4 +1,4 @@
-"""Names of clients, by which limits count: the name of the key, or the address."""
+"""Names of clients, for limits: the name of the key, or the address."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ["client_of", "network"]
 
 
 def client_of(scope: Scope) -> str:
-    """Return the name of a request's client: that of its key, else its address."""
+    """Return the name of a request's client: the name of its key, else its address."""
     name: str | None = scope.get("gamut_client")
     if name is None:
         # Not behind `Access`, which is installed only if something is limited.

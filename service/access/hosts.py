@@ -1,8 +1,8 @@
 """Names of the service, and pages of other origins.
 
 A service without keys on a loopback address trusts everybody who reaches it. A browser reaches it
-on behalf of any page: under a name of the page's own that resolves to 127.0.0.1 (DNS rebinding), or
-by a request across sites. So such a service answers requests for its own names only, and pages of
+on behalf of any page. The page's own name may resolve to 127.0.0.1 (DNS rebinding), or the page may
+send a request across sites. So such a service answers requests for its own names only, and pages of
 other origins change nothing. See ``docs/decisions/hosts.md``.
 """
 
@@ -37,10 +37,7 @@ _DEFAULT_PORTS = {"http": "80", "https": "443"}
 def host_names(text: str) -> tuple[str, ...]:
     """Return the names in a setting, separated by commas or spaces, in lower case.
 
-    Raises
-    ------
-    ValueError
-        An entry is not a name with an optional port.
+    Raise ValueError if an entry is not a name with an optional port.
     """
     found = tuple(text.lower().replace(",", " ").split())
     for name in found:
@@ -64,17 +61,8 @@ def is_loopback(host: str) -> bool:
 class Hosts:
     """ASGI middleware that checks ``Host``, ``Origin`` and ``Sec-Fetch-Site``.
 
-    Parameters
-    ----------
-    app : ASGI app
-    names : sequence of str
-        Names of the service as returned by `host_names`, besides those of the loopback addresses.
-    trusting : bool
-        Whether everybody who reaches the service on its loopback address may use it.
-    origins : sequence of str
-        Origins whose pages may use the service; ``*`` for all.
-    reading : pattern
-        Paths of operations that read, although their method is POST.
+    `trusting` tells that everybody who reaches the loopback address may use the service. Pages of
+    `origins` may use it, and `reading` matches the paths of POST operations that only read.
     """
 
     def __init__(

@@ -57,15 +57,8 @@ class OpenToAllError(ValueError):
 class AccessRules:
     """Keys, anonymous scopes and limits.
 
-    Attributes
-    ----------
-    keys : ApiKeys
-    anonymous : frozenset of str
-        Scopes of requests without a key.
-    requests, builds : TokenBuckets or None
-        Limits of all requests and of requests that build; None for no limit.
-    clock : callable
-        Seconds since 1970, for the expiry of keys.
+    `requests` limits all requests, `builds` those that build; None is no limit. `clock` gives
+    seconds since 1970, for the expiry of keys.
     """
 
     keys: ApiKeys
@@ -91,12 +84,7 @@ def client_key(scope: Scope) -> ApiKey | None:
 class Access:
     """ASGI middleware that checks keys and rate limits.
 
-    Parameters
-    ----------
-    app : ASGI app
-    rules : AccessRules
-    reading : pattern, optional
-        Paths of operations that read, although their method is POST.
+    `reading` matches the paths of operations that only read, although their method is POST.
     """
 
     def __init__(
@@ -226,7 +214,7 @@ class Access:
 
 
 def _allows(scopes: frozenset[str], needed: str) -> bool:
-    """Return whether scopes allow an operation. Routes restrict what keys to build may change."""
+    """Return whether scopes allow an operation. Routes restrict the changes of ``build`` keys."""
     return needed in scopes or (needed == WRITE and BUILD in scopes)
 
 

@@ -1,4 +1,4 @@
-"""What keys with the scope ``build`` may change: the gamuts that they built themselves."""
+"""Changes that keys with the scope ``build`` may make: to gamuts that they built themselves."""
 
 from __future__ import annotations
 

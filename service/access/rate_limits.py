@@ -20,14 +20,8 @@ _MOST_CLIENTS = 50_000
 class Allowance:
     """Result of taking a token.
 
-    Attributes
-    ----------
-    granted : bool
-        Whether the request is within the limit.
-    remaining : int
-        Requests that the client may send at once from now on.
-    seconds : float
-        Time until one more request is allowed.
+    `remaining` is the number of requests that the client may now send at once, and `seconds` the
+    time until one more is allowed.
     """
 
     granted: bool
@@ -38,14 +32,8 @@ class Allowance:
 class TokenBuckets:
     """One bucket of tokens per client; a request takes one token.
 
-    Parameters
-    ----------
-    rate : float
-        Tokens added per second.
-    burst : int
-        Capacity of a bucket.
-    clock : callable
-        Monotonic time in seconds.
+    A bucket holds `burst` tokens and gains `rate` tokens per second. `clock` is monotonic, in
+    seconds.
     """
 
     def __init__(

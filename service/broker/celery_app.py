@@ -73,13 +73,7 @@ def build_limit(settings: Settings) -> float:
 
 
 def celery_app(settings: Settings) -> Celery:
-    """Return a configured Celery app. Nothing is connected yet.
-
-    Parameters
-    ----------
-    settings : Settings
-        ``broker`` and ``build_timeout``.
-    """
+    """Return a configured Celery app. Nothing is connected yet."""
     redis = urlsplit(settings.broker).scheme.startswith("redis")
     app = Celery("gamut", broker=settings.broker, set_as_current=False)
     app.conf.update(
@@ -138,13 +132,7 @@ def _redis_options(settings: Settings) -> dict[str, Any]:
 
 
 class Broker:
-    """Sends jobs and reads the queue length; each call takes at most seconds. Thread-safe.
-
-    Parameters
-    ----------
-    app : Celery
-        Result of `celery_app`.
-    """
+    """Sends jobs and reads the queue length; each call takes at most seconds. Thread-safe."""
 
     def __init__(self, app: Celery) -> None:
         self._app = app
@@ -158,10 +146,8 @@ class Broker:
     def send(self, job_id: str) -> None:
         """Send a job to the workers.
 
-        Raises
-        ------
-        BrokerUnavailableError
-            The broker did not confirm the message. It may have received it.
+        Raise `BrokerUnavailableError` if the broker did not confirm the message, which it may have
+        received.
         """
         with (
             _translate_errors(),
@@ -175,10 +161,7 @@ class Broker:
     def waiting(self) -> int:
         """Return the number of jobs in the queue, which is created if needed.
 
-        Raises
-        ------
-        BrokerUnavailableError
-            The broker did not answer.
+        Raise `BrokerUnavailableError` if the broker did not answer.
         """
         with self._asking, _translate_errors():
             for last in (False, True):

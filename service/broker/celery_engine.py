@@ -50,17 +50,7 @@ _LONGEST_RETRY = 60
 
 
 class CeleryEngine:
-    """Sends jobs to the workers of the deployment.
-
-    Parameters
-    ----------
-    settings : Settings
-        Broker and queue length.
-    store : GamutStore
-        The shared store.
-    book : JobBook
-        Its jobs.
-    """
+    """Sends jobs to the workers of the deployment."""
 
     def __init__(self, settings: Settings, store: GamutStore, book: JobBook) -> None:
         self._settings = settings
@@ -73,7 +63,7 @@ class CeleryEngine:
         self._waiting = self._unfinished = 0
 
     def listen(self, listener: Callable[[JobDocument], None]) -> None:
-        """Ignore the listener: the book has everything that is known of a job."""
+        """Ignore the listener: the book has everything that is known about a job."""
 
     async def start(self) -> None:
         """Start to observe the queue."""
@@ -93,7 +83,7 @@ class CeleryEngine:
         self._threads.shutdown(wait=False, cancel_futures=True)
 
     async def check_admission(self, arriving: int = 0) -> None:
-        """Raise the problem that a new build would be refused with, if there is one.
+        """Raise the problem that would refuse a new build, if there is one.
 
         The queue length is the broker's current one, without messages of jobs that have ended.
         Replicas that admit builds at the same moment may exceed the limit by their number.
@@ -116,11 +106,10 @@ class CeleryEngine:
                 raise queue_full(waiting, self.retry_after())
 
     async def enqueue(self, document: JobDocument, *, joined: bool = False) -> None:
-        """Send a job to the workers. A job that was sent already is ignored.
+        """Mark a job and send it to the workers; if sending fails, a worker sends it later.
 
-        If sending fails, the job stays marked, and a worker sends it later. A job that another
-        process accepted is sent only if it is not marked: that process died, or is about to send
-        it.
+        A job that another process accepted is sent only if it has no mark yet: that process died,
+        or is about to send it.
         """
         marked = await asyncio.to_thread(self._outbox.mark, document.id)
         if joined and not marked:

@@ -1,13 +1,13 @@
 """``gamut worker``: takes jobs from the broker and runs them, one per process at a time.
 
-The clients of waiting jobs take turns. A slot may run another job than that of its message, after
-it has sent the latter again, so every waiting job has a message at any time.
+The clients of waiting jobs take turns. A slot may run another job than the job of its message. It
+first sends the message's job again, so every waiting job has a message at any time.
 
 Celery's main process talks to the broker and never opens the store, because the store client's
 threads would not survive a fork. Each forked process has a `JobRunner` with a warm build process. A
 hard time limit kills a stuck slot; the job's lease then ends, and the job is sent again. After
-SIGTERM no message is taken, and running builds may finish for ``drain_seconds``. The rest is given
-back and sent again.
+SIGTERM no message is taken, and running builds may finish for ``drain_seconds``. The other jobs are
+given back and sent again.
 """
 
 from __future__ import annotations
@@ -77,19 +77,7 @@ _LOOK_SECONDS = 0.5
 
 
 class Slot:
-    """State of one worker process, made after the fork.
-
-    Parameters
-    ----------
-    settings : Settings
-        Store, broker, limits.
-    store : GamutStore
-        The open store of the deployment.
-    broker : Broker
-        Sends unfinished jobs again.
-    on_build : callable, optional
-        Called at the end of every build.
-    """
+    """State of one worker process, made after the fork."""
 
     def __init__(
         self,
@@ -117,16 +105,14 @@ class Slot:
     def run(self, job_id: str) -> Outcome:
         """Run the job of a message, or the waiting job whose turn it is; return the outcome.
 
-        Raises
-        ------
-        StoreUnavailableError, ProcessDiedError, OSError
-            The job could not be started and must be delivered again.
+        After `StoreUnavailableError`, `ProcessDiedError` and OSError, the job was not started and
+        must be delivered again.
         """
         with self._busy:
             return self._run(self._turn(job_id))
 
     def _turn(self, job_id: str) -> str:
-        """Return the job to run instead of the job of a message, which is then sent again."""
+        """Return the job to run instead of a message's job, which is then sent again."""
         # An ended job costs one read, and an empty queue has no turns.
         if not (self.outbox.waits(job_id) and self._others_wait()):
             return job_id
@@ -171,7 +157,7 @@ class Slot:
         """Send the jobs whose messages were lost, and return their number.
 
         While other jobs wait in the queue, an unstarted job may just be behind them, and gets the
-        time of a build more. A superfluous message costs one read of the job's document.
+        time of one more build. A superfluous message costs one read of the job's document.
         """
         silence = self._settings.resend_seconds
         if self._broker.waiting():
@@ -186,10 +172,7 @@ class Slot:
     def keep_warm(self, report: Callable[[bool], None]) -> None:
         """Start the build process whenever there is none, as long as this process lives.
 
-        Parameters
-        ----------
-        report : callable
-            Receives repeatedly whether the process is warm.
+        `report` receives repeatedly whether the process is warm.
         """
         while True:
             # In a busy slot, the runner starts the process.
@@ -263,15 +246,7 @@ class _PlainConsumer(Consumer):
 def run_worker(settings: Settings) -> int:
     """Take jobs and run them until the process is stopped; return the exit status.
 
-    Parameters
-    ----------
-    settings : Settings
-        With a broker and a shared store.
-
-    Raises
-    ------
-    TracesUnavailableError
-        Traces are requested but not available.
+    Raise `TracesUnavailableError` if traces are requested but not available.
     """
     fault = _store_fault(settings)
     if fault is not None:
@@ -355,7 +330,7 @@ def run_worker(settings: Settings) -> int:
 def _store_fault(settings: Settings) -> str | None:
     """Return why the store cannot be used; None if it can.
 
-    The check runs in a process of its own: the bucket client starts threads, and a process with
+    The check runs in a separate process: the bucket client starts threads, and a process with
     threads must not fork.
     """
     context = multiprocessing.get_context("fork")
@@ -388,7 +363,7 @@ def _store_fault(settings: Settings) -> str | None:
 def _figures_fault(settings: Settings, reports: BuildReports) -> str | None:
     """Serve the worker's metrics; return why they cannot be served, or None.
 
-    They are served by a process of its own, which ends with this one (see `_store_fault`).
+    A separate process serves them and ends with this one (see `_store_fault`).
     """
     context = multiprocessing.get_context("fork")
     receiving, sending = context.Pipe(duplex=False)
@@ -450,7 +425,7 @@ def _leave_logging(**_: object) -> None:
 
 
 def _say(text: str, *_: object) -> None:
-    """Log what Celery would write to standard output as plain text, in its signal handlers."""
+    """Log the plain text that Celery would write to standard output in its signal handlers."""
     logger.info("%s", text.strip())
 
 

@@ -2,7 +2,7 @@
 
 A worker has no port. It writes a small file every few seconds while it is connected to the broker
 and Celery's loop runs. ``gamut worker --check`` and ``python -m service.broker.health`` read the
-files. The latter imports only the standard library, so probes can run it often.
+files. This module imports only the standard library, so probes can run it often.
 """
 
 from __future__ import annotations
@@ -25,12 +25,7 @@ _STALE_SECONDS = 15.0
 def sign(warm: int, slots: int) -> None:
     """Write this process's heartbeat file.
 
-    Parameters
-    ----------
-    warm : int
-        Its processes that can build or are building.
-    slots : int
-        Its configured processes.
+    `warm` of its `slots` processes can build or are building.
     """
     folder = _folder()
     folder.mkdir(mode=0o700, exist_ok=True)

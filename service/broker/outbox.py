@@ -29,14 +29,7 @@ _READERS = 8
 class Outbox:
     """The jobs of a deployment that were sent and have not ended.
 
-    Parameters
-    ----------
-    blobs : Blobs
-        Storage of the deployment.
-    book : JobBook
-        Its jobs.
-    clock : callable
-        Seconds of the Unix epoch, as in the book.
+    `clock` gives seconds of the Unix epoch, as in the book.
     """
 
     def __init__(self, blobs: Blobs, book: JobBook, clock: Callable[[], float] = time.time) -> None:
@@ -62,7 +55,7 @@ class Outbox:
             yield key.rpartition("/")[2]
 
     def waiting(self, known: Collection[str]) -> tuple[set[str], list[JobDocument]]:
-        """Return all marked jobs, and those of them that wait and are not known, oldest first."""
+        """Return the ids of all marked jobs, and the waiting jobs not yet `known`, oldest first."""
         marked = set(self.ids())
         with ThreadPoolExecutor(_READERS) as threads:
             found = threads.map(self._book.read, marked.difference(known))
@@ -86,14 +79,8 @@ class Outbox:
     def overdue(self, silence: float) -> Iterator[str]:
         """Iterate over the jobs that this caller, and no other, must send again.
 
-        A job is read only after the time in which it cannot become overdue, so frequent calls are
-        cheap.
-
-        Parameters
-        ----------
-        silence : float
-            Seconds after which an unstarted job counts as lost. A running job is lost when its
-            lease has ended.
+        An unstarted job counts as lost after `silence` seconds, a running job when its lease has
+        ended. A job is read only once it can be overdue, so frequent calls are cheap.
         """
         due, self._due = self._due, {}
         for job_id in self.ids():

@@ -1,10 +1,10 @@
 """Redis transport of kombu that frees a slot even if Redis does not confirm in time.
 
 With Redis, a worker counts its unacknowledged messages. Kombu 5.6 decreases the count only after
-Redis has confirmed. If Redis stalls at that moment, Celery logs ``Couldn't ack``, and the process
-never gets another message although its connection and health check look fine. Here the count always
-decreases. Redis delivers the message again after the visibility timeout, which costs one read of an
-ended job.
+Redis has confirmed. If Redis stalls at that moment, Celery logs ``Couldn't ack``. The process then
+never gets another message, although its connection and health check look fine. Here the count
+always decreases. Redis delivers the message again after the visibility timeout, which costs one
+read of an ended job.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ class PatientQoS(QoS):
     """Counts unacknowledged messages."""
 
     def ack(self, delivery_tag: str) -> None:
-        """Acknowledge a message; it is not counted any more in any case."""
+        """Acknowledge a message, which no longer counts in any case."""
         try:
             super().ack(delivery_tag)
         except Exception:
@@ -27,7 +27,7 @@ class PatientQoS(QoS):
             raise
 
     def reject(self, delivery_tag: str, requeue: bool = False) -> None:
-        """Reject a message; it is not counted any more in any case."""
+        """Reject a message, which no longer counts in any case."""
         try:
             super().reject(delivery_tag, requeue=requeue)
         except Exception:
@@ -36,7 +36,7 @@ class PatientQoS(QoS):
 
 
 def count_deliveries_patiently() -> None:
-    """Make all later connections of this process count in this way.
+    """Let all later connections of this process count with `PatientQoS`.
 
     Kombu creates channels by URL scheme and offers no other hook.
     """

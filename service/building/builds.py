@@ -1,9 +1,9 @@
 """Builds as the routes see them: submit, look up, wait, follow and cancel, with any engine.
 
 The state of a job is in the job book (`service.jobs.book`), and any replica can answer from it. The
-engine of this process is asked first: it has the newest state of its own jobs in memory. Identical
-requests to one process share a submission here. Identical requests to several replicas share the
-job in the book. See ``docs/decisions/jobs.md``.
+engine of this process is asked first, because it has the newest state of its own jobs in memory.
+Identical requests to one process share a submission here. Identical requests to several replicas
+share the job in the book. See ``docs/decisions/jobs.md``.
 """
 
 from __future__ import annotations
@@ -56,17 +56,6 @@ class Builds:
     """The builds of a deployment, seen from one process.
 
     Everything here belongs to the event loop's thread.
-
-    Parameters
-    ----------
-    settings : Settings
-        How long finished jobs are kept.
-    store : GamutStore
-        Inputs and gamuts.
-    book : JobBook
-        The jobs.
-    engine : Engine
-        Builds them.
     """
 
     def __init__(
@@ -115,7 +104,7 @@ class Builds:
         return min(self._engine.retry_after(), 30)
 
     async def check_admission(self) -> None:
-        """Raise the problem that a new build would be refused with: stopping, or a full queue."""
+        """Raise the problem that would refuse a new build: stopping, or a full queue."""
         await self._admit(self._arriving)
 
     async def submit(
@@ -127,31 +116,10 @@ class Builds:
         sha256: str | None = None,
         client: str = "",
     ) -> Record | JobDocument:
-        """Return the record of a gamut, or the job that builds it.
+        """Return the record of a gamut, or the job that builds it, which is durable then.
 
-        The job is durable when this returns. Identical requests share one submission.
-
-        Parameters
-        ----------
-        gamut_id : str
-            Id of the gamut.
-        options : mapping
-            All options of the gamut.
-        data : bytes
-            The characterisation data.
-        trace : mapping, optional
-            Header fields that carry the trace of the request.
-        sha256 : str, optional
-            SHA-256 of the data, hexadecimal; computed by the store unless given.
-        client : str
-            Name of the client. Clients with waiting builds take turns.
-
-        Raises
-        ------
-        ProblemError
-            ``queue-full`` or ``shutting-down``.
-        OSError, StoreUnavailableError
-            The store cannot take the job or the data.
+        Identical requests share one submission, and `trace` holds the header fields that carry the
+        request's trace. Refusals are ``queue-full`` and ``shutting-down``.
         """
         return await self._submissions.value(
             gamut_id, lambda: self._submit(gamut_id, options, data, sha256, trace, client)
@@ -160,12 +128,7 @@ class Builds:
     async def rebuild(self, gamut_id: str) -> JobDocument | None:
         """Return the job that builds a damaged gamut from its stored input.
 
-        None if the gamut exists or no input is stored.
-
-        Raises
-        ------
-        ProblemError
-            ``queue-full`` or ``shutting-down``.
+        The result is None if the gamut exists or no input is stored. Refusals are as for `submit`.
         """
         document = self._engine.document(gamut_id)
         if document is not None or await asyncio.to_thread(self._store.is_stored, gamut_id):
@@ -212,12 +175,8 @@ class Builds:
     async def changes(self, job_id: str, heartbeat: float) -> AsyncIterator[JobDocument | None]:
         """Iterate over the states of a job, now and after every change, until it ends.
 
-        Parameters
-        ----------
-        job_id : str
-            The job. The iteration ends if it becomes unknown, and when the service stops.
-        heartbeat : float
-            Seconds without a change after which None is yielded.
+        None is yielded after `heartbeat` seconds without a change. The iteration also ends when the
+        job becomes unknown or the service stops.
         """
         last: JobDocument | None = None
         with self._subscribe(job_id) as subscription:
@@ -394,7 +353,7 @@ class Builds:
     def _drop_unwanted_input(self, job_id: str) -> None:
         """Remove the input of a forgotten job, unless its gamut is requested again.
 
-        The input of a stored gamut stays: a damaged gamut is rebuilt from it.
+        The input of a stored gamut stays for the repair of a damaged gamut.
         """
         if self._book.read(job_id) is not None or self._store.is_stored(job_id):
             return

@@ -1,9 +1,9 @@
-"""What a build worker cannot reach, so that a decoder that a file takes over finds nothing to use.
+"""Confinement of a build worker, so that a decoder that a file takes over finds nothing to use.
 
-A worker is a program of its own: it shares neither memory nor open files with the service. Here its
-environment, its privileges and its resources are limited, and the service closes its own memory and
-environment to other processes of its user. The worker keeps the rights of this user: it can read
-and write a store in a directory, and connect to addresses. See
+A worker is a separate program and shares neither memory nor open files with the service. Here its
+environment, its privileges and its resources are limited. The service also closes its own memory
+and environment to other processes of its user. The worker keeps the rights of this user: it can
+read and write a store in a directory, and connect to addresses. See
 ``docs/decisions/builds-in-a-worker-process.md``.
 """
 
@@ -51,10 +51,10 @@ def worker_environment() -> dict[str, str]:
 
 
 def confine() -> None:
-    """Give up what a worker does not need, before it reads any input.
+    """Give up all rights that a worker does not need, before it reads any input.
 
-    The number of processes is not limited: the limit counts all processes of the user on the host,
-    those of other containers included, so neighbours would fail builds.
+    The number of processes is not limited. Such a limit counts all processes of the user on the
+    host, including other containers, so neighbours would fail builds.
     """
     _prctl(_PR_SET_NO_NEW_PRIVS, 1)
     for limit, most in (
@@ -69,7 +69,7 @@ def confine() -> None:
 
 
 def limit_processor_time(seconds: float) -> None:
-    """End this process when it uses all cores for so many seconds and some more from now on.
+    """End this process when it uses all cores for longer than `seconds` plus a margin from now on.
 
     The service ends builds by the clock. This limit ends a build whose service is gone.
     """

@@ -1,8 +1,8 @@
 """The build engine of a single machine: a queue in memory, and slots that take jobs from it.
 
 Clients with waiting jobs take turns. A slot is a thread with one worker process. Nothing here is
-durable. Accepted jobs are in the job
-book and are queued again at the start. See ``docs/decisions/builds-in-a-worker-process.md``.
+durable: accepted jobs are in the job book and are queued again at the start. See
+``docs/decisions/builds-in-a-worker-process.md``.
 """
 
 from __future__ import annotations
@@ -71,20 +71,8 @@ class _Run:
 class EmbeddedEngine:
     """Builds in worker processes of this machine.
 
-    Parameters
-    ----------
-    settings : Settings
-        Workers, queue length, time to drain, and the settings of `JobRunner`.
-    store : GamutStore
-        Inputs and gamuts.
-    book : JobBook
-        The jobs.
-    sole_owner : bool
-        Whether the store belongs to this process alone. All earlier owners of jobs are then gone.
-    command : sequence of str
-        Command line of a worker process.
-    on_build : callable, optional
-        Called at the end of every build, in some thread.
+    With `sole_owner`, the store belongs to this process alone, so all earlier owners of jobs are
+    gone. `on_build` is called at the end of every build, in some thread.
     """
 
     def __init__(
@@ -151,7 +139,7 @@ class EmbeddedEngine:
         self._threads.shutdown(wait=True)
 
     async def check_admission(self, arriving: int = 0) -> None:
-        """Raise the problem that a new build would be refused with, if there is one."""
+        """Raise the problem that would refuse a new build, if there is one."""
         if self._draining.is_set():
             raise shutting_down()
         waiting = len(self._waiting) + arriving
@@ -164,14 +152,14 @@ class EmbeddedEngine:
             self._put(document)
 
     async def cancel(self, job_id: str) -> None:
-        """End a job's build now, if it is here. The book has it as cancelled already."""
+        """End a job's build now, if it runs here. The book already has the job as cancelled."""
         self._waiting.discard(job_id)
         run = self._runs.pop(job_id, None)
         if run is not None:
             run.interruption.cancel()
 
     def document(self, job_id: str) -> JobDocument | None:
-        """Return a job that is known here, fresher than the book; None if it is not."""
+        """Return a job that is known here, newer than in the book; None for other jobs."""
         run = self._runs.get(job_id)
         if run is not None:
             return run.document

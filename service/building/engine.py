@@ -27,24 +27,11 @@ _LONGEST_RETRY = 600
 
 @dataclass(frozen=True)
 class EngineFacts:
-    """State of an engine.
+    """State of an engine; `fault` states why no build can be queued at present.
 
-    Attributes
-    ----------
-    queued, running : int
-        Builds that wait for a worker, and builds under way.
-    workers, warm_workers : int
-        Configured worker processes, and those ready to build.
-    completed : int
-        Gamuts built since the start.
-    capacity : int
-        Largest number of waiting builds.
-    oldest : float or None
-        Seconds since the oldest waiting build was accepted; 0 if none waits, None if unknown.
-    worker_starts : int
-        Worker processes that became ready since the start.
-    fault : str, optional
-        Why no build can be queued at present.
+    `completed` and `worker_starts` count since the start, and `capacity` is the largest number of
+    waiting builds. `oldest` is the age of the oldest waiting build in seconds: 0 if none waits,
+    None if unknown.
     """
 
     queued: int
@@ -77,38 +64,26 @@ class Engine(Protocol):
         """Finish builds that end in time, give the others back to the book, and end."""
 
     async def check_admission(self, arriving: int = 0) -> None:
-        """Raise the problem that a new build would be refused with, if there is one.
+        """Raise the problem that would refuse a new build, with a Retry-After, if there is one.
 
-        Parameters
-        ----------
-        arriving : int
-            Builds that were admitted and are not queued yet.
-
-        Raises
-        ------
-        ProblemError
-            ``queue-full`` or ``shutting-down``, with a Retry-After.
+        The problem is ``queue-full`` or ``shutting-down``. `arriving` builds were admitted and are
+        not queued yet.
         """
 
     async def enqueue(self, document: JobDocument, *, joined: bool = False) -> None:
         """Queue a job of the book. A job that is queued or running already is ignored.
 
-        Parameters
-        ----------
-        document : JobDocument
-            The job.
-        joined : bool
-            Whether another process accepted it, and most likely queued it.
+        `joined` tells that another process accepted the job, and most likely queued it.
         """
 
     async def cancel(self, job_id: str) -> None:
-        """End a job's build now, if it is here. The book has it as cancelled already."""
+        """End a job's build now, if it runs here. The book already has the job as cancelled."""
 
     def document(self, job_id: str) -> JobDocument | None:
-        """Return a job that is known here, fresher than the book; None if it is not.
+        """Return a job that is known here, newer than in the book; None for other jobs.
 
-        An engine that returns a job reports every change of it to the listener. Other jobs are
-        polled from the book.
+        The engine reports every change of such a job to the listener. Other jobs are polled from
+        the book.
         """
 
     def facts(self) -> EngineFacts:

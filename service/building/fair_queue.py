@@ -16,9 +16,9 @@ __all__ = ["FairQueue"]
 class FairQueue:
     """Waiting jobs, shared out fairly among clients: start-time fair queueing (Goyal 1996).
 
-    The jobs of a client wait for successive rounds, and every client has one job in each round. The
-    round advances by one job of each waiting client. So a client without waiting jobs comes into
-    the round under way, and the queue of another client delays it by one build at most.
+    Every client has one job in each round, and the round advances by one job of each waiting
+    client. A client without waiting jobs joins the round under way, so another client's queue
+    delays it by one build at most.
     """
 
     def __init__(self) -> None:

@@ -57,17 +57,15 @@ HEARTBEAT_SECONDS = 4.0
 
 
 def owner_name() -> str:
-    """Return a unique name for a builder: host, process id and random digits, as both recur."""
+    """Return a unique name for a builder: host, process id and random digits (the others recur)."""
     return f"{socket.gethostname()}:{os.getpid()}:{secrets.token_hex(4)}"
 
 
 class Interrupted(Exception):  # noqa: N818 - not an error
     """A build was told to end.
 
-    Attributes
-    ----------
-    reason : str
-        ``cancel``: the build is not wanted any more. ``release``: another builder takes over.
+    The reason ``cancel`` means that the build is not wanted any more, and ``release`` that another
+    builder takes over.
     """
 
     def __init__(self, reason: Literal["cancel", "release"]) -> None:
@@ -101,15 +99,15 @@ class Outcome:
 
     Attributes
     ----------
-    state : str
+    state
         ``succeeded``, ``failed`` and ``cancelled`` are states of the job. ``released``: the job was
-        given back. ``elsewhere``: another builder has it, or it had ended before. ``unwritten``: it
-        has ended, but the store did not accept the result, so it must run again.
-    document : JobDocument or None
-        The job; None if it is unknown.
-    built : bool
+        given back. ``elsewhere``: another builder has the job, or it had ended before.
+        ``unwritten``: the store did not accept the result, so the job must run again.
+    document
+        None if the job is unknown.
+    built
         Whether a gamut was built, and not found.
-    seconds : dict
+    seconds
         Seconds by stage.
     """
 
@@ -128,31 +126,10 @@ class _Built(NamedTuple):
 
 
 class JobRunner:
-    """One worker process that runs jobs.
+    """One worker process that runs jobs; `starts` counts the processes that became warm.
 
-    Parameters
-    ----------
-    settings : Settings
-        Deadline and memory limit of a build.
-    store : GamutStore
-        Inputs and gamuts.
-    book : JobBook
-        The jobs.
-    owner : str
-        Name for claims.
-    heartbeat : float
-        Seconds between two renewals of a claim, which also store the progress.
-    lease : float
-        Seconds for which a claim is valid without renewal.
-    command : sequence of str
-        Command line of the process.
-    on_build : callable, optional
-        Called at the end of every run of the process.
-
-    Attributes
-    ----------
-    starts : int
-        Number of processes that became warm.
+    A claim is valid for `lease` seconds and renewed every `heartbeat` seconds; each renewal stores
+    the progress. `on_build` is called at the end of every run of the process.
     """
 
     def __init__(
@@ -187,12 +164,8 @@ class JobRunner:
     def warm(self, interruption: Interruption | None = None) -> BuildProcess:
         """Return the warm process, after starting it if needed.
 
-        Raises
-        ------
-        ProcessDiedError, OSError
-            The process cannot be started.
-        Interrupted
-            The start was interrupted.
+        Raise `ProcessDiedError` or OSError if the process cannot be started, and `Interrupted` if
+        the start was interrupted.
         """
         if self.process is None:
             self.close()
@@ -218,21 +191,9 @@ class JobRunner:
     ) -> Outcome:
         """Run a job if it can be claimed, and return the outcome.
 
-        Parameters
-        ----------
-        job_id : str
-            The job.
-        interruption : Interruption, optional
-            Ends the build from another thread.
-        changed : callable, optional
-            Called with the job's progress, in this thread.
-
-        Raises
-        ------
-        ProcessDiedError, OSError
-            The process cannot be started. The job was not claimed.
-        StoreUnavailableError
-            The job could not be claimed.
+        `interruption` ends the build from another thread, and `changed` receives the job's progress
+        in this thread. `ProcessDiedError`, OSError and `StoreUnavailableError` mean that the job
+        was not claimed.
         """
         interruption = interruption or Interruption()
         while True:

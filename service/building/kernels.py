@@ -1,8 +1,8 @@
 """The compiled kernels of an installation, as a running service prepares them.
 
 A service is ready when the default group is compiled and loaded. The optional group then compiles
-in the background; a build that needs it waits for it. An image and ``make install`` compile both
-beforehand. Compilation runs in processes of its own, because it needs hundreds of megabytes.
+in the background, and a build that needs it waits. An image and ``make install`` compile both
+beforehand. Compilation runs in separate processes, because it needs hundreds of megabytes.
 """
 
 from __future__ import annotations
@@ -44,13 +44,8 @@ GroupState = Literal["unknown", "compiling", "compiled", "on first use"]
 class Kernels:
     """The state of the kernels, and their preparation.
 
-    Attributes
-    ----------
-    loaded : bool
-        Whether this process has loaded the compiled kernels.
-    states : mapping of str to GroupState
-        State of each group. "on first use": nothing can be written beside the package, so each
-        process compiles what it needs.
+    `loaded` tells whether this process has loaded the compiled kernels. The state "on first use" of
+    a group means that compiled code cannot be kept, so each process compiles what it needs.
     """
 
     def __init__(self) -> None:

@@ -24,16 +24,9 @@ logger = logging.getLogger(__name__)
 
 
 class LeaseRenewer:
-    """A claim that is renewed in the background inside a context.
+    """A claim that is renewed in the background, every `interval` seconds, inside a context.
 
-    Parameters
-    ----------
-    book : JobBook
-        The book of the claim.
-    claim : Claim
-        The claim.
-    interval : float
-        Seconds between two renewals; several must fit into a lease.
+    Several intervals must fit into a lease.
     """
 
     def __init__(self, book: JobBook, claim: Claim, interval: float) -> None:
@@ -65,7 +58,7 @@ class LeaseRenewer:
 
     @property
     def claim(self) -> Claim:
-        """The claim, to be used after the context."""
+        """The newest claim, for use after the context."""
         return replace(self._claim, document=self.document)
 
     def note(self, stage: str, fraction: float) -> None:

@@ -1,9 +1,9 @@
 """A warm worker process, seen from the service: one build at a time, which can be ended.
 
-The process is started afresh (`service.building.worker`). Both sides exchange lines of JSON over
-standard streams. During a build, the deadline, the memory in use and the caller's check run twenty
-times per second. If one fails, the process is killed, because native code cannot be ended
-otherwise. All methods block and are called in threads.
+The process is a new program (`service.building.worker`), not a fork. Both sides exchange lines of
+JSON over standard streams. During a build, the deadline, the memory in use and the caller's check
+are tested twenty times per second. If a test fails, the process is killed, because native code
+cannot be ended otherwise. All methods block and are called in threads.
 """
 
 from __future__ import annotations
@@ -61,17 +61,9 @@ class MemoryExceededError(Exception):
 
 
 class BuildProcess:
-    """A running worker process.
+    """A running worker process; `idle_bytes` is the memory in use before the first build.
 
-    Parameters
-    ----------
-    command : sequence of str
-        Command line of a worker with the protocol of `service.building.worker`.
-
-    Attributes
-    ----------
-    idle_bytes : int or None
-        Memory in use before the first build.
+    `command` starts a worker with the protocol of `service.building.worker`.
     """
 
     def __init__(self, command: Sequence[str] = WORKER_COMMAND) -> None:
@@ -112,17 +104,9 @@ class BuildProcess:
         return private_bytes(self.pid)
 
     def wait_until_ready(self, check: Callable[[], None]) -> None:
-        """Wait until the process has compiled its kernels.
+        """Wait until the process has compiled its kernels; raise `ProcessDiedError` if it ends.
 
-        Parameters
-        ----------
-        check : callable
-            Called repeatedly. An exception ends the process.
-
-        Raises
-        ------
-        ProcessDiedError
-            The process ended.
+        `check` is called repeatedly, and its exception ends the process.
         """
         try:
             self._event(check)
@@ -139,23 +123,10 @@ class BuildProcess:
         progress: Callable[[str, float], None],
         check: Callable[[], None],
     ) -> dict[str, Any]:
-        """Build one gamut and return the final event.
+        """Build one gamut and return the final event; the worker's module explains `request`.
 
-        Parameters
-        ----------
-        request : dict
-            Argument of `service.building.worker.build`.
-        timeout : float
-            Deadline in seconds.
-        progress : callable
-            Receives stage and fraction.
-        check : callable
-            Called twenty times per second. An exception ends the process.
-
-        Raises
-        ------
-        ProcessDiedError, BuildTimeoutError, MemoryExceededError
-            The build was ended, and the process is gone.
+        `timeout` is the deadline in seconds, and an exception of `check` ends the process. After
+        `ProcessDiedError`, `BuildTimeoutError` and `MemoryExceededError` the process is gone.
         """
         deadline = time.monotonic() + timeout
         memory = request.get("memory", 0)
@@ -243,18 +214,8 @@ class BuildProcess:
 def private_bytes(process: int | str) -> int | None:
     """Return the bytes of a process's memory that are neither shared nor mapped from files.
 
-    Libraries and cached kernels are mapped and shared, so they do not count. Reserved address space
-    that was never touched does not count either.
-
-    Parameters
-    ----------
-    process : int or str
-        Process id, or ``self``.
-
-    Returns
-    -------
-    int or None
-        None if the system does not report it, or if there is no such process.
+    Mapped libraries, cached kernels and address space that was never touched do not count. The
+    result is None without such a process, or if the system does not report its memory.
     """
     try:
         pages = Path(f"/proc/{process}/statm").read_text().split()

@@ -1,9 +1,26 @@
 """The process that builds gamuts: ``python -m service.building.worker``.
 
-It compiles all kernels, reports that it is ready, and builds one gamut after the other. Requests
-are lines of JSON on standard input, events are lines of JSON on standard output. Inputs and history
-files are passed by path. The process ends when its standard input ends, so it never outlives the
-service.
+The process compiles all kernels, reports that it is ready, and builds one gamut after the other.
+Requests are lines of JSON on standard input, events are lines of JSON on standard output. Inputs
+and history files are passed by path. The process ends when its standard input ends, so it never
+outlives the service.
+
+A request has the members:
+
+- ``id``: the id that the gamut must get.
+- ``input``, ``output``: paths of the data and of the history file.
+- ``options``, ``limits``: options of the gamut, and members of `Limits`.
+- ``memory``: memory limit in bytes; 0 for none.
+- ``seconds``: deadline, if any.
+
+``progress`` events name a stage of `gamutcore.building.STAGES`, or ``encoding`` while the history
+file is written. The last event has ``seconds`` by stage, and ``last`` if the process ends:
+
+- ``built``: the history file is written.
+- ``refused``: the input or an option is at fault.
+- ``outdated``: the job has the id of another version of the algorithm.
+- ``exhausted``: memory.
+- ``failed``: the system, or a defect.
 
 The service watches the memory of a build and kills the process. The process itself limits single
 large allocations. See ``docs/decisions/builds-in-a-worker-process.md``.
@@ -93,21 +110,7 @@ class Progress:
 
 
 def build(request: dict[str, Any], events: Events) -> None:
-    """Build one gamut, write its history file, and send the outcome.
-
-    Parameters
-    ----------
-    request : dict
-        ``id`` is the id that the gamut must get, ``input`` and ``output`` are paths, ``options`` is
-        a mapping of options, ``limits`` holds members of `Limits`, ``memory`` is the memory limit
-        in bytes, 0 for none, and ``seconds`` is the deadline, if any.
-    events : Events
-        Receives ``progress`` events with a stage of `gamutcore.building.STAGES` or ``encoding``,
-        the writing of the history file. Then it receives one of ``built``, ``refused`` (the input
-        or an option is at fault), ``outdated`` (the job has the id of another version of the
-        algorithm), ``exhausted`` (memory) and ``failed`` (the system or a defect), with
-        ``seconds`` by stage, and ``last`` if the process ends.
-    """
+    """Build one gamut, write its history file, and send the outcome (see the module)."""
     progress = Progress(events)
     if "seconds" in request:
         limit_processor_time(request["seconds"])
@@ -141,7 +144,7 @@ def build(request: dict[str, Any], events: Events) -> None:
 
 
 def _refusal(error: GamutError) -> dict[str, Any]:
-    """Return the event that passes an error on whole."""
+    """Return the event that passes on the whole error."""
     return {
         "event": "refused",
         "code": error.code,
@@ -175,7 +178,7 @@ def _write_history(gamut: Gamut, path: Path, progress: Progress) -> dict[str, An
 def _temporary_files_beside(output: str) -> Iterator[None]:
     """Let decoders write to the scratch folder. /tmp may be small, read-only or in memory.
 
-    The names begin with that of the output, so the service finds what a killed worker left.
+    The names begin with the output's name, so the service finds the files of a killed worker.
     """
     before = tempfile.tempdir, tempfile.template
     path = Path(output)
@@ -190,9 +193,9 @@ def _temporary_files_beside(output: str) -> Iterator[None]:
 def _data_limit(memory: int) -> Iterator[None]:
     """Let allocations fail that would exceed `memory` bytes in use.
 
-    RLIMIT_DATA limits private writable address space. Compilers and allocators reserve far more
-    than they use: 410 MiB in a warm worker that uses 186. So the limit is the space reserved now
-    plus the memory that is left.
+    RLIMIT_DATA limits private writable address space, of which compilers and allocators reserve
+    more than they use (410 MiB in a warm worker that uses 186). So the limit is the space reserved
+    now plus the memory that is left.
     """
     in_use = private_bytes("self")
     reserved = _reserved_bytes()

@@ -1,7 +1,7 @@
 """A least-recently-used cache that is bounded in bytes.
 
-It holds open histories and encoded meshes, whose sizes differ by three orders of magnitude. The
-uses of all caches have one clock, so that the oldest value of several caches can be found. A cache
+The cache holds open histories and encoded meshes, whose sizes differ by three orders of magnitude.
+All caches share one clock of uses, so that the oldest value of several caches can be found. A cache
 belongs to the event loop's thread and takes no lock.
 """
 
@@ -24,19 +24,10 @@ _CLOCK = count()
 
 
 class ByteBoundedCache(Generic[Key, Value]):
-    """Cache of the values used last, up to `capacity` bytes.
+    """Cache of the most recently used values, up to `capacity` bytes. A larger value is not kept.
 
-    Parameters
-    ----------
-    capacity : int
-        Largest total size in bytes. A larger value is not kept.
-
-    Attributes
-    ----------
-    nbytes : int
-        Total size of the values.
-    hits, misses, evictions : int
-        Number of values that were found, added, and removed for lack of space.
+    `hits`, `misses` and `evictions` count values that were found, added, and removed for lack of
+    space.
     """
 
     def __init__(self, capacity: int) -> None:

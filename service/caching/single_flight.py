@@ -1,6 +1,6 @@
 """Single flight: simultaneous requests for the same work share one execution.
 
-The work runs in a task of its own, so it survives the cancellation of the request that started it.
+The work runs in a separate task, so it survives the cancellation of the request that started it.
 After `forget`, current waiters still get the result, and later requests start anew.
 """
 

@@ -67,16 +67,9 @@ class JobCancelledError(LeaseLostError):
 
 @dataclass(frozen=True)
 class Claim:
-    """The right to build a job.
+    """The right to build a job, valid for `lease` seconds without renewal.
 
-    Attributes
-    ----------
-    document : JobDocument
-        The job after the claim's last change.
-    version : str
-        Version of the document's blob.
-    lease : float
-        Seconds for which the claim is valid without renewal.
+    `document` is the job after the claim's last change, and `version` the version of its blob.
     """
 
     document: JobDocument
@@ -85,21 +78,11 @@ class Claim:
 
 
 class JobBook:
-    """The jobs of a deployment.
+    """The jobs of a deployment under ``jobs/``, on hosts whose clocks agree to within a lease.
 
-    Parameters
-    ----------
-    blobs : Blobs
-        Storage of the documents, under ``jobs/``.
-    attempts : int
-        Largest number of attempts of a build.
-    clock : callable
-        Seconds of the Unix epoch. The clocks of all hosts must agree to within a lease.
-    lost_options : callable, optional
-        Maps the id of a job with a damaged document to the options of the build; None if there is
-        nothing to build.
-    on_damaged : callable, optional
-        Called with the id of a damaged job by the process that replaced or removed the document.
+    For a damaged document, `lost_options` maps the job's id to the build's options, or to None if
+    there is nothing to build. The process that replaces or removes the document calls `on_damaged`
+    with the id.
     """
 
     def __init__(
@@ -135,12 +118,8 @@ class JobBook:
     ) -> tuple[JobDocument, bool]:
         """Return the job that builds a gamut: the current job, or a new one for a client's mark.
 
-        Returns
-        -------
-        document : JobDocument
-            Queued or running.
-        new : bool
-            Whether the caller must queue it: the job is new, or its builder is gone.
+        The second value tells whether the caller must queue the job: it is new, or its builder is
+        gone.
         """
         while True:
             time_ = self._now()
@@ -174,23 +153,10 @@ class JobBook:
         return None if found is None else found[0]
 
     def claim(self, job_id: str, owner: str, lease: float) -> Claim | None:
-        """Claim a job, which counts as an attempt; return None if it cannot be claimed.
+        """Claim a job for `owner`, valid for `lease` seconds without renewal; count an attempt.
 
-        A job without attempts left is marked as failed.
-
-        Parameters
-        ----------
-        job_id : str
-            The job.
-        owner : str
-            Name of the builder.
-        lease : float
-            Seconds for which the claim is valid without renewal.
-
-        Returns
-        -------
-        Claim or None
-            None if the job is unknown or has ended, or if another lease is valid.
+        The result is None if the job is unknown or has ended, or if another lease is valid. A job
+        without attempts left is marked as failed.
         """
         while True:
             found = self._read(job_id)
@@ -222,12 +188,8 @@ class JobBook:
     def heartbeat(self, claim: Claim, stage: str, fraction: float) -> Claim:
         """Renew a claim, store the progress, and return the new claim.
 
-        Raises
-        ------
-        JobCancelledError
-            The job was cancelled.
-        LeaseLostError
-            Another builder has the job.
+        Raise `JobCancelledError` if the job was cancelled, and `LeaseLostError` if another builder
+        has it.
         """
         return self._change(
             claim,
@@ -248,12 +210,9 @@ class JobBook:
         return self._change(claim, document).document
 
     def record_crash(self, claim: Claim, problem: Problem) -> JobDocument:
-        """Queue a job whose process died again, or fail it after the last attempt.
+        """Queue a job again whose process died, or fail it after the last attempt.
 
-        Raises
-        ------
-        LeaseLostError
-            The claim was lost.
+        Raise `LeaseLostError` if the claim was lost.
         """
         document = claim.document
         if document.attempts >= self._attempts:
@@ -263,10 +222,7 @@ class JobBook:
     def release(self, claim: Claim) -> JobDocument:
         """Give an unfinished job back: queue it again without counting the attempt.
 
-        Raises
-        ------
-        LeaseLostError
-            The claim was lost.
+        Raise `LeaseLostError` if the claim was lost.
         """
         document = claim.document
         return self._change(claim, self._queue_again(document, document.attempts - 1)).document
@@ -287,8 +243,8 @@ class JobBook:
     def requeue(self, job_id: str, token: int) -> JobDocument | None:
         """Queue a running job again if it still has this token: its owner is known to be gone.
 
-        Only for a store that belongs to one process, at its start. The attempt stays counted, so an
-        input that ends the whole service is given up as well.
+        Only a store that belongs to one process calls this, at its start. The attempt stays
+        counted, so an input that ends the whole service is given up as well.
         """
         while True:
             found = self._read(job_id)
@@ -299,11 +255,10 @@ class JobBook:
                 return changed
 
     def revive(self, job_id: str, silence: float) -> JobDocument | None:
-        """Queue a lost job again and return it. Only the caller that gets the job sends it.
+        """Queue a lost job again; return it to the one caller that must send it, else None.
 
-        A running job is lost when its lease has ended. A queued job is lost when it was not updated
-        for `silence` seconds. None if the job is not lost, if another caller was faster, or if no
-        attempts are left.
+        A running job is lost when its lease has ended, a queued job after `silence` seconds without
+        an update. A lost job without attempts left is failed.
         """
         found = self._read(job_id)
         if found is None or found[0].final or not self._is_abandoned(found[0], silence):
@@ -326,9 +281,8 @@ class JobBook:
     def forget_finished(self, older_than: float) -> list[str]:
         """Remove the jobs that ended `older_than` seconds ago, and return their ids.
 
-        Blobs cannot be removed by compare-and-swap. Therefore the job is first marked as forgotten,
-        by compare-and-swap, and then removed. A request that wants to renew it waits for the
-        removal.
+        Blobs cannot be removed by compare-and-swap. So the job is first marked as forgotten by
+        compare-and-swap, and a request that wants to renew it waits for the removal.
         """
         limit = rfc3339(self._clock() - older_than)
         forgotten = []
@@ -353,7 +307,7 @@ class JobBook:
         return document.state == "forgotten" and document.updated < limit
 
     def _replace_forgotten(self, fresh: JobDocument) -> JobDocument | None:
-        """Return a job that replaced a forgotten one; None if that one has been removed."""
+        """Return a job that replaced a forgotten one; None if the latter has been removed."""
         deadline = time.monotonic() + _REMOVAL_WAIT
         while (found := self._read_any(fresh.id)) is not None and found[0].state == "forgotten":
             document, version = found

@@ -31,10 +31,9 @@ def rfc3339(seconds: float) -> str:
 
 
 def client_mark(client: str) -> str:
-    """Return 16 bits of a hash of a client's name.
+    """Return 16 bits of a hash of a client's name, by which builds are shared out.
 
-    Builds are shared out by it. Clients with the same mark share a turn, which costs little, and a
-    mark does not tell an address.
+    Clients with the same mark share a turn, which costs little. A mark does not reveal an address.
     """
     return hashlib.sha256(client.encode()).hexdigest()[:4]
 
@@ -45,30 +44,23 @@ class JobDocument:
 
     Attributes
     ----------
-    id : str
-        Id of the gamut.
-    options : dict
-        All options of the gamut.
-    state : str
+    state
         ``succeeded``, ``failed`` and ``cancelled`` are final. A ``forgotten`` job is about to be
         removed and counts as absent.
-    stage, fraction : str, float
+    stage, fraction
         Stage of `gamutcore` and its finished part, 0 to 1.
-    attempts : int
+    attempts
         Number of starts since the last acceptance.
-    created, updated, started, finished : str
-        Times in RFC 3339. The last two may be None.
-    problem : dict, optional
+    created, updated, started, finished
+        Times in RFC 3339.
+    problem
         Argument of `Problem.from_mapping`: why the job failed or was cancelled.
-    owner : str, optional
-        The builder.
-    token : int
-        Fencing token; grows with every claim.
-    lease_until : float, optional
-        End of the owner's lease, in seconds of the Unix epoch.
-    trace : dict
+    owner, token, lease_until
+        The builder, its fencing token, which grows with every claim, and the end of its lease in
+        seconds of the Unix epoch.
+    trace
         Header fields that carry the trace of the first request.
-    client : str
+    client
         `client_mark` of the first request's client; empty if it is unknown.
     """
 

@@ -29,13 +29,7 @@ _RETRY = b"retry: 2000\n\n"
 
 
 class EventStreams:
-    """The bounded number of open streams.
-
-    Parameters
-    ----------
-    limit : int
-        Largest number.
-    """
+    """The open streams, `limit` at most."""
 
     def __init__(self, limit: int) -> None:
         self.limit = limit
@@ -65,14 +59,9 @@ def event_id(document: JobDocument) -> str:
 async def stream_of_events(
     changes: AsyncIterator[tuple[JobDocument, dict[str, Any]] | None], known: str | None
 ) -> AsyncIterator[bytes]:
-    """Iterate over the bytes of a stream.
+    """Iterate over the bytes of a stream; `known` is the id of the last event that the client has.
 
-    Parameters
-    ----------
-    changes : async iterator
-        The job and its JSON; None for a heartbeat.
-    known : str, optional
-        Id of the last event that the client received.
+    `changes` gives the job with its JSON, or None for a heartbeat.
     """
     yield _RETRY
     async for change in changes:

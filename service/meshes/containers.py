@@ -35,15 +35,8 @@ _CARRIED = (b"gamut-triangles", b"gamut-vertices", b"gamut-max-error", b"gamut-m
 class Asked(NamedTuple):
     """One requested mesh of a batch.
 
-    Attributes
-    ----------
-    gamut_id : str
-    name : str
-        The parameter: ``triangles``, ``max_error`` or ``max_mismatch``.
-    value : str
-        Its value as the client wrote it.
-    format_name : str
-    side : Side
+    `name` is the parameter ``triangles``, ``max_error`` or ``max_mismatch``, and `value` its value
+    as the client wrote it.
     """
 
     gamut_id: str
@@ -62,14 +55,7 @@ class Asked(NamedTuple):
 
 @dataclass(frozen=True)
 class Item:
-    """Result for a requested mesh: the mesh or a problem.
-
-    Attributes
-    ----------
-    asked : Asked
-    mesh : EncodedMesh or None
-    problem : Problem or None
-    """
+    """Result for a requested mesh: the mesh or a problem."""
 
     asked: Asked
     mesh: EncodedMesh | None
@@ -89,7 +75,7 @@ class Container(Protocol):
 
 
 class _Window(io.BytesIO):
-    """The end of a file that is written piece by piece: `take` removes what is there so far."""
+    """The end of a file that is written piece by piece: `take` removes all bytes so far."""
 
     _start = 0
 
@@ -102,7 +88,7 @@ class _Window(io.BytesIO):
         return self._start + super().seek(place - self._start, whence)
 
     def take(self) -> bytes:
-        """Return what was written since the last call."""
+        """Return the bytes written since the last call."""
         content = self.getvalue()
         self._start += len(content)
         super().seek(0)
@@ -111,12 +97,11 @@ class _Window(io.BytesIO):
 
 
 class ZipContainer:
-    """A zip archive: ``GAMUT/TRIANGLES.SUFFIX`` for every mesh, and ``index.json`` at the end.
+    """A zip archive: ``GAMUT/TRIANGLES[-SIDE].SUFFIX`` per mesh, and ``index.json`` at the end.
 
-    Names on one side are ``GAMUT/TRIANGLES-SIDE.SUFFIX``.
-
-    The index has an entry for every requested mesh, with the file or the problem. A repeated level
-    is stored once. The archive has less than 4 GiB and 65,536 members, which every reader can read.
+    The index has an entry for every requested mesh, with the file or the problem; a repeated level
+    is stored once. Every reader can read the archive, because it has less than 4 GiB and 65,536
+    members.
     """
 
     media_type = "application/zip"

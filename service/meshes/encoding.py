@@ -59,18 +59,10 @@ class MeshKey(NamedTuple):
 
 @dataclass(frozen=True)
 class EncodedMesh:
-    """The representation of a mesh in a response.
+    """The representation of a mesh in a response: body, strong entity tag and header fields.
 
-    Attributes
-    ----------
-    body : bytes
-        The file.
-    etag : str
-        Strong entity tag: the digest of the body.
-    headers : list of pairs of bytes
-        Header fields of a 200 response.
-    charge : Charge or None
-        Of the memory of the body, if it is kept or being sent.
+    The entity tag is the digest of the body, and the header fields are for a 200 response. `charge`
+    covers the body's memory while the body is kept or being sent.
     """
 
     body: bytes = field(repr=False)
@@ -89,7 +81,7 @@ class EncodedMesh:
     ) -> EncodedMesh:
         """Return the encoded mesh of a file with its counts.
 
-        `file_name` is the name of the gamut, and what follows it in the name of the file.
+        `file_name` is the gamut's name, and the part of the file's name that follows it.
         """
         etag = entity_tag(body)
         fields = {
@@ -115,7 +107,7 @@ class EncodedMesh:
         return replace(self, headers=[*headers, *own.items()])
 
     def in_coding(self, coding: str) -> EncodedMesh:
-        """Return the mesh in a content coding, which has an entity tag of its own."""
+        """Return the mesh in a content coding, with a different entity tag."""
         body = compress(self.body, coding)
         etag = entity_tag(body)
         own = {b"content-length": str(len(body)).encode(), b"etag": etag.encode()}
@@ -148,21 +140,10 @@ def file_stem(gamut_id: str) -> str:
 def encode_mesh(
     opened: OpenGamut, key: MeshKey, plain: EncodedMesh | None = None
 ) -> dict[MeshKey, EncodedMesh]:
-    """Encode a level, and compress it if the key has a content coding.
+    """Encode an unpacked level, and compress it if the key has a content coding.
 
-    Parameters
-    ----------
-    opened : OpenGamut
-        The gamut, with the level unpacked.
-    key : MeshKey
-        What to make.
-    plain : EncodedMesh, optional
-        The mesh without a content coding, if it is known.
-
-    Returns
-    -------
-    dict
-        The mesh under `key`, and every mesh that was made on the way.
+    `plain` is the mesh without a content coding, if it is known. The result holds the mesh under
+    `key`, and every mesh that was made on the way.
     """
     made: dict[MeshKey, EncodedMesh] = {}
     if plain is None:
@@ -176,7 +157,7 @@ def encode_mesh(
 
 
 class PictureOptions(NamedTuple):
-    """What a picture of a level looks like; see `gamutcore.export.rendering.mesh_picture`."""
+    """Options of a picture of a level; see `gamutcore.export.rendering.mesh_picture`."""
 
     size: int
     view: str | tuple[float, float]
@@ -189,15 +170,7 @@ class PictureOptions(NamedTuple):
 
 
 def encode_picture(opened: OpenGamut, key: MeshKey, options: PictureOptions) -> EncodedMesh:
-    """Draw a level.
-
-    Parameters
-    ----------
-    opened : OpenGamut
-        The gamut, with the level unpacked.
-    key : MeshKey
-    options : PictureOptions
-    """
+    """Draw a level, which must be unpacked."""
     with timed("draw"):
         level = opened.gamut.history.level(key.triangles)
         body = mesh_picture(level, opened.space, **options._asdict())

@@ -43,15 +43,7 @@ _SIDES: dict[bytes | None, Side] = {None: "both", **{side.encode(): side for sid
 
 
 class MeshFastPath:
-    """ASGI middleware that answers plain requests for meshes.
-
-    Parameters
-    ----------
-    app : ASGI app
-        Receives all other requests.
-    meshes : Meshes
-        The meshes.
-    """
+    """ASGI middleware that answers plain requests for meshes, and passes on all others."""
 
     def __init__(self, app: ASGIApp, meshes: Meshes) -> None:
         self.app = app

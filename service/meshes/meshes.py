@@ -1,8 +1,8 @@
 """Meshes of a library's gamuts: level, encoding and cache.
 
-`Meshes.find_ready` answers without waiting. `Meshes.mesh` asks it first, and then goes in one
-direction: open the gamut, find the level, encode it, keep it. Small levels that are unpacked are
-encoded on the event loop in about a millisecond. All others are encoded in a thread.
+`Meshes.find_ready` answers without waiting. `Meshes.mesh` calls it first. Then it opens the gamut,
+finds the level, encodes it, and keeps the mesh. Small levels that are unpacked are encoded on the
+event loop in about a millisecond. All others are encoded in a thread.
 """
 
 from __future__ import annotations
@@ -39,21 +39,9 @@ _ENTRY_BYTES = 1024
 
 
 class Meshes:
-    """The encoded meshes of a library's gamuts.
+    """The encoded meshes of a library's gamuts, in a cache of `capacity` bytes.
 
-    Parameters
-    ----------
-    library : Library
-        The open gamuts.
-    capacity : int
-        Bytes of memory for encoded meshes.
-
-    Attributes
-    ----------
-    cache : ByteBoundedCache
-        The meshes in memory.
-    levels : RequestedLevels
-        The levels that were found for limits.
+    `levels` keeps the levels that were found for limits.
     """
 
     def __init__(self, library: Library, capacity: int) -> None:
@@ -66,24 +54,10 @@ class Meshes:
     def find_ready(
         self, gamut_id: str, request: LevelRequest, format_name: str, coding: str = IDENTITY
     ) -> EncodedMesh | None:
-        """Return a mesh that is cached or takes at most about a millisecond to encode.
+        """Return a mesh that is cached or takes at most about a millisecond to encode; else None.
 
-        Parameters
-        ----------
-        gamut_id : str
-            The gamut.
-        request : LevelRequest
-            The level.
-        format_name : str
-            A key of `gamutcore.export.FORMATS`.
-        coding : str
-            One of `CODINGS`, or `IDENTITY`.
-
-        Returns
-        -------
-        EncodedMesh or None
-            None if the gamut is not open, the level is not unpacked or not found yet, the mesh is
-            large, or there is no such level.
+        The level must exist, and be found and unpacked already. `coding` is one of `CODINGS`, or
+        `IDENTITY`.
         """
         opened = self._library.find_open(gamut_id)
         level = self.levels.find_known(gamut_id, request, opened)
@@ -107,12 +81,8 @@ class Meshes:
     ) -> EncodedMesh:
         """Return a mesh; parameters as for `find_ready`.
 
-        Raises
-        ------
-        GamutNotStoredError
-            There is no such gamut, or it is damaged.
-        TriangleCountError
-            The gamut has no such level.
+        Raise `GamutNotStoredError` if the gamut is missing or damaged, and `TriangleCountError` if
+        it has no such level.
         """
         ready = self.find_ready(gamut_id, request, format_name, coding)
         if ready is not None:
@@ -141,7 +111,7 @@ class Meshes:
     async def picture(
         self, gamut_id: str, request: LevelRequest, options: PictureOptions, most: int
     ) -> EncodedMesh:
-        """Return a picture of a level of at most `most` triangles. Raises as `mesh` does."""
+        """Return a picture of a level of at most `most` triangles; raises as `mesh` does."""
         record = await self._library.record(gamut_id)
         if request.triangles is None and request.max_error is None:
             full = record.description["counts"]["triangles"]
@@ -178,7 +148,7 @@ class Meshes:
         return self._keep({key: picture}, opened, charge)[key]
 
     async def rename(self, gamut_id: str) -> None:
-        """Let the files of a gamut have its new name from now on."""
+        """Give the files of a gamut its new name from now on."""
         await self._library.rename(gamut_id)
         self.cache.discard_where(lambda key: key.gamut_id == gamut_id)
 

@@ -53,16 +53,9 @@ T = TypeVar("T")
 class LevelRequest(NamedTuple):
     """The level that a client asks for; the default level if nothing is given.
 
-    Attributes
-    ----------
-    triangles : int or None
-        Largest triangle count.
-    max_error : float or None
-        Largest distance from the full boundary, in the space's unit.
-    max_mismatch : float or None
-        Largest mismatch.
-    side : Side
-        Side of the full boundary that the mesh is on.
+    `triangles` is the largest triangle count, `max_error` the largest distance from the full
+    boundary in the space's unit, and `max_mismatch` the largest mismatch. `side` is the side of the
+    full boundary that the mesh is on.
     """
 
     triangles: int | None = None
@@ -71,7 +64,7 @@ class LevelRequest(NamedTuple):
     side: Side = "both"
 
     def for_format(self, mesh_format: MeshFormat) -> LevelRequest:
-        """Return the request with the default of a format: some are made from the full boundary."""
+        """Return the request with the default of its format: some start from the full boundary."""
         if mesh_format.full and self.triangles is None and self.limits is None:
             return self._replace(max_error=0.0)
         return self
@@ -94,15 +87,7 @@ class LevelRequest(NamedTuple):
 class RequestedLevels:
     """The levels of a library's gamuts that meet requests.
 
-    Parameters
-    ----------
-    library : Library
-        The open gamuts.
-
-    Attributes
-    ----------
-    running : int
-        Number of searches under way: one that runs, and those that wait for it.
+    `running` counts the searches under way: one that runs, and those that wait for it.
     """
 
     def __init__(self, library: Library) -> None:
@@ -128,19 +113,8 @@ class RequestedLevels:
     ) -> tuple[int, Bounds | None] | None:
         """Return the triangle count and the bounds of a level without a search.
 
-        Parameters
-        ----------
-        gamut_id : str
-            The gamut.
-        request : LevelRequest
-            The level.
-        opened : OpenGamut or None
-            The gamut if it is open.
-
-        Returns
-        -------
-        tuple or None
-            Bounds are given for limits only. None if the level is not known or does not exist.
+        Bounds are given for limits only. The result is None if the level is not known or does not
+        exist.
         """
         limits = request.limits
         if limits is not None:
@@ -158,16 +132,8 @@ class RequestedLevels:
     async def find(self, opened: OpenGamut, request: LevelRequest) -> tuple[int, Bounds | None]:
         """Return the triangle count of a level, and its bounds if the request has limits.
 
-        Raises
-        ------
-        TriangleCountError
-            The gamut has no such level.
-        GamutDamagedError
-            The history file is damaged.
-
-        Notes
-        -----
-        The caller has charged `finding_cost`.
+        Raise `TriangleCountError` if the gamut has no such level, and `GamutDamagedError` if the
+        history file is damaged. The caller has charged `finding_cost`.
         """
         gamut_id, limits, history = opened.record.id, request.limits, opened.gamut.history
         if limits is None:
@@ -184,10 +150,7 @@ class RequestedLevels:
     async def curve(self, opened: OpenGamut, side: Side) -> list[LevelError]:
         """Return the error curve of one side, `inside` or `outside`.
 
-        Raises
-        ------
-        GamutDamagedError
-            The history file is damaged.
+        Raise `GamutDamagedError` if the history file is damaged.
         """
         search = self._search_of(opened, side)
         assert isinstance(search, SidedSearch)  # noqa: S101 - `both` has its curve in the record
@@ -206,7 +169,7 @@ class RequestedLevels:
     def triangle_bound(self, record: Record, request: LevelRequest) -> int:
         """Return an upper bound of the triangle count that `find` returns, without a search.
 
-        A requested count is returned as it is, whether or not there is such a level.
+        A requested count is returned unchanged, even if the level does not exist.
         """
         limits = request.limits
         largest: int = record.description["counts"]["triangles"]
@@ -284,7 +247,7 @@ class RequestedLevels:
     async def _in_turn(
         self, opened: OpenGamut, known: Callable[[], T | None], find: Callable[[], T]
     ) -> T:
-        """Wait for the other searches, then return what is known, or find it in a thread."""
+        """Wait for the other searches, then return a known result, or find it in a thread."""
         self.running += 1
         try:
             with timed("wait"):

@@ -1,7 +1,7 @@
 """Assembly of the OpenAPI document from the routes and models.
 
-FastAPI generates the operations. This module adds the models that only bodies and examples refer
-to, and the security schemes.
+FastAPI generates the operations. This module adds the security schemes, and the models that only
+bodies and examples use.
 """
 
 from typing import Any
@@ -89,7 +89,7 @@ def openapi_document(app: FastAPI) -> dict[str, Any]:
 
 
 def _restore_examples(paths: dict[str, Any], app: FastAPI) -> None:
-    """Replace the examples of responses by those of the routes.
+    """Replace the examples of responses by the examples of the routes.
 
     FastAPI drops every member that is null, also from examples whose schema requires it.
     """
@@ -105,7 +105,7 @@ def _restore_examples(paths: dict[str, Any], app: FastAPI) -> None:
 
 
 def _with_named_schemas(node: Any, schemas: dict[str, Any]) -> Any:  # noqa: ANN401 - JSON
-    """Return a part of a document with references in the place of titled object schemas.
+    """Return a part of a document with references in place of titled object schemas.
 
     Generated clients then name the classes by the titles. The schemas are added to `schemas`.
     """
@@ -121,5 +121,5 @@ def _with_named_schemas(node: Any, schemas: dict[str, Any]) -> Any:  # noqa: ANN
 
 
 def _takes_slugs(path: str) -> bool:
-    """Return whether an operation takes slugs of reference gamuts in the place of ids."""
+    """Return whether an operation takes slugs of reference gamuts in place of ids."""
     return path.startswith("/v1/gamuts/{gamut_id}") or path == "/v1/meshes"

@@ -241,10 +241,7 @@ SECURITY: list[dict[str, Any]] = [{}, {"bearer": []}, {"apiKey": []}]
 def gamut_links(expression: str) -> dict[str, Any]:
     """Return links from a response with a gamut to the operations on it.
 
-    Parameters
-    ----------
-    expression : str
-        Runtime expression of OpenAPI for the gamut's id.
+    `expression` is the runtime expression of OpenAPI for the gamut's id.
     """
     links = {
         operation: {"operationId": operation, "parameters": {"gamut_id": expression}}
@@ -279,18 +276,10 @@ def header(description: str, example: str | int) -> dict[str, Any]:
 
 
 def binary_content(summaries: Mapping[str, str]) -> dict[str, Any]:
-    """Return the content of a response that is a file, by media type.
+    """Return the content of a response that is a file, from descriptions by media type.
 
-    Parameters
-    ----------
-    summaries : mapping of str to str
-        What the file is, by media type.
-
-    Returns
-    -------
-    dict
-        ``application/octet-stream`` comes first. Client generators that know only that type and
-        JSON then read the file as bytes.
+    ``application/octet-stream`` comes first. Client generators that know only that type and JSON
+    then read the file as bytes.
     """
     unnamed = "The bytes of the preferred format; Content-Type names it"
     every = {OCTET_STREAM: unnamed, **summaries}
@@ -419,13 +408,8 @@ _INSTEAD_OF_REBUILDING = ("queue-full", "shutting-down", "broker-unavailable", "
 def problems(*codes: str, guarded: bool = True) -> dict[int | str, dict[str, Any]]:
     """Return the descriptions of problem responses by status.
 
-    Parameters
-    ----------
-    codes : str
-        Keys of `KINDS`. ``internal-error`` is always added. With ``gamut-rebuilding``, the refusals
-        of a new build are added.
-    guarded : bool
-        Whether the operation needs a key and counts for rate limits.
+    ``internal-error`` is always added, and ``gamut-rebuilding`` adds the refusals of a new build.
+    `guarded` tells whether the operation needs a key and counts for rate limits.
     """
     responses: dict[int | str, dict[str, Any]] = {}
     refusals = _INSTEAD_OF_REBUILDING if "gamut-rebuilding" in codes else ()

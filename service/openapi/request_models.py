@@ -45,7 +45,7 @@ Coordinates = TypeAliasType(
 def _tidy(schema: dict[str, Any]) -> None:
     """Put each description on one line. Leave out defaults that are null or an object.
 
-    Such a default depends on other members, or the member is absent.
+    Such a default depends on other members, or means that the member is absent.
     """
     for member in schema["properties"].values():
         if "description" in member:
@@ -149,7 +149,7 @@ class NewName(Model):
 def _form_field(option: Option) -> tuple[Any, Any]:
     """Return the annotation and the default of an option's form field.
 
-    A field without a default: a client that sent the defaults would contradict `options`.
+    The field has no default, because a client that sent the defaults would contradict `options`.
     """
     if any(isinstance(kind, Vector | WholeNumbers) for kind in option.types):
         # Clients send an array as one part for each item. A form has it as JSON in one part.

@@ -17,20 +17,10 @@ __all__ = ["CONTENT_KINDS", "Kind"]
 
 @dataclass(frozen=True)
 class Kind:
-    """A row of the table: the common part of all problems with one code.
+    """A row of the table: the common part of all problems with one code, which is public.
 
-    Attributes
-    ----------
-    code : str
-        Stable, part of the public interface.
-    status : int
-        HTTP status code.
-    title : str
-        Summary of the kind of problem.
-    remedy : str
-        General remedy. A single problem may have a more specific one.
-    detail, where
-        An example, for the documentation.
+    A single problem may have a more specific remedy. `detail` and `where` are an example, for the
+    documentation.
     """
 
     code: str

@@ -1,7 +1,7 @@
 """Kinds of problems: one table from stable codes to HTTP status, title and remedy.
 
-The table holds the errors of `gamutcore` and those of the service. Problem documents (RFC 9457),
-the examples of the OpenAPI document and the pages under ``/problems/`` are made from it. A released
+The table holds the errors of `gamutcore` and of the service. Problem documents (RFC 9457), the
+examples of the OpenAPI document and the pages under ``/problems/`` are made from it. A released
 code never changes its meaning.
 """
 

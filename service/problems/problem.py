@@ -1,6 +1,6 @@
 """Problem documents (RFC 9457), the form of every error of the service.
 
-JSON is sent as ASCII. Problems repeat text of clients, which may contain lone surrogates; UTF-8
+JSON is sent as ASCII. Problems repeat text of clients, which may contain lone surrogates. UTF-8
 cannot encode these, but escapes can.
 """
 
@@ -46,11 +46,6 @@ def sentence(text: str) -> str:
     """Return the text of an exception as a sentence, with a capital letter and a full stop.
 
     A text that begins with the name of an option keeps the name's spelling.
-
-    Examples
-    --------
-    >>> sentence("the file is empty")
-    'The file is empty.'
     """
     if text.partition(" ")[0] not in _OPTIONS:
         text = text[:1].upper() + text[1:]
@@ -70,20 +65,10 @@ class JsonResponse(Response):
 
 @dataclass(frozen=True)
 class Problem:
-    """One occurrence of a problem.
+    """One occurrence of a problem; an unknown `code` is reported as ``gamut-error``.
 
-    Attributes
-    ----------
-    code : str
-        A key of `KINDS`. An unknown code is reported as ``gamut-error``.
-    detail : str
-        Description with the values at fault.
-    where : mapping
-        Place: keys such as ``field``, ``line``, ``column``, ``tag``, ``row``, ``header``.
-    remedy : str
-        Specific remedy; empty for the remedy of the kind.
-    headers : mapping
-        Additional header fields of the response.
+    `where` is the place, with keys such as ``field``, ``line``, ``column``, ``tag``, ``row`` and
+    ``header``. An empty `remedy` stands for the remedy of the kind.
     """
 
     code: str

@@ -62,15 +62,9 @@ class StoreUnavailableError(Exception):
 
 
 class Blob(NamedTuple):
-    """A blob that was read.
+    """A blob that was read, and the version of its content under this key.
 
-    Attributes
-    ----------
-    data : bytes
-        The content.
-    version : str
-        Identifies the content under this key. Equal content may have an equal version, as with the
-        e-tags of S3.
+    Equal content may have an equal version, as with the e-tags of S3.
     """
 
     data: bytes
@@ -108,45 +102,23 @@ class Blobs(Protocol):
     def stream(self, key: str) -> BinaryIO:
         """Return a blob as a seekable file, which survives a later delete.
 
-        Raises
-        ------
-        BlobNotFoundError
-            There is none.
+        Raise `BlobNotFoundError` if there is none.
         """
 
     def size(self, key: str) -> int:
         """Return the size of a blob in bytes; raises `BlobNotFoundError` if there is none."""
 
     def create(self, key: str, content: Content) -> str | None:
-        """Store a new blob.
+        """Store a new blob and return its version; if the key exists, return None.
 
-        Parameters
-        ----------
-        key : str
-            The name.
-        content : bytes, list of bytes, or Path
-            The content. Pieces are concatenated. A file must come from `scratch`, and is always
-            consumed.
-
-        Returns
-        -------
-        str or None
-            The version, which may be `UNVERSIONED` unless the content is bytes. None if the key
-            exists; the existing blob is not changed.
-
-        Raises
-        ------
-        StoreFullError
-            There is no space.
+        Pieces are concatenated; a file must come from `scratch`, and is always consumed. The
+        version may be `UNVERSIONED` unless the content is bytes.
         """
 
     def replace(self, key: str, data: bytes, version: str) -> str | None:
-        """Replace the content if it has this version (compare-and-swap).
+        """Replace the content if it has this version (compare-and-swap); return the new version.
 
-        Returns
-        -------
-        str or None
-            The new version. None if the blob has another version or is gone.
+        The result is None if the blob has another version or is gone.
         """
 
     def delete(self, key: str) -> bool:
@@ -158,16 +130,11 @@ class Blobs(Protocol):
     def keys(self, prefix: str, after: str = "") -> Iterator[str]:
         """Iterate over the keys with a prefix, after the key `after`, in their order.
 
-        Parameters
-        ----------
-        prefix : str
-            Ends with ``/``, or is empty.
-        after : str
-            Last key that is skipped.
+        The prefix ends with ``/``, or is empty.
         """
 
     def scratch(self, suffix: str) -> Path:
         """Return the name of a new local file for work in progress.
 
-        A local store places it on its own file system, so that `create` need not copy it.
+        A local store places the file on its own file system, so that `create` need not copy it.
         """

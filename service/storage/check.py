@@ -1,7 +1,7 @@
 """Store check: tests on the store itself that it keeps the guarantees of `Blobs`.
 
-Every test writes blobs under a prefix of its own and removes them. Properties that no test can
-show, such as durability in a power cut, are listed as not proved.
+Every test writes blobs under its own prefix and removes them. Properties that no test can show,
+such as durability in a power cut, are listed as not proved.
 """
 
 from __future__ import annotations
@@ -48,17 +48,7 @@ class _RefutedError(Exception):
 
 @dataclass(frozen=True)
 class Finding:
-    """Result of one test.
-
-    Attributes
-    ----------
-    promise : str
-        The guarantee.
-    proved : bool
-        Whether it holds.
-    detail : str
-        Figures, or the observed fault.
-    """
+    """Result of one test; `detail` holds figures, or the observed fault."""
 
     promise: str
     proved: bool
@@ -68,12 +58,8 @@ class Finding:
 def findings(blobs: Blobs, another: Blobs) -> Iterator[Finding]:
     """Test a store, guarantee by guarantee.
 
-    Parameters
-    ----------
-    blobs : Blobs
-        The open store.
-    another : Blobs
-        The same store as another process sees it, or the same object if it belongs to one process.
+    `another` is the same store as another process sees it, or the same object if the store belongs
+    to one process.
     """
     prefix = f"check/{secrets.token_hex(8)}/"
     trials: list[tuple[str, Callable[[Blobs, Blobs, str], str]]] = [
@@ -101,17 +87,7 @@ def findings(blobs: Blobs, another: Blobs) -> Iterator[Finding]:
 
 
 def report(blobs: Blobs, another: Blobs, output: TextIO) -> int:
-    """Open a store, test it, write the results, and return the exit status: 0 or 1.
-
-    Parameters
-    ----------
-    blobs : Blobs
-        The store.
-    another : Blobs
-        See `findings`.
-    output : text file
-        Receives the results.
-    """
+    """Open a store, test it, write the results, and return the exit status: 0 or 1."""
     with contextlib.ExitStack() as closing:
         try:
             for each in dict.fromkeys((blobs, another)):

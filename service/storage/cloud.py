@@ -1,11 +1,11 @@
 """Blobs as objects of a bucket at S3, Google Cloud Storage or Azure, through obstore.
 
-Object stores create and replace conditionally (``If-None-Match: *`` and ``If-Match`` at S3 and
-Azure, generations at Google), so any number of processes may share a bucket. Credentials and
+Object stores create and replace conditionally, so any number of processes may share a bucket. S3
+and Azure have ``If-None-Match: *`` and ``If-Match``, Google has generations. Credentials and
 endpoints come from the environment, as obstore reads them (``AWS_...``, ``GOOGLE_...``,
 ``AZURE_...``). Every request has a deadline and a bounded number of retries. Writes are retried
-here and not by obstore, because a retry may meet the result of its own earlier attempt. obstore's
-threads do not survive a fork, so a process must fork before it opens the storage. See
+here and not by obstore, because a retry may meet the result of its own earlier attempt. The threads
+of obstore do not survive a fork, so a process must fork before it opens the storage. See
 ``docs/operations.md``.
 """
 
@@ -92,18 +92,10 @@ _FINAL = (PermissionDeniedError, UnauthenticatedError, NotSupportedError)
 
 
 class CloudBlobs:
-    """Blobs as objects of a bucket.
+    """Blobs as objects of a bucket: ``s3://bucket/prefix``, or with ``gs://`` or ``az://``.
 
-    Parameters
-    ----------
-    address : str
-        ``s3://bucket/prefix``, ``gs://bucket/prefix`` or ``az://container/prefix``. The prefix is
-        optional.
-
-    Raises
-    ------
-    ValueError
-        The address is malformed, or the environment lacks a setting.
+    The prefix is optional. Raise ValueError if the address is malformed or the environment lacks a
+    setting.
     """
 
     remote = True
@@ -135,10 +127,7 @@ class CloudBlobs:
     def open(self) -> None:
         """List the bucket to check that it can be read, and make a folder for scratch files.
 
-        Raises
-        ------
-        StoreUnavailableError
-            The bucket cannot be listed.
+        Raise `StoreUnavailableError` if the bucket cannot be listed.
         """
         next(self.keys(""), None)
         self._scratch, self._lock = _scratch_folder()

@@ -25,13 +25,7 @@ _KEPT_SECONDS = 3600.0
 
 
 class Deletions:
-    """The announced deletions of a bucket.
-
-    Parameters
-    ----------
-    blobs : Blobs
-        The bucket.
-    """
+    """The announced deletions of a bucket."""
 
     def __init__(self, blobs: Blobs) -> None:
         self._blobs = blobs

@@ -1,7 +1,7 @@
-"""The name that clients see of a gamut: the given name, else a default from the data.
+"""The name of a gamut that clients see: the given name, else a default from the data.
 
 The default is the data's descriptor, the description of the profile, or the name of the file. A
-reference gamut has the name of the catalogue.
+reference gamut has its name in the catalogue.
 """
 
 from __future__ import annotations
@@ -21,14 +21,7 @@ _DESCRIPTORS = ("DESCRIPTOR", "DESCRIPTION", "FILE_DESCRIPTOR")
 
 
 def display_name(record: Record, stored: GamutName) -> str:
-    """Return the name of a gamut.
-
-    Parameters
-    ----------
-    record : Record
-    stored : GamutName
-        What the store has of its name.
-    """
+    """Return the name of a gamut; `stored` is the store's document about the name."""
     provenance: dict[str, Any] = record.description.get("provenance", {})
     if provenance.get("format") == "reference":
         reference = REFERENCES.get(provenance["reference"])

@@ -6,8 +6,8 @@ order of the last use of their gamut. Inputs of unfinished jobs, jobs, and gamut
 published are never removed.
 
 A store may have a million files. It is scanned for the first eviction, and the least recently used
-gamuts are kept in memory. The store reports later ones (`Eviction.note`). So another scan is needed
-only when the gamuts in memory are used up and there are others.
+gamuts are kept in memory. The store reports later gamuts (`Eviction.note`). So another scan is
+needed only when the gamuts in memory are used up and the store has others.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ class Evictable(Protocol):
 class _Queue:
     """The least recently used gamuts by the time of their last use.
 
-    A gamut that is not in the queue was used after `horizon`. An infinite horizon means that the
+    A gamut that is not in the queue was used after the horizon. An infinite horizon means that the
     queue is complete.
     """
 
@@ -87,15 +87,7 @@ class _Queue:
 
 
 class Eviction:
-    """Makes room in a local store.
-
-    Parameters
-    ----------
-    store : Evictable
-        The gamuts.
-    blobs : LocalBlobs
-        Their storage.
-    """
+    """Makes room in a local store."""
 
     def __init__(self, store: Evictable, blobs: LocalBlobs) -> None:
         self._store = store
@@ -180,7 +172,7 @@ class Eviction:
             self._gamuts.fill(self._uses("published/", ".record"))
 
     def _uses(self, prefix: str, suffix: str) -> Iterator[tuple[float, str]]:
-        """Iterate over the published gamuts with such a blob."""
+        """Iterate over last use and id of the published gamuts that have such a blob."""
         for key in self._blobs.keys(prefix):
             if key.endswith(suffix):
                 with contextlib.suppress(BlobNotFoundError):

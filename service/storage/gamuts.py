@@ -2,9 +2,9 @@
 
 A gamut is two blobs: its history file, byte for byte as clients download it, and its record with
 the description and the file's SHA-256. Every publication stores the history under a unique name
-``published/<aa>/<id>.<copy>.gamut``, then exclusively creates ``published/<aa>/<id>.record``, which
-names the copy. So a gamut exists exactly when its record exists, and concurrent publishers and
-deleters on any machines never share bytes.
+``published/<aa>/<id>.<copy>.gamut``. Then it exclusively creates ``published/<aa>/<id>.record``,
+which names the copy. So a gamut exists exactly when its record exists, and concurrent publishers
+and deleters on any machines never share bytes.
 
 Reads compare the history with the record's digest, and the record with its own. Damaged blobs are
 moved to ``quarantine/`` and count as never built. The input of a build stays as
@@ -65,10 +65,7 @@ class GamutNotStoredError(LookupError):
 class GamutDamagedError(GamutNotStoredError):
     """The gamut was damaged and is now in quarantine.
 
-    Attributes
-    ----------
-    input_kept : bool
-        Whether it can be rebuilt from its stored input.
+    `input_kept` tells whether it can be rebuilt from its stored input.
     """
 
     def __init__(self, gamut_id: str, *, input_kept: bool) -> None:
@@ -79,20 +76,9 @@ class GamutDamagedError(GamutNotStoredError):
 class GamutStore:
     """The gamuts and their inputs in a storage.
 
-    Parameters
-    ----------
-    blobs : Blobs
-    keep_inputs : bool
-        Whether inputs stay after the publication.
-
-    Attributes
-    ----------
-    names : Names
-    owners : Owners
-    hits, misses, evictions : int
-        Requested records that exist, and that do not; gamuts removed for lack of space.
-    on_evicted : callable, optional
-        Called with the id of an evicted gamut, in some thread.
+    With `keep_inputs`, inputs stay after the publication. `hits` and `misses` count requested
+    records, and `evictions` gamuts removed for lack of space; `on_evicted` receives their ids, in
+    some thread.
     """
 
     def __init__(self, blobs: Blobs, *, keep_inputs: bool = True) -> None:
@@ -159,17 +145,8 @@ class GamutStore:
     def publish(self, record: Record, content: Path) -> Record:
         """Publish a gamut: store the content first, then commit with the record.
 
-        Parameters
-        ----------
-        record : Record
-            With the digest of `content`.
-        content : Path
-            A scratch file, which is consumed.
-
-        Returns
-        -------
-        Record
-            The current record. An existing gamut of this id is not changed.
+        `record` has the digest of `content`, a scratch file, which is consumed. The result is the
+        current record: an existing gamut of this id is not changed.
         """
         with self._mark_publishing(record.id):
             try:
@@ -189,15 +166,10 @@ class GamutStore:
         return record
 
     def record(self, gamut_id: str) -> Record:
-        """Return the record of a gamut.
+        """Return the record of a gamut; raise `GamutNotStoredError` if there is no intact one.
 
-        In local storage, its history file exists with its full size. While a bucket does not
+        In local storage, the history file exists with its full size. While a bucket does not
         answer, the record that was read last is returned.
-
-        Raises
-        ------
-        GamutNotStoredError
-            There is none, or it was damaged (`GamutDamagedError`).
         """
         try:
             record = self._cached.get(gamut_id) or self._read_record(gamut_id)
@@ -222,26 +194,15 @@ class GamutStore:
         return self._find_record(gamut_id) is not None
 
     def content(self, gamut_id: str) -> tuple[Record, bytes]:
-        """Return a gamut's record and its verified history file.
-
-        Raises
-        ------
-        GamutNotStoredError
-            There is none, or it was damaged (`GamutDamagedError`).
-        """
+        """Return a gamut's record and its verified history file; raises as `record` does."""
         record, file = self.verified_file(gamut_id)
         with file:
             return record, file.read()
 
     def verified_file(self, gamut_id: str) -> tuple[Record, BinaryIO]:
-        """Return a gamut's record and its open, verified history file.
+        """Return a gamut's record and its open, verified history file; raises as `record` does.
 
         The handle stays readable if the gamut is deleted meanwhile.
-
-        Raises
-        ------
-        GamutNotStoredError
-            There is none, or it was damaged (`GamutDamagedError`).
         """
         record = self.record(gamut_id)
         with contextlib.suppress(BlobNotFoundError, BlobDamagedError):
@@ -321,12 +282,8 @@ class GamutStore:
     def set_aside(self, record: Record, reason: str) -> GamutDamagedError:
         """Move a gamut to the quarantine, and return the error to raise.
 
-        Parameters
-        ----------
-        record : Record
-            The record it was read with. A newer gamut with the same id is not moved.
-        reason : str
-            The damage.
+        `record` is the record that the gamut was read with. A newer gamut with the same id is not
+        moved.
         """
         return self._quarantine_gamut(record.id, reason, record)
 
@@ -344,10 +301,7 @@ class GamutStore:
     def input_path(self, gamut_id: str) -> Path:
         """Return a new scratch file with the verified input of a gamut; the caller removes it.
 
-        Raises
-        ------
-        BlobNotFoundError
-            No input is stored, or it was damaged and is in quarantine.
+        Raise `BlobNotFoundError` if no input is stored, or if it was damaged and is in quarantine.
         """
         return self._inputs.path(gamut_id)
 
@@ -540,7 +494,7 @@ class GamutStore:
 
 
 def _is_still(now: bytes, record: Record | None, data: bytes | None) -> bool:
-    """Return whether a record is still the one that was found damaged."""
+    """Return whether a record is still the record that was found damaged."""
     if data is not None:
         return now == data
     try:

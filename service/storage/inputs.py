@@ -1,9 +1,9 @@
 """The inputs that gamuts are built from, kept beside them.
 
 An input is durable before a client learns that its job was accepted, so the job survives the
-process. Afterwards the input allows a damaged gamut to be built again. A blob is three parts: the
-SHA-256 of the next line, a line of JSON with the options and the SHA-256 of the data, and the data
-as posted.
+process. Afterwards the input allows a damaged gamut to be built again. A blob has three parts: the
+SHA-256 of the next line, a line of JSON, and the data as posted. The JSON has the options and the
+SHA-256 of the data.
 """
 
 from __future__ import annotations
@@ -29,33 +29,16 @@ _HEAD_LIMIT = 1 << 20
 
 
 class Inputs:
-    """The inputs in a storage.
-
-    Parameters
-    ----------
-    blobs : Blobs
-        The storage.
-    quarantine : Quarantine
-        Receives damaged inputs.
-    """
+    """The inputs in a storage; damaged inputs are moved to the quarantine."""
 
     def __init__(self, blobs: Blobs, quarantine: Quarantine) -> None:
         self._blobs = blobs
         self._quarantine = quarantine
 
     def keep(self, gamut_id: str, data: bytes, options: dict[str, Any], sha256: str) -> None:
-        """Store an input durably. An input that exists already is used if it is intact.
+        """Store an input durably. An existing intact input is used instead.
 
-        Parameters
-        ----------
-        gamut_id : str
-            The gamut.
-        data : bytes
-            The characterisation data.
-        options : dict
-            The options of the gamut.
-        sha256 : str
-            SHA-256 of the data, hexadecimal.
+        `sha256` is the hexadecimal digest of the data.
         """
         head = {"options": options, "sha256": sha256}
         line = json.dumps(head, separators=(",", ":")).encode() + b"\n"
@@ -125,10 +108,7 @@ class Inputs:
 def _copy_verified(source: BinaryIO, target: BinaryIO | None) -> dict[str, Any]:
     """Return the options of an input, and copy its data to `target` if there is one.
 
-    Raises
-    ------
-    BlobDamagedError
-        The content does not match its digests.
+    Raise `BlobDamagedError` if the content does not match its digests.
     """
     expected = source.read(65)
     line = source.readline(_HEAD_LIMIT)

@@ -48,23 +48,11 @@ class StoreInUseError(RuntimeError):
 
 
 class LocalBlobs:
-    """Blobs as files of a directory.
+    """Blobs as files of a directory, with at most `limit` bytes in all (0 for no limit).
 
-    Parameters
-    ----------
-    directory : Path
-        Created if needed. `open` locks it for this process.
-    limit : int
-        Largest total size in bytes; 0 for no limit.
-    reserve : int
-        Bytes of the file system that new large blobs leave free. Small blobs, replacements and
-        files of this directory may use them, so that an admitted build can finish on a nearly full
-        disk.
-
-    Attributes
-    ----------
-    make_room : callable, optional
-        Called with the number of missing bytes. Returns whether it freed any.
+    Only small blobs, replacements and scratch files may use the last `reserve` bytes of the file
+    system, so an admitted build can finish. `make_room` receives the number of missing bytes and
+    returns whether it freed any.
     """
 
     remote = False
@@ -87,18 +75,14 @@ class LocalBlobs:
 
     @property
     def used(self) -> int:
-        """Total size of all blobs. Without a limit it is known some time after the opening only."""
+        """Total size of all blobs. Without a limit it is known only some time after the opening."""
         return self._used
 
     def open(self) -> None:
         """Lock the directory, remove leftovers of an earlier process, and count the bytes.
 
-        Raises
-        ------
-        StoreInUseError
-            Another process has the directory open.
-        OSError
-            The directory is not writable.
+        Raise `StoreInUseError` if another process has the directory open, and OSError if the
+        directory is not writable.
         """
         self._temporary.mkdir(parents=True, exist_ok=True)
         lock = (self.directory / "lock").open("ab")

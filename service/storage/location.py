@@ -27,19 +27,10 @@ def is_address(location: str) -> bool:
 
 
 def blobs_at(location: str, limit: int = 0, reserve: int = 0) -> Blobs:
-    """Return the storage at a location.
+    """Return the storage at a directory, or at an address with ``s3://``, ``gs://`` or ``az://``.
 
-    Parameters
-    ----------
-    location : str
-        A directory, or an address with ``s3://``, ``gs://`` or ``az://``.
-    limit, reserve : int
-        Options of a directory; see `LocalBlobs`.
-
-    Raises
-    ------
-    StoreLocationError
-        The address is not supported, or the extra for buckets is not installed.
+    `limit` and `reserve` are for a directory (see `LocalBlobs`). Raise `StoreLocationError` if the
+    address is not supported or the extra for buckets is not installed.
     """
     if is_address(location):
         try:

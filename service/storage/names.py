@@ -1,8 +1,8 @@
-"""Names of gamuts: small documents beside the gamuts, of which the last writer's counts.
+"""Names of gamuts: small documents beside the gamuts; the last write counts.
 
 A name is no part of a gamut's id, its record or anything immutable. It is stored as
 ``names/<aa>/<id>.name``: a seal, and JSON with the name. A write replaces the document by
-compare-and-swap until it succeeds, so it is durable when it returns, and every replica reads it
+compare-and-swap until it succeeds. So it is durable when it returns, and every replica reads it
 from then on. Simultaneous writes leave one of the names.
 """
 
@@ -31,20 +31,13 @@ _BIDI_CONTROLS = frozenset("\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u20
 
 
 class InvalidNameError(ValueError):
-    """A text is no name. The message is a sentence with the reason."""
+    """A text is not a name. The message is a sentence with the reason."""
 
 
 class GamutName(NamedTuple):
-    """What is known of a gamut's name.
+    """The names of a gamut: `given` by a client, and `file` of the posted data; empty if missing.
 
-    Attributes
-    ----------
-    given : str
-        The name that a client gave; empty if none did.
-    file : str
-        The name of the posted file; empty if there was none.
-    revision : int
-        Grows with every write, so that no version of the document recurs.
+    `revision` grows with every write, so that no version of the document recurs.
     """
 
     given: str = ""
@@ -55,10 +48,8 @@ class GamutName(NamedTuple):
 def checked_name(text: object) -> str:
     """Return a name in its canonical form: NFC, without white space at the ends.
 
-    Raises
-    ------
-    InvalidNameError
-        The text is empty, too long, or has characters that no name contains.
+    Raise `InvalidNameError` if the text is empty, too long, or has characters that no name
+    contains.
     """
     if not isinstance(text, str):
         message = "The name is not a text."
@@ -85,12 +76,7 @@ def _is_forbidden(character: str) -> bool:
 
 
 class Names:
-    """The names in a storage.
-
-    Parameters
-    ----------
-    blobs : Blobs
-    """
+    """The names in a storage."""
 
     def __init__(self, blobs: Blobs) -> None:
         self._blobs = blobs
@@ -102,10 +88,7 @@ class Names:
     def give(self, gamut_id: str, name: str) -> None:
         """Store a name that a client gave. It is durable on return, and replaces earlier ones.
 
-        Raises
-        ------
-        StoreUnavailableError
-            Others replaced the name at every attempt.
+        Raise `StoreUnavailableError` if others replaced the name at every attempt.
         """
         for _ in range(_ATTEMPTS):
             present, version = self._read(gamut_id)

@@ -1,8 +1,9 @@
 """List the gamuts of a store, and remove those that an earlier version of the algorithm built.
 
-The version is part of every id, so no new request gives the id of an outdated gamut: only clients
+The version is part of every id, so no new request gives the id of an outdated gamut. Only clients
 that kept the address still use it. Listing changes nothing, and works beside a running service.
-Removal needs a directory for itself. In a bucket, replicas notice it within half a minute.
+Removal from a directory needs exclusive access. In a bucket, replicas notice it within half a
+minute.
 """
 
 from __future__ import annotations
@@ -33,12 +34,11 @@ class StoredGamut:
 
     Attributes
     ----------
-    id, name : str
-    version : int
+    version
         Version of the algorithm; 0 if the record does not tell.
-    nbytes : int
+    nbytes
         History and input.
-    used : float
+    used
         Last use, in seconds of the Unix epoch. A bucket has the publication instead.
     """
 
@@ -66,7 +66,7 @@ def stored_gamuts(store: GamutStore) -> Iterator[StoredGamut]:
 
 
 def list_gamuts(store: GamutStore, output: TextIO, *, outdated: bool) -> None:
-    """Write all gamuts, or only the outdated ones, as a table."""
+    """Write all gamuts, or only the outdated gamuts, as a table."""
     output.write(_ROW.format("id", "version", "bytes", "last use", "name"))
     count = total = 0
     for gamut in stored_gamuts(store):
@@ -77,17 +77,10 @@ def list_gamuts(store: GamutStore, output: TextIO, *, outdated: bool) -> None:
 
 
 def prune(store: GamutStore, output: TextIO, *, older_than: float, confirmed: bool) -> None:
-    """Remove outdated gamuts with their inputs and names, and write what was removed.
+    """Remove outdated gamuts with their inputs and names, and write the list.
 
-    Parameters
-    ----------
-    store : GamutStore
-        Open.
-    output : text file
-    older_than : float
-        Days since the last use; 0 for all.
-    confirmed : bool
-        Whether to remove them; else they are only listed.
+    Gamuts used within `older_than` days stay; 0 removes all. Unless `confirmed`, the gamuts are
+    only listed.
     """
     before = time.time() - older_than * _DAY
     count = total = 0

@@ -14,12 +14,7 @@ __all__ = ["Owners"]
 
 
 class Owners:
-    """The owners in a storage.
-
-    Parameters
-    ----------
-    blobs : Blobs
-    """
+    """The owners in a storage."""
 
     def __init__(self, blobs: Blobs) -> None:
         self._blobs = blobs

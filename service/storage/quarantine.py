@@ -23,15 +23,7 @@ logger = logging.getLogger(__name__)
 class Quarantine:
     """Damaged blobs of a storage as ``quarantine/<name>.<mark>``, with the reason beside them.
 
-    Parameters
-    ----------
-    blobs : Blobs
-        The storage.
-
-    Attributes
-    ----------
-    count : int
-        Number of faults recorded by this process.
+    `count` is the number of faults that this process recorded.
     """
 
     def __init__(self, blobs: Blobs) -> None:
@@ -42,21 +34,10 @@ class Quarantine:
     def put(
         self, keys: Sequence[str], reason: str, is_still: Callable[[bytes], bool] | None = None
     ) -> bool:
-        """Move blobs that belong together to the quarantine.
+        """Move blobs that belong together to the quarantine; return whether they were moved.
 
-        Parameters
-        ----------
-        keys : sequence of str
-            The first is the main one: the others are useless without it.
-        reason : str
-            The damage.
-        is_still : callable, optional
-            Returns whether the current content of the first blob is still the damaged one.
-
-        Returns
-        -------
-        bool
-            Whether they were moved.
+        The first key is the main one: the others are useless without it. `is_still` tells whether
+        its current content is still the damaged one.
         """
         first = keys[0]
         mark = secrets.token_hex(4)

@@ -30,19 +30,14 @@ class Record:
 
     Attributes
     ----------
-    id : str
-        Id of the gamut, 64 hexadecimal digits.
-    sha256 : str
-        Digest of the history file, hexadecimal.
-    nbytes : int
-        Size of the history file.
-    created : str
+    sha256, nbytes
+        Hexadecimal digest and size of the history file.
+    created
         Time of publication, RFC 3339, UTC.
-    description : dict
+    description
         Description by `gamutcore`.
-    copy : str
-        Random part of the history file's name, chosen by `GamutStore.publish`; empty in old
-        records.
+    copy
+        Random part of the history file's name; empty in old records.
     """
 
     id: str
@@ -68,14 +63,10 @@ class Record:
 
 
 class RecordCache:
-    """Recently read records. Records never change, but other replicas may delete them.
+    """Recently read records, `capacity` at most.
 
-    Parameters
-    ----------
-    capacity : int
-        Largest number of records.
-    seconds : float
-        Time for which a record is assumed to exist. 0 disables the cache.
+    Records never change, but other replicas may delete them. So a record is assumed to exist for
+    some `seconds` only; 0 disables the cache.
     """
 
     def __init__(self, capacity: int, seconds: float) -> None:
@@ -132,27 +123,13 @@ def id_of(key: str) -> str:
 def seal(payload: bytes) -> bytes:
     """Return a payload with its SHA-256 in front, which `unseal` verifies.
 
-    Returns
-    -------
-    bytes
-        64 hexadecimal digits, a line feed, the payload, a line feed.
+    The parts are 64 hexadecimal digits, a line feed, the payload and a line feed.
     """
     return b"%b\n%b\n" % (hashlib.sha256(payload).hexdigest().encode(), payload)
 
 
 def unseal(data: bytes) -> bytes:
-    """Return the payload of sealed bytes.
-
-    Raises
-    ------
-    BlobDamagedError
-        The bytes are not the result of `seal`.
-
-    Examples
-    --------
-    >>> unseal(seal(b"payload"))
-    b'payload'
-    """
+    """Return the payload of sealed bytes; raise `BlobDamagedError` for other bytes."""
     digest, payload = data[:65], data[65:-1]
     expected = hashlib.sha256(payload).hexdigest().encode() + b"\n"
     if len(data) < 66 or digest != expected or data[-1:] != b"\n":

@@ -20,14 +20,8 @@ def remove_uncommitted(
 ) -> int:
     """Remove the histories that no record names, and return their number.
 
-    Parameters
-    ----------
-    blobs : Blobs
-        Storage that belongs to this process. In a shared one, other publishers are unknown.
-    is_being_published : callable
-        Returns whether this process is publishing the gamut of an id.
-    goes_on : callable
-        Returns whether to continue.
+    The storage must belong to this process: in a shared one, other publishers are unknown.
+    `goes_on` tells whether to continue.
     """
     removed = 0
     for gamut_id, keys in groupby(blobs.keys("published/"), id_of):

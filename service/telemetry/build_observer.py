@@ -1,8 +1,8 @@
 """Reports of ended builds: metrics and spans, also across forked processes.
 
 `BuildObserver` is called at the end of every build. A worker with a broker forks one process per
-slot, whose counters would be lost with it. `BuildReports` sends them through a pipe to the process
-that serves the metrics.
+slot, and the counters of these processes would be lost with them. `BuildReports` sends each build
+through a pipe to the process that serves the metrics.
 """
 
 from __future__ import annotations
@@ -34,12 +34,7 @@ _LONGEST = 512
 class BuildObserver:
     """Records the end of every build; called in any thread.
 
-    Parameters
-    ----------
-    figures : BuildFigures or BuildReports, optional
-        Counts builds, or forwards them to the process that counts.
-    traces : Traces, optional
-        Receives the spans of builds.
+    `figures` counts builds, or forwards them to the process that counts.
     """
 
     def __init__(self, figures: BuildFigures | BuildReports | None, traces: Traces | None) -> None:
@@ -47,16 +42,9 @@ class BuildObserver:
         self._traces = traces
 
     def __call__(self, outcome: str, seconds: Mapping[str, float], document: JobDocument) -> None:
-        """Record a build that has just ended.
+        """Record a build that has just ended; arguments as for `BuildFigures.count_build`.
 
-        Parameters
-        ----------
-        outcome : str
-            ``succeeded``, ``cancelled``, ``crashed`` or the code of a problem.
-        seconds : mapping
-            Seconds by stage, and of the whole build as ``total``.
-        document : JobDocument
-            The job, with the trace context of its first request.
+        `document` holds the trace context of the first request.
         """
         if self._figures is not None:
             self._figures.count_build(outcome, seconds)
@@ -78,8 +66,9 @@ class BuildObserver:
 class BuildReports:
     """A pipe for ended builds, made before the fork of the processes that write to it.
 
-    It replaces `BuildFigures` there. The process that made it counts with `forward`. There is no
-    lock, so a slot can be killed at any moment. A full pipe never delays a build.
+    In these processes it replaces `BuildFigures`; the process that made the pipe counts with
+    `forward`. A slot can be killed at any moment, as there is no lock, and a full pipe never delays
+    a build.
     """
 
     def __init__(self) -> None:

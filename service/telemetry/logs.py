@@ -74,13 +74,7 @@ _CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028\u2029]")
 
 
 def without_secrets(text: str) -> str:
-    """Return a text with all apparent credentials masked.
-
-    Examples
-    --------
-    >>> without_secrets("token=abc123")
-    'token=***'
-    """
+    """Return a text with apparent credentials masked: ``token=abc123`` becomes ``token=***``."""
     if not _may_hold_secret(text):
         return text
     for pattern in (_API_KEY, *_SECRETS):
@@ -89,7 +83,7 @@ def without_secrets(text: str) -> str:
 
 
 class TextLines(logging.Formatter):
-    """Formats records as lines for people. A traceback follows on lines of its own."""
+    """Formats records as lines for people. The lines of a traceback follow."""
 
     def format(self, record: logging.LogRecord) -> str:
         """Return the line of a record."""
@@ -104,8 +98,8 @@ class TextLines(logging.Formatter):
 class JsonLines(logging.Formatter):
     """Formats records as one JSON object per line.
 
-    Members are ``time``, ``level``, ``logger`` and ``message``; if available ``request_id``,
-    ``trace_id``, ``span_id``, ``gamut_id`` and ``exception``; and everything given with ``extra``.
+    Members are ``time``, ``level``, ``logger``, ``message``, and everything given with ``extra``.
+    If available, ``request_id``, ``trace_id``, ``span_id``, ``gamut_id`` and ``exception`` follow.
     """
 
     def format(self, record: logging.LogRecord) -> str:
@@ -140,12 +134,7 @@ class JsonLines(logging.Formatter):
 def configure_logging(log_format: str, level: str) -> None:
     """Send all log records of this process, warnings included, to standard error.
 
-    Parameters
-    ----------
-    log_format : str
-        ``text`` or ``json``.
-    level : str
-        Lowest severity, as in `Settings.log_level`.
+    The format is ``text`` or ``json``; `level` is the lowest severity, as in `Settings.log_level`.
     """
     handler = logging.StreamHandler()
     handler.setFormatter(JsonLines() if log_format == "json" else TextLines())
@@ -156,7 +145,7 @@ def configure_logging(log_format: str, level: str) -> None:
 
 
 def complain(text: str) -> None:
-    """Report why a command ends: as a line for people, or in the log if the log is JSON."""
+    """Report why a command ends: as a line for people, or as a log record if the log is JSON."""
     handlers = logging.getLogger().handlers
     if any(isinstance(handler.formatter, JsonLines) for handler in handlers):
         logging.getLogger("service").error("%s", text)

@@ -35,12 +35,9 @@ _METHODS = frozenset(
 
 
 class Distribution:
-    """A histogram with the sum of its values.
+    """A histogram with the sum of its values, by ascending upper bounds.
 
-    Parameters
-    ----------
-    bounds : iterable of float
-        Ascending upper bounds. Larger values are counted in an additional bucket.
+    Values above the last bound are counted in an additional bucket.
     """
 
     __slots__ = ("bounds", "counts", "sum")
@@ -65,23 +62,11 @@ class Distribution:
 
 
 class RequestFigures:
-    """Requests by method, route and status, and their response times.
+    """Requests by method, route and status; seconds until the response starts, by route.
 
     A route is the template of the path, such as ``/v1/gamuts/{gamut_id}/mesh``, so clients cannot
-    create new series.
-
-    Attributes
-    ----------
-    counts : dict
-        Requests by method, route and status.
-    seconds : dict of Distribution
-        Time from the arrival of a request to the start of its response, by route.
-    refusals : dict
-        Answers of the server without the app, by code of the problem; not in `counts`.
-    in_progress : int
-        Requests under way.
-    sent_bytes : int
-        Bytes of content in all responses.
+    create new series. `refusals` counts the server's answers without the app, by code of the
+    problem; they are not in `counts`.
     """
 
     def __init__(self) -> None:
@@ -107,17 +92,7 @@ class RequestFigures:
 
 
 class BuildFigures:
-    """Builds of this process by outcome, and the time of their stages. Thread-safe.
-
-    Attributes
-    ----------
-    outcomes : dict
-        Ended builds by ``succeeded``, ``cancelled`` or the code of the problem.
-    seconds : Distribution
-        Times of whole builds.
-    stages : dict of Distribution
-        Times by stage of `gamutcore`.
-    """
+    """Builds of this process by outcome, and seconds of builds and of their stages. Thread-safe."""
 
     def __init__(self) -> None:
         self.outcomes: dict[str, int] = {}
@@ -128,12 +103,8 @@ class BuildFigures:
     def count_build(self, outcome: str, seconds: Mapping[str, float]) -> None:
         """Count an ended build.
 
-        Parameters
-        ----------
-        outcome : str
-            ``succeeded``, ``cancelled``, ``crashed`` (one attempt) or the code of a problem.
-        seconds : mapping
-            Seconds by stage, if known, and of the whole build as ``total``.
+        The outcome is ``succeeded``, ``cancelled``, ``crashed`` (one attempt) or the code of a
+        problem. `seconds` are by stage, if known, and of the whole build as ``total``.
         """
         with self._lock:
             self.outcomes[outcome] = self.outcomes.get(outcome, 0) + 1
@@ -148,15 +119,9 @@ class BuildFigures:
 
 
 class QueryFigures:
-    """Queries by operation. Thread-safe.
+    """Answered rows and seconds of computation by operation. Thread-safe.
 
-    Attributes
-    ----------
-    rows : dict of int
-        Answered rows by operation.
-    seconds : dict of Distribution
-        Times of computation by operation. Large queries are answered piece by piece, and every
-        piece counts.
+    Large queries are answered piece by piece, and every piece counts.
     """
 
     def __init__(self) -> None:

@@ -34,16 +34,10 @@ __all__ = [
 
 
 def exposition(families: Callable[[], Iterable[Metric]], accept: str) -> tuple[bytes, str]:
-    """Return metric families as text, and the media type of the text.
+    """Return metric families and those of the process as text, and the text's media type.
 
-    It takes some milliseconds and may be called in any thread.
-
-    Parameters
-    ----------
-    families : callable
-        Returns the families. Those of the process are added.
-    accept : str
-        The value of ``Accept``. It selects OpenMetrics or Prometheus' own format.
+    ``Accept`` selects OpenMetrics or Prometheus' own format. The function takes some milliseconds
+    and may be called in any thread.
     """
     from prometheus_client.exposition import choose_encoder  # noqa: PLC0415
 
@@ -59,33 +53,11 @@ def serve_build_figures(
     process: str = "self",
     descriptors: int | None = None,
 ) -> tuple[int, Callable[[], None]]:
-    """Serve the build metrics of a worker, in a thread.
+    """Serve a worker's build metrics in a thread; return the port and a function that stops it.
 
-    Parameters
-    ----------
-    figures : BuildFigures
-        The counters.
-    host : str
-        Listening address.
-    port : int
-        Port; 0 selects a free one.
-    process : str
-        Id of the process whose resource use is reported, with its descendants.
-    descriptors : int, optional
-        The folder of that process's descriptors in ``/proc``, opened by that process. Others may
-        not open it (`service.building.confinement.hide_memory`).
-
-    Returns
-    -------
-    int
-        The port.
-    callable
-        Stops the server.
-
-    Raises
-    ------
-    OSError
-        The port is not free.
+    The resource use of `process` and its descendants is reported. `descriptors` is the open folder
+    of that process's descriptors in ``/proc``, which only that process may open
+    (`service.building.confinement.hide_memory`).
     """
     from prometheus_client import start_http_server  # noqa: PLC0415
 
@@ -234,7 +206,7 @@ def counter(name: str, meaning: str, value: float) -> Metric:
 def metric_family(
     kind: str, name: str, meaning: str, samples: Iterable[tuple[dict[str, str], float]]
 ) -> Metric:
-    """Return a metric family with metric_family samples; `kind` is ``gauge`` or ``counter``."""
+    """Return a metric family with samples; `kind` is ``gauge`` or ``counter``."""
     from prometheus_client.core import Metric  # noqa: PLC0415
 
     family = Metric(name, meaning, kind)

@@ -22,14 +22,7 @@ the process, CPU time of its ended children, and resident pages."""
 class Usage(NamedTuple):
     """Resource use of processes.
 
-    Attributes
-    ----------
-    processes : int
-        Number of processes.
-    resident_bytes : int
-        Resident memory; shared pages count once per process.
-    cpu_seconds : float
-        CPU time of running and ended processes.
+    Shared pages count once per process in `resident_bytes`. `cpu_seconds` includes ended processes.
     """
 
     processes: int
@@ -38,17 +31,9 @@ class Usage(NamedTuple):
 
 
 def descendants_usage(root: str = "self") -> Usage | None:
-    """Return memory and CPU time of all descendants of a process.
+    """Return memory and CPU time of all descendants of a process, without the process itself.
 
-    Parameters
-    ----------
-    root : str
-        Id of the process, by default the caller. Neither is counted itself.
-
-    Returns
-    -------
-    Usage or None
-        None if the system does not report it.
+    The result is None if the system does not report them.
     """
     own, waiting = _fields(root), _children(root)
     if own is None or waiting is None:

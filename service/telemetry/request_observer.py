@@ -1,9 +1,9 @@
 """Request observer: metrics, access log and spans of every request.
 
-The ASGI middleware is inside the request ids and outside everything else, so it also sees the
-answers of other middleware and to defects. Answers below the app go to `Refusals`. Counting is a
-few additions; log lines and spans are made only on demand. Queries are logged only if they consist
-of known parameters, because others may contain credentials.
+The ASGI middleware is inside the request ids and outside everything else. So it also sees the
+answers of other middleware, and the answers to defects. Answers below the app go to `Refusals`.
+Counting is a few additions; log lines and spans are made only on demand. Queries are logged only if
+they consist of known parameters, because others may contain credentials.
 """
 
 from __future__ import annotations
@@ -70,16 +70,7 @@ class MatchedRoute(NamedTuple):
 class RequestObserver:
     """ASGI middleware that counts, logs and traces requests.
 
-    Parameters
-    ----------
-    app : ASGI app
-        Sets ``scope["route"]`` to the matched route, as Starlette's router does.
-    figures : RequestFigures
-        The counters.
-    access_log : bool
-        Whether to log a line per request.
-    traces : Traces, optional
-        Receives a span per request.
+    The app sets ``scope["route"]`` to the matched route, as Starlette's router does.
     """
 
     def __init__(
@@ -138,15 +129,7 @@ class RequestObserver:
 
 
 class Refusals:
-    """Counts and logs the answers that the server gives below the app.
-
-    Parameters
-    ----------
-    figures : RequestFigures
-        The counters.
-    access_log : bool
-        Whether to log a line per answer.
-    """
+    """Counts and logs the answers that the server gives below the app."""
 
     def __init__(self, figures: RequestFigures, *, access_log: bool) -> None:
         self.figures = figures

@@ -1,7 +1,7 @@
-"""``Server-Timing`` (W3C): where the time of a request went.
+"""``Server-Timing`` (W3C): the time that each part of a request took.
 
-Code measures a part with ``with timed("encode")``. Times of the same name add up. Work in a task of
-its own counts for the request that started it.
+Code measures a part with ``with timed("encode")``. Times of the same name add up. Work in a
+separate task counts for the request that started it.
 """
 
 from __future__ import annotations
@@ -23,10 +23,7 @@ _current: ContextVar[dict[str, float] | None] = ContextVar("server_timing", defa
 class timed:  # noqa: N801 - a context manager, read like a function
     """Context manager that adds its duration to the answer of the current request.
 
-    Parameters
-    ----------
-    name : str
-        A token of RFC 9110.
+    The name is a token of RFC 9110.
     """
 
     __slots__ = ("_name", "_start")
@@ -46,12 +43,7 @@ class timed:  # noqa: N801 - a context manager, read like a function
 
 
 class ServerTiming:
-    """ASGI middleware that adds the times of a request to its answer.
-
-    Parameters
-    ----------
-    app : ASGI app
-    """
+    """ASGI middleware that adds the times of a request to its answer."""
 
     def __init__(self, app: ASGIApp) -> None:
         self.app = app

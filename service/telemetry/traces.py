@@ -52,10 +52,8 @@ def current_trace() -> tuple[str, str] | None:
 def propagation_headers() -> dict[str, str]:
     """Return the header fields that let another process continue the current trace.
 
-    Returns
-    -------
-    dict of str
-        ``traceparent`` and, if the client sent it, ``tracestate``; empty without a trace.
+    The fields are ``traceparent`` and, if the client sent it, ``tracestate``. Without a trace there
+    are none.
     """
     if _current.get() is None:
         return {}
@@ -69,18 +67,10 @@ def propagation_headers() -> dict[str, str]:
 
 
 def traces_enabled(setting: str) -> bool:
-    """Return whether the setting and the environment enable traces.
+    """Return whether the setting `Settings.traces` and the environment enable traces.
 
-    Parameters
-    ----------
-    setting : str
-        `Settings.traces`.
-
-    Raises
-    ------
-    TracesUnavailableError
-        The setting is ``on`` and the packages are missing, or the environment selects an unknown
-        exporter.
+    Raise `TracesUnavailableError` if the setting is ``on`` without the packages, or if the
+    environment selects an unknown exporter.
     """
     if setting == "off":
         return False
@@ -118,13 +108,7 @@ def traces_of(setting: str) -> Traces | None:
 
 
 class Traces:
-    """Makes the spans of one process.
-
-    Parameters
-    ----------
-    processor : SpanProcessor
-        Receives ended spans.
-    """
+    """Makes the spans of one process; `processor` receives ended spans."""
 
     def __init__(self, processor: SpanProcessor) -> None:
         from opentelemetry.trace.propagation.tracecontext import (  # noqa: PLC0415
@@ -137,14 +121,9 @@ class Traces:
 
     @contextlib.contextmanager
     def request(self, scope: Scope, request_id: str) -> Iterator[Span]:
-        """Open the span of a request. `set_outcome` adds its name and outcome.
+        """Open the span of a request, which continues its ``traceparent``.
 
-        Parameters
-        ----------
-        scope : ASGI scope
-            Of the request. The span continues its ``traceparent``.
-        request_id : str
-            Stored as an attribute, to find the log lines.
+        The request id is an attribute, to find the log lines. `set_outcome` adds name and outcome.
         """
         from opentelemetry.trace import SpanKind, use_span  # noqa: PLC0415
 
@@ -198,18 +177,9 @@ class Traces:
     ) -> None:
         """Write the spans of an ended build: its own, and one per stage.
 
-        Parameters
-        ----------
-        gamut_id : str
-            The gamut.
-        outcome : str
-            ``succeeded``, ``cancelled`` or the code of a problem.
-        seconds : mapping
-            Seconds by stage, in the order of the stages.
-        started, finished : float
-            Start and end in seconds since the epoch.
-        trace : mapping
-            The `propagation_headers` of the first request; may be empty.
+        The outcome is ``succeeded``, ``cancelled`` or the code of a problem. `started` and
+        `finished` are seconds of the Unix epoch, and `trace` holds the `propagation_headers` of the
+        first request.
         """
         from opentelemetry.trace import SpanKind, StatusCode, set_span_in_context  # noqa: PLC0415
 
