@@ -71,7 +71,7 @@ class TestOfFogra39:
     def test_bounds_of_distance_are_tight(self, difference_from_full, fogra39_curve):
         """Compare with distances from the full boundary, whose own bounds are about 3 % too large.
 
-        docs/decisions/error-curve.md states up to 25 % for a few levels.
+        Near the full boundary they may be 40 % too large (docs/decisions/error-curve.md).
         """
         for level in fogra39_curve[10:-1:4]:
             direct = difference_from_full(level.triangles)
