@@ -34,6 +34,7 @@ __all__ = [
     "device_surface",
     "distinct_rows",
     "outward_faces",
+    "values_between",
 ]
 
 SURFACE_SAMPLES = WholeNumber(8, 5_000_000)
@@ -52,6 +53,8 @@ MAX_PATCHES = 200_000
 """Largest number of patches; above it (13 inks and more), only the corners are sampled."""
 _BLOCK = 1 << 15
 """Number of points that are computed at once, to limit the memory of intermediate results."""
+MOST_BETWEEN = 400_000
+"""Largest number of sides whose middles are tried; 100,000 points have 300,000 sides."""
 _EVENLY = 0.1
 """Share of the mean curvature that every cell is given, because the first pass may miss some."""
 
@@ -117,6 +120,9 @@ class SurfaceColours:
     faces : SurfaceFaces, optional
         Triangles between the points that cover the device's surface. None if there is no device
         model, or its faces are too many. `colours_in_space` turns closed surfaces outwards.
+    between : (k, 3) float, optional
+        Further colours that the device can make, which show by how much a boundary through the
+        points misses them: those of `values_between`, and of the samples by the device model.
     """
 
     points: FloatArray
@@ -126,6 +132,7 @@ class SurfaceColours:
     channels: tuple[str, ...] = ()
     own_values: FloatArray | None = None
     faces: SurfaceFaces | None = None
+    between: FloatArray | None = None
 
 
 def device_surface(
@@ -187,6 +194,31 @@ def outward_faces(points: FloatArray, faces: SurfaceFaces) -> SurfaceFaces:
     if TriangleMesh(points, faces.corners).volume >= 0:
         return faces
     return replace(faces, corners=np.ascontiguousarray(faces.corners[:, [0, 2, 1]]))
+
+
+def values_between(surface: DeviceSurface) -> FloatArray:
+    """Return device values in the middle of the sides of a surface's triangles, (k, n).
+
+    There the colours are farthest from the flat pieces between the points. Sides on edges of the
+    cube have two more values, because nothing beside such an edge covers what is missed.
+    """
+    if surface.faces is None:
+        return surface.device[:0]
+    corners, labels = surface.faces.corners.astype(np.int64), surface.faces.labels
+    sides = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2), axis=2)
+    keys = sides.reshape(-1, 2) @ [len(surface.device), 1]
+    order = np.argsort(keys, kind="stable")
+    keys, patch = keys[order], np.repeat(labels, 3)[order]
+    first = np.flatnonzero(np.append(True, keys[1:] != keys[:-1]))
+    on_edge = np.minimum.reduceat(patch, first) != np.maximum.reduceat(patch, first)
+    one, two = np.divmod(keys[first], len(surface.device))
+    step = -(-len(one) // MOST_BETWEEN)
+    shares = ((0.5, slice(None, None, step)), (0.25, on_edge), (0.75, on_edge))
+    values = [
+        (1 - share) * surface.device[one[which]] + share * surface.device[two[which]]
+        for share, which in shares
+    ]
+    return np.concatenate(values)
 
 
 def _even_surface(patches: Patches, surface_samples: int) -> DeviceSurface:
