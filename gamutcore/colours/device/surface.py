@@ -53,8 +53,8 @@ MAX_PATCHES = 200_000
 """Largest number of patches; above it (13 inks and more), only the corners are sampled."""
 _BLOCK = 1 << 15
 """Number of points that are computed at once, to limit the memory of intermediate results."""
-MOST_BETWEEN = 400_000
-"""Largest number of sides whose middles are tried; 100,000 points have 300,000 sides."""
+MOST_BETWEEN = 200_000
+"""Largest number of sides within faces whose middles are tried. 100,000 points have as many."""
 _EVENLY = 0.1
 """Share of the mean curvature that every cell is given, because the first pass may miss some."""
 
@@ -197,28 +197,29 @@ def outward_faces(points: FloatArray, faces: SurfaceFaces) -> SurfaceFaces:
 
 
 def values_between(surface: DeviceSurface) -> FloatArray:
-    """Return device values in the middle of the sides of a surface's triangles, (k, n).
+    """Return device values in the middle of the longest sides of a surface's triangles, (k, n).
 
     There the colours are farthest from the flat pieces between the points. Sides on edges of the
-    cube have two more values, because nothing beside such an edge covers what is missed.
+    cube have three values each, because nothing beside such an edge covers what is missed.
     """
     if surface.faces is None:
         return surface.device[:0]
-    corners, labels = surface.faces.corners.astype(np.int64), surface.faces.labels
-    sides = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2), axis=2)
-    keys = sides.reshape(-1, 2) @ [len(surface.device), 1]
-    order = np.argsort(keys, kind="stable")
-    keys, patch = keys[order], np.repeat(labels, 3)[order]
-    first = np.flatnonzero(np.append(True, keys[1:] != keys[:-1]))
-    on_edge = np.minimum.reduceat(patch, first) != np.maximum.reduceat(patch, first)
-    one, two = np.divmod(keys[first], len(surface.device))
-    step = -(-len(one) // MOST_BETWEEN)
-    shares = ((0.5, slice(None, None, step)), (0.25, on_edge), (0.75, on_edge))
-    values = [
-        (1 - share) * surface.device[one[which]] + share * surface.device[two[which]]
-        for share, which in shares
-    ]
-    return np.concatenate(values)
+    values, labels = surface.device, surface.faces.labels
+    starts, ends = surface.faces.corners, np.roll(surface.faces.corners, -1, axis=1)
+    longest = ((values[starts] - values[ends]) ** 2).sum(axis=2).argmax(axis=1)
+    keys = np.minimum(starts, ends) * np.int64(len(values)) + np.maximum(starts, ends)
+    inner = np.unique(keys[np.arange(len(keys)), longest])
+    inner = inner[:: -(-len(inner) // MOST_BETWEEN)]
+    order = np.argsort(keys, axis=None)
+    ranked, label = keys.reshape(-1)[order], np.repeat(labels, 3)[order]
+    first = np.flatnonzero(np.append(True, ranked[1:] != ranked[:-1]))
+    on_edge = np.minimum.reduceat(label, first) != np.maximum.reduceat(label, first)
+    outer = ranked[first[on_edge]]
+    parts = []
+    for share, sides in ((0.5, inner), (0.25, outer), (0.5, outer), (0.75, outer)):
+        one, two = np.divmod(sides, len(values))
+        parts.append((1 - share) * values[one] + share * values[two])
+    return np.concatenate(parts)
 
 
 def _even_surface(patches: Patches, surface_samples: int) -> DeviceSurface:
