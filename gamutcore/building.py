@@ -252,10 +252,10 @@ def _boundary_of_colours(
 
 
 def _boundary_error(colours: SurfaceColours, boundary: Boundary) -> float:
-    """Return the largest distance by which the device's own colours are outside of a boundary."""
-    if colours.between is None:
-        return 0.0
-    own = np.concatenate([colours.points, colours.between])
+    """Return the largest distance by which colours of the gamut are outside of its boundary."""
+    own = colours.points
+    if colours.between is not None:
+        own = np.concatenate([own, colours.between])
     index = build_index(boundary.mesh.vertices, boundary.mesh.faces, boundary.centre)
     outside = own[~contains(own, index)]
     return round_up(float(nearest(outside, index).distance.max(initial=0.0)))

@@ -32,6 +32,9 @@ weights and the sum of squares have some ten roundings of 2⁻⁵³."""
 SAFE = 1.001
 """Factor of a tolerance that covers the rounding of a point that is moved towards the centre."""
 
+TINY = 1e-300
+"""Divisor in place of 0."""
+
 THIN = 1e-6
 """Squared sine of the angle of a face below which the face counts as thin. The weights of the
 projection are then corrected once, and the edges are tried as well."""
@@ -165,7 +168,7 @@ def _contains(points: FloatArray, index: LevelIndex, tolerance: float) -> Boolea
     # A level is star-shaped about each point of the ball with the radius `inner`. If the surface
     # is within the tolerance of a point, the point is therefore inside after it is moved towards
     # the centre by this factor. The test of the moved point is much faster than the distance.
-    centre, share, face = index.centre, index.inner / (index.inner + SAFE * tolerance), 0
+    centre, share, face = index.centre, index.inner / max(index.inner + SAFE * tolerance, TINY), 0
     for row in range(len(points)):
         x, y, z = points[row, 0], points[row, 1], points[row, 2]
         inside[row] = is_inside(x, y, z, index, terms)
