@@ -247,8 +247,8 @@ def _boundary_of_colours(
     given = provenance["warnings"]
     if isinstance(given, list):
         provenance["warnings"] = [*given, *wrapping.warnings]
-    error = _boundary_error(colours, boundary)
-    return _FullBoundary(boundary, values, provenance, wrapping.device_volume, error)
+    missed = _boundary_error(colours, boundary)
+    return _FullBoundary(boundary, values, provenance, wrapping.device_volume, missed)
 
 
 def _boundary_error(colours: SurfaceColours, boundary: Boundary) -> float:

@@ -121,12 +121,11 @@ class Answering(ABC):
         >>> 0 < Gamut(colours).tolerance() < 0.1
         True
         """
-        return self._tolerance(self._level(triangles, max_error))
-
-    def _tolerance(self, level: IndexedLevel) -> float:
+        if triangles is None and max_error is None:
+            max_error = self.default_error
+        count, _ = self.levels.find(triangles, max_error)
         missed: float = self.description.get("boundary_error", 0.0)
-        bound = self.levels.error_bound(level.triangles)
-        return bound + missed + GRID_CORNER * self.history.step
+        return self.levels.error_bound(count) + missed + GRID_CORNER * self.history.step
 
     @cached_property
     def _white_lightness(self) -> float:

@@ -157,12 +157,11 @@ class MappingAnswers(Answering):
             delta_e=rows.in_shape(difference),
         )
 
-    def _is_moved(
-        self, before: FloatArray, after: FloatArray, level: IndexedLevel
-    ) -> BooleanArray:
+    def _is_moved(self, before: FloatArray, after: FloatArray, level: IndexedLevel) -> BooleanArray:
         """Whether colours have moved by more than the tolerance of the level, if it is small."""
+        tolerance = self.tolerance(triangles=level.triangles)
         distance = np.linalg.norm(after - before, axis=1)
-        return np.asarray(distance > min(self._tolerance(level), self.default_error))
+        return np.asarray(distance > min(tolerance, self.default_error))
 
     def _with_black(self, points: FloatArray, black: float, level: IndexedLevel) -> FloatArray:
         """Return points in the space of the gamut, with its black in place of another one."""

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
     from gamutcore.arrays import BooleanArray, FloatArray
     from gamutcore.colour_rows import Colours
+    from gamutcore.levels import IndexedLevel
 
 __all__ = ["METRIC", "TOLERANCE", "PointAnswers"]
 
@@ -85,8 +86,13 @@ class PointAnswers(Answering):
         """
         rows, _ = self._asked(colours, space)
         level = self._level(triangles, max_error)
-        limit = self._tolerance(level) if tolerance is None else _distance("tolerance", tolerance)
+        limit = self._limit(tolerance, level)
         return rows.in_shape(queries.contains(rows.points, level.index, limit))
+
+    def _limit(self, tolerance: float | None, level: IndexedLevel) -> float:
+        if tolerance is None:
+            return self.tolerance(triangles=level.triangles)
+        return _distance("tolerance", tolerance)
 
     def convert(self, colours: Colours, space: str) -> FloatArray:
         """Return colours of another space in the space of the gamut.
@@ -195,7 +201,7 @@ class PointAnswers(Answering):
         ['inside', 'edge', 'outside']
         """
         level = self._level(triangles, max_error)
-        limit = self._tolerance(level) if tolerance is None else _distance("tolerance", tolerance)
+        limit = self._limit(tolerance, level)
         if edge_width is None:
             edge_width = self.default_edge_width if tolerance is None else tolerance
         width = max(limit, _distance("edge_width", edge_width))

@@ -193,9 +193,7 @@ def colours_in_space(colours: SurfaceColours, space: ColourSpace) -> SurfaceColo
         "warnings": warnings,
     }
     faces = None if colours.faces is None else outward_faces(points, colours.faces)
-    return replace(
-        colours, points=points, provenance=provenance, faces=faces, between=between
-    )
+    return replace(colours, points=points, provenance=provenance, faces=faces, between=between)
 
 
 def _coordinates(

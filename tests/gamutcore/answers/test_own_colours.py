@@ -23,6 +23,8 @@ ROOT = Path(__file__).parents[3]
 RGB_SPACES = [slug for slug, each in REFERENCES.items() if each.kind == "rgb"]
 PRESSES = ["FOGRA39L.ti3", "FOGRA29L.ti3"]
 
+CUBE = list(product((40, 60), (-10, 10), (-10, 10)))
+
 LEVELS = ({}, {"max_error": 0.0}, {"triangles": 100})
 
 
@@ -102,8 +104,7 @@ def test_colours_beyond_the_tolerance_are_outside() -> None:
 
 
 def test_tolerance_is_the_sum_of_the_errors() -> None:
-    cube = [(l, a, b) for l in (40, 60) for a in (-10, 10) for b in (-10, 10)]
-    gamut = Gamut(cube)
+    gamut = Gamut(CUBE)
     corner = 3**0.5 / 2 * gamut.description["grid_step"]
     assert gamut.tolerance(max_error=0.0) == pytest.approx(
         corner + gamut.description["boundary_error"]
@@ -114,8 +115,7 @@ def test_tolerance_is_the_sum_of_the_errors() -> None:
 
 
 def test_edge_width_is_separate_from_the_tolerance() -> None:
-    cube = [(l, a, b) for l in (40, 60) for a in (-10, 10) for b in (-10, 10)]
-    gamut = Gamut(cube)
+    gamut = Gamut(CUBE)
     colours = [(50, 0, b) for b in (8.5, 9.5, 10.5, 11.5)]
     assert gamut.classify(colours).tolist() == ["inside", "edge", "edge", "outside"]
     assert gamut.contains(colours).tolist() == [True, True, False, False]
