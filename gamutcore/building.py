@@ -11,6 +11,8 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
+
 from gamutcore.boundary import mesh_boundary, vertex_device_values, wrap_colours
 from gamutcore.characterisation import (
     Characterisation,
@@ -35,6 +37,7 @@ from gamutcore.history import MINIMUM_TRIANGLES, build_history
 from gamutcore.limits import Limits, apply_limits
 from gamutcore.metric.error_curve import curve_counts, error_curve, round_up
 from gamutcore.options import Options
+from gamutcore.queries import build_index, contains, nearest
 from gamutcore.references import Reference
 from gamutcore.version import ALGORITHM_VERSION, __version__
 
@@ -42,6 +45,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from gamutcore.boundary import Boundary
+    from gamutcore.colours import SurfaceColours
     from gamutcore.decimation import Decimation
     from gamutcore.history import History
     from gamutcore.mesh import DeviceValues, TriangleMesh
@@ -122,6 +126,7 @@ def build(
         **_device_volume(full),
         **_volume_error(decimation, boundary.mesh),
         "grid_step": history.step,
+        "boundary_error": full.boundary_error,
         "area": boundary.mesh.area,
         "centre": boundary.centre.tolist(),
         "bounds": boundary.mesh.bounds.tolist(),
@@ -148,12 +153,13 @@ def _volume_error(decimation: Decimation, full: TriangleMesh) -> dict[str, Any]:
 
 
 class _FullBoundary(NamedTuple):
-    """A boundary, the device values of its vertices, its provenance and the device's volume."""
+    """A boundary, the device values of its vertices, its provenance, and its errors."""
 
     boundary: Boundary
     values: DeviceValues | None
     provenance: dict[str, Any]
     device_volume: float | None = None
+    boundary_error: float = 0.0
 
 
 def _parsed(data: bytes, options: Options) -> Characterisation:
@@ -209,7 +215,18 @@ def _boundary_of_colours(
     given = provenance["warnings"]
     if isinstance(given, list):
         provenance["warnings"] = [*given, *wrapping.warnings]
-    return _FullBoundary(boundary, values, provenance, wrapping.device_volume)
+    missed = _boundary_error(colours, boundary)
+    return _FullBoundary(boundary, values, provenance, wrapping.device_volume, missed)
+
+
+def _boundary_error(colours: SurfaceColours, boundary: Boundary) -> float:
+    """Return the largest distance by which colours of the gamut are outside of its boundary."""
+    own = colours.points
+    if colours.between is not None:
+        own = np.concatenate([own, colours.between])
+    index = build_index(boundary.mesh.vertices, boundary.mesh.faces, boundary.centre)
+    outside = own[~contains(own, index)]
+    return round_up(float(nearest(outside, index).distance.max(initial=0.0)))
 
 
 def _flat_colours(

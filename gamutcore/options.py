@@ -142,10 +142,11 @@ class Options:
     )
     boundary: str = option(
         Choice(tuple(BOUNDARIES)),
-        default="modified-convex-hull",
+        default="auto",
         description="Method that wraps the colours in a closed surface. `device-surface` takes the "
         "outermost faces of the device's own cube, and needs a profile or samples with a device "
-        "model.",
+        "model. `auto` is `device-surface` where it is possible and no `gamma` is given, else "
+        "`modified-convex-hull`.",
         data=_WRAPPED_DATA,
     )
     gamma: float | str | None = _boundary_option(

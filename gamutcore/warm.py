@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gamutcore.boundary import BOUNDARIES, compute_boundary
+from gamutcore.boundary import BOUNDARIES, compute_boundary, device_surface_boundary
 from gamutcore.boundary.device_centre import hidden_area
 from gamutcore.boundary.radial_volume import COARSE, radial_volume
 from gamutcore.boundary.star_kernel import face_planes
@@ -27,6 +27,7 @@ from gamutcore.characterisation import Samples, characterisation
 from gamutcore.characterisation.icc.grid import Grid
 from gamutcore.characterisation.icc.process_elements import FloatGrid
 from gamutcore.colours import surface_colours
+from gamutcore.colours.device.surface import SurfaceFaces
 from gamutcore.decimation import COSTS, decimate
 from gamutcore.export import FORMATS, mesh_file
 from gamutcore.export.rendering import mesh_picture
@@ -43,7 +44,6 @@ from gamutcore.mesh import DeviceValues, TriangleMesh
 from gamutcore.metric import mismatch, radial_difference, voxel_mismatch
 from gamutcore.metric.error_curve import curve_counts, error_curve
 from gamutcore.metric.level_search import Bounds, LevelSearch
-from gamutcore.options import Options
 from gamutcore.queries import (
     LevelIndex,
     build_index,
@@ -107,6 +107,15 @@ def _use_surface() -> None:
     faces = np.array([(0, 1, 2), (0, 2, 3), (0, 3, 1), (1, 3, 2)], np.int32)
     hidden_area(face_planes(corners, faces), np.zeros(3))
     radial_volume(corners, faces, np.full(3, 0.1), COARSE)
+    # two tetrahedra that cross
+    cube = np.array(list(np.ndindex(2, 2, 2)), np.float64)
+    corners = cube[[0, 3, 5, 6, 7, 4, 2, 1]]
+    both = np.concatenate([faces[:, ::-1], faces + np.int32(4)])
+    labels = np.arange(len(both), dtype=np.int32)
+    device_surface_boundary(corners, SurfaceFaces(both, labels, closed=False))
+    index = _index()
+    nearest(index.vertices, index)
+    contains(index.vertices, index)
 
 
 def _decimate_cube(cost: str) -> None:
@@ -189,16 +198,6 @@ def _use_options() -> None:
     for method, entry in BOUNDARIES.items():
         if not entry.needs_faces:
             boundary = compute_boundary(_device(), method)
-    # four channels, so that faces cross
-    device = np.array(list(np.ndindex(2, 2, 2, 2)), np.float64)
-    rows = np.column_stack(
-        [100 - 25 * device.sum(axis=1), 60 * (device[:, :2] - device[:, 1:3] + device[:, 3:] / 9)]
-    )
-    inks = "\n".join(",".join(map(str, row)) for row in np.column_stack([device, rows]).tolist())
-    Gamut(
-        f"CMYK_C,CMYK_M,CMYK_Y,CMYK_K,LAB_L,LAB_A,LAB_B\n{inks}\n".encode(),
-        Options(boundary="device-surface", surface_samples=2000),
-    )
     history = build_history(decimate(boundary.mesh, boundary.centre, "quadric"))
     cursor = history.cursor(100)
     cursor.finer()
@@ -218,7 +217,6 @@ def _index() -> LevelIndex:
 def _use_distances() -> None:
     """Answer queries about distances."""
     index = _index()
-    nearest(index.vertices, index)
     signed_distance(index.vertices, index)
     delta_e_2000(index.vertices, index.vertices)
     nearest_ciede2000(index.vertices[:2], index)
@@ -227,7 +225,6 @@ def _use_distances() -> None:
 def _use_other_queries() -> None:
     """Answer all other queries."""
     index = _index()
-    contains(index.vertices, index)
     cusp_points(np.zeros(1), index)
     crossings(index.vertices, index.vertices[::-1], index)
     compare(index, index)

@@ -164,10 +164,17 @@ class GamutSteps(RemoteGamut):
 
     # --- colours ---------------------------------------------------------------------------------
 
-    def contains(self, colours: Colours, **asked: Unpack[Question]) -> Steps[BooleanArray]:
-        """Whether colours are in gamut: inside the level, or on its surface."""
+    def contains(
+        self, colours: Colours, *, tolerance: float | None = None, **asked: Unpack[Question]
+    ) -> Steps[BooleanArray]:
+        """Whether colours are in gamut: inside the level, or within a tolerance of it.
+
+        By default, the tolerance covers the error of the level and of the full boundary. With 0,
+        colours are exactly inside or on the surface.
+        """
         rows = colour_rows(colours)
-        records, _ = yield from self._post("contains", rows.points, asked)
+        params = {**asked, "tolerance": tolerance}
+        records, _ = yield from self._post("contains", rows.points, params)
         return rows.in_shape(records["inside"].astype(bool))
 
     def distance(self, colours: Colours, **asked: Unpack[Question]) -> Steps[FloatArray]:
@@ -178,11 +185,23 @@ class GamutSteps(RemoteGamut):
         return rows.in_shape(records["distance"].astype(np.float64))
 
     def classify(
-        self, colours: Colours, *, tolerance: float, **asked: Unpack[Question]
+        self,
+        colours: Colours,
+        *,
+        edge_width: float | None = None,
+        tolerance: float | None = None,
+        **asked: Unpack[Question],
     ) -> Steps[NDArray[np.str_]]:
-        """Say whether colours are ``"inside"``, at the ``"edge"`` or ``"outside"``."""
+        """Say whether colours are ``"inside"``, at the ``"edge"`` or ``"outside"``.
+
+        A colour is at the edge if its distance from the surface is at most `edge_width`, or the
+        tolerance. The default width is `tolerance` if that is given, else 1 in CIELAB.
+        """
         rows = colour_rows(colours)
-        params = {**asked, "tolerance": tolerance}
+        limits = {"tolerance": tolerance, "edge_width": edge_width}
+        # services of earlier versions know the tolerance alone
+        limits["position"] = True if tolerance is None and edge_width is None else None
+        params = {**asked, **limits}
         records, _ = yield from self._post("contains", rows.points, params)
         return rows.in_shape(records["position"])
 

@@ -22,10 +22,16 @@ if TYPE_CHECKING:
     from gamutcore.history import History
     from gamutcore.levels import IndexedLevel
 
-__all__ = ["DEFAULT_ERROR", "Answering"]
+__all__ = ["DEFAULT_EDGE_WIDTH", "DEFAULT_ERROR", "Answering"]
 
 DEFAULT_ERROR = 0.1
 """Error of the level that answers, where the white of the space has a lightness of 100."""
+
+DEFAULT_EDGE_WIDTH = 1.0
+"""Distance from the surface of a colour at the edge, where the white has a lightness of 100."""
+
+GRID_CORNER = 3.0**0.5 / 2.0
+"""Largest distance of a point from the nearest grid point ÷ grid step."""
 
 
 class Answering(ABC):
@@ -81,6 +87,45 @@ class Answering(ABC):
     def default_error(self) -> float:
         """Error limit of the level that answers unless another one is asked for."""
         return DEFAULT_ERROR / 100.0 * self._white_lightness
+
+    @cached_property
+    def default_edge_width(self) -> float:
+        """Largest distance from the surface of a colour at the edge, unless another is given."""
+        return DEFAULT_EDGE_WIDTH / 100.0 * self._white_lightness
+
+    def tolerance(self, *, triangles: int | None = None, max_error: float | None = None) -> float:
+        """Return the distance up to which a colour outside of a level counts as in gamut.
+
+        Parameters
+        ----------
+        triangles, max_error : optional
+            The level, as for `contains`.
+
+        Returns
+        -------
+        float
+            In units of the gamut's space: the error bound of the level, the rounding of
+            coordinates to the grid, and the largest distance by which the full boundary misses the
+            device's own colours, ``description["boundary_error"]``. A colour that the device can
+            make is not farther outside.
+
+        Raises
+        ------
+        OptionError, TriangleCountError
+            As for `contains`.
+
+        Examples
+        --------
+        >>> from gamutcore import Gamut
+        >>> colours = [(20, 0, 0), (90, 0, 0), (50, 60, 0), (50, -40, 50), (50, -40, -50)]
+        >>> 0 < Gamut(colours).tolerance() < 0.1
+        True
+        """
+        if triangles is None and max_error is None:
+            max_error = self.default_error
+        count, _ = self.levels.find(triangles, max_error)
+        missed: float = self.description.get("boundary_error", 0.0)
+        return self.levels.error_bound(count) + missed + GRID_CORNER * self.history.step
 
     @cached_property
     def _white_lightness(self) -> float:

@@ -23,7 +23,7 @@ from gamutcore.queries.colour_difference import delta_e_2000
 
 if TYPE_CHECKING:
     from gamutcore.answers.picture_mapping import MappedPicture
-    from gamutcore.arrays import FloatArray
+    from gamutcore.arrays import BooleanArray, FloatArray
     from gamutcore.colour_rows import Colours
     from gamutcore.export.picture_file import Depth
     from gamutcore.levels import IndexedLevel
@@ -153,9 +153,15 @@ class MappingAnswers(Answering):
             channels=channels,
             triangles=level.triangles,
             max_error=level.max_error,
-            moved=rows.in_shape((found.points != rows.points).any(axis=1)),
+            moved=rows.in_shape(self._is_moved(rows.points, found.points, level)),
             delta_e=rows.in_shape(difference),
         )
+
+    def _is_moved(self, before: FloatArray, after: FloatArray, level: IndexedLevel) -> BooleanArray:
+        """Whether colours have moved by more than the tolerance of the level, if it is small."""
+        tolerance = self.tolerance(triangles=level.triangles)
+        distance = np.linalg.norm(after - before, axis=1)
+        return np.asarray(distance > min(tolerance, self.default_error))
 
     def _with_black(self, points: FloatArray, black: float, level: IndexedLevel) -> FloatArray:
         """Return points in the space of the gamut, with its black in place of another one."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
@@ -20,8 +20,9 @@ if TYPE_CHECKING:
 
     from gamutcore.arrays import BooleanArray, FloatArray
     from gamutcore.colour_rows import Colours
+    from gamutcore.levels import IndexedLevel
 
-__all__ = ["METRIC", "PointAnswers"]
+__all__ = ["METRIC", "TOLERANCE", "PointAnswers"]
 
 METRIC = Choice(
     ("CIE 1976", "CIE 2000"),
@@ -30,6 +31,11 @@ METRIC = Choice(
 """Measures of nearness, named as in colour-science. CIE 1976 is the Euclidean distance."""
 
 TOLERANCE = Number(0.0, 1e6)
+"""A largest distance from the surface, in units of the space."""
+
+
+def _distance(name: str, value: object) -> float:
+    return cast("float", check_option(name, value, TOLERANCE))
 
 
 class PointAnswers(Answering):
@@ -39,15 +45,20 @@ class PointAnswers(Answering):
         self,
         colours: Colours,
         *,
+        tolerance: float | None = None,
         space: str | None = None,
         triangles: int | None = None,
         max_error: float | None = None,
     ) -> BooleanArray:
-        """Whether colours are in gamut: inside the level, or on its surface.
+        """Whether colours are in gamut: inside the level, or within a tolerance of it.
 
         Parameters
         ----------
         colours : (..., 3) array_like
+        tolerance : float, optional
+            Largest distance of a colour outside, in units of the gamut's space; by default that of
+            `tolerance`, so that no colour of the device itself is outside. 0 asks for colours
+            inside or on the surface of the level, without rounding errors.
         space : str, optional
             Space of the colours; that of the gamut by default.
         triangles, max_error : optional
@@ -56,7 +67,6 @@ class PointAnswers(Answering):
         Returns
         -------
         (...) bool
-            Exact for the level.
 
         Raises
         ------
@@ -76,7 +86,13 @@ class PointAnswers(Answering):
         """
         rows, _ = self._asked(colours, space)
         level = self._level(triangles, max_error)
-        return rows.in_shape(queries.contains(rows.points, level.index))
+        limit = self._limit(tolerance, level)
+        return rows.in_shape(queries.contains(rows.points, level.index, limit))
+
+    def _limit(self, tolerance: float | None, level: IndexedLevel) -> float:
+        if tolerance is None:
+            return self.tolerance(triangles=level.triangles)
+        return _distance("tolerance", tolerance)
 
     def convert(self, colours: Colours, space: str) -> FloatArray:
         """Return colours of another space in the space of the gamut.
@@ -147,25 +163,30 @@ class PointAnswers(Answering):
         self,
         colours: Colours,
         *,
-        tolerance: float,
+        edge_width: float | None = None,
+        tolerance: float | None = None,
         space: str | None = None,
         triangles: int | None = None,
         max_error: float | None = None,
     ) -> NDArray[Any]:
-        """Say where colours are: inside, at the edge or outside, within a tolerance.
+        """Say where colours are: inside, at the edge or outside.
 
         Parameters
         ----------
         colours : (..., 3) array_like
-        tolerance : float
-            Largest distance from the surface of a colour at the edge.
+        edge_width : float, optional
+            Largest distance from the surface of a colour at the edge, in units of the gamut's
+            space. By default `tolerance` if that is given, else `default_edge_width`: 1 in CIELAB.
+        tolerance : float, optional
+            As for `contains`. Colours within it are at the edge as well.
         space, triangles, max_error : optional
             As for `contains`.
 
         Returns
         -------
         (...) str
-            ``"inside"``, ``"edge"`` or ``"outside"``.
+            ``"inside"``, ``"edge"`` or ``"outside"``. `contains` is true for colours inside, false
+            for colours outside, and decides by `tolerance` at the edge.
 
         Raises
         ------
@@ -176,13 +197,17 @@ class PointAnswers(Answering):
         --------
         >>> from gamutcore import Gamut
         >>> cube = [(l, a, b) for l in (40, 60) for a in (-10, 10) for b in (-10, 10)]
-        >>> Gamut(cube).classify([(50, 0, 0), (50, 0, 11), (50, 0, 25)], tolerance=2).tolist()
+        >>> Gamut(cube).classify([(50, 0, 0), (50, 0, 11), (50, 0, 25)], edge_width=2).tolist()
         ['inside', 'edge', 'outside']
         """
-        limit = check_option("tolerance", tolerance, TOLERANCE)
-        distance = self.distance(colours, space=space, triangles=triangles, max_error=max_error)
+        level = self._level(triangles, max_error)
+        limit = self._limit(tolerance, level)
+        if edge_width is None:
+            edge_width = self.default_edge_width if tolerance is None else tolerance
+        width = max(limit, _distance("edge_width", edge_width))
+        distance = self.distance(colours, space=space, triangles=level.triangles)
         far = np.where(distance < 0.0, "inside", "outside")
-        return np.where(np.abs(distance) <= limit, "edge", far)
+        return np.where(np.abs(distance) <= width, "edge", far)
 
     def nearest(
         self,

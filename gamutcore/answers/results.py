@@ -78,7 +78,8 @@ class MappedColours(SurfaceAnswer):
     Attributes
     ----------
     moved : (...) bool
-        Whether a colour was outside, or was compressed, and has another place.
+        Whether a colour was outside, or was compressed, and has moved by more than the tolerance
+        of the level (`Gamut.tolerance`), or than `default_error` if that is smaller.
     delta_e : (...) float64
         Colour difference CIE 2000 of the colours and their images.
     """

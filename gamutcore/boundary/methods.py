@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from gamutcore.colours.device.surface import SurfaceFaces
 
-__all__ = ["BOUNDARIES", "GAMMA", "Method", "compute_boundary"]
+__all__ = ["BOUNDARIES", "GAMMA", "Method", "compute_boundary", "resolve_method"]
 
 
 class Method(NamedTuple):
@@ -38,13 +38,29 @@ class Method(NamedTuple):
 
 
 BOUNDARIES: dict[str, Method] = {
+    "auto": Method(modified_convex_hull, {"gamma": "auto"}),
     "modified-convex-hull": Method(modified_convex_hull, {"gamma": "auto"}),
     "convex-hull": Method(modified_convex_hull, {"gamma": 1.0}),
     "segment-maxima": Method(segment_maxima, {"segments": SEGMENTS}),
     "device-surface": Method(device_surface_boundary, {}, needs_faces=True),
     "usv": Method(usv, {"gamma": 0.05, "basis": "icosahedron", "subdivisions": 4}),
 }
-"""Boundary methods by the value of the option ``boundary``."""
+"""Boundary methods by the value of the option ``boundary``. See `resolve_method` for ``auto``."""
+
+
+def resolve_method(
+    method: str, faces: SurfaceFaces | None, parameters: Mapping[str, Any]
+) -> tuple[str, dict[str, Any]]:
+    """Return the method that ``auto`` stands for, and its options; other methods as they are.
+
+    The device's own surface is the boundary where it is known. A given γ asks for the modified
+    convex hull, because the device's surface has no γ.
+    """
+    if method != "auto":
+        return method, dict(parameters)
+    if faces is not None and parameters.get("gamma", "auto") == "auto":
+        return "device-surface", {}
+    return "modified-convex-hull", dict(parameters)
 
 
 def compute_boundary(
@@ -87,6 +103,7 @@ def compute_boundary(
     >>> compute_boundary(cube, "convex-hull").mesh.triangles
     12
     """
+    method, parameters = resolve_method(method, faces, parameters)
     chosen = BOUNDARIES[method]
     given: dict[str, Any] = {**chosen.defaults, **parameters}
     if chosen.needs_faces:

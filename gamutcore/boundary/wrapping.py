@@ -13,7 +13,7 @@ import numpy as np
 from gamutcore.boundary.automatic_gamma import has_fallen, surface_gammas
 from gamutcore.boundary.centre import Centre, centre_of_points
 from gamutcore.boundary.device_centre import device_centre, enclosed_centre
-from gamutcore.boundary.methods import compute_boundary
+from gamutcore.boundary.methods import compute_boundary, resolve_method
 from gamutcore.boundary.radial_volume import FINE, radial_volume
 from gamutcore.errors import CentreError
 
@@ -41,7 +41,7 @@ class Wrapping(NamedTuple):
     ----------
     boundary : Boundary
     choices : dict
-        Centre and γ for the provenance, JSON-able.
+        Method, centre and γ for the provenance, JSON-able.
     device_volume : float or None
         Volume that the sampled surface of the device encloses; None without a device model.
     warnings : list of str
@@ -83,6 +83,7 @@ def wrap_colours(
     OptionError, InvalidPointsError, BoundaryError
         As of `compute_boundary`.
     """
+    method, parameters = resolve_method(method, faces, parameters)
     chosen = _centre(points, faces, centre)
     try:
         boundary, own, volume = _wrap(points, faces, method, chosen, parameters)
@@ -97,7 +98,7 @@ def wrap_colours(
         described["depth"] = round(chosen.depth, 4)
     if faces is not None and faces.closed:
         described["hidden_area"] = round(chosen.hidden, 6)
-    choices: dict[str, JSON] = {"centre": described}
+    choices: dict[str, JSON] = {"method": method, "centre": described}
     if "gamma" in parameters:
         choices["gamma"] = boundary.gamma
     return Wrapping(boundary, choices, volume, _volume_warnings(own, volume))

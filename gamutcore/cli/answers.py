@@ -61,6 +61,23 @@ def query(
     colours: Colours,
     gamut: OfGamut,
     metric: Annotated[str, typer.Option(help='"CIE 1976" or "CIE 2000".')] = "CIE 2000",
+    tolerance: Annotated[
+        float | None,
+        typer.Option(
+            help="Largest distance outside of a colour in gamut. By default that of the boundary's "
+            "and the level's error; 0 is exact."
+        ),
+    ] = None,
+    edge_width: Annotated[
+        float | None,
+        typer.Option(help="Largest distance from the surface at the edge. 1 in CIELAB."),
+    ] = None,
+    passing: Annotated[
+        float | None,
+        typer.Option(
+            "--pass", help="Largest ΔE00 from the gamut of a colour that passes. Adds passes."
+        ),
+    ] = None,
     colours_in: ColourSpace = None,
     columns: ColumnNames = None,
     triangles: Triangles = None,
@@ -70,25 +87,41 @@ def query(
 ) -> None:
     """Check a table of colours against a gamut.
 
-    The columns of the table stay. Added are in_gamut, distance (negative inside), the nearest
-    colour of the gamut, its difference delta_e_2000, and its device values in per cent. A colour
-    inside is its own nearest, and has no device values.
+    The columns of the table stay. Added are in_gamut, position (inside, edge or outside), distance
+    (negative inside), the nearest colour of the gamut, its difference delta_e_2000, and its device
+    values in per cent. A colour inside is its own nearest, and has no device values.
+
+    A colour is in gamut if it is not farther outside than the tolerance. It is at the edge if its
+    distance is at most the edge width. Both are in units of the space.
     """
     table = read_colours(colours, colours_in, columns)
     found = gamut_of(gamut, ctx)
     level = {"triangles": triangles, "max_error": max_error}
-    added, summary = _report(found, table, metric, level)
+    added, summary = _report(found, table, metric, level, (tolerance, edge_width, passing))
     write_table(_beside(table, added), output, as_json=as_json, as_csv=not as_json)
     typer.echo(summary, err=output is None)
 
 
 def _report(
-    gamut: Gamut, table: ColourTable, metric: str, level: dict[str, Any]
+    gamut: Gamut,
+    table: ColourTable,
+    metric: str,
+    level: dict[str, Any],
+    limits: tuple[float | None, float | None, float | None],
 ) -> tuple[dict[str, Any], str]:
-    """Return the columns that a query adds, and its summary."""
+    """Return the columns that a query adds, and its summary.
+
+    The limits are the tolerance, the edge width and the largest ΔE00 that passes.
+    """
     import numpy as np  # noqa: PLC0415
 
-    inside = gamut.contains(table.colours, space=table.space, **level)
+    tolerance, edge_width, passing = limits
+    if edge_width is None:
+        edge_width = gamut.default_edge_width
+    if tolerance is None:
+        tolerance = gamut.tolerance(**level)
+    asked = {"space": table.space, "tolerance": tolerance, **level}
+    inside = gamut.contains(table.colours, **asked)
     outside = ~inside
     near = gamut.nearest(table.colours[outside], metric=metric, space=table.space, **level)
     own = gamut.convert(table.colours, table.space)
@@ -97,17 +130,26 @@ def _report(
     difference[outside] = near.delta_e
     columns: dict[str, Any] = {
         "in_gamut": inside,
+        "position": gamut.classify(table.colours, edge_width=edge_width, **asked),
         "distance": gamut.distance(table.colours, space=table.space, **level),
     }
     for axis, name in enumerate(gamut.colour_space.axes):
         columns[f"nearest_{name.rstrip('*')}"] = points[:, axis]
     columns["delta_e_2000"] = difference
+    if passing is not None:
+        columns["passes"] = difference <= passing
     for place, channel in enumerate(near.channels):
         values = np.full(len(own), np.nan)
         if near.device is not None:
             values[outside] = 100.0 * near.device[:, place]
         columns[channel] = values
-    summary = f"{int(inside.sum())} of {len(own)} colours are in gamut."
+    unit = f"in {gamut.colour_space.name}"
+    summary = (
+        f"{int(inside.sum())} of {len(own)} colours are in gamut (tolerance {tolerance:.2g} {unit})"
+        f", {int((columns['position'] == 'edge').sum())} at the edge (width {edge_width:.2g})."
+    )
+    if passing is not None:
+        summary += f" {int(columns['passes'].sum())} pass (ΔE00 up to {passing:g})."
     if outside.any():
         worst = int(np.argmax(difference))
         summary += (

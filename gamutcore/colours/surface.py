@@ -26,6 +26,7 @@ from gamutcore.colours.device.surface import (
     SurfaceFaces,
     device_surface,
     outward_faces,
+    values_between,
 )
 from gamutcore.colours.measured_colours import MeasuredColours, measured_colours
 from gamutcore.colours.picture_colours import picture_colours
@@ -167,11 +168,10 @@ def colours_in_space(colours: SurfaceColours, space: ColourSpace) -> SurfaceColo
     InvalidPointsError
         As `ColourSpace.coordinates`.
     """
-    lab = colours.points
-    if colours.own_values is not None and not space.is_icc_cielab:
-        icc = Cielab(white_point("D50"))
-        lab, _ = icc.coordinates(icc.xyz(lab) @ colours.own_values.T)
-    points, moved = space.coordinates(lab, as_measured=colours.as_measured)
+    points, moved = _coordinates(colours.points, colours, space)
+    between = colours.between
+    if between is not None:
+        between, _ = _coordinates(between, colours, space)
     described = space.description()
     if space.is_icc_cielab:
         described["adaptation"] = "none: the colours are relative to D50"
@@ -193,7 +193,16 @@ def colours_in_space(colours: SurfaceColours, space: ColourSpace) -> SurfaceColo
         "warnings": warnings,
     }
     faces = None if colours.faces is None else outward_faces(points, colours.faces)
-    return replace(colours, points=points, provenance=provenance, faces=faces)
+    return replace(colours, points=points, provenance=provenance, faces=faces, between=between)
+
+
+def _coordinates(
+    lab: FloatArray, colours: SurfaceColours, space: ColourSpace
+) -> tuple[FloatArray, int]:
+    if colours.own_values is not None and not space.is_icc_cielab:
+        icc = Cielab(white_point("D50"))
+        lab, _ = icc.coordinates(icc.xyz(lab) @ colours.own_values.T)
+    return space.coordinates(lab, as_measured=colours.as_measured)
 
 
 def _profile_surface(
@@ -244,6 +253,7 @@ def _profile_surface(
         profile.channels,
         own,
         surface.faces,
+        profile_colours(profile, values_between(surface), intent).lab,
     )
 
 
@@ -270,6 +280,10 @@ def _reference_surface(
         xyz, white, corners = surface_xyz(reference, surface_samples)
         faces = SurfaceFaces(corners, np.zeros(len(corners), np.int32), closed=True)
     lab, adapted = reference_lab(xyz, white, intent, adaptation)
+    between = None
+    if surface is not None:
+        xyz = rgb_xyz(reference, values_between(surface))
+        between, _ = reference_lab(xyz, white, intent, adaptation)
     points: dict[str, JSON] = {"points": len(lab)}
     provenance: dict[str, JSON] = {
         **reference_provenance(reference, white),
@@ -287,6 +301,7 @@ def _reference_surface(
         intent == "absolute",
         channels,
         faces=faces,
+        between=between,
     )
 
 
@@ -383,8 +398,16 @@ def _sample_surface(
     provenance["surface"] = {"points": len(points), "density": density}
     provenance.update(_limits_provenance(limited))
     provenance["warnings"] = list[JSON](warnings)
+    own = device[limited.contains(device)]
+    between = model.colours(np.concatenate([values_between(surface), own]))
+    between[:, 0] = np.maximum(between[:, 0], 0.0)
     return SurfaceColours(
-        points, surface.device, provenance, channels=samples.channels, faces=surface.faces
+        points,
+        surface.device,
+        provenance,
+        channels=samples.channels,
+        faces=surface.faces,
+        between=between,
     )
 
 

@@ -6,13 +6,12 @@ computed once.
 
 from gamutcore.queries.colour_difference import delta_e_2000
 from gamutcore.queries.comparison import Comparison, Overlap, compare
-from gamutcore.queries.containment import contains
 from gamutcore.queries.crossings import Crossings, crossings
 from gamutcore.queries.cusps import Cusps, cusp_points
 from gamutcore.queries.index import Level, LevelIndex, as_index, build_index
 from gamutcore.queries.leaves import Leaves, leaves
 from gamutcore.queries.mapping import Mapped, map_colours
-from gamutcore.queries.nearest import SurfacePoints, nearest, signed_distance
+from gamutcore.queries.nearest import SurfacePoints, contains, nearest, signed_distance
 from gamutcore.queries.nearest_ciede2000 import nearest_ciede2000
 from gamutcore.queries.rings import Rings, gamut_rings
 from gamutcore.queries.sections import Section, hue_leaf, slice_polygons

@@ -9,60 +9,17 @@ float64, the exact determinant decides: points near the planes through the edges
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from gamutcore.arrays import BooleanArray, FloatArray
-from gamutcore.kernels import kernel, leaf_kernel
+from gamutcore.arrays import FloatArray
+from gamutcore.kernels import leaf_kernel
 from gamutcore.queries.directions import cell_of
-from gamutcore.queries.exact import TERMS, orientation
-from gamutcore.queries.index import Level, LevelIndex, as_index
-from gamutcore.queries.rows import checked_points
+from gamutcore.queries.exact import orientation
+from gamutcore.queries.index import LevelIndex
 
-__all__ = ["contains", "is_inside"]
+__all__ = ["is_inside"]
 
 NEAR = 2.0**-10
 """Part of the farthest vertex's distance from the centre beyond which the cell is certain."""
-
-
-def contains(points: ArrayLike, level: Level) -> BooleanArray:
-    """Whether points are in gamut: inside a level, or on its surface.
-
-    Parameters
-    ----------
-    points : (n, 3) array_like
-        In the colour space of the level.
-    level : LevelIndex or (vertices, faces, centre)
-
-    Returns
-    -------
-    (n,) bool
-        Exact for the given floats, if their magnitudes are 0 or at least 1e-80.
-
-    Raises
-    ------
-    InvalidPointsError
-        A point is not three finite numbers; ``where["row"]`` names it.
-    MeshError
-        As for `build_index`.
-
-    Examples
-    --------
-    >>> corners = np.vstack([np.zeros(3), np.eye(3)])
-    >>> tetrahedron = (corners, [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)], (0.1, 0.1, 0.1))
-    >>> contains([(0.2, 0.2, 0.2), (0.5, 0.5, 0.0), (0.5, 0.5, 0.1)], tetrahedron).tolist()
-    [True, True, False]
-    """
-    found = checked_points(points)
-    return _contains(found, as_index(level))
-
-
-@kernel
-def _contains(points: FloatArray, index: LevelIndex) -> BooleanArray:
-    inside = np.empty(len(points), np.bool_)
-    terms = np.empty(TERMS)
-    for row in range(len(points)):
-        inside[row] = is_inside(points[row, 0], points[row, 1], points[row, 2], index, terms)
-    return inside
 
 
 @leaf_kernel

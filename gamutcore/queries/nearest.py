@@ -1,4 +1,4 @@
-"""Nearest: the point of a level's surface with the smallest Euclidean distance to a colour.
+"""Distances from a level's surface: the nearest point, and whether a colour is in gamut.
 
 A search goes down the tree over the faces (`gamutcore.queries.face_tree`), nearest cylinder first,
 and leaves out cylinders that are farther than the best face so far. Rows are answered along a
@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gamutcore.arrays import FloatArray, IndexArray, LongArray
+from gamutcore.arrays import BooleanArray, FloatArray, IndexArray, LongArray
 from gamutcore.kernels import kernel, leaf_kernel
 from gamutcore.queries.containment import is_inside
 from gamutcore.queries.curve import curve_order
@@ -23,12 +23,17 @@ from gamutcore.queries.face_tree import STACK, WIDTH, set_lower_bounds
 from gamutcore.queries.index import Level, LevelIndex, as_index
 from gamutcore.queries.rows import checked_points
 
-__all__ = ["SurfacePoints", "nearest", "signed_distance"]
+__all__ = ["SurfacePoints", "contains", "nearest", "signed_distance"]
 
 MARGIN = 2.0**-48
 """Bound of the rounding error of a distance ÷ the magnitude of the coordinates: differences,
 weights and the sum of squares have some ten roundings of 2⁻⁵³."""
 
+SAFE = 1.001
+"""Factor of a tolerance that covers the rounding of a point that is moved towards the centre."""
+
+TINY = 1e-300
+"""Divisor in place of 0."""
 
 THIN = 1e-6
 """Squared sine of the angle of a face below which the face counts as thin. The weights of the
@@ -120,6 +125,65 @@ def signed_distance(points: ArrayLike, level: Level) -> FloatArray:
     return _signed_distance(checked_points(points), as_index(level))
 
 
+def contains(points: ArrayLike, level: Level, tolerance: float = 0.0) -> BooleanArray:
+    """Whether points are in gamut: inside a level, on its surface, or within a distance of it.
+
+    Parameters
+    ----------
+    points : (n, 3) array_like
+        In the colour space of the level.
+    level : LevelIndex or (vertices, faces, centre)
+    tolerance : float, optional
+        Largest distance of a point outside.
+
+    Returns
+    -------
+    (n,) bool
+        With a tolerance of 0: exact for the given floats, if their magnitudes are 0 or at least
+        1e-80.
+
+    Raises
+    ------
+    InvalidPointsError
+        A point is not three finite numbers; ``where["row"]`` names it.
+    MeshError
+        As for `build_index`.
+
+    Examples
+    --------
+    >>> corners = np.vstack([np.zeros(3), np.eye(3)])
+    >>> tetrahedron = (corners, [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)], (0.1, 0.1, 0.1))
+    >>> points = [(0.2, 0.2, 0.2), (0.5, 0.5, 0.0), (0.5, 0.5, 0.1)]
+    >>> contains(points, tetrahedron).tolist(), contains(points, tetrahedron, 0.1).tolist()
+    ([True, True, False], [True, True, True])
+    """
+    return _contains(checked_points(points), as_index(level), float(tolerance))
+
+
+@kernel
+def _contains(points: FloatArray, index: LevelIndex, tolerance: float) -> BooleanArray:
+    inside = np.empty(len(points), np.bool_)
+    nodes, bounds, squares = np.empty(STACK, np.int64), np.empty(STACK), np.empty(WIDTH)
+    terms = np.empty(TERMS)
+    # A level is star-shaped about each point of the ball with the radius `inner`. If the surface
+    # is within the tolerance of a point, the point is therefore inside after it is moved towards
+    # the centre by this factor. The test of the moved point is much faster than the distance.
+    centre, share, face = index.centre, index.inner / max(index.inner + SAFE * tolerance, TINY), 0
+    for row in range(len(points)):
+        x, y, z = points[row, 0], points[row, 1], points[row, 2]
+        inside[row] = is_inside(x, y, z, index, terms)
+        if inside[row] or tolerance == 0.0:
+            continue
+        moved_x = centre[0] + share * (x - centre[0])
+        moved_y = centre[1] + share * (y - centre[1])
+        moved_z = centre[2] + share * (z - centre[2])
+        if not is_inside(moved_x, moved_y, moved_z, index, terms):
+            continue
+        face, square, _, _ = nearest_face(x, y, z, index, face, tolerance, nodes, bounds, squares)
+        inside[row] = square <= tolerance * tolerance
+    return inside
+
+
 @kernel
 def _nearest(
     points: FloatArray, index: LevelIndex
@@ -134,7 +198,7 @@ def _nearest(
     face = 0
     for row in curve_order(points):
         x, y, z = points[row, 0], points[row, 1], points[row, 2]
-        face, square, u, v = nearest_face(x, y, z, index, face, nodes, bounds, squares)
+        face, square, u, v = nearest_face(x, y, z, index, face, np.inf, nodes, bounds, squares)
         one, two, three = index.faces[face, 0], index.faces[face, 1], index.faces[face, 2]
         w = max(1.0 - u - v, 0.0)
         for axis in range(3):
@@ -155,7 +219,7 @@ def _signed_distance(points: FloatArray, index: LevelIndex) -> FloatArray:
     face = 0
     for row in curve_order(points):
         x, y, z = points[row, 0], points[row, 1], points[row, 2]
-        face, square, _, _ = nearest_face(x, y, z, index, face, nodes, bounds, squares)
+        face, square, _, _ = nearest_face(x, y, z, index, face, np.inf, nodes, bounds, squares)
         length = np.sqrt(square)
         distance[row] = 0.0 - length if is_inside(x, y, z, index, terms) else length
     return distance
@@ -168,6 +232,7 @@ def nearest_face(
     pz: float,
     index: LevelIndex,
     start: int,
+    within: float,
     nodes: LongArray,
     bounds: FloatArray,
     squares: FloatArray,
@@ -180,6 +245,8 @@ def nearest_face(
     index : LevelIndex
     start : int
         A face to start with. The answer does not depend on it, only the time.
+    within : float
+        Faces farther away need not be found; the answer may then be `start`.
     nodes : (STACK,) int64
     bounds : (STACK,) float64
     squares : (WIDTH,) float64
@@ -202,7 +269,7 @@ def nearest_face(
     margin = MARGIN * largest
     face = start
     square, u, v = point_in_face(px, py, pz, index, face)
-    limit = ((np.sqrt(square) + margin) * scale) ** 2
+    limit = ((min(np.sqrt(square), within) + margin) * scale) ** 2
     nodes[0], bounds[0] = 0, 0.0
     height = 1
     while height > 0:
@@ -219,7 +286,7 @@ def nearest_face(
                     closer, other_u, other_v = point_in_face(px, py, pz, index, other)
                     if closer < square or (closer == square and other < face):
                         face, square, u, v = other, closer, other_u, other_v
-                        limit = ((np.sqrt(square) + margin) * scale) ** 2
+                        limit = ((min(np.sqrt(square), within) + margin) * scale) ** 2
         else:
             bottom = height
             for at in range(WIDTH):

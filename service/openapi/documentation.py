@@ -47,7 +47,7 @@ _LINKS = {
 
 _OPTIONS = {
     "space": "CIELAB",
-    "boundary": "modified-convex-hull",
+    "boundary": "auto",
     "gamma": "auto",
     "centre": "auto",
     "cost": "volume",
@@ -96,6 +96,7 @@ EXAMPLE_GAMUT: dict[str, Any] = {
     "volume_preserved": True,
     "volume_error": 2.1e-06,
     "grid_step": 0.00048828125,
+    "boundary_error": 0.00439408,
     "area": 38078.0,
     "centre": [55.2, 3.2, 12.0],
     "bounds": [[8.9, -67.9, -50.4], [100.0, 77.3, 98.0]],

@@ -126,6 +126,7 @@ class GamutDescription(GamutSummary):
     """Largest relative difference between this volume and that of any level. Only for costs that
     preserve the volume; for others, `levels` has the volumes."""
     grid_step: float
+    boundary_error: Annotated[float, Field(ge=0)] | SkipJsonSchema[None] = None
     """All coordinates are integer multiples of this power of two."""
     area: float
     centre: Coordinates

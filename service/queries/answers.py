@@ -71,7 +71,7 @@ class JsonWriter:
     def piece(self, start: int, result: Result) -> bytes:
         """Return the document."""
         assert start == 0  # noqa: S101 - rows of JSON fit into one piece
-        document: dict[str, Any] = {"level": level_document(self._level)}
+        document: dict[str, Any] = {"level": level_document(self._level), **result.stated}
         for name, values in result.columns.items():
             if result.offsets is None:
                 document[name] = values.tolist()

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from service.http.conditional import IMMUTABLE
 from service.openapi.documentation import binary_content, header
 from service.queries.bodies import CSV, FORMS, JSON, NPY, SVG
+from service.queries.operations import stated_header
 
 if TYPE_CHECKING:
     from service.queries.operations import Operation
@@ -87,11 +88,16 @@ def query_response(operation: Operation) -> dict[str, Any]:
         }
         for column in operation.columns
     }
+    stated = {
+        name: {"type": "number", "description": f"Value of the parameter `{name}`, or its default."}
+        for name in operation.answered
+        if name not in columns
+    }
     answer = {
         "title": f"{_title(operation)}Answer",
         "type": "object",
-        "properties": {"level": _LEVEL, **columns},
-        "required": ["level"],
+        "properties": {"level": _LEVEL, **stated, **columns},
+        "required": ["level", *stated],
     }
     example = {"level": _EXAMPLE_LEVEL, **operation.answered}
     return {
@@ -115,6 +121,10 @@ def query_response(operation: Operation) -> dict[str, Any]:
                 "Upper bound of its distance from the full boundary, in units of the space.",
                 "0.268516",
             ),
+            **{
+                stated_header(name): header(schema["description"], operation.answered[name])
+                for name, schema in stated.items()
+            },
             "Cache-Control": header("Answers to POST are not cached.", "no-store"),
             "Vary": header("Request fields that select the content.", "Accept"),
         },

@@ -31,6 +31,7 @@ __all__ = [
     "Column",
     "Operation",
     "Result",
+    "stated_header",
 ]
 
 LEVEL_PARAMETERS = (
@@ -76,11 +77,14 @@ class Result(NamedTuple):
         First entry of each row, if rows have several entries.
     channels : tuple of str
         Names of the channels of device values.
+    stated : mapping of str to float
+        Values of parameters that the answer states.
     """
 
     columns: dict[str, NDArray[Any]]
     offsets: LongArray | None = None
     channels: tuple[str, ...] = ()
+    stated: Mapping[str, float] = {}
 
 
 @dataclass(frozen=True)
@@ -115,6 +119,17 @@ _DEVICE = (
 )
 
 
+def stated_header(name: str) -> str:
+    """Return the header field that states the value of a parameter.
+
+    Examples
+    --------
+    >>> stated_header("edge_width")
+    'Gamut-Edge-Width'
+    """
+    return f"Gamut-{name.replace('_', '-').title()}"
+
+
 def _list(schema: Mapping[str, Any]) -> dict[str, Any]:
     return {"type": "array", "items": schema}
 
@@ -141,6 +156,9 @@ class Operation:
         Members of an exemplary JSON body.
     answered : mapping
         The columns of the answer to the example.
+    stated : callable
+        From the level and the values of the parameters to the values that the answer states, in
+        members and in header fields.
     """
 
     name: str
@@ -153,6 +171,7 @@ class Operation:
     example: Mapping[str, Any]
     answered: Mapping[str, Any]
     inputs: tuple[str, ...] = ("colours",)
+    stated: Callable[[QueryLevel, Mapping[str, Any]], dict[str, float]] = lambda _level, _values: {}
 
     @property
     def all_parameters(self) -> tuple[Parameter, ...]:
@@ -162,13 +181,27 @@ class Operation:
 
 def _contains(level: QueryLevel, colours: list[FloatArray], values: Mapping[str, Any]) -> Result:
     gamut, asked = level.gamut, {"space": values["space"], "triangles": level.triangles}
-    columns: dict[str, NDArray[Any]] = {"inside": np.asarray(gamut.contains(colours[0], **asked))}
+    stated = _limits(level, values)
+    tolerance, width = stated["tolerance"], stated["edge_width"]
+    inside = gamut.contains(colours[0], tolerance=tolerance, **asked)
+    columns: dict[str, NDArray[Any]] = {"inside": np.asarray(inside)}
     if values["distance"]:
         columns["distance"] = gamut.distance(colours[0], **asked)
-    if values["tolerance"] is not None:
-        tolerance = values["tolerance"]
-        columns["position"] = gamut.classify(colours[0], tolerance=tolerance, **asked)
-    return Result(columns)
+    if any(values[name] not in {None, False} for name in ("position", "tolerance", "edge_width")):
+        columns["position"] = gamut.classify(
+            colours[0], tolerance=tolerance, edge_width=width, **asked
+        )
+    return Result(columns, stated=stated)
+
+
+def _limits(level: QueryLevel, values: Mapping[str, Any]) -> dict[str, float]:
+    """Return the tolerance and the edge width, with their defaults as of `Gamut.classify`."""
+    gamut, tolerance, width = level.gamut, values["tolerance"], values["edge_width"]
+    if width is None:
+        width = gamut.default_edge_width if tolerance is None else tolerance
+    if tolerance is None:
+        tolerance = gamut.tolerance(triangles=level.triangles)
+    return {"tolerance": tolerance, "edge_width": width}
 
 
 def _nearest(level: QueryLevel, colours: list[FloatArray], values: Mapping[str, Any]) -> Result:
@@ -223,8 +256,9 @@ OPERATIONS: Mapping[str, Operation] = {
             "contains",
             "containsColours",
             "Whether colours are in gamut",
-            "Whether each colour is inside the gamut or on its surface; optionally the distance "
-            "from the surface, or whether the colour is at the edge.",
+            "Whether each colour is inside the gamut, on its surface, or outside by the tolerance "
+            "at most; optionally the distance from the surface, or whether the colour is at the "
+            "edge. The answer states `tolerance` and `edge_width` in units of the space.",
             (
                 Parameter(
                     "distance",
@@ -233,10 +267,27 @@ OPERATIONS: Mapping[str, Operation] = {
                     default=False,
                 ),
                 Parameter(
+                    "position",
+                    (Boolean(),),
+                    "Whether to answer with the positions as well: inside, edge or outside. "
+                    "`tolerance` and `edge_width` imply it.",
+                    default=False,
+                ),
+                Parameter(
                     "tolerance",
                     (TOLERANCE,),
-                    "Largest distance from the surface of a colour at the edge. Adds `position`.",
+                    "Largest distance outside of a colour that is in gamut. 0: exactly inside or "
+                    "on the surface. Default: the error of the level and of the full boundary, so "
+                    "that no colour of the device itself is outside. Adds `position`.",
                     example=0.5,
+                ),
+                Parameter(
+                    "edge_width",
+                    (TOLERANCE,),
+                    "Largest distance from the surface of a colour at the edge. Default: "
+                    "`tolerance` if that is given, else 1 in CIELAB, and the same share of the "
+                    "lightness of white in other spaces. Adds `position`.",
+                    example=1.0,
                 ),
             ),
             (
@@ -249,7 +300,7 @@ OPERATIONS: Mapping[str, Operation] = {
                 ),
                 Column(
                     "position",
-                    "Where the colour is within the tolerance. With `tolerance`.",
+                    "Where the colour is. With `position=true`, `tolerance` or `edge_width`.",
                     {"type": "string", "enum": ["inside", "edge", "outside"]},
                 ),
             ),
@@ -259,7 +310,10 @@ OPERATIONS: Mapping[str, Operation] = {
                 "inside": [True, False],
                 "distance": [-38.5, 18.5],
                 "position": ["inside", "outside"],
+                "tolerance": 0.5,
+                "edge_width": 0.5,
             },
+            stated=_limits,
         ),
         Operation(
             "nearest",

@@ -28,7 +28,7 @@ from service.openapi.documentation import problems
 from service.problems.problem import Problem, ProblemError
 from service.queries.bodies import FORMS, NPY
 from service.queries.documentation import query_response, request_body
-from service.queries.operations import OPERATIONS, SOURCE_GAMUT, Operation
+from service.queries.operations import OPERATIONS, SOURCE_GAMUT, Operation, stated_header
 from service.queries.parameters import query_values, refuse, values_of
 from service.queries.queries import Question
 from service.routes.gamuts import GamutId
@@ -182,6 +182,10 @@ async def _answer(request: Request, gamut_id: str, operation: Operation) -> Resp
             "Vary": "Accept",
             "Gamut-Triangles": str(level.triangles),
             "Gamut-Max-Error": f"{level.max_error:g}",
+            **{
+                stated_header(name): f"{value:g}"
+                for name, value in operation.stated(level, values).items()
+            },
         }
         if others is None:
             return ChargedResponse(Response(first, 200, headers, accepted), charge)

@@ -46,7 +46,8 @@ KNOWN_PARAMETERS = (
     "name",
     "options",
     *("a", "b", "reference", "sectors", "hues", "hue", "lightness", "plane"),
-    *("space", "distance", "tolerance", "metric", "kind", "method", "focus", "source"),
+    *("space", "distance", "tolerance", "edge_width", "position", "metric", "kind"),
+    *("method", "focus", "source"),
     *("size", "view", "background", "axes", "black_point_compensation"),
 )
 """Query parameters that are logged."""

@@ -94,6 +94,15 @@ class LimitedCube:
         device[:, self.free] = values
         return device
 
+    def contains(self, device: FloatArray) -> npt.NDArray[np.bool_]:
+        """Whether complete device values, (m, n), are printable, (m,)."""
+        values, cube = device[:, self.free], self.cube
+        found = (values >= cube.lowest - _APART).all(axis=1)
+        found &= (values <= cube.highest + _APART).all(axis=1)
+        found &= (np.abs(device - self.base)[:, ~self.free] <= _APART).all(axis=1)
+        found &= values.sum(axis=1) <= cube.largest_sum + _APART
+        return np.asarray(found)
+
 
 def limited_cube(
     channels: Sequence[str],

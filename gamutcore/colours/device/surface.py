@@ -34,6 +34,7 @@ __all__ = [
     "device_surface",
     "distinct_rows",
     "outward_faces",
+    "values_between",
 ]
 
 SURFACE_SAMPLES = WholeNumber(8, 5_000_000)
@@ -52,6 +53,8 @@ MAX_PATCHES = 200_000
 """Largest number of patches; above it (13 inks and more), only the corners are sampled."""
 _BLOCK = 1 << 15
 """Number of points that are computed at once, to limit the memory of intermediate results."""
+MOST_BETWEEN = 200_000
+"""Largest number of sides within faces whose middles are tried. 100,000 points have as many."""
 _EVENLY = 0.1
 """Share of the mean curvature that every cell is given, because the first pass may miss some."""
 
@@ -110,6 +113,9 @@ class SurfaceColours:
     faces : SurfaceFaces, optional
         Triangles between the points that cover the device's surface. None if there is no device
         model, or its faces are too many. `colours_in_space` turns closed surfaces outwards.
+    between : (k, 3) float, optional
+        Further colours that the device can make, which show by how much a boundary through the
+        points misses them: those of `values_between`, and of the samples by the device model.
     """
 
     points: FloatArray
@@ -119,6 +125,7 @@ class SurfaceColours:
     channels: tuple[str, ...] = ()
     own_values: FloatArray | None = None
     faces: SurfaceFaces | None = None
+    between: FloatArray | None = None
 
 
 def device_surface(
@@ -161,6 +168,32 @@ def outward_faces(points: FloatArray, faces: SurfaceFaces) -> SurfaceFaces:
     if TriangleMesh(points, faces.corners).volume >= 0:
         return faces
     return replace(faces, corners=np.ascontiguousarray(faces.corners[:, [0, 2, 1]]))
+
+
+def values_between(surface: DeviceSurface) -> FloatArray:
+    """Return device values in the middle of the longest sides of a surface's triangles, (k, n).
+
+    There the colours are farthest from the flat pieces between the points. Sides on edges of the
+    cube have three values each, because nothing beside such an edge covers what is missed.
+    """
+    if surface.faces is None:
+        return surface.device[:0]
+    values, labels = surface.device, surface.faces.labels
+    starts, ends = surface.faces.corners, np.roll(surface.faces.corners, -1, axis=1)
+    longest = ((values[starts] - values[ends]) ** 2).sum(axis=2).argmax(axis=1)
+    keys = np.minimum(starts, ends) * np.int64(len(values)) + np.maximum(starts, ends)
+    inner = np.unique(keys[np.arange(len(keys)), longest])
+    inner = inner[:: -(-len(inner) // MOST_BETWEEN)]
+    order = np.argsort(keys, axis=None)
+    ranked, label = keys.reshape(-1)[order], np.repeat(labels, 3)[order]
+    first = np.flatnonzero(np.append(True, ranked[1:] != ranked[:-1]))
+    on_edge = np.minimum.reduceat(label, first) != np.maximum.reduceat(label, first)
+    outer = ranked[first[on_edge]]
+    parts = []
+    for share, sides in ((0.5, inner), (0.25, outer), (0.5, outer), (0.75, outer)):
+        one, two = np.divmod(sides, len(values))
+        parts.append((1 - share) * values[one] + share * values[two])
+    return np.concatenate(parts)
 
 
 def _even_surface(patches: Patches, surface_samples: int) -> DeviceSurface:

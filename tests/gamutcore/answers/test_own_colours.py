@@ -1,0 +1,125 @@
+"""No colour that a device can make is outside of the device's gamut."""
+
+from __future__ import annotations
+
+from itertools import product
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+from gamutcore import Gamut, reference
+from gamutcore.characterisation import Samples, characterisation
+from gamutcore.colours.device.model import device_model
+from gamutcore.colours.measured_colours import measured_colours
+from gamutcore.colours.reference_colours import reference_lab, reference_white, rgb_xyz
+from gamutcore.references import REFERENCES
+
+if TYPE_CHECKING:
+    from gamutcore.arrays import FloatArray
+
+ROOT = Path(__file__).parents[3]
+RGB_SPACES = [slug for slug, each in REFERENCES.items() if each.kind == "rgb"]
+PRESSES = ["FOGRA39L.ti3", "FOGRA29L.ti3"]
+
+CUBE = list(product((40, 60), (-10, 10), (-10, 10)))
+
+LEVELS = ({}, {"max_error": 0.0}, {"triangles": 100})
+
+
+def _edge_codes() -> FloatArray:
+    """All 8-bit codes on the twelve edges of the cube of RGB."""
+    ramp = np.arange(256) / 255.0
+    edges = []
+    for axis, ends in product(range(3), product((0.0, 1.0), repeat=2)):
+        codes = np.empty((256, 3))
+        codes[:, axis] = ramp
+        codes[:, [other for other in range(3) if other != axis]] = ends
+        edges.append(codes)
+    return np.concatenate(edges)
+
+
+def _face_values(count: int) -> FloatArray:
+    """Random values on the six faces of the cube of RGB."""
+    random = np.random.default_rng(31)
+    values = random.random((count, 3))
+    values[np.arange(count), random.integers(3, size=count)] = random.integers(2, size=count)
+    return values
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("slug", RGB_SPACES)
+def test_no_colour_of_an_rgb_space_is_outside(slug: str) -> None:
+    gamut, space = reference(slug), REFERENCES[slug]
+    values = np.concatenate([_edge_codes(), _face_values(100_000)])
+    lab, _ = reference_lab(rgb_xyz(space, values), reference_white(space), "relative", "Bradford")
+    assert gamut.contains(lab).all()
+    assert gamut.contains(lab, max_error=0.0).all()
+    assert gamut.description["boundary_error"] < 0.05  # a tenth of the hull's
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("limit", [None, 300])
+@pytest.mark.parametrize("name", PRESSES)
+def test_samples_are_outside_by_the_misfit_of_the_model_at_most(
+    name: str, limit: int | None
+) -> None:
+    data = (ROOT / "examples" / name).read_bytes()
+    gamut = Gamut(data) if limit is None else Gamut(data, ink_limit=limit)
+    samples = characterisation(data)
+    assert isinstance(samples, Samples)
+    assert samples.device is not None
+    lab = measured_colours(samples, "relative").lab
+    # the mean of samples of the same device values, as in the build
+    distinct, which = np.unique(samples.device, axis=0, return_inverse=True)
+    which = which.reshape(-1)
+    mean = np.zeros((len(distinct), 3))
+    np.add.at(mean, which, lab)
+    mean /= np.bincount(which)[:, np.newaxis]
+    model = device_model(distinct, mean, None)
+    assert model.colours is not None
+    misfit = np.linalg.norm(model.colours(samples.device) - lab, axis=1)
+    printable = samples.device.sum(axis=1) <= (limit or 400) / 100 + 1e-9
+    assert printable.sum() > 500
+    for level in LEVELS:
+        distance = gamut.distance(lab, **level)
+        assert (distance <= misfit + gamut.tolerance(**level))[printable].all()
+
+
+@pytest.mark.slow
+def test_colours_beyond_the_tolerance_are_outside() -> None:
+    gamut = Gamut(ROOT / "examples/FOGRA39L.ti3", surface_samples=5000)
+    for level in LEVELS:
+        tolerance = gamut.tolerance(**level)
+        found = gamut.level(gamut.nearest([50, 0, 0], **level).triangles)
+        vertices = found.vertices.astype(np.float64)
+        centre = np.array(gamut.description["centre"])
+        outwards = (vertices - centre) / np.linalg.norm(vertices - centre, axis=1)[:, np.newaxis]
+        moved = vertices + 20.0 * tolerance * outwards
+        far = gamut.distance(moved, **level) > tolerance
+        assert far.mean() > 0.9
+        assert not gamut.contains(moved[far], **level).any()
+        assert gamut.contains(moved[~far], **level).all()
+
+
+def test_tolerance_is_the_sum_of_the_errors() -> None:
+    gamut = Gamut(CUBE)
+    corner = 3**0.5 / 2 * gamut.description["grid_step"]
+    assert gamut.tolerance(max_error=0.0) == pytest.approx(
+        corner + gamut.description["boundary_error"]
+    )
+    near = (50, 0, 10 + corner / 2)
+    assert gamut.contains(near)
+    assert not gamut.contains(near, tolerance=0)
+
+
+def test_edge_width_is_separate_from_the_tolerance() -> None:
+    gamut = Gamut(CUBE)
+    colours = [(50, 0, b) for b in (8.5, 9.5, 10.5, 11.5)]
+    assert gamut.classify(colours).tolist() == ["inside", "edge", "edge", "outside"]
+    assert gamut.contains(colours).tolist() == [True, True, False, False]
+    assert gamut.classify(colours, edge_width=2).tolist() == ["edge"] * 4
+    assert gamut.classify(colours, edge_width=0).tolist() == ["inside"] * 2 + ["outside"] * 2
+    assert gamut.classify(colours, tolerance=1).tolist() == ["inside", "edge", "edge", "outside"]
+    assert gamut.contains(colours, tolerance=1).tolist() == [True, True, True, False]
