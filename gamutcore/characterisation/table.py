@@ -18,12 +18,12 @@ from gamutcore.characterisation.samples import IntArray
 from gamutcore.errors import MalformedFileError, SampleLimitError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
 
     from gamutcore.arrays import FloatArray
     from gamutcore.characterisation.columns import ColumnRoles
 
-__all__ = ["MAX_TEXT_ROWS", "NumberTable", "number", "text_lines"]
+__all__ = ["MAX_TEXT_ROWS", "NumberTable", "bounded_lines", "number", "text_lines"]
 
 MAX_TEXT_ROWS = 2_000_000
 """Maximum number of rows in a text file. The largest targets have a few ten thousand."""
@@ -72,17 +72,19 @@ def number(token: str) -> float:
 def text_lines(text: str) -> Iterator[tuple[int, str]]:
     """Yield the lines of a text, with their numbers from 1, for any mixture of CR, LF and CRLF.
 
-    Parameters
-    ----------
-    text : str
-        The decoded file.
+    See `bounded_lines`. A line has a line feed at its end where it has an end.
+    """
+    return bounded_lines(io.StringIO(text, newline=None))
+
+
+def bounded_lines(lines: Iterable[str]) -> Iterator[tuple[int, str]]:
+    """Yield lines with their numbers from 1, within limits.
 
     Yields
     ------
     line : int
         Number of the line.
     content : str
-        The line, with a line feed at its end where it has one.
 
     Raises
     ------
@@ -91,7 +93,7 @@ def text_lines(text: str) -> Iterator[tuple[int, str]]:
     SampleLimitError
         There are more than `MAX_LINES` lines.
     """
-    for line, content in enumerate(io.StringIO(text, newline=None), start=1):
+    for line, content in enumerate(lines, start=1):
         if len(content) > MAX_LINE_CHARACTERS:
             raise MalformedFileError(
                 f"The line has {len(content)} characters.",
