@@ -9,7 +9,7 @@ from __future__ import annotations
 import csv
 import io
 import re
-from collections import Counter
+from collections import Counter, deque
 from typing import TYPE_CHECKING
 
 from gamutcore.characterisation.table import bounded_lines
@@ -99,6 +99,7 @@ class DelimitedText:
         self._data = data
         self.encoding = encoding
         self.preamble: list[str] = []
+        self._bounded = False
         first = stated = ""
         for _, line in self._lines():
             mark = None if self.preamble else _SEP_LINE.fullmatch(line)
@@ -116,9 +117,11 @@ class DelimitedText:
             len(part) > 1 and part[0] == part[-1] == '"' for part in parts
         )
 
+    def _file(self) -> io.TextIOWrapper:
+        return io.TextIOWrapper(io.BytesIO(self._data), encoding=self.encoding, newline="")
+
     def _lines(self) -> Iterator[tuple[int, str]]:
-        file = io.TextIOWrapper(io.BytesIO(self._data), encoding=self.encoding, newline="")
-        return bounded_lines(file)
+        return bounded_lines(self._file())
 
     def rows(self) -> Iterator[tuple[int, list[str]]]:
         """Yield the rows, the header first, with the line in which each begins, from 1.
@@ -132,7 +135,10 @@ class DelimitedText:
         SampleLimitError
             There are too many lines.
         """
-        lines = (line for _, line in self._lines())
+        if not self._bounded:  # a pass of its own, so that the other passes are fast
+            deque(self._lines(), maxlen=0)
+            self._bounded = True
+        lines = self._file()
         skipped = len(self.preamble)
         for _ in range(skipped):
             next(lines)
