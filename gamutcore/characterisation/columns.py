@@ -59,9 +59,24 @@ _PREFIXED = re.compile(
     re.IGNORECASE,
 )
 _WORDS = {
-    **{"red": "R", "green": "G", "blue": "B", "chroma": "C", "chroma*": "C*", "h°": "h"},
-    **{"cyan": "C", "magenta": "M", "yellow": "Y", "black": "K", "key": "K", "h_ab": "hab"},
-    **{"lightness": "L", "lightness*": "L*", "hue": "h", "hue°": "h", "c_ab": "C*ab", "h*": "h"},
+    "red": "R",
+    "green": "G",
+    "blue": "B",
+    "chroma": "C",
+    "chroma*": "C*",
+    "h°": "h",
+    "cyan": "C",
+    "magenta": "M",
+    "yellow": "Y",
+    "black": "K",
+    "key": "K",
+    "h_ab": "hab",
+    "lightness": "L",
+    "lightness*": "L*",
+    "hue": "h",
+    "hue°": "h",
+    "c_ab": "C*ab",
+    "h*": "h",
 }
 """Words in the place of letters."""
 

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 __all__ = ["delimited_samples"]
 
+
 def delimited_samples(text: DelimitedText, *, condition: str | None = None) -> Samples:
     """Return the samples in delimited text.
 
@@ -101,9 +102,7 @@ def _is_number(cell: str) -> bool:
     return True
 
 
-def _named_roles(
-    names: list[str], line: int, separator: str, condition: str | None
-) -> ColumnRoles:
+def _named_roles(names: list[str], line: int, separator: str, condition: str | None) -> ColumnRoles:
     try:
         return column_roles(names, condition=condition, where={"line": line})
     except MissingColumnError as error:

@@ -98,9 +98,7 @@ def query(
     typer.echo(summary + _skipped(table), err=output is None)
 
 
-def _table(
-    path: str, space: str | None, columns: str | None, scale: float | None
-) -> ColourTable:
+def _table(path: str, space: str | None, columns: str | None, scale: float | None) -> ColourTable:
     """Read a table of colours, and say what was understood."""
     from gamutcore.errors import GamutError  # noqa: PLC0415
     from gamutcore.tables import read_table  # noqa: PLC0415

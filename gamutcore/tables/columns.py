@@ -177,7 +177,7 @@ def find_columns(
     inks = [header[each] for each, name in enumerate(spelt) if _INKS.fullmatch(name)]
     if inks:
         raise MissingColumnError(
-            f"The columns {', '.join(inks)} are amounts of ink, which are colours of one press only.",
+            f"The columns {', '.join(inks)} are amounts of ink: colours of one press only.",
             where={**place, "field": inks[0]},
             remedy="Convert them by the profile of the press to columns L, a, b.",
         )
@@ -221,7 +221,7 @@ def _of_space(names: Sequence[str], space: str) -> ColourColumns | None:
 def _sets(names: Sequence[str]) -> list[ColourColumns]:
     """Return the complete sets of columns, those of the first kind first."""
     spelt = [name.upper() for name in spelt_out(names)]
-    found = []
+    found: list[ColourColumns] = []
     for kind, each in _KINDS.items():
         for wanted in each.names:
             places = [[at for at, name in enumerate(spelt) if name == one] for one in wanted]
@@ -278,9 +278,7 @@ def _no_axes(
     """Return the error for a table without the columns of a space."""
     axes = axes_of(space)
     folded = [_fold(name) for name in names]
-    counts = [
-        sum(name in {_fold(axis), f"lab{_fold(axis)}"} for name in folded) for axis in axes
-    ]
+    counts = [sum(name in {_fold(axis), f"lab{_fold(axis)}"} for name in folded) for axis in axes]
     at = next(each for each, count in enumerate(counts) if count != 1)
     column = f"{prefix}_{axes[at]}" if prefix else axes[at]
     fault = "no column" if not counts[at] else f"{counts[at]} columns"

@@ -1,7 +1,6 @@
 """Colours as style sheets write them: #e4002b, rgb(), hsl(), lab(), lch(), oklab(), oklch().
 
-The grammar is that of CSS Color 4 (W3C, 2025), sections 5 to 10. Alpha is read and not used, because
-a table asks for the colour. Names such as ``red`` and relative colours are not read.
+The grammar is that of CSS Color 4 (W3C, 2025), sections 5 to 10. Alpha is read and not used. Names such as ``red`` and relative colours are not read.
 """
 
 from __future__ import annotations
@@ -9,6 +8,10 @@ from __future__ import annotations
 import colorsys
 import math
 import re
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
 
 __all__ = ["css_colour"]
 
@@ -16,7 +19,9 @@ _HEX = re.compile(r"#?([0-9a-f]{3,4}|[0-9a-f]{6}|[0-9a-f]{8})", re.IGNORECASE)
 _FUNCTION = re.compile(
     r"(rgb|rgba|hsl|hsla|lab|lch|oklab|oklch|color)\(\s*([^()]{1,200})\)", re.IGNORECASE
 )
-_VALUE = re.compile(r"([+-]?(?:\d{1,20}\.?\d{0,20}|\.\d{1,20})(?:e[+-]?\d{1,2})?)(%|deg|grad|rad|turn)?")
+_VALUE = re.compile(
+    r"([+-]?(?:\d{1,20}\.?\d{0,20}|\.\d{1,20})(?:e[+-]?\d{1,2})?)(%|deg|grad|rad|turn)?"
+)
 _ANGLES = {"deg": 1.0, "grad": 0.9, "rad": 180.0 / math.pi, "turn": 360.0}
 
 _FULL = {
@@ -31,7 +36,9 @@ _FULL = {
 """What 100 % is (CSS Color 4, 6.1, 9.3 and 9.4); None for a hue."""
 
 
-def css_colour(text: str, *, bare_hex: bool = False) -> tuple[str, tuple[float, float, float]] | None:
+def css_colour(  # noqa: C901, PLR0911, PLR0912  # one branch for each function
+    text: str, *, bare_hex: bool = False
+) -> tuple[str, tuple[float, float, float]] | None:
     """Return the space and the coordinates of a colour; None if the text is none.
 
     Parameters
@@ -86,8 +93,8 @@ def css_colour(text: str, *, bare_hex: bool = False) -> tuple[str, tuple[float, 
     return ("CIELAB" if name == "lab" else "Oklab"), (one, two, three)
 
 
-def _three(values: object) -> tuple[float, float, float]:
-    one, two, three = values  # type: ignore[attr-defined]
+def _three(values: Iterable[float]) -> tuple[float, float, float]:
+    one, two, three = values
     return one, two, three
 
 

@@ -5,12 +5,19 @@ pandas, polars and others have `columns`, and a column by its name. Neither is i
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from gamutcore.errors import InvalidPointsError, MissingColumnError
-from gamutcore.tables.columns import axes_of, find_columns, on_full_scale, space_named
+from gamutcore.tables.columns import (
+    ColourColumns,
+    axes_of,
+    find_columns,
+    on_full_scale,
+    space_named,
+)
 from gamutcore.tables.css_colours import css_colour
 
 __all__ = ["FrameColours", "frame_colours"]
@@ -23,7 +30,9 @@ class FrameColours(NamedTuple):
     space: str
 
 
-def frame_colours(frame: object, space: str | None, own: str) -> FrameColours | None:
+def frame_colours(
+    frame: object, space: str | None, own: str, *, limits: bool = True
+) -> FrameColours | None:
     """Return the colours of a data frame; None if an object is none, or has no names of columns.
 
     Parameters
@@ -33,6 +42,8 @@ def frame_colours(frame: object, space: str | None, own: str) -> FrameColours | 
         The space that the caller names.
     own : str
         Space of the gamut, whose coordinates come first.
+    limits : bool, optional
+        Whether coordinates outside the scale of the gamut's space are refused.
 
     Raises
     ------
@@ -48,20 +59,12 @@ def frame_colours(frame: object, space: str | None, own: str) -> FrameColours | 
     if not names or not all(isinstance(name, str) for name in names):
         return None
     given = None if space is None else space_named(space)
-    try:
-        found = find_columns(names, space=given)
-    except MissingColumnError:
-        if given is not None and len(names) == 3:
-            return None  # the caller says what the columns are
-        if given is not None or len(names) < 3:
-            raise
-        found = find_columns(names, space=own)
-    if given is None and found.kind != "TEXT":
-        try:
-            found = find_columns(names, space=own)
-        except MissingColumnError:
-            pass
-    picked = [np.asarray(frame[names[place]]) for place in found.places]  # type: ignore[index]
+    found = _columns(names, given, own)
+    if found is None:
+        return None
+    if found.space == own and not limits:
+        found = replace(found, kind="")
+    picked = [np.asarray(frame[names[place]]) for place in found.places]
     if found.kind == "TEXT":
         colours = [css_colour(str(text), bare_hex=True) for text in picked[0].tolist()]
         if any(each is None or each[0] != "sRGB" for each in colours):
@@ -90,8 +93,6 @@ def frame_colours(frame: object, space: str | None, own: str) -> FrameColours | 
             where={"field": "colours", "row": row},
             remedy="Give finite numbers. Leave out rows without a colour.",
         )
-    if given in {None, found.space} and found.space == own:
-        given = own
     scale = 1.0 if given is not None and found.space in {"sRGB", "CIEXYZ"} else None
     points, _ = on_full_scale(
         found,
@@ -99,6 +100,19 @@ def frame_colours(frame: object, space: str | None, own: str) -> FrameColours | 
         scale,
         [names[place] for place in found.places],
         lambda row: {"row": row},
-        stated=given is not None,
+        stated=given is not None or found.space == own,
     )
     return FrameColours(points, found.space)
+
+
+def _columns(names: list[str], given: str | None, own: str) -> ColourColumns | None:
+    """Return the columns of the colours; None if the caller says what three columns are."""
+    for space in (own, None) if given is None else (given,):
+        try:
+            return find_columns(names, space=space)
+        except MissingColumnError:
+            if space is None:
+                raise
+    if len(names) == 3:
+        return None
+    return find_columns(names, space=given)

@@ -33,7 +33,7 @@ def swatches(data: bytes) -> list[Swatch]:
     Raises
     ------
     MalformedFileError
-        The file ends within a block, or a block breaks the format; ``where["block"]`` counts from 1.
+        The file ends within a block, or a block breaks the format; ``where["block"]`` from 1.
     """
     found: list[Swatch] = []
     group, place, block = "", 12, 0
@@ -43,7 +43,7 @@ def swatches(data: bytes) -> list[Swatch]:
             kind, size = struct.unpack_from(">HI", data, place)
             content = data[place + 6 : place + 6 + size]
             if len(content) != size:
-                raise struct.error("the file ends within a block")
+                raise struct.error("the file ends within a block")  # noqa: TRY301
             place += 6 + size
             if kind == _GROUP:
                 group, _ = _text(content)
@@ -53,7 +53,7 @@ def swatches(data: bytes) -> list[Swatch]:
                 name, end = _text(content)
                 model = content[end : end + 4].decode("ascii").strip()
                 if model not in _COMPONENTS:
-                    raise struct.error(f"the colour model is {model!r}")
+                    raise struct.error(f"the colour model is {model!r}")  # noqa: TRY301
                 values = struct.unpack_from(f">{_COMPONENTS[model]}f", content, end + 4)
                 found.append(Swatch(name, group, model, values))
     except (struct.error, UnicodeDecodeError) as error:

@@ -42,7 +42,6 @@ from gamutcore.errors import (
     UnrecognisedFormatError,
 )
 from gamutcore.tables.columns import (
-    ColourColumns,
     axes_of,
     find_columns,
     on_full_scale,
@@ -120,10 +119,12 @@ class ColourTable:
     def rows(self) -> Iterator[tuple[list[str], bool]]:
         """Yield the cells of all rows after the header, and whether the row has a colour."""
         width = len(self.header)
-        for (_, cells), coloured in zip(self._numbered(), self._coloured, strict=True):
-            if cells and len(cells) != width:
-                cells = [*cells, *[""] * (width - len(cells))][:width]
-            yield cells, bool(coloured)
+        for (_, cells), coloured in zip(self._numbered(), self._coloured, strict=False):
+            fits = not cells or len(cells) == width
+            yield (
+                (cells if fits else [*cells, *[""] * (width - len(cells))][:width]),
+                bool(coloured),
+            )
 
     def _numbered(self) -> Iterator[tuple[int, list[str]]]:
         if self._text is None:
@@ -229,7 +230,7 @@ def read_table(
     most: int | None = None,
     limits: bool = True,
 ) -> ColourTable:
-    """Read a table of colours, recognised by its content.
+    r"""Read a table of colours, recognised by its content.
 
     Parameters
     ----------
@@ -265,7 +266,7 @@ def read_table(
 
     Examples
     --------
-    >>> table = read_table(b"name;h;C;L\\nRed;40,5;60;50\\n;;;\\n")
+    >>> table = read_table(b"name;h;C;L\nRed;40,5;60;50\n;;;\n")
     >>> table.space, table.points.tolist(), table.without_colour
     ('LCHab', [[50.0, 60.0, 40.5]], 1)
     >>> print(table.answer_text({"inside": [True]}), end="")
@@ -300,7 +301,7 @@ def _is_number(cell: str) -> bool:
     return True
 
 
-def _of_text(  # noqa: PLR0913
+def _of_text(
     text: DelimitedText,
     space: str | None,
     columns: str | None,
@@ -404,6 +405,7 @@ class _Numbers:
         self._places = table.colour_places
         self._pick = itemgetter(*self._places)
         self._blocks: list[FloatArray] = []
+        self._end = 0
         self._comma: int | None = None
         self._point: int | None = None
 
@@ -419,15 +421,17 @@ class _Numbers:
             else:
                 lines.extend(numbers)
                 coloured.extend(b"\1" * len(block))
+                self._end = len(coloured)
             if self._comma is not None and self._point is not None:
                 raise InvalidPointsError(
-                    "The table has numbers with decimal points and with decimal commas.",
+                    "The table has decimal points and decimal commas.",
                     where=self._table.place(max(self._comma, self._point)),
                     remedy="Write all numbers with the same decimal mark, and none of thousands.",
                 )
             self._blocks.append(values)
             if self._most is not None and len(lines) > self._most:
                 raise _too_many(self._most)
+        del coloured[self._end :]  # empty lines at the end are no rows
         if self._comma is not None:
             self._table.decimal = ","
         if not self._blocks:
@@ -471,6 +475,7 @@ class _Numbers:
             picked = self._pick(cells) if cells else ()
             known = bool("".join(picked).strip()) and not _is_remark(cells)
             coloured.append(known)
+            self._end = len(coloured) if cells else self._end
             if known:
                 lines.append(line)
                 found.append([self._number(cell, row, at) for at, cell in enumerate(picked)])
@@ -525,12 +530,14 @@ def _read_texts(table: ColourTable, titles: Sequence[str], most: int | None) -> 
     """Read a column of texts such as #e4002b."""
     (place,) = table.colour_places
     lines, coloured = table._lines, table._coloured  # noqa: SLF001
-    spaces, values = [], []
-    for line, cells in table._numbered():  # noqa: SLF001
-        if len(cells) != len(titles):
-            cells = _fitted(cells, len(titles), place, line, len(lines))
+    spaces, values, end = [], [], 0
+    for line, given in table._numbered():  # noqa: SLF001
+        cells = given
+        if len(given) != len(titles):
+            cells = _fitted(given, len(titles), place, line, len(lines))
         text = cells[place].strip() if cells else ""
         coloured.append(bool(text))
+        end = len(coloured) if cells else end
         if not text:
             continue
         found = css_colour(text, bare_hex=True)
@@ -545,6 +552,7 @@ def _read_texts(table: ColourTable, titles: Sequence[str], most: int | None) -> 
         values.append(found[1])
         if most is not None and len(lines) > most:
             raise _too_many(most)
+    del coloured[end:]
     table.inputs = [_in_one_space(table, spaces, np.array(values).reshape(-1, 3))]
     text_of = table._text  # noqa: SLF001
     assert text_of is not None  # noqa: S101  # a table of texts is a text
@@ -642,9 +650,7 @@ def _of_swatches(data: bytes) -> ColourTable:
     return table
 
 
-def _of_samples(
-    data: bytes, content: str | None, text: DelimitedText | None = None
-) -> ColourTable:
+def _of_samples(data: bytes, content: str | None, text: DelimitedText | None = None) -> ColourTable:
     """Return the colours of measurements, as measured, in CIELAB relative to D50."""
     samples = characterisation(data)
     if not isinstance(samples, Samples):
@@ -689,6 +695,4 @@ def _no_table(data: bytes) -> UnrecognisedFormatError:
         pictures = ", ".join(each.title for each in FORMATS if each.kind == "picture")
         kind = "binary data of an unknown format"
         remedy = f"Give a CSV or .npy file of colours, or for gamut map a picture: {pictures}."
-    return UnrecognisedFormatError(
-        f"The content is {kind}, not a table of colours.", remedy=remedy
-    )
+    return UnrecognisedFormatError(f"The content is {kind}, not a table of colours.", remedy=remedy)

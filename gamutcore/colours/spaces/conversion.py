@@ -71,6 +71,11 @@ class ColourConversion:
             return OTHER_AXES[self.name]
         return self._space.axes if self.name == self._space.name else SPACES[self.name].axes
 
+    @property
+    def unscaled(self) -> bool:
+        """Whether the coordinates are those of the space's definition, without a factor."""
+        return self.name != self._space.name or self._space.scale in {None, 1.0}
+
     def to_gamut(self, colours: FloatArray) -> FloatArray:
         """Return colours in the space of the gamut.
 
