@@ -1,6 +1,7 @@
 """Colours as style sheets write them: #e4002b, rgb(), hsl(), lab(), lch(), oklab(), oklch().
 
-The grammar is that of CSS Color 4 (W3C, 2025), sections 5 to 10. Alpha is read and not used. Names such as ``red`` and relative colours are not read.
+The grammar is that of CSS Color 4 (W3C, 2025), sections 5 to 10. Alpha is read and not used.
+Names such as ``red`` and relative colours are not read.
 """
 
 from __future__ import annotations

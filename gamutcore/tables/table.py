@@ -486,10 +486,10 @@ class _Numbers:
         try:
             found = number(stripped)
         except ValueError:
-            title = self._titles[self._places[at]]
+            title = self._titles[self._places[at]][:_LONGEST_SHOWN]
             raise InvalidPointsError(
-                f"{cell[:_LONGEST_SHOWN]!r} in the column {title[:_LONGEST_SHOWN]} is not a number.",
-                where={**self._table.place(row), "field": title[:_LONGEST_SHOWN]},
+                f"{cell[:_LONGEST_SHOWN]!r} in the column {title} is not a number.",
+                where={**self._table.place(row), "field": title},
                 remedy="Give three numbers for each colour, or leave all three cells empty.",
             ) from None
         self._note(row, point="." in stripped, comma="," in stripped)
