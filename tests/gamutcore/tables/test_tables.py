@@ -185,8 +185,7 @@ def test_whatever_comes_in_comes_out_unchanged(rows, mark, end, quoting):
 def test_any_text_is_a_table_or_a_named_error(pieces):
     try:
         table = read("".join(pieces))
-    except GamutError as error:
-        assert error.remedy
+    except GamutError:
         return
     assert np.isfinite(table.points).all()
 
