@@ -14,6 +14,7 @@ from gamutcore.colours.spaces.cielab import xyz_to_lab
 from gamutcore.colours.spaces.conversion import ColourConversion
 from gamutcore.errors import OptionError
 from gamutcore.levels import GamutLevels
+from gamutcore.tables import frame_colours
 
 if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray, IndexArray
@@ -54,6 +55,10 @@ class Answering(ABC):
         self, colours: Colours, space: str | None, name: str = "colours"
     ) -> tuple[ColourRows, ColourConversion]:
         """Return colours in the space of the gamut, and the way back."""
+        own = self.colour_space
+        frame = frame_colours(colours, space, own.name, limits=own.scale in {None, 1.0})
+        if frame is not None:
+            colours, space = frame
         rows, conversion = colour_rows(colours, name), self._conversion(space)
         return rows._replace(points=conversion.to_gamut(rows.points)), conversion
 

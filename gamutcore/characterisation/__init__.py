@@ -16,13 +16,14 @@ from gamutcore.characterisation.pictures import Picture
 from gamutcore.characterisation.recognition import (
     Characterisation,
     characterisation,
-    decoded_text,
 )
 from gamutcore.characterisation.samples import Samples
+from gamutcore.characterisation.text import DelimitedText, decoded_text, text_and_encoding
 
 __all__ = [
     "FORMATS",
     "Characterisation",
+    "DelimitedText",
     "Format",
     "GamutMesh",
     "IccProfile",
@@ -32,4 +33,5 @@ __all__ = [
     "decoded_text",
     "described_boundary",
     "measurements_of",
+    "text_and_encoding",
 ]

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
     from gamutcore.characterisation.samples import Samples
 
-__all__ = ["cgats_samples", "looks_like_cgats"]
+__all__ = ["cgats_rows", "cgats_samples", "looks_like_cgats"]
 
 _DATA_MARK = re.compile(r"\bBEGIN_DATA(?:_FORMAT)?\b", re.IGNORECASE)
 _HEADER_TOKEN = re.compile(r'""([^"]+)""|"([^"]*)(?:"|$)|([^\s"]+)')
@@ -85,7 +85,8 @@ class _Token(NamedTuple):
 
 def looks_like_cgats(text: str) -> bool:
     """Return whether a text has a CGATS data or data format section."""
-    return _DATA_MARK.search(text) is not None
+    # the expression alone takes seconds for a large table
+    return "begin_data" in text.lower() and _DATA_MARK.search(text) is not None
 
 
 def cgats_samples(text: str, *, condition: str | None = None) -> Samples:
@@ -99,6 +100,15 @@ def cgats_samples(text: str, *, condition: str | None = None) -> Samples:
     for line, content in text_lines(text):
         reader.read(content, line)
     return reader.samples()
+
+
+def cgats_rows(text: str, *, condition: str | None = None) -> tuple[list[str], list[list[str]]]:
+    """Return the names of the columns and the cells of the table that `cgats_samples` reads."""
+    reader = _Reader(condition)
+    reader.cells = []
+    for line, content in text_lines(text):
+        reader.read(content, line)
+    return [] if reader.table is None else list(reader.table.roles.names), reader.cells
 
 
 class _Reader:
@@ -119,6 +129,7 @@ class _Reader:
         self.fields: list[str] = []
         self.fields_line = 0
         self.table: NumberTable | None = None
+        self.cells: list[list[str]] | None = None
         self.row: list[str] = []
         self.row_line = 0
         self.refusal: MissingColumnError | None = None
@@ -337,7 +348,7 @@ class _Reader:
         assert self.table is not None  # noqa: S101 (the state DATA is entered with a table)
         width = len(self.fields)
         if not self.row and len(words) == width:
-            self.table.append(words, line)
+            self._append(words, line)
             return
         # A row may span several lines; it ends at the end of a line.
         if not self.row:
@@ -346,10 +357,16 @@ class _Reader:
         if len(self.row) > width:
             self.row = _with_names_joined(self.row, self.table.roles)
         if len(self.row) == width:
-            self.table.append(self.row, self.row_line)
+            self._append(self.row, self.row_line)
             self.row = []
         elif len(self.row) > width:
             raise self._wrong_row()
+
+    def _append(self, row: list[str], line: int) -> None:
+        assert self.table is not None  # noqa: S101 (the state DATA is entered with a table)
+        self.table.append(row, line)
+        if self.cells is not None:
+            self.cells.append(row)
 
     def _wrong_row(self) -> MalformedFileError:
         return MalformedFileError(

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from gamutcore.errors import Where
 
-__all__ = ["MAX_CHANNELS", "MAX_COLUMNS", "ColumnRoles", "column_roles"]
+__all__ = ["MAX_CHANNELS", "MAX_COLUMNS", "ColumnRoles", "column_roles", "spelt_out"]
 
 MAX_CHANNELS = 15
 """Maximum number of channels of a device, as in ICC profiles (ICC.1:2022, 7.2.8: ``FCLR``)."""
@@ -51,6 +51,34 @@ _CASED: dict[tuple[str, ...], tuple[str, ...]] = {
     ("Y", "x", "y"): (_XYY[2], _XYY[0], _XYY[1]),
 }
 """Names that differ from tristimulus values only by the case of their letters."""
+
+_BRACKETS = re.compile(r"\s*[(\[][^)\]]*[)\]]")
+_PREFIXED = re.compile(
+    r"(?:(CIE)[-_ .:]*)?(?:(L\*?a\*?b\*?|LCH|XYZ|S?RGB)[-_ .:]+)?"
+    r"(L\*?|a\*?|b\*?|C\*?|h\*?|[XYZRG])",
+    re.IGNORECASE,
+)
+_WORDS = {
+    "red": "R",
+    "green": "G",
+    "blue": "B",
+    "chroma": "C",
+    "chroma*": "C*",
+    "h°": "h",
+    "cyan": "C",
+    "magenta": "M",
+    "yellow": "Y",
+    "black": "K",
+    "key": "K",
+    "h_ab": "hab",
+    "lightness": "L",
+    "lightness*": "L*",
+    "hue": "h",
+    "hue°": "h",
+    "c_ab": "C*ab",
+    "h*": "h",
+}
+"""Words in the place of letters."""
 
 _PLAIN = {
     ("L", "C", "H"): "LCH",
@@ -177,7 +205,7 @@ def column_roles(
     stripped, label, others = _of_one_condition(
         tuple(name.strip() for name in names), condition, place
     )
-    cleaned = _spelt_out(stripped)
+    cleaned = spelt_out(stripped)
     groups = _device_groups(cleaned)
     colours = _colours(cleaned, place)
     rows = next((i for i, name in enumerate(cleaned) if name.upper() in _CONDITION_COLUMNS), None)
@@ -262,23 +290,63 @@ def _of_one_condition(
     return tuple(kept), chosen, tuple(sorted(dropped))
 
 
-def _spelt_out(names: tuple[str, ...]) -> tuple[str, ...]:
-    upper = tuple(name.upper() for name in names)
-    spelt, index = list(names), 0
+def spelt_out(names: Sequence[str]) -> tuple[str, ...]:
+    """Return names of columns as CGATS spells them, where they are known; the others as they are.
+
+    Letters in their usual order belong together. The letters that are left may be in any order.
+
+    Examples
+    --------
+    >>> spelt_out(["CIE-L", "b* (D50)", "a* (D50)", "note"])
+    ('LAB_L', 'b* (D50)', 'a* (D50)', 'note')
+    >>> spelt_out(["b*", "note", "L* (D50)", "a*"])
+    ('LAB_B', 'note', 'LAB_L', 'LAB_A')
+    """
+    plain = tuple(_plain_name(name.strip()) for name in names)
+    upper = tuple(name.upper() for name in plain)
+    spelt, index = list(plain), 0
+    free = dict.fromkeys(range(len(names)))
     while index < len(names):
-        cased = _CASED.get(names[index : index + 3])
-        if cased is not None:
-            spelt[index : index + 3] = cased
-            index += 3
-            continue
-        for letters, prefix in _PLAIN.items():
-            if upper[index : index + len(letters)] == letters:
-                for offset, letter in enumerate(letters):
-                    spelt[index + offset] = f"{prefix}_{letter[0]}"
-                index += len(letters) - 1
+        taken, sets = 1, [(_CASED.get(plain[index : index + 3]), 3)]
+        sets += [
+            (tuple(f"{prefix}_{letter[0]}" for letter in letters), len(letters))
+            for letters, prefix in _PLAIN.items()
+            if upper[index : index + len(letters)] == letters
+        ]
+        for found, size in sets:
+            if found is not None:
+                spelt[index : index + size] = found
+                taken = size
                 break
-        index += 1
-    return tuple(spelt)
+        if taken > 1:
+            for place in range(index, index + taken):
+                del free[place]
+        index += taken
+    for letters, prefix in _PLAIN.items():
+        places = [[each for each in free if upper[each] == letter] for letter in letters]
+        if all(len(found) == 1 for found in places):
+            for (place,), letter in zip(places, letters, strict=True):
+                spelt[place] = f"{prefix}_{letter[0]}"
+                del free[place]
+    # names that are in no set stay as they are, for messages
+    return tuple(
+        names[each].strip() if each in free and "_" not in plain[each] else spelt[each]
+        for each in range(len(names))
+    )
+
+
+def _plain_name(name: str) -> str:
+    """Return a name without remarks in brackets, such as the illuminant, and without ``CIE``."""
+    bare = _BRACKETS.sub("", name).strip() or name
+    match = _PREFIXED.fullmatch(bare)
+    if match is None or bare.upper() in _COLOUR_NAMES or not (match[1] or match[2]):
+        return _WORDS.get(bare.lower(), bare)
+    prefix, letter = (match[2] or "").upper().replace("*", "").removeprefix("S"), match[3]
+    if not prefix and letter in "XYZxy":
+        return letter
+    if prefix in {"XYZ", "RGB"}:
+        return f"{prefix}_{letter[0].upper()}"
+    return f"LAB_{letter[0].upper()}"
 
 
 def _colour_columns(

@@ -6,34 +6,29 @@ Three columns without names are L*, a*, b*.
 
 from __future__ import annotations
 
-import csv
 from typing import TYPE_CHECKING
 
 from gamutcore.characterisation.columns import column_roles
 from gamutcore.characterisation.samples import samples_from_values
 from gamutcore.characterisation.spectra import are_wavelengths
-from gamutcore.characterisation.table import NumberTable, number, text_lines
+from gamutcore.characterisation.table import NumberTable, number
 from gamutcore.errors import MalformedFileError, MissingColumnError, UnrecognisedFormatError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from gamutcore.characterisation.columns import ColumnRoles
     from gamutcore.characterisation.samples import Samples
+    from gamutcore.characterisation.text import DelimitedText
 
 __all__ = ["delimited_samples"]
 
-_DELIMITERS = ("\t", ";", ",")
 
-
-def delimited_samples(text: str, *, condition: str | None = None) -> Samples:
+def delimited_samples(text: DelimitedText, *, condition: str | None = None) -> Samples:
     """Return the samples in delimited text.
 
     Parameters
     ----------
-    text : str
-        The decoded file. The delimiter is the first of tab, semicolon and comma in the first line,
-        else white space. Decimal commas are accepted unless the delimiter is a comma.
+    text : DelimitedText
+        Decimal commas are accepted, in quotation marks if the separator is a comma.
     condition : str, optional
         The measurement condition to read, if the text has several.
 
@@ -48,8 +43,11 @@ def delimited_samples(text: str, *, condition: str | None = None) -> Samples:
     MalformedFileError
         A row has too many or too few values, or a value is not a number.
     """
-    delimiter = _delimiter(text)
-    rows = _rows(text, delimiter)
+    rows = (
+        (line, cells)
+        for line, cells in text.rows()
+        if any(cell.strip() for cell in cells) and not cells[0].lstrip().startswith("#")
+    )
     line, first = next(rows, (1, []))
     if not first:
         raise UnrecognisedFormatError(
@@ -69,7 +67,7 @@ def delimited_samples(text: str, *, condition: str | None = None) -> Samples:
         warnings.append("The columns have no names; L*, a*, b* are assumed.")
         roles = column_roles(("LAB_L", "LAB_A", "LAB_B"))
     else:
-        roles = _named_roles(names, line, delimiter, condition)
+        roles = _named_roles(names, line, text.separator, condition)
     table = NumberTable(roles)
     if headless:
         table.append(names, line)
@@ -104,14 +102,12 @@ def _is_number(cell: str) -> bool:
     return True
 
 
-def _named_roles(
-    names: list[str], line: int, delimiter: str | None, condition: str | None
-) -> ColumnRoles:
+def _named_roles(names: list[str], line: int, separator: str, condition: str | None) -> ColumnRoles:
     try:
         return column_roles(names, condition=condition, where={"line": line})
     except MissingColumnError as error:
         # Prose also splits at spaces and commas. Only a recognised column makes it a table.
-        if len(names) >= 3 and (delimiter is not None or "column" in error.where):
+        if len(names) >= 3 and (separator.strip() or separator == "\t" or "column" in error.where):
             raise
         raise UnrecognisedFormatError(
             "The text is not a table of samples.",
@@ -119,28 +115,3 @@ def _named_roles(
             remedy="Send an ICC profile, measurements as CGATS text or JSON, or a table whose "
             "first line names its columns, such as LAB_L,LAB_A,LAB_B.",
         ) from None
-
-
-def _delimiter(text: str) -> str | None:
-    for _, content in text_lines(text):
-        if content.strip() and not content.lstrip().startswith("#"):
-            return next((mark for mark in _DELIMITERS if mark in content), None)
-    return None
-
-
-def _rows(text: str, delimiter: str | None) -> Iterator[tuple[int, list[str]]]:
-    for line, content in text_lines(text):
-        if not content.strip() or content.lstrip().startswith("#"):
-            continue
-        if delimiter is None:
-            yield line, content.split()
-            continue
-        try:
-            # One line at a time: an unclosed quotation mark must not include the rest of the file.
-            yield line, next(csv.reader((content,), delimiter=delimiter))
-        except csv.Error as error:
-            raise MalformedFileError(
-                f"The line cannot be split into cells: {error}.",
-                where={"line": line},
-                remedy="Close every quotation mark on its own line.",
-            ) from None

@@ -6,7 +6,7 @@ a data section, and other text is a table if its first line has column names.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 from gamutcore.characterisation.cgats import cgats_samples, looks_like_cgats
 from gamutcore.characterisation.cxf import cxf_samples, looks_like_cxf, looks_like_xml
@@ -19,13 +19,11 @@ from gamutcore.characterisation.meshes import binary_mesh, text_mesh
 from gamutcore.characterisation.npy_samples import NPY_MAGIC, npy_samples
 from gamutcore.characterisation.pictures import Picture, picture_format, read_picture
 from gamutcore.characterisation.samples import Samples
+from gamutcore.characterisation.text import DelimitedText, text_and_encoding
 from gamutcore.errors import OptionError, UnrecognisedFormatError
 from gamutcore.references import Reference, parse_definition
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-__all__ = ["Characterisation", "characterisation", "decoded_text"]
+__all__ = ["Characterisation", "characterisation"]
 
 Characterisation: TypeAlias = Samples | IccProfile | Picture | GamutMesh | Reference
 
@@ -69,9 +67,10 @@ def characterisation(  # noqa: PLR0911 (one return for each kind)
         if not looks_like_cxf(data):
             raise _unrecognised("The content is XML or HTML, but not CxF3.")
         return cxf_samples(data, condition=condition)
-    text = decoded_text(data)
-    if text is None:
+    found = text_and_encoding(data)
+    if found is None:
         raise _unrecognised("The content is binary, and its format is unknown.")
+    text, encoding = found
     if not text.strip("\0 \t\r\n"):
         raise _unrecognised("The content is empty.")
     mesh = text_mesh(text)
@@ -85,7 +84,7 @@ def characterisation(  # noqa: PLR0911 (one return for each kind)
         return json_samples(text, condition=condition)
     if looks_like_cgats(text):
         return cgats_samples(text, condition=condition)
-    return delimited_samples(text, condition=condition)
+    return delimited_samples(DelimitedText(data, encoding), condition=condition)
 
 
 def _without_condition(
@@ -103,35 +102,3 @@ def _unrecognised(message: str) -> UnrecognisedFormatError:
         message,
         remedy=f"Send {format_summary()}.",
     )
-
-
-def _encodings(data: bytes) -> Iterator[str]:
-    if data.startswith((b"\xff\xfe", b"\xfe\xff")):
-        yield "utf-16"
-    start = data[:8]  # without a mark: tables and headers begin with letters of ASCII
-    for encoding, high, low in (
-        ("utf-16-le", start[1::2], start[::2]),
-        ("utf-16-be", start[::2], start[1::2]),
-    ):
-        if not any(high) and low and all(low):
-            yield encoding
-    yield "utf-8-sig"
-    yield "cp1252"
-    yield "latin-1"
-
-
-def decoded_text(data: bytes) -> str | None:
-    r"""Return the text in UTF-8, UTF-16 or Windows-1252; None if the content is binary.
-
-    Examples
-    --------
-    >>> decoded_text("Grün".encode("cp1252"))
-    'Grün'
-    """
-    for encoding in _encodings(data):
-        try:
-            text = data.decode(encoding)
-        except UnicodeDecodeError:
-            continue
-        return None if "\0" in text[:100_000] else text
-    return None

@@ -18,12 +18,12 @@ from gamutcore.characterisation.samples import IntArray
 from gamutcore.errors import MalformedFileError, SampleLimitError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
 
     from gamutcore.arrays import FloatArray
     from gamutcore.characterisation.columns import ColumnRoles
 
-__all__ = ["MAX_TEXT_ROWS", "NumberTable", "number", "text_lines"]
+__all__ = ["MAX_TEXT_ROWS", "NumberTable", "bounded_lines", "number", "text_lines"]
 
 MAX_TEXT_ROWS = 2_000_000
 """Maximum number of rows in a text file. The largest targets have a few ten thousand."""
@@ -59,10 +59,17 @@ def number(token: str) -> float:
 def text_lines(text: str) -> Iterator[tuple[int, str]]:
     """Yield the numbers of lines, from 1, and the lines, for any mixture of CR, LF and CRLF.
 
-    A line ends with a line feed where it has one. More than `MAX_LINES` lines, and lines longer
-    than `MAX_LINE_CHARACTERS`, are refused.
+    A line has a line feed at its end where it has an end. See `bounded_lines` for the limits.
     """
-    for line, content in enumerate(io.StringIO(text, newline=None), start=1):
+    return bounded_lines(io.StringIO(text, newline=None))
+
+
+def bounded_lines(lines: Iterable[str]) -> Iterator[tuple[int, str]]:
+    """Yield lines with their numbers from 1.
+
+    More than `MAX_LINES` lines, and lines longer than `MAX_LINE_CHARACTERS`, are refused.
+    """
+    for line, content in enumerate(lines, start=1):
         if len(content) > MAX_LINE_CHARACTERS:
             raise MalformedFileError(
                 f"The line has {len(content)} characters.",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -16,12 +17,19 @@ from gamutcore.cli.inputs import (
     gamut_of,
     numbers_of,
 )
-from gamutcore.cli.output import AsCsv, AsJson, Output, write_facts, write_table
-from gamutcore.cli.tables import read_colours
+from gamutcore.cli.output import (
+    AsCsv,
+    AsJson,
+    Output,
+    check_answer_form,
+    write_answer,
+    write_facts,
+    write_table,
+)
 
 if TYPE_CHECKING:
-    from gamutcore.cli.tables import ColourTable
     from gamutcore.gamut import Gamut
+    from gamutcore.tables import ColourTable
 
 __all__ = ["add_to"]
 
@@ -29,7 +37,8 @@ __all__ = ["add_to"]
 Colours = Annotated[
     str,
     typer.Argument(
-        metavar="COLOURS", help="A CSV or .npy file of colours; - reads standard input."
+        metavar="COLOURS",
+        help="A table of colours: CSV, CGATS, CxF, .ase or .npy; - reads standard input.",
     ),
 ]
 OfGamut = Annotated[
@@ -41,11 +50,16 @@ ColourSpace = Annotated[
     typer.Option(
         "--colours-in",
         metavar="SPACE",
-        help="Space of the colours, such as LCHab or sRGB (0 to 1). By default CIELAB.",
+        help="Space of the colours, such as LCHab or sRGB. By default, the columns say it.",
     ),
 ]
 ColumnNames = Annotated[
-    str | None, typer.Option("--columns", help="Names of the three columns of the colours.")
+    str | None,
+    typer.Option("--columns", help="Names or numbers of the three columns of the colours."),
+]
+Scale = Annotated[
+    float | None,
+    typer.Option(help="Value of white in the table, such as 1, 100 or 255. By default, found."),
 ]
 
 
@@ -80,6 +94,7 @@ def query(
     ] = None,
     colours_in: ColourSpace = None,
     columns: ColumnNames = None,
+    scale: Scale = None,
     triangles: Triangles = None,
     max_error: MaxError = None,
     output: Output = None,
@@ -94,12 +109,37 @@ def query(
     A colour is in gamut if it is not farther outside than the tolerance. It is at the edge if its
     distance is at most the edge width. Both are in units of the space.
     """
-    table = read_colours(colours, colours_in, columns)
+    check_answer_form(output, as_json=as_json)
+    table = _table(colours, colours_in, columns, scale)
     found = gamut_of(gamut, ctx)
     level = {"triangles": triangles, "max_error": max_error}
     added, summary = _report(found, table, metric, level, (tolerance, edge_width, passing))
-    write_table(_beside(table, added), output, as_json=as_json, as_csv=not as_json)
-    typer.echo(summary, err=output is None)
+    write_answer(table, added, output, as_json=as_json)
+    typer.echo(summary + _skipped(table), err=output is None)
+
+
+def _table(path: str, space: str | None, columns: str | None, scale: float | None) -> ColourTable:
+    """Read a table of colours, and say what was understood."""
+    from gamutcore.errors import GamutError  # noqa: PLC0415
+    from gamutcore.tables import read_table  # noqa: PLC0415
+
+    data = sys.stdin.buffer.read() if path == "-" else Path(path).read_bytes()
+    try:
+        table = read_table(data, space=space, columns=columns, scale=scale)
+    except GamutError as error:
+        if "line" in error.where:
+            error.where.pop("row", None)
+        else:
+            error.where = {"file": path, **error.where}
+        raise
+    typer.echo(table.reading, err=True)
+    return table
+
+
+def _skipped(table: ColourTable) -> str:
+    """Return a sentence on rows without a colour."""
+    count = table.without_colour
+    return f" {count} row{'s' * (count > 1)} without a colour." if count else ""
 
 
 def _report(
@@ -121,17 +161,17 @@ def _report(
     if tolerance is None:
         tolerance = gamut.tolerance(**level)
     asked = {"space": table.space, "tolerance": tolerance, **level}
-    inside = gamut.contains(table.colours, **asked)
+    inside = gamut.contains(table.points, **asked)
     outside = ~inside
-    near = gamut.nearest(table.colours[outside], metric=metric, space=table.space, **level)
-    own = gamut.convert(table.colours, table.space)
+    near = gamut.nearest(table.points[outside], metric=metric, space=table.space, **level)
+    own = gamut.convert(table.points, table.space)
     points, difference = own.copy(), np.zeros(len(own))
     points[outside] = gamut.convert(near.points, table.space)
     difference[outside] = near.delta_e
     columns: dict[str, Any] = {
         "in_gamut": inside,
-        "position": gamut.classify(table.colours, edge_width=edge_width, **asked),
-        "distance": gamut.distance(table.colours, space=table.space, **level),
+        "position": gamut.classify(table.points, edge_width=edge_width, **asked),
+        "distance": gamut.distance(table.points, space=table.space, **level),
     }
     for axis, name in enumerate(gamut.colour_space.axes):
         columns[f"nearest_{name.rstrip('*')}"] = points[:, axis]
@@ -164,7 +204,7 @@ def map_colours(
         str,
         typer.Argument(
             metavar="COLOURS",
-            help="A CSV or .npy file of colours, or a picture; - reads a table of standard input.",
+            help="A table of colours, or a picture; - reads a table of standard input.",
         ),
     ],
     gamut: OfGamut,
@@ -182,6 +222,7 @@ def map_colours(
     ] = None,
     colours_in: ColourSpace = None,
     columns: ColumnNames = None,
+    scale: Scale = None,
     triangles: Triangles = None,
     max_error: MaxError = None,
     output: Output = None,
@@ -212,14 +253,16 @@ def map_colours(
     boundary answers unless --triangles or --max-error chooses a level.
     """
     picture = _is_picture(colours)
-    if picture and (colours_in is not None or columns is not None or as_json):
-        raise typer.BadParameter("Pictures have no --colours-in, --columns and --json.")
+    if picture and (as_json or any(each is not None for each in (colours_in, columns, scale))):
+        raise typer.BadParameter("Pictures have no --colours-in, --columns, --scale and --json.")
     if picture and output is None:
         raise typer.BadParameter("Give a file for the picture.", param_hint="--output")
     _check_source(method, from_gamut)
     if depth is not None and not picture:
         raise typer.BadParameter("Only pictures have a depth.", param_hint="--depth")
-    table = None if picture else read_colours(colours, colours_in, columns)
+    if not picture:
+        check_answer_form(output, as_json=as_json)
+    table = None if picture else _table(colours, colours_in, columns, scale)
     given = [gamut] if from_gamut is None else [gamut, from_gamut]
     space = _space_for_picture(ctx, given) if picture else None
     found = gamut_of(gamut, ctx, alone=from_gamut is None, space=space)
@@ -245,18 +288,17 @@ def map_colours(
             summary += f" {done.missed} have mapped colours outside {done.encoding}."
         typer.echo(summary)
         return
-    mapped = found.map(table.colours, method, space=table.space, **options)
+    mapped = found.map(table.points, method, space=table.space, **options)
+    points = table.own_values(mapped.points)
     added: dict[str, Any] = {
-        f"mapped_{axis}": mapped.points[:, place]
-        for place, axis in enumerate(_axes_of(table, found))
+        f"mapped_{axis}": points[:, place] for place, axis in enumerate(_axes_of(table, found))
     }
     added |= {"moved": mapped.moved, "delta_e_2000": mapped.delta_e}
     if mapped.device is not None:
         added |= dict(zip(mapped.channels, 100.0 * mapped.device.T, strict=True))
-    write_table(_beside(table, added), output, as_json=as_json, as_csv=not as_json)
-    typer.echo(
-        f"{int(mapped.moved.sum())} of {len(mapped.moved)} colours moved.", err=output is None
-    )
+    write_answer(table, added, output, as_json=as_json)
+    summary = f"{int(mapped.moved.sum())} of {len(mapped.moved)} colours moved."
+    typer.echo(summary + _skipped(table), err=output is None)
 
 
 def _check_source(method: str, source: str | None) -> None:
@@ -309,16 +351,10 @@ def _has_space(source: str, condition: str | None) -> bool:
 
 def _axes_of(table: ColourTable, gamut: Gamut) -> tuple[str, ...]:
     """Return the names of the coordinates of a table."""
-    known = {"LCHab": ("L", "C", "h"), "sRGB": ("R", "G", "B"), "CIELAB": ("L", "a", "b")}
-    if table.space == gamut.colour_space.name:
-        return tuple(axis.rstrip("*") for axis in gamut.colour_space.axes)
-    return known.get(table.space, ("1", "2", "3"))
+    from gamutcore.colours.spaces.conversion import ColourConversion  # noqa: PLC0415
 
-
-def _beside(table: ColourTable, added: dict[str, Any]) -> dict[str, Any]:
-    """Return the columns of a table with further ones, whose names are not those of the table."""
-    renamed = {f"gamut_{name}" if name in table.columns else name: added[name] for name in added}
-    return {**table.columns, **renamed}
+    axes = ColourConversion(table.space, gamut.colour_space).axes
+    return tuple(axis.rstrip("*") for axis in axes)
 
 
 def compare(

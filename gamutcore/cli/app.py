@@ -122,7 +122,7 @@ def _line(error: Exception) -> tuple[str, int] | None:
         shown = f" ({place})" if place and not usage else ""
         message = f"{error.message.rstrip('.')}{shown}. {error.remedy}".strip()
         return message, USAGE_FAULT if usage else DATA_FAULT
-    if isinstance(error, ModuleNotFoundError) and error.name == "matplotlib":
+    if isinstance(error, ModuleNotFoundError) and error.name in {"matplotlib", "openpyxl"}:
         return f"{error}", DATA_FAULT
     if isinstance(error, OSError):
         name = f"{error.filename}: " if error.filename else ""

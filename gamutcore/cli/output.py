@@ -9,11 +9,24 @@ import math
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import typer
 
-__all__ = ["AsCsv", "AsJson", "Columns", "Output", "write_bytes", "write_facts", "write_table"]
+if TYPE_CHECKING:
+    from gamutcore.tables import ColourTable
+
+__all__ = [
+    "AsCsv",
+    "AsJson",
+    "Columns",
+    "Output",
+    "check_answer_form",
+    "write_answer",
+    "write_bytes",
+    "write_facts",
+    "write_table",
+]
 
 AsJson = Annotated[bool, typer.Option("--json", help="Write JSON.")]
 AsCsv = Annotated[bool, typer.Option("--csv", help="Write CSV.")]
@@ -74,6 +87,69 @@ def write_table(columns: Columns, output: Path | None, *, as_json: bool, as_csv:
             for row in rows
         )
     write_bytes(text.encode(), output)
+
+
+_ANSWERS = (".csv", ".tsv", ".txt", ".json", ".xlsx")
+"""Suffixes of answers beside a table."""
+
+
+def check_answer_form(output: Path | None, *, as_json: bool) -> None:
+    """Refuse a file whose suffix chooses no form, before anything is computed."""
+    # a device such as /dev/stdout has no suffix
+    if output is None or as_json or (output.exists() and not output.is_file()):
+        return
+    if output.suffix.lower() not in _ANSWERS:
+        raise typer.BadParameter(
+            f"Give a name that ends in {', '.join(_ANSWERS[:-1])} or {_ANSWERS[-1]}.",
+            param_hint="--output",
+        )
+
+
+def write_answer(table: ColourTable, added: Columns, output: Path | None, *, as_json: bool) -> None:
+    """Write a table of colours with further columns.
+
+    Text has the dialect of the table: separator, decimal mark, quotation, ends of lines, and in a
+    file the encoding. A .tsv file has tabs.
+
+    Parameters
+    ----------
+    table : ColourTable
+    added : mapping of str to sequence
+        One value for each row that has a colour.
+    output : Path or None
+    as_json : bool
+    """
+    suffix = "" if output is None else output.suffix.lower()
+    if as_json or suffix == ".json":
+        names = [*_distinct(table.header), *table.added_names(list(added))]
+        rows = list(table.rows())
+        columns: dict[str, list[Any]] = {
+            name: [cells[at] if cells else "" for cells, _ in rows]
+            for at, name in enumerate(names[: len(table.header)])
+        }
+        for name, values in zip(names[len(table.header) :], added.values(), strict=True):
+            answers = iter(values)
+            columns[name] = [next(answers) if known else None for _, known in rows]
+        write_table(columns, output, as_json=True, as_csv=False)
+    elif output is not None and suffix == ".xlsx":
+        from gamutcore.tables import write_workbook  # noqa: PLC0415
+
+        write_workbook(table, added, output)
+    else:
+        text = table.answer_text(added, separator="\t" if suffix == ".tsv" else None)
+        write_bytes(text.encode("utf-8" if output is None else table.encoding), output)
+
+
+def _distinct(names: Sequence[str]) -> list[str]:
+    """Return names that differ, as members of JSON must."""
+    found: list[str] = []
+    for name in names:
+        free, at = name, 1
+        while free in found:
+            at += 1
+            free = f"{name}_{at}"
+        found.append(free)
+    return found
 
 
 def write_bytes(data: bytes, output: Path | None) -> None:

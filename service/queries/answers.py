@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import csv
 import io
-from itertools import islice, pairwise
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -18,7 +18,7 @@ from service.queries.bodies import CSV, JSON, NPY
 from service.queries.operations import Result
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator
 
     from numpy.typing import NDArray
 
@@ -117,7 +117,8 @@ class NpyWriter:
 class CsvWriter:
     """A table: the client's columns or the colours, then the columns of the result.
 
-    A row with several entries is repeated. A row without any has empty cells.
+    A row with several entries is repeated. A row without any, or without a colour, has empty cells.
+    The client's table keeps its dialect, in UTF-8.
     """
 
     def __init__(self, operation: Operation, level: QueryLevel, body: Body) -> None:
@@ -125,16 +126,18 @@ class CsvWriter:
         self._level = level
         self._inputs = body.inputs
         self._axes = body.axes or level.axes
+        self._table = body.table
         self._own = None if body.table is None else body.table.rows()
-        self._header = None if body.table is None else body.table.header
 
     def head(self, first: Result, _entries: int) -> bytes:
         """Return the line with the names of the columns."""
-        own = self._header
-        if own is None:
-            prefixes = [f"{name}_" for name in self._operation.inputs]
-            prefixes = prefixes if len(prefixes) > 1 else [""]
-            own = [prefix + axis for prefix in prefixes for axis in self._axes]
+        if self._table is not None:
+            mark = "\ufeff" if self._table.encoding == "utf-8-sig" else ""
+            head = self._table.head(self._table.added_names(self._names(first)))
+            return (mark + head).encode()
+        prefixes = [f"{name}_" for name in self._operation.inputs]
+        prefixes = prefixes if len(prefixes) > 1 else [""]
+        own = [prefix + axis for prefix in prefixes for axis in self._axes]
         return _lines([own + self._names(first)])
 
     def _names(self, result: Result) -> list[str]:
@@ -159,29 +162,41 @@ class CsvWriter:
         pieces = []
         for begin in range(0, rows, _AT_ONCE):
             end = min(begin + _AT_ONCE, rows)
-            own = self._cells(start + begin, start + end)
             if offsets is None:
                 found = zip(*(_texts(column[begin:end]) for column in columns), strict=True)
-                added = ([_empty_if_nan(cell) for cell in new] for new in found)
-                pieces.append(_lines([*cells, *new] for cells, new in zip(own, added, strict=True)))
-                continue
-            first, last = offsets[begin], offsets[end]
-            entries = list(zip(*(_texts(column[first:last]) for column in columns), strict=True))
-            nothing = [("",) * len(columns)]
-            ends = pairwise(offsets[begin : end + 1])
-            pieces.append(
-                _lines(
-                    [*cells, *new]
-                    for cells, (one, two) in zip(own, ends, strict=True)
-                    for new in entries[one - first : two - first] or nothing
-                )
-            )
+                entries = [[each] for each in found]
+            else:
+                first, last = offsets[begin], offsets[end]
+                flat = list(zip(*(_texts(column[first:last]) for column in columns), strict=True))
+                ends = pairwise(offsets[begin : end + 1])
+                entries = [flat[one - first : two - first] for one, two in ends]
+            pieces.append(self._text(start + begin, entries, len(columns)))
+        if self._own is not None and start + rows == len(self._inputs[0]):
+            pieces.append(self._text(start + rows, [], len(columns)))  # rows without a colour
         return b"".join(pieces)
 
-    def _cells(self, start: int, end: int) -> Sequence[Sequence[object]]:
-        if self._own is not None:
-            return list(islice(self._own, end - start))
-        return np.hstack([points[start:end] for points in self._inputs]).tolist()  # type: ignore[no-any-return]
+    def _text(self, start: int, entries: list[list[tuple[object, ...]]], width: int) -> bytes:
+        """Return the lines of some rows, each with its entries."""
+        nothing = ("",) * width
+        if self._table is None or self._own is None:
+            end = start + len(entries)
+            own = np.hstack([points[start:end] for points in self._inputs]).tolist()
+            return _lines(
+                [*cells, *(_empty_if_nan(cell) for cell in new)]
+                for cells, found in zip(own, entries, strict=True)
+                for new in found or [nothing]
+            )
+        cell_of, rows = self._table.cell, []
+        following = iter(entries)
+        left = len(entries)
+        while left or not entries:
+            cells, known = next(self._own, ([], None))
+            if known is None:
+                break
+            found = next(following) if known else []
+            left -= known
+            rows += [[*cells, *map(cell_of, new)] for new in found or [nothing]] if cells else [[]]
+        return "".join(self._table.lines(iter(rows))).encode()
 
 
 WRITERS: dict[str, type[JsonWriter | NpyWriter | CsvWriter]] = {

@@ -17,12 +17,14 @@ from gamutcore.errors import InvalidPointsError
 from gamutcore.queries.rows import LARGEST, checked_points
 from service.http.json_bodies import parse_json
 from service.problems.problem import Problem, ProblemError
-from service.queries.tables import Table, read_table
+from service.queries.tables import read_colours
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from gamutcore.arrays import FloatArray
+    from gamutcore.colours.spaces.conversion import ColourConversion
+    from gamutcore.tables import ColourTable
     from service.queries.operations import Operation
 
 __all__ = ["CSV", "FORMS", "JSON", "NPY", "SVG", "Body", "Form", "parse_body"]
@@ -80,7 +82,7 @@ class Body(NamedTuple):
         One array for each name of the operation's inputs.
     members : dict
         Parameters in a JSON body, not checked.
-    table : Table or None
+    table : ColourTable or None
         The client's own columns, if the body is CSV.
     axes : sequence of str
         Names of the coordinates in the space of the colours; those of the gamut's if empty.
@@ -88,7 +90,7 @@ class Body(NamedTuple):
 
     inputs: list[FloatArray]
     members: dict[str, object]
-    table: Table | None = None
+    table: ColourTable | None = None
     axes: Sequence[str] = ()
 
     @property
@@ -98,7 +100,7 @@ class Body(NamedTuple):
 
 
 def parse_body(
-    content: bytearray, media_type: str, operation: Operation, axes: Sequence[str]
+    content: bytearray, media_type: str, operation: Operation, given: ColourConversion
 ) -> Body:
     """Return the content of a body.
 
@@ -108,8 +110,8 @@ def parse_body(
     media_type : str
         A key of `FORMS`.
     operation : Operation
-    axes : sequence of str
-        Names of the coordinates, for the columns of a table.
+    given : ColourConversion
+        From the space of the colours, for the columns of a table.
 
     Raises
     ------
@@ -123,15 +125,15 @@ def parse_body(
     elif media_type == NPY:
         body = Body(_npy(content, operation.inputs), {})
     else:
-        columns, table = read_table(content, operation.inputs, axes, FORMS[CSV].most_rows)
-        body = Body(columns, {}, table)
+        table = read_colours(content, operation.inputs, given, FORMS[CSV].most_rows)
+        body = Body(table.inputs, {}, table)
     checked = []
     for name, points in zip(operation.inputs, body.inputs, strict=True):
         try:
             checked.append(checked_points(points, name))
         except InvalidPointsError as error:
             if body.table is not None and "row" in error.where:
-                error.where["line"] = body.table.line_of(int(str(error.where["row"])))
+                error.where |= body.table.place(int(str(error.where["row"])))
             raise
     return body._replace(inputs=checked)
 

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable, Mapping
 
     from gamutcore.arrays import FloatArray
+    from gamutcore.colours.spaces.conversion import ColourConversion
     from service.http.spool import Body as Sent
     from service.library import Library
     from service.meshes.requested_levels import RequestedLevels
@@ -115,7 +116,7 @@ class Queries:
         self._threads = DeadlineThreads(threads)
 
     async def parse(
-        self, sent: Sent, media_type: str, operation: Operation, axes: tuple[str, str, str]
+        self, sent: Sent, media_type: str, operation: Operation, given: ColourConversion
     ) -> Body:
         """Return the content of a body that has arrived; see `parse_body`.
 
@@ -123,7 +124,7 @@ class Queries:
         """
 
         def parse() -> Body:
-            return parse_body(sent.content(), media_type, operation, axes)
+            return parse_body(sent.content(), media_type, operation, given)
 
         with timed("body"):
             if media_type == JSON and sent.size <= INLINE_BYTES:

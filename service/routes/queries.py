@@ -159,10 +159,10 @@ async def _answer(request: Request, gamut_id: str, operation: Operation) -> Resp
             correct = held.enter_context(queries.admission.held(client, estimate))
             await wait_for_kernels(service)
             opened = service.library.find_open(gamut_id) or await service.library.gamut(gamut_id)
-            body = await queries.parse(arriving, sent, operation, _axes(given, opened))
+            body = await queries.parse(arriving, sent, operation, _given(given, opened))
         correct(body.rows)
         values = values_of(operation.all_parameters, given, body.members)
-        body = body._replace(axes=_axes(values, opened))
+        body = body._replace(axes=_given(values, opened).axes)
         del opened  # it may go while the question waits for memory
         ids = [gamut_id]
         if values.get("source") is not None:
@@ -194,9 +194,9 @@ async def _answer(request: Request, gamut_id: str, operation: Operation) -> Resp
         return _Answer(first, others, request, held.pop_all(), headers, accepted)
 
 
-def _axes(values: Mapping[str, Any], opened: OpenGamut) -> tuple[str, str, str]:
-    """Return the names of the coordinates of the colours."""
-    return ColourConversion(values.get("space"), opened.space).axes
+def _given(values: Mapping[str, Any], opened: OpenGamut) -> ColourConversion:
+    """Return the conversion from the space of the colours."""
+    return ColourConversion(values.get("space"), opened.space)
 
 
 async def levels_of(

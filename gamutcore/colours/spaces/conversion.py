@@ -21,14 +21,14 @@ from gamutcore.option_types import Choice, check_option
 if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
 
-__all__ = ["GIVEN_SPACE", "ColourConversion"]
+__all__ = ["GIVEN_SPACE", "OTHER_AXES", "ColourConversion"]
 
 GIVEN_SPACE = Choice(
     (*SPACES, "LCHab", "sRGB"), {**SPACE.aliases, "cielchab": "LCHab", "lch": "LCHab"}
 )
 """Names of the spaces that colours may be given in, with their usual spellings."""
 
-_OTHER_AXES = {"LCHab": ("L*", "C*", "h"), "sRGB": ("R", "G", "B")}
+OTHER_AXES = {"LCHab": ("L*", "C*", "h"), "sRGB": ("R", "G", "B")}
 
 _SRGB_PRIMARIES = ((0.64, 0.33), (0.30, 0.60), (0.15, 0.06))  # IEC 61966-2-1, table 1
 
@@ -67,9 +67,14 @@ class ColourConversion:
     @property
     def axes(self) -> tuple[str, str, str]:
         """Names of the coordinates."""
-        if self.name in _OTHER_AXES:
-            return _OTHER_AXES[self.name]
+        if self.name in OTHER_AXES:
+            return OTHER_AXES[self.name]
         return self._space.axes if self.name == self._space.name else SPACES[self.name].axes
+
+    @property
+    def unscaled(self) -> bool:
+        """Whether the coordinates are those of the space's definition, without a factor."""
+        return self.name != self._space.name or self._space.scale in {None, 1.0}
 
     def to_gamut(self, colours: FloatArray) -> FloatArray:
         """Return colours in the space of the gamut.

@@ -15,8 +15,8 @@ ROOT = Path(__file__).parents[3]
 INKS = ["C", "M", "Y", "K"]
 
 
-def rows(text):
-    return list(csv.DictReader(io.StringIO(text)))
+def rows(text, mark=","):
+    return list(csv.DictReader(io.StringIO(text), delimiter=mark))
 
 
 @pytest.mark.slow
@@ -32,7 +32,7 @@ def test_the_example_of_the_readme(command, tmp_path, monkeypatch):
     assert [{name: row[name] for name in before[0]} for row in after] == before
     inside = [row["in_gamut"] == "true" for row in after]
     assert f"{sum(inside)} of {len(after)} colours are in gamut." in out
-    assert err == ""
+    assert err == "Columns L, a, b are read as CIELAB.\n"
     worst = max(after, key=lambda row: float(row["delta_e_2000"]))
     assert worst["name"] in out
     for row, within in zip(after, inside, strict=True):
@@ -55,7 +55,7 @@ def test_query_of_a_body_whose_answers_are_known(command, cubes, tmp_path):
     table.write_text("id;L;C;h\nmiddle;50;0;0\nfar;50;35;90\n", encoding="utf-8")
     arguments = ("query", table, "--gamut", cubes / "large.gamut", "--metric", "cie 1976")
     out, err = command(*arguments)
-    middle, far = rows(out)
+    middle, far = rows(out, ";")
     assert (middle["in_gamut"], middle["distance"]) == ("true", "-20")
     assert (far["in_gamut"], far["distance"]) == ("false", "15")
     assert [float(far[f"nearest_{axis}"]) for axis in "Lab"] == pytest.approx([50, 0, 20], abs=1e-3)
@@ -75,7 +75,7 @@ def test_query_of_a_body_whose_answers_are_known(command, cubes, tmp_path):
         ("LAB_L\tLAB_A\tLAB_B\n50\t1\t2\n", (), "CIELAB"),
         ("name;L*;a*;b*\nx;50,0;1,0;2,0\n", (), "CIELAB"),
         ("L,C,H\n50,1,2\n", (), "LCHab"),
-        ("R,G,B\n50,1,2\n", ("--colours-in", "sRGB"), "sRGB"),
+        ("R,G,B\n50,1,2\n", ("--colours-in", "sRGB", "--scale", "1000"), "sRGB"),
         ("one,two,three\n50,1,2\n", ("--columns", "one,two,three"), "CIELAB"),
         ("J,a,b\n50,1,2\n", ("--columns", "J,a,b", "--colours-in", "CAM16-UCS"), "CAM16-UCS"),
     ],
@@ -86,19 +86,50 @@ def test_columns_and_spaces_of_tables(as_json, cubes, monkeypatch, text, argumen
     typed = io.TextIOWrapper(io.BytesIO(f"# a comment\n{text}\n".encode()))
     monkeypatch.setattr("sys.stdin", typed)
     found = as_json("query", "-", "--gamut", gamut, *arguments)
-    expected = Gamut.load(gamut).distance([(50, 1, 2)], space=space)
+    colour = (0.05, 0.001, 0.002) if space == "sRGB" else (50, 1, 2)
+    expected = Gamut.load(gamut).distance([colour], space=space)
     assert found["distance"] == pytest.approx(expected)
 
 
 @pytest.mark.parametrize("encoding", ["cp1252", "utf-16", "utf-16-le", "utf-16-be", "utf-8-sig"])
-def test_tables_in_other_encodings(as_rows, cubes, tmp_path, encoding):
-    """As Excel and editors of Windows save them; UTF-16 also without a byte order mark."""
+def test_tables_in_other_encodings(command, cubes, tmp_path, encoding):
+    """As Excel and editors of Windows save them; UTF-16 also without a byte order mark.
+
+    A file comes back in its encoding. Standard output is UTF-8.
+    """
     table = tmp_path / "colours.csv"
     table.write_bytes("name;L;a;b\nGrün – ©;50;0;0\n".encode(encoding))
-    for command in ("query", "map"):
-        (row,) = as_rows(command, table, "--gamut", cubes / "large.gamut")
-        assert row["name"] == "Grün – ©"
-        assert float(row["delta_e_2000"]) == 0
+    for name in ("query", "map"):
+        arguments = (name, table, "--gamut", cubes / "large.gamut")
+        command(*arguments, "-o", tmp_path / "out.csv")
+        written = (tmp_path / "out.csv").read_bytes().decode(encoding)
+        for text in (command(*arguments)[0], written):
+            (row,) = rows(text, ";")
+            assert row["name"] == "Grün – ©"
+            assert float(row["delta_e_2000"]) == 0
+
+
+def test_forms_of_answers_are_chosen_by_the_suffix(command, cubes, tmp_path):
+    table = tmp_path / "colours.csv"
+    table.write_text("id;L;a;b\nx;50,5;0;0\n\ny;40;0;0\n")
+    arguments = ("query", table, "--gamut", cubes / "large.gamut", "-o")
+    told, _ = command(*arguments, tmp_path / "out.tsv")
+    assert "1 row without a colour" in told
+    assert (tmp_path / "out.tsv").read_text().startswith("id\tL\ta\tb\tin_gamut")
+    assert "50,5\t" in (tmp_path / "out.tsv").read_text()
+    for name in ("out", "out.xls", "out.npy"):
+        _, err = command(*arguments, tmp_path / name, status=2)
+        assert ".xlsx" in err
+        assert not (tmp_path / name).exists()
+
+
+def test_workbooks_without_openpyxl_say_what_to_install(command, cubes, tmp_path, monkeypatch):
+    monkeypatch.setattr("importlib.util.find_spec", lambda _: None)
+    table = tmp_path / "colours.csv"
+    table.write_text("L,a,b\n50,0,0\n")
+    arguments = ("query", table, "--gamut", cubes / "large.gamut", "-o", tmp_path / "out.xlsx")
+    _, err = command(*arguments, status=1)
+    assert "gamut-boundary-service[excel]" in err
 
 
 def test_sgck_and_its_source_belong_together(command, cubes, tmp_path):
@@ -147,16 +178,18 @@ def test_what_is_no_table_is_named_with_the_file_and_a_remedy(
         assert err.startswith("gamut: ")
         assert err.count("\n") == 1
         assert told in err
-        assert f"(file {path})" in err
+        assert kind == "csv" or f"(file {path})" in err
 
 
 @pytest.mark.parametrize(
     ("text", "arguments", "told"),
     [
-        ("L,a,b\n50,0\n", (), "row 1"),
-        ("L,a,b\n50,0,x\n", (), "row 1"),
+        ("L,a,b\n50,0\n", (), "line 2"),
+        ("L,a,b\n50,0,x\n", (), "line 2"),
         ("L,a,b\n50,0,1,4\n", (), "4 cells"),
-        ("L,a,b\n50,0,nan\n", (), "row 0"),
+        ("L,a,b\n50,0,nan\n", (), "line 2"),
+        ("L,a,b\n50,0,1\n120,0,0\n", (), "line 3"),
+        ("C,M,Y,K\n1,2,3,4\n", (), "profile of the press"),
         ("name,use\nA,B\n", (), "--columns"),
         ("", (), "--columns"),
         ("L,a,x\n1,2,3\n", ("--columns", "L,a"), "L,a"),

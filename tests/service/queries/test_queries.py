@@ -123,7 +123,35 @@ def test_a_table_keeps_its_own_columns(ask):
     rows = list(csv.reader(ask(table, CSV).text.splitlines()))
     assert rows[0] == ["spot name", "L*", "a*", "b*", "note", "inside"]
     assert rows[1] == ["Red, warm", "50", "5", "4", 'say "x"', "true"]
-    assert rows[2] == ["Blue", "30", "10", "-50", "", "false"]
+    assert rows[2] == []
+    assert rows[3] == ["Blue", "30", "10", "-50", "", "false"]
+
+
+def test_a_table_keeps_its_dialect(ask):
+    """Separator, decimal mark, duplicate names, line breaks and rows without a colour."""
+    table = 'n;L;a;b;L\r\n"x\ny";50,0;5;4;007\r\nReds;;;;\r\nz;30;10;-50;\r\n'
+    answer = ask(table, CSV, query="?distance=true")
+    lines = answer.content.decode().split("\r\n")
+    assert lines[0] == "n;L;a;b;L;inside;distance"
+    assert lines[1].startswith('"x\ny";50,0;5;4;007;true;-')
+    assert "." not in lines[1]
+    assert lines[2] == "Reds;;;;;;"
+    assert lines[3].startswith("z;30;10;-50;;false;")
+    assert lines[4:] == [""]
+
+
+def test_values_outside_the_scale_name_it(ask, assert_problem):
+    for table, query, told in (
+        ("L,a,b\n50,0,0\n120,0,0\n", "", "120"),
+        ("L,a,b\n50,0,0\n120,0,0\n", "?space=CIELAB", "120"),
+    ):
+        document = assert_problem(ask(table, CSV, query=query), 422, "invalid-points")
+        assert document["where"] == {"field": "L", "row": 1, "line": 3}
+        assert told in document["detail"]
+    document = assert_problem(
+        ask("R,G,B\n228,0,43\n", CSV, query="?space=srgb"), 422, "invalid-points"
+    )
+    assert "255" in document["remedy"]
 
 
 def test_columns_of_a_table_are_those_of_the_space(ask):
@@ -236,9 +264,9 @@ def test_a_row_that_is_no_colour_is_named(ask, assert_problem):
         assert document["where"] == {"field": "colours", "row": 55_555}
         table = f"L,a,b\n\n1,2,3\n4,5,{value}\n"
         document = assert_problem(ask(table, CSV), 422, "invalid-points")
-        assert document["where"] == {"field": "colours", "row": 1, "line": 4}
+        assert document["where"] == {"field": "b", "row": 1, "line": 4}
     document = assert_problem(ask("L,a,b\n1,2,3\n1,,3\n", CSV), 422, "invalid-points")
-    assert document["where"] == {"field": "a", "row": 1}
+    assert document["where"] == {"field": "a", "row": 1, "line": 3}
 
 
 @pytest.mark.parametrize(
@@ -301,10 +329,9 @@ def test_other_files_are_refused(ask, assert_problem, content):
         ("", {"line": 1, "field": "L*"}),
         ("L,a\n1,2\n", {"line": 1, "field": "b*"}),
         ("L,a,b,LAB_L\n1,2,3,4\n", {"line": 1, "field": "L*"}),
-        ("L;a;b\n1;2;3\n", {"line": 1, "field": "L*"}),
-        ("L,a,b\n1,2,3\n1,2\n", {"row": 1}),
+        ("L,C,h\n1,2,3\n", {"line": 1, "field": "a*"}),
+        ("L,a,b\n1,2,3\n1,2\n", {"row": 1, "line": 3}),
         ('L,a,b\n1,2,"3\n', {"line": 2}),
-        (b"L,a,b\n\xff,2,3\n", {"line": 1}),
     ],
 )
 def test_other_tables_are_problems_with_a_place(ask, assert_problem, table, where):

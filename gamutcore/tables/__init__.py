@@ -1,0 +1,12 @@
+"""Tables of colours: questions about colours come as files of many kinds, and as data frames.
+
+`read_table` reads a file, and states what it understood. The `ColourTable` writes an answer beside
+the columns of the file, in its dialect. `frame_colours` reads a data frame. `write_workbook` writes
+a workbook.
+"""
+
+from gamutcore.tables.frames import frame_colours
+from gamutcore.tables.table import ColourTable, read_table
+from gamutcore.tables.workbook import write_workbook
+
+__all__ = ["ColourTable", "frame_colours", "read_table", "write_workbook"]

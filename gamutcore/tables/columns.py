@@ -1,0 +1,418 @@
+"""Which columns hold the colours, in which space, and on which scale.
+
+Names, the number of columns and the values decide. What two readings fit is refused with both.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from gamutcore.characterisation.columns import spelt_out
+from gamutcore.colours.spaces.conversion import GIVEN_SPACE, OTHER_AXES
+from gamutcore.colours.spaces.definitions import SPACES
+from gamutcore.errors import InvalidPointsError, MissingColumnError, OptionError
+from gamutcore.option_types import check_option
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from gamutcore.arrays import FloatArray
+    from gamutcore.errors import Where
+
+__all__ = ["ColourColumns", "axes_of", "find_columns", "on_full_scale", "space_named"]
+
+
+class _Kind(NamedTuple):
+    """A set of columns: their names as CGATS spells them, and how their values are checked."""
+
+    names: tuple[tuple[str, str, str], ...]
+    space: str
+    scales: tuple[float, ...]
+    lowest: tuple[float, float, float]
+    highest: tuple[float, float, float]
+
+
+_ANY = 500.0
+"""Largest |a*|, |b*| and C*. Those of the primaries of ACES AP0 are below."""
+
+_ROUNDING = 0.002
+"""What codes may exceed their scale by: half a step of 8 bits."""
+
+_KINDS = {
+    "LAB": _Kind(
+        (("LAB_L", "LAB_A", "LAB_B"),),
+        "CIELAB",
+        (100.0,),
+        (-1.0, -_ANY, -_ANY),
+        (105.0, _ANY, _ANY),  # fluorescent papers have an L* above 100 under M1
+    ),
+    "LCH": _Kind(
+        (("LCH_L", "LCH_C", "LCH_H"), ("LAB_L", "LAB_C", "LAB_H")),
+        "LCHab",
+        (100.0,),
+        (-1.0, -1e-6, -720.0),
+        (105.0, _ANY, 720.0),
+    ),
+    "XYZ": _Kind(
+        (("XYZ_X", "XYZ_Y", "XYZ_Z"),),
+        "CIEXYZ",
+        (1.0, 100.0),
+        (-0.1, -0.1, -0.1),
+        (1.5, 1.5, 1.5),  # Z of D65 is 1.09, and papers fluoresce
+    ),
+    "XYY": _Kind(
+        (("XYY_X", "XYY_Y", "XYY_CAPY"),),
+        "CIEXYZ",
+        (1.0, 100.0),
+        (0.0, 0.0, 0.0),
+        (1.0, 1.0, 1.5),
+    ),
+    "RGB": _Kind(
+        (("RGB_R", "RGB_G", "RGB_B"),),
+        "sRGB",
+        (1.0, 255.0),
+        (-1.0, -1.0, -1.0),  # colours outside sRGB, such as those of BT.2020
+        (1.5, 1.5, 1.5),
+    ),
+    "TEXT": _Kind((), "sRGB", (1.0,), (-1.0,) * 3, (1.5,) * 3),
+}
+"""Sets of columns; the measured ones, in the order of preference, before the others."""
+
+_MEASURED = ("LAB", "LCH", "XYZ", "XYY")
+_FURTHER_SCALES = (255.0, 1023.0, 4095.0, 65535.0)
+_INKS = re.compile(r"(CMYK|CMY)_[CMYK]|\d{1,2}CLR_\d{1,2}", re.IGNORECASE)
+_TEXTS = frozenset({"hex", "html", "css", "color", "colour", "web", "hexcode", "rgbhex", "srgbhex"})
+_CANDIDATES = "L,a,b, L,C,h, X,Y,Z, x,y,Y, R,G,B or hex"
+
+
+@dataclass(frozen=True)
+class ColourColumns:
+    """The columns of a colour.
+
+    Attributes
+    ----------
+    places : tuple of int
+        Three, or one of texts such as ``#e4002b``.
+    kind : str
+        A key of the table of sets; empty for other spaces.
+    space : str
+        One of `GIVEN_SPACE`.
+    """
+
+    places: tuple[int, ...]
+    kind: str
+    space: str
+
+
+def space_named(space: str) -> str:
+    """Return the canonical name of a space that colours may be given in."""
+    return str(check_option("space", space, GIVEN_SPACE))
+
+
+def axes_of(space: str) -> tuple[str, str, str]:
+    """Return the names of the coordinates of a space."""
+    return OTHER_AXES.get(space) or SPACES[space].axes
+
+
+def find_columns(
+    header: Sequence[str],
+    *,
+    space: str | None = None,
+    columns: str | None = None,
+    prefix: str = "",
+    where: Where | None = None,
+) -> ColourColumns:
+    """Return the columns of a colour.
+
+    Parameters
+    ----------
+    header : sequence of str
+    space : str, optional
+        Canonical name. Without it, the names of the columns decide.
+    columns : str, optional
+        Names or numbers of the columns, separated by commas.
+    prefix : str, optional
+        Beginning of the names, such as ``from``, if a row has several colours.
+    where : dict, optional
+        Location of the header, for errors.
+
+    Raises
+    ------
+    MissingColumnError
+        There are no columns of a colour, or several sets of them.
+    """
+    place: Where = dict(where or {})
+    names = [_without(name.strip(), prefix) for name in header]
+    if columns is not None:
+        return _chosen(names, columns, space, place)
+    if space is not None:
+        found = _by_axes(names, space) or _of_space(names, space)
+        if found is None:
+            raise _no_axes(header, names, space, prefix, place)
+        return found
+    sets = _sets(names)
+    measured = [each for each in sets if each.kind in _MEASURED]
+    others = [each for each in sets if each.kind not in _MEASURED]
+    kinds = {each.kind for each in measured}
+    if len(measured) > len(kinds) or (others and len(sets) > 1):
+        listed = [
+            ",".join(
+                header[at] if header.count(header[at]) == 1 else str(at + 1) for at in found.places
+            )
+            for found in sets
+        ]
+        raise MissingColumnError(
+            f"The table has several colours in each row: {'; '.join(listed)}.",
+            where={**place, "field": "columns"},
+            remedy=f"Name the columns with --columns, such as --columns {listed[0]}. "
+            "In Python and over HTTP, send one colour, or give its space.",
+        )
+    if sets:
+        return sets[0]
+    spelt = spelt_out(names)
+    inks = [header[each] for each, name in enumerate(spelt) if _INKS.fullmatch(name)]
+    if inks:
+        raise MissingColumnError(
+            f"The columns {', '.join(inks)} are amounts of ink: colours of one press only.",
+            where={**place, "field": inks[0]},
+            remedy="Convert them by the profile of the press to columns L, a, b.",
+        )
+    raise MissingColumnError(
+        f"No columns of colours are among {', '.join(header)[:200] or 'none'}.",
+        where={**place, "field": "columns"},
+        remedy=f"Name the columns {_CANDIDATES}, or choose three with --columns.",
+    )
+
+
+def _without(name: str, prefix: str) -> str:
+    if not prefix:
+        return name
+    match = re.match(rf"{re.escape(prefix)}[\W_]*", name, re.IGNORECASE)
+    return name[match.end() :] if match else ""
+
+
+def _fold(name: str) -> str:
+    return re.sub(r"[^a-z0-9]", "", name.lower())
+
+
+def _by_axes(names: Sequence[str], space: str) -> ColourColumns | None:
+    """Return the columns that are named after the coordinates, by letters and digits."""
+    folded = [_fold(name) for name in names]
+    places = []
+    for axis in axes_of(space):
+        wanted = {_fold(axis), f"lab{_fold(axis)}"}
+        found = [at for at, name in enumerate(folded) if name in wanted]
+        if len(found) != 1:
+            return None
+        places.append(found[0])
+    kind = next((key for key, each in _KINDS.items() if each.space == space), "")
+    return ColourColumns(tuple(places), kind, space)
+
+
+def _of_space(names: Sequence[str], space: str) -> ColourColumns | None:
+    found = [each for each in _sets(names) if each.space == space]
+    return found[0] if len(found) == 1 else None
+
+
+def _sets(names: Sequence[str]) -> list[ColourColumns]:
+    """Return the complete sets of columns, those of the first kind first."""
+    spelt = [name.upper() for name in spelt_out(names)]
+    found: list[ColourColumns] = []
+    for kind, each in _KINDS.items():
+        for wanted in each.names:
+            places = [[at for at, name in enumerate(spelt) if name == one] for one in wanted]
+            if kind == "LCH" and any(one.kind == "LAB" for one in found):
+                continue
+            found += [
+                ColourColumns(one, kind, each.space)
+                for one in zip(*places, strict=False)  # a set that is twice there counts twice
+            ]
+    found += [
+        ColourColumns((at,), "TEXT", "sRGB")
+        for at, name in enumerate(names)
+        if _fold(name) in _TEXTS
+    ]
+    return found
+
+
+def _chosen(names: list[str], columns: str, space: str | None, where: Where) -> ColourColumns:
+    wanted = [name.strip() for name in columns.split(",")]
+    places = []
+    for name in wanted:
+        at = [each for each, known in enumerate(names) if known == name]
+        if not at and name.isdecimal() and 0 < int(name) <= len(names):
+            at = [int(name) - 1]
+        if len(at) != 1:
+            fault = "is not" if not at else "is more than once"
+            raise MissingColumnError(
+                f"The column {name} of {columns} {fault} among {', '.join(names)[:200]}.",
+                where={**where, "field": "columns"},
+                remedy="Give three names or numbers of columns, such as L,a,b or 2,3,4.",
+            )
+        places.append(at[0])
+    if len(places) not in {1, 3}:
+        raise MissingColumnError(
+            f"{columns} are {len(places)} columns.",
+            where={**where, "field": "columns"},
+            remedy="Give three names or numbers of columns, such as L,a,b or 2,3,4.",
+        )
+    if len(places) == 1:
+        return ColourColumns(tuple(places), "TEXT", space or "sRGB")
+    if space is None:
+        sets = _sets([names[each] for each in places])
+        if len(sets) == 1:
+            order = tuple(places[each] for each in sets[0].places)
+            return ColourColumns(order, sets[0].kind, sets[0].space)
+    chosen = space or "CIELAB"
+    kind = next((key for key, each in _KINDS.items() if each.space == chosen), "")
+    return ColourColumns(tuple(places), kind, chosen)
+
+
+def _no_axes(
+    header: Sequence[str], names: Sequence[str], space: str, prefix: str, where: Where
+) -> MissingColumnError:
+    """Return the error for a table without the columns of a space."""
+    axes = axes_of(space)
+    folded = [_fold(name) for name in names]
+    counts = [sum(name in {_fold(axis), f"lab{_fold(axis)}"} for name in folded) for axis in axes]
+    at = next(each for each, count in enumerate(counts) if count != 1)
+    column = f"{prefix}_{axes[at]}" if prefix else axes[at]
+    fault = "no column" if not counts[at] else f"{counts[at]} columns"
+    other = [each.space for each in _sets(names)]
+    remedy = (
+        f"Name the columns of the colours {', '.join(axes)}, with the prefixes of the operation "
+        "if a row has several colours. Columns of another space need `space`"
+    )
+    remedy += f": these are {other[0]}." if other else "."
+    return MissingColumnError(
+        f"The table has {fault} {column}. Its columns are: {', '.join(header)[:200] or 'none'}.",
+        where={**where, "field": column},
+        remedy=remedy,
+    )
+
+
+def on_full_scale(
+    columns: ColourColumns,
+    values: FloatArray,
+    scale: float | None,
+    names: Sequence[str],
+    place: Callable[[int], Where],
+    *,
+    stated: bool = False,
+) -> tuple[FloatArray, float]:
+    """Return the coordinates of colours in their space, and the scale of the values.
+
+    Parameters
+    ----------
+    columns : ColourColumns
+    values : (n, 3) float
+        Finite.
+    scale : float or None
+        The value of white; None to find it.
+    names : sequence of three str
+        Names of the columns, for errors.
+    place : callable
+        Location of a row.
+    stated : bool, optional
+        Whether the caller named the space, which the names of the columns may be common to.
+
+    Raises
+    ------
+    InvalidPointsError
+        Values fit several scales, or none; ``where`` has the column and the row.
+    OptionError
+        The scale is no positive number, or the space has none.
+    """
+    kind = _KINDS.get(columns.kind)
+    if scale is not None and not 0 < scale < 1e6:
+        raise OptionError.refusal("scale", scale, "the value of white, such as 1, 100 or 255")
+    if kind is None or not len(values):
+        if scale is not None and kind is None:
+            raise OptionError.not_applicable("scale", scale, f"{columns.space} has its own scale")
+        return values, 1.0
+    full = 100.0 if columns.kind in {"LAB", "LCH"} else 1.0
+    if columns.kind == "LAB" and not stated and scale is None and 0 < np.abs(values).max() <= 1:
+        raise InvalidPointsError(
+            f"The largest value of {', '.join(names)} is {np.abs(values).max():g}; the colours may "
+            "be in CIELAB, in CIELAB with L* from 0 to 1, or in Oklab.",
+            where={**place(0), "field": names[0]},
+            remedy="Give --colours-in CIELAB, --scale 1 or --colours-in Oklab. In Python, give "
+            "the space.",
+        )
+    found = scale or _scale_of(columns.kind, kind, values, names, place)
+    points = values
+    if found != full:
+        factor = np.full(3, full / found)
+        if columns.kind == "LCH":
+            factor[2] = 1.0
+        if columns.kind == "XYY":
+            factor[:2] = 1.0
+        points = values * factor
+    lowest, highest = kind.lowest, kind.highest
+    if columns.kind == "RGB" and found != 1.0:  # codes, which end at full scale
+        lowest, highest = (-_ROUNDING,) * 3, (1.0 + _ROUNDING,) * 3
+    beyond = (points < lowest) | (points > highest)
+    if beyond.any():
+        row, axis = (int(each) for each in np.argwhere(beyond)[0])
+        likely = _likely(columns.kind, values)
+        raise InvalidPointsError(
+            f"{names[axis]} is {values[row, axis]:g}, outside the scale of {columns.space}, whose "
+            f"white is {found:g}.",
+            where={**place(row), "field": names[axis]},
+            remedy=likely or f"Give colours of {columns.space}, or name their space.",
+        )
+    if columns.kind == "XYY":
+        x, y, luminance = points.T
+        ratio = luminance / np.where(y > 0, y, 1.0)
+        points = np.stack([x * ratio, luminance, (1 - x - y) * ratio], axis=1)
+    return points, found
+
+
+def _scale_of(
+    name: str, kind: _Kind, values: FloatArray, names: Sequence[str], place: Callable[[int], Where]
+) -> float:
+    """Return the scale that values have; refuse values that have several."""
+    if len(kind.scales) == 1:
+        return kind.scales[0]
+    scaled = values[:, 2] if name == "XYY" else values
+    highest = float(scaled.max())
+    whole = bool((scaled == np.round(scaled)).all())
+    if name != "RGB":
+        return 1.0 if highest <= kind.highest[2] else 100.0
+    if highest > kind.highest[0]:
+        if whole or highest > 100.0:
+            return 255.0
+        candidates = "100 (per cent) or 255"
+    elif highest > 0 and whole:
+        candidates = "1 or 255"
+    else:
+        return 1.0
+    row = int(np.argmax(values.max(axis=1)))
+    raise InvalidPointsError(
+        f"The largest value of {', '.join(names)} is {highest:g}; their scale may be {candidates}.",
+        where={**place(row), "field": names[int(np.argmax(values[row]))]},
+        remedy=f"Give the value of white, {candidates}, with --scale.",
+    )
+
+
+def _likely(name: str, values: FloatArray) -> str:
+    """Return a sentence on the scale or space that values likely have."""
+    highest = float(values.max())
+    if name in {"LAB", "LCH"}:
+        if float(values.min()) >= 0.0 and highest <= 255.0:
+            return (
+                "The values look like 8 bits, 0 to 255, of R,G,B or of an encoded L*a*b*. Name the "
+                "columns R,G,B, or decode them to L* 0 to 100."
+            )
+        return "Give L* from 0 to 100."
+    fitting = [scale for scale in (1.0, 100.0, *_FURTHER_SCALES) if highest <= 1.02 * scale]
+    if not fitting:
+        return ""
+    return (
+        f"The values look like a scale of 0 to {fitting[0]:g}. Divide them by {fitting[0]:g}, or "
+        f"give --scale {fitting[0]:g} on the command line."
+    )

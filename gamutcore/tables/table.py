@@ -1,0 +1,698 @@
+"""A table of colours: read from the bytes of a file, and written back with an answer.
+
+The text of a table is read twice: for the colours, and for the cells while the answer is written.
+The cells of a large table are therefore never in memory all at once.
+"""
+
+from __future__ import annotations
+
+import io
+import math
+from array import array
+from dataclasses import replace
+from itertools import chain, islice
+from operator import itemgetter
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gamutcore.characterisation import (
+    FORMATS,
+    DelimitedText,
+    Samples,
+    characterisation,
+    text_and_encoding,
+)
+from gamutcore.characterisation.cgats import cgats_rows, looks_like_cgats
+from gamutcore.characterisation.cxf import looks_like_xml
+from gamutcore.characterisation.icc import looks_like_icc
+from gamutcore.characterisation.pictures import picture_format
+from gamutcore.characterisation.spectra import FEWEST_BANDS, wavelength
+from gamutcore.characterisation.table import number
+from gamutcore.colours.measured_colours import measured_colours
+from gamutcore.colours.spaces.conversion import ColourConversion
+from gamutcore.colours.spaces.definitions import CIELAB
+from gamutcore.content import is_saved_gamut
+from gamutcore.errors import (
+    InvalidPointsError,
+    MalformedFileError,
+    MissingColumnError,
+    OptionError,
+    SampleLimitError,
+    UnrecognisedFormatError,
+)
+from gamutcore.tables.columns import (
+    axes_of,
+    find_columns,
+    on_full_scale,
+    space_named,
+)
+from gamutcore.tables.css_colours import css_colour
+from gamutcore.tables.swatches import MAGIC, swatches
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from gamutcore.arrays import FloatArray
+    from gamutcore.errors import Where
+
+__all__ = ["ColourTable", "read_table"]
+
+_NPY_MAGIC = b"\x93NUMPY"
+_WORKBOOK = b"PK\x03\x04"
+_BLOCK = 256
+"""Rows whose cells are converted at once. They fit into the cache of a processor: 4096 rows take
+twice the time."""
+
+_LONGEST_SHOWN = 40
+_MARKS = {"\t": "tabs", ";": "semicolons", ",": "commas", "|": "bars", " ": "spaces"}
+
+
+class ColourTable:
+    """Colours with the other columns of their file.
+
+    Attributes
+    ----------
+    inputs : list of (n, 3) float64
+        The colours in their space, one array for each colour of a row.
+    space : str
+    header : list of str
+        Names of the columns as in the file; made up for a table without.
+    scale : float
+        The value of white in the file.
+    reading : str
+        What was understood, as sentences.
+    """
+
+    def __init__(
+        self, header: list[str], text: DelimitedText | None, cells: list[list[str]] | None = None
+    ) -> None:
+        self.header = header
+        self.inputs: list[FloatArray] = [np.empty((0, 3))]
+        self.space = "CIELAB"
+        self.scale = 1.0
+        self.reading = ""
+        self.decimal = "."
+        self.colour_places: tuple[int, ...] = ()
+        self.headless = False
+        self._full = 1.0
+        self._text = text
+        self._cells = cells
+        self._lines = array("I")
+        self._coloured = bytearray()
+
+    @property
+    def points(self) -> FloatArray:
+        """The colours (n, 3), for a table of one colour in each row."""
+        return self.inputs[0]
+
+    @property
+    def encoding(self) -> str:
+        """The encoding of the file; UTF-8 for binary files."""
+        return "utf-8" if self._text is None else self._text.encoding
+
+    @property
+    def without_colour(self) -> int:
+        """Number of rows without a colour, empty lines included."""
+        return self._coloured.count(0)
+
+    def rows(self) -> Iterator[tuple[list[str], bool]]:
+        """Yield the cells of all rows after the header, and whether the row has a colour."""
+        width = len(self.header)
+        for (_, cells), coloured in zip(self._numbered(), self._coloured, strict=False):
+            fits = not cells or len(cells) == width
+            yield (
+                (cells if fits else [*cells, *[""] * (width - len(cells))][:width]),
+                bool(coloured),
+            )
+
+    def _numbered(self) -> Iterator[tuple[int, list[str]]]:
+        if self._text is None:
+            return iter(enumerate(self._cells or [], start=1))
+        return islice(self._text.rows(), 0 if self.headless else 1, None)
+
+    def place(self, row: int) -> Where:
+        """Return the location of a row that has a colour: its line in the file, or its number."""
+        return {"row": row + 1} if self._text is None else {"line": self._lines[row], "row": row}
+
+    def label(self, row: int) -> str:
+        """Return the first text of a row that has a colour, or its line or number."""
+        wanted = next(islice((cells for cells, known in self.rows() if known), row, None), [])
+        for at, cell in enumerate(wanted):
+            if at not in self.colour_places and cell.strip() and not _is_number(cell.strip()):
+                return cell
+        (name, value), *_ = self.place(row).items()
+        return f"{name} {value}"
+
+    def own_values(self, points: FloatArray) -> FloatArray:
+        """Return colours of the table's space in the scale of the table."""
+        if self.scale == self._full:
+            return points
+        factor = np.full(3, self.scale / self._full)
+        if self.space == "LCHab":
+            factor[2] = 1.0
+        found: FloatArray = points * factor
+        return found
+
+    def added_names(self, names: Sequence[str]) -> list[str]:
+        """Return names for further columns, which differ from those of the table."""
+        taken, found = set(self.header), []
+        for name in names:
+            free, at = name, 1
+            while free in taken:
+                free, at = f"gamut_{name}" if at == 1 else f"gamut_{name}_{at}", at + 1
+            taken.add(free)
+            found.append(free)
+        return found
+
+    def cell(self, value: Any, digits: int | None = None) -> str:  # noqa: ANN401
+        """Return a value as a cell of this table: with its decimal mark, empty for NaN."""
+        if hasattr(value, "item"):
+            value = value.item()
+        if value is None or (isinstance(value, float) and math.isnan(value)):
+            return ""
+        if isinstance(value, bool):
+            return "true" if value else "false"
+        if not isinstance(value, float):
+            return str(value)
+        text = repr(value) if digits is None else f"{value:.{digits}g}"
+        return text.replace(".", self.decimal) if self.decimal != "." else text
+
+    def lines(self, rows: Iterator[Sequence[str]], separator: str | None = None) -> Iterator[str]:
+        """Yield rows as text in the dialect of the table."""
+        text = self._text or DelimitedText(b"")
+        return text.write(rows, separator)
+
+    def head(self, added: Sequence[str], separator: str | None = None) -> str:
+        """Return the lines before the rows: remarks, ``sep=`` and the names of the columns."""
+        remarks = [] if self._text is None else self._text.preamble
+        if separator is not None:
+            remarks = [line for line in remarks if not line.lower().lstrip('"').startswith("sep=")]
+        return "".join([*remarks, *self.lines(iter([[*self.header, *added]]), separator)])
+
+    def with_answer(
+        self, columns: Mapping[str, Sequence[Any]], digits: int | None = 6
+    ) -> Iterator[list[str]]:
+        """Yield the cells of all rows with further cells, which are empty without a colour.
+
+        Parameters
+        ----------
+        columns : mapping of str
+            One value for each row that has a colour.
+        digits : int or None, optional
+            Significant digits of numbers.
+        """
+        lists = [each.tolist() if hasattr(each, "tolist") else each for each in columns.values()]
+        answers = zip(*lists, strict=True) if lists else iter([()] * len(self._lines))
+        nothing = [""] * len(columns)
+        for cells, known in self.rows():
+            if known:
+                yield [*cells, *(self.cell(value, digits) for value in next(answers))]
+            else:
+                yield [*cells, *nothing] if cells else []
+
+    def answer_text(
+        self, columns: Mapping[str, Sequence[Any]], *, separator: str | None = None
+    ) -> str:
+        """Return the table with further columns, in its dialect or with another separator."""
+        names = self.added_names(list(columns))
+        rows = self.with_answer(columns)
+        return "".join(chain([self.head(names, separator)], self.lines(rows, separator)))
+
+
+def read_table(
+    data: bytes,
+    *,
+    space: str | None = None,
+    columns: str | None = None,
+    scale: float | None = None,
+    names: Sequence[str] = ("",),
+    most: int | None = None,
+    limits: bool = True,
+) -> ColourTable:
+    r"""Read a table of colours, recognised by its content.
+
+    Parameters
+    ----------
+    data : bytes
+        Delimited text with any separator, in UTF-8, UTF-16 or Windows-1252, with decimal points or
+        commas; CGATS, CxF, spectra, Adobe swatches (.ase), or a .npy array (n, 3).
+    space : str, optional
+        Space of the colours. The names of the columns decide without it.
+    columns : str, optional
+        Names or numbers of the three columns of the colours, or of the one with texts such as
+        ``#e4002b``, separated by commas.
+    scale : float, optional
+        The value of white, such as 1, 100 or 255. The values decide without it.
+    names : sequence of str, optional
+        Prefixes of the columns, if a row has several colours: ``from`` for ``from_L``.
+    most : int, optional
+        Largest number of rows.
+    limits : bool, optional
+        Whether values outside the scale of the space are refused.
+
+    Raises
+    ------
+    MissingColumnError
+        There are no columns of colours, or several sets of them.
+    InvalidPointsError
+        A colour is no number, is outside the scale, or fits several scales.
+    MalformedFileError
+        The file is damaged, or a row has too many cells.
+    SampleLimitError
+        There are too many rows.
+    UnrecognisedFormatError
+        The content is a picture, a profile, a saved gamut or other binary data.
+
+    Examples
+    --------
+    >>> table = read_table(b"name;h;C;L\nRed;40,5;60;50\n;;;\n")
+    >>> table.space, table.points.tolist(), table.without_colour
+    ('LCHab', [[50.0, 60.0, 40.5]], 1)
+    >>> print(table.answer_text({"inside": [True]}), end="")
+    name;h;C;L;inside
+    Red;40,5;60;50;true
+    ;;;;
+    """
+    given = None if space is None else space_named(space)
+    if data.startswith(_NPY_MAGIC):
+        return _of_array(data, given, scale)
+    if data.startswith(MAGIC):
+        return _of_swatches(data)
+    found = None if picture_format(data) is not None else text_and_encoding(data)
+    if found is None or looks_like_icc(data):
+        raise _no_table(data)
+    content, encoding = found
+    if looks_like_xml(data) or looks_like_cgats(content):
+        return _of_samples(data, content)
+    del content, found
+    text = DelimitedText(data, encoding)
+    table = _of_text(text, given, columns, names, scale, most, limits=limits)
+    if table is None:  # the columns are bands of spectra
+        return _of_samples(data, None, text)
+    return table
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        number(cell)
+    except ValueError:
+        return False
+    return True
+
+
+def _of_text(
+    text: DelimitedText,
+    space: str | None,
+    columns: str | None,
+    names: Sequence[str],
+    scale: float | None,
+    most: int | None,
+    *,
+    limits: bool,
+) -> ColourTable | None:
+    line, header = next(text.rows(), (1, []))
+    first = [cell.strip() for cell in header]
+    if space is None and columns is None and _has_spectra_alone(first):
+        return None
+    headless = bool(first) and (
+        all(_is_number(cell) for cell in first) or (len(first) == 1 and bool(css_colour(first[0])))
+    )
+    if headless:
+        first = _made_up(first, space, columns, line)
+    found = [
+        find_columns(first, space=space, columns=columns, prefix=name, where={"line": line})
+        for name in (names if len(names) > 1 else [""])
+    ]
+    if not limits:
+        found = [replace(each, kind="TEXT" if each.kind == "TEXT" else "") for each in found]
+    table = ColourTable(first if headless else header, text)
+    table.headless = headless
+    table.space = found[0].space
+    table.colour_places = tuple(place for each in found for place in each.places)
+    if any(each.kind == "TEXT" for each in found):
+        _read_texts(table, first, most)
+        return table
+    values = _Numbers(table, first, most).read()
+    for at, each in enumerate(found):
+        titles = [first[place] for place in each.places]
+        points, table.scale = on_full_scale(
+            each,
+            values[:, 3 * at : 3 * at + 3],
+            scale,
+            titles,
+            table.place,
+            stated=space is not None or columns is not None,
+        )
+        values[:, 3 * at : 3 * at + 3] = points
+    table._full = 100.0 if found[0].kind in {"LAB", "LCH"} else 1.0  # noqa: SLF001
+    table.scale = table.scale if found[0].kind else 1.0
+    table.inputs = [values[:, 3 * at : 3 * at + 3] for at in range(len(found))]
+    titles = [first[place] for place in found[0].places]
+    table.reading = _statement(table, titles, text)
+    return table
+
+
+def _statement(table: ColourTable, titles: Sequence[str], text: DelimitedText) -> str:
+    scale = f" with white at {table.scale:g}" if table.space in {"sRGB", "CIEXYZ"} else ""
+    if table.scale != table._full and not scale:  # noqa: SLF001
+        scale = f" with white at {table.scale:g}"
+    parts = [f"Columns {', '.join(titles)} are read as {table.space}{scale}"]
+    if table.headless:
+        parts = [f"Columns without names are read as {table.space}{scale}"]
+    if text.separator not in {",", ""}:
+        parts.append(f"separated by {_MARKS.get(text.separator, text.separator)}")
+    if table.decimal == ",":
+        parts.append("with decimal commas")
+    if not text.encoding.startswith("utf-8"):
+        shown = {"cp1252": "Windows-1252", "latin-1": "ISO 8859-1"}.get(text.encoding)
+        parts.append(f"in {shown or 'UTF-16'}")
+    return ", ".join(parts) + "."
+
+
+def _has_spectra_alone(names: Sequence[str]) -> bool:
+    if sum(wavelength(name) is not None for name in names) < FEWEST_BANDS:
+        return False
+    try:
+        find_columns(names)
+    except MissingColumnError as error:
+        return "several" not in error.message
+    return False
+
+
+def _made_up(cells: list[str], space: str | None, columns: str | None, line: int) -> list[str]:
+    """Return names for the columns of a table without a header."""
+    if len(cells) == 1 and css_colour(cells[0]):
+        return ["hex"]
+    if columns is not None or (space is not None and len(cells) == 3):
+        axes = axes_of(space) if space is not None and len(cells) == 3 else None
+        return list(axes or (f"column {at + 1}" for at in range(len(cells))))
+    raise MissingColumnError(
+        f"The first line, {', '.join(cells)[:100]}, has numbers and no names of columns.",
+        where={"line": line, "field": "columns"},
+        remedy="Name the columns in the first line: L,a,b, L,C,h, X,Y,Z or R,G,B. Or name their "
+        "space and numbers, such as --colours-in CIELAB --columns 1,2,3.",
+    )
+
+
+class _Numbers:
+    """Reader of the columns of colours of a text, in blocks of rows."""
+
+    def __init__(self, table: ColourTable, titles: Sequence[str], most: int | None) -> None:
+        self._table = table
+        self._titles = titles
+        self._most = most
+        self._places = table.colour_places
+        self._pick = itemgetter(*self._places)
+        self._blocks: list[FloatArray] = []
+        self._end = 0
+        self._comma: int | None = None
+        self._point: int | None = None
+
+    def read(self) -> FloatArray:
+        """Return the numbers (n, c) of the rows with a colour."""
+        lines, coloured = self._table._lines, self._table._coloured  # noqa: SLF001
+        rows = self._table._numbered()  # noqa: SLF001
+        while block := list(islice(rows, _BLOCK)):
+            numbers, cells = zip(*block, strict=True)
+            values = self._plain(cells, len(lines))
+            if values is None:
+                values = self._one_by_one(block)
+            else:
+                lines.extend(numbers)
+                coloured.extend(b"\1" * len(block))
+                self._end = len(coloured)
+            if self._comma is not None and self._point is not None:
+                raise InvalidPointsError(
+                    "The table has decimal points and decimal commas.",
+                    where=self._table.place(max(self._comma, self._point)),
+                    remedy="Write all numbers with the same decimal mark, and none of thousands.",
+                )
+            self._blocks.append(values)
+            if self._most is not None and len(lines) > self._most:
+                raise _too_many(self._most)
+        del coloured[self._end :]  # empty lines at the end are no rows
+        if self._comma is not None:
+            self._table.decimal = ","
+        if not self._blocks:
+            return np.empty((0, len(self._places)))
+        return np.concatenate(self._blocks)
+
+    def _plain(self, cells: Sequence[list[str]], start: int) -> FloatArray | None:
+        """Return the numbers of rows that all have a colour and a usual form; None for others."""
+        if set(map(len, cells)) != {len(self._titles)}:
+            return None
+        picked = list(map(self._pick, cells))
+        if not all(map(all, picked)):
+            return None
+        joined = "\0".join(chain.from_iterable(picked))
+        has_point, has_comma = "." in joined, "," in joined
+        if "_" in joined or (has_point and has_comma):
+            return None
+        try:
+            values = np.array(list(map(float, joined.replace(",", ".").split("\0"))))
+        except ValueError:
+            return None
+        if not np.isfinite(values).all():
+            return None
+        self._note(start, point=has_point, comma=has_comma)
+        return values.reshape(len(cells), -1)
+
+    def _note(self, row: int, *, point: bool, comma: bool) -> None:
+        """Keep the first row, or about that, with a decimal mark."""
+        if point and self._point is None:
+            self._point = row
+        if comma and self._comma is None:
+            self._comma = row
+
+    def _one_by_one(self, block: Sequence[tuple[int, list[str]]]) -> FloatArray:
+        lines, coloured = self._table._lines, self._table._coloured  # noqa: SLF001
+        width, last, found = len(self._titles), max(self._places), []
+        for line, cells in block:
+            row = len(lines)
+            if len(cells) != width:
+                cells = _fitted(cells, width, last, line, row)  # noqa: PLW2901
+            picked = self._pick(cells) if cells else ()
+            known = bool("".join(picked).strip()) and not _is_remark(cells)
+            coloured.append(known)
+            self._end = len(coloured) if cells else self._end
+            if known:
+                lines.append(line)
+                found.append([self._number(cell, row, at) for at, cell in enumerate(picked)])
+        return np.array(found, np.float64).reshape(-1, len(self._places))
+
+    def _number(self, cell: str, row: int, at: int) -> float:
+        stripped = cell.strip()
+        try:
+            found = number(stripped)
+        except ValueError:
+            title = self._titles[self._places[at]][:_LONGEST_SHOWN]
+            raise InvalidPointsError(
+                f"{cell[:_LONGEST_SHOWN]!r} in the column {title} is not a number.",
+                where={**self._table.place(row), "field": title},
+                remedy="Give three numbers for each colour, or leave all three cells empty.",
+            ) from None
+        self._note(row, point="." in stripped, comma="," in stripped)
+        return found
+
+
+def _fitted(cells: list[str], width: int, last: int, line: int, row: int) -> list[str]:
+    """Return the cells of a row as many as there are columns."""
+    extra = [cell for cell in cells[width:] if cell.strip()]
+    short = len(cells) <= last and any(cell.strip() for cell in cells)
+    if extra or (short and not _is_remark(cells)):
+        raise MalformedFileError(
+            f"The row has {len(cells)} cells for {width} columns.",
+            where={"line": line, "row": row},
+            remedy="Give one cell for each column. Quote cells that contain the separator.",
+        )
+    return [*cells, *[""] * (width - len(cells))][:width] if cells else cells
+
+
+def _is_remark(cells: Sequence[str]) -> bool:
+    """Return whether a row is a line of remarks: it has one cell, which starts with #."""
+    return (
+        len(cells) > 0
+        and cells[0].lstrip().startswith("#")
+        and not any(cell.strip() for cell in cells[1:])
+    )
+
+
+def _too_many(most: int) -> SampleLimitError:
+    return SampleLimitError(
+        f"There are more than {most} rows.",
+        where={"limit": most},
+        remedy=f"Send at most {most} rows at once.",
+    )
+
+
+def _read_texts(table: ColourTable, titles: Sequence[str], most: int | None) -> None:
+    """Read a column of texts such as #e4002b."""
+    (place,) = table.colour_places
+    lines, coloured = table._lines, table._coloured  # noqa: SLF001
+    spaces, values, end = [], [], 0
+    for line, given in table._numbered():  # noqa: SLF001
+        cells = given
+        if len(given) != len(titles):
+            cells = _fitted(given, len(titles), place, line, len(lines))
+        text = cells[place].strip() if cells else ""
+        coloured.append(bool(text))
+        end = len(coloured) if cells else end
+        if not text:
+            continue
+        found = css_colour(text, bare_hex=True)
+        if found is None:
+            raise InvalidPointsError(
+                f"{text[:_LONGEST_SHOWN]!r} in the column {titles[place]} is not a colour.",
+                where={"line": line, "row": len(lines), "field": titles[place]},
+                remedy="Give colours as #e4002b, rgb(), hsl(), lab(), lch(), oklab() or oklch().",
+            )
+        lines.append(line)
+        spaces.append(found[0])
+        values.append(found[1])
+        if most is not None and len(lines) > most:
+            raise _too_many(most)
+    del coloured[end:]
+    table.inputs = [_in_one_space(table, spaces, np.array(values).reshape(-1, 3))]
+    text_of = table._text  # noqa: SLF001
+    assert text_of is not None  # noqa: S101  # a table of texts is a text
+    table.reading = _statement(table, [titles[place]], text_of)
+
+
+def _in_one_space(table: ColourTable, spaces: Sequence[str], values: FloatArray) -> FloatArray:
+    """Set the space of a table, and return its colours in it: CIELAB if they are in several."""
+    kinds = sorted(set(spaces))
+    if len(kinds) <= 1:
+        table.space = kinds[0] if kinds else table.space
+        return values
+    table.space = "CIELAB"
+    points = values.copy()
+    for kind in kinds:
+        rows = np.array([each == kind for each in spaces])
+        points[rows] = ColourConversion(kind, CIELAB).to_gamut(values[rows])
+    return points
+
+
+def _of_array(data: bytes, space: str | None, scale: float | None) -> ColourTable:
+    try:
+        found = np.load(io.BytesIO(data), allow_pickle=False)
+    except (ValueError, EOFError) as error:
+        raise MalformedFileError(
+            "The .npy file is damaged, or holds objects.",
+            remedy="Save an (n, 3) array of numbers with numpy.save.",
+        ) from error
+    if found.ndim != 2 or found.shape[1] != 3 or found.dtype.kind not in "fiu":
+        raise InvalidPointsError(
+            f"The array has the shape {found.shape} and the type {found.dtype}.",
+            remedy="Save an (n, 3) array of numbers with numpy.save.",
+        )
+    if scale is not None:
+        raise OptionError.not_applicable("scale", scale, "an array has the scale of its space")
+    values = np.ascontiguousarray(found, np.float64)
+    chosen = space or "CIELAB"
+    table = _of_cells(list(axes_of(chosen)), values, chosen)
+    table.reading = f"The columns of the array are read as {chosen}."
+    return table
+
+
+def _of_cells(
+    header: list[str],
+    points: FloatArray,
+    space: str,
+    cells: list[list[str]] | None = None,
+) -> ColourTable:
+    """Return a table that is no delimited text, with the colours as cells by default."""
+    table = ColourTable(header, None, cells)
+    if cells is None:
+        table._cells = [[f"{value:.10g}" for value in row] for row in points.tolist()]  # noqa: SLF001
+    table.inputs, table.space = [points], space
+    table._coloured = bytearray(b"\1" * len(points))  # noqa: SLF001
+    return table
+
+
+_MODELS = {"RGB": "sRGB", "LAB": "CIELAB", "Gray": "sRGB"}
+
+
+def _of_swatches(data: bytes) -> ColourTable:
+    """Return the colours of a palette: L*a*b*, and RGB and grays as sRGB."""
+    found = swatches(data)
+    for row, each in enumerate(found, start=1):
+        if each.model not in _MODELS:
+            raise MissingColumnError(
+                f"The swatch {each.name[:_LONGEST_SHOWN]!r} is CMYK: amounts of ink, which are "
+                "colours of one press only.",
+                where={"row": row, "field": each.name[:_LONGEST_SHOWN]},
+                remedy="Convert the swatches to Lab, and export them again.",
+            )
+    values = np.array(
+        [
+            (100.0 * each.values[0], *each.values[1:])
+            if each.model == "LAB"
+            else (each.values * 3)[:3]
+            for each in found
+        ]
+    ).reshape(-1, 3)
+    if not np.isfinite(values).all():
+        raise MalformedFileError(
+            "The palette has a colour that is not finite.", remedy="Export the swatches again."
+        )
+    cells = [
+        [each.name, each.group, each.model, *(f"{value:.6g}" for value in each.values)]
+        + [""] * (3 - len(each.values))
+        for each in found
+    ]
+    header = ["name", "group", "model", "value_1", "value_2", "value_3"]
+    table = _of_cells(header, values, "CIELAB", cells)
+    spaces = [_MODELS[each.model] for each in found]
+    table.inputs = [_in_one_space(table, spaces, values)]
+    models = ", ".join(sorted({each.model for each in found}))
+    table.reading = f"Adobe swatches ({models}) are read as {table.space}; RGB and grays are sRGB."
+    return table
+
+
+def _of_samples(data: bytes, content: str | None, text: DelimitedText | None = None) -> ColourTable:
+    """Return the colours of measurements, as measured, in CIELAB relative to D50."""
+    samples = characterisation(data)
+    if not isinstance(samples, Samples):
+        raise _no_table(data)
+    try:
+        found = measured_colours(samples, "absolute")
+    except OptionError:
+        found = measured_colours(samples, "relative")
+    points = np.ascontiguousarray(found.lab, np.float64)
+    header, cells = [], None
+    if text is not None:
+        rows = [cells for _, cells in text.rows() if any(cell.strip() for cell in cells)]
+        header, cells = rows[0], [row[: len(rows[0])] for row in rows[1:]]
+    elif content is not None and not looks_like_xml(data):
+        header, cells = cgats_rows(content)
+    if cells is None or len(cells) != len(points):
+        device = samples.device if samples.device is not None else np.empty((len(points), 0))
+        values = np.hstack([100.0 * device, points])
+        header = [*samples.channels, "L*", "a*", "b*"]
+        cells = [[f"{value:.6g}" for value in row] for row in values.tolist()]
+    table = _of_cells(header, points, "CIELAB", cells)
+    kinds = ", ".join(map(str, samples.provenance["colour_columns"]))  # type: ignore[arg-type]
+    table.reading = " ".join(
+        [f"{kinds} of {samples.format} data is read as CIELAB (D50).", *found.warnings]
+    )
+    return table
+
+
+def _no_table(data: bytes) -> UnrecognisedFormatError:
+    """Return the error for other content, which it names."""
+    if picture_format(data) is not None:
+        kind, remedy = "a picture", "Give a CSV or .npy file of colours; gamut map takes pictures."
+    elif is_saved_gamut(data):
+        kind = "a saved gamut"
+        remedy = "Give it as --gamut, and a CSV or .npy file of colours in its place."
+    elif looks_like_icc(data):
+        kind = "an ICC profile"
+        remedy = "Give it as --gamut, and a CSV or .npy file of colours in its place."
+    elif data.startswith(_WORKBOOK):
+        kind, remedy = "a workbook or an archive", "Save the sheet as CSV."
+    else:
+        pictures = ", ".join(each.title for each in FORMATS if each.kind == "picture")
+        kind = "binary data of an unknown format"
+        remedy = f"Give a CSV or .npy file of colours, or for gamut map a picture: {pictures}."
+    return UnrecognisedFormatError(f"The content is {kind}, not a table of colours.", remedy=remedy)
