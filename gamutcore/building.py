@@ -22,19 +22,29 @@ from gamutcore.characterisation import (
     described_boundary,
     measurements_of,
 )
-from gamutcore.colours import InkLimits, colours_in_space, surface_colours
+from gamutcore.colours import (
+    InkLimits,
+    colours_in_space,
+    display_primaries,
+    own_tristimulus,
+    surface_colours,
+)
+from gamutcore.colours.spaces import ColourSpace
 from gamutcore.colours.spaces.declared import (
     assumption_warnings,
     declared_space,
     refuse_far_vertices,
     refuse_other_space,
 )
+from gamutcore.colours.spaces.definitions import DEFAULT_LUMINANCE
+from gamutcore.colours.spaces.parameters import MEASURED
 from gamutcore.decimation import decimate
-from gamutcore.errors import FlatPointsError
+from gamutcore.errors import FlatPointsError, OptionError
 from gamutcore.history import MINIMUM_TRIANGLES, build_history
 from gamutcore.limits import Limits, apply_limits
 from gamutcore.metric.error_curve import curve_counts, error_curve, round_up
 from gamutcore.options import Options
+from gamutcore.queries import ChromaticityGamut, chromaticity_gamut
 from gamutcore.references import Reference
 from gamutcore.version import ALGORITHM_VERSION, __version__
 
@@ -152,11 +162,13 @@ def build(
         },
         "volume": boundary.mesh.volume,
         **_device_volume(full),
+        **_distinguishable_colours(full.space, boundary.mesh.volume),
         **_volume_error(decimation, boundary.mesh),
         "grid_step": history.step,
         "area": boundary.mesh.area,
         "centre": boundary.centre.tolist(),
         "bounds": boundary.mesh.bounds.tolist(),
+        **({} if full.chromaticity is None else {"chromaticity": full.chromaticity.to_mapping()}),
         "levels": [level.to_mapping() for level in curve],
     }
     return description, history
@@ -166,6 +178,19 @@ def _device_volume(full: _FullBoundary) -> dict[str, Any]:
     """Return the volume of the device's own surface, if it is known."""
     volume = full.device_volume
     return {} if volume is None else {"device_surface_volume": volume}
+
+
+def _distinguishable_colours(space: ColourSpace, volume: float) -> dict[str, float]:
+    """Return the number of distinguishable colours, if the space has a distance in these units.
+
+    It is the volume in units of ΔE_ITP, of which 1 is a just noticeable difference: 720³ · ∫ dI dT
+    dP with T = Ct / 2 (ITU-R BT.2124-0, annex 1; the measure is that of Pytlarz and Atkins,
+    Measuring the distinguishable colors of HDR and WCG displays, 2018).
+    """
+    units = {"ITP": 1.0, "ICtCp": 720.0**3 / 2.0}.get(space.name)
+    if units is None:
+        return {}
+    return {"distinguishable_colours": volume * units / (space.scale or 1.0) ** 3}
 
 
 def _volume_error(decimation: Decimation, full: TriangleMesh) -> dict[str, Any]:
@@ -180,11 +205,13 @@ def _volume_error(decimation: Decimation, full: TriangleMesh) -> dict[str, Any]:
 
 
 class _FullBoundary(NamedTuple):
-    """A boundary, the device values of its vertices, its provenance and the device's volume."""
+    """A boundary in its space, with device values of its vertices and what describes it."""
 
     boundary: Boundary
     values: DeviceValues | None
     provenance: dict[str, Any]
+    space: ColourSpace
+    chromaticity: ChromaticityGamut | None
     device_volume: float | None = None
 
 
@@ -221,7 +248,11 @@ def _boundary_of_colours(
         popularity=options.popularity,
         model=options.device_model,
     )
+    if isinstance(parsed, Reference) and parsed.peak is not None:
+        _refuse_luminance(options)
     space = options.colour_space(colours.provenance.get("white_luminance"))
+    xyz, luminance = own_tristimulus(colours)
+    chromaticity = chromaticity_gamut(xyz, luminance, display_primaries(colours))
     colours = colours_in_space(colours, space)
     report("boundary", 0.0)
     try:
@@ -241,7 +272,15 @@ def _boundary_of_colours(
     given = provenance["warnings"]
     if isinstance(given, list):
         provenance["warnings"] = [*given, *wrapping.warnings]
-    return _FullBoundary(boundary, values, provenance, wrapping.device_volume)
+    return _FullBoundary(boundary, values, provenance, space, chromaticity, wrapping.device_volume)
+
+
+def _refuse_luminance(options: Options) -> None:
+    """Refuse a luminance of the white for colours whose luminances are known."""
+    if options.luminance not in {None, MEASURED, DEFAULT_LUMINANCE}:
+        raise OptionError.not_applicable(
+            "luminance", options.luminance, "the reference states its luminances in cd/m²"
+        )
 
 
 def _flat_colours(
@@ -278,4 +317,6 @@ def _boundary_of_mesh(mesh: GamutMesh, options: Options) -> _FullBoundary:
     values = None
     if mesh.device is not None:
         values = replace(mesh.device, values=mesh.device.values[boundary.sources])
-    return _FullBoundary(boundary, values, provenance)
+    xyz = space.tristimulus(mesh.vertices)
+    chromaticity = chromaticity_gamut(xyz, xyz[:, 1])
+    return _FullBoundary(boundary, values, provenance, space, chromaticity)

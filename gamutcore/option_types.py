@@ -8,9 +8,7 @@ request model or a table can be generated from a declaration.
 
 from __future__ import annotations
 
-import difflib
 import math
-import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
@@ -37,9 +35,6 @@ __all__ = [
     "near_match",
     "option_table",
 ]
-
-LIKENESS = 0.6
-"""Smallest ratio of `difflib` at which a misspelled name is answered with a suggestion."""
 
 
 def finite_number(value: object) -> float | None:
@@ -86,14 +81,7 @@ def near_match(name: str, names: Iterable[str]) -> str | None:
     >>> near_match("CIELABB", ["CIELAB", "CIELUV", "Oklab"])
     'CIELAB'
     """
-    by_fold = {_fold(each): each for each in names}
-    found = difflib.get_close_matches(_fold(name[:60]), by_fold, n=1, cutoff=LIKENESS)
-    return by_fold[found[0]] if found else None
-
-
-def _fold(text: str) -> str:
-    """Letters and digits of a name in lower case: ``CIE L*a*b*`` and ``cielab`` are the same."""
-    return re.sub(r"[^a-z0-9]", "", text.lower())
+    return next(iter(ranked(name[:60], ((each, (each,)) for each in names))), None)
 
 
 @dataclass(frozen=True)
@@ -126,8 +114,8 @@ class Choice:
     def canonical(self, value: object) -> str | int | None:
         """Return the value that is meant, or None."""
         if isinstance(value, str):
-            folds = {_fold(each): each for each in self.values if isinstance(each, str)}
-            return {**self.aliases, **folds}.get(_fold(value))
+            folds = {folded(each): each for each in self.values if isinstance(each, str)}
+            return {**self.aliases, **folds}.get(folded(value))
         number = finite_number(value)
         return next((each for each in self.values if each == number), None)
 

@@ -117,6 +117,9 @@ class SurfaceColours:
     faces : SurfaceFaces, optional
         Triangles between the points that cover the device's surface. None if there is no device
         model, or its faces are too many. `colours_in_space` turns closed surfaces outwards.
+    unadapting : (3, 3) float, optional
+        Matrix from the tristimulus values of the points to those of the device, without adaptation
+        and up to a common factor. None if they were not adapted.
     """
 
     points: FloatArray
@@ -126,6 +129,7 @@ class SurfaceColours:
     channels: tuple[str, ...] = ()
     own_values: FloatArray | None = None
     faces: SurfaceFaces | None = None
+    unadapting: FloatArray | None = None
 
 
 def device_surface(
