@@ -162,7 +162,7 @@ def build(
         },
         "volume": boundary.mesh.volume,
         **_device_volume(full),
-        **_distinguishable_colours(full.space, boundary.mesh.volume),
+        **_distinguishable_colours(full),
         **_volume_error(decimation, boundary.mesh),
         "grid_step": history.step,
         "area": boundary.mesh.area,
@@ -180,17 +180,18 @@ def _device_volume(full: _FullBoundary) -> dict[str, Any]:
     return {} if volume is None else {"device_surface_volume": volume}
 
 
-def _distinguishable_colours(space: ColourSpace, volume: float) -> dict[str, float]:
+def _distinguishable_colours(full: _FullBoundary) -> dict[str, float]:
     """Return the number of distinguishable colours, if the space has a distance in these units.
 
     It is the volume in units of ΔE_ITP, of which 1 is a just noticeable difference: 720³ · ∫ dI dT
-    dP with T = Ct / 2 (ITU-R BT.2124-0, annex 1; the measure is that of Pytlarz and Atkins,
+    dP with T = Ct / 2, of the device's own surface if that is known (ITU-R BT.2124-0, annex 1; the measure is that of Pytlarz and Atkins,
     Measuring the distinguishable colors of HDR and WCG displays, 2018).
     """
-    units = {"ITP": 1.0, "ICtCp": 720.0**3 / 2.0}.get(space.name)
+    units = {"ITP": 1.0, "ICtCp": 720.0**3 / 2.0}.get(full.space.name)
     if units is None:
         return {}
-    return {"distinguishable_colours": volume * units / (space.scale or 1.0) ** 3}
+    volume = full.boundary.mesh.volume if full.device_volume is None else full.device_volume
+    return {"distinguishable_colours": volume * units / (full.space.scale or 1.0) ** 3}
 
 
 def _volume_error(decimation: Decimation, full: TriangleMesh) -> dict[str, Any]:

@@ -15,6 +15,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, TypeAlias
 
 from gamutcore.errors import OptionError
+from gamutcore.names import folded, ranked
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

@@ -118,7 +118,6 @@ def test_a_name_of_several_references_is_answered_with_all_of_them(name, candida
         ("hlg", "bt2100-hlg-1000"),
         ("romm", "romm-rgb"),
         ("proph", "prophoto-rgb"),
-        ("optimal", "optimal-colours-d50-2"),
     ],
 )
 def test_the_reference_that_people_mean_is_found_first(text, slug):
