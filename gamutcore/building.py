@@ -183,9 +183,10 @@ def _device_volume(full: _FullBoundary) -> dict[str, Any]:
 def _distinguishable_colours(full: _FullBoundary) -> dict[str, float]:
     """Return the number of distinguishable colours, if the space has a distance in these units.
 
-    It is the volume in units of ΔE_ITP, of which 1 is a just noticeable difference: 720³ · ∫ dI dT
-    dP with T = Ct / 2, of the device's own surface if that is known (ITU-R BT.2124-0, annex 1; the measure is that of Pytlarz and Atkins,
-    Measuring the distinguishable colors of HDR and WCG displays, 2018).
+    It is the volume of the device's own surface, if that is known, in units of ΔE_ITP, of which 1
+    is a just noticeable difference: 720³ · ∫ dI dT dP with T = Ct / 2 (ITU-R BT.2124-0, annex 1).
+    The measure is that of Pytlarz and Atkins, Measuring the Distinguishable Colors of HDR and WCG
+    Displays, Dolby Laboratories 2018.
     """
     units = {"ITP": 1.0, "ICtCp": 720.0**3 / 2.0}.get(full.space.name)
     if units is None:

@@ -23,6 +23,9 @@ LIKENESS = 0.6
 LONGEST = 200
 """Characters of a name that are compared."""
 
+_MISSPELLED = 60
+"""Characters up to which the spelling of names is compared; the time grows with their square."""
+
 EXACT, _WORDS, _PART = 4.0, 3.0, 2.0
 """Similarity of equal names, of names with all the words, and of names with the text in them."""
 
@@ -128,7 +131,17 @@ def _similarity(wanted: str, name: str) -> float:
         return _WORDS + min(share, 0.8) + starts
     if plain_asked in plain_given and len(plain_asked) > 1:
         return _PART + min(share, 0.9)
-    ratio = difflib.SequenceMatcher(None, plain_asked, plain_given).ratio()
+    return _likeness(plain_asked, plain_given)
+
+
+def _likeness(asked: str, given: str) -> float:
+    """Return the similarity of two spellings; 0 below `LIKENESS`."""
+    if max(len(asked), len(given)) > _MISSPELLED:
+        return 0.0
+    matcher = difflib.SequenceMatcher(None, asked, given)
+    if min(matcher.real_quick_ratio(), matcher.quick_ratio()) < LIKENESS:
+        return 0.0
+    ratio = matcher.ratio()
     return ratio if ratio >= LIKENESS else 0.0
 
 

@@ -13,7 +13,19 @@ from typing import Annotated, Any, TypeAlias
 
 import typer
 
-__all__ = ["AsCsv", "AsJson", "Columns", "Output", "write_bytes", "write_facts", "write_table"]
+__all__ = [
+    "DIAGRAM_NAMES",
+    "AsCsv",
+    "AsJson",
+    "Columns",
+    "Output",
+    "write_bytes",
+    "write_facts",
+    "write_table",
+]
+
+DIAGRAM_NAMES = {"xy": "chromaticity xy", "uv": "chromaticity u'v'"}
+"""Names of the chromaticity diagrams in text."""
 
 AsJson = Annotated[bool, typer.Option("--json", help="Write JSON.")]
 AsCsv = Annotated[bool, typer.Option("--csv", help="Write CSV.")]
