@@ -221,7 +221,9 @@ class ChromaticityGamut(Shown):
     def uv(self) -> FloatArray:
         """Corners in the CIE 1976 u′v′ diagram (CIE 15:2018, 8.2.2)."""
         x, y = self.xy.T
-        return np.stack([4.0 * x, 9.0 * y], axis=1) / (-2.0 * x + 12.0 * y + 3.0)[:, np.newaxis]
+        scale = -2.0 * x + 12.0 * y + 3.0
+        found: FloatArray = np.stack([4.0 * x / scale, 9.0 * y / scale], axis=1)
+        return found
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -313,9 +313,10 @@ def compare(
         facts |= {"chromaticity": chromaticity, "sectors": by_hue, "warnings": list(found.warnings)}
         write_facts(facts, output, as_json=True)
         return
-    for diagram, name in DIAGRAM_NAMES.items() if chromaticity else ():
-        for figure in ("area_ratio", "a_covers_b", "b_covers_a"):
-            facts[f"{name} {figure}"] = chromaticity[diagram][figure]
+    if chromaticity is not None:
+        for diagram, name in DIAGRAM_NAMES.items():
+            for figure in ("area_ratio", "a_covers_b", "b_covers_a"):
+                facts[f"{name} {figure}"] = chromaticity[diagram][figure]
     write_facts(facts, output, as_json=False)
     for warning in found.warnings:
         typer.echo(f"Warning: {warning}", err=True)

@@ -139,7 +139,7 @@ def unadapting(profile: IccProfile, intent: str) -> FloatArray:
     except MalformedProfileError:
         white = ICC_D50
     scaled: FloatArray = np.diag(ICC_D50 / white if intent == "absolute" else np.ones(3))
-    own = np.diag(white / ICC_D50)
+    own: FloatArray = np.diag(white / ICC_D50)
     if profile.device_class != "output":
         own = _unadapted(profile, white)
     matrix: FloatArray = own @ scaled
