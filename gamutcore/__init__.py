@@ -51,7 +51,8 @@ def reference(
     Parameters
     ----------
     name : str
-        A slug or name of `gamutcore.references.REFERENCES`, such as ``"Display P3"``.
+        A slug, a name or an unambiguous alias of `gamutcore.references.REFERENCES`, such as
+        ``"Display P3"`` or ``"Rec2020"``.
     progress : bool or callable, optional
         As for `Gamut`.
     **options
@@ -64,7 +65,7 @@ def reference(
     Raises
     ------
     ReferenceNameError
-        There is no such reference; the remedy names a near match.
+        There is no such reference, or several have the name; the remedy names the candidates.
     GamutError
         An option is not accepted, or the boundary cannot be built with it.
 

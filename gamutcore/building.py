@@ -24,20 +24,35 @@ from gamutcore.characterisation import (
     described_boundary,
     measurements_of,
 )
-from gamutcore.colours import InkLimits, colours_in_space, surface_colours
+from gamutcore.colours import (
+    InkLimits,
+    colours_in_space,
+    display_primaries,
+    own_tristimulus,
+    surface_colours,
+)
+from gamutcore.colours.spaces import ColourSpace
 from gamutcore.colours.spaces.declared import (
     assumption_warnings,
     declared_space,
     refuse_far_vertices,
     refuse_other_space,
 )
+from gamutcore.colours.spaces.definitions import DEFAULT_LUMINANCE
+from gamutcore.colours.spaces.parameters import MEASURED
 from gamutcore.decimation import decimate
-from gamutcore.errors import FlatPointsError
+from gamutcore.errors import FlatPointsError, OptionError
 from gamutcore.history import MINIMUM_TRIANGLES, build_history
 from gamutcore.limits import Limits, apply_limits
 from gamutcore.metric.error_curve import curve_counts, error_curve, round_up
 from gamutcore.options import Options
-from gamutcore.queries import build_index, contains, nearest
+from gamutcore.queries import (
+    ChromaticityGamut,
+    build_index,
+    chromaticity_gamut,
+    contains,
+    nearest,
+)
 from gamutcore.references import Reference
 from gamutcore.version import ALGORITHM_VERSION, __version__
 
@@ -124,12 +139,14 @@ def build(
         },
         "volume": boundary.mesh.volume,
         **_device_volume(full),
+        **_distinguishable_colours(full),
         **_volume_error(decimation, boundary.mesh),
         "grid_step": history.step,
         "boundary_error": full.boundary_error,
         "area": boundary.mesh.area,
         "centre": boundary.centre.tolist(),
         "bounds": boundary.mesh.bounds.tolist(),
+        **({} if full.chromaticity is None else {"chromaticity": full.chromaticity.to_mapping()}),
         "levels": [level.to_mapping() for level in curve],
     }
     return description, history
@@ -139,6 +156,21 @@ def _device_volume(full: _FullBoundary) -> dict[str, Any]:
     """Return the volume of the device's own surface, if known."""
     volume = full.device_volume
     return {} if volume is None else {"device_surface_volume": volume}
+
+
+def _distinguishable_colours(full: _FullBoundary) -> dict[str, float]:
+    """Return the number of distinguishable colours, if the space has a distance in these units.
+
+    It is the volume of the device's own surface, if that is known, in units of ΔE_ITP, of which 1
+    is a just noticeable difference: 720³ · ∫ dI dT dP with T = Ct / 2 (ITU-R BT.2124-0, annex 1).
+    The measure is that of Pytlarz and Atkins, Measuring the Distinguishable Colors of HDR and WCG
+    Displays, Dolby Laboratories 2018.
+    """
+    units = {"ITP": 1.0, "ICtCp": 720.0**3 / 2.0}.get(full.space.name)
+    if units is None:
+        return {}
+    volume = full.boundary.mesh.volume if full.device_volume is None else full.device_volume
+    return {"distinguishable_colours": volume * units / (full.space.scale or 1.0) ** 3}
 
 
 def _volume_error(decimation: Decimation, full: TriangleMesh) -> dict[str, Any]:
@@ -153,11 +185,13 @@ def _volume_error(decimation: Decimation, full: TriangleMesh) -> dict[str, Any]:
 
 
 class _FullBoundary(NamedTuple):
-    """A boundary, the device values of its vertices, its provenance, and its errors."""
+    """A boundary in its space, with device values of its vertices and what describes it."""
 
     boundary: Boundary
     values: DeviceValues | None
     provenance: dict[str, Any]
+    space: ColourSpace
+    chromaticity: ChromaticityGamut | None
     device_volume: float | None = None
     boundary_error: float = 0.0
 
@@ -195,7 +229,11 @@ def _boundary_of_colours(
         popularity=options.popularity,
         model=options.device_model,
     )
+    if isinstance(parsed, Reference) and parsed.peak is not None:
+        _refuse_luminance(options)
     space = options.colour_space(colours.provenance.get("white_luminance"))
+    xyz, luminance = own_tristimulus(colours)
+    chromaticity = chromaticity_gamut(xyz, luminance, display_primaries(colours))
     colours = colours_in_space(colours, space)
     report("boundary", 0.0)
     try:
@@ -216,7 +254,9 @@ def _boundary_of_colours(
     if isinstance(given, list):
         provenance["warnings"] = [*given, *wrapping.warnings]
     missed = _boundary_error(colours, boundary)
-    return _FullBoundary(boundary, values, provenance, wrapping.device_volume, missed)
+    return _FullBoundary(
+        boundary, values, provenance, space, chromaticity, wrapping.device_volume, missed
+    )
 
 
 def _boundary_error(colours: SurfaceColours, boundary: Boundary) -> float:
@@ -227,6 +267,14 @@ def _boundary_error(colours: SurfaceColours, boundary: Boundary) -> float:
     index = build_index(boundary.mesh.vertices, boundary.mesh.faces, boundary.centre)
     outside = own[~contains(own, index)]
     return round_up(float(nearest(outside, index).distance.max(initial=0.0)))
+
+
+def _refuse_luminance(options: Options) -> None:
+    """Refuse a luminance of the white for colours whose luminances are known."""
+    if options.luminance not in {None, MEASURED, DEFAULT_LUMINANCE}:
+        raise OptionError.not_applicable(
+            "luminance", options.luminance, "the reference states its luminances in cd/m²"
+        )
 
 
 def _flat_colours(
@@ -263,4 +311,6 @@ def _boundary_of_mesh(mesh: GamutMesh, options: Options) -> _FullBoundary:
     values = None
     if mesh.device is not None:
         values = replace(mesh.device, values=mesh.device.values[boundary.sources])
-    return _FullBoundary(boundary, values, provenance)
+    xyz = space.tristimulus(mesh.vertices)
+    chromaticity = chromaticity_gamut(xyz, xyz[:, 1])
+    return _FullBoundary(boundary, values, provenance, space, chromaticity)

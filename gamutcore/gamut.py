@@ -164,6 +164,8 @@ class Gamut(PointAnswers, MappingAnswers, DrawingAnswers, ComparisonAnswers):
             return self.from_bytes(found)
         chosen = self.options.to_mapping()
         names = {"space", *SPACE_PARAMETERS} & chosen.keys()
+        if not isinstance(found, bytes) and found.peak is not None:
+            names -= {"luminance"}  # its luminances are known
         options = Options.from_mapping({name: chosen[name] for name in names})
         if isinstance(found, bytes):
             return type(self)(found, options)

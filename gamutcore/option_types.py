@@ -8,15 +8,14 @@ from a declaration.
 
 from __future__ import annotations
 
-import difflib
 import math
-import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TYPE_CHECKING, TypeAlias
 
 from gamutcore.errors import OptionError
+from gamutcore.names import folded, ranked
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -38,9 +37,6 @@ __all__ = [
     "option_table",
 ]
 
-LIKENESS = 0.6
-"""Smallest ratio of `difflib` at which a near match is suggested."""
-
 
 def finite_number(value: object) -> float | None:
     """Return a number as a finite float, never -0.0.
@@ -58,14 +54,7 @@ def finite_number(value: object) -> float | None:
 
 def near_match(name: str, names: Iterable[str]) -> str | None:
     """Return the name that a misspelled one most resembles; None if no name is similar."""
-    by_fold = {_fold(each): each for each in names}
-    found = difflib.get_close_matches(_fold(name[:60]), by_fold, n=1, cutoff=LIKENESS)
-    return by_fold[found[0]] if found else None
-
-
-def _fold(text: str) -> str:
-    """Letters and digits of a name in lower case: ``CIE L*a*b*`` and ``cielab`` are the same."""
-    return re.sub(r"[^a-z0-9]", "", text.lower())
+    return next(iter(ranked(name[:60], ((each, (each,)) for each in names))), None)
 
 
 @dataclass(frozen=True)
@@ -88,8 +77,8 @@ class Choice:
     def canonical(self, value: object) -> str | int | None:
         """Return the value that is meant, or None."""
         if isinstance(value, str):
-            folds = {_fold(each): each for each in self.values if isinstance(each, str)}
-            return {**self.aliases, **folds}.get(_fold(value))
+            folds = {folded(each): each for each in self.values if isinstance(each, str)}
+            return {**self.aliases, **folds}.get(folded(value))
         number = finite_number(value)
         return next((each for each in self.values if each == number), None)
 

@@ -7,7 +7,7 @@ import json
 import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, Literal, TypeVar
 from urllib.parse import quote
 
 import httpx
@@ -148,21 +148,30 @@ class ClientSteps(ServiceClient[G]):
         """
         return (yield from self._described(gamut_id))
 
-    def gamuts(self, name: str = "") -> Steps[list[dict[str, Any]]]:
-        """List the descriptions of all gamuts whose name contains a text."""
+    def gamuts(
+        self, name: str = "", match: Literal["contains", "similar"] = "contains"
+    ) -> Steps[list[dict[str, Any]]]:
+        """List the descriptions of all gamuts whose name contains a text.
+
+        With ``match="similar"``, these are gamuts that the name may mean, in any spelling, the most
+        likely first. They are ranked a thousand at a time.
+        """
         found: list[dict[str, Any]] = []
         after: str | None = ""
         while after is not None:
-            params = {"limit": PAGE, "after": after, "name": name}
+            params = {"limit": PAGE, "after": after, "name": name, "match": match}
             request = Request("GET", "/v1/gamuts", params)
             page = (yield from sent(request, self.retries)).json()
             found += page["gamuts"]
             after = _after(page["next"])
         return found
 
-    def references(self) -> Steps[list[dict[str, Any]]]:
-        """List the reference gamuts: slug, name, white and primaries."""
-        request = Request("GET", "/v1/references")
+    def references(self, name: str = "") -> Steps[list[dict[str, Any]]]:
+        """List the reference gamuts: slug, name, white and primaries.
+
+        With a name, only those that it may mean, in any spelling, the most likely first.
+        """
+        request = Request("GET", "/v1/references", {"name": name} if name else {})
         found: list[dict[str, Any]] = (yield from sent(request, self.retries)).json()["references"]
         return found
 

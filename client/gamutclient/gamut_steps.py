@@ -19,7 +19,10 @@ from gamutclient.arrays import (
 )
 from gamutclient.ply import mesh_of_ply
 from gamutclient.results import (
+    AreaOverlap,
     ChromaTable,
+    ChromaticityComparison,
+    ChromaticityGamut,
     ColourCrossings,
     ColourCusps,
     ColourSection,
@@ -92,6 +95,11 @@ class RemoteGamut:
     def channels(self) -> tuple[str, ...]:
         """Names of the device's channels; empty if the gamut has colours only."""
         return tuple(self.description["provenance"].get("channels") or ())
+
+    def chromaticity(self) -> ChromaticityGamut | None:
+        """Return the chromaticities of the gamut; None if they have no area."""
+        stored = self.description.get("chromaticity")
+        return stored and ChromaticityGamut(_floats(stored["corners"]), stored["basis"])
 
     def __repr__(self) -> str:
         space = self.description["provenance"].get("space", "CIELAB")
@@ -413,6 +421,7 @@ class GamutSteps(RemoteGamut):
             triangles=(levels[0]["triangles"], levels[1]["triangles"]),
             max_error=(levels[0]["max_error"], levels[1]["max_error"]),
             warnings=tuple(found["warnings"]),
+            chromaticity=_chromaticities(found.get("chromaticity")),
         )
 
     def coverage_of(self, other: RemoteGamut | str) -> Steps[float]:
@@ -482,6 +491,13 @@ def _plane(lightness: float | None, hue: float | None, plane: ArrayLike | None) 
 def _floats(values: object) -> FloatArray:
     """Return JSON numbers as an array; null is NaN."""
     return np.array(values, np.float64)
+
+
+def _chromaticities(found: Mapping[str, Any] | None) -> ChromaticityComparison | None:
+    if found is None:
+        return None
+    areas = {diagram: AreaOverlap(**found[diagram]) for diagram in ("xy", "uv")}
+    return ChromaticityComparison(**areas, basis_a=found["basis_a"], basis_b=found["basis_b"])
 
 
 def _number(value: float | None) -> float:

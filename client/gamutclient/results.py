@@ -202,6 +202,59 @@ class SectorFigures(Shown):
     jaccard: FloatArray
 
 
+@dataclass(frozen=True, eq=False, repr=False)
+class ChromaticityGamut(Shown):
+    """The chromaticities of a gamut: a convex polygon.
+
+    Attributes
+    ----------
+    xy : (n, 2) float64
+        Corners in the CIE 1931 diagram, counter-clockwise, before any adaptation.
+    basis : str
+        ``"primaries"`` or ``"colours"``, the hull of the gamut's own colours.
+    """
+
+    xy: FloatArray
+    basis: str
+
+    @property
+    def uv(self) -> FloatArray:
+        """Corners in the CIE 1976 u′v′ diagram (CIE 15:2018, 8.2.2)."""
+        x, y = self.xy.T
+        scale = -2.0 * x + 12.0 * y + 3.0
+        found: FloatArray = np.stack([4.0 * x / scale, 9.0 * y / scale], axis=1)
+        return found
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class AreaOverlap(Shown):
+    """Areas of two chromaticity gamuts in one diagram; `area_ratio` is A ÷ B."""
+
+    area_a: float
+    area_b: float
+    intersection: float
+    area_ratio: float
+    a_covers_b: float
+    b_covers_a: float
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ChromaticityComparison(Shown):
+    """Areas and coverage in the CIE 1931 xy and the CIE 1976 u′v′ diagram.
+
+    Attributes
+    ----------
+    xy, uv : AreaOverlap
+    basis_a, basis_b : str
+        As `ChromaticityGamut.basis`.
+    """
+
+    xy: AreaOverlap
+    uv: AreaOverlap
+    basis_a: str
+    basis_b: str
+
+
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class GamutComparison(Shown):
     """Comparison of two gamuts, A and B.
@@ -219,6 +272,8 @@ class GamutComparison(Shown):
     triangles, max_error : tuple
         Of both levels.
     warnings : tuple of str
+    chromaticity : ChromaticityComparison or None
+        None if a gamut has no chromaticities.
     """
 
     volume_a: float
@@ -238,6 +293,7 @@ class GamutComparison(Shown):
     triangles: tuple[int, int]
     max_error: tuple[float | None, float | None]
     warnings: tuple[str, ...]
+    chromaticity: ChromaticityComparison | None
 
 
 @dataclass(frozen=True, repr=False)

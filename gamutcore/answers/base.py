@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from abc import ABC, abstractmethod
+from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Self
 
@@ -145,7 +146,10 @@ class Answering(ABC):
         return xyz_to_lab(self.colour_space.tristimulus(points, as_measured=self._as_measured))
 
     def _check_space(self, other: Answering) -> None:
-        if self.colour_space != other.colour_space:
+        # coordinates of absolute spaces are comparable whatever the luminances of the whites
+        if replace(self.colour_space, luminance=None) != replace(
+            other.colour_space, luminance=None
+        ):
             one, two = self.colour_space.name, other.colour_space.name
             differ = f"{one} and {two}" if one != two else f"{one} with different parameters"
             raise OptionError(

@@ -14,6 +14,7 @@ from gamutcore.answers.results import GamutComparison, Intersection
 if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
     from gamutcore.levels import IndexedLevel
+    from gamutcore.queries import ChromaticityComparison, ChromaticityGamut
 
 __all__ = ["ComparisonAnswers"]
 
@@ -54,7 +55,7 @@ class ComparisonAnswers(Answering):
         GamutComparison
             With `volume_a`, `volume_b`, `intersection`, `union`, `a_covers_b`, `b_covers_a`,
             `jaccard`, `symmetric_difference`, the same by sector of hue, the lightest and darkest
-            colours, and warnings.
+            colours, areas and coverage of the chromaticities, and warnings.
 
         Raises
         ------
@@ -88,7 +89,31 @@ class ComparisonAnswers(Answering):
             triangles=(levels[0].triangles, levels[1].triangles),
             max_error=(levels[0].max_error, levels[1].max_error),
             warnings=self._comparison_warnings(other),
+            chromaticity=self._chromaticities(other),
         )
+
+    def chromaticity(self) -> ChromaticityGamut | None:
+        """Return the chromaticities of the gamut: a polygon in CIE 1931 xy and CIE 1976 u′v′.
+
+        Returns
+        -------
+        ChromaticityGamut or None
+            The triangle of the primaries of a display or an RGB space, else the convex hull of the
+            gamut's own colours. None if they have no area, or the gamut is from an earlier version.
+
+        Examples
+        --------
+        >>> from gamutcore import reference
+        >>> found = reference("sRGB", surface_samples=1000).chromaticity()
+        >>> found.basis, len(found.xy)
+        ('primaries', 3)
+        """
+        stored = self.description.get("chromaticity")
+        return None if stored is None else queries.ChromaticityGamut.from_mapping(stored)
+
+    def _chromaticities(self, other: ComparisonAnswers) -> ChromaticityComparison | None:
+        one, two = self.chromaticity(), other.chromaticity()
+        return None if one is None or two is None else one.compare(two)
 
     def coverage_of(self, other: Self | str | os.PathLike[str]) -> float:
         """Return the share of another gamut's volume that this gamut covers.

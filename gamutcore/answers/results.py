@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gamutcore.arrays import BooleanArray, FloatArray, IndexArray, LongArray
-from gamutcore.queries import Comparison
+from gamutcore.queries import ChromaticityComparison, Comparison
 from gamutcore.shown import Shown
 
 __all__ = [
@@ -193,6 +193,9 @@ class GamutComparison(Comparison):
         Their error bounds.
     warnings : tuple of str
         Reasons why the figures may mislead.
+    chromaticity : ChromaticityComparison or None
+        Area ratio and coverage in the CIE 1931 xy and the CIE 1976 u′v′ diagram. They do not depend
+        on the levels. None if a gamut has no chromaticities.
     """
 
     white_a: FloatArray
@@ -202,6 +205,7 @@ class GamutComparison(Comparison):
     triangles: tuple[int, int]
     max_error: tuple[float | None, float | None]
     warnings: tuple[str, ...]
+    chromaticity: ChromaticityComparison | None
 
 
 @dataclass(frozen=True, repr=False)

@@ -18,6 +18,7 @@ from gamutcore.cli.inputs import (
     numbers_of,
 )
 from gamutcore.cli.output import (
+    DIAGRAM_NAMES,
     AsCsv,
     AsJson,
     Output,
@@ -368,7 +369,7 @@ def compare(
     as_json: AsJson = False,
     as_csv: AsCsv = False,
 ) -> None:
-    """Compare two gamuts, A and B, by volume and coverage."""
+    """Compare two gamuts, A and B, by volume and coverage, and by their chromaticities."""
     one, two = (gamut_of(source, ctx, alone=False) for source in (first, second))
     found = one.compare(two, sectors=sectors, triangles=triangles, max_error=max_error)
     names = [
@@ -386,10 +387,15 @@ def compare(
     facts: dict[str, Any] = {name: getattr(found, name) for name in names}
     for name in ("white_a", "white_b", "black_a", "black_b"):
         facts[name] = getattr(found, name).tolist()
+    chromaticity = None if found.chromaticity is None else found.chromaticity.to_mapping()
     if as_json or (output is not None and output.suffix.lower() == ".json"):
-        facts |= {"sectors": by_hue, "warnings": list(found.warnings)}
+        facts |= {"chromaticity": chromaticity, "sectors": by_hue, "warnings": list(found.warnings)}
         write_facts(facts, output, as_json=True)
         return
+    if chromaticity is not None:
+        for diagram, name in DIAGRAM_NAMES.items():
+            for figure in ("area_ratio", "a_covers_b", "b_covers_a"):
+                facts[f"{name} {figure}"] = chromaticity[diagram][figure]
     write_facts(facts, output, as_json=False)
     for warning in found.warnings:
         typer.echo(f"Warning: {warning}", err=True)

@@ -8,10 +8,20 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from gamutcore.cli.inputs import BuildCommand, MaxError, Source, Triangles, gamut_of
-from gamutcore.cli.output import AsCsv, AsJson, Output, write_bytes, write_facts, write_table
+from gamutcore.cli.output import (
+    DIAGRAM_NAMES,
+    AsCsv,
+    AsJson,
+    Output,
+    write_bytes,
+    write_facts,
+    write_table,
+)
 from gamutcore.cli.sections import picture
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from gamutcore.gamut import Gamut
 
 __all__ = ["add_to"]
@@ -190,6 +200,10 @@ def reference(
     output: Annotated[
         Path | None, typer.Option("--output", "-o", metavar="FILE", help="Save its definition.")
     ] = None,
+    search: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="List what a name may mean, the most likely first."),
+    ] = None,
     as_json: AsJson = False,
     as_csv: AsCsv = False,
 ) -> None:
@@ -197,10 +211,18 @@ def reference(
 
     Their names are gamuts in all commands.
     """
-    from gamutcore.references import REFERENCES, find_reference  # noqa: PLC0415
+    from gamutcore.references import (  # noqa: PLC0415
+        REFERENCES,
+        find_reference,
+        search_references,
+    )
 
+    if name is not None and search is not None:
+        raise typer.BadParameter("Give the name of a reference or --search.", param_hint="--search")
     if name is None:
-        found = list(REFERENCES.values())
+        found = list(REFERENCES.values()) if search is None else search_references(search)
+        if not found:
+            find_reference(str(search))  # raises, with the reason
         columns = {key: [getattr(each, key) for each in found] for key in ("slug", "name", "kind")}
         write_table(columns, output, as_json=as_json, as_csv=as_csv)
         return
@@ -213,6 +235,18 @@ def reference(
         for key in ("slug", "name", "kind", "white", "illuminant", "observer", "primaries")
     }
     write_facts({**facts, "source": one.source}, None, as_json=as_json, as_csv=as_csv)
+
+
+def _chromaticity(found: Mapping[str, Any] | None) -> dict[str, Any]:
+    """Return the lines of chromaticity areas and coverages; areas as multiples of BT.709."""
+    if found is None:
+        return {}
+    facts: dict[str, Any] = {"chromaticity of": found["basis"]}
+    for diagram, name in DIAGRAM_NAMES.items():
+        facts[f"{name} area, BT.709 = 1"] = found[diagram]["of_bt709"]
+        for slug, share in found[diagram]["coverage"].items():
+            facts[f"{name} coverage of {slug}"] = share
+    return facts
 
 
 def _facts(gamut: Gamut) -> dict[str, Any]:
@@ -232,6 +266,9 @@ def _facts(gamut: Gamut) -> dict[str, Any]:
             for axis, low, high in zip(axes, lowest, highest, strict=True)
         },
     }
+    if "distinguishable_colours" in description:
+        facts["million distinguishable colours"] = description["distinguishable_colours"] / 1e6
+    facts |= _chromaticity(description.get("chromaticity"))
     for name in ("intent", "illuminant", "observer", "ink_limit"):
         value = description["options"].get(name, provenance.get(name))
         if isinstance(value, str | int | float):

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from gamutcore.tables import ColourTable
 
 __all__ = [
+    "DIAGRAM_NAMES",
     "AsCsv",
     "AsJson",
     "Columns",
@@ -27,6 +28,9 @@ __all__ = [
     "write_facts",
     "write_table",
 ]
+
+DIAGRAM_NAMES = {"xy": "chromaticity xy", "uv": "chromaticity u'v'"}
+"""Names of the chromaticity diagrams in text."""
 
 AsJson = Annotated[bool, typer.Option("--json", help="Write JSON.")]
 AsCsv = Annotated[bool, typer.Option("--csv", help="Write CSV.")]

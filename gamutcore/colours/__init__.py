@@ -5,6 +5,7 @@ models.
 """
 
 from gamutcore.colours.device.ink_limits import InkLimits
+from gamutcore.colours.own_chromaticities import display_primaries, own_tristimulus
 from gamutcore.colours.spaces.cielab import ICC_D50, lab_to_xyz, xyz_to_lab
 from gamutcore.colours.surface import (
     INTENTS,
@@ -19,7 +20,9 @@ __all__ = [
     "InkLimits",
     "SurfaceColours",
     "colours_in_space",
+    "display_primaries",
     "lab_to_xyz",
+    "own_tristimulus",
     "surface_colours",
     "xyz_to_lab",
 ]

@@ -22,7 +22,7 @@ from gamutcore.colours.spaces.cielab import (
     white_of,
     xyz_to_lab,
 )
-from gamutcore.colours.spaces.white_points import adaptation_text
+from gamutcore.colours.spaces.white_points import adaptation_matrix, adaptation_text
 from gamutcore.colours.spectral import ILLUMINANTS, emission_xyz, reflectance_xyz
 from gamutcore.errors import InvalidPointsError, OptionError
 
@@ -57,6 +57,8 @@ class MeasuredColours:
         Whether the tristimulus values are a display's own, without adaptation.
     lights : bool
         Whether the data states that the samples are lights.
+    unadapting : (3, 3) float, optional
+        As of `SurfaceColours`.
     """
 
     lab: FloatArray
@@ -64,6 +66,7 @@ class MeasuredColours:
     warnings: tuple[str, ...]
     as_measured: bool = False
     lights: bool = False
+    unadapting: FloatArray | None = None
 
 
 def measured_colours(
@@ -152,8 +155,19 @@ class _Medium:
         else:
             lab, adaptation = self._print_lab(xyz, white)
         return MeasuredColours(
-            lab, self._provenance(_list_of(white), adaptation), tuple(self.warnings)
+            lab,
+            self._provenance(_list_of(white), adaptation),
+            tuple(self.warnings),
+            unadapting=self._unadapting(white) if self.intent == "relative" else None,
         )
+
+    def _unadapting(self, white: FloatArray) -> FloatArray:
+        """Return the matrix that undoes the adaptation of relative colours to D50."""
+        if self.display:
+            return adaptation_matrix(ICC_D50, white, self.adaptation)
+        if not np.array_equal(self.reference, ICC_D50):
+            white = self._to_d50(white[np.newaxis], self.reference)[0]
+        return np.diag(white / ICC_D50)
 
     def _provenance(self, white: JSON, adaptation: str) -> dict[str, JSON]:
         return {

@@ -18,10 +18,13 @@ from gamutcore.colours.device.surface import SurfaceColours
 from gamutcore.colours.profile_colours import (
     declared_white,
     profile_colours,
+    unadapting,
 )
-from gamutcore.colours.spaces.cielab import adaptation_to_d50, xyz_to_lab
-from gamutcore.colours.spaces.formulas import pq_luminance
+from gamutcore.colours.spaces.cielab import ICC_D50, adaptation_to_d50, xyz_to_lab
+from gamutcore.colours.spaces.definitions import DEFAULT_LUMINANCE
+from gamutcore.colours.spaces.formulas import hlg_luminance, pq_luminance
 from gamutcore.colours.spaces.white_points import (
+    adaptation_matrix,
     adaptation_text,
     chromaticity_xyz,
     rgb_to_xyz,
@@ -40,9 +43,6 @@ within a cell are hardly distinguishable (a just noticeable difference is 2.3 Δ
 
 _AT_A_TIME = 2**18
 
-REFERENCE_WHITE = 203.0
-"""Luminance of white in cd/m² for PQ and HLG (ITU-R BT.2408, 2.1)."""
-
 
 def picture_colours(
     picture: Picture,
@@ -60,8 +60,9 @@ def picture_colours(
     """
     provenance: dict[str, JSON] = {**picture.provenance, "intent": intent}
     warnings = list(picture.warnings)
-    as_measured, own_values = False, None
+    as_measured, own_values, unadapt = False, None, None
     if isinstance(picture.meaning, IccProfile):
+        unadapt = unadapting(picture.meaning, intent)
         lab, how, profile_warnings, own_values = _by_profile(picture, picture.meaning, intent)
         as_measured = own_values is not None
         warnings += profile_warnings
@@ -70,6 +71,9 @@ def picture_colours(
         if isinstance(picture.meaning, Encoding):
             lab, how = _by_encoding(picture, picture.meaning, intent, adaptation)
             as_measured = intent == "absolute"
+            if not as_measured:
+                white = chromaticity_xyz(*picture.meaning.white)
+                unadapt = adaptation_matrix(ICC_D50, white, adaptation)
         else:
             if intent != "relative":
                 raise OptionError.not_applicable(
@@ -105,6 +109,7 @@ def picture_colours(
         as_measured,
         MODELS[picture.model] if is_device else (),
         own_values,
+        unadapting=unadapt,
     )
 
 
@@ -178,17 +183,8 @@ def _light(values: FloatArray, encoding: Encoding, luminance: FloatArray) -> Flo
         light: FloatArray = values**encoding.gamma
         return light
     if encoding.transfer == "PQ":
-        return pq_luminance(values) / REFERENCE_WHITE
+        return pq_luminance(values) / DEFAULT_LUMINANCE
     if encoding.transfer == "HLG":
-        return _hlg_luminance(values, luminance) / REFERENCE_WHITE
+        return hlg_luminance(values, luminance) / DEFAULT_LUMINANCE
     # IEC 61966-2-1, 5.2.
     return np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
-
-
-def _hlg_luminance(values: FloatArray, luminance: FloatArray) -> FloatArray:
-    """Luminance in cd/m² on a display of 1000 cd/m² (ITU-R BT.2100, table 5)."""
-    a, b, c = 0.17883277, 0.28466892, 0.55991073
-    scene = np.where(values <= 0.5, values**2 / 3, (np.exp((values - c) / a) + b) / 12)
-    bright = np.maximum(scene @ luminance, 1e-12)
-    light: FloatArray = 1000.0 * bright[:, np.newaxis] ** 0.2 * scene
-    return light

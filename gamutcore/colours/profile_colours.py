@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
     from gamutcore.characterisation.icc import IccProfile
 
-__all__ = ["ProfileColours", "declared_white", "profile_colours"]
+__all__ = ["ProfileColours", "declared_white", "profile_colours", "unadapting"]
 
 PERCEPTUAL_BLACK = np.array([0.00336, 0.0034731, 0.00287])
 """XYZ of the perceptual reference medium's black point (ICC.1:2022, 6.3.3, table 3)."""
@@ -104,6 +104,32 @@ def declared_white(profile: IccProfile) -> tuple[JSON, list[str]]:
     return [round(float(value), 6) for value in white], warnings
 
 
+def unadapting(profile: IccProfile, intent: str) -> FloatArray:
+    """Return the matrix from tristimulus values to those of the device, as of `SurfaceColours`.
+
+    The colours of displays and of RGB spaces are adapted to D50. Those of prints are scaled by the
+    media white unless the intent is absolute (ICC.1:2022, 6.3.2.2).
+    """
+    try:
+        white, _ = profile.media_white()
+    except MalformedProfileError:
+        white = ICC_D50
+    scaled: FloatArray = np.diag(ICC_D50 / white if intent == "absolute" else np.ones(3))
+    own: FloatArray = np.diag(white / ICC_D50)
+    if profile.device_class != "output":
+        own = _unadapted(profile, white)
+    matrix: FloatArray = own @ scaled
+    return matrix
+
+
+def _unadapted(profile: IccProfile, white: FloatArray) -> FloatArray:
+    """Matrix that undoes the adaptation of media-relative colours."""
+    adapting = profile.adaptation_to_d50()
+    if adapting is None:
+        return adaptation_matrix(ICC_D50, white, "Bradford") * white[1]
+    return np.linalg.inv(adapting)
+
+
 def _own_values(profile: IccProfile, white: FloatArray) -> FloatArray | None:
     """Matrix from absolute colours to the display's own tristimulus values.
 
@@ -114,10 +140,4 @@ def _own_values(profile: IccProfile, white: FloatArray) -> FloatArray | None:
     """
     if profile.device_class != "display" or np.abs(white - ICC_D50).max() <= _SAME_WHITE:
         return None
-    adapting = profile.adaptation_to_d50()
-    unadapting = (
-        adaptation_matrix(ICC_D50, white, "Bradford") * white[1]
-        if adapting is None
-        else np.linalg.inv(adapting)
-    )
-    return unadapting * (ICC_D50 / white)
+    return _unadapted(profile, white) * (ICC_D50 / white)

@@ -18,6 +18,8 @@ from gamutcore.colours.spaces.cielab import (
     lab_to_xyz,
     xyz_to_lab,
 )
+from gamutcore.colours.spaces.definitions import DEFAULT_LUMINANCE
+from gamutcore.colours.spaces.formulas import hlg_luminance, pq_luminance, pq_signal
 from gamutcore.colours.spaces.white_points import adaptation_text, chromaticity_xyz
 from gamutcore.errors import OptionError
 
@@ -30,6 +32,7 @@ __all__ = [
     "SurfaceXyz",
     "decode_rgb",
     "encode_rgb",
+    "largest_code",
     "primary_matrix",
     "reference_lab",
     "reference_provenance",
@@ -88,8 +91,25 @@ def reference_white(reference: Reference) -> FloatArray:
 
 
 def rgb_xyz(reference: Reference, values: FloatArray) -> FloatArray:
-    """Return XYZ (n, 3) of an RGB space's encoded values (n, 3), with Y = 1 for the white."""
-    return decode_rgb(values, reference.definition["curve"]) @ primary_matrix(reference).T
+    """Return XYZ (n, 3) of an RGB space's encoded values (n, 3) from 0 to 1.
+
+    Y is 1 for the white, or for 203 cd/m² with a peak luminance (ITU-R BT.2408-7, 2.2).
+    """
+    matrix, curve, peak = primary_matrix(reference), reference.definition["curve"], reference.peak
+    if peak is None:
+        return decode_rgb(values, curve) @ matrix.T
+    if curve == "HLG":
+        light = hlg_luminance(values, matrix[1])
+    else:
+        light = np.minimum(pq_luminance(values), peak)
+    return light @ matrix.T / DEFAULT_LUMINANCE
+
+
+def largest_code(reference: Reference) -> float:
+    """Return the code of the peak luminance; larger codes have the same light."""
+    if reference.definition["curve"] != "PQ":
+        return 1.0
+    return float(pq_signal(np.array(float(reference.peak or 0.0))))
 
 
 class SurfaceXyz(NamedTuple):
@@ -161,4 +181,9 @@ def reference_provenance(reference: Reference, white: FloatArray) -> dict[str, J
         "white": [round(float(value), 6) for value in white],
         "illuminant": reference.illuminant,
         "observer": f"{reference.observer}°",
+        **({} if reference.peak is None else _luminances(reference.peak)),
     }
+
+
+def _luminances(peak: float) -> dict[str, JSON]:
+    return {"peak_luminance": peak, "white_luminance": DEFAULT_LUMINANCE}

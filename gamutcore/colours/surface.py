@@ -35,17 +35,24 @@ from gamutcore.colours.plausibility import (
     impossible_colour_warnings,
     range_warnings,
 )
-from gamutcore.colours.profile_colours import ProfileColours, declared_white, profile_colours
+from gamutcore.colours.profile_colours import (
+    ProfileColours,
+    declared_white,
+    profile_colours,
+    unadapting,
+)
 from gamutcore.colours.reference_colours import (
     encode_rgb,
+    largest_code,
     reference_lab,
     reference_provenance,
     reference_white,
     rgb_xyz,
     surface_xyz,
 )
+from gamutcore.colours.spaces.cielab import ICC_D50
 from gamutcore.colours.spaces.formulas import Cielab
-from gamutcore.colours.spaces.white_points import white_point
+from gamutcore.colours.spaces.white_points import adaptation_matrix, white_point
 from gamutcore.errors import MalformedProfileError, OptionError
 from gamutcore.option_types import Choice, check_option
 from gamutcore.references import Reference
@@ -146,7 +153,7 @@ def surface_colours(
     surface = _sample_surface(
         characterisation, medium, surface_samples, limits or InkLimits(), model
     )
-    return replace(surface, as_measured=medium.as_measured)
+    return replace(surface, as_measured=medium.as_measured, unadapting=medium.unadapting)
 
 
 def colours_in_space(colours: SurfaceColours, space: ColourSpace) -> SurfaceColours:
@@ -254,6 +261,7 @@ def _profile_surface(
         own,
         surface.faces,
         profile_colours(profile, values_between(surface), intent).lab,
+        unadapting(profile, intent),
     )
 
 
@@ -266,12 +274,14 @@ def _reference_surface(
     channels: tuple[str, ...] = ()
     if reference.kind == "rgb":
         channels, white = ("R", "G", "B"), reference_white(reference)
-        curve = reference.definition["curve"]
+        curve, top = reference.definition["curve"], largest_code(reference)
+        # PQ and HLG are nearly uniform, so their faces are divided evenly
+        nodes = None if reference.peak else np.tile(encode_rgb(_LINEAR_NODES, curve), (3, 1))
         surface = _surface_values(
-            limited_cube(channels, np.zeros(3), np.ones(3), InkLimits(), inks=False),
+            limited_cube(channels, np.zeros(3), np.full(3, top), InkLimits(), inks=False),
             lambda values: reference_lab(rgb_xyz(reference, values), white, intent, adaptation)[0],
             surface_samples,
-            np.tile(encode_rgb(_LINEAR_NODES, curve), (3, 1)),
+            nodes,
         )
         xyz, faces = rgb_xyz(reference, surface.device), surface.faces
         encoding = curve if isinstance(curve, str) else f"γ {curve:g}"
@@ -302,6 +312,7 @@ def _reference_surface(
         channels,
         faces=faces,
         between=between,
+        unadapting=None if intent == "absolute" else adaptation_matrix(ICC_D50, white, adaptation),
     )
 
 

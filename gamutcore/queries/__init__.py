@@ -4,6 +4,12 @@ Every query takes a level as its vertices, faces and centre, or as an index that
 computed once.
 """
 
+from gamutcore.queries.chromaticity import (
+    AreaOverlap,
+    ChromaticityComparison,
+    ChromaticityGamut,
+    chromaticity_gamut,
+)
 from gamutcore.queries.colour_difference import delta_e_2000
 from gamutcore.queries.comparison import Comparison, Overlap, compare
 from gamutcore.queries.crossings import Crossings, crossings
@@ -17,6 +23,9 @@ from gamutcore.queries.rings import Rings, gamut_rings
 from gamutcore.queries.sections import Section, hue_leaf, slice_polygons
 
 __all__ = [
+    "AreaOverlap",
+    "ChromaticityComparison",
+    "ChromaticityGamut",
     "Comparison",
     "Crossings",
     "Cusps",
@@ -30,6 +39,7 @@ __all__ = [
     "SurfacePoints",
     "as_index",
     "build_index",
+    "chromaticity_gamut",
     "compare",
     "contains",
     "crossings",

@@ -11,6 +11,14 @@ from gamutcore.references.catalogue import (
     Reference,
     find_reference,
     parse_definition,
+    search_references,
 )
 
-__all__ = ["NOT_OFFERED", "REFERENCES", "Reference", "find_reference", "parse_definition"]
+__all__ = [
+    "NOT_OFFERED",
+    "REFERENCES",
+    "Reference",
+    "find_reference",
+    "parse_definition",
+    "search_references",
+]

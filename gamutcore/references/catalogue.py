@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -18,9 +17,16 @@ from types import MappingProxyType
 from typing import Any
 
 from gamutcore.errors import MalformedFileError, ReferenceNameError
-from gamutcore.option_types import near_match
+from gamutcore.names import EXACT, folded, print_condition, ranked, similarity
 
-__all__ = ["NOT_OFFERED", "REFERENCES", "Reference", "find_reference", "parse_definition"]
+__all__ = [
+    "NOT_OFFERED",
+    "REFERENCES",
+    "Reference",
+    "find_reference",
+    "parse_definition",
+    "search_references",
+]
 
 OPTIMAL_WAVELENGTHS = (360, 780)
 """First and last wavelength of the optimal colours in nm: the range of ASTM E308's tables."""
@@ -37,6 +43,7 @@ _POINTER_SOURCE = (
     "M. R. Pointer, The gamut of real surface colours, Color Research & Application 5 (1980), "
     "table II; colour-science, DATA_POINTER_GAMUT_VOLUME"
 )
+_BT2100_SOURCE = "ITU-R BT.2100-2, tables 2, 4 and 5; white level of ITU-R BT.2408-7, 2.2"
 _POINTER_WHITE = (0.31006, 0.31616)
 """Illuminant C for 2° (CIE 15:2018, table T.3)."""
 
@@ -90,6 +97,11 @@ class Reference:
     primaries: tuple[tuple[float, float], ...] = ()
     aliases: tuple[str, ...] = field(default=())
 
+    @property
+    def peak(self) -> float | None:
+        """Peak luminance in cd/m²; None for gamuts relative to their white."""
+        return self.definition.get("peak")
+
     @cached_property
     def data(self) -> bytes:
         """The definition as input of `gamutcore.Gamut`: canonical JSON."""
@@ -132,6 +144,26 @@ def _rgb_spaces() -> list[Reference]:
     ]
 
 
+def _bt2100(curve: str, peak: int) -> Reference:
+    bt2020 = next(row for row in _RGB_ROWS if row["slug"] == "bt2020")
+    return Reference(
+        slug=f"bt2100-{curve.lower()}-{peak}",
+        name=f"ITU-R BT.2100 {curve}, {peak:,} cd/m²",
+        kind="rgb",
+        definition={
+            **{name: bt2020[name] for name in ("primaries", "white")},
+            "curve": curve,
+            "peak": float(peak),
+        },
+        white=tuple(bt2020["white"]),
+        illuminant=bt2020["illuminant"],
+        observer=2,
+        source=_BT2100_SOURCE,
+        primaries=tuple(map(tuple, bt2020["primaries"])),
+        aliases=(f"BT.2100 {curve}", f"Rec.2100 {curve} {peak}"),
+    )
+
+
 def _optimal_colours(illuminant: str, observer: int) -> Reference:
     first, last = OPTIMAL_WAVELENGTHS
     return Reference(
@@ -169,6 +201,8 @@ REFERENCES: Mapping[str, Reference] = MappingProxyType(
         each.slug: each
         for each in (
             *_rgb_spaces(),
+            *(_bt2100("PQ", peak) for peak in (1000, 4000, 10_000)),
+            _bt2100("HLG", 1000),
             _pointer(),
             *(_optimal_colours(*key) for key in _OPTIMAL_WHITES),
         )
@@ -177,15 +211,40 @@ REFERENCES: Mapping[str, Reference] = MappingProxyType(
 """All reference gamuts by slug."""
 
 
-def _fold(name: str) -> str:
-    return re.sub(r"[^a-z0-9]", "", name.lower())
+_USUAL = ("srgb", "display-p3", "adobe-rgb-1998", "bt2020", "bt709", "prophoto-rgb", "dci-p3")
+"""References that people usually mean; they come first among equally likely ones."""
+
+_NAMES = [
+    (each, (each.slug, each.name, *each.aliases))
+    for each in (*(REFERENCES[slug] for slug in _USUAL), *REFERENCES.values())
+]
+
+_BY_NAME = {folded(name): each for each, names in _NAMES for name in names[:2]}
+"""References by slug and name, which are unique."""
+
+_SUGGESTED = 4
+"""Most candidates in an error."""
 
 
-_BY_NAME = {
-    _fold(name): each
-    for each in REFERENCES.values()
-    for name in (*each.aliases, each.name, each.slug)
-}
+def search_references(name: str) -> list[Reference]:
+    """Return the reference gamuts that a name may mean, the most likely first.
+
+    Parameters
+    ----------
+    name : str
+        An everyday name, such as ``"Rec. 709"`` or ``"adobe"``, or a part of a name.
+
+    Returns
+    -------
+    list of Reference
+        Empty if no name is similar.
+
+    Examples
+    --------
+    >>> [each.slug for each in search_references("P3")][:2]
+    ['display-p3', 'dci-p3']
+    """
+    return list(dict.fromkeys(ranked(name, _NAMES)))
 
 
 def find_reference(name: str) -> Reference:
@@ -194,7 +253,8 @@ def find_reference(name: str) -> Reference:
     Parameters
     ----------
     name : str
-        A slug, a name or an alias, without regard to letter case, spaces and punctuation.
+        A slug, a name or an alias that only one reference has, without regard to letter case,
+        spaces and punctuation. "Rec." and "BT." are the same.
 
     Returns
     -------
@@ -203,30 +263,54 @@ def find_reference(name: str) -> Reference:
     Raises
     ------
     ReferenceNameError
-        No reference has this name; the remedy names a near match.
+        There is no such reference, or several have the name; the remedy names the candidates.
 
     Examples
     --------
     >>> find_reference("Display P3").slug
     'display-p3'
+    >>> find_reference("Rec2020").slug
+    'bt2020'
     """
-    found = _BY_NAME.get(_fold(name))
+    found = _BY_NAME.get(folded(name))
     if found is not None:
         return found
+    called = {
+        each.slug: each
+        for each, names in _NAMES
+        if any(similarity(name, other) == EXACT for other in names)
+    }
+    if len(called) == 1:
+        return next(iter(called.values()))
     for space, reason in NOT_OFFERED.items():
-        if _fold(space) == _fold(name):
+        if folded(space) == folded(name):
             raise ReferenceNameError(
                 f"{space} has no gamut. {reason}",
                 where={"field": "reference"},
                 remedy="Give another RGB space.",
             )
-    meant = near_match(name, _BY_NAME)
-    slug = "" if meant is None else _BY_NAME[_fold(meant)].slug
     raise ReferenceNameError(
-        f"There is no reference gamut {name[:40]!r}.",
+        f"{len(called)} reference gamuts are called {name[:40]!r}."
+        if called
+        else f"There is no reference gamut {name[:40]!r}.",
         where={"field": "reference"},
-        remedy=f"Did you mean {slug}?" if slug else "Give a slug such as srgb or display-p3.",
+        remedy=_remedy(name),
     )
+
+
+def _remedy(name: str) -> str:
+    """Return what to give instead of an unknown or ambiguous name, as a sentence."""
+    condition = print_condition(name)
+    if condition:
+        return (
+            f"{' or '.join(condition)} is a print condition; build its gamut from its "
+            "characterisation data or its profile."
+        )
+    slugs = [each.slug for each in search_references(name)[:_SUGGESTED]]
+    if not slugs:
+        return "Give a slug such as srgb or display-p3."
+    *others, last = slugs
+    return f"Did you mean {', '.join(others)} or {last}?" if others else f"Did you mean {last}?"
 
 
 def parse_definition(text: str) -> Reference | None:

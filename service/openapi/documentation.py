@@ -87,6 +87,9 @@ _SUMMARY = {
     "links": _LINKS,
 }
 
+_COVERAGE_XY = {"bt709": 0.8324, "display-p3": 0.6913, "bt2020": 0.5122, "adobe-rgb-1998": 0.7171}
+_COVERAGE_UV = {"bt709": 0.7866, "display-p3": 0.6947, "bt2020": 0.5157, "adobe-rgb-1998": 0.7583}
+
 EXAMPLE_GAMUT: dict[str, Any] = {
     **_SUMMARY,
     "state": "ready",
@@ -100,6 +103,12 @@ EXAMPLE_GAMUT: dict[str, Any] = {
     "area": 38078.0,
     "centre": [55.2, 3.2, 12.0],
     "bounds": [[8.9, -67.9, -50.4], [100.0, 77.3, 98.0]],
+    "chromaticity": {
+        "basis": "colours",
+        "corners": [[0.1665, 0.1945], [0.6224, 0.3303], [0.1968, 0.5291]],
+        "xy": {"area": 0.1085, "of_bt709": 0.9684, "coverage": _COVERAGE_XY},
+        "uv": {"area": 0.0577, "of_bt709": 0.8892, "coverage": _COVERAGE_UV},
+    },
     "levels": _CURVE,
 }
 
@@ -150,6 +159,7 @@ EXAMPLE_REFERENCES: dict[str, Any] = {
             "illuminant": "D65",
             "observer": 2,
             "primaries": [[0.64, 0.33], [0.3, 0.6], [0.15, 0.06]],
+            "peak_luminance": None,
             "source": "colour-science 0.4.7, colour.RGB_COLOURSPACES['sRGB']",
             "links": {"gamut": "/v1/gamuts/srgb"},
         }

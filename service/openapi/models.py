@@ -105,6 +105,44 @@ class GamutSummary(Model):
     links: GamutLinks
 
 
+Chromaticity = TypeAliasType(
+    "Chromaticity",
+    Annotated[list[float], Field(min_length=2, max_length=2, description="Chromaticity x, y.")],
+)
+
+
+class ChromaticityCoverage(Model):
+    """Covered part of the chromaticities of a standard, from 0 to 1."""
+
+    bt709: float
+    display_p3: Annotated[float, Field(alias="display-p3")]
+    bt2020: float
+    adobe_rgb_1998: Annotated[float, Field(alias="adobe-rgb-1998")]
+
+
+class ChromaticityFigures(Model):
+    """Figures in one chromaticity diagram."""
+
+    area: float
+    of_bt709: float
+    """Area ÷ area of BT.709."""
+    coverage: ChromaticityCoverage
+
+
+class ChromaticityDescription(Model):
+    """Chromaticities of a gamut, as the device shows them, before any adaptation."""
+
+    basis: Literal["primaries", "colours"]
+    """The triangle of the primaries, or the hull of the gamut's own colours of at least 1 % of the
+    luminance of white."""
+    corners: list[Chromaticity]
+    """Corners of the polygon in CIE 1931 x, y."""
+    xy: ChromaticityFigures
+    """In the CIE 1931 xy diagram."""
+    uv: ChromaticityFigures
+    """In the CIE 1976 u′v′ diagram."""
+
+
 class GamutDescription(GamutSummary):
     """A gamut."""
 
@@ -132,6 +170,11 @@ class GamutDescription(GamutSummary):
     centre: Coordinates
     bounds: list[Coordinates]
     """Smallest and largest coordinates."""
+    distinguishable_colours: Annotated[float, Field(ge=0)] | SkipJsonSchema[None] = None
+    """Volume in units of ΔE_ITP (ITU-R BT.2124), of which 1 is a just noticeable difference. For
+    the spaces ICtCp and ITP. A million of them is the unit MDC."""
+    chromaticity: ChromaticityDescription | SkipJsonSchema[None] = None
+    """Area and coverage without lightness; missing if the chromaticities have no area."""
     levels: list[Level]
     """Error curve of the levels."""
 
@@ -211,12 +254,6 @@ class JobList(Model):
     """Address of the next page; null on the last page."""
 
 
-Chromaticity = TypeAliasType(
-    "Chromaticity",
-    Annotated[list[float], Field(min_length=2, max_length=2, description="Chromaticity x, y.")],
-)
-
-
 class ReferenceLinks(Model):
     """Address of a reference gamut."""
 
@@ -239,6 +276,8 @@ class ReferenceGamut(Model):
     """Standard observer, in degrees."""
     primaries: list[Chromaticity] | None
     """Red, green and blue; null for gamuts without primaries."""
+    peak_luminance: float | None
+    """In cd/m²; null for gamuts relative to their white."""
     source: str
     links: ReferenceLinks
 

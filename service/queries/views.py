@@ -106,6 +106,15 @@ def _number(description: str) -> dict[str, Any]:
     return {"type": "number", "description": description}
 
 
+def _areas(diagram: str) -> dict[str, Any]:
+    return {
+        "type": "object",
+        "description": f"Areas in the {diagram} diagram. `area_ratio` is A ÷ B; coverage is the "
+        "intersection ÷ the area of the covered gamut.",
+        "additionalProperties": {"type": "number"},
+    }
+
+
 def _cusps(levels: list[QueryLevel], values: Mapping[str, Any]) -> Answered:
     level = levels[0]
     found = level.gamut.cusps(values["hues"], triangles=level.triangles)
@@ -139,6 +148,7 @@ def _comparison(levels: list[QueryLevel], values: Mapping[str, Any]) -> Answered
     document = {
         **{name: getattr(found, name) for name in figures},
         **ends,
+        "chromaticity": None if found.chromaticity is None else found.chromaticity.to_mapping(),
         "warnings": list(found.warnings),
         "sectors": table,
     }
@@ -385,7 +395,8 @@ COMPARISON = View(
     "Compare two gamuts",
     "Volumes of two gamuts in the same space, of their intersection and union, coverage both ways, "
     "Jaccard index and symmetric difference, in total and by sector of hue; the lightest and "
-    "darkest colours. A warning says if both are print gamuts relative to their papers.",
+    "darkest colours; areas and coverage of the chromaticities in CIE 1931 xy and CIE 1976 u′v′. A "
+    "warning says if both are print gamuts relative to their papers.",
     (
         Parameter(
             "sectors",
@@ -408,6 +419,18 @@ COMPARISON = View(
         "white_b": _numbers("Lightest colour of B."),
         "black_a": _numbers("Darkest colour of A."),
         "black_b": _numbers("Darkest colour of B."),
+        "chromaticity": {
+            "type": ["object", "null"],
+            "description": "Figures without lightness, of the chromaticities before any "
+            "adaptation; null if a gamut has none. `basis_a` and `basis_b` are `primaries` or "
+            "`colours`, as in the description of the gamut.",
+            "properties": {
+                "basis_a": {"type": "string"},
+                "basis_b": {"type": "string"},
+                "xy": _areas("CIE 1931 xy"),
+                "uv": _areas("CIE 1976 u′v′"),
+            },
+        },
         "warnings": {"type": "array", "items": {"type": "string"}},
         "sectors": {
             "type": "object",
@@ -429,6 +452,18 @@ COMPARISON = View(
         "white_b": [100.0, 0.0, 0.0],
         "black_a": [8.9, 0.3, 0.4],
         "black_b": [0.0, 0.0, 0.0],
+        "chromaticity": {
+            "basis_a": "colours",
+            "basis_b": "primaries",
+            "xy": {
+                "area_a": 0.1085,
+                "area_b": 0.112,
+                "intersection": 0.0933,
+                "area_ratio": 0.968,
+                "a_covers_b": 0.832,
+                "b_covers_a": 0.86,
+            },
+        },
         "warnings": [],
         "sectors": {"hue_from": [0], "hue_to": [360], "a_covers_b": [0.468]},
     },

@@ -3,7 +3,7 @@
 import asyncio
 import contextlib
 from collections.abc import AsyncIterator
-from typing import IO, Annotated, Any
+from typing import IO, Annotated, Any, Literal
 
 from fastapi import APIRouter, Depends, Path, Query, Request
 from fastapi.responses import Response, StreamingResponse
@@ -50,6 +50,7 @@ from service.routes.naming import (
     gamut_summary,
     named,
     named_page,
+    ranked_page,
     refuse_reference,
 )
 from service.routes.paging import After, Limit, next_page
@@ -270,7 +271,8 @@ async def _check_admission_of_large(request: Request, service: ServiceContainer)
     operation_id="listGamuts",
     summary="List the gamuts",
     description="Pages of all gamuts in the order of their ids. `next` is the next page. With "
-    "`name`, a page may have fewer gamuts than `limit` although there is a next page.",
+    "`name`, a page may have fewer gamuts than `limit` although there is a next page. With "
+    "`match=similar`, a page has the best of the next 1,000 gamuts, the most likely first.",
     responses={
         200: json_response("A page of gamuts.", GamutList, EXAMPLE_LIST),
         **problems("invalid-parameter", "store-unavailable"),
@@ -288,12 +290,22 @@ async def list_gamuts(
             examples=["FOGRA39"],
         ),
     ] = "",
+    match: Annotated[
+        Literal["contains", "similar"],
+        Query(
+            description="`similar`: gamuts that `name` may mean, in any spelling, the most likely "
+            "first. The names of a print condition count as the same: `TR 006` finds `GRACoL2006`."
+        ),
+    ] = "contains",
 ) -> Response:
     """List the gamuts."""
     service = service_of(request)
     limit = min(limit, service.settings.max_page_size)
-    shown, last = await asyncio.to_thread(named_page, service.store, after, limit, name)
-    following, link = next_page(last, limit, "/v1/gamuts", name=name)
+    similar = match == "similar" and name != ""
+    page = ranked_page if similar else named_page
+    shown, last = await asyncio.to_thread(page, service.store, after, limit, name)
+    kind = match if similar else ""
+    following, link = next_page(last, limit, "/v1/gamuts", name=name, match=kind)
     document = {"gamuts": [gamut_summary(each) for each in shown], "next": following}
     answer = JsonResponse(document, headers={"Cache-Control": "no-cache"} | link)
     return compress_response(answer, request.headers.getlist("accept-encoding"))

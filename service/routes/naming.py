@@ -6,6 +6,7 @@ import unicodedata
 from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from gamutcore.names import ranked
 from service.problems.problem import Problem, ProblemError
 from service.storage.display_names import display_name
 
@@ -21,6 +22,7 @@ __all__ = [
     "gamut_summary",
     "named",
     "named_page",
+    "ranked_page",
     "read_only",
     "refuse_reference",
 ]
@@ -92,6 +94,31 @@ def named_page(
         after = records[-1].id
         if examined >= _MOST_EXAMINED:
             return found, after
+
+
+def ranked_page(
+    store: GamutStore, after: str, limit: int, name: str
+) -> tuple[list[NamedRecord], str | None]:
+    """Return the gamuts that a name may mean, the most likely first. Blocks on the store.
+
+    Parameters
+    ----------
+    store, after, limit
+        As for `named_page`.
+    name : str
+        Any spelling, or another name of a print condition (`gamutcore.names`).
+
+    Returns
+    -------
+    found : list of NamedRecord
+        The best of the next `_MOST_EXAMINED` gamuts.
+    last : str or None
+        Id after which the next page begins; None if no gamut is left.
+    """
+    records = store.page(after, _MOST_EXAMINED + 1)
+    examined = named(store, records[:_MOST_EXAMINED])
+    last = examined[-1].id if len(records) > _MOST_EXAMINED else None
+    return ranked(name, ((each, (each.name,)) for each in examined))[:limit], last
 
 
 def _folded(text: str) -> str:

@@ -1,18 +1,20 @@
 """Route of the list of reference gamuts."""
 
 from functools import cache
-from typing import Any
+from typing import Annotated, Any
 
-from fastapi import APIRouter, Depends, Request
+from fastapi import APIRouter, Depends, Query, Request
 from fastapi.responses import Response
 
-from gamutcore.references import NOT_OFFERED, REFERENCES, Reference
+from gamutcore.names import ranked
+from gamutcore.references import NOT_OFFERED, REFERENCES, Reference, search_references
 from service.http.compression import compress_response
 from service.http.conditional import conditional
 from service.http.parameters import check_query
 from service.openapi.documentation import EXAMPLE_REFERENCES, header, json_response, problems
 from service.openapi.models import ReferenceList
 from service.problems.problem import JsonResponse
+from service.storage.names import LONGEST_NAME
 
 __all__ = ["router"]
 
@@ -25,7 +27,7 @@ router = APIRouter(prefix="/v1/references", tags=["gamuts"], dependencies=[Depen
     summary="List the reference gamuts",
     description="RGB colour spaces, Pointer's gamut and the optimal colours. A slug is accepted "
     "wherever the id of a gamut is, with the options of the build as query parameters. The gamut "
-    "is built on first use.",
+    "is built on first use. With `name`, only what this name may mean, the most likely first.",
     responses={
         200: json_response(
             "The reference gamuts.",
@@ -37,9 +39,20 @@ router = APIRouter(prefix="/v1/references", tags=["gamuts"], dependencies=[Depen
         **problems("precondition-failed", "invalid-parameter"),
     },
 )
-async def list_references(request: Request) -> Response:
+async def list_references(
+    request: Request,
+    name: Annotated[
+        str,
+        Query(
+            description="A name in any spelling, such as `Rec. 2020`, or a part of one.",
+            max_length=LONGEST_NAME,
+            examples=["Rec. 2020"],
+        ),
+    ] = "",
+) -> Response:
     """List the reference gamuts."""
-    answer: Response = JsonResponse(_document(), headers={"Cache-Control": "no-cache"})
+    document = _searched(name) if name.strip() else _document()
+    answer: Response = JsonResponse(document, headers={"Cache-Control": "no-cache"})
     answer = compress_response(answer, request.headers.getlist("accept-encoding"))
     return conditional(answer, request.headers)
 
@@ -49,6 +62,14 @@ def _document() -> dict[str, Any]:
     return {
         "references": [_entry(each) for each in REFERENCES.values()],
         "not_offered": [{"name": name, "reason": reason} for name, reason in NOT_OFFERED.items()],
+    }
+
+
+def _searched(name: str) -> dict[str, Any]:
+    missing = _document()["not_offered"]
+    return {
+        "references": [_entry(each) for each in search_references(name)],
+        "not_offered": ranked(name, ((each, (each["name"],)) for each in missing)),
     }
 
 
@@ -62,6 +83,7 @@ def _entry(reference: Reference) -> dict[str, Any]:
         "illuminant": reference.illuminant,
         "observer": reference.observer,
         "primaries": [list(each) for each in reference.primaries] or None,
+        "peak_luminance": reference.peak,
         "source": reference.source,
         "links": {"gamut": f"/v1/gamuts/{reference.slug}"},
     }

@@ -44,6 +44,7 @@ KNOWN_PARAMETERS = (
     "limit",
     "after",
     "name",
+    "match",
     "options",
     *("a", "b", "reference", "sectors", "hues", "hue", "lightness", "plane"),
     *("space", "distance", "tolerance", "edge_width", "position", "metric", "kind"),

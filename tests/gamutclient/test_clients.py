@@ -103,6 +103,13 @@ class TestBuilds:
         with pytest.raises(TypeError, match="set"):
             client.build(np.eye(3), space={"CIELAB"})
 
+    def test_names_are_searched_in_any_spelling(self, client, sphere):
+        assert client.references("Rec2020")[0]["slug"] == "bt2020"
+        assert client.references("qwxz") == []
+        built = client.build(np.array(sphere(seed=807)), name="PSOcoated_v3")
+        assert client.gamuts("FOGRA51", match="similar")[0]["id"] == built.id
+        assert built.id not in {each["id"] for each in client.gamuts("FOGRA51")}
+
     def test_ids_stay_in_their_place_of_the_address(self, client):
         for gamut_id in ("../references", "srgb/mesh", "srgb?space=Oklab", ""):
             with pytest.raises(gamutclient.ServiceError):

@@ -142,6 +142,17 @@ def test_answers_are_those_of_gamutcore(local, remote, name):
     assert_equal(QUESTIONS[name](*local), QUESTIONS[name](*remote))
 
 
+def test_chromaticities_are_those_of_gamutcore(local, remote):
+    for here, there in zip(local, remote, strict=True):
+        one, other = here.chromaticity(), there.chromaticity()
+        assert one.basis == other.basis
+        np.testing.assert_array_equal(one.xy, other.xy)
+        np.testing.assert_allclose(one.uv, other.uv)
+    found = remote[0].compare(remote[1]).chromaticity
+    assert found.basis_a == "colours"
+    assert found.uv.area_ratio == pytest.approx(found.uv.area_a / found.uv.area_b)
+
+
 def test_both_kinds_have_the_same_methods(remote):
     methods = {
         name

@@ -116,6 +116,9 @@ class SurfaceColours:
     between : (k, 3) float, optional
         Further colours that the device can make, which show by how much a boundary through the
         points misses them: those of `values_between`, and of the samples by the device model.
+    unadapting : (3, 3) float, optional
+        Matrix from the tristimulus values of the points to those of the device, without adaptation
+        and up to a common factor. None if they were not adapted.
     """
 
     points: FloatArray
@@ -126,6 +129,7 @@ class SurfaceColours:
     own_values: FloatArray | None = None
     faces: SurfaceFaces | None = None
     between: FloatArray | None = None
+    unadapting: FloatArray | None = None
 
 
 def device_surface(

@@ -40,6 +40,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "CIELAB",
+    "DEFAULT_LUMINANCE",
     "SPACES",
     "ColourSpace",
     "SpaceDefinition",

@@ -32,6 +32,7 @@ __all__ = [
     "PerceptualQuantizer",
     "PowerOpponent",
     "UniformAppearance",
+    "hlg_luminance",
     "ictcp",
     "ipt",
     "oklab",
@@ -254,6 +255,31 @@ def pq_luminance(signal: FloatArray, exponent: float = _M2) -> FloatArray:
         1.0 / _M1
     )
     return luminance
+
+
+def hlg_luminance(signals: FloatArray, luminance: FloatArray) -> FloatArray:
+    """Return linear RGB in cd/m² of HLG signals, on a display of 1,000 cd/m².
+
+    Parameters
+    ----------
+    signals : (n, 3) float
+        R, G, B from 0 to 1.
+    luminance : (3,) float
+        Luminances of the primaries in parts of the white's.
+
+    Returns
+    -------
+    (n, 3) float
+
+    Notes
+    -----
+    ITU-R BT.2100-2, table 5, with the system gamma of 1.2 and without a black level.
+    """
+    a, b, c = 0.17883277, 0.28466892, 0.55991073
+    scene = np.where(signals <= 0.5, signals**2 / 3, (np.exp((signals - c) / a) + b) / 12)
+    bright = np.maximum(scene @ luminance, 1e-12)
+    light: FloatArray = 1000.0 * bright[:, np.newaxis] ** 0.2 * scene
+    return light
 
 
 @dataclass(frozen=True, eq=False)

@@ -96,6 +96,37 @@ def test_reference(command, as_json, tmp_path):
     command("reference", "srbg", status=2)
 
 
+def test_reference_search(command, as_json):
+    assert as_json("reference", "--search", "srgb")["slug"][0] == "srgb"
+    assert as_json("reference", "--search", "Rec. 2020")["slug"][0] == "bt2020"
+    assert as_json("reference", "--search", "2100")["slug"][0].startswith("bt2100-")
+    _, err = command("reference", "--search", "TR006", status=2)
+    assert "print condition" in err
+    command("reference", "--search", "qwxz", status=2)
+    command("reference", "srgb", "--search", "srgb", status=2)
+    _, err = command("info", "P3", status=2)
+    assert "display-p3" in err
+
+
+@pytest.mark.slow
+def test_chromaticities_are_labelled_and_stated(command, as_json, tmp_path):
+    """The area of Display P3 is 1.3565 times that of BT.709 in xy; see test_chromaticity."""
+    few = ("--surface-samples", 2000)
+    shown, _ = command("info", "display-p3", *few)
+    lines = dict(line.rsplit(maxsplit=1) for line in shown.splitlines() if "chromaticity" in line)
+    assert lines["chromaticity of"] == "primaries"
+    assert float(lines["chromaticity xy area, BT.709 = 1"]) == pytest.approx(1.3565, abs=1e-3)
+    assert float(lines["chromaticity u'v' coverage of display-p3"]) == pytest.approx(1)
+    assert as_json("info", "display-p3", *few)["chromaticity"]["basis"] == "primaries"
+    compared = as_json("compare", "display-p3", "bt709", *few)
+    assert compared["chromaticity"]["xy"]["area_ratio"] == pytest.approx(1.3565, abs=1e-3)
+    shown, _ = command("compare", "display-p3", "bt709", *few)
+    assert "chromaticity xy area_ratio" in shown
+    assert "chromaticity u'v' a_covers_b" in shown
+    built = as_json("build", "bt2100-hlg-1000", "--space", "ITP", *few, "-o", tmp_path / "a.gamut")
+    assert 20 < built["million distinguishable colours"] < 30
+
+
 def test_slice(command, as_json, as_rows, cubes, tmp_path):
     cube = cubes / "large.gamut"
     corners = as_rows("slice", cube, "--lightness", 50, "--csv")

@@ -16,7 +16,7 @@ from gamutcore.errors import OptionError
 from gamutcore.mesh import TriangleMesh
 from gamutcore.references import REFERENCES
 
-RGB_SPACES = [each for each in REFERENCES.values() if each.kind == "rgb"]
+RGB_SPACES = [each for each in REFERENCES.values() if each.kind == "rgb" and not each.peak]
 
 
 def in_xyz(slug, count=1000):

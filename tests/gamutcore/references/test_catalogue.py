@@ -12,7 +12,13 @@ from gamutcore.characterisation import characterisation
 from gamutcore.colours.spaces.cielab import ICC_D50, adaptation_to_d50, colour_science, white_of
 from gamutcore.errors import MalformedFileError, OptionError, ReferenceNameError
 from gamutcore.metric.mismatch import intersection_volume
-from gamutcore.references import NOT_OFFERED, REFERENCES, find_reference, parse_definition
+from gamutcore.references import (
+    NOT_OFFERED,
+    REFERENCES,
+    find_reference,
+    parse_definition,
+    search_references,
+)
 
 SPACES = {name for name, space in colour_science().RGB_COLOURSPACES.items() if name == space.name}
 
@@ -26,7 +32,7 @@ def tristimulus(primaries, white):
 
 
 def test_every_rgb_space_of_colour_science_is_offered_or_has_a_reason():
-    offered = {each.name for each in REFERENCES.values() if each.kind == "rgb"}
+    offered = {each.name for each in REFERENCES.values() if each.kind == "rgb" and not each.peak}
     assert offered | set(NOT_OFFERED) == SPACES
     assert not offered & set(NOT_OFFERED)
     assert len(offered) > 50
@@ -46,6 +52,7 @@ def test_every_name_of_a_space_is_an_alias():
     for name, space in colour_science().RGB_COLOURSPACES.items():
         if space.name not in NOT_OFFERED:
             assert find_reference(name).name == space.name
+            assert search_references(name)[0].name == space.name
 
 
 def test_slugs_are_fit_for_addresses_and_never_look_like_ids():
@@ -66,6 +73,12 @@ def test_slugs_are_fit_for_addresses_and_never_look_like_ids():
         ("adobe rgb 1998", "adobe-rgb-1998"),
         ("ITU-R BT.2020", "bt2020"),
         ("lin_ap1_scene", "acescg"),
+        ("Rec2020", "bt2020"),
+        ("Rec. 709", "bt709"),
+        ("AdobeRGB", "adobe-rgb-1998"),
+        ("ProPhoto", "prophoto-rgb"),
+        ("Rec.2100 HLG", "bt2100-hlg-1000"),
+        ("BT2100 PQ 4000", "bt2100-pq-4000"),
         ("Pointer's gamut", "pointer"),
         ("optimal colours, D65, 10°", "optimal-colours-d65-10"),
     ],
@@ -78,6 +91,53 @@ def test_a_misspelled_name_is_answered_with_a_near_match():
     with pytest.raises(ReferenceNameError) as caught:
         find_reference("Dispaly P3")
     assert "display-p3" in caught.value.remedy
+
+
+@pytest.mark.parametrize(
+    ("name", "candidates"),
+    [
+        ("P3", {"display-p3", "dci-p3", "p3-d65"}),
+        ("BT.2100 PQ", {"bt2100-pq-1000", "bt2100-pq-4000", "bt2100-pq-10000"}),
+    ],
+)
+def test_a_name_of_several_references_is_answered_with_all_of_them(name, candidates):
+    with pytest.raises(ReferenceNameError, match="3 reference gamuts") as caught:
+        find_reference(name)
+    assert all(slug in caught.value.remedy for slug in candidates)
+
+
+@pytest.mark.parametrize(
+    ("text", "slug"),
+    [
+        ("srgb", "srgb"),
+        ("P3", "display-p3"),
+        ("adobe", "adobe-rgb-1998"),
+        ("adobe rgb", "adobe-rgb-1998"),
+        ("rec 709", "bt709"),
+        ("2020", "bt2020"),
+        ("hlg", "bt2100-hlg-1000"),
+        ("romm", "romm-rgb"),
+        ("proph", "prophoto-rgb"),
+    ],
+)
+def test_the_reference_that_people_mean_is_found_first(text, slug):
+    assert search_references(text)[0].slug == slug
+
+
+@pytest.mark.parametrize("reference", REFERENCES.values(), ids=lambda each: each.slug)
+def test_slug_and_name_find_their_own_reference_first(reference):
+    assert search_references(reference.slug)[0] is reference
+    assert search_references(reference.name)[0] is reference
+
+
+@pytest.mark.parametrize("text", ["", "  ", "🎨", "?" * 10_000, "a" * 10_000, "qwxz"])
+def test_what_resembles_no_name_finds_nothing(text):
+    assert search_references(text) == []
+
+
+def test_a_print_condition_is_no_reference_and_the_error_says_so():
+    with pytest.raises(ReferenceNameError, match="GRACoL 2006 Coated 1 is a print condition"):
+        find_reference("CGATS TR 006")
 
 
 def test_a_space_without_a_gamut_is_refused_with_its_reason():

@@ -114,6 +114,28 @@ def test_lists_show_name_channels_volume_and_time_and_are_filtered(server):
     assert listed(server, name="no gamut has this name") == []
 
 
+def test_similar_names_are_ranked_and_names_of_print_conditions_are_the_same(server):
+    names = ["Linear Zeta RGB", "Zeta RGB", "GRACoL2006_Coated1v2", "SWOP2006_Coated3v2"]
+    for number, name in enumerate(names):
+        file = {"file": csv(80 + number)}
+        assert server.client.post("/v1/gamuts", files=file, data={"name": name}).is_success
+
+    def similar(name, **query):
+        return [each["name"] for each in listed(server, name=name, match="similar", **query)]
+
+    assert similar("zeta rgb") == ["Zeta RGB", "Linear Zeta RGB"]
+    assert similar("zetargb", limit=1) == ["Zeta RGB"]
+    assert similar("zeat RGB")[0] == "Zeta RGB"
+    assert similar("CGATS TR 006") == ["GRACoL2006_Coated1v2"]
+    assert similar("TR003") == ["SWOP2006_Coated3v2"]
+    assert listed(server, match="similar") == listed(server)
+
+
+def test_another_kind_of_match_is_refused(server, assert_problem):
+    answer = server.client.get("/v1/gamuts", params={"name": "x", "match": "regex"})
+    assert_problem(answer, 422, "invalid-parameter")
+
+
 @pytest.mark.parametrize(
     ("body", "code"),
     [

@@ -197,6 +197,56 @@ def test_all_references_are_listed_with_white_primaries_and_source(server):
     assert missing == dict(NOT_OFFERED)
 
 
+@pytest.mark.parametrize(
+    ("name", "slug"), [("srgb", "srgb"), ("Rec2020", "bt2020"), ("BT.2100 HLG", "bt2100-hlg-1000")]
+)
+def test_the_list_is_searched_by_everyday_names(server, name, slug):
+    found = server.client.get("/v1/references", params={"name": name}).json()["references"]
+    assert found[0]["slug"] == slug
+    assert len(found) < len(REFERENCES)
+
+
+def test_a_search_without_a_match_is_empty_and_names_what_is_not_offered(server, assert_problem):
+    found = server.client.get("/v1/references", params={"name": "qwxz"}).json()
+    assert found == {"references": [], "not_offered": []}
+    found = server.client.get("/v1/references", params={"name": "REDWideGamutRGB"}).json()
+    assert [each["name"] for each in found["not_offered"]][:1] == ["REDWideGamutRGB"]
+    answer = server.client.get("/v1/references", params={"name": "x" * 201})
+    assert_problem(answer, 422, "invalid-parameter")
+
+
+def test_an_ambiguous_name_is_answered_with_the_candidates(server, assert_problem):
+    answer = server.client.post("/v1/gamuts", json={"reference": "P3"})
+    remedy = assert_problem(answer, 422, "unknown-reference")["remedy"]
+    assert all(slug in remedy for slug in ("display-p3", "dci-p3", "p3-d65"))
+    answer = server.client.get("/v1/gamuts/Rec2020")
+    assert "bt2020" in assert_problem(answer, 422, "invalid-parameter")["remedy"]
+
+
+def test_bt2100_states_its_peak_luminance_and_counts_colours(server):
+    listed = server.client.get("/v1/references", params={"name": "bt2100-pq-4000"}).json()
+    assert listed["references"][0]["peak_luminance"] == 4000
+    query = {"space": "ITP", "surface_samples": 2000}
+    described = server.client.get("/v1/gamuts/bt2100-pq-4000", params=query).json()
+    assert 30e6 < described["distinguishable_colours"] < 40e6
+    query["luminance"] = 1000
+    answer = server.client.get("/v1/gamuts/bt2100-pq-4000", params=query)
+    assert answer.status_code == 422
+    assert "luminance" in answer.json()["detail"]
+
+
+def test_chromaticities_are_compared_beside_volumes(server):
+    """The areas of the primaries: 0.11205 and 0.152 in xy."""
+    for slug in ("srgb", "display-p3"):
+        described = server.client.get(f"/v1/gamuts/{slug}", params=FEW).json()
+        assert described["chromaticity"]["basis"] == "primaries"
+    query = {"a": id_of("srgb", **FEW), "b": id_of("display-p3", **FEW)}
+    found = server.client.get("/v1/comparisons", params=query).json()["chromaticity"]
+    assert found["xy"]["area_ratio"] == pytest.approx(0.11205 / 0.152, abs=1e-5)
+    assert found["xy"]["b_covers_a"] == pytest.approx(1, abs=1e-6)
+    assert found["basis_a"] == found["basis_b"] == "primaries"
+
+
 def test_the_list_is_revalidated_by_its_entity_tag(server):
     answer = server.client.get("/v1/references")
     known = {"If-None-Match": answer.headers["etag"]}

@@ -96,14 +96,24 @@ function plainProblem(detail: string, status: number): Problem {
   return { title: "No answer", detail, code: "", status, where: null, remedy: "Try again." };
 }
 
-/** Stored gamuts whose names contain a text, then references. */
-export async function choices(text: string, signal: AbortSignal): Promise<[Entry[], Entry[]]> {
-  const query = new URLSearchParams({ limit: "50", ...(text === "" ? {} : { name: text }) });
-  const [stored, named] = await Promise.all([
+export interface Group {
+  title: string;
+  entries: Entry[];
+}
+
+/**
+ * Stored gamuts and references that a text may mean, the most likely first; all without one. The
+ * references come first if one of them has exactly this name, and no stored gamut has.
+ */
+export async function choices(text: string, signal: AbortSignal): Promise<Group[]> {
+  const named = text === "" ? {} : { name: text };
+  const query = new URLSearchParams({ limit: "50", ...named, match: "similar" });
+  const [stored, known, found] = await Promise.all([
     request(`/v1/gamuts?${query}`, { signal }).then((response) => response.json()),
     references(),
+    text === "" ? references() : searched(text, signal),
   ]);
-  const slugs = new Set(named.map((entry) => entry.name));
+  const slugs = new Set(known.map((entry) => entry.name));
   const gamuts = (stored.gamuts as Gamut[])
     .filter((gamut) => !slugs.has(gamut.name))
     .map((gamut) => ({
@@ -111,8 +121,29 @@ export async function choices(text: string, signal: AbortSignal): Promise<[Entry
       name: gamut.name,
       detail: `${gamut.options.space} · ${gamut.counts.triangles.toLocaleString("en")} △`,
     }));
-  const wanted = text.toLowerCase();
-  return [gamuts, named.filter(({ name, key: slug }) => `${name} ${slug}`.toLowerCase().includes(wanted))];
+  const groups = [
+    { title: "Stored gamuts", entries: gamuts },
+    { title: "References", entries: found },
+  ];
+  const isMeant = ({ name, key: id }: Entry) => [name, id].some((each) => folded(each) === folded(text));
+  return found.some(isMeant) && !gamuts.some(isMeant) ? groups.reverse() : groups;
+}
+
+function folded(name: string): string {
+  return name.toLowerCase().replaceAll(/[^\p{L}\p{N}]/gu, "");
+}
+
+async function searched(text: string, signal: AbortSignal): Promise<Entry[]> {
+  const response = await request(`/v1/references?${new URLSearchParams({ name: text })}`, { signal });
+  return entriesOf((await response.json()) as References);
+}
+
+interface References {
+  references: { slug: string; name: string }[];
+}
+
+function entriesOf({ references: all }: References): Entry[] {
+  return all.map(({ slug, name }) => ({ key: slug, name, detail: slug }));
 }
 
 let knownReferences: Promise<Entry[]> | null = null;
@@ -120,9 +151,7 @@ let knownReferences: Promise<Entry[]> | null = null;
 function references(): Promise<Entry[]> {
   knownReferences ??= request("/v1/references")
     .then((response) => response.json())
-    .then(({ references: all }: { references: { slug: string; name: string; kind: string }[] }) =>
-      all.map(({ slug, name }) => ({ key: slug, name, detail: slug })),
-    )
+    .then(entriesOf)
     .catch((error: unknown) => {
       knownReferences = null;
       throw error;

@@ -1,5 +1,5 @@
 // A field with a list of gamuts and references: the combobox pattern of WAI-ARIA 1.2.
-import { type Entry, choices } from "./api.js";
+import { type Entry, type Group, choices } from "./api.js";
 
 const TYPING_MILLISECONDS = 150;
 
@@ -81,13 +81,13 @@ export class Chooser {
     }
   }
 
-  private fill(groups: [Entry[], Entry[]]): void {
-    this.entries = groups.flat();
+  private fill(groups: Group[]): void {
+    this.entries = groups.flatMap(({ entries }) => entries);
     this.active = -1;
     const items: HTMLElement[] = [];
-    groups.forEach((entries, group) => {
-      if (entries.length === 0) return;
-      items.push(this.item(group === 0 ? "Stored gamuts" : "References", { role: "presentation" }));
+    for (const { title, entries } of groups) {
+      if (entries.length === 0) continue;
+      items.push(this.item(title, { role: "presentation" }));
       for (const entry of entries) {
         const place = this.entries.indexOf(entry);
         const id = `${this.list.id}-${place}`;
@@ -98,7 +98,7 @@ export class Chooser {
         option.append(detail);
         items.push(option);
       }
-    });
+    }
     if (items.length === 0) items.push(this.item("No gamut has this name.", { role: "presentation" }));
     this.list.replaceChildren(...items);
     this.list.hidden = false;

@@ -3,7 +3,7 @@ import { ProblemError } from "./api.js";
 import { byId, definitions, element } from "./elements.js";
 import type { Layer } from "./layer.js";
 import type { Gamut } from "./api.js";
-import { compare, contained } from "./queries.js";
+import { type Comparison, compare, contained } from "./queries.js";
 
 const SETTLED_MILLISECONDS = 120;
 
@@ -59,6 +59,7 @@ export class ComparisonPanel {
           ["In common", Number(found.intersection.toPrecision(6)).toLocaleString("en")],
           ["Jaccard index", found.jaccard.toFixed(4)],
         ]),
+        ...chromaticities(found, a.gamut.name, b.gamut.name),
         ...found.warnings.map((warning) => element("p", warning, { className: "note" })),
       );
     } catch (error) {
@@ -91,6 +92,21 @@ export class ComparisonPanel {
       byId("coverage").append(element("p", said(error), { className: "note" }));
     }
   }
+}
+
+/** Areas and coverage without lightness, labelled as chromaticity. */
+function chromaticities({ chromaticity }: Comparison, a: string, b: string): HTMLElement[] {
+  if (chromaticity === null) return [];
+  const percent = (part: number) => `${(100 * part).toFixed(1)} %`;
+  const rows = ([["xy", chromaticity.xy], ["u′v′", chromaticity.uv]] as const).flatMap(
+    ([diagram, areas]): [string, string][] => [
+      [`${diagram}: area`, `${a} has ${percent(areas.area_ratio)} of ${b}`],
+      [`${diagram}: ${a} covers`, `${percent(areas.a_covers_b)} of ${b}`],
+      [`${diagram}: ${b} covers`, `${percent(areas.b_covers_a)} of ${a}`],
+    ],
+  );
+  const title = element("p", "Chromaticity, without lightness: CIE 1931 xy and CIE 1976 u′v′", { className: "note" });
+  return [title, definitions(rows)];
 }
 
 function said(error: unknown): string {

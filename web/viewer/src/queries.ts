@@ -1,11 +1,20 @@
 // Questions to the service: comparison, colours in gamut, nearest colours.
 import { type Gamut, request } from "./api.js";
 
+/** Areas in a chromaticity diagram; `area_ratio` is A ÷ B. */
+interface Areas {
+  area_ratio: number;
+  a_covers_b: number;
+  b_covers_a: number;
+}
+
 export interface Comparison {
   intersection: number;
   a_covers_b: number;
   b_covers_a: number;
   jaccard: number;
+  /** Null if a gamut has no chromaticities. */
+  chromaticity: { basis_a: string; basis_b: string; xy: Areas; uv: Areas } | null;
   warnings: string[];
 }
 

@@ -61,6 +61,22 @@ test("references are offered by name", async () => {
   await close(page);
 });
 
+test("everyday names find the reference that is meant, and Enter takes it", async () => {
+  const page = await open(browser, "/view");
+  for (const [typed, slug] of [["srgb", "srgb"], ["Rec2020", "bt2020"], ["P3", "display-p3"]]) {
+    await page.click("#chooser-b", { count: 3 });
+    await page.keyboard.press("Backspace");
+    await page.keyboard.type(typed);
+    await page.waitForFunction(
+      (wanted) => document.querySelector("[role=option] small")?.textContent === wanted,
+      {},
+      slug,
+    );
+    await page.keyboard.press("Escape");
+  }
+  await close(page);
+});
+
 test("a second gamut is a wireframe around or in the first, and they change places", async () => {
   const page = await open(browser, `/view#a=${FIRST}`);
   await drawn(page, FINEST);
@@ -85,6 +101,9 @@ test("coverage both ways, and only the part outside in colour", async () => {
   // The balls have the same directions: the ratio of their volumes is (30 / 40)³.
   assert.match(text, /Ball A covers\n100\.00 % of Ball B/);
   assert.match(text, /Ball B covers\n42\.19 % of Ball A/);
+  assert.match(text, /Chromaticity, without lightness/);
+  // The chromaticities of the smaller ball are among those of the larger one.
+  assert.match(text, /u′v′: Ball A covers\n100\.0 % of Ball B/);
   const chroma = ([r, g, b]) => Math.max(r, g, b) - Math.min(r, g, b);
   await page.click("[data-axis='+a*']");
   const coloured = await pixel(page, 0.45, 0.5);
