@@ -126,8 +126,10 @@ def _unadapted(profile: IccProfile, white: FloatArray) -> FloatArray:
     """Matrix that undoes the adaptation of media-relative colours."""
     adapting = profile.adaptation_to_d50()
     if adapting is None:
-        return adaptation_matrix(ICC_D50, white, "Bradford") * white[1]
-    return np.linalg.inv(adapting)
+        matrix: FloatArray = adaptation_matrix(ICC_D50, white, "Bradford") * white[1]
+    else:
+        matrix = np.asarray(np.linalg.inv(adapting), np.float64)
+    return matrix
 
 
 def _own_values(profile: IccProfile, white: FloatArray) -> FloatArray | None:
