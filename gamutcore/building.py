@@ -20,9 +20,16 @@ from gamutcore.characterisation import (
     Samples,
     characterisation,
     described_boundary,
+    ink_limit_warnings,
     measurements_of,
 )
-from gamutcore.colours import InkLimits, colours_in_space, surface_colours
+from gamutcore.colours import (
+    InkLimits,
+    colours_in_space,
+    described_volumes,
+    medium_white_lab,
+    surface_colours,
+)
 from gamutcore.colours.spaces.declared import (
     assumption_warnings,
     declared_space,
@@ -42,6 +49,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from gamutcore.boundary import Boundary
+    from gamutcore.colours.device.surface import AbsoluteColours
+    from gamutcore.colours.spaces import ColourSpace
     from gamutcore.decimation import Decimation
     from gamutcore.history import History
     from gamutcore.mesh import DeviceValues, TriangleMesh
@@ -151,6 +160,9 @@ def build(
             "constructed": int((boundary.sources < 0).sum()),
         },
         "volume": boundary.mesh.volume,
+        "volumes": described_volumes(
+            boundary.mesh, full.space, full.provenance.get("intent"), full.absolute
+        ),
         **_device_volume(full),
         **_volume_error(decimation, boundary.mesh),
         "grid_step": history.step,
@@ -180,12 +192,17 @@ def _volume_error(decimation: Decimation, full: TriangleMesh) -> dict[str, Any]:
 
 
 class _FullBoundary(NamedTuple):
-    """A boundary, the device values of its vertices, its provenance and the device's volume."""
+    """A boundary with its space, the device values of its vertices and its provenance.
+
+    Also the volume of the device's surface, and the way from relative to absolute colours.
+    """
 
     boundary: Boundary
+    space: ColourSpace
     values: DeviceValues | None
     provenance: dict[str, Any]
     device_volume: float | None = None
+    absolute: AbsoluteColours | None = None
 
 
 def _parsed(data: bytes, options: Options) -> Characterisation:
@@ -240,8 +257,13 @@ def _boundary_of_colours(
     provenance = {**colours.provenance, "boundary": wrapping.choices}
     given = provenance["warnings"]
     if isinstance(given, list):
-        provenance["warnings"] = [*given, *wrapping.warnings]
-    return _FullBoundary(boundary, values, provenance, wrapping.device_volume)
+        stated = ink_limit_warnings(parsed, options.ink_limit)
+        provenance["warnings"] = [*given, *stated, *wrapping.warnings]
+    if colours.absolute is not None:
+        provenance["white_lab"] = medium_white_lab(colours.absolute)
+    return _FullBoundary(
+        boundary, space, values, provenance, wrapping.device_volume, colours.absolute
+    )
 
 
 def _flat_colours(
@@ -278,4 +300,4 @@ def _boundary_of_mesh(mesh: GamutMesh, options: Options) -> _FullBoundary:
     values = None
     if mesh.device is not None:
         values = replace(mesh.device, values=mesh.device.values[boundary.sources])
-    return _FullBoundary(boundary, values, provenance)
+    return _FullBoundary(boundary, space, values, provenance)

@@ -19,6 +19,7 @@ from gamutcore.characterisation.recognition import (
     decoded_text,
 )
 from gamutcore.characterisation.samples import Samples
+from gamutcore.characterisation.stated_limits import ink_limit_warnings
 
 __all__ = [
     "FORMATS",
@@ -31,5 +32,6 @@ __all__ = [
     "characterisation",
     "decoded_text",
     "described_boundary",
+    "ink_limit_warnings",
     "measurements_of",
 ]

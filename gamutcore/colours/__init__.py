@@ -12,6 +12,7 @@ from gamutcore.colours.surface import (
     colours_in_space,
     surface_colours,
 )
+from gamutcore.colours.volumes import described_volumes, medium_white_lab
 
 __all__ = [
     "ICC_D50",
@@ -19,7 +20,9 @@ __all__ = [
     "InkLimits",
     "SurfaceColours",
     "colours_in_space",
+    "described_volumes",
     "lab_to_xyz",
+    "medium_white_lab",
     "surface_colours",
     "xyz_to_lab",
 ]

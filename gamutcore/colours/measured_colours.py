@@ -15,6 +15,7 @@ import numpy as np
 
 from gamutcore.characterisation.conditions import is_reflective_condition
 from gamutcore.colours.declared_observer import declared_observer
+from gamutcore.colours.device.surface import AbsoluteColours
 from gamutcore.colours.spaces.cielab import (
     ICC_D50,
     adaptation_to_d50,
@@ -22,7 +23,7 @@ from gamutcore.colours.spaces.cielab import (
     white_of,
     xyz_to_lab,
 )
-from gamutcore.colours.spaces.white_points import adaptation_text
+from gamutcore.colours.spaces.white_points import adaptation_matrix, adaptation_text
 from gamutcore.colours.spectral import ILLUMINANTS, emission_xyz, reflectance_xyz
 from gamutcore.errors import InvalidPointsError, OptionError
 
@@ -59,6 +60,8 @@ class MeasuredColours:
         Whether the tristimulus values are a display's own, without adaptation.
     lights : bool
         Whether the data states that the samples are lights.
+    absolute : AbsoluteColours, optional
+        The way from media-relative colours to absolute ones; None for bare colours.
     """
 
     lab: FloatArray
@@ -66,6 +69,7 @@ class MeasuredColours:
     warnings: tuple[str, ...]
     as_measured: bool = False
     lights: bool = False
+    absolute: AbsoluteColours | None = None
 
 
 def measured_colours(
@@ -176,8 +180,22 @@ class _Medium:
         else:
             lab, adaptation = self._print_lab(xyz, white)
         return MeasuredColours(
-            lab, self._provenance(_list_of(white), adaptation), tuple(self.warnings)
+            lab,
+            self._provenance(_list_of(white), adaptation),
+            tuple(self.warnings),
+            absolute=self._absolute(white) if (white > 0).all() else None,
         )
+
+    def _absolute(self, white: FloatArray) -> AbsoluteColours:
+        """Return the way from relative to absolute colours, as `_display_lab` and `_print_lab`."""
+        if not self.display:
+            if not np.array_equal(self.reference, ICC_D50):
+                white = self._to_d50(white[np.newaxis], self.reference)[0]
+            return AbsoluteColours(np.diag(white / ICC_D50))
+        own = adaptation_matrix(ICC_D50, white / white[1], self.adaptation)
+        if self.samples.lab is not None and np.array_equal(self.reference, ICC_D50):
+            return AbsoluteColours(own * white[1])
+        return AbsoluteColours(own, as_measured=True)
 
     def _provenance(self, white: JSON, adaptation: str) -> dict[str, JSON]:
         return {

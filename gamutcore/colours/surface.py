@@ -21,6 +21,7 @@ from gamutcore.colours.device.model import device_model
 from gamutcore.colours.device.surface import (
     MAX_PATCHES,
     SURFACE_SAMPLES,
+    AbsoluteColours,
     DeviceSurface,
     SurfaceColours,
     SurfaceFaces,
@@ -34,7 +35,12 @@ from gamutcore.colours.plausibility import (
     impossible_colour_warnings,
     range_warnings,
 )
-from gamutcore.colours.profile_colours import ProfileColours, declared_white, profile_colours
+from gamutcore.colours.profile_colours import (
+    ProfileColours,
+    absolute_colours,
+    declared_white,
+    profile_colours,
+)
 from gamutcore.colours.reference_colours import (
     encode_rgb,
     reference_lab,
@@ -43,8 +49,9 @@ from gamutcore.colours.reference_colours import (
     rgb_xyz,
     surface_xyz,
 )
+from gamutcore.colours.spaces.cielab import ICC_D50
 from gamutcore.colours.spaces.formulas import Cielab
-from gamutcore.colours.spaces.white_points import white_point
+from gamutcore.colours.spaces.white_points import adaptation_matrix, white_point
 from gamutcore.errors import MalformedProfileError, OptionError
 from gamutcore.option_types import Choice, check_option
 from gamutcore.references import Reference
@@ -145,7 +152,7 @@ def surface_colours(
     surface = _sample_surface(
         characterisation, medium, surface_samples, limits or InkLimits(), model
     )
-    return replace(surface, as_measured=medium.as_measured)
+    return replace(surface, as_measured=medium.as_measured, absolute=medium.absolute)
 
 
 def colours_in_space(colours: SurfaceColours, space: ColourSpace) -> SurfaceColours:
@@ -244,6 +251,7 @@ def _profile_surface(
         profile.channels,
         own,
         surface.faces,
+        absolute_colours(profile, intent),
     )
 
 
@@ -287,6 +295,7 @@ def _reference_surface(
         intent == "absolute",
         channels,
         faces=faces,
+        absolute=AbsoluteColours(adaptation_matrix(ICC_D50, white, adaptation), as_measured=True),
     )
 
 
