@@ -16,7 +16,7 @@ from gamutcore.cli.inputs import (
     gamut_of,
     numbers_of,
 )
-from gamutcore.cli.output import AsCsv, AsJson, Output, write_facts, write_table
+from gamutcore.cli.output import AsCsv, AsJson, Output, state, write_facts, write_table
 from gamutcore.cli.tables import read_colours
 
 if TYPE_CHECKING:
@@ -77,15 +77,17 @@ def query(
     table = read_colours(colours, colours_in, columns)
     found = gamut_of(gamut, ctx)
     level = {"triangles": triangles, "max_error": max_error}
-    added, summary = _report(found, table, metric, level)
-    write_table(_beside(table, added), output, as_json=as_json, as_csv=not as_json)
+    added, summary, warnings = _report(found, table, metric, level)
+    stated = state(found.conditions, warnings=warnings)
+    whole = _beside(table, added)
+    write_table(whole, output, as_json=as_json, as_csv=not as_json, stated=stated)
     typer.echo(summary, err=output is None)
 
 
 def _report(
     gamut: Gamut, table: ColourTable, metric: str, level: dict[str, Any]
-) -> tuple[dict[str, Any], str]:
-    """Return the columns that a query adds, and its summary."""
+) -> tuple[dict[str, Any], str, tuple[str, ...]]:
+    """Return the columns that a query adds, its summary and its warnings."""
     import numpy as np  # noqa: PLC0415
 
     inside = gamut.contains(table.colours, space=table.space, **level)
@@ -113,7 +115,7 @@ def _report(
         summary += (
             f" Worst: {table.label(worst)}, ΔE00 {difference[worst]:.2f} from the nearest colour."
         )
-    return columns, summary
+    return columns, summary, near.warnings
 
 
 def map_colours(
@@ -196,8 +198,7 @@ def map_colours(
         assert output is not None  # noqa: S101  # checked above
         options["depth"] = depth
         done = found.map_picture(colours, output, method, **options)
-        for warning in done.warnings:
-            typer.echo(f"Warning: {warning}", err=True)
+        state(found.conditions, warnings=done.warnings)
         summary = f"{done.moved} of {done.pixels} pixels moved, mean ΔE00 {done.delta_e:.2f}."
         if done.missed:
             summary += f" {done.missed} have mapped colours outside {done.encoding}."
@@ -211,7 +212,9 @@ def map_colours(
     added |= {"moved": mapped.moved, "delta_e_2000": mapped.delta_e}
     if mapped.device is not None:
         added |= dict(zip(mapped.channels, 100.0 * mapped.device.T, strict=True))
-    write_table(_beside(table, added), output, as_json=as_json, as_csv=not as_json)
+    stated = state(mapped.gamut, warnings=mapped.warnings)
+    whole = _beside(table, added)
+    write_table(whole, output, as_json=as_json, as_csv=not as_json, stated=stated)
     typer.echo(
         f"{int(mapped.moved.sum())} of {len(mapped.moved)} colours moved.", err=output is None
     )
@@ -293,6 +296,7 @@ def compare(
     """Compare two gamuts, A and B, by volume and coverage."""
     one, two = (gamut_of(source, ctx, alone=False) for source in (first, second))
     found = one.compare(two, sectors=sectors, triangles=triangles, max_error=max_error)
+    stated = state(*found.gamuts, warnings=found.warnings)
     names = [
         *("volume_a", "volume_b", "intersection", "union", "a_covers_b", "b_covers_a", "jaccard"),
         "symmetric_difference",
@@ -309,12 +313,10 @@ def compare(
     for name in ("white_a", "white_b", "black_a", "black_b"):
         facts[name] = getattr(found, name).tolist()
     if as_json or (output is not None and output.suffix.lower() == ".json"):
-        facts |= {"sectors": by_hue, "warnings": list(found.warnings)}
+        facts |= {"sectors": by_hue, **stated}
         write_facts(facts, output, as_json=True)
         return
     write_facts(facts, output, as_json=False)
-    for warning in found.warnings:
-        typer.echo(f"Warning: {warning}", err=True)
 
 
 def plot(
@@ -335,8 +337,10 @@ def plot(
         raise typer.BadParameter(
             "Give a name that ends in .png, .svg or .pdf.", param_hint="--output"
         )
-    axes = _axes(gamut_of(source, ctx), triangles, max_error)
+    gamut = gamut_of(source, ctx)
+    axes = _axes(gamut, triangles, max_error)
     axes.figure.savefig(output)
+    state(gamut.conditions)
     typer.echo(str(output), err=True)
 
 

@@ -9,11 +9,23 @@ import math
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import typer
 
-__all__ = ["AsCsv", "AsJson", "Columns", "Output", "write_bytes", "write_facts", "write_table"]
+if TYPE_CHECKING:
+    from gamutcore.answers.conditions import Conditions
+
+__all__ = [
+    "AsCsv",
+    "AsJson",
+    "Columns",
+    "Output",
+    "state",
+    "write_bytes",
+    "write_facts",
+    "write_table",
+]
 
 AsJson = Annotated[bool, typer.Option("--json", help="Write JSON.")]
 AsCsv = Annotated[bool, typer.Option("--csv", help="Write CSV.")]
@@ -49,7 +61,35 @@ def write_facts(
     write_bytes(text.encode(), output)
 
 
-def write_table(columns: Columns, output: Path | None, *, as_json: bool, as_csv: bool) -> None:
+def state(*gamuts: Conditions, warnings: Sequence[str] = ()) -> dict[str, Any]:
+    """Write the conditions of the gamuts that answer, and warnings, on standard error.
+
+    Returns
+    -------
+    dict
+        The same as members of JSON: ``gamut``, or ``gamuts`` of two, and ``warnings``.
+    """
+    for name, gamut in zip("AB" if len(gamuts) > 1 else [""], gamuts, strict=False):
+        typer.echo(f"Gamut{name and ' '}{name}: {gamut}", err=True)
+    for warning in warnings:
+        typer.echo(f"Warning: {warning}", err=True)
+    documents = [gamut.to_dict() for gamut in gamuts]
+    named: dict[str, Any] = (
+        {"gamut": documents[0]}
+        if len(documents) == 1
+        else {"gamuts": dict(zip("ab", documents, strict=True))}
+    )
+    return {**named, "warnings": list(warnings)}
+
+
+def write_table(
+    columns: Columns,
+    output: Path | None,
+    *,
+    as_json: bool,
+    as_csv: bool,
+    stated: Mapping[str, Any] | None = None,
+) -> None:
     """Write a table: aligned text, JSON with one array for each column, or CSV.
 
     Parameters
@@ -58,10 +98,15 @@ def write_table(columns: Columns, output: Path | None, *, as_json: bool, as_csv:
     output : Path or None
         As for `write_facts`.
     as_json, as_csv : bool
+    stated : mapping, optional
+        Further members of JSON, from `state`. Columns of the same names come first.
     """
     form = _form(output, as_json=as_json, as_csv=as_csv)
     if form == "json":
-        plain = {name: [_plain(value) for value in values] for name, values in columns.items()}
+        plain: dict[str, Any] = {
+            **(stated or {}),
+            **{name: [_plain(value) for value in values] for name, values in columns.items()},
+        }
         text = json.dumps(plain, ensure_ascii=False, allow_nan=False) + "\n"
     elif form == "csv":
         text = _csv(columns)
