@@ -91,10 +91,7 @@ class ComparisonAnswers(Answering):
             triangles=(levels[0].triangles, levels[1].triangles),
             max_error=(levels[0].max_error, levels[1].max_error),
             gamuts=(self.conditions, other.conditions),
-            warnings=(
-                *comparison_warnings(self.conditions, other.conditions),
-                *self._paper_warnings(other),
-            ),
+            warnings=self.warnings_about(other),
         )
 
     def coverage_of(self, other: Self | str | os.PathLike[str]) -> float:
@@ -132,6 +129,12 @@ class ComparisonAnswers(Answering):
             warnings.warn(warning, stacklevel=2)
         return self.compare(other, sectors=1).a_covers_b
 
+    def warnings_about(self, other: ComparisonAnswers) -> tuple[str, ...]:
+        """Return reasons why a comparison with another gamut may mislead, as `compare` does."""
+        both = self.conditions, other.conditions
+        relative = all(each.is_print and each.intent == "relative" for each in both)
+        return (*comparison_warnings(*both), *((MEDIA_RELATIVE,) if relative else ()))
+
     def __and__(self, other: object) -> Intersection:
         """Return the intersection with another gamut: its volume, and its shares of both.
 
@@ -160,8 +163,3 @@ class ComparisonAnswers(Answering):
         vertices = level.index.vertices
         lightness = vertices[:, self.colour_space.definition.lightness]
         return vertices[np.argmax(lightness)], vertices[np.argmin(lightness)]
-
-    def _paper_warnings(self, other: ComparisonAnswers) -> tuple[str, ...]:
-        both = (self.conditions, other.conditions)
-        relative = all(each.is_print and each.intent == "relative" for each in both)
-        return (MEDIA_RELATIVE,) if relative else ()

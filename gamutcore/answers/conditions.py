@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gamutcore.colours import INTENTS
+from gamutcore.shown import Shown
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -30,8 +31,8 @@ SAME_WHITE = 0.5
 """ΔE*ab up to which two whites count as one: below the spread of measurements of one paper."""
 
 
-@dataclass(frozen=True)
-class Conditions:
+@dataclass(frozen=True, repr=False)
+class Conditions(Shown):
     """What the colours of a gamut are relative to.
 
     Attributes

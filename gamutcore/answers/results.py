@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -212,7 +212,7 @@ class GamutComparison(Comparison):
     black_b: FloatArray
     triangles: tuple[int, int]
     max_error: tuple[float | None, float | None]
-    gamuts: tuple[Conditions, Conditions]
+    gamuts: tuple[Conditions, Conditions] = field(repr=False)
     warnings: tuple[str, ...]
 
 
@@ -236,7 +236,7 @@ class Intersection(Shown):
     of_first: float
     of_second: float
     jaccard: float
-    gamuts: tuple[Conditions, Conditions]
+    gamuts: tuple[Conditions, Conditions] = field(repr=False)
     warnings: tuple[str, ...]
 
 

@@ -7,7 +7,7 @@ the forms of the answers follow from the table. Nothing is computed here.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from gamutcore.answers.conditions import comparison_warnings
 from gamutcore.answers.sections import MOST_HUES
 from gamutcore.option_types import Number, Text, WholeNumber
 from gamutcore.queries.comparison import MOST_SECTORS
@@ -80,6 +81,16 @@ class View:
         """The parameters, those of the level first."""
         return (*LEVEL_PARAMETERS, *self.parameters)
 
+    def warnings(self, levels: Sequence[QueryLevel]) -> tuple[str, ...]:
+        """Return reasons why the answer may mislead, by the conditions of two gamuts."""
+        if len(levels) < 2:
+            return ()
+        one, two = (level.gamut for level in levels)
+        if self.name == "comparisons":
+            return one.warnings_about(two)
+        names = "the gamut", "the reference"
+        return comparison_warnings(one.conditions, two.conditions, names)
+
     def cells(self, values: Mapping[str, Any]) -> int:
         """Return the number of cells of the answer by the parameters that multiply them."""
         counts = [values.get(name, 1) for name in ("hues", "lightness", "sectors")]
@@ -139,7 +150,6 @@ def _comparison(levels: list[QueryLevel], values: Mapping[str, Any]) -> Answered
     document = {
         **{name: getattr(found, name) for name in figures},
         **ends,
-        "warnings": list(found.warnings),
         "sectors": table,
     }
     return Answered(document, table)
@@ -359,6 +369,7 @@ VIEWS: Mapping[str, View] = {
             ),
             {
                 "reference_level": {"type": "object"},
+                "reference_gamut": {"type": "object"},
                 "volume": _number("Volume up to the last lightness: the area of the outer ring."),
                 "lightness": _numbers("Lightnesses of the rings: tenths of that of white."),
                 "hue": _numbers("Middles of the sectors in degrees."),
@@ -385,7 +396,8 @@ COMPARISON = View(
     "Compare two gamuts",
     "Volumes of two gamuts in the same space, of their intersection and union, coverage both ways, "
     "Jaccard index and symmetric difference, in total and by sector of hue; the lightest and "
-    "darkest colours. A warning says if both are print gamuts relative to their papers.",
+    "darkest colours. Warnings name different intents, whites and conditions of measurement, and "
+    "print gamuts relative to their papers.",
     (
         Parameter(
             "sectors",
@@ -408,7 +420,6 @@ COMPARISON = View(
         "white_b": _numbers("Lightest colour of B."),
         "black_a": _numbers("Darkest colour of A."),
         "black_b": _numbers("Darkest colour of B."),
-        "warnings": {"type": "array", "items": {"type": "string"}},
         "sectors": {
             "type": "object",
             "description": "The figures by sector: arrays by name, with `hue_from` and `hue_to`.",
@@ -429,7 +440,6 @@ COMPARISON = View(
         "white_b": [100.0, 0.0, 0.0],
         "black_a": [8.9, 0.3, 0.4],
         "black_b": [0.0, 0.0, 0.0],
-        "warnings": [],
         "sectors": {"hue_from": [0], "hue_to": [360], "a_covers_b": [0.468]},
     },
 )

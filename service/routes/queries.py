@@ -26,6 +26,7 @@ from service.library import ChargedResponse
 from service.meshes.requested_levels import LevelRequest
 from service.openapi.documentation import problems
 from service.problems.problem import Problem, ProblemError
+from service.queries.answers import condition_headers
 from service.queries.bodies import FORMS, NPY
 from service.queries.documentation import query_response, request_body
 from service.queries.operations import OPERATIONS, SOURCE_GAMUT, Operation
@@ -175,13 +176,15 @@ async def _answer(request: Request, gamut_id: str, operation: Operation) -> Resp
         (level, *sources), charge = await levels_of(service, ids, values, answer_bytes)
         if sources:
             values[SOURCE_GAMUT] = sources[0].gamut
-        question = Question(operation, level, body, values, accepted)
+        warnings = operation.warnings(level, values)
+        question = Question(operation, level, body, values, accepted, warnings)
         first, others = await queries.answer(question)
         headers = {
             "Cache-Control": "no-store",
             "Vary": "Accept",
             "Gamut-Triangles": str(level.triangles),
             "Gamut-Max-Error": f"{level.max_error:g}",
+            **condition_headers([level], warnings),
         }
         if others is None:
             return ChargedResponse(Response(first, 200, headers, accepted), charge)
