@@ -22,12 +22,15 @@ from gamutcore.characterisation import (
     Samples,
     characterisation,
     described_boundary,
+    ink_limit_warnings,
     measurements_of,
 )
 from gamutcore.colours import (
     InkLimits,
     colours_in_space,
+    described_volumes,
     display_primaries,
+    medium_white_lab,
     own_tristimulus,
     surface_colours,
 )
@@ -61,6 +64,7 @@ if TYPE_CHECKING:
 
     from gamutcore.boundary import Boundary
     from gamutcore.colours import SurfaceColours
+    from gamutcore.colours.device.surface import AbsoluteColours
     from gamutcore.decimation import Decimation
     from gamutcore.history import History
     from gamutcore.mesh import DeviceValues, TriangleMesh
@@ -138,6 +142,9 @@ def build(
             "constructed": int((boundary.sources < 0).sum()),
         },
         "volume": boundary.mesh.volume,
+        "volumes": described_volumes(
+            boundary.mesh, full.space, full.provenance.get("intent"), full.absolute
+        ),
         **_device_volume(full),
         **_distinguishable_colours(full),
         **_volume_error(decimation, boundary.mesh),
@@ -185,7 +192,10 @@ def _volume_error(decimation: Decimation, full: TriangleMesh) -> dict[str, Any]:
 
 
 class _FullBoundary(NamedTuple):
-    """A boundary in its space, with device values of its vertices and what describes it."""
+    """A boundary in its space, with device values of its vertices and what describes it.
+
+    `absolute` is the way from media-relative colours to absolute ones.
+    """
 
     boundary: Boundary
     values: DeviceValues | None
@@ -194,6 +204,7 @@ class _FullBoundary(NamedTuple):
     chromaticity: ChromaticityGamut | None
     device_volume: float | None = None
     boundary_error: float = 0.0
+    absolute: AbsoluteColours | None = None
 
 
 def _parsed(data: bytes, options: Options) -> Characterisation:
@@ -252,10 +263,19 @@ def _boundary_of_colours(
     provenance = {**colours.provenance, "boundary": wrapping.choices}
     given = provenance["warnings"]
     if isinstance(given, list):
-        provenance["warnings"] = [*given, *wrapping.warnings]
-    missed = _boundary_error(colours, boundary)
+        stated = ink_limit_warnings(parsed, options.ink_limit)
+        provenance["warnings"] = [*given, *stated, *wrapping.warnings]
+    if colours.absolute is not None:
+        provenance["white_lab"] = medium_white_lab(colours.absolute)
     return _FullBoundary(
-        boundary, values, provenance, space, chromaticity, wrapping.device_volume, missed
+        boundary,
+        values,
+        provenance,
+        space,
+        chromaticity,
+        wrapping.device_volume,
+        _boundary_error(colours, boundary),
+        colours.absolute,
     )
 
 

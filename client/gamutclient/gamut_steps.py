@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Literal, TypedDict, Unpack
 
@@ -26,6 +27,7 @@ from gamutclient.results import (
     ColourCrossings,
     ColourCusps,
     ColourSection,
+    Conditions,
     GamutComparison,
     Intersection,
     MappedColours,
@@ -43,6 +45,8 @@ __all__ = ["GamutSteps", "Level", "MeshLevel", "Question", "RemoteGamut"]
 
 NPY = "application/x-npy"
 JSON = "application/json"
+
+_STRING = re.compile(r'"((?:[^"\\]|\\.)*)"')
 
 MOST_ROWS = 250_000
 """Rows of one request: the service takes a million, and answers while the next rows are sent."""
@@ -131,6 +135,8 @@ class RemoteGamut:
         level = {
             "triangles": int(response.headers["gamut-triangles"]),
             "max_error": float(response.headers["gamut-max-error"]),
+            "gamut": _conditions_of_header(response.headers.get("gamut-conditions")),
+            "warnings": _strings(response.headers.get("gamut-warning", "")),
         }
         return np.concatenate(found), level
 
@@ -159,7 +165,7 @@ class RemoteGamut:
             else None,
             channels=tuple(found["channels"]),
             offsets=np.concatenate([[0], np.cumsum(counts)]).astype(np.int64),
-            **_level_of(found["level"]),
+            **_level_of(found),
         )
 
 
@@ -294,7 +300,7 @@ class GamutSteps(RemoteGamut):
             hue=_floats(found["hue"]),
             lightness=_floats(found["lightness"]),
             chroma=_floats(found["chroma"]),
-            **_level_of(found["level"]),
+            **_level_of(found),
         )
 
     def max_chroma(
@@ -339,7 +345,7 @@ class GamutSteps(RemoteGamut):
             lightness=_floats(found["lightness"]),
             offsets=np.concatenate([[0], np.cumsum(counts)]),
             chroma=_floats([ends for cell in cells for ends in cell]).reshape(-1, 2),
-            **_level_of(found["level"]),
+            **_level_of(found),
         )
 
     def rings(
@@ -359,6 +365,9 @@ class GamutSteps(RemoteGamut):
             radius=_floats(found["radius"]),
             volume=float(found["volume"]),
             **{name: _floats(found[name]) for name in others if name in found},
+            gamut=_conditions(found.get("gamut")),
+            reference_gamut=_conditions(found.get("reference_gamut")),
+            warnings=tuple(found.get("warnings", ())),
         )
 
     def slice_svg(
@@ -412,6 +421,7 @@ class GamutSteps(RemoteGamut):
         by_sector = found["sectors"]
         ends = ("white_a", "white_b", "black_a", "black_b")
         levels = [found["levels"][name] for name in "ab"]
+        gamuts = found.get("gamuts", {})
         figures: dict[str, Any] = {name: _number(found[name]) for name in FIGURES}
         figures |= {name: _floats(found[name]) for name in ends}
         return GamutComparison(
@@ -420,6 +430,7 @@ class GamutSteps(RemoteGamut):
             sectors=SectorFigures(**{name: _floats(by_sector[name]) for name in FIGURES}),
             triangles=(levels[0]["triangles"], levels[1]["triangles"]),
             max_error=(levels[0]["max_error"], levels[1]["max_error"]),
+            gamuts=(_conditions(gamuts.get("a")), _conditions(gamuts.get("b"))),
             warnings=tuple(found["warnings"]),
             chromaticity=_chromaticities(found.get("chromaticity")),
         )
@@ -431,7 +442,14 @@ class GamutSteps(RemoteGamut):
     def intersection(self, other: RemoteGamut | str) -> Steps[Intersection]:
         """Return the part that both gamuts have; ``press & srgb`` of a blocking client."""
         found = yield from GamutSteps.compare(self, other, sectors=1)
-        return Intersection(found.intersection, found.b_covers_a, found.a_covers_b, found.jaccard)
+        return Intersection(
+            found.intersection,
+            found.b_covers_a,
+            found.a_covers_b,
+            found.jaccard,
+            found.gamuts,
+            found.warnings,
+        )
 
     # --- meshes and files ------------------------------------------------------------------------
 
@@ -505,4 +523,43 @@ def _number(value: float | None) -> float:
 
 
 def _level_of(document: Mapping[str, Any]) -> dict[str, Any]:
-    return {"triangles": document["triangles"], "max_error": document["max_error"]}
+    """Return the facts of an answer: its level, the conditions of its gamut, and warnings."""
+    level = document["level"]
+    return {
+        "triangles": level["triangles"],
+        "max_error": level["max_error"],
+        "gamut": _conditions(document.get("gamut")),
+        "warnings": tuple(document.get("warnings", ())),
+    }
+
+
+def _conditions(document: Mapping[str, Any] | None) -> Conditions | None:
+    if document is None:
+        return None
+    return Conditions(
+        intent=document["intent"],
+        ink_limit=document["ink_limit"],
+        black_limit=document["black_limit"],
+        white=document["white"]["name"],
+        space=document["space"],
+    )
+
+
+def _conditions_of_header(text: str | None) -> Conditions | None:
+    """Return the conditions in a header field such as ``intent=relative; white=D50``."""
+    if text is None:
+        return None
+    stated = dict(part.strip().split("=", 1) for part in text.split(";"))
+    inks, black = stated.get("ink-limit"), stated.get("black-limit")
+    return Conditions(
+        intent=stated["intent"].replace("as-given", "as given"),
+        ink_limit=None if inks is None else float(inks),
+        black_limit=None if black is None else float(black),
+        white=stated["white"].replace("as-given", "as given"),
+        space=stated["space"],
+    )
+
+
+def _strings(text: str) -> tuple[str, ...]:
+    """Return the strings of a list in a header field (RFC 9651, 3.1 and 3.3.3)."""
+    return tuple(re.sub(r"\\(.)", r"\1", each) for each in _STRING.findall(text))

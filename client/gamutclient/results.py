@@ -22,6 +22,7 @@ __all__ = [
     "ColourCrossings",
     "ColourCusps",
     "ColourSection",
+    "Conditions",
     "GamutComparison",
     "Intersection",
     "MappedColours",
@@ -29,6 +30,29 @@ __all__ = [
     "NearestColours",
     "Rings",
 ]
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Conditions(Shown):
+    """What the colours of a gamut are relative to.
+
+    Attributes
+    ----------
+    intent : str
+        ``"relative"``, ``"absolute"``, ``"perceptual"`` or ``"saturation"``; ``"as given"`` for
+        colours whose white is not known.
+    ink_limit, black_limit : float or None
+        In per cent.
+    white : str
+        Name of the reference white of the space.
+    space : str
+    """
+
+    intent: str
+    ink_limit: float | None
+    black_limit: float | None
+    white: str
+    space: str
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -47,6 +71,10 @@ class SurfaceAnswer(Shown):
         Triangle count of the level.
     max_error : float or None
         Upper bound of the distance of the level from the full boundary.
+    gamut : Conditions or None
+        What the colours of the gamut are relative to; None from services that do not state it.
+    warnings : tuple of str
+        Reasons why the answer may mislead.
     """
 
     points: FloatArray
@@ -54,6 +82,8 @@ class SurfaceAnswer(Shown):
     channels: tuple[str, ...]
     triangles: int
     max_error: float | None
+    gamut: Conditions | None = None
+    warnings: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -158,6 +188,8 @@ class ChromaTable(Shown):
     chroma: FloatArray
     triangles: int
     max_error: float | None
+    gamut: Conditions | None = None
+    warnings: tuple[str, ...] = ()
 
     @property
     def largest(self) -> FloatArray:
@@ -186,6 +218,9 @@ class Rings(Shown):
     volume: float
     reference_radius: FloatArray | None = None
     intersection_radius: FloatArray | None = None
+    gamut: Conditions | None = None
+    reference_gamut: Conditions | None = None
+    warnings: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -292,6 +327,7 @@ class GamutComparison(Shown):
     black_b: FloatArray
     triangles: tuple[int, int]
     max_error: tuple[float | None, float | None]
+    gamuts: tuple[Conditions | None, Conditions | None] = field(repr=False)
     warnings: tuple[str, ...]
     chromaticity: ChromaticityComparison | None
 
@@ -304,6 +340,8 @@ class Intersection(Shown):
     of_first: float
     of_second: float
     jaccard: float
+    gamuts: tuple[Conditions | None, Conditions | None] = field(repr=False)
+    warnings: tuple[str, ...]
 
 
 def _not_loaded(_format_name: str) -> NoReturn:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
+from gamutcore.answers.conditions import Conditions
 from gamutcore.colour_rows import colour_rows
 from gamutcore.colours.spaces.cielab import xyz_to_lab
 from gamutcore.colours.spaces.conversion import ColourConversion
@@ -47,6 +48,11 @@ class Answering(ABC):
     @abstractmethod
     def colour_space(self) -> ColourSpace:
         """The colour space of the coordinates."""
+
+    @cached_property
+    def conditions(self) -> Conditions:
+        """What the colours are relative to: intent, ink limits, white and space."""
+        return Conditions.of(self.description)
 
     @abstractmethod
     def _same_space(self, other: Self | str | os.PathLike[str]) -> Self:

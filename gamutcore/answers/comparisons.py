@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import os
+import warnings
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
 from gamutcore import queries
 from gamutcore.answers.base import Answering
+from gamutcore.answers.conditions import comparison_warnings
 from gamutcore.answers.results import GamutComparison, Intersection
 
 if TYPE_CHECKING:
@@ -20,6 +22,7 @@ __all__ = ["ComparisonAnswers"]
 
 SECTORS = 36
 """Sectors of hue of a comparison: 10° each."""
+
 
 MEDIA_RELATIVE = (
     "Both gamuts are media-relative: each paper counts as white. Build both with the intent "
@@ -88,7 +91,8 @@ class ComparisonAnswers(Answering):
             black_b=black_b,
             triangles=(levels[0].triangles, levels[1].triangles),
             max_error=(levels[0].max_error, levels[1].max_error),
-            warnings=self._comparison_warnings(other),
+            gamuts=(self.conditions, other.conditions),
+            warnings=self.warnings_about(other),
             chromaticity=self._chromaticities(other),
         )
 
@@ -128,6 +132,11 @@ class ComparisonAnswers(Answering):
         float
             Volume of the intersection ÷ volume of the other gamut, from 0 to 1.
 
+        Warns
+        -----
+        UserWarning
+            The gamuts have different intents, whites or conditions of measurement.
+
         Raises
         ------
         OptionError
@@ -140,7 +149,16 @@ class ComparisonAnswers(Answering):
         >>> Gamut(20 * cube + (50, 0, 0)).coverage_of(Gamut(10 * cube + (50, 0, 0)))
         1.0
         """
+        other = self._same_space(other)
+        for warning in comparison_warnings(self.conditions, other.conditions):
+            warnings.warn(warning, stacklevel=2)
         return self.compare(other, sectors=1).a_covers_b
+
+    def warnings_about(self, other: ComparisonAnswers) -> tuple[str, ...]:
+        """Return reasons why a comparison with another gamut may mislead, as `compare` does."""
+        both = self.conditions, other.conditions
+        relative = all(each.is_print and each.intent == "relative" for each in both)
+        return (*comparison_warnings(*both), *((MEDIA_RELATIVE,) if relative else ()))
 
     def __and__(self, other: object) -> Intersection:
         """Return the intersection with another gamut: its volume, and its shares of both.
@@ -156,23 +174,17 @@ class ComparisonAnswers(Answering):
         if not isinstance(other, type(self) | str | os.PathLike):
             return NotImplemented
         found = self.compare(other, sectors=1)
-        return Intersection(found.intersection, found.b_covers_a, found.a_covers_b, found.jaccard)
+        return Intersection(
+            found.intersection,
+            found.b_covers_a,
+            found.a_covers_b,
+            found.jaccard,
+            found.gamuts,
+            found.warnings,
+        )
 
     def _extremes(self, level: IndexedLevel) -> tuple[FloatArray, FloatArray]:
         """Return the lightest and the darkest vertex."""
         vertices = level.index.vertices
         lightness = vertices[:, self.colour_space.definition.lightness]
         return vertices[np.argmax(lightness)], vertices[np.argmin(lightness)]
-
-    def _comparison_warnings(self, other: ComparisonAnswers) -> tuple[str, ...]:
-        if not (self._is_relative_print and other._is_relative_print):
-            return ()
-        return (MEDIA_RELATIVE,)
-
-    @property
-    def _is_relative_print(self) -> bool:
-        provenance = self.description["provenance"]
-        printed = provenance.get("medium") == "reflective" or provenance.get("device_class") == (
-            "output"
-        )
-        return bool(printed and provenance.get("intent") == "relative")

@@ -20,12 +20,16 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike
 
+    from gamutcore.answers.results import GamutRings
     from gamutcore.levels import IndexedLevel
 
 __all__ = ["DrawingAnswers", "figure", "new_axes"]
 
 NOTEBOOK_TRIANGLES = 400
 """Triangles of the picture in a notebook: 25 kB of SVG, and smooth."""
+
+PNG_KEYWORD = "Gamut"
+"""Keyword of the conditions among the texts of a PNG file."""
 
 PLOT_TRIANGLES = 2000
 """Triangles of a plot; matplotlib draws them in a tenth of a second."""
@@ -88,6 +92,7 @@ class DrawingAnswers(SectionAnswers):
         Returns
         -------
         bytes
+            The text `Gamut` in the file has the conditions of the gamut.
 
         Raises
         ------
@@ -113,6 +118,7 @@ class DrawingAnswers(SectionAnswers):
             view=view,
             background=background,
             axes=axes,
+            texts={PNG_KEYWORD: str(self.conditions)},
         )
 
     def plot(
@@ -164,6 +170,7 @@ class DrawingAnswers(SectionAnswers):
             is_first = len(ax.collections) == 1
             ax.set(**{f"{name}lim": (low, high) if is_first else (limits[0], limits[-1])})
             ax.set(**{f"{name}label": label})
+        _caption(ax, str(self.conditions))
         ax.set_box_aspect(np.ptp([ax.get_xlim(), ax.get_ylim(), ax.get_zlim()], axis=1))
         return ax
 
@@ -216,6 +223,7 @@ class DrawingAnswers(SectionAnswers):
                 chroma = flat @ (np.cos(turn), np.sin(turn))
                 flat = np.stack([chroma, polygon[:, lightness]], axis=1)
             ax.fill(flat[:, 0], flat[:, 1], **look)
+        _caption(ax, str(found.gamut))
         ax.set_xlabel(names[0] if hue is None else f"chroma at {hue:g}°")
         ax.set_ylabel(names[1] if hue is None else up)
         ax.set_aspect("equal")
@@ -268,6 +276,7 @@ class DrawingAnswers(SectionAnswers):
                 radius = np.append(ring, ring[0])
                 ax.plot(radius * np.cos(turn), radius * np.sin(turn), **(look | style))
         ax.set_aspect("equal")
+        _caption(ax, _rings_caption(found))
         ax.set_xlabel(f"{self.colour_space.axes[1]} direction, area = volume")
         return ax
 
@@ -311,7 +320,7 @@ class DrawingAnswers(SectionAnswers):
         else:
             numbers = np.asarray(plane, np.float64)
             axes = plane_axes(numbers[:3], float(numbers[3]), space)
-        return section_svg(found.polygons, axes, space, name)
+        return section_svg(found.polygons, axes, space, name, str(found.gamut))
 
     def rings_svg(
         self,
@@ -355,7 +364,23 @@ class DrawingAnswers(SectionAnswers):
             names=names,
             axes=self.colour_space.axes,
             volume=found.volume,
+            caption=_rings_caption(found),
         )
+
+
+def _rings_caption(found: GamutRings) -> str:
+    """Return the conditions of one or two gamuts, and the warnings about them."""
+    parts = [str(found.gamut)]
+    if found.reference_gamut is not None:
+        parts.append(f"reference: {found.reference_gamut}")
+    return " ".join(["; ".join(parts), *(f"Warning: {each}" for each in found.warnings)])
+
+
+def _caption(ax: Any, text: str) -> None:  # noqa: ANN401  # of matplotlib
+    """Add a line to the title of some axes, unless it is there."""
+    lines = [line for line in ax.get_title().splitlines() if line]
+    if text not in lines:
+        ax.set_title("\n".join([*lines, text]), fontsize="small")
 
 
 def next_colour(ax: Any) -> str:  # noqa: ANN401  # of matplotlib

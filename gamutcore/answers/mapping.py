@@ -11,6 +11,7 @@ import numpy as np
 
 from gamutcore import queries
 from gamutcore.answers.base import Answering
+from gamutcore.answers.conditions import colour_warnings, comparison_warnings
 from gamutcore.answers.picture_mapping import BLUE_TURNS, map_picture, turns_blue
 from gamutcore.answers.results import MappedColours
 from gamutcore.colour_rows import colour_rows
@@ -36,6 +37,9 @@ METHOD = Choice(
     {"hpminde": "clip-hue"},
 )
 """Methods of mapping."""
+
+NAMES = ("the gamut", "the source")
+"""The two gamuts of a mapping, in warnings."""
 
 
 class MappingAnswers(Answering):
@@ -144,6 +148,9 @@ class MappingAnswers(Answering):
                     "black_point_compensation", value=True, why="sgck maps black itself"
                 )
             start = self._with_black(start, black, level)
+        warnings = colour_warnings(self.conditions, conversion.name)
+        if source is not None:
+            warnings += comparison_warnings(self.conditions, source.conditions, NAMES)
         found = queries.map_colours(start, level.index, name, focus=focus, source=origin)
         device, channels = self._device(level, found.faces, found.weights)
         difference = delta_e_2000(self._lab(rows.points), self._lab(found.points))
@@ -153,6 +160,8 @@ class MappingAnswers(Answering):
             channels=channels,
             triangles=level.triangles,
             max_error=level.max_error,
+            gamut=self.conditions,
+            warnings=warnings,
             moved=rows.in_shape(self._is_moved(rows.points, found.points, level)),
             delta_e=rows.in_shape(difference),
         )
@@ -263,5 +272,8 @@ class MappingAnswers(Answering):
             turned = turned or (by_lab_hue and turns_blue(lab, found.points))
             return found
 
-        done = map_picture(data, Path(output), mapped, depth)
+        done = replace(map_picture(data, Path(output), mapped, depth), gamut=self.conditions)
+        if source is not None:
+            compared = comparison_warnings(self.conditions, source.conditions, NAMES)
+            done = replace(done, warnings=(*done.warnings, *compared))
         return replace(done, warnings=(*done.warnings, BLUE_TURNS)) if turned else done

@@ -37,6 +37,7 @@ from gamutcore.shown import Shown
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from gamutcore.answers.conditions import Conditions
     from gamutcore.answers.results import MappedColours
     from gamutcore.arrays import FloatArray, LongArray
     from gamutcore.characterisation.pictures.raster import Raster
@@ -87,6 +88,8 @@ class MappedPicture(Shown):
         Of the result.
     warnings : tuple of str
         Assumptions about the picture, and blue that became purple.
+    gamut : Conditions, optional
+        What the colours of the gamut are relative to.
     """
 
     pixels: int
@@ -95,6 +98,7 @@ class MappedPicture(Shown):
     delta_e: float
     encoding: str
     warnings: tuple[str, ...]
+    gamut: Conditions | None = None
 
 
 def map_picture(

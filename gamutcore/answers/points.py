@@ -8,6 +8,7 @@ import numpy as np
 
 from gamutcore import queries
 from gamutcore.answers.base import Answering
+from gamutcore.answers.conditions import colour_warnings
 from gamutcore.answers.results import ColourCrossings, NearestColours
 from gamutcore.errors import OptionError
 from gamutcore.option_types import Choice, Number, check_option
@@ -270,6 +271,8 @@ class PointAnswers(Answering):
             channels=channels,
             triangles=level.triangles,
             max_error=level.max_error,
+            gamut=self.conditions,
+            warnings=colour_warnings(self.conditions, conversion.name),
             distance=rows.in_shape(distance),
             delta_e=rows.in_shape(difference),
         )
@@ -330,6 +333,7 @@ class PointAnswers(Answering):
             channels=channels,
             triangles=level.triangles,
             max_error=level.max_error,
+            gamut=self.conditions,
             offsets=found.offsets,
             t=found.t,
             entering=found.entering,

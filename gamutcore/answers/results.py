@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
+from gamutcore.answers.conditions import Conditions
 from gamutcore.arrays import BooleanArray, FloatArray, IndexArray, LongArray
-from gamutcore.queries import ChromaticityComparison, Comparison
+from gamutcore.queries import ChromaticityComparison, Comparison, Rings
 from gamutcore.shown import Shown
 
 __all__ = [
@@ -17,6 +18,7 @@ __all__ = [
     "ColourCusps",
     "ColourSection",
     "GamutComparison",
+    "GamutRings",
     "Intersection",
     "NearestColours",
     "SurfaceAnswer",
@@ -45,6 +47,10 @@ class SurfaceAnswer(Shown):
         Triangle count of the level.
     max_error : float or None
         Upper bound of the distance of the level from the full boundary; None if it is not known.
+    gamut : Conditions
+        What the colours of the gamut are relative to.
+    warnings : tuple of str
+        Reasons why the answer may mislead.
     """
 
     points: FloatArray
@@ -52,6 +58,8 @@ class SurfaceAnswer(Shown):
     channels: tuple[str, ...]
     triangles: int
     max_error: float | None
+    gamut: Conditions
+    warnings: tuple[str, ...] = ()
     device_values: str = INTERPOLATED
 
 
@@ -160,6 +168,7 @@ class ChromaTable(Shown):
     channels : tuple of str
     triangles : int
     max_error : float or None
+    gamut : Conditions
     """
 
     hue: FloatArray
@@ -170,6 +179,7 @@ class ChromaTable(Shown):
     channels: tuple[str, ...]
     triangles: int
     max_error: float | None
+    gamut: Conditions
 
     @property
     def largest(self) -> FloatArray:
@@ -191,6 +201,8 @@ class GamutComparison(Comparison):
         Triangle counts of the levels.
     max_error : tuple of two (float or None)
         Their error bounds.
+    gamuts : tuple of two Conditions
+        What the colours of A and B are relative to.
     warnings : tuple of str
         Reasons why the figures may mislead.
     chromaticity : ChromaticityComparison or None
@@ -204,6 +216,7 @@ class GamutComparison(Comparison):
     black_b: FloatArray
     triangles: tuple[int, int]
     max_error: tuple[float | None, float | None]
+    gamuts: tuple[Conditions, Conditions] = field(repr=False)
     warnings: tuple[str, ...]
     chromaticity: ChromaticityComparison | None
 
@@ -220,9 +233,30 @@ class Intersection(Shown):
         Its share of the volume of each gamut.
     jaccard : float
         Its share of the volume of the union.
+    gamuts, warnings : tuple
+        As of `GamutComparison`.
     """
 
     volume: float
     of_first: float
     of_second: float
     jaccard: float
+    gamuts: tuple[Conditions, Conditions] = field(repr=False)
+    warnings: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class GamutRings(Rings):
+    """Gamut rings, with the conditions of the gamut and of the reference.
+
+    Attributes
+    ----------
+    gamut : Conditions
+    reference_gamut : Conditions or None
+    warnings : tuple of str
+        Reasons why a comparison with the reference may mislead.
+    """
+
+    gamut: Conditions
+    reference_gamut: Conditions | None = None
+    warnings: tuple[str, ...] = ()

@@ -8,7 +8,8 @@ import numpy as np
 
 from gamutcore import queries
 from gamutcore.answers.base import Answering
-from gamutcore.answers.results import ChromaTable, ColourCusps, ColourSection
+from gamutcore.answers.conditions import comparison_warnings
+from gamutcore.answers.results import ChromaTable, ColourCusps, ColourSection, GamutRings
 from gamutcore.colour_rows import colour_rows
 from gamutcore.errors import OptionError
 from gamutcore.option_types import WholeNumber, check_option
@@ -92,6 +93,7 @@ class SectionAnswers(Answering):
             channels=channels,
             triangles=level.triangles,
             max_error=level.max_error,
+            gamut=self.conditions,
             hue=angles,
             lightness=found.points[:, 0],
             chroma=found.chroma,
@@ -294,6 +296,7 @@ class SectionAnswers(Answering):
             channels=channels,
             triangles=level.triangles,
             max_error=level.max_error,
+            gamut=self.conditions,
         )
 
     def rings(
@@ -304,7 +307,7 @@ class SectionAnswers(Answering):
         sectors: int = 360,
         triangles: int | None = None,
         max_error: float | None = None,
-    ) -> queries.Rings:
+    ) -> GamutRings:
         """Return the gamut rings, alone or with those of a reference and the intersection.
 
         Parameters
@@ -321,8 +324,9 @@ class SectionAnswers(Answering):
 
         Returns
         -------
-        Rings
-            The area within a ring is the volume of the gamut up to its lightness.
+        GamutRings
+            The area within a ring is the volume of the gamut up to its lightness. Warnings name
+            differences of intent or white from the reference.
 
         Raises
         ------
@@ -345,11 +349,17 @@ class SectionAnswers(Answering):
             # the white of Oklab has the lightness 0.999999 by the published matrices
             white = float(f"{self._white_lightness:.5g}")
             lightness = np.asarray(LIGHTNESSES) / 100.0 * white
-        other = None
+        other, against = None, None
+        warnings: tuple[str, ...] = ()
         if reference is not None:
             reference = self._same_space(reference)
             other = reference._level(triangles, max_error).index  # noqa: SLF001  # its own class
-        return queries.gamut_rings(level.index, other, lightness, sectors)
+            against = reference.conditions
+            warnings = comparison_warnings(self.conditions, against, ("the gamut", "the reference"))
+        found = queries.gamut_rings(level.index, other, lightness, sectors)
+        return GamutRings(
+            **vars(found), gamut=self.conditions, reference_gamut=against, warnings=warnings
+        )
 
     def _section(self, level: IndexedLevel, found: queries.Section) -> ColourSection:
         device, channels = self._device(level, found.faces, found.weights)
@@ -359,5 +369,6 @@ class SectionAnswers(Answering):
             channels=channels,
             triangles=level.triangles,
             max_error=level.max_error,
+            gamut=self.conditions,
             offsets=found.offsets,
         )

@@ -18,6 +18,7 @@ from gamutcore.characterisation.recognition import (
     characterisation,
 )
 from gamutcore.characterisation.samples import Samples
+from gamutcore.characterisation.stated_limits import ink_limit_warnings
 from gamutcore.characterisation.text import DelimitedText, decoded_text, text_and_encoding
 
 __all__ = [
@@ -32,6 +33,7 @@ __all__ = [
     "characterisation",
     "decoded_text",
     "described_boundary",
+    "ink_limit_warnings",
     "measurements_of",
     "text_and_encoding",
 ]

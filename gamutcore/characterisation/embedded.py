@@ -29,7 +29,7 @@ from gamutcore.errors import (
 if TYPE_CHECKING:
     from gamutcore.characterisation.recognition import Characterisation
 
-__all__ = ["MEASUREMENT_TAGS", "embedded_samples", "measurements_of"]
+__all__ = ["MEASUREMENT_TAGS", "embedded_samples", "embedded_text", "measurements_of"]
 
 MEASUREMENT_TAGS = ("targ", "CIED", "CxF ")
 """Tags with colours, in order of preference."""
@@ -93,7 +93,7 @@ def embedded_samples(profile: IccProfile, *, condition: str | None = None) -> Sa
     if not tags:
         raise _no_measurements(data_set)
     tag = tags[0]
-    text = _embedded_text(profile, tag)
+    text = embedded_text(profile, tag)
     try:
         if tag == "CIED" and DEVICE_TAG in profile.tags:
             text = _with_device_values(text, profile)
@@ -156,7 +156,7 @@ def _described(samples: Samples, profile: IccProfile, tag: str) -> Samples:
     return replace(samples, channels=channels, conditions=conditions, provenance=provenance)
 
 
-def _embedded_text(profile: IccProfile, tag: str) -> bytes:
+def embedded_text(profile: IccProfile, tag: str) -> bytes:
     """Return the bytes of a text tag, unpacked where it is packed."""
     element = profile.element(tag)
     kind = element.kind
@@ -198,7 +198,7 @@ def _with_device_values(text: bytes, profile: IccProfile) -> bytes:
     Rows belong together by their sample's name, or by their order where either has no names.
     """
     colours = _SECTION.search(text.decode("latin-1"))
-    devices = _SECTION.search(_embedded_text(profile, DEVICE_TAG).decode("latin-1"))
+    devices = _SECTION.search(embedded_text(profile, DEVICE_TAG).decode("latin-1"))
     if colours is None or devices is None:
         return text  # another format, such as CxF, which has both
     names, device_names = colours["names"].split(), devices["names"].split()

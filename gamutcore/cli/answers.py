@@ -23,6 +23,7 @@ from gamutcore.cli.output import (
     AsJson,
     Output,
     check_answer_form,
+    state,
     write_answer,
     write_facts,
     write_table,
@@ -114,8 +115,10 @@ def query(
     table = _table(colours, colours_in, columns, scale)
     found = gamut_of(gamut, ctx)
     level = {"triangles": triangles, "max_error": max_error}
-    added, summary = _report(found, table, metric, level, (tolerance, edge_width, passing))
-    write_answer(table, added, output, as_json=as_json)
+    limits = tolerance, edge_width, passing
+    added, summary, warnings = _report(found, table, metric, level, limits)
+    stated = state(found.conditions, warnings=warnings)
+    write_answer(table, added, output, as_json=as_json, stated=stated)
     typer.echo(summary + _skipped(table), err=output is None)
 
 
@@ -149,8 +152,8 @@ def _report(
     metric: str,
     level: dict[str, Any],
     limits: tuple[float | None, float | None, float | None],
-) -> tuple[dict[str, Any], str]:
-    """Return the columns that a query adds, and its summary.
+) -> tuple[dict[str, Any], str, tuple[str, ...]]:
+    """Return the columns that a query adds, its summary and its warnings.
 
     The limits are the tolerance, the edge width and the largest ΔE00 that passes.
     """
@@ -196,7 +199,7 @@ def _report(
         summary += (
             f" Worst: {table.label(worst)}, ΔE00 {difference[worst]:.2f} from the nearest colour."
         )
-    return columns, summary
+    return columns, summary, near.warnings
 
 
 def map_colours(
@@ -282,8 +285,7 @@ def map_colours(
         assert output is not None  # noqa: S101  # checked above
         options["depth"] = depth
         done = found.map_picture(colours, output, method, **options)
-        for warning in done.warnings:
-            typer.echo(f"Warning: {warning}", err=True)
+        state(found.conditions, warnings=done.warnings)
         summary = f"{done.moved} of {done.pixels} pixels moved, mean ΔE00 {done.delta_e:.2f}."
         if done.missed:
             summary += f" {done.missed} have mapped colours outside {done.encoding}."
@@ -297,7 +299,8 @@ def map_colours(
     added |= {"moved": mapped.moved, "delta_e_2000": mapped.delta_e}
     if mapped.device is not None:
         added |= dict(zip(mapped.channels, 100.0 * mapped.device.T, strict=True))
-    write_answer(table, added, output, as_json=as_json)
+    stated = state(mapped.gamut, warnings=mapped.warnings)
+    write_answer(table, added, output, as_json=as_json, stated=stated)
     summary = f"{int(mapped.moved.sum())} of {len(mapped.moved)} colours moved."
     typer.echo(summary + _skipped(table), err=output is None)
 
@@ -372,6 +375,7 @@ def compare(
     """Compare two gamuts, A and B, by volume and coverage, and by their chromaticities."""
     one, two = (gamut_of(source, ctx, alone=False) for source in (first, second))
     found = one.compare(two, sectors=sectors, triangles=triangles, max_error=max_error)
+    stated = state(*found.gamuts, warnings=found.warnings)
     names = [
         *("volume_a", "volume_b", "intersection", "union", "a_covers_b", "b_covers_a", "jaccard"),
         "symmetric_difference",
@@ -389,7 +393,7 @@ def compare(
         facts[name] = getattr(found, name).tolist()
     chromaticity = None if found.chromaticity is None else found.chromaticity.to_mapping()
     if as_json or (output is not None and output.suffix.lower() == ".json"):
-        facts |= {"chromaticity": chromaticity, "sectors": by_hue, "warnings": list(found.warnings)}
+        facts |= {"chromaticity": chromaticity, "sectors": by_hue, **stated}
         write_facts(facts, output, as_json=True)
         return
     if chromaticity is not None:
@@ -397,8 +401,6 @@ def compare(
             for figure in ("area_ratio", "a_covers_b", "b_covers_a"):
                 facts[f"{name} {figure}"] = chromaticity[diagram][figure]
     write_facts(facts, output, as_json=False)
-    for warning in found.warnings:
-        typer.echo(f"Warning: {warning}", err=True)
 
 
 def plot(
@@ -419,8 +421,10 @@ def plot(
         raise typer.BadParameter(
             "Give a name that ends in .png, .svg or .pdf.", param_hint="--output"
         )
-    axes = _axes(gamut_of(source, ctx), triangles, max_error)
+    gamut = gamut_of(source, ctx)
+    axes = _axes(gamut, triangles, max_error)
     axes.figure.savefig(output)
+    state(gamut.conditions)
     typer.echo(str(output), err=True)
 
 

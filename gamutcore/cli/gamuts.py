@@ -13,6 +13,7 @@ from gamutcore.cli.output import (
     AsCsv,
     AsJson,
     Output,
+    state,
     write_bytes,
     write_facts,
     write_table,
@@ -94,6 +95,7 @@ def mesh(
     level.save(output)
     bound = "" if level.max_error is None else f", within {level.max_error:g} of the boundary"
     typer.echo(f"{output}: {level.triangles} triangles{bound}", err=True)
+    state(gamut.conditions)
 
 
 def export(
@@ -165,7 +167,8 @@ def export(
     else:
         raise typer.BadParameter("Give vertices, cusps, leaves or levels.", param_hint="--table")
     as_json = as_json or (output is not None and output.suffix.lower() == ".json" and not as_csv)
-    write_table(columns, output, as_json=as_json, as_csv=not as_json)
+    stated = state(gamut.conditions)
+    write_table(columns, output, as_json=as_json, as_csv=not as_json, stated=stated)
 
 
 _TABLES = (None, "", ".csv", ".json", ".txt")
@@ -259,6 +262,7 @@ def _facts(gamut: Gamut) -> dict[str, Any]:
         "space": gamut.colour_space.name,
         "channels": provenance.get("channels", []),
         "volume": gamut.volume,
+        **_volume_facts(description),
         "area": description["area"],
         "triangles": description["counts"]["triangles"],
         **{
@@ -273,6 +277,24 @@ def _facts(gamut: Gamut) -> dict[str, Any]:
         value = description["options"].get(name, provenance.get(name))
         if isinstance(value, str | int | float):
             facts[name] = value
+    facts["white"] = gamut.conditions.white
     for number, warning in enumerate(provenance.get("warnings", ()), 1):
         facts[f"warning {number}"] = warning
+    return facts
+
+
+def _volume_facts(description: dict[str, Any]) -> dict[str, Any]:
+    """Return the volume of each intent, and as multiples of sRGB; nothing for older files."""
+    names = {"relative": "media-relative", "absolute": "absolute"}
+    volumes = description.get("volumes", {})
+    facts: dict[str, Any] = {
+        f"volume, {shown}": volumes[name]["volume"]
+        for name, shown in names.items()
+        if name in volumes
+    }
+    facts |= {
+        f"times sRGB{shown and ', '}{shown}": volumes[name]["times_srgb"]
+        for name, shown in {"own": "", **names}.items()
+        if name in volumes
+    }
     return facts

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 import typer
 
 if TYPE_CHECKING:
+    from gamutcore.answers.conditions import Conditions
     from gamutcore.tables import ColourTable
 
 __all__ = [
@@ -23,6 +24,7 @@ __all__ = [
     "Columns",
     "Output",
     "check_answer_form",
+    "state",
     "write_answer",
     "write_bytes",
     "write_facts",
@@ -66,7 +68,35 @@ def write_facts(
     write_bytes(text.encode(), output)
 
 
-def write_table(columns: Columns, output: Path | None, *, as_json: bool, as_csv: bool) -> None:
+def state(*gamuts: Conditions, warnings: Sequence[str] = ()) -> dict[str, Any]:
+    """Write the conditions of the gamuts that answer, and warnings, on standard error.
+
+    Returns
+    -------
+    dict
+        The same as members of JSON: ``gamut``, or ``gamuts`` of two, and ``warnings``.
+    """
+    for name, gamut in zip("AB" if len(gamuts) > 1 else [""], gamuts, strict=False):
+        typer.echo(f"Gamut{name and ' '}{name}: {gamut}", err=True)
+    for warning in warnings:
+        typer.echo(f"Warning: {warning}", err=True)
+    documents = [gamut.to_dict() for gamut in gamuts]
+    named: dict[str, Any] = (
+        {"gamut": documents[0]}
+        if len(documents) == 1
+        else {"gamuts": dict(zip("ab", documents, strict=True))}
+    )
+    return {**named, "warnings": list(warnings)}
+
+
+def write_table(
+    columns: Columns,
+    output: Path | None,
+    *,
+    as_json: bool,
+    as_csv: bool,
+    stated: Mapping[str, Any] | None = None,
+) -> None:
     """Write a table: aligned text, JSON with one array for each column, or CSV.
 
     Parameters
@@ -75,10 +105,15 @@ def write_table(columns: Columns, output: Path | None, *, as_json: bool, as_csv:
     output : Path or None
         As for `write_facts`.
     as_json, as_csv : bool
+    stated : mapping, optional
+        Further members of JSON, from `state`. Columns of the same names come first.
     """
     form = _form(output, as_json=as_json, as_csv=as_csv)
     if form == "json":
-        plain = {name: [_plain(value) for value in values] for name, values in columns.items()}
+        plain: dict[str, Any] = {
+            **(stated or {}),
+            **{name: [_plain(value) for value in values] for name, values in columns.items()},
+        }
         text = json.dumps(plain, ensure_ascii=False, allow_nan=False) + "\n"
     elif form == "csv":
         text = _csv(columns)
@@ -109,7 +144,14 @@ def check_answer_form(output: Path | None, *, as_json: bool) -> None:
         )
 
 
-def write_answer(table: ColourTable, added: Columns, output: Path | None, *, as_json: bool) -> None:
+def write_answer(
+    table: ColourTable,
+    added: Columns,
+    output: Path | None,
+    *,
+    as_json: bool,
+    stated: Mapping[str, Any],
+) -> None:
     """Write a table of colours with further columns.
 
     Text has the dialect of the table: separator, decimal mark, quotation, ends of lines, and in a
@@ -122,6 +164,8 @@ def write_answer(table: ColourTable, added: Columns, output: Path | None, *, as_
         One value for each row that has a colour.
     output : Path or None
     as_json : bool
+    stated : mapping
+        As for `write_table`.
     """
     suffix = "" if output is None else output.suffix.lower()
     if as_json or suffix == ".json":
@@ -134,7 +178,7 @@ def write_answer(table: ColourTable, added: Columns, output: Path | None, *, as_
         for name, values in zip(names[len(table.header) :], added.values(), strict=True):
             answers = iter(values)
             columns[name] = [next(answers) if known else None for _, known in rows]
-        write_table(columns, output, as_json=True, as_csv=False)
+        write_table(columns, output, as_json=True, as_csv=False, stated=stated)
     elif output is not None and suffix == ".xlsx":
         from gamutcore.tables import write_workbook  # noqa: PLC0415
 

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from gamutcore.cli.inputs import BuildCommand, MaxError, Source, Triangles, gamut_of, numbers_of
-from gamutcore.cli.output import AsCsv, AsJson, Output, write_bytes, write_table
+from gamutcore.cli.output import AsCsv, AsJson, Output, state, write_bytes, write_table
 
 __all__ = ["add_to"]
 
@@ -41,6 +41,7 @@ def cut(
     """
     gamut = gamut_of(source, ctx)
     level: dict[str, Any] = {"triangles": triangles, "max_error": max_error}
+    stated = state(gamut.conditions)
     numbers = None if plane is None else numbers_of(plane, "--plane", "Give four numbers a,b,c,d.")
     if output is not None and output.suffix.lower() == ".svg":
         write_bytes(gamut.slice_svg(lightness, hue=hue, plane=numbers, **level), output)
@@ -61,7 +62,7 @@ def cut(
     }
     if found.device is not None:
         columns |= dict(zip(found.channels, 100.0 * found.device.T, strict=True))
-    write_table(columns, output, as_json=as_json, as_csv=as_csv)
+    write_table(columns, output, as_json=as_json, as_csv=as_csv, stated=stated)
 
 
 def rings(
@@ -82,10 +83,17 @@ def rings(
     The result is a table of radii by lightness and hue, or a picture if the output is a .svg file,
     or a .png or .pdf file, which needs matplotlib.
     """
+    from gamutcore.answers.conditions import comparison_warnings  # noqa: PLC0415
+
     alone = reference is None
     gamut = gamut_of(source, ctx, alone=alone)
     other = None if reference is None else gamut_of(reference, ctx, alone=False)
     level: dict[str, Any] = {"triangles": triangles, "max_error": max_error}
+    if other is None:
+        stated = state(gamut.conditions)
+    else:
+        both = gamut.conditions, other.conditions
+        stated = state(*both, warnings=comparison_warnings(*both))
     if output is not None and output.suffix.lower() == ".svg":
         write_bytes(gamut.rings_svg(other, sectors=sectors, **level), output)
         return
@@ -104,7 +112,7 @@ def rings(
     if found.reference_radius is not None and found.intersection_radius is not None:
         columns["reference_radius"] = found.reference_radius.reshape(-1)
         columns["intersection_radius"] = found.intersection_radius.reshape(-1)
-    write_table(columns, output, as_json=as_json, as_csv=as_csv)
+    write_table(columns, output, as_json=as_json, as_csv=as_csv, stated=stated)
 
 
 def picture(
@@ -142,3 +150,4 @@ def picture(
         max_error=max_error,
     )
     write_bytes(drawn, output)
+    state(gamut.conditions)

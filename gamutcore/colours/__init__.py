@@ -13,6 +13,7 @@ from gamutcore.colours.surface import (
     colours_in_space,
     surface_colours,
 )
+from gamutcore.colours.volumes import described_volumes, medium_white_lab
 
 __all__ = [
     "ICC_D50",
@@ -20,8 +21,10 @@ __all__ = [
     "InkLimits",
     "SurfaceColours",
     "colours_in_space",
+    "described_volumes",
     "display_primaries",
     "lab_to_xyz",
+    "medium_white_lab",
     "own_tristimulus",
     "surface_colours",
     "xyz_to_lab",

@@ -15,6 +15,7 @@ import numpy as np
 
 from gamutcore.characterisation.conditions import is_reflective_condition
 from gamutcore.colours.declared_observer import declared_observer
+from gamutcore.colours.device.surface import AbsoluteColours
 from gamutcore.colours.spaces.cielab import (
     ICC_D50,
     adaptation_to_d50,
@@ -59,6 +60,8 @@ class MeasuredColours:
         Whether the data states that the samples are lights.
     unadapting : (3, 3) float, optional
         As of `SurfaceColours`.
+    absolute : AbsoluteColours, optional
+        The way from media-relative colours to absolute ones; None for bare colours.
     """
 
     lab: FloatArray
@@ -67,6 +70,7 @@ class MeasuredColours:
     as_measured: bool = False
     lights: bool = False
     unadapting: FloatArray | None = None
+    absolute: AbsoluteColours | None = None
 
 
 def measured_colours(
@@ -159,6 +163,7 @@ class _Medium:
             self._provenance(_list_of(white), adaptation),
             tuple(self.warnings),
             unadapting=self._unadapting(white) if self.intent == "relative" else None,
+            absolute=self._absolute(white) if (white > 0).all() else None,
         )
 
     def _unadapting(self, white: FloatArray) -> FloatArray:
@@ -168,6 +173,17 @@ class _Medium:
         if not np.array_equal(self.reference, ICC_D50):
             white = self._to_d50(white[np.newaxis], self.reference)[0]
         return np.diag(white / ICC_D50)
+
+    def _absolute(self, white: FloatArray) -> AbsoluteColours:
+        """Return the way from relative to absolute colours, as `_display_lab` and `_print_lab`."""
+        if not self.display:
+            if not np.array_equal(self.reference, ICC_D50):
+                white = self._to_d50(white[np.newaxis], self.reference)[0]
+            return AbsoluteColours(np.diag(white / ICC_D50))
+        own = adaptation_matrix(ICC_D50, white / white[1], self.adaptation)
+        if self.samples.lab is not None and np.array_equal(self.reference, ICC_D50):
+            return AbsoluteColours(own * white[1])
+        return AbsoluteColours(own, as_measured=True)
 
     def _provenance(self, white: JSON, adaptation: str) -> dict[str, JSON]:
         return {

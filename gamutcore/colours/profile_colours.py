@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gamutcore.characterisation.samples import JSON
+from gamutcore.colours.device.surface import AbsoluteColours
 from gamutcore.colours.spaces.cielab import ICC_D50, lab_to_xyz, xyz_to_lab
 from gamutcore.colours.spaces.white_points import adaptation_matrix
 from gamutcore.errors import MalformedProfileError
@@ -22,7 +23,13 @@ if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
     from gamutcore.characterisation.icc import IccProfile
 
-__all__ = ["ProfileColours", "declared_white", "profile_colours", "unadapting"]
+__all__ = [
+    "ProfileColours",
+    "absolute_colours",
+    "declared_white",
+    "profile_colours",
+    "unadapting",
+]
 
 PERCEPTUAL_BLACK = np.array([0.00336, 0.0034731, 0.00287])
 """XYZ of the perceptual reference medium's black point (ICC.1:2022, 6.3.3, table 3)."""
@@ -130,6 +137,22 @@ def _unadapted(profile: IccProfile, white: FloatArray) -> FloatArray:
     else:
         matrix = np.asarray(np.linalg.inv(adapting), np.float64)
     return matrix
+
+
+def absolute_colours(profile: IccProfile, intent: str) -> AbsoluteColours | None:
+    """Return the way from media-relative colours of a profile to absolute ones.
+
+    None for the intents perceptual and saturation, and if the media white is broken. Absolute
+    colours of a profile with a transform of their own differ a little from it.
+    """
+    if intent not in {"relative", "absolute"}:
+        return None
+    try:
+        white, _ = profile.media_white()
+    except MalformedProfileError:
+        return None
+    own = _own_values(profile, white)
+    return AbsoluteColours(np.diag(white / ICC_D50), own is not None, own)
 
 
 def _own_values(profile: IccProfile, white: FloatArray) -> FloatArray | None:

@@ -21,6 +21,7 @@ from gamutcore.colours.device.model import device_model
 from gamutcore.colours.device.surface import (
     MAX_PATCHES,
     SURFACE_SAMPLES,
+    AbsoluteColours,
     DeviceSurface,
     SurfaceColours,
     SurfaceFaces,
@@ -37,6 +38,7 @@ from gamutcore.colours.plausibility import (
 )
 from gamutcore.colours.profile_colours import (
     ProfileColours,
+    absolute_colours,
     declared_white,
     profile_colours,
     unadapting,
@@ -153,7 +155,12 @@ def surface_colours(
     surface = _sample_surface(
         characterisation, medium, surface_samples, limits or InkLimits(), model
     )
-    return replace(surface, as_measured=medium.as_measured, unadapting=medium.unadapting)
+    return replace(
+        surface,
+        as_measured=medium.as_measured,
+        unadapting=medium.unadapting,
+        absolute=medium.absolute,
+    )
 
 
 def colours_in_space(colours: SurfaceColours, space: ColourSpace) -> SurfaceColours:
@@ -262,6 +269,7 @@ def _profile_surface(
         surface.faces,
         profile_colours(profile, values_between(surface), intent).lab,
         unadapting(profile, intent),
+        absolute_colours(profile, intent),
     )
 
 
@@ -313,6 +321,7 @@ def _reference_surface(
         faces=faces,
         between=between,
         unadapting=None if intent == "absolute" else adaptation_matrix(ICC_D50, white, adaptation),
+        absolute=AbsoluteColours(adaptation_matrix(ICC_D50, white, adaptation), as_measured=True),
     )
 
 

@@ -104,6 +104,7 @@ def section_svg(
     axes: SectionAxes,
     space: ColourSpace = CIELAB,
     name: str = "",
+    caption: str = "",
 ) -> bytes:
     """Return a picture of a section.
 
@@ -116,6 +117,8 @@ def section_svg(
         Of the coordinates.
     name : str, optional
         Of the gamut.
+    caption : str, optional
+        Below the picture, such as the conditions of the gamut.
 
     Returns
     -------
@@ -135,7 +138,7 @@ def section_svg(
     if not flat:
         note += " · empty"
         points = np.array([[-1.0, -1.0], [1.0, 1.0]])
-    chart = Chart(points.min(axis=0), points.max(axis=0), axes.labels, axes.title, note)
+    chart = Chart(points.min(axis=0), points.max(axis=0), axes.labels, axes.title, note, caption)
     if flat:
         longer = max(chart.width, chart.height)
         columns, rows = (
@@ -170,6 +173,7 @@ def rings_svg(
     names: tuple[str, str] = ("", "reference"),
     axes: tuple[str, str, str] = ("L*", "a*", "b*"),
     volume: float | None = None,
+    caption: str = "",
 ) -> bytes:
     """Return a picture of gamut rings.
 
@@ -189,6 +193,8 @@ def rings_svg(
         Names of lightness and of the axes of hue.
     volume : float, optional
         Shown in the title.
+    caption : str, optional
+        Below the picture, such as the conditions of the gamuts.
 
     Returns
     -------
@@ -215,6 +221,7 @@ def rings_svg(
         (f"{axes[1]}_RSS", f"{axes[2]}_RSS"),
         "Gamut rings",
         " · ".join(parts),
+        caption,
     )
     chart.add(f'<g shape-rendering="crispEdges">{_bands(chart, rings, angle)}</g>')
     outer, middle = len(rings) - 1, max(len(rings) // 2 - 1, 0)

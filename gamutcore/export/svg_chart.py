@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import base64
 import math
+import textwrap
 import unicodedata
 from collections.abc import Iterable, Sequence
 from xml.sax.saxutils import escape
@@ -25,6 +26,9 @@ PLOT = 520.0
 
 LEFT, RIGHT, TOP, BOTTOM = 74.0, 26.0, 62.0, 60.0
 """Margins around the frame."""
+
+EDGE, LINE, CHARACTER = 14.0, 17.0, 7.0
+"""Margin, height of a line and largest mean width of a character of the caption."""
 
 SHORTEST = 180.0
 """Shorter side of the frame, at least."""
@@ -52,6 +56,8 @@ class Chart:
     title : str
     note : str, optional
         Second line of the title.
+    caption : str, optional
+        Below the axes, in as many lines as needed.
     """
 
     def __init__(
@@ -61,6 +67,7 @@ class Chart:
         labels: tuple[str, str],
         title: str,
         note: str = "",
+        caption: str = "",
     ) -> None:
         spans = [max(high[axis] - low[axis], 0.0) for axis in range(2)]
         room = PADDING * max(*spans, 1e-9)
@@ -72,6 +79,8 @@ class Chart:
         self.scale = PLOT / max(sizes)
         self.width, self.height = (size * self.scale for size in sizes)
         self._labels, self._title, self._note = labels, title, note
+        columns = int((LEFT + self.width + RIGHT - 2.0 * EDGE) / CHARACTER)
+        self._caption = textwrap.wrap(caption, columns)
         self._layers: list[str] = []
         self._definitions: list[str] = []
 
@@ -143,14 +152,15 @@ class Chart:
 
     def svg(self) -> bytes:
         """Return the picture."""
-        width, height = LEFT + self.width + RIGHT, TOP + self.height + BOTTOM
+        width, above = LEFT + self.width + RIGHT, TOP + self.height + BOTTOM
+        height = above + LINE * len(self._caption)
         grid, ticks = self._axes()
         x_label, y_label = map(rich_text, self._labels)
         title, note = plain_text(self._title), plain_text(self._note)
         middle, centre = LEFT + self.width / 2.0, TOP + self.height / 2.0
         frame = f'x="{LEFT:g}" y="{TOP:g}" width="{self.width:.2f}" height="{self.height:.2f}"'
         size = f'viewBox="0 0 {width:.0f} {height:.0f}" width="{width:.0f}" height="{height:.0f}"'
-        across = f'x="{middle:.1f}" y="{height - 14:.1f}"'
+        across = f'x="{middle:.1f}" y="{above - 14:.1f}"'
         along = f'transform="translate(22,{centre:.1f}) rotate(-90)"'
         lines = [
             '<?xml version="1.0" encoding="UTF-8"?>',
@@ -168,6 +178,11 @@ class Chart:
             f'<text class="note" x="{LEFT:g}" y="47">{note}</text>',
             f'<text class="label" {across} text-anchor="middle">{x_label}</text>',
             f'<text class="label" {along} text-anchor="middle">{y_label}</text>',
+            *(
+                f'<text class="note" x="{EDGE:g}" y="{above + LINE * row + 4:.1f}">'
+                f"{plain_text(line)}</text>"
+                for row, line in enumerate(self._caption)
+            ),
             "</svg>",
         ]
         return ("\n".join(lines) + "\n").encode()

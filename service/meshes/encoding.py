@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from starlette.responses import Response
 
+from gamutcore.answers.drawing import PNG_KEYWORD
 from gamutcore.export import FORMATS, mesh_file
 from gamutcore.export.rendering import mesh_picture
 from gamutcore.metric.level_search import Bounds
@@ -173,7 +174,8 @@ def encode_picture(opened: OpenGamut, key: MeshKey, options: PictureOptions) -> 
     """Draw a level, which must be unpacked."""
     with timed("draw"):
         level = opened.gamut.history.level(key.triangles)
-        body = mesh_picture(level, opened.space, **options._asdict())
+        texts = {PNG_KEYWORD: str(opened.gamut.conditions)}
+        body = mesh_picture(level, opened.space, **options._asdict(), texts=texts)
     name = (opened.name, ".png")
     return EncodedMesh.of(body, "image/png", name, level.triangles, len(level.vertices))
 

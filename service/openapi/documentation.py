@@ -95,6 +95,11 @@ EXAMPLE_GAMUT: dict[str, Any] = {
     "state": "ready",
     "history_bytes": 346120,
     "provenance": {"format": "cgats", "channels": ["C", "M", "Y", "K"], "warnings": []},
+    "volumes": {
+        "srgb": 833136.0,
+        "relative": {"volume": 454654.0, "times_srgb": 0.545714},
+        "absolute": {"volume": 402522.0, "times_srgb": 0.483141},
+    },
     "device_surface_volume": 454916.0,
     "volume_preserved": True,
     "volume_error": 2.1e-06,

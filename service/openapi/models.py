@@ -154,6 +154,10 @@ class GamutDescription(GamutSummary):
     """Size of the history file."""
     provenance: dict[str, Any]
     """Format, channels, white, conditions, device model with its error, ..."""
+    volumes: dict[str, Any] | SkipJsonSchema[None] = None
+    """Volumes with the intents `relative` and `absolute`, or `own` for colours without them: each
+    with `volume` and `times_srgb`. `srgb` is the volume of sRGB in the space. The volume of the
+    other intent is that of the boundary with its vertices converted."""
     device_surface_volume: Annotated[float, Field(ge=0)] | SkipJsonSchema[None] = None
     """Volume that the sampled surface of the device encloses, for devices with a model or profile.
     A warning names a difference of more than 0.5 % from `volume`."""

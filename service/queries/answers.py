@@ -18,7 +18,7 @@ from service.queries.bodies import CSV, JSON, NPY
 from service.queries.operations import Result
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from numpy.typing import NDArray
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from service.queries.operations import Operation
     from service.queries.views import Answered
 
-__all__ = ["WRITERS", "Writer", "level_document", "view_file"]
+__all__ = ["WRITERS", "Writer", "condition_headers", "level_document", "view_file"]
 
 _AT_ONCE = 2000
 """Rows of CSV that are written without a chance for other threads: some milliseconds."""
@@ -36,7 +36,9 @@ _AT_ONCE = 2000
 class Writer(Protocol):
     """Writes an answer from its first row to its last."""
 
-    def __init__(self, operation: Operation, level: QueryLevel, body: Body) -> None: ...
+    def __init__(
+        self, operation: Operation, level: QueryLevel, body: Body, warnings: Sequence[str]
+    ) -> None: ...
 
     def piece(self, start: int, result: Result) -> bytes:
         """Return the bytes of the rows from `start` on."""
@@ -58,11 +60,26 @@ def level_document(level: QueryLevel) -> dict[str, Any]:
     return {"triangles": level.triangles, "max_error": level.max_error}
 
 
-class JsonWriter:
-    """One object: the level, and one array per column."""
+def condition_headers(levels: Sequence[QueryLevel], warnings: Sequence[str]) -> dict[str, str]:
+    """Return the header fields with the conditions of gamuts, and with warnings if there are any.
 
-    def __init__(self, _operation: Operation, level: QueryLevel, _body: Body) -> None:
-        self._level = level
+    Warnings are a list of strings (RFC 9651, 3.1 and 3.3.3), which are ASCII.
+    """
+    fields = {"Gamut-Conditions": ", ".join(each.gamut.conditions.header for each in levels)}
+    if warnings:
+        plain = (each.encode("ascii", "replace").decode() for each in warnings)
+        escaped = (each.replace("\\", "\\\\").replace('"', '\\"') for each in plain)
+        fields["Gamut-Warning"] = ", ".join(f'"{each}"' for each in escaped)
+    return fields
+
+
+class JsonWriter:
+    """One object: the level, the conditions of the gamut, warnings, and one array per column."""
+
+    def __init__(
+        self, _operation: Operation, level: QueryLevel, _body: Body, warnings: Sequence[str]
+    ) -> None:
+        self._level, self._warnings = level, list(warnings)
 
     def head(self, _first: Result, _entries: int) -> bytes:
         """Return nothing."""
@@ -71,7 +88,12 @@ class JsonWriter:
     def piece(self, start: int, result: Result) -> bytes:
         """Return the document."""
         assert start == 0  # noqa: S101 - rows of JSON fit into one piece
-        document: dict[str, Any] = {"level": level_document(self._level), **result.stated}
+        document: dict[str, Any] = {
+            "level": level_document(self._level),
+            "gamut": self._level.gamut.conditions.to_dict(),
+            "warnings": self._warnings,
+            **result.stated,
+        }
         for name, values in result.columns.items():
             if result.offsets is None:
                 document[name] = values.tolist()
@@ -88,7 +110,9 @@ class NpyWriter:
     If rows have several entries, the field `row` has the number of the row.
     """
 
-    def __init__(self, _operation: Operation, _level: QueryLevel, _body: Body) -> None:
+    def __init__(
+        self, _operation: Operation, _level: QueryLevel, _body: Body, _warnings: Sequence[str]
+    ) -> None:
         pass
 
     def head(self, first: Result, entries: int) -> bytes:
@@ -121,7 +145,9 @@ class CsvWriter:
     The client's table keeps its dialect, in UTF-8.
     """
 
-    def __init__(self, operation: Operation, level: QueryLevel, body: Body) -> None:
+    def __init__(
+        self, operation: Operation, level: QueryLevel, body: Body, _warnings: Sequence[str]
+    ) -> None:
         self._operation = operation
         self._level = level
         self._inputs = body.inputs
@@ -215,7 +241,7 @@ def view_file(media_type: str, levels: dict[str, Any], answered: Answered) -> by
     media_type : str
         A key of `WRITERS`.
     levels : dict
-        Members of the JSON document that name the levels.
+        Members of the JSON document about the levels, their gamuts, and warnings.
     answered : Answered
     """
     if media_type == JSON:

@@ -34,10 +34,74 @@ _LEVEL = {
     "required": ["triangles", "max_error"],
 }
 
+_VIEWING = {"type": ["number", "string"]}
+
+_CONDITIONS = {
+    "title": "GamutConditions",
+    "type": "object",
+    "description": "What the colours of the gamut are relative to.",
+    "properties": {
+        "intent": {
+            "type": "string",
+            "description": "`relative`, `absolute`, `perceptual`, `saturation`, or `as given` for "
+            "colours whose white is not known.",
+        },
+        "ink_limit": {"type": ["number", "null"], "description": "In per cent."},
+        "black_limit": {"type": ["number", "null"], "description": "In per cent."},
+        "white": {
+            "type": "object",
+            "description": "Reference white of the space.",
+            "properties": {
+                "name": {"type": "string"},
+                "xyz": {"type": "array", "items": {"type": "number"}},
+            },
+        },
+        "medium_white": {
+            "type": ["array", "null"],
+            "items": {"type": "number"},
+            "description": "L\\*, a\\*, b\\* of the white of the medium, as measured.",
+        },
+        "space": {"type": "string"},
+        "viewing_conditions": {
+            "type": "object",
+            "description": "Luminances, background and surround, in spaces that have any.",
+            "additionalProperties": _VIEWING,
+        },
+    },
+    "required": ["intent", "ink_limit", "black_limit", "white", "medium_white", "space"],
+}
+
+_WARNINGS = {
+    "type": "array",
+    "items": {"type": "string"},
+    "description": "Reasons why the answer may mislead, such as another intent.",
+}
+
+_EXAMPLE_CONDITIONS = {
+    "intent": "absolute",
+    "ink_limit": 300,
+    "black_limit": None,
+    "white": {"name": "D50", "xyz": [0.9642, 1.0, 0.8249]},
+    "medium_white": [95.0, 0.0, -2.0],
+    "space": "CIELAB",
+}
+
+_STATED_HEADERS = {
+    "Gamut-Conditions": header(
+        "Intent, ink limit, white and space of the gamut; of two gamuts separated by a comma.",
+        "intent=absolute; ink-limit=300; white=D50; space=CIELAB",
+    ),
+    "Gamut-Warning": header(
+        "Reasons why the answer may mislead, as a list of strings (RFC 9651).",
+        '"The intents differ: A has the intent relative, B has absolute."',
+    ),
+}
+
 _IMMUTABLE_HEADERS = {
     "ETag": header("Strong entity tag: the SHA-256 of the content.", '"4f1d9c07"'),
     "Cache-Control": header("The content is immutable.", IMMUTABLE),
     "Vary": header("Request fields that select the content.", "Accept, Accept-Encoding"),
+    **_STATED_HEADERS,
 }
 
 _EXAMPLE_LEVEL = {"triangles": 1000, "max_error": 0.268516}
@@ -96,10 +160,21 @@ def query_response(operation: Operation) -> dict[str, Any]:
     answer = {
         "title": f"{_title(operation)}Answer",
         "type": "object",
-        "properties": {"level": _LEVEL, **stated, **columns},
-        "required": ["level", *stated],
+        "properties": {
+            "level": _LEVEL,
+            "gamut": _CONDITIONS,
+            "warnings": _WARNINGS,
+            **stated,
+            **columns,
+        },
+        "required": ["level", "gamut", "warnings", *stated],
     }
-    example = {"level": _EXAMPLE_LEVEL, **operation.answered}
+    example = {
+        "level": _EXAMPLE_LEVEL,
+        "gamut": _EXAMPLE_CONDITIONS,
+        "warnings": [],
+        **operation.answered,
+    }
     return {
         "description": "One entry per row, in the order of the rows.",
         "content": {
@@ -127,6 +202,7 @@ def query_response(operation: Operation) -> dict[str, Any]:
             },
             "Cache-Control": header("Answers to POST are not cached.", "no-store"),
             "Vary": header("Request fields that select the content.", "Accept"),
+            **_STATED_HEADERS,
         },
     }
 
@@ -136,10 +212,24 @@ def view_response(view: View) -> dict[str, Any]:
     members = dict(view.members)
     if view.name == "comparisons":
         both = {"type": "object", "properties": {"a": _LEVEL, "b": _LEVEL}, "required": ["a", "b"]}
-        first: dict[str, Any] = {"levels": {**both, "title": "ComparedLevels"}}
-        example: dict[str, Any] = {"levels": {"a": _EXAMPLE_LEVEL, "b": _EXAMPLE_LEVEL}}
+        stated = dict.fromkeys("ab", _CONDITIONS)
+        first: dict[str, Any] = {
+            "levels": {**both, "title": "ComparedLevels"},
+            "gamuts": {
+                "title": "ComparedGamuts",
+                "type": "object",
+                "properties": stated,
+                "required": ["a", "b"],
+            },
+        }
+        example: dict[str, Any] = {
+            "levels": {"a": _EXAMPLE_LEVEL, "b": _EXAMPLE_LEVEL},
+            "gamuts": {"a": _EXAMPLE_CONDITIONS, "b": _EXAMPLE_CONDITIONS},
+        }
     else:
-        first, example = {"level": _LEVEL}, {"level": _EXAMPLE_LEVEL}
+        first = {"level": _LEVEL, "gamut": _CONDITIONS}
+        example = {"level": _EXAMPLE_LEVEL, "gamut": _EXAMPLE_CONDITIONS}
+    first["warnings"], example["warnings"] = _WARNINGS, []
     answer = {
         "title": f"{_title(view)}Answer",
         "type": "object",

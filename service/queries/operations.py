@@ -13,7 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gamutcore.answers.mapping import METHOD
+from gamutcore.answers.conditions import colour_warnings, comparison_warnings
+from gamutcore.answers.mapping import METHOD, NAMES
 from gamutcore.answers.points import METRIC, TOLERANCE
 from gamutcore.answers.results import SurfaceAnswer
 from gamutcore.arrays import FloatArray, LongArray
@@ -177,6 +178,16 @@ class Operation:
     def all_parameters(self) -> tuple[Parameter, ...]:
         """The parameters, those of the level first."""
         return (*LEVEL_PARAMETERS, SPACE, *self.parameters)
+
+    def warnings(self, level: QueryLevel, values: Mapping[str, Any]) -> tuple[str, ...]:
+        """Return reasons why the answer may mislead, by the conditions of the gamuts."""
+        conditions, source = level.gamut.conditions, values.get(SOURCE_GAMUT)
+        found: tuple[str, ...] = ()
+        if self.inputs == ("colours",):
+            found = colour_warnings(conditions, values["space"] or "")
+        if source is not None:
+            found += comparison_warnings(conditions, source.conditions, NAMES)
+        return found
 
 
 def _contains(level: QueryLevel, colours: list[FloatArray], values: Mapping[str, Any]) -> Result:

@@ -65,6 +65,7 @@ class Question(NamedTuple):
         Values of the parameters.
     media_type : str
         Form of the answer.
+    warnings : tuple of str
     """
 
     operation: Operation
@@ -72,6 +73,7 @@ class Question(NamedTuple):
     body: Body
     values: Mapping[str, Any]
     media_type: str
+    warnings: tuple[str, ...]
 
 
 class Queries:
@@ -154,7 +156,9 @@ class Queries:
             where = {"header": "Accept", "limit": most}
             remedy = "Accept application/x-npy or text/csv."
             raise ProblemError(Problem("too-many-rows", detail, where, remedy))
-        writer = WRITERS[question.media_type](question.operation, question.level, question.body)
+        writer = WRITERS[question.media_type](
+            question.operation, question.level, question.body, question.warnings
+        )
         if rows <= INLINE_ROWS:
             return self._first(question, writer), None
         first = await self._threads.run(rows, self._first, question, writer)
@@ -188,10 +192,17 @@ class Queries:
         rows = len(next(iter(answered.table.values())))
         self._figures.count(view.name, rows, time.perf_counter() - clock)
         documents = [level_document(level) for level in levels]
+        gamuts = [level.gamut.conditions.to_dict() for level in levels]
+        named: dict[str, Any]
         if view.name == "comparisons":
-            named = {"levels": dict(zip("ab", documents, strict=True))}
+            named = {
+                "levels": dict(zip("ab", documents, strict=True)),
+                "gamuts": dict(zip("ab", gamuts, strict=True)),
+            }
         else:
             named = dict(zip(("level", "reference_level"), documents, strict=False))
+            named |= dict(zip(("gamut", "reference_gamut"), gamuts, strict=False))
+        named["warnings"] = list(view.warnings(levels))
         with timed("encode"):
             return view_file(media_type, named, answered)
 

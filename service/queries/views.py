@@ -7,7 +7,7 @@ the forms of the answers follow from the table. Nothing is computed here.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from gamutcore.answers.conditions import comparison_warnings
 from gamutcore.answers.sections import MOST_HUES
 from gamutcore.option_types import Number, Text, WholeNumber
 from gamutcore.queries.comparison import MOST_SECTORS
@@ -79,6 +80,16 @@ class View:
     def all_parameters(self) -> tuple[Parameter, ...]:
         """The parameters, those of the level first."""
         return (*LEVEL_PARAMETERS, *self.parameters)
+
+    def warnings(self, levels: Sequence[QueryLevel]) -> tuple[str, ...]:
+        """Return reasons why the answer may mislead, by the conditions of two gamuts."""
+        if len(levels) < 2:
+            return ()
+        one, two = (level.gamut for level in levels)
+        if self.name == "comparisons":
+            return one.warnings_about(two)
+        names = "the gamut", "the reference"
+        return comparison_warnings(one.conditions, two.conditions, names)
 
     def cells(self, values: Mapping[str, Any]) -> int:
         """Return the number of cells of the answer by the parameters that multiply them."""
@@ -149,7 +160,6 @@ def _comparison(levels: list[QueryLevel], values: Mapping[str, Any]) -> Answered
         **{name: getattr(found, name) for name in figures},
         **ends,
         "chromaticity": None if found.chromaticity is None else found.chromaticity.to_mapping(),
-        "warnings": list(found.warnings),
         "sectors": table,
     }
     return Answered(document, table)
@@ -369,6 +379,7 @@ VIEWS: Mapping[str, View] = {
             ),
             {
                 "reference_level": {"type": "object"},
+                "reference_gamut": {"type": "object"},
                 "volume": _number("Volume up to the last lightness: the area of the outer ring."),
                 "lightness": _numbers("Lightnesses of the rings: tenths of that of white."),
                 "hue": _numbers("Middles of the sectors in degrees."),
@@ -395,8 +406,9 @@ COMPARISON = View(
     "Compare two gamuts",
     "Volumes of two gamuts in the same space, of their intersection and union, coverage both ways, "
     "Jaccard index and symmetric difference, in total and by sector of hue; the lightest and "
-    "darkest colours; areas and coverage of the chromaticities in CIE 1931 xy and CIE 1976 u′v′. A "
-    "warning says if both are print gamuts relative to their papers.",
+    "darkest colours; areas and coverage of the chromaticities in CIE 1931 xy and CIE 1976 u′v′. "
+    "Warnings name different intents, whites and conditions of measurement, and print gamuts "
+    "relative to their papers.",
     (
         Parameter(
             "sectors",
@@ -431,7 +443,6 @@ COMPARISON = View(
                 "uv": _areas("CIE 1976 u′v′"),
             },
         },
-        "warnings": {"type": "array", "items": {"type": "string"}},
         "sectors": {
             "type": "object",
             "description": "The figures by sector: arrays by name, with `hue_from` and `hue_to`.",
@@ -464,7 +475,6 @@ COMPARISON = View(
                 "b_covers_a": 0.86,
             },
         },
-        "warnings": [],
         "sectors": {"hue_from": [0], "hue_to": [360], "a_covers_b": [0.468]},
     },
 )

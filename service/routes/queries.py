@@ -26,6 +26,7 @@ from service.library import ChargedResponse
 from service.meshes.requested_levels import LevelRequest
 from service.openapi.documentation import problems
 from service.problems.problem import Problem, ProblemError
+from service.queries.answers import condition_headers
 from service.queries.bodies import FORMS, NPY
 from service.queries.documentation import query_response, request_body
 from service.queries.operations import OPERATIONS, SOURCE_GAMUT, Operation, stated_header
@@ -175,7 +176,8 @@ async def _answer(request: Request, gamut_id: str, operation: Operation) -> Resp
         (level, *sources), charge = await levels_of(service, ids, values, answer_bytes)
         if sources:
             values[SOURCE_GAMUT] = sources[0].gamut
-        question = Question(operation, level, body, values, accepted)
+        warnings = operation.warnings(level, values)
+        question = Question(operation, level, body, values, accepted, warnings)
         first, others = await queries.answer(question)
         headers = {
             "Cache-Control": "no-store",
@@ -186,6 +188,7 @@ async def _answer(request: Request, gamut_id: str, operation: Operation) -> Resp
                 stated_header(name): f"{value:g}"
                 for name, value in operation.stated(level, values).items()
             },
+            **condition_headers([level], warnings),
         }
         if others is None:
             return ChargedResponse(Response(first, 200, headers, accepted), charge)

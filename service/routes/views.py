@@ -17,6 +17,7 @@ from service.http.parameters import GAMUT_PATTERN
 from service.library import ChargedResponse, Cost
 from service.openapi.documentation import EXAMPLE_ID, problems
 from service.problems.problem import Problem, ProblemError
+from service.queries.answers import condition_headers
 from service.queries.bodies import FORMS, NPY, SVG
 from service.queries.documentation import picture_response, view_response
 from service.queries.parameters import query_values, refuse, values_of
@@ -160,6 +161,7 @@ async def _answer(
         "X-Content-Type-Options": "nosniff",
         "Gamut-Triangles": ", ".join(str(level.triangles) for level in levels),
         "Gamut-Max-Error": ", ".join(f"{level.max_error:g}" for level in levels),
+        **condition_headers(levels, view.warnings(levels)),
     }
     answer = Response(body, 200, headers, media_type)
     accepted = request.headers.getlist("accept-encoding")

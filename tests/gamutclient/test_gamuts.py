@@ -30,6 +30,15 @@ class TestBoth:
         assert press.coverage_of(srgb) == pytest.approx((press & srgb).of_second)
         assert (press & "srgb").of_second == pytest.approx(press.coverage_of(srgb), abs=0.01)
 
+    def test_answers_state_the_conditions(self, press, srgb):
+        near, cusps = press.nearest((50, 90, 0)), press.cusps(4)
+        for stated in (near.gamut, cusps.gamut, press.compare(srgb).gamuts[0]):
+            assert (stated.intent, stated.ink_limit, stated.white) == ("relative", 300, "D50")
+            assert (stated.space, stated.black_limit) == ("CIELAB", None)
+        assert '(--intent absolute, or "intent": "absolute")' in near.warnings[0]
+        assert press.nearest((1, 0, 0), space="sRGB").warnings == cusps.warnings == ()
+        assert press.rings(srgb, sectors=4).reference_gamut.intent == "relative"
+
     def test_pictures(self, press, srgb):
         assert b"<svg" in press.slice_svg(50)
         assert b"<svg" in press.rings_svg(srgb)

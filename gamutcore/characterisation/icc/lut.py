@@ -21,10 +21,22 @@ if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
     from gamutcore.characterisation.icc.element import Element
 
-__all__ = ["CurveSet", "Encoding", "Matrix", "Stage", "Transform", "lut_transform"]
+__all__ = [
+    "CurveSet",
+    "Encoding",
+    "Matrix",
+    "Stage",
+    "Transform",
+    "largest_output_sum",
+    "lut_transform",
+]
 
 MAX_GRID_NODES = 64_000_000
 """Maximum number of nodes of a grid. The largest profiles have some millions."""
+
+MAX_SEPARATION_VALUES = 8_000_000
+"""Maximum number of values of a table from colours to device values that is searched: 64 MB. Tables
+of four inks with 33 nodes have 144,000."""
 
 _CURVE_STEPS = 4097
 """Number of samples for the inversion of a curve."""
@@ -175,6 +187,58 @@ def lut_transform(element: Element, channels: int, pcs: str) -> Transform:
     lab = _LEGACY_LAB if kind == "mft2" else _LAB
     encoding = _XYZ if pcs == "XYZ" else lab
     return Transform(element.tag, _lut_stages(element, inputs), pcs, encoding, kind)
+
+
+def largest_output_sum(element: Element, channels: int) -> float | None:
+    """Return the largest sum of device values at the nodes of a table from colours to devices.
+
+    Parameters
+    ----------
+    element : Element
+        A B2A tag.
+    channels : int
+        Channels of the profile's device colour space.
+
+    Returns
+    -------
+    float or None
+        1 is one full channel. None for tags of other types or without a table. Between nodes, sums
+        are the same or smaller, except by the curves after the table.
+
+    Raises
+    ------
+    MalformedProfileError
+        The tag is malformed.
+    """
+    kind = element.kind
+    if kind not in {"mft1", "mft2", "mBA "}:
+        return None
+    inputs, outputs = element.unsigned(8, 1), element.unsigned(9, 1)
+    if inputs != 3 or outputs != channels:
+        raise element.malformed(f"maps {inputs} to {outputs} channels; 3 to {channels} are needed")
+    if kind == "mBA ":
+        clut, curves = element.unsigned(24, 4), element.unsigned(28, 4)
+        if not clut:
+            return None
+        count, size = math.prod(element.raw(clut, 3)), element.unsigned(clut + 16, 1)
+        start = clut + 20
+        after = _curves(element, curves, channels) if curves else None
+    else:
+        size, start = (2, 52) if kind == "mft2" else (1, 48)
+        entries = [element.unsigned(offset, 2) if size == 2 else 256 for offset in (48, 50)]
+        if entries[1] < 2:
+            raise element.malformed("has tables of fewer than 2 entries")
+        start += inputs * entries[0] * size
+        count = element.unsigned(10, 1) ** inputs
+        after = _tables(element, start + count * channels * size, channels, entries[1], size)
+    if size not in {1, 2} or count == 0:
+        raise element.malformed(f"has a grid of {count} nodes of {size} bytes per value")
+    if count * channels > MAX_SEPARATION_VALUES:
+        return None
+    values = element.integers(start, count * channels, size).reshape(-1, channels) / 65535.0
+    with np.errstate(all="ignore"):
+        sums = (values if after is None else after.values(values)).sum(axis=1)
+    return float(sums.max()) if np.isfinite(sums).all() else None
 
 
 def _grid(element: Element, offset: int, nodes: tuple[int, ...], size: int) -> Grid:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import isqrt
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 __all__ = [
     "MAX_PATCHES",
     "SURFACE_SAMPLES",
+    "AbsoluteColours",
     "DeviceSurface",
     "SurfaceColours",
     "SurfaceFaces",
@@ -92,6 +93,24 @@ class DeviceSurface:
     faces: SurfaceFaces | None = None
 
 
+class AbsoluteColours(NamedTuple):
+    """The way from media-relative colours to the colours of the intent absolute.
+
+    Attributes
+    ----------
+    matrix : (3, 3) float
+        From tristimulus values relative to D50, Y = 1 for the white of the medium.
+    as_measured : bool
+        Whether the absolute tristimulus values are a device's own, without adaptation.
+    own_values : (3, 3) float, optional
+        As of `ProfileColours`: a further matrix, for all spaces but ICC's CIELAB.
+    """
+
+    matrix: FloatArray
+    as_measured: bool = False
+    own_values: FloatArray | None = None
+
+
 @dataclass(frozen=True, eq=False)
 class SurfaceColours:
     """Points that the boundary of the gamut is wrapped around.
@@ -110,6 +129,8 @@ class SurfaceColours:
         Names of the k device channels; empty for bare colours.
     own_values : (3, 3) float, optional
         As of `ProfileColours`.
+    absolute : AbsoluteColours, optional
+        The way from media-relative colours to absolute ones; None if there is only one of them.
     faces : SurfaceFaces, optional
         Triangles between the points that cover the device's surface. None if there is no device
         model, or its faces are too many. `colours_in_space` turns closed surfaces outwards.
@@ -130,6 +151,7 @@ class SurfaceColours:
     faces: SurfaceFaces | None = None
     between: FloatArray | None = None
     unadapting: FloatArray | None = None
+    absolute: AbsoluteColours | None = None
 
 
 def device_surface(

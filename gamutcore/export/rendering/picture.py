@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,6 +51,7 @@ def mesh_picture(
     view: str | Sequence[float] = "standard",
     background: str = "white",
     axes: bool = True,
+    texts: Mapping[str, str] | None = None,
 ) -> bytes:
     """Return a picture of a mesh as PNG.
 
@@ -67,6 +68,8 @@ def mesh_picture(
     background : {'white', 'transparent'}, optional
     axes : bool, optional
         Whether there are axes with labels.
+    texts : mapping, optional
+        Textual data of the file, as for `gamutcore.export.png.png`.
 
     Returns
     -------
@@ -89,10 +92,10 @@ def mesh_picture(
     light = rasterise(triangles.corners, triangles.colours, size, samples)
     coverage = light[..., 3:]
     if background == "white":
-        return png(_encoded(light[..., :3] + (1.0 - coverage)), SPEED)
+        return png(_encoded(light[..., :3] + (1.0 - coverage)), SPEED, texts)
     colours = _encoded(light[..., :3] / np.where(coverage > 0.0, coverage, 1.0))
     alpha = np.rint(255.0 * coverage).astype(np.uint8)
-    return png(np.concatenate([colours, alpha], axis=2), SPEED)
+    return png(np.concatenate([colours, alpha], axis=2), SPEED, texts)
 
 
 def _angles(view: object) -> tuple[float, float]:

@@ -26,13 +26,16 @@ def test_the_example_of_the_readme(command, tmp_path, monkeypatch):
     report = tmp_path / "report.csv"
     out, err = command(
         *("query", "examples/spots.csv", "--gamut", "examples/FOGRA39L.ti3"),
-        *("--ink-limit", "300", "--metric", "CIE 2000", "-o", report),
+        *("--intent", "absolute", "--ink-limit", "300", "-o", report),
     )
     before, after = rows(Path("examples/spots.csv").read_text()), rows(report.read_text())
     assert [{name: row[name] for name in before[0]} for row in after] == before
     inside = [row["in_gamut"] == "true" for row in after]
-    assert f"{sum(inside)} of {len(after)} colours are in gamut." in out
-    assert err == "Columns L, a, b are read as CIELAB.\n"
+    assert sum(inside) == 16
+    assert f"16 of {len(after)} colours are in gamut (tolerance 0.097 in CIELAB)" in out
+    read, gamut = err.splitlines()
+    assert read == "Columns L, a, b are read as CIELAB."
+    assert gamut == "Gamut: absolute intent, ink limit 300 %, white D50, CIELAB"
     worst = max(after, key=lambda row: float(row["delta_e_2000"]))
     assert worst["name"] in out
     for row, within in zip(after, inside, strict=True):
@@ -48,6 +51,28 @@ def test_the_example_of_the_readme(command, tmp_path, monkeypatch):
             assert min(inks) >= 0
             assert sum(inks) <= 301  # interpolated between vertices within 300
             assert float(row["delta_e_2000"]) > 0
+
+
+@pytest.mark.slow
+def test_colours_as_measured_and_a_relative_gamut(command, as_json, monkeypatch, tmp_path):
+    monkeypatch.chdir(ROOT)
+    press = tmp_path / "press.gamut"
+    command("build", "examples/FOGRA39L.ti3", "--ink-limit", 300, "-o", press)
+    out, err = command("query", "examples/spots.csv", "--gamut", press, "-o", tmp_path / "r.csv")
+    assert "18 of 40 colours are in gamut." in out
+    assert "Gamut: relative intent, ink limit 300 %, white D50, CIELAB\n" in err
+    assert "--intent absolute" in err
+    answer = as_json("map", "examples/spots.csv", "--gamut", press)
+    assert answer["gamut"]["intent"] == "relative"
+    assert "--intent absolute" in answer["warnings"][0]
+    _, err = command("compare", press, "examples/FOGRA39L.ti3", "--intent", "absolute")
+    assert "Gamut B: absolute intent" in err
+    assert "Warning: The intents differ" in err
+    out, _ = command("info", press)
+    figures = dict(line.split("  ", 1) for line in out.splitlines())
+    # the paper reflects 0.876 of the light, so its solid is smaller
+    assert float(figures["volume, absolute"]) < float(figures["volume, media-relative"])
+    assert float(figures["times sRGB, absolute"]) < float(figures["times sRGB, media-relative"])
 
 
 def test_query_of_a_body_whose_answers_are_known(command, cubes, tmp_path):

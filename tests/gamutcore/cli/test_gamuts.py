@@ -74,7 +74,8 @@ def test_export(command, as_json, saved, small_gamut, tmp_path):
     path = tmp_path / "vertices.json"
     command("export", saved, "--triangles", 20, "-o", path)
     columns = json.loads(path.read_text())
-    np.testing.assert_allclose(np.transpose(list(columns.values())), level.vertices)
+    found = [columns[axis] for axis in ("L*", "a*", "b*")]
+    np.testing.assert_allclose(np.transpose(found), level.vertices)
     cusps = as_json("export", saved, "--table", "cusps")
     assert cusps["hue"] == list(range(360))
     leaves = as_json("export", saved, "--table", "leaves")

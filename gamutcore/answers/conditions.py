@@ -1,0 +1,233 @@
+"""Conditions of a gamut: what its colours are relative to, as every answer states it.
+
+Also warnings for answers that are right for another question: colours as measured that meet a gamut
+relative to its paper, and comparisons of gamuts with different conditions.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gamutcore.colours import INTENTS
+from gamutcore.shown import Shown
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+__all__ = ["Conditions", "colour_warnings", "comparison_warnings"]
+
+AS_GIVEN = "as given"
+"""Intent of colours whose white is not known: bare colours and meshes."""
+
+VIEWING = ("luminance", "adapting_luminance", "background", "surround")
+"""Parameters of a space that describe how its colours are seen."""
+
+WHITE_LAB = (100.0, 0.0, 0.0)
+
+SAME_WHITE = 0.5
+"""ΔE*ab up to which two whites count as one: below the spread of measurements of one paper."""
+
+
+@dataclass(frozen=True, repr=False)
+class Conditions(Shown):
+    """What the colours of a gamut are relative to.
+
+    Attributes
+    ----------
+    intent : str
+        ``"relative"``, ``"absolute"``, ``"perceptual"`` or ``"saturation"``; ``"as given"`` for
+        colours whose white is not known.
+    ink_limit, black_limit : float or None
+        In per cent; None without a limit.
+    white : str
+        Reference white of the space: a name such as ``"D50"``, or ``"as given"``.
+    white_xyz : tuple of float
+        Its X, Y, Z; empty if the gamut does not state them.
+    space : str
+    viewing_conditions : mapping
+        Of spaces that have any: luminances in cd/m², background, surround.
+    medium_white : tuple of float or None
+        L*, a*, b* of the medium's white, as measured; None if it is not known.
+    illuminant, observer : str
+        Of measurements; empty if not stated.
+    is_print : bool
+    inks : bool
+
+    Examples
+    --------
+    >>> from gamutcore import reference
+    >>> str(reference("srgb").conditions)
+    'relative intent, white D50, CIELAB'
+    """
+
+    intent: str
+    ink_limit: float | None
+    black_limit: float | None
+    white: str
+    white_xyz: tuple[float, ...]
+    space: str
+    viewing_conditions: Mapping[str, float | str] = field(hash=False)
+    medium_white: tuple[float, ...] | None
+    illuminant: str
+    observer: str
+    is_print: bool
+    inks: bool
+
+    @classmethod
+    def of(cls, description: Mapping[str, Any]) -> Conditions:
+        """Return the conditions that the description of a gamut states."""
+        provenance, options = description.get("provenance", {}), description["options"]
+        space = provenance.get("colour_space", {})
+        intent, white = provenance.get("intent"), provenance.get("white_lab")
+        return cls(
+            intent=intent if intent in INTENTS else AS_GIVEN,
+            ink_limit=options.get("ink_limit"),
+            black_limit=options.get("black_limit"),
+            white=str(space.get("reference_white", AS_GIVEN)),
+            white_xyz=tuple(space.get("reference_white_xyz", ())),
+            space=str(options.get("space", "CIELAB")),
+            viewing_conditions={name: space[name] for name in VIEWING if name in space},
+            medium_white=None if white is None else tuple(white),
+            illuminant=_stated(provenance.get("illuminant")),
+            observer=_stated(provenance.get("observer")),
+            is_print=provenance.get("medium") == "reflective"
+            or provenance.get("device_class") == "output",
+            inks="ink_limits" in provenance,
+        )
+
+    @property
+    def paper_counts_as_white(self) -> bool:
+        """Whether a print is relative to a paper that differs from the white of the space."""
+        return (
+            self.is_print
+            and self.intent == "relative"
+            and self.medium_white is not None
+            and _distance(self.medium_white, WHITE_LAB) > SAME_WHITE
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the conditions as a JSON-able mapping."""
+        found: dict[str, Any] = {
+            "intent": self.intent,
+            "ink_limit": self.ink_limit,
+            "black_limit": self.black_limit,
+            "white": {"name": self.white, "xyz": list(self.white_xyz)},
+            "medium_white": None if self.medium_white is None else list(self.medium_white),
+            "space": self.space,
+        }
+        if self.viewing_conditions:
+            found["viewing_conditions"] = dict(self.viewing_conditions)
+        return found
+
+    @property
+    def header(self) -> str:
+        """The conditions as the value of a header field."""
+        parts = [f"intent={self.intent.replace(' ', '-')}"]
+        for name, limit in (("ink-limit", self.ink_limit), ("black-limit", self.black_limit)):
+            if limit is not None:
+                parts.append(f"{name}={limit:g}")
+        parts += [f"white={self.white.replace(' ', '-')}", f"space={self.space}"]
+        parts += [
+            f"{name.replace('_', '-')}={_short(value)}"
+            for name, value in self.viewing_conditions.items()
+        ]
+        return "; ".join(parts)
+
+    def __str__(self) -> str:
+        intent = "colours as given" if self.intent == AS_GIVEN else f"{self.intent} intent"
+        parts = [intent]
+        if self.ink_limit is not None:
+            parts.append(f"ink limit {self.ink_limit:g} %")
+        elif self.inks:
+            parts.append("no ink limit")
+        if self.black_limit is not None:
+            parts.append(f"black limit {self.black_limit:g} %")
+        white = self.white
+        if white == AS_GIVEN:
+            white = f"X Y Z {' '.join(f'{value:g}' for value in self.white_xyz)}".strip()
+        viewing = ", ".join(
+            f"{name.replace('_', ' ')} {_short(value)}"
+            for name, value in self.viewing_conditions.items()
+        )
+        parts += [f"white {white}", f"{self.space} ({viewing})" if viewing else self.space]
+        return ", ".join(parts)
+
+
+def colour_warnings(conditions: Conditions, space: str) -> tuple[str, ...]:
+    """Return warnings about colours of no declared medium that meet a gamut.
+
+    Parameters
+    ----------
+    conditions : Conditions
+        Of the gamut.
+    space : str
+        Of the colours. Colours of sRGB are relative to the white of a display, as the gamut is to
+        the white of its medium, and need no warning.
+    """
+    if space == "sRGB" or not conditions.paper_counts_as_white:
+        return ()
+    assert conditions.medium_white is not None  # noqa: S101  # checked by the property
+    warning = (
+        f"The gamut is relative to its paper, whose L*a*b* {_lab(conditions.medium_white)} counts "
+        "as white: for colours as measured, build it with the intent absolute "
+        '(--intent absolute, or "intent": "absolute").'
+    )
+    return (warning,)
+
+
+def comparison_warnings(
+    one: Conditions, two: Conditions, names: tuple[str, str] = ("A", "B")
+) -> tuple[str, ...]:
+    """Return reasons why figures about two gamuts, by their names, may mislead."""
+    warnings = []
+    a, b = names
+    if AS_GIVEN in {one.intent, two.intent}:
+        if one.paper_counts_as_white or two.paper_counts_as_white:
+            given, other = (a, b) if one.intent == AS_GIVEN else (b, a)
+            warnings.append(
+                f"The colours of {given} are as given, and {other} is relative to its paper. Build "
+                f"{other} with the intent absolute if the colours of {given} are as measured."
+            )
+    elif one.intent != two.intent:
+        warnings.append(
+            f"The intents differ: {a} has the intent {one.intent}, {b} has {two.intent}. Their "
+            "whites are not treated alike. Build both with the same intent."
+        )
+    elif one.intent == "absolute" and not (one.is_print and two.is_print):
+        # papers are compared by this intent; lights keep a white that is not adapted
+        whites = one.medium_white, two.medium_white
+        if whites[0] and whites[1] and _distance(whites[0], whites[1]) > SAME_WHITE:
+            warnings.append(
+                f"The whites differ: L*a*b* {_lab(whites[0])} of {a}, {_lab(whites[1])} of {b}, "
+                "relative to D50. Absolute colours are not adapted from one to the other; the "
+                "intent relative compares each with its own white."
+            )
+    if one.is_print and two.is_print:
+        for name in ("illuminant", "observer"):
+            first, second = getattr(one, name), getattr(two, name)
+            if first and second and first != second:
+                warnings.append(
+                    f"The colours of {a} are for the {name} {first}, those of {b} for {second}."
+                )
+    return tuple(warnings)
+
+
+def _stated(text: object) -> str:
+    """Return an illuminant or observer without notes such as "(assumed, not stated)"."""
+    given = str(text or "")
+    return "" if given.startswith(("none", "as stated")) else given.partition(" (")[0]
+
+
+def _distance(one: tuple[float, ...], two: tuple[float, ...]) -> float:
+    return float(np.linalg.norm(np.subtract(one, two)))
+
+
+def _lab(white: tuple[float, ...]) -> str:
+    return " ".join(f"{value:.4g}" for value in white)
+
+
+def _short(value: float | str) -> str:
+    return value if isinstance(value, str) else f"{value:g}"

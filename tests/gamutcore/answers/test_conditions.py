@@ -1,0 +1,160 @@
+"""What answers say about the gamut: its conditions, and warnings about other questions."""
+
+import csv
+import io
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from gamutcore import Gamut, reference
+
+ROOT = Path(__file__).parents[3]
+
+
+@pytest.fixture(scope="module")
+def press(fogra39):
+    return Gamut(fogra39, surface_samples=5000, ink_limit=300)
+
+
+@pytest.fixture(scope="module")
+def absolute(fogra39):
+    return Gamut(fogra39, surface_samples=5000, ink_limit=300, intent="absolute")
+
+
+@pytest.fixture(scope="module")
+def srgb():
+    return reference("srgb", surface_samples=2000)
+
+
+def spots():
+    with (ROOT / "examples" / "spots.csv").open(encoding="utf-8") as file:
+        return np.array([[float(row[axis]) for axis in "Lab"] for row in csv.DictReader(file)])
+
+
+@pytest.mark.slow
+def test_spot_colours_as_measured_need_the_absolute_gamut(fogra39):
+    """18 of 40 seem printable where paper counts as white, and 16 are."""
+    relative, absolute = (Gamut(fogra39, intent=each) for each in ("relative", "absolute"))
+    assert int(relative.contains(spots()).sum()) == 18
+    assert int(absolute.contains(spots()).sum()) == 16
+    assert relative.nearest(spots()).warnings
+    assert absolute.nearest(spots()).warnings == ()
+
+
+def test_in_one_line(press, absolute):
+    assert str(press.conditions) == "relative intent, ink limit 300 %, white D50, CIELAB"
+    assert absolute.conditions.header == "intent=absolute; ink-limit=300; white=D50; space=CIELAB"
+
+
+def test_paper_is_that_of_the_file(press, absolute):
+    for gamut in (press, absolute):
+        stated = gamut.conditions.to_dict()
+        assert stated["medium_white"] == pytest.approx([95.00, 0.00, -2.00], abs=0.01)
+        assert stated["white"] == {"name": "D50", "xyz": [0.9642, 1.0, 0.8249]}
+
+
+def test_appearance_spaces_state_how_colours_are_seen():
+    cube = [(l, a, b) for l in (40, 60) for a in (-10, 10) for b in (-10, 10)]  # noqa: E741
+    seen = Gamut(cube, space="CAM16-UCS", adapting_luminance=60, surround="dim").conditions
+    assert seen.to_dict()["viewing_conditions"] == {
+        "adapting_luminance": 60,
+        "background": 20,
+        "surround": "dim",
+    }
+    assert "adapting luminance 60" in str(seen)
+    assert str(seen).startswith("colours as given")
+
+
+def test_every_result_states_its_gamut(press, srgb):
+    colour = (50, 90, 0)
+    answers = [
+        press.nearest(colour),
+        press.map(colour),
+        press.crossings((50, 0, 0), colour),
+        press.cusps(4),
+        press.leaves(4, 3),
+        press.slice(50),
+        press.leaf(0),
+        press.rings(srgb, sectors=4),
+    ]
+    assert all(each.gamut == press.conditions for each in answers)
+    assert press.compare(srgb).gamuts == (press.conditions, srgb.conditions)
+    assert (press & srgb).gamuts == (press.conditions, srgb.conditions)
+
+
+class TestColoursOfNoMedium:
+    def test_meet_a_gamut_relative_to_its_paper(self, press):
+        for answer in (press.nearest((50, 0, 0)), press.map((50, 20, 90), space="LCHab")):
+            (warning,) = answer.warnings
+            assert "95 0 -2" in warning
+            assert "--intent absolute" in warning
+
+    def test_are_no_question_where_the_white_is_that_of_the_space(self, press, absolute, srgb):
+        assert absolute.nearest((50, 0, 0)).warnings == ()
+        assert srgb.nearest((50, 0, 0)).warnings == ()
+        assert press.nearest((1, 0, 0), space="sRGB").warnings == ()
+
+
+class TestOtherConditions:
+    def test_two_intents(self, press, absolute, srgb):
+        for one, two in ((press, absolute), (absolute, press), (absolute, srgb)):
+            assert any("intents differ" in each for each in one.compare(two).warnings)
+            assert any("intents differ" in each for each in (one & two).warnings)
+            assert any("intents differ" in each for each in one.rings(two).warnings)
+            with pytest.warns(UserWarning, match="intents differ"):
+                one.coverage_of(two)
+
+    def test_a_source_of_a_mapping(self, press, srgb):
+        other = reference("srgb", intent="absolute", surface_samples=2000)
+        colour = (50, 90, 0)
+        assert press.map(colour, "sgck", source=srgb, space="sRGB").warnings == ()
+        (warning,) = press.map(colour, "sgck", source=other, space="sRGB").warnings
+        assert "intents differ" in warning
+
+    def test_lights_with_another_white(self, absolute):
+        other = reference("srgb", intent="absolute", surface_samples=2000)
+        (warning,) = absolute.compare(other).warnings
+        assert "whites differ" in warning
+
+    def test_the_same(self, press, absolute, srgb):
+        assert absolute.compare(absolute).warnings == ()
+        assert press.compare(srgb).warnings == ()
+        assert press.coverage_of(srgb) < 0.6  # a warning would be an error
+
+    def test_bare_colours(self, press, absolute):
+        bare = Gamut(spots())
+        assert "as given" in press.compare(bare).warnings[0]
+        assert absolute.compare(bare).warnings == ()
+
+
+class TestPictures:
+    def test_a_png_has_a_text(self, press):
+        with Image.open(io.BytesIO(press.picture(64))) as picture:
+            picture.load()
+            assert picture.text == {"Gamut": str(press.conditions)}
+
+    @pytest.mark.parametrize("lightness", [50, 90])
+    def test_an_svg_has_a_caption(self, press, lightness):
+        text = press.slice_svg(lightness).decode()
+        assert joined(text) >= set(str(press.conditions).split())
+
+    def test_a_reference_is_stated_as_well(self, press, absolute):
+        words = joined(press.rings_svg(absolute).decode())
+        assert words >= {"reference:", "absolute", "relative", "Warning:"}
+
+    @pytest.mark.slow
+    def test_plots(self, press):
+        pytest.importorskip("matplotlib")
+        from gamutcore.answers.drawing import figure
+
+        axes = press.plot_slice(50, figure().add_subplot())
+        press.plot_slice(60, axes)
+        assert axes.get_title() == str(press.conditions)
+
+
+def joined(svg):
+    """Return the words of the texts of a picture; captions have several lines."""
+    texts = [each.split(">", 1)[1].partition("<")[0] for each in svg.split("<text")[1:]]
+    return set(" ".join(texts).split())
