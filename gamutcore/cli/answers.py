@@ -189,8 +189,9 @@ def _report(
         columns[channel] = values
     unit = f"in {gamut.colour_space.name}"
     summary = (
-        f"{int(inside.sum())} of {len(own)} colours are in gamut (tolerance {tolerance:.2g} {unit})"
-        f", {int((columns['position'] == 'edge').sum())} at the edge (width {edge_width:.2g})."
+        f"{int(inside.sum())} of {len(own)} colours are in gamut."
+        f" {int((columns['position'] == 'edge').sum())} are at the edge."
+        f" Tolerance {tolerance:.2g}, edge width {edge_width:.2g} {unit}."
     )
     if passing is not None:
         summary += f" {int(columns['passes'].sum())} pass (ΔE00 up to {passing:g})."

@@ -169,6 +169,7 @@ class GamutDescription(GamutSummary):
     preserve the volume; for others, `levels` has the volumes."""
     grid_step: float
     boundary_error: Annotated[float, Field(ge=0)] | SkipJsonSchema[None] = None
+    """Largest distance by which the full boundary misses colours on the surface of the device."""
     """All coordinates are integer multiples of this power of two."""
     area: float
     centre: Coordinates

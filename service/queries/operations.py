@@ -198,7 +198,8 @@ def _contains(level: QueryLevel, colours: list[FloatArray], values: Mapping[str,
     columns: dict[str, NDArray[Any]] = {"inside": np.asarray(inside)}
     if values["distance"]:
         columns["distance"] = gamut.distance(colours[0], **asked)
-    if any(values[name] not in {None, False} for name in ("position", "tolerance", "edge_width")):
+    given = [values[name] is not None for name in ("tolerance", "edge_width")]
+    if values["position"] or any(given):
         columns["position"] = gamut.classify(
             colours[0], tolerance=tolerance, edge_width=width, **asked
         )

@@ -231,7 +231,7 @@ class Queries:
         try:
             for points in question.body.inputs:
                 rows = points[start : start + PIECE]
-                level.gamut.contains(rows, space=space, triangles=level.triangles)
+                level.gamut.convert(rows, space)
         except InvalidPointsError as error:
             _shift_row(error, start)
             raise

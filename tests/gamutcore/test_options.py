@@ -18,6 +18,7 @@ from gamutcore.options import OPTIONS, Options, option_name, option_value
 
 GAMMA = st.floats(0, 1, exclude_min=True)
 METHODS = {
+    "auto": {"gamma": GAMMA},
     "modified-convex-hull": {"gamma": GAMMA},
     "convex-hull": {"gamma": st.just(1)},
     "device-surface": {},
@@ -58,7 +59,7 @@ def valid(draw):
     """Options of one method with those that all methods have."""
     name = draw(st.sampled_from(sorted(METHODS)))
     own = draw(st.fixed_dictionaries({}, optional=METHODS[name]))
-    named = {} if name == "modified-convex-hull" and draw(st.booleans()) else {"boundary": name}
+    named = {} if name == "auto" and draw(st.booleans()) else {"boundary": name}
     return {**draw(COMMON), **own, **named}
 
 
@@ -130,7 +131,7 @@ def test_a_value_that_is_not_accepted(field, value):
     ("one", "other"),
     [
         ({}, {"gamma": "auto", "centre": "auto"}),
-        ({}, {"boundary": "modified-convex-hull", "source": "transforms"}),
+        ({}, {"boundary": "auto", "gamma": "auto", "source": "transforms"}),
         ({}, {"space": "lab"}),
         ({}, {"space": "L*a*b*"}),
         ({}, {"Space": "CIE Lab", "reference_white": "D50", "adaptation": "Bradford", "scale": 1}),

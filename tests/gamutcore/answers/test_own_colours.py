@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -25,7 +25,7 @@ PRESSES = ["FOGRA39L.ti3", "FOGRA29L.ti3"]
 
 CUBE = list(product((40, 60), (-10, 10), (-10, 10)))
 
-LEVELS = ({}, {"max_error": 0.0}, {"triangles": 100})
+LEVELS: tuple[dict[str, Any], ...] = ({}, {"max_error": 0.0}, {"triangles": 100})
 
 
 def _edge_codes() -> FloatArray:

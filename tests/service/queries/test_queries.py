@@ -191,6 +191,20 @@ def test_large_arrays_are_answered_in_pieces(ask):
     assert array["row"].tolist() == [n for n in range(len(lines)) if n % 3 for _ in range(2)]
 
 
+def test_the_answer_states_tolerance_and_edge_width(ask):
+    colour = [[50.0, 0.0, 10.3]]
+    answer = ask({"colours": colour, "position": True})
+    found = answer.json()
+    assert 0 < found["tolerance"] < 0.1
+    assert found["edge_width"] == 1.0
+    assert float(answer.headers["Gamut-Tolerance"]) == pytest.approx(found["tolerance"], rel=1e-4)
+    assert float(answer.headers["Gamut-Edge-Width"]) == 1.0
+    for tolerance, inside in ((0, False), (0.2, False), (0.5, True)):
+        found = ask({"colours": colour, "tolerance": tolerance, "edge_width": 0.1}).json()
+        assert found["inside"] == [inside]
+        assert found["position"] == ["edge" if inside else "outside"]
+
+
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_documented_examples_are_answered_as_documented(server, ask, name):
     document = server.client.get("/openapi.json").json()
