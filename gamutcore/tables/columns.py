@@ -227,9 +227,11 @@ def _sets(names: Sequence[str]) -> list[ColourColumns]:
             places = [[at for at, name in enumerate(spelt) if name == one] for one in wanted]
             if kind == "LCH" and any(one.kind == "LAB" for one in found):
                 continue
+            if len(set(map(len, places))) > 1:  # incomplete, or one column is doubled
+                continue
             found += [
                 ColourColumns(one, kind, each.space)
-                for one in zip(*places, strict=False)  # a set that is twice there counts twice
+                for one in zip(*places, strict=True)  # a set that is twice there counts twice
             ]
     found += [
         ColourColumns((at,), "TEXT", "sRGB")

@@ -76,6 +76,7 @@ def test_encodings_come_back(encoding):
         ("C,M,Y,K\n1,2,3,4\n", MissingColumnError, "profile of the press"),
         ("L,a,b,R,G,B\n50,1,2,3,4,5\n", MissingColumnError, "L,a,b; R,G,B"),
         ("L,a,b,L,a,b\n50,1,2,3,4,5\n", MissingColumnError, "--columns 1,2,3"),
+        ("L,a,b,LAB_L\n50,1,2,3\n", MissingColumnError, "--columns"),
         ("R,G,B\n1,0,0\n", InvalidPointsError, "1 or 255"),
         ("R,G,B\n1.5,20.5,3\n", InvalidPointsError, r"100 \(per cent\) or 255"),
         ("R,G,B\n300,1,2\n", InvalidPointsError, "1023"),
