@@ -39,7 +39,7 @@ export class BuildOptions {
   }
 
   private summarise(): void {
-    const limit = this.limit.value === "" ? "no ink limit" : `ink limit ${this.limit.value} %`;
+    const limit = this.limit.value === "" ? "no ink limit" : `ink limit ${this.limit.value}\u00a0%`;
     byId("options-summary").textContent = `${this.intent.value}, ${limit}, ${this.space.value}`;
     byId("intent-note").textContent = INTENTS[this.intent.value]!;
   }

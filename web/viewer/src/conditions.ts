@@ -5,7 +5,7 @@ import type { Definition } from "./elements.js";
 /** Rendering intents of the service, each with a sentence. */
 export const INTENTS: Record<string, string> = {
   relative: "Relative: the white of the medium counts as the white of the space.",
-  absolute: "Absolute: the white of the medium keeps its colour.",
+  absolute: "Absolute: the white of the medium keeps its colour, as in measured spot colours.",
   perceptual: "Perceptual: as an ICC profile renders pictures.",
   saturation: "Saturation: as an ICC profile renders graphics.",
 };
@@ -24,11 +24,11 @@ export function conditions({ options, provenance }: Gamut): Definition[] {
     [
       "Intent",
       INTENTS[provenance.intent ?? ""] ?? "As given: the colours are not converted.",
-      "How the white of the medium is treated. It decides which question an answer belongs to.",
+      "How the white of the medium is treated. Colours as measured, such as spot colours, need the absolute intent.",
     ],
   ];
   if (limits !== undefined) {
-    const limit = (value: number | null) => (value === null ? "None" : `${value} %`);
+    const limit = (value: number | null) => (value === null ? "None" : `${value}\u00a0%`);
     facts.push(["Ink limit", limit(limits.total), "Largest sum of all inks. Four full inks are 400 %."]);
     if (limits.black !== null) facts.push(["Black limit", limit(limits.black), "Largest amount of the black ink."]);
   }
@@ -41,14 +41,14 @@ export function conditions({ options, provenance }: Gamut): Definition[] {
     const seen = [provenance.illuminant, provenance.observer].filter((text) => text && !text.startsWith("none"));
     facts.push([
       "White",
-      values + (luminance === undefined ? "" : `, ${numbers([luminance])} cd/m²`),
+      values + (luminance === undefined ? "" : `, ${numbers([luminance])}\u00a0cd/m²`),
       `White of the medium or display${seen.length > 0 ? ` (${seen.join(", ")})` : ""}.`,
     ]);
   }
   const viewing: [string, number | string | undefined, string][] = [
-    ["luminance", space?.luminance, " cd/m²"],
-    ["adapting luminance", space?.adapting_luminance, " cd/m²"],
-    ["background", space?.background, " %"],
+    ["luminance", space?.luminance, "\u00a0cd/m²"],
+    ["adapting luminance", space?.adapting_luminance, "\u00a0cd/m²"],
+    ["background", space?.background, "\u00a0%"],
     ["surround", space?.surround, ""],
   ];
   const parts = viewing.flatMap(([name, value, unit]) =>
