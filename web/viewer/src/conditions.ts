@@ -32,7 +32,7 @@ export function conditions({ options, provenance }: Gamut): Definition[] {
     facts.push(["Ink limit", limit(limits.total), "Largest sum of all inks. Four full inks are 400 %."]);
     if (limits.black !== null) facts.push(["Black limit", limit(limits.black), "Largest amount of the black ink."]);
   }
-  if (kind !== undefined) {
+  if (kind) {
     facts.push(["Medium", MEDIA[kind] ?? kind[0]!.toUpperCase() + kind.slice(1), "What shows or carries the colours."]);
   }
   if (white_lab || white) {
