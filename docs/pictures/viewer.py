@@ -28,7 +28,8 @@ def take_pictures() -> None:
             running.build((EXAMPLES / name).read_bytes())["id"]
             for name in ("FOGRA39L.ti3", "FOGRA29L.ti3")
         )
-        drive("pictures.mjs", running.port, FOLDER=folder, PRESS=press, OTHER=other)
+        file = str(EXAMPLES / "FOGRA39L.ti3")
+        drive("pictures.mjs", running.port, FOLDER=folder, PRESS=press, OTHER=other, FILE=file)
         frames = sorted(Path(folder).glob("slider-*.png"))
         for path in sorted(set(Path(folder).glob("*.png")) - set(frames)):
             picture = FOLDER / f"{path.stem}.webp"

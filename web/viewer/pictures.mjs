@@ -1,11 +1,11 @@
 // Takes the pictures of the documents with the viewer in Chromium.
 //
-//   VIEWER_URL=... CHROMIUM=... PRESS=ID OTHER=ID FOLDER=... node pictures.mjs
+//   VIEWER_URL=... CHROMIUM=... PRESS=ID OTHER=ID FILE=... FOLDER=... node pictures.mjs
 import process from "node:process";
 import { join } from "node:path";
 import { chromium, drawn, open } from "./tests/pages.mjs";
 
-const { PRESS, OTHER, FOLDER } = process.env;
+const { PRESS, OTHER, FILE, FOLDER } = process.env;
 const SIZE = { width: 1120, height: 700 };
 const FRAMES = 36;
 const MOST_TRIANGLES = 10_000;
@@ -32,6 +32,15 @@ async function point(page, across, down) {
 }
 
 await take("one", `/view#a=${PRESS}`, (page) => point(page, 0.55, 0.5));
+await take("options", `/view#a=${PRESS}`, async (page) => {
+  await page.click("#options summary");
+  await page.select("#intent", "absolute");
+  await page.type("#ink-limit", "300");
+  const [chooser] = await Promise.all([page.waitForFileChooser(), page.click("#upload")]);
+  await chooser.accept([FILE]);
+  await page.waitForFunction("/^Absolute/.test(document.querySelector('#facts dd').textContent)", { timeout: 60_000 });
+  await page.$eval("#panel", (panel) => { panel.scrollTop = 0; });
+});
 await take("two", `/view#a=${PRESS}&b=srgb`, async (page) => {
   await compared(page);
   await point(page, 0.5, 0.55);

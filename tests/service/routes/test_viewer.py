@@ -6,12 +6,15 @@ import shutil
 import socket
 import subprocess
 import threading
+from html.parser import HTMLParser
 from pathlib import Path
 
 import browser as chromium
 import pytest
 import uvicorn
 
+from gamutcore.export.viewer_page import VIEWER_FILES
+from gamutcore.options import OPTIONS
 from service.access.api_keys import new_key
 from service.application import create_app
 from service.settings import Settings
@@ -35,6 +38,43 @@ def test_the_files_are_built_from_the_sources():
         ["node", "build.mjs", "--check"], cwd=WEB, check=False, capture_output=True, text=True
     )
     assert ended.returncode == 0, ended.stderr
+
+
+class _Controls(HTMLParser):
+    """Attributes of the form controls of a page by id, and the options of each select."""
+
+    def __init__(self, page):
+        super().__init__()
+        self.controls, self.options, self.selected, self._select = {}, {}, {}, ""
+        self.feed(page)
+
+    def handle_starttag(self, tag, attrs):
+        given = dict(attrs)
+        if tag in {"input", "select"} and "id" in given:
+            self.controls[given["id"]] = given
+            self._select = given["id"]
+        if tag == "option":
+            self._given = given
+
+    def handle_data(self, data):
+        if self.lasttag == "option" and data.strip():
+            value = self._given.get("value", data)
+            self.options.setdefault(self._select, []).append(value)
+            if "selected" in self._given:
+                self.selected[self._select] = value
+
+
+def test_the_page_offers_the_options_of_the_service_and_their_defaults():
+    page = _Controls((VIEWER_FILES / "index.html").read_text("utf-8"))
+    for name in ("intent", "space"):
+        (choice,) = OPTIONS[name].types
+        assert page.options[name] == list(choice.values), name
+        assert page.selected[name] == OPTIONS[name].default
+    (limit,) = OPTIONS["ink_limit"].types
+    field = page.controls["ink-limit"]
+    assert float(field["min"]) > limit.least
+    assert float(field["max"]) == limit.most
+    assert "value" not in field
 
 
 @pytest.fixture

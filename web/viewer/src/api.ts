@@ -33,7 +33,25 @@ export interface Gamut {
   provenance: {
     warnings?: unknown[];
     axes?: string;
-    colour_space?: { axes: string[]; scale: number };
+    intent?: string;
+    ink_limits?: { total: number | null; black: number | null };
+    medium?: string;
+    device_class?: string;
+    /** X, Y, Z of the medium's white; its L*, a*, b* for D50. */
+    white?: number[] | null;
+    white_lab?: number[] | null;
+    white_luminance?: number;
+    illuminant?: string;
+    observer?: string;
+    colour_space?: {
+      axes: string[];
+      scale: number;
+      reference_white?: string;
+      luminance?: number | string;
+      adapting_luminance?: number;
+      background?: number;
+      surround?: string;
+    };
   };
 }
 
@@ -171,10 +189,15 @@ export async function describe(name: string, progress: Progress, signal: AbortSi
   return (await response.json()) as Gamut;
 }
 
-/** Send a file, and wait for its gamut. */
-export async function build(file: File, progress: Progress, signal: AbortSignal): Promise<string> {
+/** Send a file and options, and wait for the gamut. */
+export async function build(file: File, options: object, progress: Progress, signal: AbortSignal): Promise<string> {
+  // A file that changed after it was chosen, and a folder, cannot be read.
+  await file.slice(0, 1).arrayBuffer().catch(() => {
+    throw new Error(`${file.name} cannot be read, or it changed. Choose it again.`);
+  });
   const body = new FormData();
   body.append("file", file);
+  body.append("options", JSON.stringify(options));
   progress("upload", 0, "");
   const response = await request("/v1/gamuts", {
     method: "POST",

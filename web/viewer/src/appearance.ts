@@ -11,7 +11,8 @@ export async function appearanceOf(gamut: Gamut, path: string, signal: AbortSign
   const space = gamut.provenance.colour_space;
   if (gamut.options.space === "CIELAB") return { kind: "cielab", scale: space?.scale ?? 1 };
   if (embedded?.coloured) return colouredPoints(embedded.coloured.buffer);
-  const address = `${path}/mesh.ply?triangles=${COLOURED_TRIANGLES}`;
+  const triangles = Math.min(COLOURED_TRIANGLES, gamut.counts.triangles);
+  const address = `${path}/mesh.ply?triangles=${triangles}`;
   const response = await request(address, { signal, headers: { Accept: "*/*" } });
   return colouredPoints(await response.arrayBuffer());
 }

@@ -169,6 +169,9 @@ export class ColourList {
     byId("colours-note").textContent =
       `${colours.length} colours, ${outside} outside.` +
       (rest > 0 ? ` The table has the first ${MOST_TABLE_ROWS}, the file all.` : "");
+    byId("colours-warnings").replaceChildren(
+      ...found.warnings.map((warning) => element("p", warning, { className: "warning" })),
+    );
     const head = element("tr");
     const channels = found.device ? [`${this.gamut!.channels.join(" ")}, %`] : [];
     const heads = ["Colour", "In gamut", "ΔE00", ...channels, "Nearest"];
@@ -234,6 +237,7 @@ export class ColourList {
     this.group?.removeFromParent();
     this.group = null;
     this.answer = null;
+    byId("colours-warnings").replaceChildren();
     byId("colours-table").replaceChildren();
     byId("colours-table").hidden = true;
     byId("colours-note").textContent = "";

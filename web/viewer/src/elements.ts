@@ -22,9 +22,25 @@ export function save(content: Blob, name: string): void {
   setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
 }
 
-/** A description list of terms and meanings. */
-export function definitions(pairs: [string, string][]): HTMLDListElement {
+/** A term, its meaning, and an explanation that is shown on hover. */
+export type Definition = [term: string, meaning: string, explanation?: string];
+
+/** A description list. */
+export function definitions(all: Definition[]): HTMLDListElement {
   const list = element("dl");
-  for (const [term, meaning] of pairs) list.append(element("dt", term), element("dd", meaning));
+  for (const [term, meaning, title] of all) {
+    list.append(element("dt", term, title === undefined ? {} : { title }), element("dd", meaning));
+  }
   return list;
+}
+
+/** Warnings of the service, each once: texts, or objects with one. */
+export function warningTexts(given: unknown): string[] {
+  if (!Array.isArray(given)) return [];
+  const texts = given.map((each: unknown) => {
+    if (typeof each === "string") return each;
+    const { message, detail } = (each ?? {}) as { message?: unknown; detail?: unknown };
+    return String(message ?? detail ?? "");
+  });
+  return [...new Set(texts)].filter((text) => text !== "");
 }

@@ -1,6 +1,7 @@
 // The slider of levels, and what is said about gamuts and levels.
 import type { Gamut } from "./api.js";
-import { definitions, element } from "./elements.js";
+import { conditions } from "./conditions.js";
+import { type Definition, definitions, element, warningTexts } from "./elements.js";
 
 const PLACES = 1000;
 const COARSEST = 4;
@@ -31,16 +32,16 @@ export function limitNote(gamut: Gamut, triangles: number, aim: number): string 
 }
 
 export function facts(gamut: Gamut): HTMLElement[] {
-  const warnings = gamut.provenance.warnings?.length ?? 0;
+  const warnings = warningTexts(gamut.provenance.warnings);
   return [
     element("h3", gamut.name),
     definitions([
-      ["Space", gamut.options.space],
+      ...conditions(gamut),
       ["Volume", Number(gamut.volume.toPrecision(6)).toLocaleString("en")],
       ["Full boundary", `${gamut.counts.triangles.toLocaleString("en")} triangles`],
       ["Method", gamut.options.boundary],
-      ...(gamut.channels.length > 0 ? [["Channels", gamut.channels.join(" ")] as [string, string]] : []),
-      ...(warnings > 0 ? [["Warnings", String(warnings)] as [string, string]] : []),
+      ...(gamut.channels.length > 0 ? [["Channels", gamut.channels.join(" ")] as Definition] : []),
     ]),
+    ...warnings.map((warning) => element("p", warning, { className: "warning" })),
   ];
 }

@@ -16,6 +16,7 @@ import {
 import { type PageState, pageAddress, readState, writeState } from "./address.js";
 import { appearanceOf } from "./appearance.js";
 import { axes, axesGrid, disposeAxes } from "./axes.js";
+import { BuildOptions } from "./build_options.js";
 import { Chooser } from "./chooser.js";
 import { ColourList } from "./colour_list.js";
 import { ComparisonPanel } from "./comparison_panel.js";
@@ -58,6 +59,12 @@ class Viewer {
   private readonly comparison = new ComparisonPanel(() => this.view.draw());
   private readonly materials: Record<Role, Materials> = { a: new Materials(), b: new Materials() };
   private readonly distance = new DistanceLine();
+  private readonly options = new BuildOptions(() => {
+    if (this.kept !== undefined) void this.upload(this.kept);
+  });
+  /** Files of gamuts that were built on this page, by id, and the file whose build failed last. */
+  private readonly files = new Map<string, File>();
+  private failed: File | undefined;
   private axesKey = "null";
   private axesGroup: Group | null = null;
   private job = "";
@@ -167,6 +174,7 @@ class Viewer {
   }
 
   private async choose(role: Role, entry: Entry | null): Promise<void> {
+    this.failed = undefined;
     await this.show(role, entry?.key ?? null);
   }
 
@@ -272,6 +280,11 @@ class Viewer {
     if (this.axesGroup !== null) this.view.scene.add(this.axesGroup);
   }
 
+  /** The file that can be built again. */
+  private get kept(): File | undefined {
+    return this.failed ?? this.files.get(this.shown.a?.gamut.id ?? "");
+  }
+
   private all(): Shown[] {
     return ROLES.flatMap((role) => this.shown[role] ?? []);
   }
@@ -307,6 +320,7 @@ class Viewer {
     this.comparison.show(a !== null && b !== null ? { a, b } : null);
     const gamut = a?.gamut ?? null;
     byId<HTMLButtonElement>("html").disabled = gamut === null;
+    this.options.offer(this.kept, gamut?.name);
     this.colours.show(gamut, gamut === null ? null : orientation(axisNames(gamut)));
     this.refreshLevel();
     this.describeView();
@@ -392,17 +406,26 @@ class Viewer {
   };
 
   private async upload(file: File): Promise<void> {
+    const options = this.options.chosen();
+    if (options === null) return;
     this.uploading?.abort();
+    this.failed = undefined;
     const uploading = new AbortController();
     this.uploading = uploading;
     this.complain(null);
     try {
-      const id = await build(file, this.progress, uploading.signal);
+      const id = await build(file, options, this.progress, uploading.signal);
       if (uploading.signal.aborted) return;
+      this.files.set(id, file);
       await this.show("a", id);
       this.announce(`${file.name} is shown`);
     } catch (error) {
-      if (!uploading.signal.aborted) this.complain(error);
+      if (uploading.signal.aborted) return;
+      this.complain(error);
+      if (!(error instanceof ProblemError)) return;
+      this.failed = file;
+      this.options.offer(file, undefined);
+      if (error.problem.code === "invalid-option") this.options.open();
     } finally {
       if (this.uploading === uploading) {
         this.uploading = null;
@@ -413,7 +436,9 @@ class Viewer {
 
   private connectFiles(): void {
     const input = byId<HTMLInputElement>("file");
-    byId("upload").addEventListener("click", () => input.click());
+    byId("upload").addEventListener("click", () => {
+      if (this.options.chosen() !== null) input.click();
+    });
     input.addEventListener("change", () => {
       const [file] = input.files ?? [];
       input.value = "";

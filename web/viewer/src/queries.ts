@@ -1,5 +1,6 @@
 // Questions to the service: comparison, colours in gamut, nearest colours.
 import { type Gamut, request } from "./api.js";
+import { warningTexts } from "./elements.js";
 
 /** Areas in a chromaticity diagram; `area_ratio` is A ÷ B. */
 interface Areas {
@@ -25,6 +26,8 @@ export interface Nearest {
   distance: number[];
   delta_e_2000: number[];
   device?: number[][];
+  /** Reasons why the answer may mislead. */
+  warnings: string[];
 }
 
 export async function compare(a: string, b: string, signal: AbortSignal): Promise<Comparison> {
@@ -62,11 +65,12 @@ export async function nearest(gamut: Gamut, colours: number[][], signal: AbortSi
       signal,
       headers: { "Content-Type": "application/json" },
     });
-    return (await response.json()) as Nearest;
+    return (await response.json()) as Omit<Nearest, "warnings"> & { warnings?: unknown[] };
   };
   const metric = gamut.options.space === "CIELAB" ? { metric: "CIE 2000" } : {};
   const [where, found] = await Promise.all([ask("contains", {}), ask("nearest", metric)]);
-  return { ...found, inside: where.inside };
+  const warnings = warningTexts([...(where.warnings ?? []), ...(found.warnings ?? [])]);
+  return { ...found, inside: where.inside, warnings };
 }
 
 /** An array (n, 3) of float32 as a NumPy file, version 1.0. */

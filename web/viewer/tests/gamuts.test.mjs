@@ -28,6 +28,7 @@ for (const [scheme, rules] of [["light", null], ["dark", ["color-contrast"]]]) {
     await page.goto(`${page.url().split("#")[0]}#a=${FIRST}&b=${SECOND}`);
     await page.reload();
     await drawn(page, FINEST);
+    await page.click("#options summary");
     assert.deepEqual(await violations(page, rules), []);
     await page.click("#help");
     assert.deepEqual(await violations(page, rules), []);
@@ -187,6 +188,139 @@ test("a file that is dropped is built, with progress, and shown", async () => {
   assert.match(await page.$eval("#legend", (legend) => legend.innerText), /dropped colours/);
   const stages = await page.evaluate("[...window.stages]");
   assert.ok(stages.length > 1 && stages.every((stage) => stage.startsWith("Building: ")), String(stages));
+  await close(page);
+});
+
+/** A press with the paper white L* 95, a* 0, b* -2 of ISO 12647-2: all 16 combinations of full inks. */
+const PRESS = ["C,M,Y,K,L,a,b"];
+for (const k of [0, 100]) {
+  for (const y of [0, 100]) {
+    for (const m of [0, 100]) {
+      for (const c of [0, 100]) {
+        const dark = 1 - 0.8 * (k / 100);
+        const lab = [95 - 0.4 * c - 0.45 * m - 0.06 * y, -0.35 * c + 0.75 * m - 0.05 * y, -2 - 0.48 * c - 0.02 * m + 0.95 * y];
+        PRESS.push([c, m, y, k, Math.max(3, lab[0] * dark), lab[1] * dark, lab[2] * dark].join());
+      }
+    }
+  }
+}
+
+function drop(page, text, name) {
+  return page.evaluate(
+    (content, title) => {
+      const dataTransfer = new DataTransfer();
+      dataTransfer.items.add(new File([content], title));
+      document.body.dispatchEvent(new DragEvent("drop", { bubbles: true, dataTransfer }));
+    },
+    text,
+    name,
+  );
+}
+
+/** The facts by their terms. */
+function facts(page) {
+  return page.$eval("#facts dl", (list) =>
+    Object.fromEntries([...list.querySelectorAll("dt")].map((term) => [term.textContent, term.nextSibling.textContent])),
+  );
+}
+
+test("a file is built with the options of the page, and again with others, with the keyboard", async () => {
+  const page = await open(browser, "/view");
+  const chosen = () => page.$eval("#options-summary", (text) => text.textContent.replaceAll("\u00a0", " "));
+  const described = async () => (await fetch(new URL(`/v1/gamuts/${/a=(\w+)/.exec(page.url())[1]}`, page.url()))).json();
+  const shown = async (intent) => {
+    await page.waitForFunction((text) => document.querySelector("#facts dd")?.textContent.startsWith(text), {}, intent);
+    // The address follows a moment later.
+    for (const end = Date.now() + PATIENCE; Date.now() < end; await new Promise((resolve) => setTimeout(resolve, 100))) {
+      const gamut = page.url().includes("#a=") ? await described() : null;
+      if (gamut?.options.intent === intent.toLowerCase()) return gamut;
+    }
+    throw new Error(`the address has no gamut of the intent ${intent}`);
+  };
+  assert.equal(await chosen(), "relative, no ink limit, CIELAB");
+  await drop(page, PRESS.join("\n"), "press.csv");
+  const relative = await shown("Relative");
+  assert.ok(Math.abs(relative.bounds[1][0] - 100) < 0.1, "paper counts as white");
+  assert.equal((await facts(page))["Ink limit"], "None");
+
+  await page.focus("#options summary");
+  await page.keyboard.press("Enter");
+  await page.keyboard.press("Tab");
+  await page.keyboard.type("Abs");
+  await page.keyboard.press("Tab");
+  await page.keyboard.type("250");
+  await page.keyboard.press("Tab");
+  await page.keyboard.press("Tab");
+  assert.equal(await page.evaluate("document.activeElement.id"), "rebuild");
+  await page.keyboard.press("Enter");
+  const absolute = await shown("Absolute");
+  assert.ok(Math.abs(absolute.bounds[1][0] - 95) < 0.1, "paper is as measured");
+  assert.equal(absolute.options.ink_limit, 250);
+  assert.ok(absolute.volume < relative.volume);
+  const stated = await facts(page);
+  assert.equal(stated["Ink limit"].replace("\u00a0", " "), "250 %");
+  assert.equal(stated["Space"], "CIELAB, white D50");
+  assert.equal(await page.$$eval("#facts dt[title]", (terms) => terms.every((term) => term.title.endsWith("."))), true);
+
+  // They stay for the next file, and do not change what is shown.
+  await drop(page, [...PRESS, "0,0,0,50,60,0,-1"].join("\n"), "other.csv");
+  await page.waitForFunction("/other/.test(document.title)");
+  assert.equal((await shown("Absolute")).options.ink_limit, 250);
+  assert.equal(await chosen(), "absolute, ink limit 250 %, CIELAB");
+  assert.deepEqual(await violations(page), []);
+
+  // A gamut of the service has no file here.
+  await page.evaluate(`window.gamutViewer.show("a", "${FIRST}")`);
+  assert.equal(await page.$eval("#rebuild", (button) => button.checkVisibility()), false);
+  assert.match(await page.$eval("#rebuild-note", (note) => note.textContent), /Ball A .*choose its file again/);
+  await close(page);
+});
+
+test("an option that does not apply is refused by the service, and the file is built again without it", async () => {
+  const page = await open(browser, "/view", { width: 390, height: 780 });
+  await page.$eval("#intent", (select) => { select.value = "absolute"; });
+  await page.$eval("#ink-limit", (input) => { input.value = "-1"; });
+  await drop(page, SAMPLES, "bare colours.csv");
+  assert.equal(await page.evaluate("document.activeElement.id"), "ink-limit");
+  assert.equal(await page.$eval("#job", (job) => job.checkVisibility()), false);
+  await page.$eval("#ink-limit", (input) => { input.value = ""; });
+  await drop(page, SAMPLES, "bare colours.csv");
+  await page.waitForSelector("#problem:not([hidden])");
+  assert.match(await page.$eval("#problem", (box) => box.textContent), /intent 'absolute' does not apply/);
+  assert.match(await page.$eval("#rebuild-note", (note) => note.textContent), /bare colours\.csv/);
+  assert.ok(await page.evaluate("document.documentElement.scrollWidth <= innerWidth"));
+  assert.deepEqual(await violations(page), []);
+  await page.select("#intent", "relative");
+  await page.select("#space", "Oklab");
+  await page.$eval("#rebuild", (button) => button.click());
+  await page.waitForFunction("/bare colours/.test(document.title)");
+  const { Intent, Space } = await facts(page);
+  assert.match(Intent, /^As given/);
+  assert.match(Space, /^Oklab, white D65/);
+  page.complaints = page.complaints.filter((text) => !text.includes("the server responded with a status of 4"));
+  await close(page);
+});
+
+test("warnings about a list of colours are shown once, above the table", async () => {
+  const page = await open(browser, `/view#a=${FIRST}`);
+  await drawn(page, FINEST);
+  await page.evaluate(() => {
+    const ask = window.fetch;
+    window.fetch = async (...given) => {
+      const response = await ask(...given);
+      if (!/\/(contains|nearest)$/.test(given[0])) return response;
+      return Response.json({ ...(await response.json()), warnings: ["Relative to paper.", { detail: "Second." }] });
+    };
+    document.getElementById("colours").value = "50 60 0";
+  });
+  await page.click("#check");
+  await page.waitForSelector("#colours-table table");
+  const box = await page.$("#colours-warnings");
+  assert.deepEqual(await box.$$eval("p", (all) => all.map((each) => each.textContent)), ["Relative to paper.", "Second."]);
+  assert.ok(await box.evaluate((each) => each.compareDocumentPosition(document.getElementById("colours-table")) & 4));
+  assert.deepEqual(await violations(page), []);
+  await page.click("#colours-clear");
+  assert.equal(await box.$("p"), null);
   await close(page);
 });
 

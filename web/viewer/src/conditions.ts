@@ -1,0 +1,68 @@
+// What the colours of a gamut are relative to, in words: intent, ink limits, medium, white and space.
+import type { Gamut } from "./api.js";
+import type { Definition } from "./elements.js";
+
+/** Rendering intents of the service, each with a sentence. */
+export const INTENTS: Record<string, string> = {
+  relative: "Relative: the white of the medium counts as the white of the space.",
+  absolute: "Absolute: the white of the medium keeps its colour, as in measured spot colours.",
+  perceptual: "Perceptual: as an ICC profile renders pictures.",
+  saturation: "Saturation: as an ICC profile renders graphics.",
+};
+
+const MEDIA: Record<string, string> = {
+  reflective: "Print or another reflecting medium",
+  unknown: "Not stated",
+  output: "Printer or press",
+  input: "Scanner or camera",
+};
+
+export function conditions({ options, provenance }: Gamut): Definition[] {
+  const { colour_space: space, ink_limits: limits, white, white_lab, medium } = provenance;
+  const kind = medium ?? provenance.device_class;
+  const facts: Definition[] = [
+    [
+      "Intent",
+      INTENTS[provenance.intent ?? ""] ?? "As given: the colours are not converted.",
+      "How the white of the medium is treated. Colours as measured, such as spot colours, need the absolute intent.",
+    ],
+  ];
+  if (limits !== undefined) {
+    const limit = (value: number | null) => (value === null ? "None" : `${value}\u00a0%`);
+    facts.push(["Ink limit", limit(limits.total), "Largest sum of all inks. Four full inks are 400 %."]);
+    if (limits.black !== null) facts.push(["Black limit", limit(limits.black), "Largest amount of the black ink."]);
+  }
+  if (kind) {
+    facts.push(["Medium", MEDIA[kind] ?? kind[0]!.toUpperCase() + kind.slice(1), "What shows or carries the colours."]);
+  }
+  if (white_lab || white) {
+    const luminance = provenance.white_luminance;
+    const values = white_lab ? `L*a*b* ${numbers(white_lab)}` : `X Y Z ${numbers(white!)}`;
+    const seen = [provenance.illuminant, provenance.observer].filter((text) => text && !text.startsWith("none"));
+    facts.push([
+      "White",
+      values + (luminance === undefined ? "" : `, ${numbers([luminance])}\u00a0cd/m²`),
+      `White of the medium or display${seen.length > 0 ? ` (${seen.join(", ")})` : ""}.`,
+    ]);
+  }
+  const viewing: [string, number | string | undefined, string][] = [
+    ["luminance", space?.luminance, "\u00a0cd/m²"],
+    ["adapting luminance", space?.adapting_luminance, "\u00a0cd/m²"],
+    ["background", space?.background, "\u00a0%"],
+    ["surround", space?.surround, ""],
+  ];
+  const parts = viewing.flatMap(([name, value, unit]) =>
+    value === undefined ? [] : [`${name} ${typeof value === "number" ? numbers([value]) : value}${unit}`],
+  );
+  const reference = space?.reference_white;
+  facts.push([
+    "Space",
+    [options.space, ...(reference === undefined ? [] : [`white ${reference}`]), ...parts].join(", "),
+    "Coordinates of the boundary, their reference white and viewing conditions.",
+  ]);
+  return facts;
+}
+
+function numbers(values: number[]): string {
+  return values.map((value) => String(Number(value.toPrecision(4))).replace("-", "−")).join(" ");
+}
