@@ -24,7 +24,7 @@ from gamutcore.queries.colour_difference import delta_e_2000
 
 if TYPE_CHECKING:
     from gamutcore.answers.picture_mapping import MappedPicture
-    from gamutcore.arrays import BooleanArray, FloatArray
+    from gamutcore.arrays import FloatArray
     from gamutcore.colour_rows import Colours
     from gamutcore.export.picture_file import Depth
     from gamutcore.levels import IndexedLevel
@@ -40,6 +40,9 @@ METHOD = Choice(
 
 NAMES = ("the gamut", "the source")
 """The two gamuts of a mapping, in warnings."""
+
+ROUNDING = 1e-9
+"""A change of less than this share of `default_error` is a rounding error, and no move."""
 
 
 class MappingAnswers(Answering):
@@ -85,8 +88,9 @@ class MappingAnswers(Answering):
         Returns
         -------
         MappedColours
-            With `points`, `moved`, `delta_e` and `device`. Colours inside stay as they are, except
-            by ``"sgck"`` and with black-point compensation.
+            With `points`, `moved`, `delta_e` and `device`. Colours inside, and outside within the
+            tolerance of `contains` if it is not above `default_error`, stay as they are, except by
+            ``"sgck"`` and with black-point compensation.
 
         Raises
         ------
@@ -152,25 +156,26 @@ class MappingAnswers(Answering):
         if source is not None:
             warnings += comparison_warnings(self.conditions, source.conditions, NAMES)
         found = queries.map_colours(start, level.index, name, focus=focus, source=origin)
+        points = found.points
+        if name != "sgck":
+            # the level may miss colours of the device by its error
+            limit = min(self.tolerance(triangles=level.triangles), self.default_error)
+            kept = queries.contains(start, level.index, limit)
+            points[kept] = start[kept]
         device, channels = self._device(level, found.faces, found.weights)
-        difference = delta_e_2000(self._lab(rows.points), self._lab(found.points))
+        difference = delta_e_2000(self._lab(rows.points), self._lab(points))
+        moved = np.abs(points - rows.points).max(axis=1, initial=0.0)
         return MappedColours(
-            points=rows.in_shape(conversion.from_gamut(found.points)),
+            points=rows.in_shape(conversion.from_gamut(points)),
             device=None if device is None else rows.in_shape(device),
             channels=channels,
             triangles=level.triangles,
             max_error=level.max_error,
             gamut=self.conditions,
             warnings=warnings,
-            moved=rows.in_shape(self._is_moved(rows.points, found.points, level)),
+            moved=rows.in_shape(moved > ROUNDING * self.default_error),
             delta_e=rows.in_shape(difference),
         )
-
-    def _is_moved(self, before: FloatArray, after: FloatArray, level: IndexedLevel) -> BooleanArray:
-        """Whether colours have moved by more than the tolerance of the level, if it is small."""
-        tolerance = self.tolerance(triangles=level.triangles)
-        distance = np.linalg.norm(after - before, axis=1)
-        return np.asarray(distance > min(tolerance, self.default_error))
 
     def _with_black(self, points: FloatArray, black: float, level: IndexedLevel) -> FloatArray:
         """Return points in the space of the gamut, with its black in place of another one."""
