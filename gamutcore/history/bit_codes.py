@@ -1,27 +1,41 @@
-"""Bit streams and the three codes that the streams of a history file consist of.
+"""Bit codes: the streams of a history file, and the three codes of numbers in them.
 
 A stream is read from the most significant bit of its first byte. Numbers below a known limit use
 truncated binary. Numbers that are mostly small use an adaptive Golomb-Rice code. Its parameter
 follows the mean of the numbers coded before in the same context, as in JPEG-LS (ITU-T T.87;
 Weinberger, Seroussi & Sapiro, "The LOCO-I Lossless Image Compression Algorithm", 2000).
 ``docs/history-format.md`` specifies all codes for other readers.
+
+The geometry and the device values each have a series of streams, one per group of splits, unpacked
+in order on request. Each stream continues the adaptive code and the level of the stream before, so
+a damaged stream makes all later ones unreadable.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from gamutcore.arrays import ByteArray, LongArray
+from gamutcore.errors import HistoryFileError
+from gamutcore.history.splits import group_ranges
 from gamutcore.kernels import inlined_kernel, leaf_kernel
 from gamutcore.kernels.bits import bit_length
 
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
 __all__ = [
+    "DAMAGE_REMEDY",
+    "DEVICE",
     "LONGEST_CODE",
+    "SPLITS",
     "BitReader",
     "BitWriter",
     "Contexts",
+    "Streams",
     "bit_reader",
     "decode_sign",
     "doublings_beyond",
@@ -31,11 +45,13 @@ __all__ = [
     "read_bits",
     "read_differences",
     "stream_bytes",
+    "stream_name",
     "write_adaptive",
     "write_below",
     "write_bits",
     "write_differences",
 ]
+
 
 LONGEST_UNARY = 24
 """This many zeros announce a number in plain binary, which bounds the length of every code."""
@@ -260,3 +276,70 @@ def _update_context(contexts: Contexts, context: int, value: int) -> None:
     if contexts.counts[context] == HALVING_COUNT:
         contexts.totals[context] >>= 1
         contexts.counts[context] >>= 1
+
+
+SPLITS, DEVICE = "splits", "device"
+"""Kinds of streams: the geometry of the splits, and their device values."""
+
+DAMAGE_REMEDY = "Give the file as it was delivered, unchanged."
+
+
+def stream_name(number: int, kind: str = SPLITS) -> str:
+    """Return the name of a group's array in the file."""
+    return f"{kind}.{number:02d}"
+
+
+class Streams:
+    """The streams of one kind, `SPLITS` or `DEVICE`.
+
+    The first `unpacked` groups are unpacked; the full boundary has `vertices` vertices.
+    """
+
+    def __init__(self, kind: str, streams: Sequence[ByteArray], vertices: int) -> None:
+        self.kind = kind
+        self.vertices = vertices
+        self.unpacked = 0
+        self._streams = streams
+        self._groups = group_ranges(vertices)
+        self._fault: BaseException | None = None
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether all groups are unpacked."""
+        return self.unpacked == len(self._groups)
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes of the streams that are not unpacked."""
+        return sum(stream.nbytes for stream in self._streams[self.unpacked :])
+
+    @contextmanager
+    def next_group(self) -> Iterator[tuple[str, int, int, BitReader]]:
+        """Unpack the next group in the body of a ``with`` statement.
+
+        Yields the name of the stream, the first slot and the end of the group, and a reader. A
+        failure leaves the state of the adaptive code undefined, so every later call raises the same
+        error. More than the zeros that fill the last byte raise a `HistoryFileError`.
+        """
+        if self._fault is not None:
+            raise self._fault.with_traceback(None)
+        start, end = self._groups[self.unpacked]
+        name = stream_name(self.unpacked, self.kind)
+        reader = bit_reader(self._streams[self.unpacked])
+        try:
+            yield name, start, end, reader
+            _refuse_bits_left(reader, name)
+        except BaseException as fault:
+            self._fault = fault
+            raise
+        self.unpacked += 1
+
+
+def _refuse_bits_left(reader: BitReader, name: str) -> None:
+    left = reader.length - int(reader.position[0])
+    if left >= 8 or read_bits(reader, left):
+        raise HistoryFileError(
+            f"the last split of a group leaves {left} bits over",
+            where={"field": name},
+            remedy="Give zeros up to the end of a byte.",
+        )

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gamutcore.history.bit_codes import bit_reader, stream_bytes
-from gamutcore.history.device_codes import (
+from gamutcore.history.device import (
     LENGTH_CLASSES,
     SplitEdges,
     SplitValues,

@@ -1,4 +1,4 @@
-"""The one-rings of a level while a history is written or read.
+"""The level that writers and readers of a history replay: positions, one-rings, and the star test.
 
 A ring is the list of faces around a slot, counter-clockwise. A ring entry holds the corner of a
 face at the slot, and the next slot around the ring. Most rings are short lists, which are twice as
@@ -13,12 +13,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gamutcore.arrays import IndexArray, LongArray
-from gamutcore.history.prefix_order import copy_row, extended_copy
+from gamutcore.arrays import FloatArray, IndexArray, LongArray
+from gamutcore.history.splits import copy_row, extended_copy
 from gamutcore.kernels import inlined_kernel, leaf_kernel
 
 __all__ = [
-    "BEGIN",
     "CORNER",
     "DEGREE",
     "LINKED",
@@ -28,7 +27,6 @@ __all__ = [
     "MOVED",
     "MOVED_PER_VERTEX",
     "NEIGHBOUR",
-    "ROOM",
     "VISITED",
     "WALK_COST",
     "WORK_PER_VERTEX",
@@ -40,7 +38,9 @@ __all__ = [
     "larger_replay",
     "ring_start",
     "split_slot",
+    "star_sees_centre",
 ]
+
 
 SMALLEST_ROOM = 8
 """Entries that a list has room for at first; most rings never have more."""
@@ -71,7 +71,6 @@ MOST_WORK, WORK_PER_VERTEX = 2**32, 2048
 """Limit of `VISITED` in a history: four seconds, plus two microseconds per vertex. Real histories
 need about 250 per vertex. Only rings of parents and of moved neighbours are walked in full, so a
 large degree alone never reaches the limit; thousands of splits at such slots do."""
-
 
 MOVED_PER_VERTEX = 24
 """Limit of the moved corners ÷ vertices of the full boundary. Real histories move three. Writers
@@ -343,3 +342,40 @@ def _set_degree(replay: Replay, slot: int, degree: int) -> int:
         span[slot, BEGIN], span[slot, ROOM] = replay.used[TAKEN], room
         replay.used[TAKEN] += room
     return int(span[slot, BEGIN])
+
+
+@leaf_kernel
+def star_sees_centre(replay: Replay, slot: int, centre: FloatArray) -> bool:
+    """Whether the centre, in steps, is on the inner side of all faces around a slot.
+
+    Leaves the ring of the slot in `replay.ring`.
+    """
+    copy_ring(replay, slot, 0)
+    ring, degree = replay.ring, replay.span[slot, DEGREE]
+    ax, ay, az = _relative_position(replay, slot, centre)
+    x, y, z = _relative_position(replay, int(ring[degree - 1, NEIGHBOUR]), centre)
+    valid = True
+    for index in range(degree):
+        bx, by, bz = x, y, z
+        x, y, z = _relative_position(replay, int(ring[index, NEIGHBOUR]), centre)
+        valid &= _determinant(ax, ay, az, bx, by, bz, x, y, z) > 0.0
+    return valid
+
+
+@inlined_kernel
+def _relative_position(replay: Replay, slot: int, centre: FloatArray) -> tuple[float, float, float]:
+    """Position of a slot relative to the centre."""
+    x, y, z = replay.position[slot, 0], replay.position[slot, 1], replay.position[slot, 2]
+    return x - centre[0], y - centre[1], z - centre[2]
+
+
+@inlined_kernel
+def _determinant(
+    ax: float, ay: float, az: float, bx: float, by: float, bz: float, x: float, y: float, z: float
+) -> float:
+    """det(a, b, x).
+
+    Writers keep the determinant so far above zero (`gamutcore.star_shape`) that its sign does not
+    depend on the order of the operations.
+    """
+    return x * (ay * bz - az * by) + y * (az * bx - ax * bz) + z * (ax * by - ay * bx)
