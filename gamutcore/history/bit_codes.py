@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 __all__ = [
     "DAMAGE_REMEDY",
     "DEVICE",
+    "LENGTH_CLASSES",
     "LONGEST_CODE",
     "SPLITS",
     "BitReader",
@@ -67,53 +68,31 @@ LARGEST_PARAMETER = 30
 HALVING_COUNT = 64
 """A context halves its statistics after this many numbers (RESET of ITU-T T.87)."""
 
+LENGTH_CLASSES = 32
+"""A length class is the exponent of the power of two that a length is below, up to 2³¹ steps."""
+
 
 class BitReader(NamedTuple):
-    """A stream and the reading position.
+    """A stream and the reading position."""
 
-    Attributes
-    ----------
-    words : (n,) int64
-        The stream as 32-bit numbers, with at least one word behind the end.
-    length : int
-        Bits of the stream.
-    position : (1,) int64
-        Bits read so far; more than `length` after an attempt to read beyond the end.
-    """
-
+    # the stream as 32-bit numbers, with at least one word behind the end
     words: LongArray
-    length: int
-    position: LongArray
+    length: int  # bits of the stream
+    position: LongArray  # (1,), bits read so far; more than length after reading beyond the end
 
 
 class BitWriter(NamedTuple):
-    """A stream and the writing position.
+    """A stream and the writing position."""
 
-    Attributes
-    ----------
-    data : (n,) uint8
-        Long enough for the next write; zero from `position` on.
-    position : (1,) int64
-        Bits written so far.
-    """
-
-    data: ByteArray
-    position: LongArray
+    data: ByteArray  # long enough for the next write; zero from the position on
+    position: LongArray  # (1,), bits written so far
 
 
 class Contexts(NamedTuple):
-    """Statistics of the adaptive code.
+    """Statistics of the adaptive code, one row per context."""
 
-    Attributes
-    ----------
-    totals : (n,) int64
-        Sum of the halves of the numbers, each half rounded up.
-    counts : (n,) int64
-        How many numbers were coded, plus 1.
-    """
-
-    totals: LongArray
-    counts: LongArray
+    totals: LongArray  # sum of the halves of the numbers, each half rounded up
+    counts: LongArray  # how many numbers were coded, plus 1
 
 
 def bit_reader(stream: ByteArray) -> BitReader:

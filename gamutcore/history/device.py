@@ -27,6 +27,7 @@ from gamutcore.errors import HistoryFileError, MeshError
 from gamutcore.history.bit_codes import (
     DAMAGE_REMEDY,
     DEVICE,
+    LENGTH_CLASSES,
     LONGEST_CODE,
     BitReader,
     BitWriter,
@@ -52,13 +53,12 @@ from gamutcore.mesh import DeviceValues
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from gamutcore.arrays import Float32Array, PositionArray
+    from gamutcore.arrays import PositionArray
     from gamutcore.history.splits import Splits
 
 __all__ = [
     "CORRECTED",
     "FULL_SCALE",
-    "LENGTH_CLASSES",
     "DeviceHistory",
     "DeviceSection",
     "NearestPlaces",
@@ -79,42 +79,26 @@ __all__ = [
 FULL_SCALE = 5100
 """Steps of full scale: 51 for each percent, 20 for each of 255 codes."""
 
-
 CORRECTED = 8192
 """Levels with fewer vertices have corrections: a twentieth of the error with 500 vertices, for
 2 bits for each vertex of the full boundary."""
 
-
 LARGEST_SCALE = 2**15 - 1
 """Values in steps must fit into int16."""
 
-
 MOST_CHANNELS = 64
 """More than any characterisation has; bounds what a file may ask for."""
-
 
 LONGEST_NAME = 1000
 """Characters of a channel's name."""
 
 
-LENGTH_CLASSES = 32
-
-
 class DeviceSection(NamedTuple):
-    """What the metadata of a history file says about its device values.
-
-    Attributes
-    ----------
-    channels : tuple of str
-    scale : int
-        Steps of full scale.
-    corrected : int
-        Levels with fewer vertices have corrections.
-    """
+    """What the metadata of a history file says about its device values."""
 
     channels: tuple[str, ...]
-    scale: int
-    corrected: int
+    scale: int  # steps of full scale
+    corrected: int  # levels with fewer vertices have corrections
 
     def to_json(self) -> str:
         """Return the text for the metadata."""
@@ -123,47 +107,26 @@ class DeviceSection(NamedTuple):
 
 
 class SplitEdges(NamedTuple):
-    """The geometry that device values depend on; row i is the split that adds slot i + 4.
-
-    Attributes
-    ----------
-    parent : (V − 4,) int32
-    fraction : (V − 4,) float64
-        Position of the parent before the split on the edge from the parent to the new slot, 0 to 1.
-    length : (V − 4,) uint8
-        Length class of the edge.
-    shifted_end : (V − 4,) int32
-        End of each split's part of `shifted`; splits without corrections have no part.
-    shifted : (s,) int32
-        Neighbours that move.
-    corrected : int
-        This many splits, from the first one, have corrections.
-    """
+    """The geometry that device values depend on; row i is the split that adds slot i + 4."""
 
     parent: IndexArray
+    # position of the parent before the split on the edge from the parent to the new slot, 0 to 1
     fraction: FloatArray
-    length: ByteArray
+    length: ByteArray  # length class of the edge
+    # end of each split's part of shifted; splits without corrections have no part
     shifted_end: IndexArray
-    shifted: IndexArray
-    corrected: int
+    shifted: IndexArray  # neighbours that move
+    corrected: int  # this many splits, from the first one, have corrections
 
 
 class SplitValues(NamedTuple):
-    """Device values of splits in steps; row i is the split that adds slot i + 4.
+    """Device values of splits in steps, k channels; row i is the split that adds slot i + 4."""
 
-    Attributes
-    ----------
-    coarse, fine : (V − 4, k) int16
-        Values of the parent before and after the split.
-    added : (V − 4, k) int16
-        Values of the new slot.
-    shifted_coarse, shifted_fine : (shifted_end[corrected − 1], k) int16
-        Values of neighbours that move, before and after the split.
-    """
-
+    # (V - 4, k), values of the parent before and after the split, and of the new slot
     coarse: ShortArray
     fine: ShortArray
     added: ShortArray
+    # (shifted_end[corrected - 1], k), values of neighbours that move, before and after the split
     shifted_coarse: ShortArray
     shifted_fine: ShortArray
 
@@ -171,18 +134,9 @@ class SplitValues(NamedTuple):
 class DeviceHistory:
     """Device values of all levels of a history.
 
-    Parameters
-    ----------
-    section : DeviceSection
-    snapshots : list of (v, k) int16
-        Values of the levels with 4, 8, 16, … vertices, in steps, as far as they are unpacked. The
-        last snapshot of an unpacked history is the full boundary.
-    splits : SplitValues
-    edges : SplitEdges
-    streams : Streams, optional
-        Streams from which more rows of `splits` and `edges` are unpacked; None if all are there.
-    step : float, optional
-        Step of the grid of the positions; only used with `streams`.
+    `snapshots` are the values of the levels with 4, 8, 16, … vertices and of the full boundary,
+    (v, k) int16 in steps, as far as they are unpacked. More rows of `splits` and `edges` are
+    unpacked from `streams`, for positions on a grid of the given step.
     """
 
     def __init__(
@@ -264,15 +218,7 @@ class DeviceHistory:
     def level(self, vertices: int) -> DeviceValues:
         """Return the values of a level as float32, in time proportional to the level.
 
-        Parameters
-        ----------
-        vertices : int
-            From 4 to the end of the last group that is unpacked.
-
-        Returns
-        -------
-        DeviceValues
-            In the order of the slots.
+        The level has 4 vertices to the end of the last group that is unpacked.
         """
         snapshot = self._snapshots[group_count(vertices)]
         values = level_values(vertices, snapshot, self.edges, self.splits)
@@ -301,7 +247,8 @@ def build_device_history(device: DeviceValues, slots: IndexArray, splits: Splits
     refine(splits, positions, faces.reshape(-1), 4, splits.vertices)
     shifts = int(edges.shifted_end.max(initial=0))
     targets = np.concatenate([splits.coarse[: edges.corrected], splits.shifted_coarse[:shifts]])
-    nearest = _nearest_values(targets, positions, faces, values)
+    places = nearest_places(targets, positions, faces)
+    nearest = _interpolate_within_faces(*places, faces, values)
     rows = np.empty((3, len(splits.parent), len(device.channels)), np.int16)
     shifted_coarse = nearest[edges.corrected :]
     columns = SplitValues(rows[0], rows[1], rows[2], shifted_coarse, np.empty_like(shifted_coarse))
@@ -574,14 +521,7 @@ distance is a tenth larger in levels of 1000 triangles; with 12 it is the same."
 
 
 class NearestPlaces(NamedTuple):
-    """Places in the faces of a surface.
-
-    Attributes
-    ----------
-    faces : (n,) int64
-    second, third : (n,) float64
-        Barycentric weights of the last two corners.
-    """
+    """Places in the faces of a surface, as barycentric weights of the last two corners."""
 
     faces: LongArray
     second: FloatArray
@@ -589,12 +529,9 @@ class NearestPlaces(NamedTuple):
 
 
 def nearest_places(
-    points: PositionArray,
-    vertices: PositionArray,
-    faces: IndexArray,
-    candidates: int = CANDIDATES,
+    points: PositionArray, vertices: PositionArray, faces: IndexArray, candidates: int = CANDIDATES
 ) -> NearestPlaces:
-    """Return the places of a closed surface that are nearest to given points, one or more.
+    """Return the places of a closed surface that are nearest to given points.
 
     The faces around so many nearest vertices (`candidates`) are tried.
     """
@@ -609,24 +546,9 @@ def nearest_places(
     return NearestPlaces(*_nearest_places(targets, near, corners, faces))
 
 
-def _nearest_values(
-    points: Float32Array, vertices: Float32Array, faces: IndexArray, values: ShortArray
-) -> ShortArray:
-    """Return the values, (n, k) int16, of a closed surface at the points nearest to given points.
-
-    Values are interpolated within the faces, so each is between those at the corners of its face.
-    """
-    if not len(points):
-        return np.empty((0, values.shape[1]), np.int16)
-    return _interpolate_within_faces(*nearest_places(points, vertices, faces), faces, values)
-
-
 @kernel
 def _nearest_places(
-    points: FloatArray,
-    near: LongArray,
-    vertices: FloatArray,
-    faces: IndexArray,
+    points: FloatArray, near: LongArray, vertices: FloatArray, faces: IndexArray
 ) -> tuple[LongArray, FloatArray, FloatArray]:
     fan_end, fan = vertex_fans(faces.reshape(-1), len(vertices))
     tried = np.full(len(faces), -1, np.int32)
@@ -649,11 +571,7 @@ def _nearest_places(
 
 @kernel
 def _interpolate_within_faces(
-    places: LongArray,
-    second: FloatArray,
-    third: FloatArray,
-    faces: IndexArray,
-    values: ShortArray,
+    places: LongArray, second: FloatArray, third: FloatArray, faces: IndexArray, values: ShortArray
 ) -> ShortArray:
     channels = values.shape[1]
     nearest = np.empty((len(places), channels), np.int16)

@@ -55,7 +55,9 @@ MINIMUM_TRIANGLES = 4
 class History:
     """All levels of a gamut, from four triangles to the full boundary.
 
-    Several threads may read from it at the same time.
+    Several threads may read from it at the same time. Methods that take a triangle count raise a
+    `TriangleCountError` if there is no such level. Methods and properties that unpack a part of a
+    file raise a `HistoryFileError` if that part is damaged.
 
     Parameters
     ----------
@@ -112,37 +114,19 @@ class History:
 
     @property
     def splits(self) -> Splits:
-        """All splits.
-
-        Raises
-        ------
-        HistoryFileError
-            If the splits in the file are damaged.
-        """
+        """All splits."""
         self._make_snapshots(len(self._groups))
         return self._splits
 
     @property
     def device(self) -> DeviceHistory | None:
-        """Device values of all levels; None if the gamut has colours only.
-
-        Raises
-        ------
-        HistoryFileError
-            If the device values in the file are damaged.
-        """
+        """Device values of all levels; None if the gamut has colours only."""
         if self._device is not None:
             self._unpack_device(self._device, len(self._groups))
         return self._device
 
     def is_unpacked(self, triangles: int) -> bool:
-        """Whether a level and its device values can be read without unpacking more of a file.
-
-        Raises
-        ------
-        TriangleCountError
-            If there is no such level.
-        """
+        """Whether a level and its device values can be read without unpacking more of a file."""
         unpacked = len(self._snapshots) - 1
         if self._device is not None:
             unpacked = min(unpacked, self._device.unpacked)
@@ -151,17 +135,7 @@ class History:
     def unpack(self, triangles: int | None = None) -> None:
         """Unpack and check everything that a level and its device values need.
 
-        Parameters
-        ----------
-        triangles : int, optional
-            As for `level`; the full boundary by default.
-
-        Raises
-        ------
-        TriangleCountError
-            If there is no such level.
-        HistoryFileError
-            If the file is damaged.
+        The level is the full boundary by default.
         """
         count = self.triangles if triangles is None else triangles
         groups = group_count(self._level_vertices(count))
@@ -170,13 +144,7 @@ class History:
             self._unpack_device(self._device, groups)
 
     def level_triangles(self, triangles: int) -> int:
-        """Return the triangle count of the mesh that `level` returns.
-
-        Raises
-        ------
-        TriangleCountError
-            If there is no such level.
-        """
+        """Return the triangle count of the mesh that `level` returns."""
         return 2 * self._level_vertices(triangles) - 4
 
     def level(self, triangles: int) -> TriangleMesh:
@@ -228,11 +196,6 @@ class History:
         -------
         DeviceValues or None
             New float32 array in the order of the vertices; None if the gamut has colours only.
-
-        Raises
-        ------
-        TriangleCountError, HistoryFileError
-            As for `level`.
         """
         vertices = self._level_vertices(triangles)
         if self._device is None:
@@ -245,18 +208,7 @@ class History:
         return self.level(self.triangles)
 
     def cursor(self, triangles: int) -> LevelCursor:
-        """Return a level that can be refined and coarsened in place.
-
-        Parameters
-        ----------
-        triangles : int
-            First level; as for `level`.
-
-        Raises
-        ------
-        TriangleCountError
-            If there is no such level.
-        """
+        """Return a level, as `level` does, that can be refined and coarsened in place."""
         return LevelCursor(self.splits, self.level(triangles))
 
     def levels(self) -> Iterator[TriangleMesh]:
@@ -308,14 +260,7 @@ class History:
 
 
 class LevelCursor:
-    """A level that moves through its history in place.
-
-    Parameters
-    ----------
-    splits : Splits
-    level : TriangleMesh
-        Any level of the same history.
-    """
+    """A level that moves through its history in place, first any level of it."""
 
     def __init__(self, splits: Splits, level: TriangleMesh) -> None:
         self._most = splits.vertices
@@ -340,20 +285,14 @@ class LevelCursor:
     def finer(self, steps: int = 1) -> None:
         """Apply the next splits.
 
-        Raises
-        ------
-        TriangleCountError
-            If the history has fewer splits left. The level does not change then.
+        If the history has fewer splits left, a `TriangleCountError` is raised, and nothing changes.
         """
         self._move(self._vertices + steps)
 
     def coarser(self, steps: int = 1) -> None:
         """Undo the last splits.
 
-        Raises
-        ------
-        TriangleCountError
-            If four triangles are reached before. The level does not change then.
+        If four triangles are reached before, a `TriangleCountError` is raised, and nothing changes.
         """
         self._move(self._vertices - steps)
 

@@ -28,6 +28,7 @@ from gamutcore.arrays import FloatArray, IndexArray
 from gamutcore.errors import HistoryFileError, NeighbourLimitError
 from gamutcore.history.bit_codes import (
     DAMAGE_REMEDY,
+    LENGTH_CLASSES,
     LONGEST_CODE,
     SPLITS,
     BitReader,
@@ -99,11 +100,6 @@ __all__ = [
 ]
 
 
-LARGEST_CLASS = 31
-
-CLASSES = LARGEST_CLASS + 1
-"""A length class is the exponent of the power of two that a mean is below, up to 2³¹ steps."""
-
 KEPT = 0
 """Context of the number of faces that the parent keeps."""
 
@@ -116,27 +112,18 @@ KINDS = 7
 
 
 class _Frame(NamedTuple):
-    """Prediction of a split. Lengths are in steps, relative to the parent before the split.
-
-    Attributes
-    ----------
-    u, v, w : int
-        Axes; w is the axis closest to the normal of the ring.
-    slope_u, slope_v : float
-        Rise in w per step in u and v of the plane through the parent, across that normal.
-    ahead_u, ahead_v : int
-        Expected position of the parent after the split.
-    size, height : int
-        Length classes of the neighbours' distances, and of their distances from the plane.
-    """
+    """Prediction of a split. Lengths are in steps, relative to the parent before the split."""
 
     u: int
     v: int
-    w: int
+    w: int  # the axis closest to the normal of the ring; u and v are the other axes
+    # rise in w per step in u and v of the plane through the parent, across that normal
     slope_u: float
     slope_v: float
+    # expected position of the parent after the split
     ahead_u: int
     ahead_v: int
+    # length classes of the neighbours' distances, and of their distances from the plane
     size: int
     height: int
 
@@ -201,8 +188,8 @@ def _find_frame(replay: Replay, cut: Cut) -> _Frame:
         slope_v,
         _expected_offset(near[u], near_count, far[u], far_count),
         _expected_offset(near[v], near_count, far[v], far_count),
-        min(doublings_beyond(distance, degree), LARGEST_CLASS),
-        min(doublings_beyond(math.floor(off), degree), LARGEST_CLASS),
+        min(doublings_beyond(distance, degree), LENGTH_CLASSES - 1),
+        min(doublings_beyond(math.floor(off), degree), LENGTH_CLASSES - 1),
     )
 
 
@@ -218,15 +205,15 @@ def _expected_offset(near: int, near_count: int, far: int, far_count: int) -> in
 
 def first_contexts() -> Contexts:
     """Return the contexts at the beginning of a file: a guess for each length class."""
-    total = np.tile(2 ** np.arange(CLASSES, dtype=np.int64) // 2, KINDS)
-    return Contexts(total, np.ones(KINDS * CLASSES, np.int64))
+    total = np.tile(2 ** np.arange(LENGTH_CLASSES, dtype=np.int64) // 2, KINDS)
+    return Contexts(total, np.ones(KINDS * LENGTH_CLASSES, np.int64))
 
 
 @inlined_kernel
 def _difference_contexts(frame: _Frame, kind: int) -> tuple[int, int]:
     """Contexts of the differences of a position along the plane and off it."""
     along = frame.height if kind == ADDED else frame.size
-    return CLASSES * kind + along, CLASSES * (kind + 1) + frame.height
+    return LENGTH_CLASSES * kind + along, LENGTH_CLASSES * (kind + 1) + frame.height
 
 
 @inlined_kernel
@@ -266,19 +253,11 @@ FAULTS = {
 
 
 class Group(NamedTuple):
-    """A group of splits.
-
-    Attributes
-    ----------
-    start, end : int
-        The first slot that the group adds, and the end of its slots.
-    shifts : int
-        1 if any of its splits moves neighbours, else 0.
-    """
+    """A group of splits: those that add slots [start, end)."""
 
     start: int
     end: int
-    shifts: int
+    shifts: int  # 1 if any of its splits moves neighbours, else 0
 
 
 @leaf_kernel
@@ -441,12 +420,7 @@ def _read_shifts(
 
 @leaf_kernel
 def write_group(
-    writer: BitWriter,
-    contexts: Contexts,
-    replay: Replay,
-    splits: Splits,
-    group: Group,
-    first: int,
+    writer: BitWriter, contexts: Contexts, replay: Replay, splits: Splits, group: Group, first: int
 ) -> tuple[int, int]:
     """Write the splits of a group from slot `first` on; all positions are in steps.
 
