@@ -248,7 +248,11 @@ def build_device_history(device: DeviceValues, slots: IndexArray, splits: Splits
     shifts = int(edges.shifted_end.max(initial=0))
     targets = np.concatenate([splits.coarse[: edges.corrected], splits.shifted_coarse[:shifts]])
     places = nearest_places(targets, positions, faces)
-    nearest = _interpolate_within_faces(*places, faces, values)
+    corners = values[faces[places.faces]].astype(np.float64)
+    one, two, three = np.moveaxis(corners, 1, 0)
+    second, third = places.second[:, np.newaxis], places.third[:, np.newaxis]
+    within = np.floor(one + second * (two - one) + third * (three - one) + 0.5)
+    nearest = np.clip(within, corners.min(axis=1), corners.max(axis=1)).astype(np.int16)
     rows = np.empty((3, len(splits.parent), len(device.channels)), np.int16)
     shifted_coarse = nearest[edges.corrected :]
     columns = SplitValues(rows[0], rows[1], rows[2], shifted_coarse, np.empty_like(shifted_coarse))
@@ -567,24 +571,6 @@ def _nearest_places(
                 if square < best:
                     best, best_face[point], best_v[point], best_w[point] = square, face, v, w
     return best_face, best_v, best_w
-
-
-@kernel
-def _interpolate_within_faces(
-    places: LongArray, second: FloatArray, third: FloatArray, faces: IndexArray, values: ShortArray
-) -> ShortArray:
-    channels = values.shape[1]
-    nearest = np.empty((len(places), channels), np.int16)
-    for point in range(len(places)):
-        face = places[point]
-        one, two, three = faces[face, 0], faces[face, 1], faces[face, 2]
-        for channel in range(channels):
-            a = np.float64(values[one, channel])
-            b = np.float64(values[two, channel])
-            c = np.float64(values[three, channel])
-            value = math.floor(a + second[point] * (b - a) + third[point] * (c - a) + 0.5)
-            nearest[point, channel] = min(max(value, min(a, b, c)), max(a, b, c))
-    return nearest
 
 
 @leaf_kernel

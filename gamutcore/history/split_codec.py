@@ -14,6 +14,9 @@ nothing but the bytes of their streams.
 Kernels that allocate or return arrays count references, which takes longer than the work. Both
 loops over splits are therefore leaf kernels. They stop where an array has no room for the next
 split, and are called again with longer arrays.
+
+The prediction comes first, then the kernels that read and write a group, then `PackedSplits` and
+`split_streams`, which call them.
 """
 
 from __future__ import annotations

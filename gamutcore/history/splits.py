@@ -180,6 +180,7 @@ def prefix_order_splits(decimation: Decimation, slots: IndexArray) -> Splits:
     parent, sides = slots[record.kept[::-1]], slots[record.sides[::-1]]
     new_faces = (parent, added, sides[:, 0], added, parent, sides[:, 1])
     moved_end, moved_order = _reversed_parts(record.moved_end)
+    moved_face, place = np.divmod(record.moved[moved_order], 3)
     shifted_end, shifted_order = _reversed_parts(record.shifted_end)
     shifted_order = shifted_order[
         ascending_order(shifted_end, slots[record.shifted[shifted_order]])
@@ -195,7 +196,7 @@ def prefix_order_splits(decimation: Decimation, slots: IndexArray) -> Splits:
         added=np.ascontiguousarray(record.position[::-1, 1]),
         faces=np.stack(new_faces, axis=1).reshape(-1, 2, 3),
         moved_end=moved_end,
-        moved=_renumber_corners(record.moved, moved_order, face, first_corner),
+        moved=3 * face[moved_face] + (place - first_corner[moved_face]) % 3,
         shifted_end=shifted_end,
         shifted=slots[record.shifted[shifted_order]],
         shifted_coarse=record.shift[shifted_order, 1],
@@ -229,31 +230,12 @@ def copy_row(target: NDArray[Scalar], to: int, source: NDArray[Scalar], row: int
         target[to, column] = source[row, column]
 
 
-@kernel
-def _reversed_parts(ends: LongArray) -> tuple[IndexArray, IndexArray]:
+def _reversed_parts(ends: LongArray) -> tuple[IndexArray, LongArray]:
     """Ends of the parts in reverse order of the parts, and the order of their elements."""
-    parts = len(ends)
-    reversed_ends = np.empty(parts, np.int32)
-    order = np.empty(ends[parts - 1] if parts > 0 else 0, np.int32)
-    filled = 0
-    for part in range(parts - 1, -1, -1):
-        for index in range(part_begin(ends, part), ends[part]):
-            order[filled] = index
-            filled += 1
-        reversed_ends[parts - 1 - part] = filled
-    return reversed_ends, order
-
-
-@kernel
-def _renumber_corners(
-    corners: IndexArray, order: IndexArray, face: IndexArray, first_corner: IndexArray
-) -> IndexArray:
-    """Corners in a new order, with new numbers of their faces and of the places in these."""
-    renumbered = np.empty(len(order), np.int32)
-    for index in range(len(order)):
-        old_face, place = divmod(corners[order[index]], 3)
-        renumbered[index] = 3 * face[old_face] + (place - first_corner[old_face]) % 3
-    return renumbered
+    sizes = np.diff(ends, prepend=0)[::-1]
+    reversed_ends = sizes.cumsum()
+    shift = np.repeat(ends[::-1] - reversed_ends, sizes)
+    return reversed_ends.astype(np.int32), np.arange(len(shift)) + shift
 
 
 # arrays one by one: numba takes three microseconds more for a tuple of them
