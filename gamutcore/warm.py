@@ -32,8 +32,14 @@ from gamutcore.decimation import COSTS, decimate
 from gamutcore.export import FORMATS, mesh_file
 from gamutcore.export.rendering import mesh_picture
 from gamutcore.gamut import Gamut
-from gamutcore.history import History, Splits, build_history, history_bytes, history_from_bytes
-from gamutcore.history.device_history import build_device_history
+from gamutcore.history import (
+    History,
+    Splits,
+    build_device_history,
+    build_history,
+    history_bytes,
+    history_from_bytes,
+)
 from gamutcore.kernels.installation import (
     GROUPS,
     compilation_lock,

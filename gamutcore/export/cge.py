@@ -17,7 +17,7 @@ from gamutcore.colours.spaces.cielab import lab_to_xyz
 from gamutcore.errors import OptionError
 from gamutcore.export.icc_cielab import check_icc_cielab
 from gamutcore.export.plain_text import ascii_line
-from gamutcore.history.nearest_values import nearest_places
+from gamutcore.history import nearest_places
 from gamutcore.version import __version__
 
 if TYPE_CHECKING:

@@ -1,10 +1,14 @@
-"""Histories: every level of a gamut, read, stepped through, saved and loaded."""
+"""Histories: every level of a gamut, read, stepped through, saved and loaded.
 
-from gamutcore.history.device_history import DeviceHistory
+`splits` has the numbering of all levels, and how splits and collapses change them. `history` reads
+levels. `device` adds device values. `file` is the history file. `split_codec` packs its splits,
+with the levels of `replay` and the codes of `bit_codes`.
+"""
+
+from gamutcore.history.device import DeviceHistory, build_device_history, nearest_places
 from gamutcore.history.file import history_bytes, history_from_bytes, history_metadata
-from gamutcore.history.history import MINIMUM_TRIANGLES, History, build_history
-from gamutcore.history.prefix_order import Splits
-from gamutcore.history.stepping import LevelCursor
+from gamutcore.history.history import MINIMUM_TRIANGLES, History, LevelCursor, build_history
+from gamutcore.history.splits import Splits, apply_splits, fine_columns
 
 __all__ = [
     "MINIMUM_TRIANGLES",
@@ -12,8 +16,12 @@ __all__ = [
     "History",
     "LevelCursor",
     "Splits",
+    "apply_splits",
+    "build_device_history",
     "build_history",
+    "fine_columns",
     "history_bytes",
     "history_from_bytes",
     "history_metadata",
+    "nearest_places",
 ]

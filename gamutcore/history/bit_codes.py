@@ -1,27 +1,42 @@
-"""Bit streams and the three codes that the streams of a history file consist of.
+"""Bit codes: the streams of a history file, and the three codes of numbers in them.
 
 A stream is read from the most significant bit of its first byte. Numbers below a known limit use
 truncated binary. Numbers that are mostly small use an adaptive Golomb-Rice code. Its parameter
 follows the mean of the numbers coded before in the same context, as in JPEG-LS (ITU-T T.87;
 Weinberger, Seroussi & Sapiro, "The LOCO-I Lossless Image Compression Algorithm", 2000).
 ``docs/history-format.md`` specifies all codes for other readers.
+
+The geometry and the device values each have a series of streams, one per group of splits, unpacked
+in order on request. Each stream continues the adaptive code and the level of the stream before, so
+a damaged stream makes all later ones unreadable.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from gamutcore.arrays import ByteArray, LongArray
+from gamutcore.errors import HistoryFileError
+from gamutcore.history.splits import group_ranges
 from gamutcore.kernels import inlined_kernel, leaf_kernel
 from gamutcore.kernels.bits import bit_length
 
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
 __all__ = [
+    "DAMAGE_REMEDY",
+    "DEVICE",
+    "LENGTH_CLASSES",
     "LONGEST_CODE",
+    "SPLITS",
     "BitReader",
     "BitWriter",
     "Contexts",
+    "Streams",
     "bit_reader",
     "decode_sign",
     "doublings_beyond",
@@ -31,11 +46,13 @@ __all__ = [
     "read_bits",
     "read_differences",
     "stream_bytes",
+    "stream_name",
     "write_adaptive",
     "write_below",
     "write_bits",
     "write_differences",
 ]
+
 
 LONGEST_UNARY = 24
 """This many zeros announce a number in plain binary, which bounds the length of every code."""
@@ -51,53 +68,31 @@ LARGEST_PARAMETER = 30
 HALVING_COUNT = 64
 """A context halves its statistics after this many numbers (RESET of ITU-T T.87)."""
 
+LENGTH_CLASSES = 32
+"""A length class is the exponent of the power of two that a length is below, up to 2³¹ steps."""
+
 
 class BitReader(NamedTuple):
-    """A stream and the reading position.
+    """A stream and the reading position."""
 
-    Attributes
-    ----------
-    words : (n,) int64
-        The stream as 32-bit numbers, with at least one word behind the end.
-    length : int
-        Bits of the stream.
-    position : (1,) int64
-        Bits read so far; more than `length` after an attempt to read beyond the end.
-    """
-
+    # the stream as 32-bit numbers, with at least one word behind the end
     words: LongArray
-    length: int
-    position: LongArray
+    length: int  # bits of the stream
+    position: LongArray  # (1,), bits read so far; more than length after reading beyond the end
 
 
 class BitWriter(NamedTuple):
-    """A stream and the writing position.
+    """A stream and the writing position."""
 
-    Attributes
-    ----------
-    data : (n,) uint8
-        Long enough for the next write; zero from `position` on.
-    position : (1,) int64
-        Bits written so far.
-    """
-
-    data: ByteArray
-    position: LongArray
+    data: ByteArray  # long enough for the next write; zero from the position on
+    position: LongArray  # (1,), bits written so far
 
 
 class Contexts(NamedTuple):
-    """Statistics of the adaptive code.
+    """Statistics of the adaptive code, one row per context."""
 
-    Attributes
-    ----------
-    totals : (n,) int64
-        Sum of the halves of the numbers, each half rounded up.
-    counts : (n,) int64
-        How many numbers were coded, plus 1.
-    """
-
-    totals: LongArray
-    counts: LongArray
+    totals: LongArray  # sum of the halves of the numbers, each half rounded up
+    counts: LongArray  # how many numbers were coded, plus 1
 
 
 def bit_reader(stream: ByteArray) -> BitReader:
@@ -260,3 +255,70 @@ def _update_context(contexts: Contexts, context: int, value: int) -> None:
     if contexts.counts[context] == HALVING_COUNT:
         contexts.totals[context] >>= 1
         contexts.counts[context] >>= 1
+
+
+SPLITS, DEVICE = "splits", "device"
+"""Kinds of streams: the geometry of the splits, and their device values."""
+
+DAMAGE_REMEDY = "Give the file as it was delivered, unchanged."
+
+
+def stream_name(number: int, kind: str = SPLITS) -> str:
+    """Return the name of a group's array in the file."""
+    return f"{kind}.{number:02d}"
+
+
+class Streams:
+    """The streams of one kind, `SPLITS` or `DEVICE`.
+
+    The first `unpacked` groups are unpacked; the full boundary has `vertices` vertices.
+    """
+
+    def __init__(self, kind: str, streams: Sequence[ByteArray], vertices: int) -> None:
+        self.kind = kind
+        self.vertices = vertices
+        self.unpacked = 0
+        self._streams = streams
+        self._groups = group_ranges(vertices)
+        self._fault: BaseException | None = None
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether all groups are unpacked."""
+        return self.unpacked == len(self._groups)
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes of the streams that are not unpacked."""
+        return sum(stream.nbytes for stream in self._streams[self.unpacked :])
+
+    @contextmanager
+    def next_group(self) -> Iterator[tuple[str, int, int, BitReader]]:
+        """Unpack the next group in the body of a ``with`` statement.
+
+        Yields the name of the stream, the first slot and the end of the group, and a reader. A
+        failure leaves the state of the adaptive code undefined, so every later call raises the same
+        error. More than the zeros that fill the last byte raise a `HistoryFileError`.
+        """
+        if self._fault is not None:
+            raise self._fault.with_traceback(None)
+        start, end = self._groups[self.unpacked]
+        name = stream_name(self.unpacked, self.kind)
+        reader = bit_reader(self._streams[self.unpacked])
+        try:
+            yield name, start, end, reader
+            _refuse_bits_left(reader, name)
+        except BaseException as fault:
+            self._fault = fault
+            raise
+        self.unpacked += 1
+
+
+def _refuse_bits_left(reader: BitReader, name: str) -> None:
+    left = reader.length - int(reader.position[0])
+    if left >= 8 or read_bits(reader, left):
+        raise HistoryFileError(
+            f"the last split of a group leaves {left} bits over",
+            where={"field": name},
+            remedy="Give zeros up to the end of a byte.",
+        )

@@ -22,17 +22,22 @@ from safetensors import SafetensorError, deserialize
 
 from gamutcore.corner_table import opposite_corners
 from gamutcore.errors import HistoryFileError
-from gamutcore.history.device_history import (
+from gamutcore.history.bit_codes import DAMAGE_REMEDY, DEVICE, SPLITS, stream_name
+from gamutcore.history.device import (
     DeviceHistory,
     device_streams,
     open_device_history,
     parse_device_section,
 )
 from gamutcore.history.history import History
-from gamutcore.history.packed_splits import PackedSplits, split_streams, splits_in_steps
-from gamutcore.history.prefix_order import group_count, group_ranges
-from gamutcore.history.split_codes import LARGEST_COORDINATE, MINIMUM_SPLIT_BITS
-from gamutcore.history.streams import DAMAGE_REMEDY, DEVICE, SPLITS, stream_name
+from gamutcore.history.split_codec import (
+    LARGEST_COORDINATE,
+    MINIMUM_SPLIT_BITS,
+    PackedSplits,
+    split_streams,
+    splits_in_steps,
+)
+from gamutcore.history.splits import group_count, group_ranges
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping

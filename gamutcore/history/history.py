@@ -6,27 +6,35 @@ of the snapshot, with the splits in between undone. Its faces are the first face
 where each corner follows the parents of its slot to a slot of the level. This touches less than
 twice the vertices and faces of the level, whatever the size of the full boundary. All snapshots
 together hold less than three times the full boundary. A history from a file unpacks its splits
-and makes its snapshots on request, so the first level is fast as well.
+and makes its snapshots on request, so the first level is fast as well. A `LevelCursor` steps
+through neighbouring levels in place.
 """
 
 from __future__ import annotations
 
 import threading
+from operator import attrgetter
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gamutcore.arrays import Float32Array, IndexArray
 from gamutcore.errors import TriangleCountError
-from gamutcore.history.device_history import build_device_history
-from gamutcore.history.packed_splits import PackedSplits
-from gamutcore.history.prefix_order import (
+from gamutcore.history.device import build_device_history
+from gamutcore.history.split_codec import PackedSplits
+from gamutcore.history.splits import (
+    apply_splits,
     extended_copy,
+    fine_columns,
     group_count,
     group_ranges,
+    part_begin,
     prefix_order_splits,
+    refine,
+    undo_splits,
     vertex_slots,
 )
-from gamutcore.history.stepping import LevelCursor, level_from_snapshot, refine
+from gamutcore.kernels import kernel
 from gamutcore.mesh import TriangleMesh
 
 if TYPE_CHECKING:
@@ -34,11 +42,11 @@ if TYPE_CHECKING:
 
     from gamutcore.arrays import FloatArray
     from gamutcore.decimation import Decimation
-    from gamutcore.history.device_history import DeviceHistory
-    from gamutcore.history.prefix_order import Splits
+    from gamutcore.history.device import DeviceHistory
+    from gamutcore.history.splits import Splits
     from gamutcore.mesh import DeviceValues
 
-__all__ = ["MINIMUM_TRIANGLES", "History", "build_history"]
+__all__ = ["MINIMUM_TRIANGLES", "History", "LevelCursor", "build_history"]
 
 MINIMUM_TRIANGLES = 4
 """A tetrahedron: the only triangulation of the sphere in which no edge can be collapsed."""
@@ -47,7 +55,9 @@ MINIMUM_TRIANGLES = 4
 class History:
     """All levels of a gamut, from four triangles to the full boundary.
 
-    Several threads may read from it at the same time.
+    Several threads may read from it at the same time. Methods that take a triangle count raise a
+    `TriangleCountError` if there is no such level. Methods and properties that unpack a part of a
+    file raise a `HistoryFileError` if that part is damaged.
 
     Parameters
     ----------
@@ -104,37 +114,19 @@ class History:
 
     @property
     def splits(self) -> Splits:
-        """All splits.
-
-        Raises
-        ------
-        HistoryFileError
-            If the splits in the file are damaged.
-        """
+        """All splits."""
         self._make_snapshots(len(self._groups))
         return self._splits
 
     @property
     def device(self) -> DeviceHistory | None:
-        """Device values of all levels; None if the gamut has colours only.
-
-        Raises
-        ------
-        HistoryFileError
-            If the device values in the file are damaged.
-        """
+        """Device values of all levels; None if the gamut has colours only."""
         if self._device is not None:
             self._unpack_device(self._device, len(self._groups))
         return self._device
 
     def is_unpacked(self, triangles: int) -> bool:
-        """Whether a level and its device values can be read without unpacking more of a file.
-
-        Raises
-        ------
-        TriangleCountError
-            If there is no such level.
-        """
+        """Whether a level and its device values can be read without unpacking more of a file."""
         unpacked = len(self._snapshots) - 1
         if self._device is not None:
             unpacked = min(unpacked, self._device.unpacked)
@@ -143,17 +135,7 @@ class History:
     def unpack(self, triangles: int | None = None) -> None:
         """Unpack and check everything that a level and its device values need.
 
-        Parameters
-        ----------
-        triangles : int, optional
-            As for `level`; the full boundary by default.
-
-        Raises
-        ------
-        TriangleCountError
-            If there is no such level.
-        HistoryFileError
-            If the file is damaged.
+        The level is the full boundary by default.
         """
         count = self.triangles if triangles is None else triangles
         groups = group_count(self._level_vertices(count))
@@ -162,13 +144,7 @@ class History:
             self._unpack_device(self._device, groups)
 
     def level_triangles(self, triangles: int) -> int:
-        """Return the triangle count of the mesh that `level` returns.
-
-        Raises
-        ------
-        TriangleCountError
-            If there is no such level.
-        """
+        """Return the triangle count of the mesh that `level` returns."""
         return 2 * self._level_vertices(triangles) - 4
 
     def level(self, triangles: int) -> TriangleMesh:
@@ -196,7 +172,7 @@ class History:
         groups = group_count(vertices)
         self._make_snapshots(groups)
         snapshot, splits = self._snapshots[groups], self._splits
-        positions, faces = level_from_snapshot(
+        positions, faces = _level_from_snapshot(
             vertices,
             snapshot.vertices,
             snapshot.faces,
@@ -220,11 +196,6 @@ class History:
         -------
         DeviceValues or None
             New float32 array in the order of the vertices; None if the gamut has colours only.
-
-        Raises
-        ------
-        TriangleCountError, HistoryFileError
-            As for `level`.
         """
         vertices = self._level_vertices(triangles)
         if self._device is None:
@@ -237,18 +208,7 @@ class History:
         return self.level(self.triangles)
 
     def cursor(self, triangles: int) -> LevelCursor:
-        """Return a level that can be refined and coarsened in place.
-
-        Parameters
-        ----------
-        triangles : int
-            First level; as for `level`.
-
-        Raises
-        ------
-        TriangleCountError
-            If there is no such level.
-        """
+        """Return a level, as `level` does, that can be refined and coarsened in place."""
         return LevelCursor(self.splits, self.level(triangles))
 
     def levels(self) -> Iterator[TriangleMesh]:
@@ -299,6 +259,63 @@ class History:
         return int(triangles) // 2 + 2
 
 
+class LevelCursor:
+    """A level that moves through its history in place, first any level of it."""
+
+    def __init__(self, splits: Splits, level: TriangleMesh) -> None:
+        self._most = splits.vertices
+        self._columns = fine_columns(splits), _coarse_columns(splits)
+        self._vertices = len(level.vertices)
+        self._positions = np.empty((splits.vertices, 3), np.float32)
+        self._faces = np.empty((2 * splits.vertices - 4, 3), np.int32)
+        self._positions[: self._vertices] = level.vertices
+        self._faces[: level.triangles] = level.faces
+        self._corners = self._faces.reshape(-1)
+
+    @property
+    def triangles(self) -> int:
+        """Triangle count of the present level."""
+        return 2 * self._vertices - 4
+
+    @property
+    def mesh(self) -> TriangleMesh:
+        """The present level. Its arrays are views; the next step changes them."""
+        return TriangleMesh(self._positions[: self._vertices], self._faces[: self.triangles])
+
+    def finer(self, steps: int = 1) -> None:
+        """Apply the next splits.
+
+        If the history has fewer splits left, a `TriangleCountError` is raised, and nothing changes.
+        """
+        self._move(self._vertices + steps)
+
+    def coarser(self, steps: int = 1) -> None:
+        """Undo the last splits.
+
+        If four triangles are reached before, a `TriangleCountError` is raised, and nothing changes.
+        """
+        self._move(self._vertices - steps)
+
+    def _move(self, vertices: int) -> None:
+        if not 4 <= vertices <= self._most:
+            raise TriangleCountError(
+                f"a level of {2 * vertices - 4} triangles was asked for",
+                where={"field": "steps"},
+                remedy=f"Give a level of 4 to {2 * self._most - 4} triangles.",
+            )
+        fine, coarse = self._columns
+        if vertices > self._vertices:
+            apply_splits(self._positions, self._corners, self._vertices, vertices, *fine)
+        else:
+            _coarsen(self._positions, self._corners, self._vertices, vertices, *coarse)
+        self._vertices = vertices
+
+
+_coarse_columns = attrgetter(
+    "parent", "coarse", "moved_end", "moved", "shifted_end", "shifted", "shifted_coarse"
+)
+
+
 def build_history(decimation: Decimation, device: DeviceValues | None = None) -> History:
     """Return the history of a decimation.
 
@@ -316,3 +333,48 @@ def build_history(decimation: Decimation, device: DeviceValues | None = None) ->
     splits = prefix_order_splits(decimation, slots)
     values = None if device is None else build_device_history(device, slots, splits)
     return History(splits, decimation.centre, decimation.step, values)
+
+
+@kernel
+def _level_from_snapshot(
+    vertices: int,
+    snapshot_positions: Float32Array,
+    snapshot_faces: IndexArray,
+    parent: IndexArray,
+    coarse: Float32Array,
+    shifted_end: IndexArray,
+    shifted: IndexArray,
+    shifted_coarse: Float32Array,
+) -> tuple[Float32Array, IndexArray]:
+    """Return positions and faces of a level from a snapshot of a level that is not coarser."""
+    positions, start = snapshot_positions[:vertices].copy(), len(snapshot_positions)
+    undo_splits(positions, 3, start, vertices, parent, coarse, shifted_end, shifted, shifted_coarse)
+    faces = snapshot_faces[: 2 * vertices - 4].copy()
+    corners = faces.reshape(-1)
+    for corner in range(len(corners)):
+        slot = corners[corner]
+        if slot >= vertices:
+            while slot >= vertices:
+                slot = parent[slot - 4]
+            corners[corner] = slot
+    return positions, faces
+
+
+@kernel
+def _coarsen(
+    positions: Float32Array,
+    corners: IndexArray,
+    start: int,
+    end: int,
+    parent: IndexArray,
+    coarse: Float32Array,
+    moved_end: IndexArray,
+    moved: IndexArray,
+    shifted_end: IndexArray,
+    shifted: IndexArray,
+    shifted_coarse: Float32Array,
+) -> None:
+    undo_splits(positions, 3, start, end, parent, coarse, shifted_end, shifted, shifted_coarse)
+    for split in range(start - 5, end - 5, -1):
+        for index in range(part_begin(moved_end, split), moved_end[split]):
+            corners[moved[index]] = parent[split]

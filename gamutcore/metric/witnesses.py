@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from gamutcore.arrays import Float32Array, FloatArray, IndexArray
-from gamutcore.history.stepping import apply_splits, fine_columns
+from gamutcore.history import apply_splits, fine_columns
 from gamutcore.kernels import kernel
 from gamutcore.metric.cones import INDEX, Locations
 from gamutcore.metric.distance_bound import Surface, nearest_face, squared_distance

@@ -3,7 +3,7 @@ import hashlib
 
 import pytest
 
-from gamutcore.history import packed_splits
+from gamutcore.history import split_codec
 from service.library import Ledger, Library
 from service.storage.gamuts import GamutDamagedError, GamutNotStoredError
 from service.storage.records import Record
@@ -122,7 +122,7 @@ def test_a_gamut_that_could_not_be_unpacked_is_opened_anew(filled_store, built, 
 
     async def scenario():
         opened = await library.gamut(built[0].id)
-        monkeypatch.setattr(packed_splits, "read_group", no_memory)
+        monkeypatch.setattr(split_codec, "read_group", no_memory)
         with pytest.raises(MemoryError):
             await library.unpack(opened, triangles)
         monkeypatch.undo()

@@ -4,9 +4,8 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gamutcore.history.bit_codes import bit_reader, stream_bytes
-from gamutcore.history.device_codes import (
-    LENGTH_CLASSES,
+from gamutcore.history.bit_codes import LENGTH_CLASSES, bit_reader, stream_bytes
+from gamutcore.history.device import (
     SplitEdges,
     SplitValues,
     collapse_values,

@@ -16,8 +16,14 @@ from gamutcore.characterisation import characterisation
 from gamutcore.colours.profile_colours import profile_colours
 from gamutcore.decimation import decimate
 from gamutcore.errors import HistoryFileError, MeshError
-from gamutcore.history import History, build_history, history_bytes, history_from_bytes
-from gamutcore.history.device_history import CORRECTED, FULL_SCALE, build_device_history
+from gamutcore.history import (
+    History,
+    build_device_history,
+    build_history,
+    history_bytes,
+    history_from_bytes,
+)
+from gamutcore.history.device import CORRECTED, FULL_SCALE
 from gamutcore.mesh import DeviceValues
 
 CHANNELS = ("Cyan", "Größe 🎨")

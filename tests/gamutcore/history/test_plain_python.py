@@ -10,8 +10,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gamutcore.history import History, history_bytes, history_from_bytes
-from gamutcore.history.device_history import build_device_history
+from gamutcore.history import (
+    History,
+    build_device_history,
+    history_bytes,
+    history_from_bytes,
+)
 from gamutcore.mesh import DeviceValues
 from gamutcore.metric import radial_difference
 from gamutcore.metric.error_curve import curve_counts, error_curve

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from gamutcore.history.prediction import star_sees_centre
-from gamutcore.history.rings import (
+from gamutcore.history.replay import (
     LINKED,
     LONGEST,
     LONGEST_LIST,
@@ -15,6 +14,7 @@ from gamutcore.history.rings import (
     larger_replay,
     ring_start,
     split_slot,
+    star_sees_centre,
 )
 
 TETRAHEDRON = np.array([(0, 1, 2), (0, 3, 1), (0, 2, 3), (1, 3, 2)], np.int32)

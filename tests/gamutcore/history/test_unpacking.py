@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from gamutcore.errors import HistoryFileError
 from gamutcore.history import history_bytes, history_from_bytes
-from gamutcore.history.prefix_order import group_ranges
+from gamutcore.history.splits import group_ranges
 
 
 def opened(data):

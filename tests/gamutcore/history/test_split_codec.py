@@ -12,7 +12,7 @@ from gamutcore.history import (
     build_history,
     history_bytes,
     history_from_bytes,
-    packed_splits,
+    split_codec,
 )
 from gamutcore.history.bit_codes import (
     BitWriter,
@@ -22,23 +22,24 @@ from gamutcore.history.bit_codes import (
     write_adaptive,
     write_below,
 )
-from gamutcore.history.prediction import KEPT, first_contexts
-from gamutcore.history.prefix_order import Splits, empty_splits, extended_copy
-from gamutcore.history.rings import (
+from gamutcore.history.replay import (
     LONGEST_LIST,
     MOST_WORK,
     VISITED,
     WORK_PER_VERTEX,
     first_replay,
 )
-from gamutcore.history.split_codes import (
+from gamutcore.history.split_codec import (
     FAULTS,
+    KEPT,
     MISFIT,
     OK,
     Group,
+    first_contexts,
     read_group,
     write_group,
 )
+from gamutcore.history.splits import Splits, empty_splits, extended_copy
 
 POSITIONS = np.array(
     [(0, 0, 90_000), (80_000, 0, -30_000), (-40_000, 70_000, -30_000), (-40_000, -70_000, -30_000)],
@@ -239,14 +240,14 @@ def test_the_error_of_a_misfit_names_the_slot(small_history):
 
 
 def test_what_readers_would_refuse_is_not_written(small_history, monkeypatch):
-    monkeypatch.setattr(packed_splits, "MOST_WORK", 0)
+    monkeypatch.setattr(split_codec, "MOST_WORK", 0)
     assert history_bytes(small_history)
-    monkeypatch.setattr(packed_splits, "WORK_PER_VERTEX", 1)
+    monkeypatch.setattr(split_codec, "WORK_PER_VERTEX", 1)
     with pytest.raises(NeighbourLimitError, match="triangles meet") as caught:
         history_bytes(small_history)
     assert 3 <= caught.value.where["neighbours"] < small_history.vertices
     monkeypatch.undo()
-    monkeypatch.setattr(packed_splits, "MOVED_PER_VERTEX", 0)
+    monkeypatch.setattr(split_codec, "MOVED_PER_VERTEX", 0)
     with pytest.raises(NeighbourLimitError):
         history_bytes(small_history)
 

@@ -1,4 +1,4 @@
-"""The one numbering of a history: every level is a prefix of its vertices and faces.
+"""Splits: a history in the one numbering in which every level is a prefix of vertices and faces.
 
 Vertices are called slots here and are numbered by the reverse order of their removal. The last four
 vertices are slots 0 to 3. Slot k ≥ 4 and faces 2k − 4 and 2k − 3 are added by the split that leads
@@ -8,16 +8,22 @@ A vertex is renumbered once, from the boundary's order to its slot (`vertex_slot
 renumbered once, from 3 · boundary face + place to 3 · face + place. Each face begins with its
 oldest corner. Everything after this module (streams, device values, levels) uses these numbers.
 Within a split, `moved` is in the order of the ring and `shifted` is ascending.
+
+A split writes the new positions of the parent and of neighbours that move, and the position of the
+new slot. It writes the new slot into the corners that pass to it, and adds two faces. A collapse
+writes the old positions and the parent back into the same corners. Slots and faces behind the end
+of a level are not part of it.
 """
 
 from __future__ import annotations
 
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gamutcore.arrays import Float32Array, IndexArray, LongArray
+from gamutcore.arrays import Float32Array, IndexArray, LongArray, ShortArray
 from gamutcore.kernels import inlined_kernel, kernel
 
 if TYPE_CHECKING:
@@ -25,16 +31,21 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Splits",
+    "apply_splits",
     "ascending_order",
     "copy_row",
     "empty_splits",
     "extended_copy",
+    "fine_columns",
     "group_count",
     "group_ranges",
     "part_begin",
     "prefix_order_splits",
+    "refine",
+    "undo_splits",
     "vertex_slots",
 ]
+
 
 Scalar = TypeVar("Scalar", bound="np.generic[Any]")
 
@@ -169,6 +180,7 @@ def prefix_order_splits(decimation: Decimation, slots: IndexArray) -> Splits:
     parent, sides = slots[record.kept[::-1]], slots[record.sides[::-1]]
     new_faces = (parent, added, sides[:, 0], added, parent, sides[:, 1])
     moved_end, moved_order = _reversed_parts(record.moved_end)
+    moved_face, place = np.divmod(record.moved[moved_order], 3)
     shifted_end, shifted_order = _reversed_parts(record.shifted_end)
     shifted_order = shifted_order[
         ascending_order(shifted_end, slots[record.shifted[shifted_order]])
@@ -184,7 +196,7 @@ def prefix_order_splits(decimation: Decimation, slots: IndexArray) -> Splits:
         added=np.ascontiguousarray(record.position[::-1, 1]),
         faces=np.stack(new_faces, axis=1).reshape(-1, 2, 3),
         moved_end=moved_end,
-        moved=_renumber_corners(record.moved, moved_order, face, first_corner),
+        moved=3 * face[moved_face] + (place - first_corner[moved_face]) % 3,
         shifted_end=shifted_end,
         shifted=slots[record.shifted[shifted_order]],
         shifted_coarse=record.shift[shifted_order, 1],
@@ -218,28 +230,92 @@ def copy_row(target: NDArray[Scalar], to: int, source: NDArray[Scalar], row: int
         target[to, column] = source[row, column]
 
 
-@kernel
-def _reversed_parts(ends: LongArray) -> tuple[IndexArray, IndexArray]:
+def _reversed_parts(ends: LongArray) -> tuple[IndexArray, LongArray]:
     """Ends of the parts in reverse order of the parts, and the order of their elements."""
-    parts = len(ends)
-    reversed_ends = np.empty(parts, np.int32)
-    order = np.empty(ends[parts - 1] if parts > 0 else 0, np.int32)
-    filled = 0
-    for part in range(parts - 1, -1, -1):
-        for index in range(part_begin(ends, part), ends[part]):
-            order[filled] = index
-            filled += 1
-        reversed_ends[parts - 1 - part] = filled
-    return reversed_ends, order
+    sizes = np.diff(ends, prepend=0)[::-1]
+    reversed_ends = sizes.cumsum()
+    shift = np.repeat(ends[::-1] - reversed_ends, sizes)
+    return reversed_ends.astype(np.int32), np.arange(len(shift)) + shift
+
+
+# arrays one by one: numba takes three microseconds more for a tuple of them
+fine_columns = attrgetter(
+    "parent",
+    "fine",
+    "added",
+    "faces",
+    "moved_end",
+    "moved",
+    "shifted_end",
+    "shifted",
+    "shifted_fine",
+)
+"""The last arguments of `apply_splits`, from `Splits`."""
+
+
+def refine(
+    splits: Splits, positions: Float32Array, corners: IndexArray, start: int, end: int
+) -> None:
+    """Split a level with `start` vertices until it has `end`, in place.
+
+    The arrays have room for the finer level; `corners` are the slots at the corners, face by face.
+    """
+    apply_splits(positions, corners, start, end, *fine_columns(splits))
 
 
 @kernel
-def _renumber_corners(
-    corners: IndexArray, order: IndexArray, face: IndexArray, first_corner: IndexArray
-) -> IndexArray:
-    """Corners in a new order, with new numbers of their faces and of the places in these."""
-    renumbered = np.empty(len(order), np.int32)
-    for index in range(len(order)):
-        old_face, place = divmod(corners[order[index]], 3)
-        renumbered[index] = 3 * face[old_face] + (place - first_corner[old_face]) % 3
-    return renumbered
+def apply_splits(
+    positions: Float32Array,
+    corners: IndexArray,
+    start: int,
+    end: int,
+    parent: IndexArray,
+    fine: Float32Array,
+    added: Float32Array,
+    faces: IndexArray,
+    moved_end: IndexArray,
+    moved: IndexArray,
+    shifted_end: IndexArray,
+    shifted: IndexArray,
+    shifted_fine: Float32Array,
+) -> None:
+    """Split a level as `refine` does, from a kernel. The last arrays are fields of `Splits`."""
+    for slot in range(start, end):
+        split = slot - 4
+        copy_row(positions, parent[split], fine, split)
+        copy_row(positions, slot, added, split)
+        for index in range(part_begin(shifted_end, split), shifted_end[split]):
+            copy_row(positions, shifted[index], shifted_fine, index)
+        for index in range(part_begin(moved_end, split), moved_end[split]):
+            corners[moved[index]] = slot
+        first = 3 * (2 * slot - 4)
+        for side in range(2):
+            for place in range(3):
+                corners[first + 3 * side + place] = faces[split, side, place]
+
+
+@inlined_kernel
+def undo_splits(
+    rows: Float32Array | ShortArray,
+    columns: int,
+    start: int,
+    end: int,
+    parent: IndexArray,
+    coarse: Float32Array | ShortArray,
+    shifted_end: IndexArray,
+    shifted: IndexArray,
+    shifted_coarse: Float32Array | ShortArray,
+) -> None:
+    """Turn the first rows of a level with `start` slots into those of the level with `end` slots.
+
+    Rows are positions or device values. Only `end` rows are needed. With a constant number of
+    columns the loops over columns are unrolled.
+    """
+    for split in range(start - 5, end - 5, -1):
+        if parent[split] < end:
+            for column in range(columns):
+                rows[parent[split], column] = coarse[split, column]
+        for index in range(part_begin(shifted_end, split), shifted_end[split]):
+            if shifted[index] < end:
+                for column in range(columns):
+                    rows[shifted[index], column] = shifted_coarse[index, column]

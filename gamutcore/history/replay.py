@@ -1,4 +1,4 @@
-"""The one-rings of a level while a history is written or read.
+"""The level that writers and readers of a history replay: positions, one-rings, and the star test.
 
 A ring is the list of faces around a slot, counter-clockwise. A ring entry holds the corner of a
 face at the slot, and the next slot around the ring. Most rings are short lists, which are twice as
@@ -13,12 +13,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gamutcore.arrays import IndexArray, LongArray
-from gamutcore.history.prefix_order import copy_row, extended_copy
+from gamutcore.arrays import FloatArray, IndexArray, LongArray
+from gamutcore.corner_table import following, preceding
+from gamutcore.history.splits import copy_row, extended_copy
 from gamutcore.kernels import inlined_kernel, leaf_kernel
 
 __all__ = [
-    "BEGIN",
     "CORNER",
     "DEGREE",
     "LINKED",
@@ -28,7 +28,6 @@ __all__ = [
     "MOVED",
     "MOVED_PER_VERTEX",
     "NEIGHBOUR",
-    "ROOM",
     "VISITED",
     "WALK_COST",
     "WORK_PER_VERTEX",
@@ -40,7 +39,9 @@ __all__ = [
     "larger_replay",
     "ring_start",
     "split_slot",
+    "star_sees_centre",
 ]
+
 
 SMALLEST_ROOM = 8
 """Entries that a list has room for at first; most rings never have more."""
@@ -72,7 +73,6 @@ MOST_WORK, WORK_PER_VERTEX = 2**32, 2048
 need about 250 per vertex. Only rings of parents and of moved neighbours are walked in full, so a
 large degree alone never reaches the limit; thousands of splits at such slots do."""
 
-
 MOVED_PER_VERTEX = 24
 """Limit of the moved corners ÷ vertices of the full boundary. Real histories move three. Writers
 give the smaller part of a ring to the new slot, so each corner moves about log₂ V times at most.
@@ -84,50 +84,29 @@ class Replay(NamedTuple):
 
     A split changes a few independent entries of the rings. That takes half the time of a walk
     through a corner table (docs/decisions/compact-histories.md).
-
-    Attributes
-    ----------
-    position : (V, 3) int32
-        In steps of the grid.
-    span : (V, 3) int32
-        For a list: its begin in `entries`, its degree, and its room. For a linked ring: one of its
-        corners, its degree, and `LINKED`.
-    entries : (n, 2) int32
-        Corner and neighbour of each entry.
-    links : (0 or ≥ 6 V − 12, 2) int32
-        Next corner and neighbour of each corner in a linked ring. Empty until a ring is linked.
-    ring : (V, 2) int32
-        The entries around the parent of a `Cut`.
-    used : (4,) int64
-        `TAKEN`: entries in use or abandoned. `VISITED`: work done, see `WALK_COST`. `LONGEST`:
-        largest degree so far. `MOVED`: corners that passed to new slots.
     """
 
-    position: IndexArray
+    position: IndexArray  # (V, 3), in steps of the grid
+    # (V, 3). Of a list: its begin in entries, degree and room. Of a linked ring: one of its
+    # corners, degree and LINKED
     span: IndexArray
-    entries: IndexArray
+    entries: IndexArray  # (n, 2), corner and neighbour of each entry of a list
+    # (0 or ≥ 6 V - 12, 2), next corner and neighbour of each corner in a linked ring; empty until a
+    # ring is linked
     links: IndexArray
-    ring: IndexArray
+    ring: IndexArray  # (V, 2), the entries around the parent of a Cut
+    # (4,). TAKEN: entries in use or abandoned. VISITED: work done, see WALK_COST. LONGEST: largest
+    # degree so far. MOVED: corners that passed to new slots
     used: LongArray
 
 
 class Cut(NamedTuple):
-    """A split of a slot. `Replay.ring` has the faces around the parent before the split.
-
-    Attributes
-    ----------
-    parent, slot : int
-        The slot that is split, and the new slot.
-    degree : int
-        Faces around the parent; the first one is (parent, left, …).
-    kept : int
-        How many of these the parent keeps, from the first one; 1 ≤ kept < degree.
-    """
+    """A split of a slot. `Replay.ring` has the faces around the parent before the split."""
 
     parent: int
-    slot: int
-    degree: int
-    kept: int
+    slot: int  # the new slot
+    degree: int  # faces around the parent; the first one is (parent, left, …)
+    kept: int  # how many of these the parent keeps, from the first one; 1 ≤ kept < degree
 
 
 def first_replay(positions: IndexArray, faces: IndexArray, vertices: int = 4) -> Replay:
@@ -231,13 +210,13 @@ def split_slot(replay: Replay, cut: Cut) -> None:
     visited = WALK_COST * degree
     for index in range(kept + 1, degree):
         neighbour = int(ring[index, NEIGHBOUR])
-        visited += _rename(replay, neighbour, _corner_before(int(ring[index - 1, CORNER])), slot)
+        visited += _rename(replay, neighbour, preceding(int(ring[index - 1, CORNER])), slot)
     # left sees the parent in the ring's first and last face; right in the two faces beside it
-    last = _corner_before(int(ring[degree - 1, CORNER]))
-    visited += _insert(replay, left, _corner_after(int(ring[0, CORNER])), last, one + 2, parent)
+    last = preceding(int(ring[degree - 1, CORNER]))
+    visited += _insert(replay, left, following(int(ring[0, CORNER])), last, one + 2, parent)
     visited += _rename(replay, left, last, slot)
-    last = _corner_before(int(ring[kept - 1, CORNER]))
-    visited += _insert(replay, right, _corner_after(int(ring[kept, CORNER])), last, two + 2, slot)
+    last = preceding(int(ring[kept - 1, CORNER]))
+    visited += _insert(replay, right, following(int(ring[kept, CORNER])), last, two + 2, slot)
     replay.used[VISITED] += visited
     replay.used[MOVED] += degree - kept
 
@@ -246,18 +225,6 @@ def split_slot(replay: Replay, cut: Cut) -> None:
     _store(replay, slot, kept, degree, (one + 1, left), (two, parent))
     sides = max(replay.span[left, DEGREE], replay.span[right, DEGREE])
     replay.used[LONGEST] = max(replay.used[LONGEST], sides, kept + 2, degree - kept + 2)
-
-
-@inlined_kernel
-def _corner_before(corner: int) -> int:
-    """Previous corner of the same face."""
-    return corner - 1 if corner % 3 > 0 else corner + 2
-
-
-@inlined_kernel
-def _corner_after(corner: int) -> int:
-    """Next corner of the same face."""
-    return corner + 1 if corner % 3 < 2 else corner - 2
 
 
 @leaf_kernel
@@ -343,3 +310,40 @@ def _set_degree(replay: Replay, slot: int, degree: int) -> int:
         span[slot, BEGIN], span[slot, ROOM] = replay.used[TAKEN], room
         replay.used[TAKEN] += room
     return int(span[slot, BEGIN])
+
+
+@leaf_kernel
+def star_sees_centre(replay: Replay, slot: int, centre: FloatArray) -> bool:
+    """Whether the centre, in steps, is on the inner side of all faces around a slot.
+
+    Leaves the ring of the slot in `replay.ring`.
+    """
+    copy_ring(replay, slot, 0)
+    ring, degree = replay.ring, replay.span[slot, DEGREE]
+    ax, ay, az = _relative_position(replay, slot, centre)
+    x, y, z = _relative_position(replay, int(ring[degree - 1, NEIGHBOUR]), centre)
+    valid = True
+    for index in range(degree):
+        bx, by, bz = x, y, z
+        x, y, z = _relative_position(replay, int(ring[index, NEIGHBOUR]), centre)
+        valid &= _determinant(ax, ay, az, bx, by, bz, x, y, z) > 0.0
+    return valid
+
+
+@inlined_kernel
+def _relative_position(replay: Replay, slot: int, centre: FloatArray) -> tuple[float, float, float]:
+    """Position of a slot relative to the centre."""
+    x, y, z = replay.position[slot, 0], replay.position[slot, 1], replay.position[slot, 2]
+    return x - centre[0], y - centre[1], z - centre[2]
+
+
+@inlined_kernel
+def _determinant(
+    ax: float, ay: float, az: float, bx: float, by: float, bz: float, x: float, y: float, z: float
+) -> float:
+    """det(a, b, x).
+
+    Writers keep the determinant so far above zero (`gamutcore.star_shape`) that its sign does not
+    depend on the order of the operations.
+    """
+    return x * (ay * bz - az * by) + y * (az * bx - ax * bz) + z * (ax * by - ay * bx)
