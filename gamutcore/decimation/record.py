@@ -14,21 +14,8 @@ import numpy as np
 
 from gamutcore.arrays import Float32Array, IndexArray, LongArray
 from gamutcore.corner_table import following
-from gamutcore.decimation.star import LARGEST_LINK, Surface
+from gamutcore.decimation.surface_mesh import LARGEST_LINK, Surface
 from gamutcore.kernels import leaf_kernel
-
-__all__ = [
-    "Record",
-    "empty_record",
-    "extend_record",
-    "has_room",
-    "record_collapse",
-    "record_shift",
-    "trim_record",
-]
-
-SHIFTS = 12
-"""Room for so many shifts per vertex. About six neighbours move in a collapse."""
 
 
 class Record(NamedTuple):
@@ -67,6 +54,10 @@ class Record(NamedTuple):
     shifted_end: LongArray
     shifted: IndexArray
     shift: Float32Array
+
+
+SHIFTS = 12
+"""Room for so many shifts per vertex. About six neighbours move in a collapse."""
 
 
 def empty_record(vertices: int, moved_vertices: int = 0) -> Record:

@@ -5,13 +5,12 @@ import pytest
 
 from gamutcore.boundary import modified_convex_hull
 from gamutcore.corner_table import opposite_corners
-from gamutcore.decimation.costs import cost_named
-from gamutcore.decimation.costs.samples import LARGEST_SHARE, SAMPLES
-from gamutcore.decimation.edge_collapse import collapse_edge, empty_workspace
+from gamutcore.decimation.collapse import collapse_edge, empty_workspace
+from gamutcore.decimation.costs import Grid, cost_named, new_stage
 from gamutcore.decimation.edge_queue import fill_queue
 from gamutcore.decimation.record import empty_record
-from gamutcore.decimation.stage import Grid, new_stage
-from gamutcore.decimation.star import (
+from gamutcore.decimation.samples import LARGEST_SHARE, SAMPLES
+from gamutcore.decimation.surface_mesh import (
     keeps_star_shape,
     link_condition_holds,
     surface_of,

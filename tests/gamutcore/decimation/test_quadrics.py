@@ -11,15 +11,19 @@ from hypothesis import strategies as st
 from scipy.linalg import lapack
 
 from gamutcore.decimation import decimate
-from gamutcore.decimation.costs import cost_named
-from gamutcore.decimation.costs.dispatch import error_at, find_optimum, update_before_collapse
-from gamutcore.decimation.costs.memoryless_quadrics import (
+from gamutcore.decimation.costs import (
+    cost_named,
+    error_at,
+    find_optimum,
+    update_before_collapse,
+)
+from gamutcore.decimation.quadrics import (
     Quadrics,
     area_vectors,
     constrained_error,
     constrained_optimum,
 )
-from gamutcore.decimation.star import DEFICIT_NOW
+from gamutcore.decimation.surface_mesh import DEFICIT_NOW
 from gamutcore.mesh import TriangleMesh
 
 pytestmark = pytest.mark.slow  # it compiles kernels that only tests use

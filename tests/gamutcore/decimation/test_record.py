@@ -8,8 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gamutcore.boundary import modified_convex_hull
-from gamutcore.decimation import COSTS, decimate, decimation, stages, trials
-from gamutcore.decimation import progress as decimation_progress
+from gamutcore.decimation import COSTS, decimate, schedule
 from gamutcore.decimation.costs import Trials, cost_named
 from gamutcore.decimation.record import empty_record
 from gamutcore.errors import DecimationError
@@ -136,7 +135,7 @@ class TestDeterminism:
             record = empty_record(vertices, moved_vertices)
             return record._replace(moved=record.moved[:9], shifted=record.shifted[:9])
 
-        monkeypatch.setattr(stages, "empty_record", scarce)
+        monkeypatch.setattr(schedule, "empty_record", scarce)
         history = build_history(decimate(icosphere(2), CENTRE, cost))
         assert assert_every_level(history.levels(), CENTRE) == list(range(4, 321, 2))
 
@@ -147,7 +146,7 @@ def with_schedule(monkeypatch):
 
     def change(**replaced):
         monkeypatch.setattr(
-            decimation, "cost_named", lambda name: cost_named(name)._replace(**replaced)
+            schedule, "cost_named", lambda name: cost_named(name)._replace(**replaced)
         )
 
     return change
@@ -162,7 +161,7 @@ class TestSchedule:
         whole = build_history(decimate(mesh, CENTRE, "quadric"))
         in_stages = cost_named("quadric")._replace(compacted=tuple(sorted(stops)[::-1]))
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(decimation, "cost_named", lambda _: in_stages)
+            patch.setattr(schedule, "cost_named", lambda _: in_stages)
             parts = build_history(decimate(mesh, CENTRE, "quadric"))
         for one, other in zip(whole.levels(), parts.levels(), strict=True):
             assert one.triangles == other.triangles
@@ -196,14 +195,14 @@ class TestSchedule:
         assert levels[0] == levels[1]
 
     def test_a_trial_that_ends_too_early_is_not_chosen(self, monkeypatch, with_schedule, icosphere):
-        run_stage = trials.run_stage
+        run_stage = schedule.run_stage
 
         def ends_early(stage, until, counter, **options):
             perturbed = len(options.get("perturbation", ())) > 0
             early = "perturbation" in options and perturbed == blocks_perturbed
             return run_stage(stage, until + 1 if early else until, counter, **options)
 
-        monkeypatch.setattr(trials, "run_stage", ends_early)
+        monkeypatch.setattr(schedule, "run_stage", ends_early)
         with_schedule(trials=Trials(60, 3, 27))
         mesh, blocks_perturbed = icosphere(2), True
         only = decimate(mesh, CENTRE)
@@ -211,14 +210,14 @@ class TestSchedule:
         with_schedule(trials=Trials(60, 1, 27))
         with pytest.raises(DecimationError, match="triangles left"):
             decimate(mesh, CENTRE)
-        monkeypatch.setattr(trials, "run_stage", run_stage)
+        monkeypatch.setattr(schedule, "run_stage", run_stage)
         assert_same(only, decimate(mesh, CENTRE))
 
 
 @pytest.mark.slow
 def test_progress_is_reported_in_order_until_the_callback_fails(monkeypatch, icosphere):
     """The callback runs in another thread while the work runs; its exception is raised."""
-    monkeypatch.setattr(decimation_progress, "_INTERVAL", 0.01)
+    monkeypatch.setattr(schedule, "_INTERVAL", 0.01)
     told = []
 
     def report(part):
@@ -236,7 +235,7 @@ def test_progress_is_reported_in_order_until_the_callback_fails(monkeypatch, ico
 
 
 def test_progress_changes_nothing(monkeypatch, icosphere):
-    monkeypatch.setattr(decimation_progress, "_INTERVAL", 0.001)
+    monkeypatch.setattr(schedule, "_INTERVAL", 0.001)
     told = []
     decimated = decimate(icosphere(3), CENTRE, progress=told.append)
     assert_same(decimated, decimate(icosphere(3), CENTRE))

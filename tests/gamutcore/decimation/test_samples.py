@@ -6,23 +6,26 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gamutcore.decimation.costs import cost_named
-from gamutcore.decimation.costs.deviation import change_at, query_edge, query_vertex
-from gamutcore.decimation.costs.memoryless_quadrics import constrained_optimum
-from gamutcore.decimation.costs.refinement import mismatch_error, refine_point
-from gamutcore.decimation.costs.sample_assignment import (
-    NO_FACE,
-    assign_samples,
-    reassign_samples,
-    thin_samples,
+from gamutcore.decimation.deviation import (
+    change_at,
+    mismatch_error,
+    query_edge,
+    query_vertex,
+    refine_point,
 )
-from gamutcore.decimation.costs.samples import (
+from gamutcore.decimation.quadrics import constrained_optimum
+from gamutcore.decimation.samples import (
     LARGEST_SHARE,
+    NO_FACE,
     SAMPLES,
+    assign_samples,
     empty_deviation,
+    reassign_samples,
     sample_capacity,
     take_samples,
+    thin_samples,
 )
-from gamutcore.decimation.star import (
+from gamutcore.decimation.surface_mesh import (
     keeps_star_shape,
     link_condition_holds,
     star_volume,

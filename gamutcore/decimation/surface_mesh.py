@@ -1,4 +1,4 @@
-"""The surface that is decimated, and which positions of a new vertex keep it star-shaped.
+"""The mesh that is decimated, and which positions of a new vertex keep it star-shaped.
 
 Positions are relative to the centre, so a face (p0, p1, p2) sees the centre from inside when
 det(p0, p1, p2) > 0. A collapse changes only the faces around the two ends of its edge. The next
@@ -19,33 +19,8 @@ from gamutcore.decimation.vectors import Vector, cross, dot, minus, plus, row, t
 from gamutcore.kernels import kernel, leaf_kernel
 from gamutcore.star_shape import sees_centre
 
-__all__ = [
-    "DEFICIT_LARGEST",
-    "DEFICIT_NOW",
-    "LARGEST_LINK",
-    "Surface",
-    "edge_ends",
-    "find_inner_direction",
-    "keeps_star_shape",
-    "link_condition_holds",
-    "scale_to_preserve_volume",
-    "squared_length",
-    "star_volume",
-    "surface_of",
-    "volume_gradient",
-    "write_edge_link",
-    "write_vertex_link",
-]
-
 DEFICIT_NOW, DEFICIT_LARGEST = range(2)
 """Indices into `Surface.deficit`: volume missing at the present level; its largest value so far."""
-
-LARGEST_LINK = 64
-"""Longer links are not collapsed in sweeps, evaluated by samples, or moved: they take too long, and
-their edges would not be among the cheapest."""
-
-MAXIMUM_STEPS = 200
-"""Steps of the perceptron rule before the search for an inner direction ends."""
 
 
 class Surface(NamedTuple):
@@ -139,6 +114,11 @@ def squared_length(surface: Surface, corner: int) -> float:
     one, two = surface.vertex[following(corner)], surface.vertex[preceding(corner)]
     along = minus(row(surface.position, one, 0), row(surface.position, two, 0))
     return dot(along, along)
+
+
+LARGEST_LINK = 64
+"""Longer links are not collapsed in sweeps, evaluated by samples, or moved: they take too long, and
+their edges would not be among the cheapest."""
 
 
 @leaf_kernel
@@ -250,6 +230,10 @@ def scale_to_preserve_volume(
     for axis in range(3):
         point[axis] *= scale
     return True
+
+
+MAXIMUM_STEPS = 200
+"""Steps of the perceptron rule before the search for an inner direction ends."""
 
 
 @leaf_kernel
