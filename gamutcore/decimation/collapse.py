@@ -1,7 +1,7 @@
 """The collapse loop: the cheapest valid collapse, repeatedly, down to a number of vertices.
 
-Data layout: a `Stage` (surface, grid and state of the cost), a `Workspace` with an indexed heap of
-edges, and a `Record` that receives every collapse. An edge is queued with the error of its first
+Data layout: a `State` (surface, grid and state of the cost), a `LoopWorkspace` with an indexed heap
+of edges, and a `Record` that receives every collapse. An edge is queued with the error of its first
 candidate position, the optimum of the cost. At the front of the queue the candidate is rounded to
 the grid and tested. Only a position that is valid after rounding is used and recorded. Otherwise
 the edge is queued again with the error of its next candidate. An edge without a valid candidate is
@@ -25,8 +25,8 @@ from gamutcore.arrays import ByteArray, Float32Array, FloatArray, IndexArray, Lo
 from gamutcore.corner_table import following, preceding
 from gamutcore.decimation.costs import (
     MEMORYLESS,
-    Grid,
-    Stage,
+    GridPositions,
+    State,
     enter_level,
     error_at,
     find_improvement,
@@ -39,7 +39,7 @@ from gamutcore.decimation.record import Record, has_room, record_collapse, recor
 from gamutcore.decimation.samples import NO_FACE
 from gamutcore.decimation.surface_mesh import (
     LARGEST_LINK,
-    Surface,
+    SurfaceMesh,
     edge_ends,
     find_inner_direction,
     keeps_star_shape,
@@ -52,58 +52,29 @@ from gamutcore.decimation.vectors import Vector, dot, minus, row, triple
 from gamutcore.kernels import inlined_kernel, kernel, leaf_kernel
 
 
-class Workspace(NamedTuple):
-    """Data of a decimation besides the stage.
-
-    Attributes
-    ----------
-    queue : EdgeQueue
-    collapses : (1,) int64
-        Number of collapses of the stage so far.
-    choice : (E,) uint8
-        Number of the candidate whose error stands in the queue.
-    evaluated : (E,) int32
-        Number of collapses before the edge's error was evaluated.
-    changed : (V,) int32
-        Number of collapses after which the faces of a vertex last changed.
-    parked : (1,) int32
-        Number of edges that are neither queued nor removed.
-    perturbation : (E,) or (0,) float64
-        Relative perturbation of each edge's error in the present trial; empty for exact errors.
-    link : (2 V, 2) int32
-        Scratch: the link of the current edge or vertex.
-    point : (3,) float64
-        The current position, relative to the centre.
-    rounded : (3,) float32
-        The same position rounded to the grid.
-    neighbourhood : (LARGEST_LINK + 1,) int32
-        Scratch: a vertex and its neighbours.
-    before : (LARGEST_LINK + 1, 3) float32
-        Scratch: their positions before they move.
-    counter : (1,) int64
-        Counts up with each collapse. Another thread reads it to report progress.
-    """
+class LoopWorkspace(NamedTuple):
+    """Data of the collapse loop besides the state, for V vertices and E edges."""
 
     queue: EdgeQueue
-    collapses: LongArray
-    choice: ByteArray
-    evaluated: IndexArray
-    changed: IndexArray
-    parked: IndexArray
-    perturbation: FloatArray
-    link: IndexArray
-    point: FloatArray
-    rounded: Float32Array
-    neighbourhood: IndexArray
-    before: Float32Array
-    counter: LongArray
+    collapses: LongArray  # (1,) number of collapses so far
+    choice: ByteArray  # (E,) number of the candidate whose error stands in the queue
+    evaluated: IndexArray  # (E,) number of collapses before the edge's error was evaluated
+    changed: IndexArray  # (V,) number of collapses after which a vertex's faces last changed
+    parked: IndexArray  # (1,) number of edges that are neither queued nor removed
+    perturbation: FloatArray  # (E,) of errors in the present trial; (0,) for exact errors
+    link: IndexArray  # (2 V, 2) scratch: the link of the current edge or vertex
+    point: FloatArray  # (3,) the current position, relative to the centre
+    rounded: Float32Array  # (3,) the same position rounded to the grid
+    neighbourhood: IndexArray  # (LARGEST_LINK + 1,) scratch: a vertex and its neighbours
+    before: Float32Array  # (LARGEST_LINK + 1, 3) scratch: their positions before they move
+    counter: LongArray  # (1,) counts collapses; another thread reads it to report progress
 
 
 def empty_workspace(
     edges: int, vertices: int, counter: LongArray, perturbation: FloatArray
-) -> Workspace:
+) -> LoopWorkspace:
     """Return the workspace for a surface, with no edge queued."""
-    return Workspace(
+    return LoopWorkspace(
         empty_queue(edges),
         np.zeros(1, np.int64),
         np.zeros(edges, np.uint8),
@@ -122,23 +93,25 @@ def empty_workspace(
 
 
 @kernel
-def collapse_edges(stage: Stage, record: Record, work: Workspace, swept: int, wanted: int) -> int:
-    """Collapse edges, cheapest first, until `wanted` collapses are made; `swept` of them in sweeps.
+def collapse_edges(
+    state: State, record: Record, work: LoopWorkspace, swept: int, wanted: int
+) -> int:
+    """Collapse edges, cheapest first, to `wanted` collapses in all; the first `swept` in sweeps.
 
-    Sweeps come before strict order. A call continues after the collapses of the last one. The
-    result is the number of changes that the record has no room for: extend it and call again. It is
-    0 at the end, or if no edge can be collapsed validly.
+    A call continues after the collapses of the last one. The result is the number of changes that
+    the record has no room for: extend it and call again. It is 0 at the end, or if no edge can be
+    collapsed validly.
     """
-    enter_level(stage, len(stage.grid.position) - work.collapses[0])
-    if work.collapses[0] < swept and not collapse_in_sweeps(stage, record, work, swept):
+    enter_level(state, len(state.grid.position) - work.collapses[0])
+    if work.collapses[0] < swept and not _collapse_in_sweeps(state, record, work, swept):
         return LARGEST_LINK
-    return _collapse_in_order(stage, record, work, wanted)
+    return _collapse_in_order(state, record, work, wanted)
 
 
 @leaf_kernel
-def _collapse_in_order(stage: Stage, record: Record, work: Workspace, wanted: int) -> int:
+def _collapse_in_order(state: State, record: Record, work: LoopWorkspace, wanted: int) -> int:
     """Collapse the cheapest edge repeatedly. Parameters and result as in `collapse_edges`."""
-    surface, parameters, queue = stage.surface, stage.parameters, work.queue
+    surface, parameters, queue = state.surface, state.parameters, work.queue
     on_link, requeued = parameters.kind == MEMORYLESS, -1
     queue.size[0] = 0
     while work.collapses[0] < wanted:
@@ -146,12 +119,12 @@ def _collapse_in_order(stage: Stage, record: Record, work: Workspace, wanted: in
             # parked edges return if a collapse has changed anything since
             if work.collapses[0] == requeued:
                 break
-            _queue_all(stage, work)
+            _queue_all(state, work)
             requeued = work.collapses[0]
             continue
         edge = int(queue.heap[0])
-        if on_link and is_stale(surface, work, edge):
-            _requeue(stage, work, edge)
+        if on_link and _is_stale(surface, work, edge):
+            _requeue(state, work, edge)
             continue
         _, kept, dead = edge_ends(surface, edge)
         if not link_condition_holds(surface, kept, dead):
@@ -161,28 +134,28 @@ def _collapse_in_order(stage: Stage, record: Record, work: Workspace, wanted: in
         if not has_room(record, work.collapses[0], around):
             return around
         count = write_edge_link(surface, kept, dead, work.link)
-        if not candidate_is_valid(stage, work, edge, count):
-            _queue_next_candidate(stage, work, edge, count)
+        if not _candidate_is_valid(state, work, edge, count):
+            _queue_next_candidate(state, work, edge, count)
             continue
-        kept = collapse_edge(stage, record, work, edge)
+        kept = collapse_edge(state, record, work, edge)
         if parameters.moved_vertices > 0:
-            relax(stage, record, work, kept)
-        left = len(stage.grid.position) - work.collapses[0]
-        if work.collapses[0] < wanted and enter_level(stage, left):
-            _queue_all(stage, work)
+            _relax(state, record, work, kept)
+        left = len(state.grid.position) - work.collapses[0]
+        if work.collapses[0] < wanted and enter_level(state, left):
+            _queue_all(state, work)
         else:
-            _refresh(stage, work, kept, left - 4 < parameters.eager_collapses)
+            _refresh(state, work, kept, left - 4 < parameters.eager_collapses)
     return 0
 
 
 @leaf_kernel
-def _queue_all(stage: Stage, work: Workspace) -> None:
+def _queue_all(state: State, work: LoopWorkspace) -> None:
     """Queue all edges, each with the error of its optimum."""
     queue, queued = work.queue, 0
     for edge in range(queue.heap_index.size):
         queue.heap_index[edge] = -1
-        if stage.surface.corner_facing[edge] >= 0:
-            queue.priority[edge] = _optimum_error(stage, work, edge)
+        if state.surface.corner_facing[edge] >= 0:
+            queue.priority[edge] = _optimum_error(state, work, edge)
             queue.heap[queued] = edge
             queued += 1
     fill_queue(queue, queued)
@@ -190,10 +163,10 @@ def _queue_all(stage: Stage, work: Workspace) -> None:
 
 
 @leaf_kernel
-def _optimum_error(stage: Stage, work: Workspace, edge: int) -> float:
+def _optimum_error(state: State, work: LoopWorkspace, edge: int) -> float:
     """Evaluate an edge: write its optimum and return the error of it in the present trial."""
     work.choice[edge], work.evaluated[edge] = 0, work.collapses[0]
-    value = find_optimum(stage, int(stage.surface.corner_facing[edge]), work.point)
+    value = find_optimum(state, int(state.surface.corner_facing[edge]), work.point)
     return _perturb(work, edge, value)
 
 
@@ -203,7 +176,7 @@ is the same within the scatter."""
 
 
 @leaf_kernel
-def _perturb(work: Workspace, edge: int, value: float) -> float:
+def _perturb(work: LoopWorkspace, edge: int, value: float) -> float:
     """Error of an edge in the present trial."""
     if work.perturbation.size == 0 or not abs(value) < np.inf:
         return value
@@ -211,27 +184,27 @@ def _perturb(work: Workspace, edge: int, value: float) -> float:
 
 
 @leaf_kernel
-def _requeue(stage: Stage, work: Workspace, edge: int) -> None:
+def _requeue(state: State, work: LoopWorkspace, edge: int) -> None:
     """Queue an edge, or move it in the queue, with the error of its optimum."""
     if work.queue.heap_index[edge] < 0:
         work.parked[0] -= 1
-    enqueue(work.queue, edge, _optimum_error(stage, work, edge))
+    enqueue(work.queue, edge, _optimum_error(state, work, edge))
 
 
 @leaf_kernel
-def _park(work: Workspace, edge: int) -> None:
+def _park(work: LoopWorkspace, edge: int) -> None:
     dequeue(work.queue, edge)
     work.parked[0] += 1
 
 
 @leaf_kernel
-def _queue_next_candidate(stage: Stage, work: Workspace, edge: int, count: int) -> None:
+def _queue_next_candidate(state: State, work: LoopWorkspace, edge: int, count: int) -> None:
     """Queue an edge with the error of its next candidate; park it if there is none."""
-    corner = int(stage.surface.corner_facing[edge])
+    corner = int(state.surface.corner_facing[edge])
     for choice in range(work.choice[edge] + 1, CANDIDATES):
         work.choice[edge] = choice
-        if write_candidate(stage, corner, choice, work.link, count, work.point):
-            value = error_at(stage, corner, work.point)
+        if _write_candidate(state, corner, choice, work.link, count, work.point):
+            value = error_at(state, corner, work.point)
             # an infinite error comes last, but may be the only way on
             if not np.isnan(value):
                 value = _perturb(work, edge, value)
@@ -246,16 +219,15 @@ its link changes. It will hardly be the next one."""
 
 
 @leaf_kernel
-def _refresh(stage: Stage, work: Workspace, kept: int, eager: bool) -> None:
-    """Update the queue around a new vertex.
+def _refresh(state: State, work: LoopWorkspace, kept: int, eager: bool) -> None:
+    """Update the queue around a new vertex; parked edges of its neighbours return.
 
     With accumulated quadrics only the edges of the vertex have new errors; otherwise those of its
     neighbours have, too. If `eager`, the latter are evaluated at once unless they were large, else
-    at the front of the queue: an old error is seldom too large. Parked edges of the neighbours
-    return.
+    at the front of the queue: an old error is seldom too large.
     """
-    surface, queue, collapses = stage.surface, work.queue, work.collapses[0]
-    on_link = stage.parameters.kind == MEMORYLESS
+    surface, queue, collapses = state.surface, work.queue, work.collapses[0]
+    on_link = state.parameters.kind == MEMORYLESS
     work.changed[kept] = collapses
     large = -np.inf
     if eager and on_link and queue.size[0] > 0:
@@ -263,7 +235,7 @@ def _refresh(stage: Stage, work: Workspace, kept: int, eager: bool) -> None:
     spoke = int(surface.corner_at[kept])
     for _ in range(surface.degree[kept]):
         if not on_link:
-            _requeue(stage, work, int(surface.edge_of[preceding(spoke)]))
+            _requeue(state, work, int(surface.edge_of[preceding(spoke)]))
         neighbour = int(surface.vertex[following(spoke)])
         work.changed[neighbour] = collapses
         # links of such a vertex's edges are not evaluated, so their errors do not change
@@ -274,20 +246,20 @@ def _refresh(stage: Stage, work: Workspace, kept: int, eager: bool) -> None:
                 edge = int(surface.edge_of[preceding(around)])
                 changes = queue.priority[edge] <= limit and work.evaluated[edge] < collapses
                 if queue.heap_index[edge] < 0 or changes:
-                    _requeue(stage, work, edge)
+                    _requeue(state, work, edge)
                 around = int(surface.swung[around])
         spoke = int(surface.swung[spoke])
 
 
 @leaf_kernel
-def is_stale(surface: Surface, work: Workspace, edge: int) -> bool:
+def _is_stale(surface: SurfaceMesh, work: LoopWorkspace, edge: int) -> bool:
     """Whether the faces around an edge have changed since its error was evaluated."""
     _, one, two = edge_ends(surface, edge)
     return max(work.changed[one], work.changed[two]) > work.evaluated[edge]
 
 
 @leaf_kernel
-def mark_changed(surface: Surface, work: Workspace, vertex: int) -> None:
+def _mark_changed(surface: SurfaceMesh, work: LoopWorkspace, vertex: int) -> None:
     """Mark the faces of a vertex and of its neighbours as changed by the last collapse."""
     work.changed[vertex] = work.collapses[0]
     corner = int(surface.corner_at[vertex])
@@ -303,18 +275,19 @@ OPTIMUM, MIDPOINT, FIRST_END, SECOND_END, CONE = range(CANDIDATES)
 
 
 @leaf_kernel
-def write_candidate(
-    stage: Stage, corner: int, choice: int, link: IndexArray, count: int, point: FloatArray
+def _write_candidate(
+    state: State, corner: int, choice: int, link: IndexArray, count: int, point: FloatArray
 ) -> bool:
     """Write candidate `choice` of the edge that `corner` faces; False if the edge has none.
 
-    `link` is the edge's directed link of `count` pairs. `point` receives the position, relative to
-    the centre.
+    `link` is the edge's directed link of `count` pairs. The first candidate is the optimum of the
+    cost. The others serve edges whose optimum is not valid. They are moved along their radius so
+    that the collapse preserves the volume.
     """
     if choice == OPTIMUM:
-        find_optimum(stage, corner, point)
+        find_optimum(state, corner, point)
         return True
-    surface, position = stage.surface, stage.surface.position
+    surface, position = state.surface, state.surface.position
     kept, dead = int(surface.vertex[following(corner)]), int(surface.vertex[preceding(corner)])
     one = dead if choice == SECOND_END else kept
     two = kept if choice == FIRST_END else dead
@@ -326,24 +299,20 @@ def write_candidate(
 
 
 @leaf_kernel
-def candidate_is_valid(stage: Stage, work: Workspace, edge: int, count: int) -> bool:
-    """Write and round the present candidate of an edge; False if it is not valid.
-
-    `work.link` holds the edge's link of `count` pairs. `work.point` and `work.rounded` receive the
-    position.
-    """
-    corner, choice = int(stage.surface.corner_facing[edge]), int(np.int64(work.choice[edge]))
-    if not write_candidate(stage, corner, choice, work.link, count, work.point):
+def _candidate_is_valid(state: State, work: LoopWorkspace, edge: int, count: int) -> bool:
+    """Write and round the present candidate of an edge; False if it is not valid."""
+    corner, choice = int(state.surface.corner_facing[edge]), int(np.int64(work.choice[edge]))
+    if not _write_candidate(state, corner, choice, work.link, count, work.point):
         return False
-    return rounded_point_is_valid(stage, work, count)
+    return _rounded_point_is_valid(state, work, count)
 
 
 @leaf_kernel
-def rounded_point_is_valid(stage: Stage, work: Workspace, count: int) -> bool:
+def _rounded_point_is_valid(state: State, work: LoopWorkspace, count: int) -> bool:
     """Round the current position; False if it is not valid for the current link."""
     point = work.point
-    return round_to_grid(stage.grid, point, work.rounded) and keeps_star_shape(
-        stage.surface.position, work.link, count, point[0], point[1], point[2]
+    return _round_to_grid(state.grid, point, work.rounded) and keeps_star_shape(
+        state.surface.position, work.link, count, point[0], point[1], point[2]
     )
 
 
@@ -352,11 +321,10 @@ LARGEST_STEPS = 2.0**24
 
 
 @leaf_kernel
-def round_to_grid(grid: Grid, point: FloatArray, rounded: Float32Array) -> bool:
-    """Round a position, relative to the centre, in place to the nearest grid point.
+def _round_to_grid(grid: GridPositions, point: FloatArray, rounded: Float32Array) -> bool:
+    """Round a position, relative to the centre, in place; `rounded` gets it in the colour space.
 
-    `rounded` receives the same position in coordinates of the colour space. The result is False
-    beyond 2²⁴ steps, where float32 does not hold the grid.
+    False beyond 2²⁴ steps, where float32 does not hold the grid.
     """
     exact = True
     for axis in range(3):
@@ -369,18 +337,18 @@ def round_to_grid(grid: Grid, point: FloatArray, rounded: Float32Array) -> bool:
 
 
 @inlined_kernel
-def collapse_edge(stage: Stage, record: Record, work: Workspace, edge: int) -> int:
+def collapse_edge(state: State, record: Record, work: LoopWorkspace, edge: int) -> int:
     """Collapse an edge to `work.point`, record the collapse, and return the vertex that stays.
 
     The end with more edges stays. The record has room for the degrees of both ends.
     """
-    surface, grid, index = stage.surface, stage.grid, work.collapses[0]
+    surface, grid, index = state.surface, state.grid, work.collapses[0]
     corner, kept, dead = edge_ends(surface, edge)
     twin = int(surface.opposite[corner])
     if surface.degree[dead] > surface.degree[kept]:
         kept, dead = dead, kept
     record_collapse(record, index, surface, grid.position, work.rounded, corner, kept, dead)
-    update_before_collapse(stage, corner, kept, dead, work.point)
+    update_before_collapse(state, corner, kept, dead, work.point)
     for axis in range(3):
         surface.position[kept, axis] = work.point[axis]
         grid.position[kept, axis] = work.rounded[axis]
@@ -395,14 +363,14 @@ def collapse_edge(stage: Stage, record: Record, work: Workspace, edge: int) -> i
         if work.queue.heap_index[gone] < 0:
             work.parked[0] -= 1
         dequeue(work.queue, gone)
-    update_after_change(stage, kept, corner // 3, twin // 3)
+    update_after_change(state, kept, corner // 3, twin // 3)
     work.collapses[0] += 1
     work.counter[0] += 1
     return kept
 
 
 @leaf_kernel
-def _close_gap(surface: Surface, corner: int) -> int:
+def _close_gap(surface: SurfaceMesh, corner: int) -> int:
     """Join the two outer neighbours of a removed face; returns the edge that disappears.
 
     `corner` faces the collapsed edge. The corners outside the removed faces name the kept vertex
@@ -429,13 +397,9 @@ ROUNDS = 4
 
 
 @leaf_kernel
-def relax(stage: Stage, record: Record, work: Workspace, kept: int) -> None:
-    """Move a new vertex and its neighbours to better positions, and record the moves.
-
-    The position and the end of shifts of the last collapse are replaced. The record has room for
-    one shift per neighbour.
-    """
-    surface, around, position = stage.surface, work.neighbourhood, stage.grid.position
+def _relax(state: State, record: Record, work: LoopWorkspace, kept: int) -> None:
+    """Move a new vertex and its neighbours to better positions, and correct the record."""
+    surface, around, position = state.surface, work.neighbourhood, state.grid.position
     neighbours = int(surface.degree[kept])
     if neighbours > LARGEST_LINK:
         return
@@ -449,7 +413,7 @@ def relax(stage: Stage, record: Record, work: Workspace, kept: int) -> None:
     for _ in range(ROUNDS):
         moves = 0
         for index in range(neighbours + 1):
-            moves += _move(stage, work, int(around[index]))
+            moves += _move(state, work, int(around[index]))
         if moves == 0:
             break
     last = work.collapses[0] - 1
@@ -460,16 +424,16 @@ def relax(stage: Stage, record: Record, work: Workspace, kept: int) -> None:
         for axis in range(3):
             moved = moved or position[vertex, axis] != work.before[index, axis]
         if moved:
-            mark_changed(surface, work, vertex)
+            _mark_changed(surface, work, vertex)
             record_shift(record, last, vertex, work.before, index, position)
 
 
 @inlined_kernel
-def _move(stage: Stage, work: Workspace, vertex: int) -> bool:
+def _move(state: State, work: LoopWorkspace, vertex: int) -> bool:
     """Move a vertex to a better position that is valid; False if there is none."""
-    surface, point, link = stage.surface, work.point, work.link
+    surface, point, link = state.surface, work.point, work.link
     if not (
-        find_improvement(stage, vertex, point) and round_to_grid(stage.grid, point, work.rounded)
+        find_improvement(state, vertex, point) and _round_to_grid(state.grid, point, work.rounded)
     ):
         return False
     count = write_vertex_link(surface, vertex, link)
@@ -480,8 +444,8 @@ def _move(stage: Stage, work: Workspace, vertex: int) -> bool:
         return False
     for axis in range(3):
         surface.position[vertex, axis] = point[axis]
-        stage.grid.position[vertex, axis] = work.rounded[axis]
-    update_after_change(stage, vertex, NO_FACE, NO_FACE)
+        state.grid.position[vertex, axis] = work.rounded[axis]
+    update_after_change(state, vertex, NO_FACE, NO_FACE)
     return True
 
 
@@ -538,14 +502,14 @@ the last limit has to be reached everywhere."""
 
 
 @leaf_kernel
-def collapse_in_sweeps(stage: Stage, record: Record, work: Workspace, wanted: int) -> bool:
+def _collapse_in_sweeps(state: State, record: Record, work: LoopWorkspace, wanted: int) -> bool:
     """Collapse edges below a rising limit of the error, in the order of memory.
 
-    The queue is empty before and after. The result is False if the record has no room for another
-    collapse. It is True if `wanted` collapses are made, or no edge can be collapsed.
+    The queue is empty before and after. False if the record has no room for another collapse; True
+    if `wanted` collapses are made, or no edge can be collapsed.
     """
-    edges, vertices = work.queue.priority.size, len(stage.grid.position)
-    limit = _first_limit(stage, work)
+    edges, vertices = work.queue.priority.size, len(state.grid.position)
+    limit = _first_limit(state, work)
     block, first = BLOCK, True
     while work.collapses[0] < wanted:
         before, times = work.collapses[0], SWEEPS_PER_BLOCK
@@ -555,10 +519,10 @@ def collapse_in_sweeps(stage: Stage, record: Record, work: Workspace, wanted: in
             end = min(begin + block, edges)
             if first:
                 for edge in range(begin, end):
-                    _evaluate(stage, work, edge)
+                    _evaluate(state, work, edge)
             higher = limit
             for _ in range(times):
-                if not _sweep(stage, record, work, wanted, begin, end, higher):
+                if not _sweep(state, record, work, wanted, begin, end, higher):
                     return False
                 higher *= RATIO
         if work.collapses[0] == before and not limit < np.inf:
@@ -578,11 +542,11 @@ SAMPLED = 16
 
 
 @leaf_kernel
-def _first_limit(stage: Stage, work: Workspace) -> float:
+def _first_limit(state: State, work: LoopWorkspace) -> float:
     """Quantile of the errors of edges from all over the surface, found by the empty queue."""
     queue, sampled = work.queue, 0
-    for edge in range(0, stage.surface.corner_facing.size, SAMPLED):
-        if _evaluate(stage, work, edge):
+    for edge in range(0, state.surface.corner_facing.size, SAMPLED):
+        if _evaluate(state, work, edge):
             value = queue.priority[edge]
             queue.priority[edge] = value if value < np.inf else np.inf  # noqa: FURB136  # NaN too
             queue.heap[sampled] = edge
@@ -598,34 +562,34 @@ def _first_limit(stage: Stage, work: Workspace) -> float:
 
 
 @leaf_kernel
-def _evaluate(stage: Stage, work: Workspace, edge: int) -> bool:
+def _evaluate(state: State, work: LoopWorkspace, edge: int) -> bool:
     """Write the optimum of an edge and its error; False if the edge has been removed."""
-    corner = int(stage.surface.corner_facing[edge])
+    corner = int(state.surface.corner_facing[edge])
     if corner < 0:
         return False
-    work.queue.priority[edge] = find_optimum(stage, corner, work.point)
+    work.queue.priority[edge] = find_optimum(state, corner, work.point)
     work.evaluated[edge] = work.collapses[0]
     return True
 
 
 @leaf_kernel
 def _sweep(
-    stage: Stage,
+    state: State,
     record: Record,
-    work: Workspace,
+    work: LoopWorkspace,
     wanted: int,
     begin: int,
     end: int,
     limit: float,
 ) -> bool:
     """Sweep a block of edges once; False if the record has no room for another collapse."""
-    surface, priority = stage.surface, work.queue.priority
+    surface, priority = state.surface, work.queue.priority
     for edge in range(begin, end):
         if surface.corner_facing[edge] < 0 or priority[edge] > limit:
             continue
-        stale = is_stale(surface, work, edge)
+        stale = _is_stale(surface, work, edge)
         if stale:
-            _evaluate(stage, work, edge)
+            _evaluate(state, work, edge)
             if priority[edge] > limit:
                 continue
         corner, kept, dead = edge_ends(surface, edge)
@@ -635,12 +599,12 @@ def _sweep(
             continue
         write_edge_link(surface, kept, dead, work.link)
         if not stale:
-            find_optimum(stage, corner, work.point)
-        if not rounded_point_is_valid(stage, work, count):
+            find_optimum(state, corner, work.point)
+        if not _rounded_point_is_valid(state, work, count):
             continue
         if work.collapses[0] == wanted:
             break
         if not has_room(record, work.collapses[0], count):
             return False
-        mark_changed(surface, work, collapse_edge(stage, record, work, edge))
+        _mark_changed(surface, work, collapse_edge(state, record, work, edge))
     return True

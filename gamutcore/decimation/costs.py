@@ -45,12 +45,12 @@ from gamutcore.decimation.samples import (
     take_samples,
     thin_samples,
 )
-from gamutcore.decimation.surface_mesh import DEFICIT_NOW, Surface, surface_of
+from gamutcore.decimation.surface_mesh import DEFICIT_NOW, SurfaceMesh, surface_of
 from gamutcore.errors import OptionError
 from gamutcore.kernels import inlined_kernel, leaf_kernel
 
 ACCUMULATED = 0
-"""Kind of a cost: accumulated plane quadrics, in one stage and in strict order."""
+"""Kind of a cost: accumulated plane quadrics, in one phase and in strict order."""
 
 MEMORYLESS = 1
 """Kind of a cost: memoryless quadrics, and the change of the mismatch in coarse levels."""
@@ -74,44 +74,26 @@ and hardly any information."""
 
 
 class Parameters(NamedTuple):
-    """Numbers that the kernels need. Levels are given by their numbers of vertices.
+    """Numbers that the kernels need. Levels are given by their numbers of vertices."""
 
-    Attributes
-    ----------
-    kind : int
-        `ACCUMULATED` or `MEMORYLESS`.
-    preserves_volume : bool
-        Whether every level has the volume of the full boundary.
-    compares_with_full : bool
-        Whether the reference is the full boundary. Otherwise it is the first compared level.
-    compared_vertices : int
-        Levels of at most this size are compared with the reference.
-    moved_vertices : int
-        In levels of at most this size the new vertex and its neighbours move after a collapse.
-    eager_collapses : int
-        So many collapses before the end, errors that have changed are evaluated at once. Before,
-        they are evaluated when their edge comes to the front of the queue.
-    samples : int
-        Approximate number of samples of the reference. Each of its faces has at least one.
-    largest_samples : int
-        If there were more samples, half as many are selected.
-    samples_per_face : int
-        Half of the samples are removed when a face has twice as many on average. The time for an
-        edge then stays the same.
-    thinned_vertices : int
-        Levels of at most this size keep their samples, because each collapse matters there.
-    """
-
-    kind: int
-    preserves_volume: bool = False
+    kind: int  # `ACCUMULATED` or `MEMORYLESS`
+    preserves_volume: bool = False  # every level has the volume of the full boundary
+    # whether the reference is the full boundary; otherwise it is the first compared level
     compares_with_full: bool = False
-    compared_vertices: int = 0
+    compared_vertices: int = 0  # levels of at most this size are compared with the reference
+    # in levels of at most this size the new vertex and its neighbours move after a collapse
     moved_vertices: int = 0
+    # so many collapses before the end, errors that have changed are evaluated at once; before, when
+    # their edge comes to the front of the queue
     eager_collapses: int = 0
-    samples: int = 0
-    largest_samples: int = 0
+    samples: int = 0  # approximate number of samples of the reference; each face has one at least
+    largest_samples: int = 0  # if there were more samples, half as many are selected
+    # half of the samples are removed when a face has twice as many on average, so that the time for
+    # an edge stays the same
     samples_per_face: int = 0
-    thinned_vertices: int = 0
+    thinned_vertices: int = (
+        0  # levels of at most this size keep their samples: each collapse counts
+    )
 
     def for_boundary(self, vertices: int, faces: int) -> Parameters:
         """Return the parameters with the limits that depend on the size of the full boundary."""
@@ -123,38 +105,19 @@ class Parameters(NamedTuple):
 
 
 class Trials(NamedTuple):
-    """Multi-start search for the coarse levels: several decimations, of which the best one counts.
+    """Multi-start search for the coarse levels: of several decimations the best one counts."""
 
-    Attributes
-    ----------
-    vertices : int
-        Level at which the trials begin. Smaller boundaries begin at once.
-    number : int
-        Number of trials. The first has the exact errors, the others perturbed ones.
-    until : int
-        Level at which the trials end and their deviations are compared.
-    """
-
-    vertices: int
-    number: int
-    until: int
+    vertices: int  # level at which the trials begin; smaller boundaries begin at once
+    number: int  # the first trial has the exact errors, the others perturbed ones
+    until: int  # level at which the trials end and their deviations are compared
 
 
 class Cost(NamedTuple):
-    """A cost, and the stages of a decimation with it.
-
-    Attributes
-    ----------
-    name : str
-    parameters : Parameters
-    compacted : tuple of int
-        Levels at which the remaining surface is compacted in memory.
-    trials : Trials or None
-    """
+    """A cost, and the phases of a decimation with it."""
 
     name: str
     parameters: Parameters
-    compacted: tuple[int, ...] = ()
+    compacted: tuple[int, ...] = ()  # levels at which the surface is compacted in memory
     trials: Trials | None = None
 
 
@@ -205,23 +168,7 @@ COSTS: tuple[str, ...] = tuple(_COSTS)
 
 
 def cost_named(name: str) -> Cost:
-    """Return a cost by its name.
-
-    Parameters
-    ----------
-    name : str
-        One of `COSTS`.
-
-    Raises
-    ------
-    OptionError
-        If there is no such cost.
-
-    Examples
-    --------
-    >>> cost_named("volume").parameters.preserves_volume
-    True
-    """
+    """Return a cost by its name, one of `COSTS`. Raises `OptionError` if there is no such cost."""
     if name not in _COSTS:
         raise OptionError(
             f"there is no cost {name!r}",
@@ -231,52 +178,26 @@ def cost_named(name: str) -> Cost:
     return _COSTS[name]
 
 
-class Grid(NamedTuple):
-    """The grid that all positions of all levels lie on.
+class GridPositions(NamedTuple):
+    """Positions on the grid that all positions of all levels lie on, in the colour space."""
 
-    Attributes
-    ----------
-    position : (V, 3) float32
-        Positions of the surface in coordinates of the colour space.
-    centre : (3,) float64
-        Origin of `Surface.position` in coordinates of the colour space.
-    step : float
-        Distance of neighbouring grid lines, a power of two.
-    """
-
-    position: Float32Array
-    centre: FloatArray
-    step: float
+    position: Float32Array  # (V, 3)
+    centre: FloatArray  # (3,) origin of `SurfaceMesh.position`
+    step: float  # distance of neighbouring grid lines, a power of two
 
 
-class Stage(NamedTuple):
-    """A surface to decimate, the state of its cost, and its numbers in the full boundary.
-
-    All costs share one type of state, so the collapse loop is compiled once.
-
-    Attributes
-    ----------
-    deviation : Deviation
-        Without samples if the cost never compares levels with a reference.
-    level : (1,) int32
-        Number of vertices of the present level, as `enter_level` left it.
-    trial_point : (3,) float64
-        Scratch.
-    vertices : (v,) int32
-        Numbers of the vertices in the full boundary.
-    faces : (f,) int32
-        Numbers of the faces in the full boundary.
-    """
+class State(NamedTuple):
+    """A surface to decimate, the state of its cost, and its numbers in the full boundary."""
 
     parameters: Parameters
-    surface: Surface
-    grid: Grid
+    surface: SurfaceMesh
+    grid: GridPositions
     quadrics: Quadrics
-    deviation: Deviation
-    level: IndexArray
-    trial_point: FloatArray
-    vertices: IndexArray
-    faces: IndexArray
+    deviation: Deviation  # without samples if the cost never compares levels with a reference
+    level: IndexArray  # (1,) vertices of the present level, as `enter_level` left it
+    trial_point: FloatArray  # (3,) scratch
+    vertices: IndexArray  # (v,) numbers of the vertices in the full boundary
+    faces: IndexArray  # (f,) numbers of the faces in the full boundary
 
     @property
     def size(self) -> int:
@@ -284,14 +205,14 @@ class Stage(NamedTuple):
         return len(self.vertices)
 
 
-def new_stage(
+def initial_state(
     parameters: Parameters,
     positions: FloatArray,
     faces: IndexArray,
     opposite: IndexArray,
-    grid: Grid,
-) -> Stage:
-    """Return the stage that begins with a full boundary.
+    grid: GridPositions,
+) -> State:
+    """Return the state before the first collapse of a full boundary.
 
     `positions` are relative to the centre; the grid has them in coordinates of the colour space.
     `opposite` has no −1, because the mesh is closed.
@@ -309,7 +230,7 @@ def new_stage(
             reference = 2 * min(parameters.compared_vertices, count) - 4
         capacity = sample_capacity(parameters.samples, reference)
         deviation = empty_deviation(min(capacity, parameters.largest_samples), len(faces))
-    return Stage(
+    return State(
         parameters,
         surface_of(positions, faces, opposite),
         grid,
@@ -322,18 +243,18 @@ def new_stage(
     )
 
 
-def compact_stage(stage: Stage) -> Stage:
-    """Return the remaining surface of a stage as a stage of its own, in the same order.
+def compact_state(state: State) -> State:
+    """Return the remaining surface as a state of its own, in the same order.
 
     After many collapses each face lies in a cache line of its own. Compacted, the surface fits the
     cache and is small enough to copy for several trials.
     """
-    surface, quadrics, deviation = stage.surface, stage.quadrics, stage.deviation
+    surface, quadrics, deviation = state.surface, state.quadrics, state.deviation
     corners = surface.corner_facing[surface.corner_facing >= 0]
     left = np.union1d(corners // 3, surface.opposite[corners] // 3)
-    faces, face_number = _renumber(left, len(stage.faces))
+    faces, face_number = _renumber(left, len(state.faces))
     corner_vertex = surface.vertex.reshape(-1, 3)[faces]
-    vertices, vertex_number = _renumber(np.unique(corner_vertex), stage.size)
+    vertices, vertex_number = _renumber(np.unique(corner_vertex), state.size)
     opposite = surface.opposite.reshape(-1, 3)[faces].ravel()
     small = surface_of(
         surface.position[vertices],
@@ -342,16 +263,16 @@ def compact_stage(stage: Stage) -> Stage:
     )
     small.deficit[:] = surface.deficit
     vectors = quadrics.area_vector
-    if stage.parameters.kind == MEMORYLESS:
+    if state.parameters.kind == MEMORYLESS:
         vectors, deviation = vectors[faces], deviation_on_faces(deviation, len(faces))
-    return stage._replace(
+    return state._replace(
         surface=small,
-        grid=stage.grid._replace(position=stage.grid.position[vertices]),
+        grid=state.grid._replace(position=state.grid.position[vertices]),
         quadrics=Quadrics(quadrics.sums[vertices], quadrics.fresh[vertices], vectors),
         deviation=deviation,
-        level=stage.level.copy(),
-        vertices=stage.vertices[vertices],
-        faces=stage.faces[faces],
+        level=state.level.copy(),
+        vertices=state.vertices[vertices],
+        faces=state.faces[faces],
     )
 
 
@@ -362,9 +283,9 @@ def _renumber(indices: Any, count: int) -> tuple[IndexArray, IndexArray]:  # noq
     return indices.astype(np.int32), number
 
 
-def copy_stage(stage: Stage) -> Stage:
-    """Return a copy that can be decimated without changing the stage."""
-    copy: Stage = _copy(stage)
+def copy_state(state: State) -> State:
+    """Return a copy that can be decimated without changing the original."""
+    copy: State = _copy(state)
     return copy
 
 
@@ -376,15 +297,12 @@ def _copy(values: Any) -> Any:  # noqa: ANN401
 
 
 @leaf_kernel
-def enter_level(stage: Stage, vertices: int) -> bool:
-    """Prepare for levels with at most `vertices` vertices.
-
-    The result says whether the errors of all edges have changed.
-    """
-    parameters, deviation, surface = stage.parameters, stage.deviation, stage.surface
+def enter_level(state: State, vertices: int) -> bool:
+    """Prepare for a level of `vertices` vertices; True if the errors of all edges have changed."""
+    parameters, deviation, surface = state.parameters, state.deviation, state.surface
     compared = vertices <= parameters.compared_vertices
-    begins = compared and not _is_compared(stage)
-    stage.level[0] = vertices
+    begins = compared and not _is_compared(state)
+    state.level[0] = vertices
     if deviation.counts[SAMPLES] == 0 and (compared or parameters.compares_with_full):
         take_samples(deviation, surface, parameters.samples)
     if not compared:
@@ -397,9 +315,9 @@ def enter_level(stage: Stage, vertices: int) -> bool:
 
 
 @leaf_kernel
-def _is_compared(stage: Stage) -> bool:
+def _is_compared(state: State) -> bool:
     """Whether the present level is compared with the reference."""
-    return stage.level[0] <= stage.parameters.compared_vertices
+    return state.level[0] <= state.parameters.compared_vertices
 
 
 REFINED_SAMPLES = 24
@@ -409,38 +327,38 @@ reference: on spheres of 10,000 vertices the mismatch at 1000 triangles was thre
 
 
 @leaf_kernel
-def find_optimum(stage: Stage, corner: int, point: FloatArray) -> float:
+def find_optimum(state: State, corner: int, point: FloatArray) -> float:
     """Write the best position of the vertex that replaces an edge, and return its `error_at`.
 
     `corner` is one of the two that face the edge. The position is relative to the centre.
     """
-    surface, quadrics = stage.surface, stage.quadrics
-    if stage.parameters.kind == ACCUMULATED:
+    surface, quadrics = state.surface, state.quadrics
+    if state.parameters.kind == ACCUMULATED:
         return plane_optimum(quadrics, surface, corner, point)
     value = constrained_optimum(quadrics, surface, corner, point)
-    if not _is_compared(stage):
+    if not _is_compared(state):
         return value
-    if stage.deviation.counts[SAMPLES] < REFINED_SAMPLES * stage.level[0]:
-        return mismatch_error(stage.deviation, surface, corner, point)
+    if state.deviation.counts[SAMPLES] < REFINED_SAMPLES * state.level[0]:
+        return mismatch_error(state.deviation, surface, corner, point)
     return refine_point(
-        stage.deviation,
+        state.deviation,
         quadrics,
         surface,
         corner,
         point,
-        stage.trial_point,
-        stage.parameters.preserves_volume,
+        state.trial_point,
+        state.parameters.preserves_volume,
     )
 
 
 @leaf_kernel
-def error_at(stage: Stage, corner: int, point: FloatArray) -> float:
+def error_at(state: State, corner: int, point: FloatArray) -> float:
     """Error of replacing the edge that a corner faces by a vertex at a position."""
-    if stage.parameters.kind == ACCUMULATED:
-        return plane_error(stage.quadrics, stage.surface, corner, point)
-    if not _is_compared(stage):
-        return constrained_error(stage.quadrics, stage.surface, corner, point)
-    return mismatch_error(stage.deviation, stage.surface, corner, point)
+    if state.parameters.kind == ACCUMULATED:
+        return plane_error(state.quadrics, state.surface, corner, point)
+    if not _is_compared(state):
+        return constrained_error(state.quadrics, state.surface, corner, point)
+    return mismatch_error(state.deviation, state.surface, corner, point)
 
 
 LARGEST_REPAYMENT = 1.0 / 64.0
@@ -454,40 +372,33 @@ valid position for any edge.
 
 @leaf_kernel
 def update_before_collapse(
-    stage: Stage, corner: int, kept: int, dead: int, point: FloatArray
+    state: State, corner: int, kept: int, dead: int, point: FloatArray
 ) -> None:
-    """Update the cost and the surface's `deficit` for a collapse that is about to happen.
-
-    `corner` faces the edge. `point` is the rounded position of the new vertex, relative to the
-    centre.
-    """
-    surface = stage.surface
-    if stage.parameters.kind == ACCUMULATED:
-        accumulate(stage.quadrics, surface, kept, dead, point)
+    """Update the cost and the surface's `deficit` for a collapse to `point`, a rounded position."""
+    surface = state.surface
+    if state.parameters.kind == ACCUMULATED:
+        accumulate(state.quadrics, surface, kept, dead, point)
         return
-    account_for_volume(stage.quadrics, surface, corner, point)
-    if stage.parameters.moved_vertices > 0:
-        largest = LARGEST_REPAYMENT * stage.deviation.sums[TOTAL_WEIGHT]
+    account_for_volume(state.quadrics, surface, corner, point)
+    if state.parameters.moved_vertices > 0:
+        largest = LARGEST_REPAYMENT * state.deviation.sums[TOTAL_WEIGHT]
         if abs(surface.deficit[DEFICIT_NOW]) > largest:
             surface.deficit[DEFICIT_NOW] = 0.0
 
 
 @inlined_kernel
-def update_after_change(stage: Stage, vertex: int, left: int, right: int) -> None:
-    """Update the cost after a move of a vertex, or a collapse to it that removed two faces.
-
-    After a move, `left` and `right` are `NO_FACE`.
-    """
-    if stage.parameters.kind == ACCUMULATED:
+def update_after_change(state: State, vertex: int, left: int, right: int) -> None:
+    """Update the cost after a collapse that removed two faces, or a move (both are `NO_FACE`)."""
+    if state.parameters.kind == ACCUMULATED:
         return
-    renew_quadrics(stage.quadrics, stage.surface, vertex)
-    if _is_compared(stage):
-        reassign_samples(stage.deviation, stage.surface, vertex, left, right)
+    renew_quadrics(state.quadrics, state.surface, vertex)
+    if _is_compared(state):
+        reassign_samples(state.deviation, state.surface, vertex, left, right)
 
 
 @inlined_kernel
-def find_improvement(stage: Stage, vertex: int, point: FloatArray) -> bool:
+def find_improvement(state: State, vertex: int, point: FloatArray) -> bool:
     """Write a better position of a vertex; False if there is none or vertices do not move."""
-    if stage.level[0] > stage.parameters.moved_vertices:
+    if state.level[0] > state.parameters.moved_vertices:
         return False
-    return find_better_position(stage.deviation, stage.surface, vertex, point, stage.trial_point)
+    return find_better_position(state.deviation, state.surface, vertex, point, state.trial_point)

@@ -31,7 +31,7 @@ from gamutcore.decimation.samples import (
     TOTAL_WEIGHT,
     Deviation,
 )
-from gamutcore.decimation.surface_mesh import LARGEST_LINK, Surface, squared_length
+from gamutcore.decimation.surface_mesh import LARGEST_LINK, SurfaceMesh, squared_length
 from gamutcore.decimation.vectors import (
     add_outer,
     adjugate,
@@ -48,7 +48,7 @@ from gamutcore.kernels import inlined_kernel, leaf_kernel
 
 
 @leaf_kernel
-def query_edge(deviation: Deviation, surface: Surface, corner: int) -> bool:
+def query_edge(deviation: Deviation, surface: SurfaceMesh, corner: int) -> bool:
     """Collect the faces around an edge, their samples, and the link of the edge.
 
     `corner` is one of the two that face the edge. The result is False for links of more than
@@ -72,7 +72,7 @@ def query_edge(deviation: Deviation, surface: Surface, corner: int) -> bool:
 
 
 @leaf_kernel
-def query_vertex(deviation: Deviation, surface: Surface, centre: int) -> bool:
+def query_vertex(deviation: Deviation, surface: SurfaceMesh, centre: int) -> bool:
     """Collect the faces around a vertex, their samples and its link, as `query_edge` does."""
     deviation.sums[QUERY_DISTANCE] = 0.0
     faces = surface.degree[centre]
@@ -85,7 +85,9 @@ def query_vertex(deviation: Deviation, surface: Surface, centre: int) -> bool:
 
 
 @inlined_kernel
-def _add_star(deviation: Deviation, surface: Surface, corner: int, faces: int, filled: int) -> int:
+def _add_star(
+    deviation: Deviation, surface: SurfaceMesh, corner: int, faces: int, filled: int
+) -> int:
     """Add the next faces around a vertex behind a corner, with their pairs of the link."""
     for _ in range(faces):
         corner = int(surface.swung[corner])
@@ -168,7 +170,7 @@ SIDE, NORMAL, OPPOSITE, LENGTH = 0, 3, 6, 9
 
 
 @leaf_kernel
-def change_at(deviation: Deviation, surface: Surface, point: FloatArray) -> float:
+def change_at(deviation: Deviation, surface: SurfaceMesh, point: FloatArray) -> float:
     """Change of the deviation if a vertex at a point replaces the queried edge or vertex.
 
     The result is six times a volume, negative if the surface approaches the reference. It is at
@@ -178,15 +180,12 @@ def change_at(deviation: Deviation, surface: Surface, point: FloatArray) -> floa
     _choose_faces(deviation)
     _look_up_faces(deviation)
     after = max(_sum_query(deviation), _excess(deviation, volume))
-    return after - current_deviation(deviation)
+    return after - _current_deviation(deviation)
 
 
 @inlined_kernel
 def _write_planes(deviation: Deviation, position: FloatArray, point: FloatArray) -> float:
-    """Write the planes of the faces around a point and the padding that `_compare` needs.
-
-    Returns six times the volume between these faces and the centre.
-    """
+    """Write the planes of the faces around a point, and padding; return their volume, times six."""
     plane, pairs, volume = deviation.plane, deviation.counts[QUERY_PAIRS], 0.0
     p = (point[0], point[1], point[2])
     for index in range(pairs):
@@ -321,7 +320,7 @@ def _excess(deviation: Deviation, volume: float) -> float:
 
 
 @inlined_kernel
-def current_deviation(deviation: Deviation) -> float:
+def _current_deviation(deviation: Deviation) -> float:
     """Deviation of the present faces of the query."""
     total = 0.0
     for index in range(deviation.counts[QUERY_FACES]):
@@ -335,23 +334,19 @@ changes the deviation, it keeps vertices from merging into a few hubs."""
 
 
 @leaf_kernel
-def length_penalty(deviation: Deviation, surface: Surface, corner: int) -> float:
-    """Penalty of an edge's length, in the unit of `change_at`, which has just evaluated the edge.
-
-    It orders edges whose collapses change nothing.
-    """
+def _length_penalty(deviation: Deviation, surface: SurfaceMesh, corner: int) -> float:
+    """Penalty of the length of the edge just evaluated; orders edges whose collapses are free."""
     return FLATNESS * deviation.sums[QUERY_AREA] * np.sqrt(squared_length(surface, corner))
 
 
 @leaf_kernel
-def mismatch_error(deviation: Deviation, surface: Surface, corner: int, point: FloatArray) -> float:
-    """Error of replacing an edge by a vertex: the change of the deviation from the reference.
-
-    The error is six times a volume; it is infinite for large and dense links.
-    """
+def mismatch_error(
+    deviation: Deviation, surface: SurfaceMesh, corner: int, point: FloatArray
+) -> float:
+    """Change of the deviation by a collapse, as six volumes; infinite for large or dense links."""
     if not query_edge(deviation, surface, corner):
         return np.inf
-    return change_at(deviation, surface, point) + length_penalty(deviation, surface, corner)
+    return change_at(deviation, surface, point) + _length_penalty(deviation, surface, corner)
 
 
 REFINEMENTS = 2
@@ -362,7 +357,7 @@ REFINEMENTS = 2
 def refine_point(
     deviation: Deviation,
     quadrics: Quadrics,
-    surface: Surface,
+    surface: SurfaceMesh,
     corner: int,
     point: FloatArray,
     trial_point: FloatArray,
@@ -376,9 +371,9 @@ def refine_point(
     if not query_edge(deviation, surface, corner):
         return np.inf
     least = change_at(deviation, surface, point)
-    penalty = length_penalty(deviation, surface, corner)
+    penalty = _length_penalty(deviation, surface, corner)
     for _ in range(REFINEMENTS):
-        if not step_towards_reference(deviation, point, trial_point):
+        if not _step_towards_reference(deviation, point, trial_point):
             break
         if preserves_volume:
             shift_to_preserve_volume(quadrics, surface, corner, trial_point)
@@ -404,7 +399,7 @@ Neighbours move the same way in their turn, so a step beyond the own optimum con
 @inlined_kernel
 def find_better_position(
     deviation: Deviation,
-    surface: Surface,
+    surface: SurfaceMesh,
     vertex: int,
     point: FloatArray,
     trial_point: FloatArray,
@@ -415,9 +410,9 @@ def find_better_position(
     if not query_vertex(deviation, surface, vertex):
         return False
     change_at(deviation, surface, point)
-    if not step_towards_reference(deviation, point, trial_point):
+    if not _step_towards_reference(deviation, point, trial_point):
         return False
-    present = current_deviation(deviation)
+    present = _current_deviation(deviation)
     for axis in range(3):
         point[axis] += RELAXATION_FACTOR * (trial_point[axis] - point[axis])
     return change_at(deviation, surface, point) < -LEAST_GAIN * present
@@ -440,7 +435,7 @@ instead is a tenth less accurate.
 
 
 @leaf_kernel
-def step_towards_reference(deviation: Deviation, point: FloatArray, better: FloatArray) -> bool:
+def _step_towards_reference(deviation: Deviation, point: FloatArray, better: FloatArray) -> bool:
     """Write the position that the queried vertex should take, to first order.
 
     `point` is the position of the last `change_at`. Let n be the normal of a sample's face and λ

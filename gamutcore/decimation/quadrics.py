@@ -32,7 +32,12 @@ import numpy as np
 
 from gamutcore.arrays import ByteArray, FloatArray, IndexArray
 from gamutcore.corner_table import following, preceding
-from gamutcore.decimation.surface_mesh import DEFICIT_LARGEST, DEFICIT_NOW, Surface, squared_length
+from gamutcore.decimation.surface_mesh import (
+    DEFICIT_LARGEST,
+    DEFICIT_NOW,
+    SurfaceMesh,
+    squared_length,
+)
 from gamutcore.decimation.vectors import (
     Symmetric,
     Vector,
@@ -69,21 +74,11 @@ neighbours in turn, and its faces would become slivers. Elsewhere the term is ne
 
 
 class Quadrics(NamedTuple):
-    """Quadrics of all vertices, either accumulated or memoryless.
+    """Quadrics of all vertices, either accumulated or memoryless."""
 
-    Attributes
-    ----------
-    sums : (V, 9) or (V, 10) float64
-        Memoryless: A and G of a vertex. Accumulated: its quadric relative to the vertex.
-    fresh : (V,) uint8
-        1 where memoryless `sums` belong to the vertex's present faces.
-    area_vector : (F, 4) float64
-        Memoryless: N and 1 ÷ (2 |N|) of every face.
-    """
-
-    sums: FloatArray
-    fresh: ByteArray
-    area_vector: FloatArray
+    sums: FloatArray  # (V, 9) memoryless: A and G; (V, 10) accumulated: relative to the vertex
+    fresh: ByteArray  # (V,) 1 where memoryless `sums` belong to the vertex's present faces
+    area_vector: FloatArray  # (F, 4) memoryless: N and 1 ÷ (2 |N|) of every face
 
 
 SUM_SIZE, GRADIENT = 9, 6
@@ -92,25 +87,15 @@ SUM_SIZE, GRADIENT = 9, 6
 THREE = np.uint64(3)
 
 
-class Edge(NamedTuple):
-    """The quadric and the constraint of an edge.
+class _Edge(NamedTuple):
+    """The memoryless quadric and the constraint of an edge."""
 
-    Attributes
-    ----------
-    square, linear, constant
-        A₁ + A₂, (A₁ − A₂) e, and the error at the midpoint.
-    gradient, target
-        g, and the right-hand side of g·y with the volume that the level lacks.
-    midpoint
-        Relative to the centre.
-    """
-
-    square: Symmetric
-    linear: Vector
-    constant: float
-    gradient: Vector
-    target: float
-    midpoint: Vector
+    square: Symmetric  # A₁ + A₂
+    linear: Vector  # (A₁ − A₂) e
+    constant: float  # the error at the midpoint
+    gradient: Vector  # g
+    target: float  # right-hand side of g·y, with the volume that the level lacks
+    midpoint: Vector  # relative to the centre
 
 
 @leaf_kernel
@@ -134,7 +119,7 @@ def area_vectors(positions: FloatArray, faces: IndexArray) -> FloatArray:
 
 
 @leaf_kernel
-def _renew_sums(quadrics: Quadrics, surface: Surface, centre: int) -> None:
+def _renew_sums(quadrics: Quadrics, surface: SurfaceMesh, centre: int) -> None:
     """Sum the contributions of the faces around a vertex."""
     area_vector, sums = quadrics.area_vector, quadrics.sums
     square, total = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
@@ -152,7 +137,7 @@ def _renew_sums(quadrics: Quadrics, surface: Surface, centre: int) -> None:
 
 
 @inlined_kernel
-def _combine_ends(quadrics: Quadrics, surface: Surface, corner: int) -> Edge:
+def _combine_ends(quadrics: Quadrics, surface: SurfaceMesh, corner: int) -> _Edge:
     """Combine the sums of an edge's ends into the quadric and the constraint of the edge."""
     position, sums, vertex = surface.position, quadrics.sums, surface.vertex
     one, two = int(vertex[following(corner)]), int(vertex[preceding(corner)])
@@ -169,7 +154,7 @@ def _combine_ends(quadrics: Quadrics, surface: Surface, corner: int) -> Edge:
     left, right = int(vertex[corner]), int(vertex[surface.opposite[corner]])
     shared = scaled(2.0, cross(e, minus(row(position, right, 0), row(position, left, 0))))
     g, h = row(sums, one, GRADIENT), row(sums, two, GRADIENT)
-    return Edge(
+    return _Edge(
         square,
         product(linear_combination(a, -1.0, b), e),
         quadratic_form(square, e),
@@ -180,7 +165,7 @@ def _combine_ends(quadrics: Quadrics, surface: Surface, corner: int) -> Edge:
 
 
 @inlined_kernel
-def _error(edge: Edge, surface: Surface, corner: int, y: Vector) -> float:
+def _error(edge: _Edge, surface: SurfaceMesh, corner: int, y: Vector) -> float:
     """Error at a position relative to the midpoint. Rounding must not make it negative."""
     area = edge.square[0] + edge.square[3] + edge.square[5]
     penalty = FLATNESS * area * squared_length(surface, corner)
@@ -190,13 +175,9 @@ def _error(edge: Edge, surface: Surface, corner: int, y: Vector) -> float:
 
 @inlined_kernel
 def constrained_optimum(
-    quadrics: Quadrics, surface: Surface, corner: int, point: FloatArray
+    quadrics: Quadrics, surface: SurfaceMesh, corner: int, point: FloatArray
 ) -> float:
-    """Write the position of least error that preserves the volume; return the error.
-
-    The position is relative to the centre. The error is of the order of the volume by which the
-    surface changes.
-    """
+    """Write the position of least error that preserves the volume; return the error."""
     edge = _combine_ends(quadrics, surface, corner)
     pull = REGULARISATION * (edge.square[0] + edge.square[3] + edge.square[5])
     # the determinant cancels at the end
@@ -217,7 +198,7 @@ def constrained_optimum(
 
 @leaf_kernel
 def constrained_error(
-    quadrics: Quadrics, surface: Surface, corner: int, point: FloatArray
+    quadrics: Quadrics, surface: SurfaceMesh, corner: int, point: FloatArray
 ) -> float:
     """Error of replacing an edge by a vertex at a position, as in `constrained_optimum`."""
     edge = _combine_ends(quadrics, surface, corner)
@@ -226,7 +207,7 @@ def constrained_error(
 
 
 @leaf_kernel
-def _missing_volume(edge: Edge, point: FloatArray) -> float:
+def _missing_volume(edge: _Edge, point: FloatArray) -> float:
     """Six times the volume that the level lacks if a position replaces an edge."""
     offset = minus((point[0], point[1], point[2]), edge.midpoint)
     return edge.target - dot(edge.gradient, offset)
@@ -234,7 +215,7 @@ def _missing_volume(edge: Edge, point: FloatArray) -> float:
 
 @leaf_kernel
 def shift_to_preserve_volume(
-    quadrics: Quadrics, surface: Surface, corner: int, point: FloatArray
+    quadrics: Quadrics, surface: SurfaceMesh, corner: int, point: FloatArray
 ) -> None:
     """Shift a position along the area vector of an edge's link until the volume is preserved."""
     edge = _combine_ends(quadrics, surface, corner)
@@ -247,19 +228,16 @@ def shift_to_preserve_volume(
 
 @leaf_kernel
 def account_for_volume(
-    quadrics: Quadrics, surface: Surface, corner: int, point: FloatArray
+    quadrics: Quadrics, surface: SurfaceMesh, corner: int, point: FloatArray
 ) -> None:
-    """Add to the surface's `deficit` the volume that a collapse to a rounded position changes.
-
-    The collapse has not happened yet. The position is relative to the centre.
-    """
+    """Update the surface's `deficit` for a collapse to a rounded position, before it happens."""
     missing = _missing_volume(_combine_ends(quadrics, surface, corner), point)
     surface.deficit[DEFICIT_NOW] = missing
     surface.deficit[DEFICIT_LARGEST] = max(surface.deficit[DEFICIT_LARGEST], abs(missing))
 
 
 @leaf_kernel
-def renew_quadrics(quadrics: Quadrics, surface: Surface, centre: int) -> None:
+def renew_quadrics(quadrics: Quadrics, surface: SurfaceMesh, centre: int) -> None:
     """Renew the area vectors around a vertex after a collapse to it or a move of it."""
     vertex, corner = surface.vertex, int(surface.corner_at[centre])
     quadrics.fresh[centre] = 0
@@ -293,7 +271,7 @@ def vertex_quadrics(positions: FloatArray, faces: IndexArray) -> FloatArray:
 
 @leaf_kernel
 def _sum_at_point(
-    sums: FloatArray, surface: Surface, one: int, two: int, origin: FloatArray
+    sums: FloatArray, surface: SurfaceMesh, one: int, two: int, origin: FloatArray
 ) -> tuple[Symmetric, Vector, float]:
     """Sum of two vertices' quadrics, relative to an origin."""
     linear = plus(row(sums, one, LINEAR), row(sums, two, LINEAR))
@@ -308,11 +286,10 @@ def _sum_at_point(
 
 
 @leaf_kernel
-def plane_optimum(quadrics: Quadrics, surface: Surface, corner: int, point: FloatArray) -> float:
-    """Write the position of least error for the vertex that replaces an edge; return the error.
-
-    The position is relative to the centre. The error is a sum of squared distances from planes.
-    """
+def plane_optimum(
+    quadrics: Quadrics, surface: SurfaceMesh, corner: int, point: FloatArray
+) -> float:
+    """Write the position of least error for an edge; return it, a sum of squared distances."""
     one, two = int(surface.vertex[following(corner)]), int(surface.vertex[preceding(corner)])
     for axis in range(3):
         point[axis] = 0.5 * (surface.position[one, axis] + surface.position[two, axis])
@@ -329,7 +306,7 @@ def plane_optimum(quadrics: Quadrics, surface: Surface, corner: int, point: Floa
 
 
 @leaf_kernel
-def plane_error(quadrics: Quadrics, surface: Surface, corner: int, point: FloatArray) -> float:
+def plane_error(quadrics: Quadrics, surface: SurfaceMesh, corner: int, point: FloatArray) -> float:
     """Error of replacing an edge by a vertex at a position, as in `plane_optimum`."""
     one, two = int(surface.vertex[following(corner)]), int(surface.vertex[preceding(corner)])
     square, _, constant = _sum_at_point(quadrics.sums, surface, one, two, point)
@@ -339,7 +316,7 @@ def plane_error(quadrics: Quadrics, surface: Surface, corner: int, point: FloatA
 
 @leaf_kernel
 def accumulate(
-    quadrics: Quadrics, surface: Surface, kept: int, dead: int, point: FloatArray
+    quadrics: Quadrics, surface: SurfaceMesh, kept: int, dead: int, point: FloatArray
 ) -> None:
     """Give the kept vertex the sum of both quadrics, relative to its new position."""
     square, linear, constant = _sum_at_point(quadrics.sums, surface, kept, dead, point)

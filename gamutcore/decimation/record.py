@@ -14,7 +14,7 @@ import numpy as np
 
 from gamutcore.arrays import Float32Array, IndexArray, LongArray
 from gamutcore.corner_table import following
-from gamutcore.decimation.surface_mesh import LARGEST_LINK, Surface
+from gamutcore.decimation.surface_mesh import LARGEST_LINK, SurfaceMesh
 from gamutcore.kernels import leaf_kernel
 
 
@@ -91,7 +91,7 @@ def _end(ends: LongArray, collapses: int) -> int:
 def record_collapse(
     record: Record,
     index: int,
-    surface: Surface,
+    surface: SurfaceMesh,
     grid_position: Float32Array,
     rounded: Float32Array,
     corner: int,

@@ -26,29 +26,21 @@ import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray, LongArray
 from gamutcore.corner_table import following, preceding
-from gamutcore.decimation.surface_mesh import LARGEST_LINK, Surface
+from gamutcore.decimation.surface_mesh import LARGEST_LINK, SurfaceMesh
 from gamutcore.decimation.vectors import Vector, cross, dot, minus, row, scaled, triple
 from gamutcore.kernels import inlined_kernel, leaf_kernel
 
 SAMPLES, TOP, HALF_BEGIN, HALF_SIZE = range(4)
-"""Indices into `Deviation.counts`.
-
-Number of samples in use; index behind the last one, 0 while they are not assigned to faces; first
-index of the half in use; length of a half.
-"""
+"""Indices into `Deviation.counts`: number of samples in use; index behind the last one, 0 while
+they are not assigned to faces; first index of the half in use; length of a half."""
 
 QUERY_PAIRS, QUERY_FACES, QUERY_SAMPLES = range(4, 7)
-"""Indices into `Deviation.counts`, for the current query.
-
-Number of pairs of the link; number of faces; number of samples including the padding.
-"""
+"""Indices into `Deviation.counts`, for the current query: number of pairs of the link; number of
+faces; number of samples including the padding."""
 
 QUERY_DISTANCE, QUERY_AREA, QUERY_WEIGHT, TOTAL_WEIGHT = range(4)
-"""Indices into `Deviation.sums`.
-
-For the current query: distances of the samples from their faces, integrated over their area; that
-area; the sum of their weights. `TOTAL_WEIGHT` is the sum over all samples.
-"""
+"""Indices into `Deviation.sums`. For the current query: distances of the samples from their faces,
+integrated over their area; that area; the sum of their weights. For all samples: their weights."""
 
 LANES = 8
 """Largest number of samples that one vector instruction processes."""
@@ -60,68 +52,38 @@ TOGETHER = 4
 class Deviation(NamedTuple):
     """Samples of a reference and the faces that they lie in; scratch for queries.
 
-    A query asks for the samples around an edge or a vertex (`costs.deviation`).
-
-    Attributes
-    ----------
-    x, y, z : (4 S,) float64
-        The samples, relative to the centre.
-    weight : (4 S,) float64
-        Their shares of the volume of the reference, times six.
-    begin, end : (F,) int64
-        Start and end of each face's samples in these arrays.
-    error : (F,) float64
-        Sum of w |1 − t³| over the samples of a face.
-    cursor : (F,) int64
-        Scratch: where the next sample of a face is written.
-    link : (LARGEST_LINK, 2) int32
-        Query: the directed link, in the order of its pairs around the position.
-    plane : (LARGEST_LINK + TOGETHER, 10) float64
-        Query, for the face (p, a, b) of the position p and each pair: p × a; N with N·q = 1 on the
-        face; a × b ÷ det(p, a, b); |N|. The cone of the face lies between its p × a and the next.
-    face_sum : (LARGEST_LINK, 8) float64
-        Query, for each of these faces: two sums over its samples in four partial sums.
-    face : (F + 2,) int32
-        Query: the present faces. Reassignment: a corner of each face involved.
-    query_x, query_y, query_z, query_weight : (S + LANES,) float64
-        Query: the samples in these faces.
-    pair : (S + LANES,) int64
-        The pair whose face each of them lies in; when samples are assigned, a corner.
-    depth, inverse, norm : (S + LANES,) float64
-        How deep each lies in the cone of that face; N·q of that face, the inverse of t; its |N|.
-    term, other_term, third_term : (S + LANES,) float64
-        Terms of the sums over them.
-    counts : (7,) int64
-        Indexed by `SAMPLES`, `TOP`, `HALF_BEGIN`, `HALF_SIZE` and `QUERY_…`.
-    sums : (4,) float64
-        Indexed by `QUERY_DISTANCE`, `QUERY_AREA`, `QUERY_WEIGHT`, `TOTAL_WEIGHT`.
+    A query asks for the samples around an edge or a vertex (`query_edge`, `query_vertex`). There
+    is room for S samples on F faces.
     """
 
-    x: FloatArray
+    x: FloatArray  # (4 S,) the samples, relative to the centre
     y: FloatArray
     z: FloatArray
-    weight: FloatArray
-    begin: LongArray
+    weight: FloatArray  # (4 S,) their shares of the volume of the reference, times six
+    begin: LongArray  # (F,) start and end of each face's samples in these arrays
     end: LongArray
-    error: FloatArray
-    cursor: LongArray
-    link: IndexArray
+    error: FloatArray  # (F,) sum of w |1 − t³| over the samples of a face
+    cursor: LongArray  # (F,) scratch: where the next sample of a face is written
+    link: IndexArray  # (LARGEST_LINK, 2) query: directed link, in order around the position
+    # (LARGEST_LINK + TOGETHER, 10) query, for the face (p, a, b) of the position p and each pair:
+    # p × a; N with N·q = 1 on the face; a × b ÷ det(p, a, b); |N|. The cone of the face lies
+    # between its p × a and the next.
     plane: FloatArray
-    face_sum: FloatArray
-    face: IndexArray
-    query_x: FloatArray
+    face_sum: FloatArray  # (LARGEST_LINK, 8) query: two sums over its samples, in four parts each
+    face: IndexArray  # (F + 2,) query: present faces; reassignment: a corner of each face involved
+    query_x: FloatArray  # (S + LANES,) query: the samples in these faces
     query_y: FloatArray
     query_z: FloatArray
     query_weight: FloatArray
-    pair: LongArray
-    depth: FloatArray
-    inverse: FloatArray
-    norm: FloatArray
-    term: FloatArray
+    pair: LongArray  # (S + LANES,) the pair whose face each lies in; in an assignment, a corner
+    depth: FloatArray  # (S + LANES,) how deep each lies in the cone of that face
+    inverse: FloatArray  # (S + LANES,) N·q of that face, the inverse of t
+    norm: FloatArray  # (S + LANES,) |N| of that face
+    term: FloatArray  # (S + LANES,) terms of the sums over them
     other_term: FloatArray
     third_term: FloatArray
-    counts: LongArray
-    sums: FloatArray
+    counts: LongArray  # (7,) by `SAMPLES`, `TOP`, `HALF_BEGIN`, `HALF_SIZE` and `QUERY_…`
+    sums: FloatArray  # (4,) by `QUERY_DISTANCE`, `QUERY_AREA`, `QUERY_WEIGHT`, `TOTAL_WEIGHT`
 
 
 def empty_deviation(samples: int, faces: int) -> Deviation:
@@ -177,7 +139,7 @@ def deviation_on_faces(deviation: Deviation, faces: int) -> Deviation:
 
 
 @leaf_kernel
-def is_face(surface: Surface, face: int) -> bool:
+def _is_face(surface: SurfaceMesh, face: int) -> bool:
     """Whether a face still exists. One corner of a removed face faces a removed edge."""
     facing, edge_of = surface.corner_facing, surface.edge_of
     one, two, three = edge_of[3 * face], edge_of[3 * face + 1], edge_of[3 * face + 2]
@@ -185,9 +147,9 @@ def is_face(surface: Surface, face: int) -> bool:
 
 
 @leaf_kernel
-def _six_volumes(surface: Surface, face: int) -> float:
+def _six_volumes(surface: SurfaceMesh, face: int) -> float:
     """Six times the volume of the cone over a face; 0 for a removed face."""
-    if not is_face(surface, face):
+    if not _is_face(surface, face):
         return 0.0
     position, vertex = surface.position, surface.vertex
     one, two, three = int(vertex[3 * face]), int(vertex[3 * face + 1]), int(vertex[3 * face + 2])
@@ -202,7 +164,7 @@ def _divisions(volume: float, part: float) -> int:
 
 @leaf_kernel
 def _add_lattice(
-    deviation: Deviation, surface: Surface, face: int, part: float, share: float, passed: float
+    deviation: Deviation, surface: SurfaceMesh, face: int, part: float, share: float, passed: float
 ) -> float:
     """Add the centroids of the equal triangles that a face is divided into.
 
@@ -239,7 +201,7 @@ def _add_lattice(
 
 
 @leaf_kernel
-def take_samples(deviation: Deviation, surface: Surface, wanted: int) -> None:
+def take_samples(deviation: Deviation, surface: SurfaceMesh, wanted: int) -> None:
     """Make the surface the reference and take centroids of equal parts of its faces as samples.
 
     Parts have about 1 ÷ `wanted` of the volume. If the samples exceed the room, systematic
@@ -252,25 +214,25 @@ def take_samples(deviation: Deviation, surface: Surface, wanted: int) -> None:
         whole += _six_volumes(surface, face)
     part = whole / wanted
     for face in range(faces):
-        if is_face(surface, face):
+        if _is_face(surface, face):
             count += _divisions(_six_volumes(surface, face), part) ** 2
     share = 0.0 if count <= room else whole / (room // 2)
     passed = 0.5 * share
     for face in range(faces):
-        if is_face(surface, face):
+        if _is_face(surface, face):
             passed = _add_lattice(deviation, surface, face, part, share, passed)
     deviation.counts[TOP], deviation.counts[HALF_SIZE] = 0, 2 * deviation.counts[SAMPLES]
     deviation.sums[TOTAL_WEIGHT] = whole
 
 
 @leaf_kernel
-def assign_samples(deviation: Deviation, surface: Surface) -> None:
+def assign_samples(deviation: Deviation, surface: SurfaceMesh) -> None:
     """Assign samples that are in no face yet to the faces of a surface, for which there is room."""
     count, half = deviation.counts[SAMPLES], deviation.counts[HALF_SIZE]
     for face in range(deviation.cursor.size):
         deviation.cursor[face] = 0
     at = 0
-    while not is_face(surface, at // 3):
+    while not _is_face(surface, at // 3):
         at += 3
     for sample in range(count):
         # samples follow each other in space, so the next face is near
@@ -296,11 +258,8 @@ def _point(deviation: Deviation, sample: int) -> Vector:
 
 
 @inlined_kernel
-def _depths(surface: Surface, corner: int, point: Vector) -> Vector:
-    """Determinants of a point with the edges that face a corner and the two following ones.
-
-    None is negative where the point lies in the cone of the face.
-    """
+def _depths(surface: SurfaceMesh, corner: int, point: Vector) -> Vector:
+    """Determinants of a point with a face's edges: none is negative in the cone of the face."""
     position, vertex = surface.position, surface.vertex
     a = row(position, vertex[corner], 0)
     b = row(position, vertex[following(corner)], 0)
@@ -309,7 +268,7 @@ def _depths(surface: Surface, corner: int, point: Vector) -> Vector:
 
 
 @leaf_kernel
-def _corner_below(surface: Surface, point: Vector, begin: int) -> int:
+def _corner_below(surface: SurfaceMesh, point: Vector, begin: int) -> int:
     """A corner of the face whose cone contains a point, found by walking over the faces."""
     at, faces = begin, surface.vertex.size // 3
     for _ in range(faces):
@@ -325,7 +284,7 @@ def _corner_below(surface: Surface, point: Vector, begin: int) -> int:
     # a walk can cycle where faces are slivers (Devillers, Pion & Teillaud 2002)
     deepest = -np.inf
     for face in range(faces):
-        if is_face(surface, face):
+        if _is_face(surface, face):
             facing, second, third = _depths(surface, 3 * face, point)
             depth = min(facing, second, third)
             if depth > deepest:
@@ -334,7 +293,7 @@ def _corner_below(surface: Surface, point: Vector, begin: int) -> int:
 
 
 @leaf_kernel
-def thin_samples(deviation: Deviation, surface: Surface, most: int) -> bool:
+def thin_samples(deviation: Deviation, surface: SurfaceMesh, most: int) -> bool:
     """Remove at least about half of the samples if there are more than `most`.
 
     The weights form a line, face by face, with marks at equal distances. A sample stays if a mark
@@ -378,7 +337,7 @@ NO_FACE = -1
 
 @leaf_kernel
 def reassign_samples(
-    deviation: Deviation, surface: Surface, centre: int, left: int, right: int
+    deviation: Deviation, surface: SurfaceMesh, centre: int, left: int, right: int
 ) -> None:
     """Assign the samples around vertex `centre` to their present faces and sum the faces' errors.
 
@@ -429,7 +388,7 @@ def reassign_samples(
 
 @leaf_kernel
 def _find_faces(
-    deviation: Deviation, surface: Surface, corner: int, begin: int, end: int, found: int
+    deviation: Deviation, surface: SurfaceMesh, corner: int, begin: int, end: int, found: int
 ) -> int:
     """Write to `pair` the corners of faces around a vertex that samples lie in, and count them.
 
@@ -507,7 +466,7 @@ PENALTY_OUTSIDE = 8.0
 
 
 @leaf_kernel
-def _sum_errors(deviation: Deviation, surface: Surface, at: int) -> None:
+def _sum_errors(deviation: Deviation, surface: SurfaceMesh, at: int) -> None:
     """Sum the errors of the samples in the face of a corner."""
     position, vertex = surface.position, surface.vertex
     centre = row(position, vertex[at], 0)

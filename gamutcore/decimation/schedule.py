@@ -1,8 +1,8 @@
-"""The decimation of a full boundary: checks, the schedule of its stages, and the joined record.
+"""The decimation of a full boundary: checks, the schedule of its phases, and the joined record.
 
-`decimate` scales the boundary to the grid and runs its schedule. Between stages the remaining
-surface is compacted. A stage numbers its vertices and faces from 0 and writes a record of its own.
-`join_records` joins the records in the numbers of the full boundary.
+`decimate` scales the boundary to the grid and runs its schedule. Between phases the remaining
+surface is compacted. A phase numbers its vertices and faces from 0 and writes a record of its own.
+`_join_records` joins the records in the numbers of the full boundary.
 
 The coarse end of a decimation is chaotic. Any change of a rounding leads to other levels, whose
 mismatch scatters by some per cent. From a small level on, several trials with perturbed errors are
@@ -27,13 +27,13 @@ from gamutcore.decimation.costs import (
     MEMORYLESS,
     SWEPT_DOWN_TO,
     Cost,
-    Grid,
-    Stage,
+    GridPositions,
+    State,
     Trials,
-    compact_stage,
-    copy_stage,
+    compact_state,
+    copy_state,
     cost_named,
-    new_stage,
+    initial_state,
 )
 from gamutcore.decimation.record import Record, empty_record, extend_record, trim_record
 from gamutcore.decimation.surface_mesh import DEFICIT_LARGEST
@@ -128,7 +128,11 @@ def decimate(
     """
     chosen = cost_named(cost)
     origin = np.asarray(centre, np.float64)
-    _check_numbers(mesh, origin)
+    if not (mesh.triangles and np.isfinite(mesh.vertices).all() and np.isfinite(origin).all()):
+        raise MeshError(
+            "the mesh has no faces, or coordinates that are not finite numbers",
+            remedy="Give finite numbers.",
+        )
     step = mesh_grid_step(mesh.vertices)
     # a unit near the size of the mesh: products of nine coordinates must not vanish or overflow
     unit = step * 2.0**UNIT_STEPS
@@ -137,21 +141,23 @@ def decimate(
     faces = np.ascontiguousarray(mesh.faces, np.int32)
     opposite = opposite_corners(faces, len(positions))
     _check(mesh, faces, opposite, positions)
-    work = progress_of(chosen, len(positions))
-    with report_progress(work.fraction, progress):
-        # the stage has no name here, so that its state can be freed before the last level
-        results = run_schedule(
-            new_stage(
+    phases = _schedule(chosen, len(positions))
+    coarse = COARSE if chosen.trials else 0.0
+    work = _Progress([(phase.collapses, phase.work(coarse)) for phase in phases])
+    with _report_progress(work.fraction, progress):
+        # the state has no name here, so that it can be freed before the last level
+        results = _run_schedule(
+            initial_state(
                 chosen.parameters,
                 positions,
                 faces,
                 opposite,
-                Grid(on_grid, origin / unit, float(step / unit)),
+                GridPositions(on_grid, origin / unit, float(step / unit)),
             ),
-            chosen,
+            phases,
             work,
         )
-    record, vertex, final = join_records(results)
+    record, vertex, final = _join_records(results)
     if results[-1].left > 4:
         raise DecimationError(
             f"no edge could be collapsed validly with {2 * results[-1].left - 4} triangles left",
@@ -162,17 +168,9 @@ def decimate(
         np.multiply(places, np.float32(unit), out=places)
     volume_error = None
     if chosen.parameters.preserves_volume:
-        deficit = results[-1].stage.surface.deficit[DEFICIT_LARGEST]
+        deficit = results[-1].state.surface.deficit[DEFICIT_LARGEST]
         volume_error = float(deficit) / 6.0 * unit**3
     return Decimation(record, vertex, final, origin, step, volume_error)
-
-
-def _check_numbers(mesh: TriangleMesh, centre: FloatArray) -> None:
-    if not (mesh.triangles and np.isfinite(mesh.vertices).all() and np.isfinite(centre).all()):
-        raise MeshError(
-            "the mesh has no faces, or coordinates that are not finite numbers",
-            remedy="Give finite numbers.",
-        )
 
 
 def _check(
@@ -213,8 +211,8 @@ COARSE = 1800.0
 that at 10,000. Only progress depends on this number."""
 
 
-class Segment(NamedTuple):
-    """Part of a schedule: one stage, or all trials of a stage, from one level to another."""
+class _Phase(NamedTuple):
+    """Part of a schedule, from one level to another: one decimation, or several trials of it."""
 
     vertices: int
     until: int
@@ -226,69 +224,59 @@ class Segment(NamedTuple):
         return (self.vertices - self.until) * (self.trials.number if self.trials else 1)
 
     def work(self, coarse: float) -> float:
-        """Approximate work, in collapses of a fine level.
-
-        A collapse at n vertices has `coarse` ÷ n^¾ additional work.
-        """
+        """Work in collapses of a fine level; at n vertices a collapse has `coarse` ÷ n^¾ more."""
         more = 4 * coarse * (self.vertices**0.25 - self.until**0.25)
         return self.collapses * (1 + more / max(self.vertices - self.until, 1))
 
 
-def schedule(cost: Cost, size: int) -> list[Segment]:
-    """Return the segments of a decimation from `size` vertices to four."""
+def _schedule(cost: Cost, size: int) -> list[_Phase]:
+    """Return the phases of a decimation from `size` vertices to four."""
     trials = cost.trials if cost.trials and cost.trials.until < size else None
     begin = min(trials.vertices, size) if trials else size
     stops = {*cost.compacted, begin, COARSEST}
-    found: list[Segment] = []
+    found: list[_Phase] = []
     left = size
     while not found or left > COARSEST:
         if trials and left == begin:
-            found.append(Segment(left, trials.until, trials))
+            found.append(_Phase(left, trials.until, trials))
         else:
-            found.append(Segment(left, max((s for s in stops if s < left), default=left), None))
+            found.append(_Phase(left, max((s for s in stops if s < left), default=left), None))
         left = found[-1].until
     return found
 
 
-def progress_of(cost: Cost, size: int) -> Progress:
-    """Return the progress of a decimation that has not begun."""
-    coarse = COARSE if cost.trials else 0.0
-    return Progress([(segment.collapses, segment.work(coarse)) for segment in schedule(cost, size)])
+def _run_schedule(state: State, phases: list[_Phase], progress: _Progress) -> list[_PhaseResult]:
+    """Decimate a full boundary, changing its state, and return the results of all phases.
 
-
-def run_schedule(stage: Stage, cost: Cost, progress: Progress) -> list[StageResult]:
-    """Decimate a full boundary to four faces, and return the results of all stages.
-
-    The stage is changed. The last result has more than four vertices left if no edge can be
-    collapsed validly.
+    The last result has more than four vertices left if no edge can be collapsed validly.
     """
-    results: list[StageResult] = []
-    for segment in schedule(cost, stage.size):
+    results: list[_PhaseResult] = []
+    for phase in phases:
         if results:
-            stage = compact_stage(results[-1].stage)
-            # the state of a large boundary takes much memory, and the new stage has its own
-            old = results[-1].stage
-            small = old._replace(quadrics=stage.quadrics, deviation=stage.deviation)
-            results[-1] = results[-1]._replace(stage=small)
+            state = compact_state(results[-1].state)
+            # the quadrics and samples of a large boundary take much memory
+            old = results[-1].state
+            small = old._replace(quadrics=state.quadrics, deviation=state.deviation)
+            results[-1] = results[-1]._replace(state=small)
         counter = progress.begin_part()
-        if segment.trials is None:
-            result = run_stage(stage, segment.until, counter, sweep=not results)
+        if phase.trials is None:
+            result = _run_phase(state, phase.until, counter, sweep=not results)
         else:
-            result = _run_trials(stage, segment.trials, counter)
+            result = _run_trials(state, phase.trials, counter)
         results.append(result)
-        if result.left != segment.until:
+        if result.left != phase.until:
             break
     return results
 
 
-def _run_trials(stage: Stage, trials: Trials, counter: LongArray) -> StageResult:
+def _run_trials(state: State, trials: Trials, counter: LongArray) -> _PhaseResult:
     """Return the trial with the least deviation; one that ends too early counts as infinite."""
     results = []
     deviations = []
     for trial in range(trials.number):
-        copy = copy_stage(stage)
+        copy = copy_state(state)
         perturbed = perturbation(copy.surface.corner_facing.size, trial)
-        results.append(run_stage(copy, trials.until, counter, perturbation=perturbed))
+        results.append(_run_phase(copy, trials.until, counter, perturbation=perturbed))
         complete = results[-1].left == trials.until
         deviations.append(copy.deviation.error.sum() if complete else np.inf)
     return results[int(np.argmin(deviations))]
@@ -314,63 +302,63 @@ def perturbation(edges: int, trial: int) -> FloatArray:
 
 
 EXACT_ERRORS = np.empty(0)
-"""Perturbation of a stage whose errors are not perturbed."""
+"""Perturbation of a phase whose errors are not perturbed."""
 
 
-class StageResult(NamedTuple):
-    """A stage after its collapses, and their record in the stage's own numbers."""
+class _PhaseResult(NamedTuple):
+    """A state after its collapses, and their record in the numbers of the phase."""
 
-    stage: Stage
+    state: State
     record: Record
 
     @property
     def left(self) -> int:
         """Number of vertices left."""
-        return self.stage.size - len(self.record.kept)
+        return self.state.size - len(self.record.kept)
 
 
-def run_stage(
-    stage: Stage,
+def _run_phase(
+    state: State,
     until: int,
     counter: LongArray,
     *,
     perturbation: FloatArray = EXACT_ERRORS,
     sweep: bool = False,
-) -> StageResult:
-    """Decimate the surface of a stage in place to `until` vertices, 4 or more.
+) -> _PhaseResult:
+    """Decimate the surface of a state in place to `until` vertices, 4 or more.
 
     More are left only if no edge can be collapsed validly. `counter` counts up with each collapse.
     With `sweep`, the collapses down to `SWEPT_DOWN_TO` vertices are made in sweeps.
     """
-    parameters, edges = stage.parameters, stage.surface.corner_facing.size
-    record = empty_record(stage.size, parameters.moved_vertices)
-    work = empty_workspace(edges, stage.size, counter, perturbation)
+    parameters, edges = state.parameters, state.surface.corner_facing.size
+    record = empty_record(state.size, parameters.moved_vertices)
+    work = empty_workspace(edges, state.size, counter, perturbation)
     swept = 0
     if sweep and parameters.kind == MEMORYLESS:
-        swept = stage.size - max(until, SWEPT_DOWN_TO, parameters.compared_vertices)
+        swept = state.size - max(until, SWEPT_DOWN_TO, parameters.compared_vertices)
     # as plain Python, kernels divide by zero like compiled code does: to infinity, without a word
     with np.errstate(all="ignore"):
-        while missing := collapse_edges(stage, record, work, swept, stage.size - until):
+        while missing := collapse_edges(state, record, work, swept, state.size - until):
             record = extend_record(record, int(work.collapses[0]), int(missing))
-    return StageResult(stage, trim_record(record, int(work.collapses[0])))
+    return _PhaseResult(state, trim_record(record, int(work.collapses[0])))
 
 
-def join_records(results: list[StageResult]) -> tuple[Record, IndexArray, Float32Array]:
-    """Join the records of consecutive stages in the numbers of the full boundary.
+def _join_records(results: list[_PhaseResult]) -> tuple[Record, IndexArray, Float32Array]:
+    """Join the records of consecutive phases in the numbers of the full boundary.
 
     The other results are the (3 F,) vertices at the boundary's corners and the (V, 3) positions on
     the grid, both after the last collapse.
     """
-    first = results[0].stage
+    first = results[0].state
     vertex, positions = first.surface.vertex, first.grid.position
     parts: list[Record] = []
     moves = shifts = 0
-    for number, (stage, record) in enumerate(results):
+    for number, (state, record) in enumerate(results):
         part = record
         if number > 0:
-            part = _in_full_numbers(stage, record)
-            vertex.reshape(-1, 3)[stage.faces] = stage.vertices[stage.surface.vertex.reshape(-1, 3)]
-            positions[stage.vertices] = stage.grid.position
+            part = _in_full_numbers(state, record)
+            vertex.reshape(-1, 3)[state.faces] = state.vertices[state.surface.vertex.reshape(-1, 3)]
+            positions[state.vertices] = state.grid.position
         parts.append(
             part._replace(moved_end=part.moved_end + moves, shifted_end=part.shifted_end + shifts)
         )
@@ -378,21 +366,21 @@ def join_records(results: list[StageResult]) -> tuple[Record, IndexArray, Float3
     return Record(*map(np.concatenate, zip(*parts, strict=True))), vertex, positions
 
 
-def _in_full_numbers(stage: Stage, record: Record) -> Record:
+def _in_full_numbers(state: State, record: Record) -> Record:
     def corner(corners: IndexArray) -> IndexArray:
-        return 3 * stage.faces[corners // 3] + corners % 3
+        return 3 * state.faces[corners // 3] + corners % 3
 
     return record._replace(
-        kept=stage.vertices[record.kept],
-        dead=stage.vertices[record.dead],
-        sides=stage.vertices[record.sides],
+        kept=state.vertices[record.kept],
+        dead=state.vertices[record.dead],
+        sides=state.vertices[record.sides],
         corner=corner(record.corner),
         moved=corner(record.moved),
-        shifted=stage.vertices[record.shifted],
+        shifted=state.vertices[record.shifted],
     )
 
 
-class Progress:
+class _Progress:
     """Progress of work that consists of parts, each given as its final count and amount of work."""
 
     def __init__(self, parts: Sequence[tuple[int, float]]) -> None:
@@ -420,7 +408,7 @@ _INTERVAL = 0.1
 
 
 @contextlib.contextmanager
-def report_progress(
+def _report_progress(
     fraction: Callable[[], float], progress: Callable[[float], None] | None
 ) -> Iterator[None]:
     """Report progress while the body of the context runs.
