@@ -19,6 +19,19 @@ import numpy as np
 
 from gamutcore.arrays import Float32Array, FloatArray, IndexArray
 from gamutcore.decimation.deviation import find_better_position, mismatch_error, refine_point
+from gamutcore.decimation.deviation_samples import (
+    SAMPLES,
+    TOP,
+    TOTAL_WEIGHT,
+    Deviation,
+    assign_samples,
+    deviation_on_faces,
+    empty_deviation,
+    reassign_samples,
+    sample_capacity,
+    take_samples,
+    thin_samples,
+)
 from gamutcore.decimation.quadrics import (
     SUM_SIZE,
     Quadrics,
@@ -31,19 +44,6 @@ from gamutcore.decimation.quadrics import (
     plane_optimum,
     renew_quadrics,
     vertex_quadrics,
-)
-from gamutcore.decimation.samples import (
-    SAMPLES,
-    TOP,
-    TOTAL_WEIGHT,
-    Deviation,
-    assign_samples,
-    deviation_on_faces,
-    empty_deviation,
-    reassign_samples,
-    sample_capacity,
-    take_samples,
-    thin_samples,
 )
 from gamutcore.decimation.surface_mesh import DEFICIT_NOW, SurfaceMesh, surface_of
 from gamutcore.errors import OptionError

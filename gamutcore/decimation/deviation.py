@@ -15,8 +15,7 @@ import numpy as np
 
 from gamutcore.arrays import FloatArray
 from gamutcore.corner_table import following, preceding
-from gamutcore.decimation.quadrics import Quadrics, shift_to_preserve_volume
-from gamutcore.decimation.samples import (
+from gamutcore.decimation.deviation_samples import (
     LANES,
     LARGEST_SHARE,
     PENALTY_OUTSIDE,
@@ -31,6 +30,7 @@ from gamutcore.decimation.samples import (
     TOTAL_WEIGHT,
     Deviation,
 )
+from gamutcore.decimation.quadrics import Quadrics, shift_to_preserve_volume
 from gamutcore.decimation.surface_mesh import LARGEST_LINK, SurfaceMesh, squared_length
 from gamutcore.decimation.vectors import (
     add_outer,

@@ -7,9 +7,9 @@ from gamutcore.boundary import modified_convex_hull
 from gamutcore.corner_table import opposite_corners
 from gamutcore.decimation.collapse import collapse_edge, empty_workspace
 from gamutcore.decimation.costs import GridPositions, cost_named, initial_state
+from gamutcore.decimation.deviation_samples import LARGEST_SHARE, SAMPLES
 from gamutcore.decimation.edge_queue import fill_queue
 from gamutcore.decimation.record import empty_record
-from gamutcore.decimation.samples import LARGEST_SHARE, SAMPLES
 from gamutcore.decimation.surface_mesh import (
     keeps_star_shape,
     link_condition_holds,

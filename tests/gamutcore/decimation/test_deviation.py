@@ -13,8 +13,7 @@ from gamutcore.decimation.deviation import (
     query_vertex,
     refine_point,
 )
-from gamutcore.decimation.quadrics import constrained_optimum
-from gamutcore.decimation.samples import (
+from gamutcore.decimation.deviation_samples import (
     LARGEST_SHARE,
     NO_FACE,
     SAMPLES,
@@ -25,6 +24,7 @@ from gamutcore.decimation.samples import (
     take_samples,
     thin_samples,
 )
+from gamutcore.decimation.quadrics import constrained_optimum
 from gamutcore.decimation.surface_mesh import (
     keeps_star_shape,
     link_condition_holds,

@@ -52,8 +52,8 @@ TOGETHER = 4
 class Deviation(NamedTuple):
     """Samples of a reference and the faces that they lie in; scratch for queries.
 
-    A query asks for the samples around an edge or a vertex (`query_edge`, `query_vertex`). There
-    is room for S samples on F faces.
+    A query asks for the samples around an edge or a vertex (module `deviation`). There is room for
+    S samples on F faces.
     """
 
     x: FloatArray  # (4 S,) the samples, relative to the centre
