@@ -33,7 +33,7 @@ from gamutcore.colours.spaces.parameters import (
 )
 from gamutcore.colours.spectral import ILLUMINANTS, OBSERVERS
 from gamutcore.colours.surface import INTENTS
-from gamutcore.decimation.costs import COSTS
+from gamutcore.decimation import COSTS
 from gamutcore.errors import OptionError
 from gamutcore.option_types import (
     DATA_KINDS,

@@ -18,24 +18,12 @@ __all__ = ["EdgeQueue", "dequeue", "empty_queue", "enqueue", "fill_queue"]
 
 
 class EdgeQueue(NamedTuple):
-    """A queue of the edges 0 to E − 1.
+    """A queue of the edges 0 to E − 1."""
 
-    Attributes
-    ----------
-    heap : (E,) int32
-        The queued edges in heap order. The first one leaves next.
-    heap_index : (E,) int32
-        Index of an edge in `heap`; −1 if it is not queued.
-    size : (1,) int32
-        Number of queued edges.
-    priority : (E,) float64
-        Priority of every queued edge.
-    """
-
-    heap: IndexArray
-    heap_index: IndexArray
-    size: IndexArray
-    priority: FloatArray
+    heap: IndexArray  # (E,) the queued edges in heap order; the first one leaves next
+    heap_index: IndexArray  # (E,) index of an edge in `heap`; −1 if it is not queued
+    size: IndexArray  # (1,) number of queued edges
+    priority: FloatArray  # (E,) priority of every queued edge
 
 
 def empty_queue(edges: int) -> EdgeQueue:

@@ -14,21 +14,8 @@ import numpy as np
 
 from gamutcore.arrays import Float32Array, IndexArray, LongArray
 from gamutcore.corner_table import following
-from gamutcore.decimation.star import LARGEST_LINK, Surface
+from gamutcore.decimation.surface_mesh import LARGEST_LINK, SurfaceMesh
 from gamutcore.kernels import leaf_kernel
-
-__all__ = [
-    "Record",
-    "empty_record",
-    "extend_record",
-    "has_room",
-    "record_collapse",
-    "record_shift",
-    "trim_record",
-]
-
-SHIFTS = 12
-"""Room for so many shifts per vertex. About six neighbours move in a collapse."""
 
 
 class Record(NamedTuple):
@@ -69,6 +56,10 @@ class Record(NamedTuple):
     shift: Float32Array
 
 
+SHIFTS = 12
+"""Room for so many shifts per vertex. About six neighbours move in a collapse."""
+
+
 def empty_record(vertices: int, moved_vertices: int = 0) -> Record:
     """Return a record with room for all collapses of a boundary with `vertices` vertices.
 
@@ -100,7 +91,7 @@ def _end(ends: LongArray, collapses: int) -> int:
 def record_collapse(
     record: Record,
     index: int,
-    surface: Surface,
+    surface: SurfaceMesh,
     grid_position: Float32Array,
     rounded: Float32Array,
     corner: int,

@@ -5,13 +5,12 @@ import pytest
 
 from gamutcore.boundary import modified_convex_hull
 from gamutcore.corner_table import opposite_corners
-from gamutcore.decimation.costs import cost_named
-from gamutcore.decimation.costs.samples import LARGEST_SHARE, SAMPLES
-from gamutcore.decimation.edge_collapse import collapse_edge, empty_workspace
+from gamutcore.decimation.collapse import collapse_edge, empty_workspace
+from gamutcore.decimation.costs import GridPositions, cost_named, initial_state
+from gamutcore.decimation.deviation_samples import LARGEST_SHARE, SAMPLES
 from gamutcore.decimation.edge_queue import fill_queue
 from gamutcore.decimation.record import empty_record
-from gamutcore.decimation.stage import Grid, new_stage
-from gamutcore.decimation.star import (
+from gamutcore.decimation.surface_mesh import (
     keeps_star_shape,
     link_condition_holds,
     surface_of,
@@ -23,7 +22,7 @@ FINEST = cost_named("finest").parameters
 
 @pytest.fixture(scope="session")
 def surface_from():
-    """Return a function from positions relative to the centre and faces to a `Surface`."""
+    """Return a function from positions relative to the centre and faces to a `SurfaceMesh`."""
 
     def make(positions, faces):
         faces = np.ascontiguousarray(faces, np.int32)
@@ -34,15 +33,15 @@ def surface_from():
 
 
 @pytest.fixture(scope="session")
-def stage_of():
-    """Return a function from parameters, positions and faces to the stage of a full boundary."""
+def state_of():
+    """Return a function from parameters, positions and faces to the state of a full boundary."""
 
     def make(parameters, positions, faces, grid=None):
         faces = np.ascontiguousarray(faces, np.int32)
         positions = np.ascontiguousarray(positions, np.float64)
         opposite = opposite_corners(faces, len(positions))
-        grid = grid or Grid(positions.astype(np.float32), np.zeros(3), 1.0)
-        return new_stage(parameters, positions, faces, opposite, grid)
+        grid = grid or GridPositions(positions.astype(np.float32), np.zeros(3), 1.0)
+        return initial_state(parameters, positions, faces, opposite, grid)
 
     return make
 
@@ -121,12 +120,12 @@ def _workspace(surface):
 def random_collapses():
     """Return a generator that collapses random edges to positions near their midpoints.
 
-    Its arguments are a stage, a seed and the number of collapses. It yields the kept
+    Its arguments are a state, a seed and the number of collapses. It yields the kept
     vertex after each collapse.
     """
 
-    def collapses(stage, seed, wanted):
-        random, surface = np.random.default_rng(seed), stage.surface
+    def collapses(state, seed, wanted):
+        random, surface = np.random.default_rng(seed), state.surface
         record, work = empty_record(len(surface.position)), _workspace(surface)
         ring, done = np.empty((200, 2), np.int32), 0
         for edge in random.permutation(len(surface.corner_facing)).tolist():
@@ -144,7 +143,7 @@ def random_collapses():
             ):
                 continue
             work.rounded[:] = work.point
-            kept = collapse_edge(stage, record, work, edge)
+            kept = collapse_edge(state, record, work, edge)
             done += 1
             yield int(kept)
 

@@ -9,7 +9,7 @@ from gamutcore.boundary import modified_convex_hull
 from gamutcore.characterisation import characterisation
 from gamutcore.colours import surface_colours
 from gamutcore.decimation import COSTS, decimate
-from gamutcore.decimation.costs.parameters import SWEPT_DOWN_TO
+from gamutcore.decimation.costs import SWEPT_DOWN_TO
 from gamutcore.history import build_history
 from gamutcore.metric import mismatch
 

@@ -12,7 +12,7 @@ from gamutcore.decimation import COSTS
 PROGRAM = """
 import sys
 import numpy as np
-from gamutcore.decimation import COSTS, collapse, decimation
+from gamutcore.decimation import COSTS, collapse, schedule
 from gamutcore.decimation.costs import Trials, cost_named
 from gamutcore.mesh import TriangleMesh
 
@@ -22,12 +22,12 @@ def small(name):
     parameters = cost.parameters._replace(samples=min(cost.parameters.samples, 300))
     return cost._replace(parameters=parameters, trials=cost.trials and Trials(30, 2, 20))
 
-decimation.cost_named = small
+schedule.cost_named = small
 source = np.load(sys.argv[1])
 mesh = TriangleMesh(source["vertices"], source["faces"])
 found = {}
 for name in COSTS:
-    result = decimation.decimate(mesh, source["centre"], name)
+    result = schedule.decimate(mesh, source["centre"], name)
     found.update({f"{name} {field}": array for field, array in result.record._asdict().items()})
     found[f"{name} vertex"], found[f"{name} positions"] = result.vertex, result.positions
 np.savez(sys.argv[2], signatures=len(getattr(collapse.collapse_edges, "signatures", ())), **found)

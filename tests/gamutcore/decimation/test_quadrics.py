@@ -11,15 +11,19 @@ from hypothesis import strategies as st
 from scipy.linalg import lapack
 
 from gamutcore.decimation import decimate
-from gamutcore.decimation.costs import cost_named
-from gamutcore.decimation.costs.dispatch import error_at, find_optimum, update_before_collapse
-from gamutcore.decimation.costs.memoryless_quadrics import (
+from gamutcore.decimation.costs import (
+    cost_named,
+    error_at,
+    find_optimum,
+    update_before_collapse,
+)
+from gamutcore.decimation.quadrics import (
     Quadrics,
     area_vectors,
     constrained_error,
     constrained_optimum,
 )
-from gamutcore.decimation.star import DEFICIT_NOW
+from gamutcore.decimation.surface_mesh import DEFICIT_NOW
 from gamutcore.mesh import TriangleMesh
 
 pytestmark = pytest.mark.slow  # it compiles kernels that only tests use
@@ -53,11 +57,11 @@ class TestPublishedCost:
     @settings(max_examples=10)
     @given(seed=SEEDS)
     def test_the_error_is_the_sum_over_all_planes_that_the_ends_have_accumulated(
-        self, bumpy_mesh, edges_of, corner_of, seed, stage_of
+        self, bumpy_mesh, edges_of, corner_of, seed, state_of
     ):
         positions, faces = bumpy_mesh(seed, 40)
-        stage = stage_of(QUADRIC, positions, faces)
-        surface = stage.surface
+        state = state_of(QUADRIC, positions, faces)
+        surface = state.surface
         planes, edges = planes_at(positions, faces), edges_of(faces)
         random = np.random.default_rng(seed)
 
@@ -67,13 +71,13 @@ class TestPublishedCost:
                 both = planes[one] + planes[two]
                 expected = squared_distances(both, place)
                 expected += length_penalty(surface.position, both, one, two)
-                found = error_at(stage, corner_of(surface, one, two), place)
+                found = error_at(state, corner_of(surface, one, two), place)
                 assert found == pytest.approx(expected, rel=1e-9)
 
         assert_errors(edges[::4])
         for one, two in [edges[index] for index in random.permutation(len(edges))[:10]]:
             place = (positions[one] + positions[two]) / 2 + random.normal(size=3)
-            update_before_collapse(stage, corner_of(surface, one, two), one, two, place)
+            update_before_collapse(state, corner_of(surface, one, two), one, two, place)
             surface.position[one] = place
             planes[one] += planes[two]
         assert_errors(edges[::7])
@@ -82,10 +86,10 @@ class TestPublishedCost:
     @given(seed=SEEDS)
     @pytest.mark.slow
     def test_the_optimum_is_where_the_gradient_vanishes(
-        self, bumpy_mesh, edges_of, corner_of, seed, stage_of
+        self, bumpy_mesh, edges_of, corner_of, seed, state_of
     ):
         positions, faces = bumpy_mesh(seed, 40)
-        stage = stage_of(QUADRIC, positions, faces)
+        state = state_of(QUADRIC, positions, faces)
         planes = planes_at(positions, faces)
         compared = 0
         for one, two in edges_of(faces):
@@ -93,7 +97,7 @@ class TestPublishedCost:
             A = sum(np.outer(normal, normal) for normal, _ in both)
             best = -np.linalg.solve(A, sum(offset * normal for normal, offset in both))
             place = np.empty(3)
-            value = find_optimum(stage, corner_of(stage.surface, one, two), place)
+            value = find_optimum(state, corner_of(state.surface, one, two), place)
             least = squared_distances(both, best)
             assert value >= least
             eigenvalues = np.linalg.eigvalsh(A)
@@ -246,14 +250,14 @@ class TestMemorylessQuadrics:
             assert after == pytest.approx((1 + deficit) * before, rel=1e-9)
 
     def test_they_have_no_memory(
-        self, surface_from, bumpy_mesh, faces_left, random_collapses, stage_of
+        self, surface_from, bumpy_mesh, faces_left, random_collapses, state_of
     ):
         """After collapses the result is that of a surface built from the present faces."""
         positions, faces = bumpy_mesh(6, 80)
-        stage = stage_of(VOLUME, positions, faces)
-        surface = stage.surface
+        state = state_of(VOLUME, positions, faces)
+        surface = state.surface
         before = np.linalg.det(positions[faces]).sum()
-        for _ in random_collapses(stage, 0, 40):
+        for _ in random_collapses(state, 0, 40):
             pass
         numbers, left = faces_left(surface)
         assert len(left) < len(faces) - 40
@@ -267,7 +271,7 @@ class TestMemorylessQuadrics:
         for corner in again.corner_facing.tolist():
             here, there = np.empty(3), np.empty(3)
             old = int(3 * numbers[corner // 3] + corner % 3)
-            value = constrained_optimum(stage.quadrics, surface, old, here)
+            value = constrained_optimum(state.quadrics, surface, old, here)
             expected = constrained_optimum(fresh, again, corner, there)
             assert value == pytest.approx(expected, rel=1e-9)
             np.testing.assert_allclose(here, there, rtol=1e-9, atol=1e-9)

@@ -1,4 +1,4 @@
-"""Records: replayed by renaming vertices, the same in stages, in trials and in every run."""
+"""Records: replayed by renaming vertices, the same in phases, in trials and in every run."""
 
 import threading
 
@@ -8,8 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gamutcore.boundary import modified_convex_hull
-from gamutcore.decimation import COSTS, decimate, decimation, stages, trials
-from gamutcore.decimation import progress as decimation_progress
+from gamutcore.decimation import COSTS, decimate, schedule
 from gamutcore.decimation.costs import Trials, cost_named
 from gamutcore.decimation.record import empty_record
 from gamutcore.errors import DecimationError
@@ -136,18 +135,18 @@ class TestDeterminism:
             record = empty_record(vertices, moved_vertices)
             return record._replace(moved=record.moved[:9], shifted=record.shifted[:9])
 
-        monkeypatch.setattr(stages, "empty_record", scarce)
+        monkeypatch.setattr(schedule, "empty_record", scarce)
         history = build_history(decimate(icosphere(2), CENTRE, cost))
         assert assert_every_level(history.levels(), CENTRE) == list(range(4, 321, 2))
 
 
 @pytest.fixture
 def with_schedule(monkeypatch):
-    """Return a function that replaces the stages and the trials of all costs."""
+    """Return a function that replaces the phases and the trials of all costs."""
 
     def change(**replaced):
         monkeypatch.setattr(
-            decimation, "cost_named", lambda name: cost_named(name)._replace(**replaced)
+            schedule, "cost_named", lambda name: cost_named(name)._replace(**replaced)
         )
 
     return change
@@ -156,13 +155,13 @@ def with_schedule(monkeypatch):
 class TestSchedule:
     @settings(max_examples=15)
     @given(seed=st.integers(0, 10**6), stops=st.sets(st.integers(5, 60), max_size=4))
-    def test_a_decimation_in_stages_is_the_same_as_in_one(self, bumpy_mesh, seed, stops):
-        """`quadric` stores its state in vertices only, so nothing is lost between stages."""
+    def test_a_decimation_in_phases_is_the_same_as_in_one(self, bumpy_mesh, seed, stops):
+        """`quadric` stores its state in vertices only, so nothing is lost between phases."""
         mesh = TriangleMesh(*bumpy_mesh(seed, 80))
         whole = build_history(decimate(mesh, CENTRE, "quadric"))
-        in_stages = cost_named("quadric")._replace(compacted=tuple(sorted(stops)[::-1]))
+        in_phases = cost_named("quadric")._replace(compacted=tuple(sorted(stops)[::-1]))
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(decimation, "cost_named", lambda _: in_stages)
+            patch.setattr(schedule, "cost_named", lambda _: in_phases)
             parts = build_history(decimate(mesh, CENTRE, "quadric"))
         for one, other in zip(whole.levels(), parts.levels(), strict=True):
             assert one.triangles == other.triangles
@@ -196,14 +195,14 @@ class TestSchedule:
         assert levels[0] == levels[1]
 
     def test_a_trial_that_ends_too_early_is_not_chosen(self, monkeypatch, with_schedule, icosphere):
-        run_stage = trials.run_stage
+        _run_phase = schedule._run_phase
 
-        def ends_early(stage, until, counter, **options):
+        def ends_early(state, until, counter, **options):
             perturbed = len(options.get("perturbation", ())) > 0
             early = "perturbation" in options and perturbed == blocks_perturbed
-            return run_stage(stage, until + 1 if early else until, counter, **options)
+            return _run_phase(state, until + 1 if early else until, counter, **options)
 
-        monkeypatch.setattr(trials, "run_stage", ends_early)
+        monkeypatch.setattr(schedule, "_run_phase", ends_early)
         with_schedule(trials=Trials(60, 3, 27))
         mesh, blocks_perturbed = icosphere(2), True
         only = decimate(mesh, CENTRE)
@@ -211,14 +210,14 @@ class TestSchedule:
         with_schedule(trials=Trials(60, 1, 27))
         with pytest.raises(DecimationError, match="triangles left"):
             decimate(mesh, CENTRE)
-        monkeypatch.setattr(trials, "run_stage", run_stage)
+        monkeypatch.setattr(schedule, "_run_phase", _run_phase)
         assert_same(only, decimate(mesh, CENTRE))
 
 
 @pytest.mark.slow
 def test_progress_is_reported_in_order_until_the_callback_fails(monkeypatch, icosphere):
     """The callback runs in another thread while the work runs; its exception is raised."""
-    monkeypatch.setattr(decimation_progress, "_INTERVAL", 0.01)
+    monkeypatch.setattr(schedule, "_INTERVAL", 0.01)
     told = []
 
     def report(part):
@@ -236,7 +235,7 @@ def test_progress_is_reported_in_order_until_the_callback_fails(monkeypatch, ico
 
 
 def test_progress_changes_nothing(monkeypatch, icosphere):
-    monkeypatch.setattr(decimation_progress, "_INTERVAL", 0.001)
+    monkeypatch.setattr(schedule, "_INTERVAL", 0.001)
     told = []
     decimated = decimate(icosphere(3), CENTRE, progress=told.append)
     assert_same(decimated, decimate(icosphere(3), CENTRE))

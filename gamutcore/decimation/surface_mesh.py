@@ -1,9 +1,9 @@
-"""The surface that is decimated, and which positions of a new vertex keep it star-shaped.
+"""The mesh that is decimated, and which positions of a new vertex keep it star-shaped.
 
 Positions are relative to the centre, so a face (p0, p1, p2) sees the centre from inside when
 det(p0, p1, p2) > 0. A collapse changes only the faces around the two ends of its edge. The next
 level is valid under two conditions. The link condition holds (Dey, Edelsbrunner, Guha & Nekhayev,
-"Topology Preserving Edge Contraction", 1999), and every face around the new vertex has a positive
+"Topology Preserving _Edge Contraction", 1999), and every face around the new vertex has a positive
 determinant. The determinants depend on the direction of the new vertex only, not on its radius.
 """
 
@@ -19,82 +19,31 @@ from gamutcore.decimation.vectors import Vector, cross, dot, minus, plus, row, t
 from gamutcore.kernels import kernel, leaf_kernel
 from gamutcore.star_shape import sees_centre
 
-__all__ = [
-    "DEFICIT_LARGEST",
-    "DEFICIT_NOW",
-    "LARGEST_LINK",
-    "Surface",
-    "edge_ends",
-    "find_inner_direction",
-    "keeps_star_shape",
-    "link_condition_holds",
-    "scale_to_preserve_volume",
-    "squared_length",
-    "star_volume",
-    "surface_of",
-    "volume_gradient",
-    "write_edge_link",
-    "write_vertex_link",
-]
-
 DEFICIT_NOW, DEFICIT_LARGEST = range(2)
-"""Indices into `Surface.deficit`: volume missing at the present level; its largest value so far."""
-
-LARGEST_LINK = 64
-"""Longer links are not collapsed in sweeps, evaluated by samples, or moved: they take too long, and
-their edges would not be among the cheapest."""
-
-MAXIMUM_STEPS = 200
-"""Steps of the perceptron rule before the search for an inner direction ends."""
+"""Indices into `SurfaceMesh.deficit`: volume missing at this level; its largest value so far."""
 
 
-class Surface(NamedTuple):
-    """A mesh while it is decimated.
+class SurfaceMesh(NamedTuple):
+    """A closed mesh while it is decimated: V vertices, F faces and E edges of the first level."""
 
-    Attributes
-    ----------
-    position : (V, 3) float64
-        Positions relative to the centre.
-    vertex, opposite : (3 F,) int32
-        The corner table.
-    swung : (3 F,) int32
-        The next corner around the same vertex: `swing` of every corner. A walk around a vertex
-        waits for each of its steps, so the value is stored.
-    corner_at : (V,) int32
-        Some corner at each vertex.
-    degree : (V,) int32
-        Number of edges at each vertex.
-    edge_of : (3 F,) int32
-        The edge that a corner faces.
-    corner_facing : (E,) int32
-        One of the two corners that face an edge; −1 if the edge has been removed.
-    mark : (V,) int64
-        Scratch: the last query of the link condition that visited a vertex.
-    queries : (1,) int64
-        Number of these queries.
-    deficit : (2,) float64
-        Six times the volume that the level lacks. Indexed by `DEFICIT_NOW`, `DEFICIT_LARGEST`.
-    """
-
-    position: FloatArray
-    vertex: IndexArray
-    opposite: IndexArray
+    position: FloatArray  # (V, 3), relative to the centre
+    vertex: IndexArray  # (3 F,) corner table: the vertex at a corner
+    opposite: IndexArray  # (3 F,) corner table: the corner across the facing edge
+    # (3 F,) the next corner around the same vertex, `swing` of every corner; stored because a walk
+    # around a vertex waits for each of its steps
     swung: IndexArray
-    corner_at: IndexArray
-    degree: IndexArray
-    edge_of: IndexArray
-    corner_facing: IndexArray
-    mark: LongArray
-    queries: LongArray
-    deficit: FloatArray
+    corner_at: IndexArray  # (V,) some corner at each vertex
+    degree: IndexArray  # (V,) number of edges at each vertex
+    edge_of: IndexArray  # (3 F,) the edge that a corner faces
+    corner_facing: IndexArray  # (E,) one of the two corners that face an edge; −1 if it is removed
+    mark: LongArray  # (V,) scratch: the last query of the link condition that visited a vertex
+    queries: LongArray  # (1,) number of these queries
+    deficit: FloatArray  # (2,) six times the volume that the level lacks, by `DEFICIT_…`
 
 
 @kernel
-def surface_of(positions: FloatArray, faces: IndexArray, opposite: IndexArray) -> Surface:
-    """Return a closed mesh with the connectivity that decimation needs.
-
-    Positions are relative to the centre. `opposite` has no −1.
-    """
+def surface_of(positions: FloatArray, faces: IndexArray, opposite: IndexArray) -> SurfaceMesh:
+    """Return a closed mesh (`opposite` has no −1) with the connectivity that decimation needs."""
     vertex = faces.copy().ravel()
     corner_at = np.empty(len(positions), np.int32)
     edge_of = np.empty(vertex.size, np.int32)
@@ -111,7 +60,7 @@ def surface_of(positions: FloatArray, faces: IndexArray, opposite: IndexArray) -
             edge_of[opposite[corner]] = edges
             corner_facing[edges] = corner
             edges += 1
-    return Surface(
+    return SurfaceMesh(
         positions.copy(),
         vertex,
         opposite.copy(),
@@ -127,22 +76,27 @@ def surface_of(positions: FloatArray, faces: IndexArray, opposite: IndexArray) -
 
 
 @leaf_kernel
-def edge_ends(surface: Surface, edge: int) -> tuple[int, int, int]:
+def edge_ends(surface: SurfaceMesh, edge: int) -> tuple[int, int, int]:
     """Return one of the two corners that face an edge, and the two ends of the edge."""
     corner = int(surface.corner_facing[edge])
     return corner, int(surface.vertex[following(corner)]), int(surface.vertex[preceding(corner)])
 
 
 @leaf_kernel
-def squared_length(surface: Surface, corner: int) -> float:
+def squared_length(surface: SurfaceMesh, corner: int) -> float:
     """Squared length of the edge that a corner faces."""
     one, two = surface.vertex[following(corner)], surface.vertex[preceding(corner)]
     along = minus(row(surface.position, one, 0), row(surface.position, two, 0))
     return dot(along, along)
 
 
+LARGEST_LINK = 64
+"""Longer links are not collapsed in sweeps, evaluated by samples, or moved: they take too long, and
+their edges would not be among the cheapest."""
+
+
 @leaf_kernel
-def link_condition_holds(surface: Surface, kept: int, dead: int) -> bool:
+def link_condition_holds(surface: SurfaceMesh, kept: int, dead: int) -> bool:
     """Whether the ends of an edge have exactly two common neighbours."""
     mark, vertex = surface.mark, surface.vertex
     surface.queries[0] += 1
@@ -160,7 +114,9 @@ def link_condition_holds(surface: Surface, kept: int, dead: int) -> bool:
 
 
 @leaf_kernel
-def _append_link(surface: Surface, centre: int, other: int, link: IndexArray, count: int) -> int:
+def _append_link(
+    surface: SurfaceMesh, centre: int, other: int, link: IndexArray, count: int
+) -> int:
     """Append the pairs of the faces around `centre` that do not contain `other`."""
     vertex, corner = surface.vertex, int(surface.corner_at[centre])
     for _ in range(surface.degree[centre]):
@@ -174,18 +130,18 @@ def _append_link(surface: Surface, centre: int, other: int, link: IndexArray, co
 
 
 @leaf_kernel
-def write_edge_link(surface: Surface, kept: int, dead: int, link: IndexArray) -> int:
+def write_edge_link(surface: SurfaceMesh, kept: int, dead: int, link: IndexArray) -> int:
     """Write the directed link of an edge, and return its number of pairs.
 
-    The link consists of the vertex pairs that form faces with the new vertex, in no particular
-    order. `link` needs room for the degrees of both ends.
+    The link is the vertex pairs that form faces with the new vertex, in no particular order. It
+    needs room for the degrees of both ends.
     """
     return _append_link(surface, dead, kept, link, _append_link(surface, kept, dead, link, 0))
 
 
 @leaf_kernel
-def write_vertex_link(surface: Surface, centre: int, link: IndexArray) -> int:
-    """Write the directed link of a vertex, in order around it. As `write_edge_link` otherwise."""
+def write_vertex_link(surface: SurfaceMesh, centre: int, link: IndexArray) -> int:
+    """Write the directed link of a vertex, in order around it; return its number of pairs."""
     return _append_link(surface, centre, -1, link, 0)
 
 
@@ -213,7 +169,7 @@ def volume_gradient(position: FloatArray, link: IndexArray, count: int) -> Vecto
 
 
 @leaf_kernel
-def star_volume(surface: Surface, kept: int, dead: int) -> float:
+def star_volume(surface: SurfaceMesh, kept: int, dead: int) -> float:
     """Six times the volume between the centre and the faces around an edge."""
     position, vertex = surface.position, surface.vertex
     total = 0.0
@@ -232,7 +188,7 @@ def star_volume(surface: Surface, kept: int, dead: int) -> float:
 
 @leaf_kernel
 def scale_to_preserve_volume(
-    surface: Surface, kept: int, dead: int, link: IndexArray, count: int, point: FloatArray
+    surface: SurfaceMesh, kept: int, dead: int, link: IndexArray, count: int, point: FloatArray
 ) -> bool:
     """Move a new vertex along its radius to the point where the collapse preserves the volume.
 
@@ -250,6 +206,10 @@ def scale_to_preserve_volume(
     for axis in range(3):
         point[axis] *= scale
     return True
+
+
+MAXIMUM_STEPS = 200
+"""Steps of the perceptron rule before the search for an inner direction ends."""
 
 
 @leaf_kernel

@@ -6,23 +6,26 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gamutcore.decimation.costs import cost_named
-from gamutcore.decimation.costs.deviation import change_at, query_edge, query_vertex
-from gamutcore.decimation.costs.memoryless_quadrics import constrained_optimum
-from gamutcore.decimation.costs.refinement import mismatch_error, refine_point
-from gamutcore.decimation.costs.sample_assignment import (
-    NO_FACE,
-    assign_samples,
-    reassign_samples,
-    thin_samples,
+from gamutcore.decimation.deviation import (
+    change_at,
+    mismatch_error,
+    query_edge,
+    query_vertex,
+    refine_point,
 )
-from gamutcore.decimation.costs.samples import (
+from gamutcore.decimation.deviation_samples import (
     LARGEST_SHARE,
+    NO_FACE,
     SAMPLES,
+    assign_samples,
     empty_deviation,
+    reassign_samples,
     sample_capacity,
     take_samples,
+    thin_samples,
 )
-from gamutcore.decimation.star import (
+from gamutcore.decimation.quadrics import constrained_optimum
+from gamutcore.decimation.surface_mesh import (
     keeps_star_shape,
     link_condition_holds,
     star_volume,
@@ -118,13 +121,13 @@ class TestTaking:
 
 
 @pytest.fixture(scope="module")
-def tracked(bumpy_mesh, stage_of):
-    """Return a function from a number of parts and a seed to a stage whose faces have samples."""
+def tracked(bumpy_mesh, state_of):
+    """Return a function from a number of parts and a seed to a state whose faces have samples."""
 
     def make(parts, seed, count=50):
-        stage = stage_of(FINEST, *bumpy_mesh(seed, count))
-        wanted = 1 if parts == 1 else parts * len(stage.faces)
-        return stage._replace(deviation=sampled(stage.surface, wanted))
+        state = state_of(FINEST, *bumpy_mesh(seed, count))
+        wanted = 1 if parts == 1 else parts * len(state.faces)
+        return state._replace(deviation=sampled(state.surface, wanted))
 
     return make
 
@@ -137,15 +140,15 @@ class TestAssignment:
     def test_samples_follow_random_collapses_and_moves(
         self, tracked, random_collapses, faces_left, assert_in_their_faces, parts, seed
     ):
-        stage = tracked(parts, seed)
-        deviation, surface = stage.deviation, stage.surface
+        state = tracked(parts, seed)
+        deviation, surface = state.deviation, state.surface
         _, faces = faces_left(surface)
         whole = six_volumes(surface.position, faces).sum()
         count = int(deviation.counts[SAMPLES])
         assert count == len(faces) if parts == 1 else count > 2 * len(faces)
         assert_in_their_faces(deviation, surface)
         assert deviation.error.sum() <= 1e-12 * whole
-        for kept in random_collapses(stage, seed, 25):
+        for kept in random_collapses(state, seed, 25):
             samples = assert_in_their_faces(deviation, surface)
             assert len(samples) == count
             # weights are shares of the volume of the reference
@@ -167,9 +170,9 @@ class TestAssignment:
         self, tracked, random_collapses, faces_left, samples_in, points_of, assert_in_their_faces,
         parts, seed, part,
     ):  # fmt: skip
-        stage = tracked(parts, seed, 100)
-        deviation, surface = stage.deviation, stage.surface
-        for _ in random_collapses(stage, 1, 60):
+        state = tracked(parts, seed, 100)
+        deviation, surface = state.deviation, state.surface
+        for _ in random_collapses(state, 1, 60):
             pass
         count = int(deviation.counts[SAMPLES])
         before = assert_in_their_faces(deviation, surface)
@@ -220,27 +223,27 @@ class TestAssignment:
 
     @pytest.mark.parametrize("parts", PARTS)
     def test_the_sum_of_the_errors_is_the_mismatch(
-        self, parts, icosphere, random_collapses, faces_left, stage_of
+        self, parts, icosphere, random_collapses, faces_left, state_of
     ):
         """Compared with exact boolean operations, on a sphere of 2562 vertices decimated to 300."""
         mesh = icosphere(4)
         positions = mesh.vertices.astype(np.float64)
-        stage = stage_of(FINEST, positions, mesh.faces)
+        state = state_of(FINEST, positions, mesh.faces)
         wanted = 1 if parts == 1 else parts * mesh.triangles
-        stage = stage._replace(deviation=sampled(stage.surface, wanted))
+        state = state._replace(deviation=sampled(state.surface, wanted))
         left, rounds = len(positions) - 300, 0
         while left > 0 and rounds < 20:
-            done = sum(1 for _ in random_collapses(stage, rounds, left))
+            done = sum(1 for _ in random_collapses(state, rounds, left))
             left, rounds = left - done, rounds + 1
-        _, faces = faces_left(stage.surface)
+        _, faces = faces_left(state.surface)
         assert len(faces) <= 2 * 320
         kept, renamed = np.unique(faces, return_inverse=True)
         level = TriangleMesh(
-            stage.surface.position[kept].astype(np.float32), renamed.reshape(-1, 3).astype(np.int32)
+            state.surface.position[kept].astype(np.float32), renamed.reshape(-1, 3).astype(np.int32)
         )
         exact = mismatch(mesh, level)
         assert exact > 0.02
-        summed = stage.deviation.error.sum() / 6 / mesh.volume
+        summed = state.deviation.error.sum() / 6 / mesh.volume
         assert summed == pytest.approx(exact, rel=0.05)
 
 
@@ -275,9 +278,9 @@ class TestChanges:
     def test_the_change_by_a_collapse_is_that_of_the_sum(
         self, tracked, random_collapses, total, faces_left, ends_of, seed
     ):
-        stage = tracked(1, seed)
-        deviation, surface = stage.deviation, stage.surface
-        for _ in random_collapses(stage, seed, 15):
+        state = tracked(1, seed)
+        deviation, surface = state.deviation, state.surface
+        for _ in random_collapses(state, seed, 15):
             pass
         _, faces = faces_left(surface)
         before = total(deviation, surface.position, faces)
@@ -307,9 +310,9 @@ class TestChanges:
     def test_the_change_by_a_move_is_that_of_the_sum(
         self, tracked, random_collapses, total, faces_left, seed
     ):
-        stage = tracked(1, seed)
-        deviation, surface = stage.deviation, stage.surface
-        for _ in random_collapses(stage, seed, 15):
+        state = tracked(1, seed)
+        deviation, surface = state.deviation, state.surface
+        for _ in random_collapses(state, seed, 15):
             pass
         _, faces = faces_left(surface)
         before = total(deviation, surface.position, faces)
@@ -329,19 +332,19 @@ class TestChanges:
 
     @pytest.mark.parametrize("keeps_volume", [False, True])
     def test_refined_positions_deviate_less_and_may_keep_the_volume(
-        self, bumpy_mesh, stage_of, ends_of, keeps_volume
+        self, bumpy_mesh, state_of, ends_of, keeps_volume
     ):
-        stage = stage_of(FINEST, *bumpy_mesh(3, 150))
-        surface, deviation = stage.surface, sampled(stage.surface, 8000)
+        state = state_of(FINEST, *bumpy_mesh(3, 150))
+        surface, deviation = state.surface, sampled(state.surface, 8000)
         least = 1e-6 * deviation.weight[: deviation.counts[SAMPLES]].sum()
         place, trial, ring = np.empty(3), np.empty(3), np.empty((200, 2), np.int32)
         moved = 0
         for corner in surface.corner_facing.tolist():
-            constrained_optimum(stage.quadrics, surface, corner, place)
+            constrained_optimum(state.quadrics, surface, corner, place)
             start = place.copy()
             before = mismatch_error(deviation, surface, corner, start)
             found = refine_point(
-                deviation, stage.quadrics, surface, corner, place, trial, keeps_volume
+                deviation, state.quadrics, surface, corner, place, trial, keeps_volume
             )
             assert found <= before
             # the length penalty is negligible

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linprog
 
-from gamutcore.decimation.star import (
+from gamutcore.decimation.surface_mesh import (
     DEFICIT_NOW,
     find_inner_direction,
     keeps_star_shape,
