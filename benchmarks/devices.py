@@ -27,9 +27,8 @@ from gamutcore.boundary import Boundary, modified_convex_hull
 from gamutcore.decimation import COSTS
 from gamutcore.errors import MeshError
 from gamutcore.history import History
+from gamutcore.levels import mismatch, radial_difference
 from gamutcore.mesh import TriangleMesh
-from gamutcore.metric import mismatch
-from gamutcore.metric.radial_overlay import radial_difference
 
 
 @dataclass(frozen=True)

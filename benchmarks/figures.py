@@ -42,10 +42,8 @@ from gamutcore.boundary.segment_maxima import segment_maxima
 from gamutcore.boundary.usv import usv
 from gamutcore.errors import BoundaryError, InvalidPointsError
 from gamutcore.history import history_bytes
+from gamutcore.levels import Bounds, LevelSearch, curve_counts, error_curve, mismatch
 from gamutcore.mesh import TriangleMesh
-from gamutcore.metric import mismatch
-from gamutcore.metric.error_curve import curve_counts, error_curve
-from gamutcore.metric.level_search import Bounds, LevelSearch
 from gamutcore.version import ALGORITHM_VERSION
 from gamutcore.warm import compile_kernels
 

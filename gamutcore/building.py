@@ -46,8 +46,8 @@ from gamutcore.colours.spaces.parameters import MEASURED
 from gamutcore.decimation import decimate
 from gamutcore.errors import FlatPointsError, OptionError
 from gamutcore.history import MINIMUM_TRIANGLES, build_history
+from gamutcore.levels import curve_counts, error_curve, round_up
 from gamutcore.limits import Limits, apply_limits
-from gamutcore.metric.error_curve import curve_counts, error_curve, round_up
 from gamutcore.options import Options
 from gamutcore.queries import (
     ChromaticityGamut,

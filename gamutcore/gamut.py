@@ -27,13 +27,13 @@ from gamutcore.errors import HistoryFileError, OptionError
 from gamutcore.export import mesh_file
 from gamutcore.export.provenance import mesh_provenance
 from gamutcore.export.viewer_page import HTML_SUFFIXES, viewer_page
+from gamutcore.gamut_levels import GamutLevels
 from gamutcore.history import History, history_bytes, history_from_bytes, history_metadata
 from gamutcore.level_mesh import LevelMesh
-from gamutcore.levels import GamutLevels
+from gamutcore.levels import Side, sided_level
 from gamutcore.limits import Limits
 from gamutcore.options import Options
 from gamutcore.progress import report_progress
-from gamutcore.sides import Side, sided_level
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -189,7 +189,7 @@ class Gamut(PointAnswers, MappingAnswers, DrawingAnswers, ComparisonAnswers):
             Largest number of triangles, as for `History.level`.
         side : {'both', 'inside', 'outside'}, optional
             `inside`: the level is contained in the full boundary. `outside`: it contains the full
-            boundary. See `gamutcore.sides`.
+            boundary. See `gamutcore.levels`.
 
         Returns
         -------

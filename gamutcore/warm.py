@@ -46,10 +46,17 @@ from gamutcore.kernels.installation import (
     is_compiled,
     mark_compiled,
 )
+from gamutcore.levels import (
+    Bounds,
+    LevelSearch,
+    SidedSearch,
+    curve_counts,
+    error_curve,
+    mismatch,
+    radial_difference,
+    voxel_mismatch,
+)
 from gamutcore.mesh import DeviceValues, TriangleMesh
-from gamutcore.metric import mismatch, radial_difference, voxel_mismatch
-from gamutcore.metric.error_curve import curve_counts, error_curve
-from gamutcore.metric.level_search import Bounds, LevelSearch
 from gamutcore.queries import (
     LevelIndex,
     build_index,
@@ -66,7 +73,6 @@ from gamutcore.queries import (
     signed_distance,
     slice_polygons,
 )
-from gamutcore.sides import SidedSearch
 
 __all__ = ["compile_kernels", "use_kernels"]
 

@@ -50,7 +50,7 @@ LONG_FILES = (
     "gamutcore/test_warm.py",
     "service/openapi/test_clients.py",
     "service/routes/test_jobs.py",
-    "gamutcore/metric/test_error_curve.py",
+    "gamutcore/levels/test_error_curve.py",
     "gamutcore/boundary/test_device_surface.py",
     "test_readme.py",
 )

@@ -15,15 +15,15 @@ from gamutcore.colour_rows import colour_rows
 from gamutcore.colours.spaces.cielab import xyz_to_lab
 from gamutcore.colours.spaces.conversion import ColourConversion
 from gamutcore.errors import OptionError
-from gamutcore.levels import GamutLevels
+from gamutcore.gamut_levels import GamutLevels
 from gamutcore.tables import frame_colours
 
 if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray, IndexArray
     from gamutcore.colour_rows import ColourRows, Colours
     from gamutcore.colours.spaces import ColourSpace
+    from gamutcore.gamut_levels import IndexedLevel
     from gamutcore.history import History
-    from gamutcore.levels import IndexedLevel
 
 __all__ = ["DEFAULT_EDGE_WIDTH", "DEFAULT_ERROR", "Answering"]
 

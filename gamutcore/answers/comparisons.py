@@ -15,7 +15,7 @@ from gamutcore.answers.results import GamutComparison, Intersection
 
 if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
-    from gamutcore.levels import IndexedLevel
+    from gamutcore.gamut_levels import IndexedLevel
     from gamutcore.queries import ChromaticityComparison, ChromaticityGamut
 
 __all__ = ["ComparisonAnswers"]

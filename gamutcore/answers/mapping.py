@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
     from gamutcore.colour_rows import Colours
     from gamutcore.export.picture_file import Depth
-    from gamutcore.levels import IndexedLevel
+    from gamutcore.gamut_levels import IndexedLevel
     from gamutcore.queries.mapping import Method
 
 __all__ = ["METHOD", "MappingAnswers"]

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from gamutcore.arrays import BooleanArray, FloatArray
     from gamutcore.colour_rows import Colours
-    from gamutcore.levels import IndexedLevel
+    from gamutcore.gamut_levels import IndexedLevel
 
 __all__ = ["METRIC", "TOLERANCE", "PointAnswers"]
 

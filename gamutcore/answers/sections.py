@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from gamutcore.arrays import FloatArray
-    from gamutcore.levels import IndexedLevel
+    from gamutcore.gamut_levels import IndexedLevel
 
 __all__ = ["SectionAnswers", "hue_angles"]
 

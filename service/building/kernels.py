@@ -30,7 +30,7 @@ logger = logging.getLogger(__name__)
 
 _READING = (
     *("gamutcore.colours.spaces", "gamutcore.corner_table", "gamutcore.history"),
-    *("gamutcore.metric", "gamutcore.sides"),
+    "gamutcore.levels",
 )
 """Kernels that read, search and write levels. Those of builds are loaded by the worker processes:
 without them this process is ready sooner and holds 3 MB less."""

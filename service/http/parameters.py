@@ -13,9 +13,9 @@ from fastapi import Query, Request
 from pydantic import BeforeValidator
 from pydantic_core import PydanticCustomError
 
+from gamutcore.levels import Side
 from gamutcore.option_types import near_match
 from gamutcore.references import REFERENCES
-from gamutcore.sides import Side
 from service.problems.problem import Problem, ProblemError
 
 __all__ = [

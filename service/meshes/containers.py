@@ -20,7 +20,7 @@ from service.problems.problem import MEDIA_TYPE, Problem
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from gamutcore.sides import Side
+    from gamutcore.levels import Side
     from service.meshes.encoding import EncodedMesh
 
 __all__ = ["CONTAINERS", "Asked", "Container", "Item", "MultipartContainer", "ZipContainer"]

@@ -14,8 +14,7 @@ from starlette.responses import Response
 from gamutcore.answers.drawing import PNG_KEYWORD
 from gamutcore.export import FORMATS, mesh_file
 from gamutcore.export.rendering import mesh_picture
-from gamutcore.metric.level_search import Bounds
-from gamutcore.sides import Side
+from gamutcore.levels import Bounds, Side
 from service.http.compression import IDENTITY, compress
 from service.http.conditional import IMMUTABLE, entity_tag, matches
 from service.http.file_names import content_disposition

@@ -13,7 +13,7 @@ import re
 from typing import TYPE_CHECKING
 
 from gamutcore.export import FORMATS
-from gamutcore.sides import SIDES, Side
+from gamutcore.levels import SIDES, Side
 from service.http.compression import preferred_coding
 from service.http.negotiation import preferred_media_type
 from service.http.parameters import DECIMAL_PATTERN

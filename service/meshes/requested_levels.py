@@ -13,8 +13,7 @@ from math import inf
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from gamutcore.history import MINIMUM_TRIANGLES
-from gamutcore.metric.level_search import Bounds, LevelSearch
-from gamutcore.sides import Side, SidedSearch
+from gamutcore.levels import Bounds, LevelSearch, Side, SidedSearch
 from service.caching.byte_bounded_cache import ByteBoundedCache
 from service.caching.single_flight import SingleFlight
 from service.library import Cost
@@ -24,8 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from gamutcore.export import MeshFormat
-    from gamutcore.metric.error_curve import LevelError
-    from gamutcore.metric.level_search import BoundedLevel
+    from gamutcore.levels import BoundedLevel, LevelError
     from service.library import Library, OpenGamut
     from service.storage.records import Record
 

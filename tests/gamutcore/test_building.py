@@ -23,7 +23,7 @@ from gamutcore.errors import (
     TooFewPointsError,
     UnrecognisedFormatError,
 )
-from gamutcore.metric import mismatch
+from gamutcore.levels import mismatch
 
 DIGEST = hashlib.sha256(b"data").hexdigest()
 

@@ -36,7 +36,7 @@ def write(level):
 BUILDS_AND_READING = """
 use_kernels("default")
 before = signatures()
-from gamutcore.metric.level_search import Bounds, LevelSearch
+from gamutcore.levels import Bounds, LevelSearch
 root, folder = Path(sys.argv[1]), Path(sys.argv[2])
 built = [
     Gamut((root / path).read_bytes(), surface_samples=2000).to_bytes()
@@ -54,7 +54,7 @@ OPTIONS = """
 use_kernels("default")
 use_kernels("optional")
 before = signatures()
-from gamutcore.metric import mismatch, voxel_mismatch
+from gamutcore.levels import mismatch, voxel_mismatch
 root = Path(sys.argv[1])
 press, lut, matrix = (
     (root / path).read_bytes()

@@ -23,8 +23,8 @@ from gamutcore.errors import (
     TooFewPointsError,
 )
 from gamutcore.grid import grid_step
+from gamutcore.levels import radial_difference
 from gamutcore.mesh import TriangleMesh
-from gamutcore.metric import radial_difference
 
 FACES = {"tetrahedron": 4, "octahedron": 8, "icosahedron": 20}
 

@@ -11,7 +11,7 @@ from gamutcore.colours import surface_colours
 from gamutcore.decimation import COSTS, decimate
 from gamutcore.decimation.costs import SWEPT_DOWN_TO
 from gamutcore.history import build_history
-from gamutcore.metric import mismatch
+from gamutcore.levels import mismatch
 
 CENTRE = (50.0, 0.0, 0.0)
 

@@ -12,8 +12,8 @@ from gamutcore.boundary import modified_convex_hull
 from gamutcore.decimation import COSTS, decimate
 from gamutcore.errors import FlatPointsError, GamutError, MeshError, OptionError
 from gamutcore.history import build_history
+from gamutcore.levels import mismatch
 from gamutcore.mesh import TriangleMesh
-from gamutcore.metric import mismatch
 
 
 def directions(random, count):

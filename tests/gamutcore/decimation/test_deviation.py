@@ -33,8 +33,8 @@ from gamutcore.decimation.surface_mesh import (
     write_edge_link,
     write_vertex_link,
 )
+from gamutcore.levels import mismatch
 from gamutcore.mesh import TriangleMesh
-from gamutcore.metric import mismatch
 
 pytestmark = pytest.mark.slow  # it compiles kernels that only tests use
 

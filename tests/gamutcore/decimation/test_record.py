@@ -13,8 +13,8 @@ from gamutcore.decimation.costs import Trials, cost_named
 from gamutcore.decimation.record import empty_record
 from gamutcore.errors import DecimationError
 from gamutcore.history import build_history
+from gamutcore.levels import mismatch
 from gamutcore.mesh import TriangleMesh
-from gamutcore.metric import mismatch
 
 CENTRE = (0.0, 0.0, 0.0)
 

@@ -11,7 +11,7 @@ from gamutcore import Gamut, Options
 from gamutcore.characterisation import characterisation
 from gamutcore.errors import CentreError, OptionError
 from gamutcore.export import FORMATS, mesh_file
-from gamutcore.metric import mismatch, radial_difference
+from gamutcore.levels import mismatch, radial_difference
 
 COLORD = Path("/usr/share/color/icc/colord")
 ARGYLL = Path("/usr/share/color/argyll/ref")

@@ -16,9 +16,8 @@ from gamutcore.history import (
     history_bytes,
     history_from_bytes,
 )
+from gamutcore.levels import curve_counts, error_curve, radial_difference
 from gamutcore.mesh import DeviceValues
-from gamutcore.metric import radial_difference
-from gamutcore.metric.error_curve import curve_counts, error_curve
 
 
 def digests(path):

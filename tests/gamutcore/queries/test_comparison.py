@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 
 import gamutcore
 from gamutcore.errors import MeshError, OptionError
+from gamutcore.levels import intersection_volume
 from gamutcore.mesh import TriangleMesh
-from gamutcore.metric import intersection_volume
 from gamutcore.queries import build_index, compare
 
 

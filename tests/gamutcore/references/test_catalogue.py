@@ -11,7 +11,7 @@ from gamutcore import Gamut
 from gamutcore.characterisation import characterisation
 from gamutcore.colours.spaces.cielab import ICC_D50, adaptation_to_d50, colour_science, white_of
 from gamutcore.errors import MalformedFileError, OptionError, ReferenceNameError
-from gamutcore.metric.mismatch import intersection_volume
+from gamutcore.levels import intersection_volume
 from gamutcore.references import (
     NOT_OFFERED,
     REFERENCES,

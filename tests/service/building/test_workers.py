@@ -301,7 +301,7 @@ from pathlib import Path
 from gamutcore.export import FORMATS, mesh_file
 from gamutcore import Gamut
 from gamutcore.kernels.decorators import KERNELS
-from gamutcore.metric.level_search import Bounds, LevelSearch
+from gamutcore.levels import Bounds, LevelSearch
 from service.building.kernels import Kernels
 
 async def prepare():

@@ -7,7 +7,7 @@ import threading
 import httpx
 import pytest
 
-from gamutcore.metric.level_search import LevelSearch
+from gamutcore.levels import LevelSearch
 from service.application import create_app
 from service.settings import Settings
 from service.storage.gamuts import GamutStore

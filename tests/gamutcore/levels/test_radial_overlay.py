@@ -6,10 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import ConvexHull
 
+from gamutcore.levels import intersection_volume, mismatch, radial_difference
+from gamutcore.levels.distances import SLACK
 from gamutcore.mesh import TriangleMesh
-from gamutcore.metric import intersection_volume, mismatch
-from gamutcore.metric.distance_bound import SLACK
-from gamutcore.metric.radial_overlay import radial_difference
 
 CENTRE = (50.0, 0.0, 0.0)
 

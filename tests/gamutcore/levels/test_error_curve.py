@@ -13,10 +13,15 @@ from gamutcore.boundary import modified_convex_hull
 from gamutcore.decimation import COSTS, decimate
 from gamutcore.errors import TriangleCountError
 from gamutcore.history import build_history
+from gamutcore.levels import (
+    Distances,
+    LevelError,
+    curve_counts,
+    error_curve,
+    mismatch,
+    radial_difference,
+)
 from gamutcore.mesh import TriangleMesh
-from gamutcore.metric import mismatch
-from gamutcore.metric.error_curve import LevelError, curve_counts, error_curve
-from gamutcore.metric.radial_overlay import Distances, radial_difference
 
 
 @pytest.fixture(scope="module", params=["volume", "finest", "quadric"])

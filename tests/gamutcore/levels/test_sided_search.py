@@ -11,10 +11,15 @@ from gamutcore import Gamut
 from gamutcore.boundary import modified_convex_hull
 from gamutcore.decimation import decimate
 from gamutcore.history import build_history
-from gamutcore.metric import radial_difference
-from gamutcore.metric.level_search import NO_ERROR, BoundedLevel, Bounds
-from gamutcore.sides import SidedSearch, sided_level
-from gamutcore.sides.sided_search import DENSE_UP_TO, sided_counts
+from gamutcore.levels import (
+    NO_ERROR,
+    BoundedLevel,
+    Bounds,
+    SidedSearch,
+    radial_difference,
+    sided_level,
+)
+from gamutcore.levels.sides import DENSE_UP_TO, sided_counts
 
 SIDES = ("inside", "outside")
 LIMITS = [Bounds(distance) for distance in np.geomspace(100.0, 0.05, 12)]

@@ -7,10 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from gamutcore.metric.distance_bound import (
+from gamutcore.levels.cones import make_surface
+from gamutcore.levels.distances import (
     SLACK,
     STACK,
-    make_surface,
     raise_bound,
     squared_distance,
 )

@@ -4,6 +4,11 @@ A limit of the distance selects the first of fixed triangle counts whose level i
 A limit of the mismatch first gives a least count, by bisection; the search begins there. Both
 depend on the history and the limit only. So looser limits never give more triangles, and no answer
 promises what a smaller answer promises as well. See ``docs/decisions/error-curve.md``.
+
+Evidence rejects most levels in about a microsecond, so that only few are compared as a whole. A
+vertex of the full boundary that is too far from every face of a level rejects the level. It also
+rejects the next finer level if it is too far from the faces that the split between them changes. A
+face of a level with a point too far from the full boundary rejects all levels with this face.
 """
 
 from __future__ import annotations
@@ -14,10 +19,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gamutcore.metric.cones import compute_cones, locate
-from gamutcore.metric.distance_bound import halving_limit, make_surface
-from gamutcore.metric.error_curve import round_up, surface_in_preorder
-from gamutcore.metric.overlay_distances import (
+from gamutcore.arrays import Float32Array, FloatArray, IndexArray
+from gamutcore.history import apply_splits, fine_columns
+from gamutcore.kernels import kernel
+from gamutcore.levels.cones import INDEX, Locations, Surface, compute_cones, locate, make_surface
+from gamutcore.levels.distances import (
     FROM_LOWER,
     FROM_POINT,
     FROM_UPPER,
@@ -25,16 +31,16 @@ from gamutcore.metric.overlay_distances import (
     TO_LOWER,
     TO_POINT,
     TO_UPPER,
+    halving_limit,
+    nearest_face,
     new_bounds,
+    squared_distance,
 )
-from gamutcore.metric.radial_overlay import compare_surfaces
-from gamutcore.metric.witnesses import Evidence, LevelWalk, find_evidence
+from gamutcore.levels.error_curve import round_up, surface_in_preorder
+from gamutcore.levels.overlay import compare_surfaces
 
 if TYPE_CHECKING:
     from gamutcore.history import History
-    from gamutcore.metric.distance_bound import Surface
-
-__all__ = ["NO_ERROR", "BoundedLevel", "Bounds", "LevelSearch", "error_bounds", "search_counts"]
 
 EVEN_UP_TO = 2048
 """All levels up to this triangle count are considered. The distance stays nearly constant over long
@@ -59,7 +65,7 @@ HALVINGS = 100_000.0
 wide as high take up to 53,000 (0.1 s); 600 times as wide, up to 130,000 (0.6 s)."""
 
 SIMILAR = 1.2
-"""Evidence comes first from a level of the curve whose bound is this many times the limit. Bounds
+"""_Evidence comes first from a level of the curve whose bound is this many times the limit. Bounds
 of the curve are 8 % too large on average."""
 
 KEPT = 256
@@ -112,21 +118,6 @@ class BoundedLevel(NamedTuple):
 
     triangles: int
     bounds: Bounds
-
-
-def search_counts(full: int) -> list[int]:
-    """Return the triangle counts that a search considers: even, ascending, below the full count."""
-    counts = list(range(4, min(EVEN_UP_TO + 1, full), 2))
-    return counts + [count for count in _spread_counts(full) if count > EVEN_UP_TO]
-
-
-def _spread_counts(full: int) -> list[int]:
-    """Return the counts of `search_counts` among which a mismatch is bisected."""
-    counts, count = set(), 4.0
-    while count < full:
-        counts.add(int(count) // 2 * 2)
-        count *= RATIO if count < FINE_UP_TO else SPARSE
-    return sorted(counts)
 
 
 class LevelSearch:
@@ -243,6 +234,21 @@ class LevelSearch:
         return triangles, bound
 
 
+def search_counts(full: int) -> list[int]:
+    """Return the triangle counts that a search considers: even, ascending, below the full count."""
+    counts = list(range(4, min(EVEN_UP_TO + 1, full), 2))
+    return counts + [count for count in _spread_counts(full) if count > EVEN_UP_TO]
+
+
+def _spread_counts(full: int) -> list[int]:
+    """Return the counts of `search_counts` among which a mismatch is bisected."""
+    counts, count = set(), 4.0
+    while count < full:
+        counts.add(int(count) // 2 * 2)
+        count *= RATIO if count < FINE_UP_TO else SPARSE
+    return sorted(counts)
+
+
 def error_bounds(history: History, counts: Iterable[int]) -> list[BoundedLevel]:
     """Return the errors of levels below the full boundary, each compared with it as a whole.
 
@@ -261,13 +267,13 @@ class _Comparison:
         self._order = np.arange(len(self._near), dtype=np.int32)
         self._centre = np.asarray(history.centre, np.float64)
 
-    def evidence(self, triangles: int, limit: float) -> Evidence | None:
+    def evidence(self, triangles: int, limit: float) -> _Evidence | None:
         """Return evidence from vertices that a level exceeds a limit of the distance."""
         level = self._surface(triangles)
         locations = locate(self._full.position, self._order, self._near, compute_cones(level))
         return find_evidence(self._full, level, locations, limit)
 
-    def bounds(self, triangles: int, limit: float) -> tuple[Bounds, Evidence]:
+    def bounds(self, triangles: int, limit: float) -> tuple[Bounds, _Evidence]:
         """Return the error of a level, and evidence if its distance exceeds a limit."""
         level = self._surface(triangles)
         found = new_bounds(halving_limit(self._full, HALVINGS), SLACK)
@@ -284,7 +290,7 @@ class _Comparison:
             beyond[int(found[TO_FACE])] = True
             faces = np.flatnonzero(beyond).astype(np.int32)
         distance = round_up(max(found[FROM_UPPER], found[TO_UPPER]))
-        return Bounds(distance, round_up(difference.mismatch)), Evidence(point, faces)
+        return Bounds(distance, round_up(difference.mismatch)), _Evidence(point, faces)
 
     def mismatch(self, triangles: int) -> float:
         """Return the mismatch of a level, without bounds of distances, which take half the time."""
@@ -311,7 +317,7 @@ def _first_within(
     `similar` has at most one level, whose distance is about the limit.
     """
     limit = limits.distance
-    walk = LevelWalk(comparison.history, np.array(counts, np.int32))
+    walk = _LevelWalk(comparison.history, np.array(counts, np.int32))
     for triangles in similar:
         ahead = comparison.evidence(triangles, limit)
         if ahead is not None:
@@ -329,3 +335,183 @@ def _first_within(
         if walk.index == index:
             walk.advance()
     return None
+
+
+class _Evidence(NamedTuple):
+    """_Evidence that rejects a level and some finer ones.
+
+    Attributes
+    ----------
+    points : (k, 3) float64
+        Points of the full boundary, relative to the centre. Each rejects the levels without a face
+        within the limit.
+    faces : (m,) int32
+        Faces of the level. Each rejects the levels that have the face.
+    """
+
+    points: FloatArray
+    faces: IndexArray
+
+
+def find_evidence(
+    full: Surface, level: Surface, locations: Locations, limit: float
+) -> _Evidence | None:
+    """Return evidence from the vertices of the full boundary, located in the cones of the level.
+
+    It has up to one point for each face of the level, and all faces with a point farther than
+    `limit` from the full boundary. None if no vertex is evidence.
+    """
+    points, faces = _find_evidence(full, level, locations, limit)
+    if len(points) == len(faces) == 0:
+        return None
+    return _Evidence(full.position[points], faces)
+
+
+@kernel
+def _find_evidence(
+    full: Surface, level: Surface, locations: Locations, limit: float
+) -> tuple[IndexArray, IndexArray]:
+    """Return vertices of the full boundary and faces of the level, as for `find_evidence`.
+
+    Each face examines only its furthest vertex along the ray.
+    """
+    faces = len(level.corner) // 3
+    furthest = np.full(faces, -1, np.int32)
+    for vertex in range(len(full.position)):
+        face = locations.face[INDEX(vertex)]
+        before = furthest[INDEX(face)]
+        if before < 0 or locations.along[INDEX(vertex)] > locations.along[INDEX(before)]:
+            furthest[INDEX(face)] = vertex
+    is_far, is_beyond = np.zeros(faces, np.uint8), np.zeros(faces, np.uint8)
+    for face in range(faces):
+        vertex = furthest[face]
+        if vertex < 0 or locations.along[vertex] <= limit:
+            continue
+        x, y, z = full.position[vertex, 0], full.position[vertex, 1], full.position[vertex, 2]
+        _, squared = nearest_face(x, y, z, level, face)
+        is_far[face] = np.sqrt(squared) > limit
+        if not is_far[face]:
+            t = 1.0 / (1.0 + locations.beyond[vertex])
+            start = full.fan[INDEX(full.fan_end[vertex] - 1)]
+            _, squared = nearest_face(t * x, t * y, t * z, full, start)
+            is_beyond[face] = np.sqrt(squared) > limit
+    return furthest[is_far != 0], np.nonzero(is_beyond)[0].astype(np.int32)
+
+
+class _LevelWalk:
+    """A walk through levels from coarse to fine, past those that evidence rejects.
+
+    `counts` (n,) are the ascending triangle counts of the levels.
+    """
+
+    def __init__(self, history: History, counts: IndexArray) -> None:
+        level = history.level(int(counts[0]))
+        vertices = int(counts[-1]) // 2 + 2
+        self._counts = counts
+        self._centre = np.asarray(history.centre, np.float64)
+        self._columns = fine_columns(history.splits)
+        self._positions = np.zeros((vertices, 3), np.float32)
+        self._positions[: len(level.vertices)] = level.vertices
+        corner = np.empty(6 * vertices - 12, np.int32)
+        corner[: 3 * level.triangles] = level.faces.ravel()
+        none = np.empty(0, np.int32)
+        self._surface = Surface(self._positions - self._centre, corner, none, none, np.empty(0))
+        self.index = 0
+
+    def skip(self, evidence: _Evidence, limit: float) -> None:
+        """Go to the first level, from the present one on, that evidence does not reject.
+
+        `index` becomes its index in `counts`, or their number if all are rejected. The evidence has
+        faces of the present level, and `limit` is the largest accepted distance.
+        """
+        self._walk(evidence, limit, stop=False)
+
+    def advance(self) -> None:
+        """Go to the next level."""
+        self._walk(_Evidence(np.empty((0, 3)), np.empty(0, np.int32)), 0.0, stop=True)
+
+    def _walk(self, evidence: _Evidence, limit: float, *, stop: bool) -> None:
+        self.index = _walk(
+            self._counts, self.index, self._positions, self._surface, self._centre,
+            *evidence, limit, stop, *self._columns,
+        )  # fmt: skip
+
+
+@kernel
+def _walk(  # noqa: C901, PLR0912  # one pass, so that nothing is copied
+    counts: IndexArray,
+    index: int,
+    positions: Float32Array,
+    level: Surface,
+    centre: FloatArray,
+    points: FloatArray,
+    faces: IndexArray,
+    limit: float,
+    stop: bool,
+    parent: IndexArray,
+    fine: Float32Array,
+    added: Float32Array,
+    split_faces: IndexArray,
+    moved_end: IndexArray,
+    moved: IndexArray,
+    shifted_end: IndexArray,
+    shifted: IndexArray,
+    shifted_fine: Float32Array,
+) -> int:
+    """Return the index of the first level that is not rejected; `level` becomes that level.
+
+    With `stop`, return the index of the next level.
+    """
+    position, corner = level.position, level.corner
+    kept = np.zeros(len(corner) // 3, np.uint8)
+    for face in faces:
+        kept[face] = 1
+    left = len(faces)
+    changed = np.zeros(len(position), np.uint8)
+    # the next point, and whether it is known to be too far from the present level
+    point, is_far = 0, False
+    while True:
+        present = counts[index]
+        if left == 0 and not stop:
+            while not is_far and point < len(points):
+                is_far = _is_far(points[point], level, present, limit)
+                point += 0 if is_far else 1
+            if not is_far:
+                return index
+        index += 1
+        if index == len(counts):
+            return index
+        start, end = present // 2 + 2, counts[index] // 2 + 2
+        apply_splits(
+            positions, corner, start, end, parent, fine, added, split_faces,
+            moved_end, moved, shifted_end, shifted, shifted_fine,
+        )  # fmt: skip
+        for split in range(start - 4, end - 4):
+            changed[parent[split]], changed[split + 4] = 1, 1
+            for entry in range(shifted_end[split - 1] if split > 0 else 0, shifted_end[split]):
+                changed[shifted[entry]] = 1
+        for vertex in range(end):
+            if changed[INDEX(vertex)] != 0:
+                for axis in range(3):
+                    position[vertex, axis] = np.float64(positions[vertex, axis]) - centre[axis]
+        for face in range(counts[index]):
+            at = INDEX(3 * face)
+            one, two, three = corner[at], corner[at + INDEX(1)], corner[at + INDEX(2)]
+            if changed[INDEX(one)] | changed[INDEX(two)] | changed[INDEX(three)]:
+                left -= kept[face]
+                kept[face] = 0
+                if is_far:
+                    x, y, z = points[point, 0], points[point, 1], points[point, 2]
+                    is_far = np.sqrt(squared_distance(x, y, z, level, face)) > limit
+        changed[:end] = 0
+        if stop:
+            return index
+
+
+@kernel
+def _is_far(point: FloatArray, level: Surface, faces: int, limit: float) -> bool:
+    """Whether a point is further than the limit from all of the first `faces` faces."""
+    for face in range(faces):
+        if np.sqrt(squared_distance(point[0], point[1], point[2], level, face)) <= limit:
+            return False
+    return True

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from gamutcore.boundary import modified_convex_hull
 from gamutcore.errors import MeshError
+from gamutcore.levels import mismatch, voxel_mismatch
 from gamutcore.mesh import TriangleMesh
-from gamutcore.metric import mismatch, voxel_mismatch
 
 
 def box(lowest, highest):

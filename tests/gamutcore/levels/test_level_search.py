@@ -11,16 +11,17 @@ from hypothesis import strategies as st
 from gamutcore.boundary import modified_convex_hull
 from gamutcore.decimation import COSTS, decimate
 from gamutcore.history import build_history
-from gamutcore.metric import mismatch
-from gamutcore.metric.error_curve import curve_counts, error_curve
-from gamutcore.metric.level_search import (
+from gamutcore.levels import (
     NO_ERROR,
     BoundedLevel,
     Bounds,
     LevelSearch,
+    curve_counts,
     error_bounds,
-    search_counts,
+    error_curve,
+    mismatch,
 )
+from gamutcore.levels.search import search_counts
 
 LIMITS = [*(Bounds(10.0**-power) for power in np.linspace(-1.5, 1.5, 19)), Bounds(1e-9)]
 LIMITS += [Bounds(inf, 10.0**-power) for power in np.linspace(0.3, 3.5, 19)]

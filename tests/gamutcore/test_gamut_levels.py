@@ -4,7 +4,7 @@ import threading
 
 import pytest
 
-from gamutcore.levels import GamutLevels
+from gamutcore.gamut_levels import GamutLevels
 
 
 @pytest.fixture

@@ -13,10 +13,9 @@ from math import inf
 from typing import TYPE_CHECKING, Any
 
 from gamutcore.errors import OptionError
-from gamutcore.metric.level_search import NO_ERROR, Bounds, LevelSearch, error_bounds
+from gamutcore.levels import NO_ERROR, SIDES, Bounds, LevelSearch, Side, SidedSearch, error_bounds
 from gamutcore.option_types import finite_number
 from gamutcore.queries import LevelIndex, build_index
-from gamutcore.sides import SIDES, Side, SidedSearch
 
 if TYPE_CHECKING:
     from gamutcore.history import History

@@ -1,11 +1,10 @@
 """Errors of the levels of a history against its full boundary, with certain bounds.
 
-All levels are star-shaped about one centre, so two levels are compared exactly by clipping one
-along the other (`gamutcore.metric.radial_overlay`). A coarse level is not compared with the full
-boundary but with a reference: a level about 16 times finer. The triangle inequality holds for
-volumes of symmetric differences and for distances, so the error of the reference is added. For
-volumes the addition is about a sixteenth; for distances it is the deviation of each face. The times
-of all comparisons form a geometric series.
+All levels are star-shaped about one centre, so two levels are compared exactly (module `overlay`).
+A coarse level is not compared with the full boundary but with a reference: a level about 16 times
+finer. The triangle inequality holds for volumes of symmetric differences and for distances, so the
+error of the reference is added. For volumes the addition is about a sixteenth; for distances it is
+the deviation of each face. The times of all comparisons form a geometric series.
 """
 
 from __future__ import annotations
@@ -17,18 +16,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gamutcore.kernels import kernel
-from gamutcore.metric.distance_bound import make_surface
-from gamutcore.metric.radial_overlay import Distances, compare_surfaces, enclosed_volume
+from gamutcore.levels.cones import make_surface
+from gamutcore.levels.overlay import Distances, compare_surfaces, enclosed_volume
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
     from gamutcore.arrays import Float32Array, FloatArray, IndexArray
     from gamutcore.history import History
+    from gamutcore.levels.cones import Surface
     from gamutcore.mesh import TriangleMesh
-    from gamutcore.metric.distance_bound import Surface
-
-__all__ = ["LevelError", "curve_counts", "error_curve", "round_up", "surface_in_preorder"]
 
 EVEN_UP_TO = 16
 """All levels up to this triangle count are in the curve."""
@@ -103,6 +100,19 @@ class LevelError:
         }
 
 
+def round_up(bound: float) -> float:
+    """Return a bound rounded up to `DIGITS` significant digits."""
+    return float(Context(DIGITS, ROUND_CEILING).create_decimal(Decimal(bound)))
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.{DIGITS}g}")
+
+
+def _described(distances: Distances) -> dict[str, float]:
+    return {"mean": _rounded(distances.mean), "maximum": round_up(distances.maximum)}
+
+
 def curve_counts(full: int) -> list[int]:
     """Return the triangle counts of the error curve: even, ascending, from 4 to the full count."""
     counts = {*range(4, min(EVEN_UP_TO, full) + 1, 2), full}
@@ -116,6 +126,10 @@ def curve_counts(full: int) -> list[int]:
         counts.add(_even(count))
         count /= ratio
     return sorted(counts)
+
+
+def _even(count: float) -> int:
+    return int(count) // 2 * 2
 
 
 def error_curve(
@@ -167,6 +181,20 @@ def error_curve(
     return [curve[count] for count in asked]
 
 
+def _reference(count: int, counts: list[int], full: int) -> int:
+    """Triangle count of the reference of a level."""
+    finest = max(other for other in counts if other < full)
+    finer = [other for other in counts if other >= FINER * count]
+    if finest >= FINER * count:
+        return min(finer)
+    return finest if finest >= FINER_AT_LEAST * count else full
+
+
+def _limit_mean(distances: Distances) -> Distances:
+    """Return distances with the estimated mean limited to the bound."""
+    return Distances(min(distances.mean, distances.maximum), distances.maximum)
+
+
 def surface_in_preorder(level: TriangleMesh, history: History) -> tuple[Surface, IndexArray]:
     """Return a level as a surface about the origin, with neighbours in space close in memory.
 
@@ -177,15 +205,6 @@ def surface_in_preorder(level: TriangleMesh, history: History) -> tuple[Surface,
         level.vertices, np.asarray(history.centre, np.float64), level.faces, history.splits.parent
     )
     return make_surface(position, corner), near
-
-
-def round_up(bound: float) -> float:
-    """Return a bound rounded up to `DIGITS` significant digits."""
-    return float(Context(DIGITS, ROUND_CEILING).create_decimal(Decimal(bound)))
-
-
-def _even(count: float) -> int:
-    return int(count) // 2 * 2
 
 
 @kernel
@@ -231,25 +250,3 @@ def _in_preorder(
                 corner[written] = rank[faces[face, side]]
                 written += 1
     return position, corner, near
-
-
-def _reference(count: int, counts: list[int], full: int) -> int:
-    """Triangle count of the reference of a level."""
-    finest = max(other for other in counts if other < full)
-    finer = [other for other in counts if other >= FINER * count]
-    if finest >= FINER * count:
-        return min(finer)
-    return finest if finest >= FINER_AT_LEAST * count else full
-
-
-def _limit_mean(distances: Distances) -> Distances:
-    """Return distances with the estimated mean limited to the bound."""
-    return Distances(min(distances.mean, distances.maximum), distances.maximum)
-
-
-def _described(distances: Distances) -> dict[str, float]:
-    return {"mean": _rounded(distances.mean), "maximum": round_up(distances.maximum)}
-
-
-def _rounded(value: float) -> float:
-    return float(f"{value:.{DIGITS}g}")

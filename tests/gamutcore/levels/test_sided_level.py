@@ -12,9 +12,8 @@ from gamutcore.boundary import modified_convex_hull
 from gamutcore.decimation import COSTS, decimate
 from gamutcore.errors import FlatPointsError, TriangleCountError
 from gamutcore.history import build_history
-from gamutcore.metric import intersection_volume, radial_difference
-from gamutcore.sides import sided_level
-from gamutcore.sides.sided_level import SidedLevels
+from gamutcore.levels import intersection_volume, radial_difference, sided_level
+from gamutcore.levels.sides import _SidedLevels
 
 
 def exact(meshes, centre):
@@ -172,7 +171,7 @@ def test_bodies_as_thin_as_the_step_of_float32_have_levels(far, thickness):
 
 def test_where_no_level_fits_the_error_names_the_remedy(monkeypatch, fogra39_gamut):
     tried = []
-    monkeypatch.setattr(SidedLevels, "_moved_level", lambda _self, count: tried.append(count))
+    monkeypatch.setattr(_SidedLevels, "_moved_level", lambda _self, count: tried.append(count))
     with pytest.raises(TriangleCountError, match="too thin") as caught:
         sided_level(fogra39_gamut.history, 1000, "inside")
     assert "both" in caught.value.remedy

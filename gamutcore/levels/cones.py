@@ -1,0 +1,505 @@
+"""Star-shaped surfaces, and the cones of their faces: location of points, and clipping of faces.
+
+All positions are relative to the centre. The cone of a face is the set of all rays from the centre
+through the face. The cones of a star-shaped surface fill space without a gap, so every point is in
+one of them. A walk from cone to adjacent cone finds it.
+
+A face of another surface is clipped into pieces by the cones. The part of a face outside one of the
+three planes of a cone passes to the neighbour across that plane. Every split writes the same
+corners to both sides, so the pieces always make up the whole face despite rounding.
+
+Data layout: a `Surface` has the corners of its faces in one array, and the faces at each vertex in
+another. `Cones` has a row for each face. `Clipping` is a stack of parts of one face. A corner
+(u, v) of a part is the point a + u U + v V of the face.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from gamutcore.arrays import FloatArray, IndexArray
+from gamutcore.corner_table import opposite_corners, vertex_fans
+from gamutcore.errors import MeshError
+from gamutcore.kernels import inlined_kernel, kernel, leaf_kernel
+from gamutcore.star_shape import faces_not_seeing_centre
+
+if TYPE_CHECKING:
+    from gamutcore.mesh import TriangleMesh
+
+INDEX = np.uint64
+"""Type of indices in inner loops. Unsigned indices need no test for negative numbers, so that loops
+can be vectorised."""
+
+ROUNDING = 1e-15
+"""A determinant of three points counts as zero up to this part of the product of their lengths. Its
+rounding error is a few times 2⁻⁵³ of the product."""
+
+MOVES = 1000
+"""Steps of a walk before all cones are tried. A walk can go in circles if the triangulation is not
+Delaunay. Walks from a face nearby are shorter than this on the largest surfaces."""
+
+PARTS = 48
+"""Most parts of a face on the stack."""
+
+CORNERS = 24
+"""Most corners of a part."""
+
+ROW = 2 * CORNERS
+"""Numbers per part."""
+
+TRY_ALL = 2**30
+"""Number of moves that marks a part for trying the cones of all faces in turn."""
+
+
+class Surface(NamedTuple):
+    """A closed triangle mesh about the origin, with the faces at each vertex.
+
+    Attributes
+    ----------
+    position : (V, 3) float64
+    corner : (3 F,) int32
+        Vertices at the corners of all faces.
+    fan_end : (V,) int32
+        End of each vertex's part of `fan`; the part begins at the end of the part before.
+    fan : (3 F,) int32
+        The faces at each vertex.
+    deviation : (F,) float64
+        Upper bound of the distance from any point of the face to the reference surface. Each point
+        of the reference surface is within this distance of some face, too.
+    """
+
+    position: FloatArray
+    corner: IndexArray
+    fan_end: IndexArray
+    fan: IndexArray
+    deviation: FloatArray
+
+
+def make_surface(position: FloatArray, corner: IndexArray) -> Surface:
+    """Return a surface that is its own reference: without deviation."""
+    fan_end, fan = vertex_fans(corner, len(position))
+    return Surface(position, corner, fan_end, fan, np.zeros(len(corner) // 3))
+
+
+def star_shaped_surface(mesh: TriangleMesh, centre: FloatArray) -> Surface:
+    """Return a mesh as a surface about a centre; MeshError if it is not star-shaped about it."""
+    position = np.ascontiguousarray(mesh.vertices.astype(np.float64) - centre)
+    corner = np.ascontiguousarray(mesh.faces, np.int32).ravel()
+    hidden = faces_not_seeing_centre(position, corner.reshape(-1, 3))
+    used = len(np.unique(corner))
+    if len(hidden) or not used == len(position) == len(mesh.faces) // 2 + 2:
+        raise MeshError(
+            f"a mesh of {used} used vertices and {mesh.triangles} faces is not star-shaped: of"
+            f" these {len(hidden)} do not see the centre from inside",
+            remedy="Give closed meshes of genus 0 without other vertices, and a centre in their "
+            "kernels.",
+        )
+    return make_surface(position, corner)
+
+
+@kernel
+def breadth_first(surface: Surface) -> tuple[IndexArray, IndexArray]:
+    """Vertices in breadth-first order, and the predecessor of each vertex."""
+    count = len(surface.position)
+    order, near = np.zeros(count, np.int32), np.full(count, -1, np.int32)
+    near[0] = 0
+    filled = 1
+    for index in range(count):
+        vertex = order[index]
+        for entry in range(
+            surface.fan_end[vertex - 1] if vertex > 0 else 0, surface.fan_end[vertex]
+        ):
+            for place in range(3):
+                beside = surface.corner[3 * surface.fan[entry] + place]
+                if near[beside] < 0:
+                    near[beside] = vertex
+                    order[filled] = beside
+                    filled += 1
+    return order, near
+
+
+class Cones(NamedTuple):
+    """The cones of the faces of a star-shaped surface.
+
+    Attributes
+    ----------
+    neighbour : (F, 3) int32
+        The face across the edge opposite to each corner.
+    planes : (F, 9) float64
+        For each corner, the vector product of the two other corners. It is normal to the plane
+        through the centre and the opposite edge, and points into the cone.
+    normal : (F, 3) float64
+        The vector N with N · p = 1 on the face.
+    slope : (F,) float64
+        Length of N: 1 ÷ distance of the plane of the face from the centre.
+    rounding : (F,) float64
+        Products of the planes with unit vectors count as zero up to this value.
+    """
+
+    neighbour: IndexArray
+    planes: FloatArray
+    normal: FloatArray
+    slope: FloatArray
+    rounding: FloatArray
+
+
+def compute_cones(surface: Surface) -> Cones:
+    """Return the cones of a closed, oriented surface that is star-shaped about the origin."""
+    opposite = opposite_corners(surface.corner.reshape(-1, 3), len(surface.position))
+    return Cones(opposite.reshape(-1, 3) // 3, *_cones(surface.position, surface.corner))
+
+
+@kernel
+def _cones(
+    position: FloatArray, corner: IndexArray
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    faces = len(corner) // 3
+    planes, normal = np.empty((faces, 9)), np.empty((faces, 3))
+    slope, rounding = np.empty(faces), np.empty(faces)
+    for face in range(faces):
+        one, two, three = corner[3 * face], corner[3 * face + 1], corner[3 * face + 2]
+        ax, ay, az = position[one, 0], position[one, 1], position[one, 2]
+        bx, by, bz = position[two, 0], position[two, 1], position[two, 2]
+        cx, cy, cz = position[three, 0], position[three, 1], position[three, 2]
+        planes[face, 0] = by * cz - bz * cy
+        planes[face, 1] = bz * cx - bx * cz
+        planes[face, 2] = bx * cy - by * cx
+        planes[face, 3] = cy * az - cz * ay
+        planes[face, 4] = cz * ax - cx * az
+        planes[face, 5] = cx * ay - cy * ax
+        planes[face, 6] = ay * bz - az * by
+        planes[face, 7] = az * bx - ax * bz
+        planes[face, 8] = ax * by - ay * bx
+        rounding[face] = ROUNDING * max(
+            ax * ax + ay * ay + az * az, bx * bx + by * by + bz * bz, cx * cx + cy * cy + cz * cz
+        )
+        # from the edges: a sum of the three planes would lose digits
+        bx, by, bz, cx, cy, cz = bx - ax, by - ay, bz - az, cx - ax, cy - ay, cz - az
+        x, y, z = by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx
+        height = ax * x + ay * y + az * z
+        normal[face, 0], normal[face, 1], normal[face, 2] = x / height, y / height, z / height
+        slope[face] = np.sqrt(x * x + y * y + z * z) / height
+    return planes, normal, slope, rounding
+
+
+class Locations(NamedTuple):
+    """Locations of points relative to a star-shaped surface.
+
+    Attributes
+    ----------
+    face : (n,) int32
+        The face whose cone has the point.
+    beyond : (n,) float64
+        N · p − 1: distance of the point from the centre ÷ that of the face on the same ray, − 1.
+    along : (n,) float64
+        Distance from the face along the ray.
+    """
+
+    face: IndexArray
+    beyond: FloatArray
+    along: FloatArray
+
+
+@kernel
+def locate(
+    position: FloatArray, order: IndexArray, near: IndexArray, cones: Cones, moves: int = MOVES
+) -> Locations:
+    """Locate points (n, 3), of which none is the origin, in the cones of a surface.
+
+    They are located in the given order. A walk starts from the location of `near`, a close point
+    earlier in the order; it is unused for the first point. All cones are tried after `moves` steps.
+    """
+    count = len(position)
+    face, beyond, along = np.empty(count, np.int32), np.empty(count), np.empty(count)
+    for index in range(count):
+        point = order[INDEX(index)]
+        x, y, z = position[INDEX(point), 0], position[INDEX(point), 1], position[INDEX(point), 2]
+        radius = np.sqrt(x * x + y * y + z * z)
+        start = face[INDEX(near[INDEX(point)])] if index > 0 else 0
+        found = _walk(x, y, z, radius, start, cones, moves)
+        ratio = (
+            cones.normal[INDEX(found), 0] * x
+            + cones.normal[INDEX(found), 1] * y
+            + cones.normal[INDEX(found), 2] * z
+        )
+        face[INDEX(point)], beyond[INDEX(point)] = found, ratio - 1.0
+        along[INDEX(point)] = abs(1.0 - 1.0 / ratio) * radius
+    return Locations(face, beyond, along)
+
+
+@inlined_kernel
+def _walk(x: float, y: float, z: float, radius: float, face: int, cones: Cones, moves: int) -> int:
+    """Walk to the face whose cone has a point, across the plane the point is furthest behind."""
+    planes = cones.planes
+    for _ in range(moves):
+        one = planes[INDEX(face), 0] * x + planes[INDEX(face), 1] * y + planes[INDEX(face), 2] * z
+        two = planes[INDEX(face), 3] * x + planes[INDEX(face), 4] * y + planes[INDEX(face), 5] * z
+        three = planes[INDEX(face), 6] * x + planes[INDEX(face), 7] * y + planes[INDEX(face), 8] * z
+        through, least = 0, one
+        if two < least:
+            through, least = 1, two
+        if three < least:
+            through, least = 2, three
+        if least >= -cones.rounding[INDEX(face)] * radius:
+            return face
+        face = cones.neighbour[INDEX(face), through]
+    chosen, best = face, -np.inf
+    for face in range(len(planes)):
+        one = planes[INDEX(face), 0] * x + planes[INDEX(face), 1] * y + planes[INDEX(face), 2] * z
+        two = planes[INDEX(face), 3] * x + planes[INDEX(face), 4] * y + planes[INDEX(face), 5] * z
+        three = planes[INDEX(face), 6] * x + planes[INDEX(face), 7] * y + planes[INDEX(face), 8] * z
+        least = min(one, two, three) / (abs(one) + abs(two) + abs(three))
+        if least > best:
+            chosen, best = face, least
+    return chosen
+
+
+@inlined_kernel
+def find_crossing(
+    position: FloatArray, one: int, two: int, three: int, face: int, beyond: int, cones: Cones
+) -> tuple[bool, float, float]:
+    """Find where a triangle with two corners in a cone leaves the cone through a single plane.
+
+    The first result states whether the cones of `face` and `beyond` hold the whole triangle. The
+    others are the parts in the cone of `face` of the edges from the second and the first to the
+    third corner.
+    """
+    side = -1
+    for candidate in range(3):
+        if cones.neighbour[INDEX(face), candidate] == beyond:
+            side = candidate
+    if side < 0:
+        return False, 0.0, 0.0
+    planes = cones.planes
+    start_one = _plane_product(planes, face, side, position, one)
+    start_two = _plane_product(planes, face, side, position, two)
+    end = _plane_product(planes, face, side, position, three)
+    if not (start_one > 0.0 and start_two > 0.0 and end < 0.0):
+        return False, 0.0, 0.0
+    from_one, from_two = start_one / (start_one - end), start_two / (start_two - end)
+    for turn in range(1, 3):
+        other = (side + turn) % 3
+        start_one = _plane_product(planes, face, other, position, one)
+        start_two = _plane_product(planes, face, other, position, two)
+        end = _plane_product(planes, face, other, position, three)
+        if (
+            start_one + from_one * (end - start_one) < 0.0
+            or start_two + from_two * (end - start_two) < 0.0
+        ):
+            return False, 0.0, 0.0
+    return True, from_two, from_one
+
+
+@inlined_kernel
+def _plane_product(
+    planes: FloatArray, face: int, side: int, position: FloatArray, vertex: int
+) -> float:
+    """Product of a vertex with a plane of a cone, positive on the side of the cone."""
+    product: float = (
+        planes[INDEX(face), INDEX(3 * side)] * position[INDEX(vertex), 0]
+        + planes[INDEX(face), INDEX(3 * side + 1)] * position[INDEX(vertex), 1]
+        + planes[INDEX(face), INDEX(3 * side + 2)] * position[INDEX(vertex), 2]
+    )
+    return product
+
+
+class Clipping(NamedTuple):
+    """Work space for one face at a time.
+
+    Attributes
+    ----------
+    frame : (9,) float64
+        a, U and V of the face.
+    source : (`ROW`,) float64
+        u and v of the corners of the part to split; the first corner is repeated at the end.
+    part : (rows × `ROW`,) float64
+        Stack of parts: u and v of their corners. The current part is above the top.
+    corners, face, came, moves : (rows,) int32
+        For each part: number of corners; the next face whose cone clips the part; the face before,
+        or −1; number of times the whole part passed on.
+    value : (corners,) float64
+        Products of the corners with a plane.
+    piece : (corners, 3) float64
+        u, v and N · p − 1 of the corners of the last piece.
+    triangle : (3, 4) float64
+        For the caller: positions and N · p − 1 of three corners.
+    """
+
+    frame: FloatArray
+    source: FloatArray
+    part: FloatArray
+    corners: IndexArray
+    face: IndexArray
+    came: IndexArray
+    moves: IndexArray
+    value: FloatArray
+    piece: FloatArray
+    triangle: FloatArray
+
+
+def clipping_workspace() -> Clipping:
+    """Return work space for one face at a time."""
+    rows = PARTS + 4
+    return Clipping(
+        frame=np.empty(9),
+        source=np.empty(ROW),
+        part=np.empty(rows * ROW),
+        corners=np.empty(rows, np.int32),
+        face=np.empty(rows, np.int32),
+        came=np.empty(rows, np.int32),
+        moves=np.empty(rows, np.int32),
+        value=np.empty(CORNERS),
+        piece=np.empty((CORNERS, 3)),
+        triangle=np.empty((3, 4)),
+    )
+
+
+@inlined_kernel
+def push_face(
+    work: Clipping, position: FloatArray, one: int, two: int, three: int, face: int
+) -> int:
+    """Push a face that starts in the cone of `face`; return the height of the stack."""
+    frame, part = work.frame, work.part
+    for axis in range(3):
+        frame[axis] = position[INDEX(one), axis]
+        frame[3 + axis] = position[INDEX(two), axis] - position[INDEX(one), axis]
+        frame[6 + axis] = position[INDEX(three), axis] - position[INDEX(one), axis]
+    part[0], part[1] = 0.0, 0.0
+    part[2], part[3] = 1.0, 0.0
+    part[4], part[5] = 0.0, 1.0
+    work.corners[0], work.face[0], work.came[0], work.moves[0] = 3, face, -1, 0
+    return 1
+
+
+@inlined_kernel
+def pop_piece(  # noqa: C901, PLR0912  # the time is in these branches
+    work: Clipping, top: int, cones: Cones, reach: float, moves: int
+) -> tuple[int, int, int]:
+    """Pop the next piece; return the face of its cone, its corners' number, and the stack's height.
+
+    The face is −1 after the last piece. No corner of the clipped face may be farther from the
+    origin than `reach`. A number of `moves` below `MOVES` tries all cones earlier.
+    """
+    part, value, frame, planes = work.part, work.value, work.frame, cones.planes
+    source, neighbour = work.source, cones.neighbour
+    while top > 0:
+        base = top - 1
+        face, count, moved = (
+            work.face[INDEX(base)],
+            work.corners[INDEX(base)],
+            work.moves[INDEX(base)],
+        )
+        if count > CORNERS - 4:
+            # two parts are equivalent to one with too many corners
+            half = count // 2
+            _copy(part, base, half, count, top, 1)
+            _copy(part, base, 0, 1, top, 0)
+            work.corners[base], work.corners[top] = half + 1, count - half + 1
+            work.face[top], work.came[top], work.moves[top] = face, work.came[base], moved
+            top += 1
+            continue
+        if moved != TRY_ALL and (moved > moves or top >= PARTS):
+            face, moved = 0, TRY_ALL
+        exhaustive = moved == TRY_ALL
+        row, came = base, work.came[INDEX(base)]
+        if exhaustive:
+            came = -1
+            # the part stays on the stack until all cones are tried
+            if face == len(planes):
+                top = base
+                continue
+            work.face[base], work.moves[base] = face + 1, moved
+            row = top
+            _copy(part, base, 0, count, row, 0)
+        tolerance = cones.rounding[INDEX(face)] * reach
+        for side in range(3):
+            # this plane has clipped the part on its other side
+            if neighbour[INDEX(face), side] == came:
+                continue
+            x = planes[INDEX(face), 3 * side]
+            y = planes[INDEX(face), 3 * side + 1]
+            z = planes[INDEX(face), 3 * side + 2]
+            constant = x * frame[0] + y * frame[1] + z * frame[2]
+            along_u = x * frame[3] + y * frame[4] + z * frame[5]
+            along_v = x * frame[6] + y * frame[7] + z * frame[8]
+            lowest, highest = np.inf, -np.inf
+            start = ROW * row
+            for index in range(count):
+                u, v = part[INDEX(start + 2 * index)], part[INDEX(start + 2 * index + 1)]
+                height = constant + along_u * u + along_v * v
+                lowest = min(lowest, height)
+                highest = max(highest, height)
+                value[INDEX(index)] = height if abs(height) > tolerance else 0.0
+                source[INDEX(2 * index)], source[INDEX(2 * index + 1)] = u, v
+            if lowest < -tolerance:
+                work.face[INDEX(row)] = neighbour[INDEX(face), side]
+                work.came[INDEX(row)], work.moves[INDEX(row)] = face, moved + 1
+                if highest <= tolerance:
+                    work.corners[INDEX(row)] = count
+                    count = 0
+                    row += 1
+                    break
+                count, work.corners[INDEX(row)] = _split(part, source, value, row, count)
+                row += 1
+        top = base + 1 if exhaustive else row
+        if count >= 3:
+            for waiting in range(base, top):
+                if not exhaustive:
+                    work.moves[INDEX(waiting)] = 0
+            normal, piece = cones.normal, work.piece
+            x, y, z = normal[INDEX(face), 0], normal[INDEX(face), 1], normal[INDEX(face), 2]
+            constant = x * frame[0] + y * frame[1] + z * frame[2] - 1.0
+            along_u = x * frame[3] + y * frame[4] + z * frame[5]
+            along_v = x * frame[6] + y * frame[7] + z * frame[8]
+            start = ROW * row
+            for index in range(count):
+                u, v = part[INDEX(start + 2 * index)], part[INDEX(start + 2 * index + 1)]
+                piece[INDEX(index), 0], piece[INDEX(index), 1] = u, v
+                piece[INDEX(index), 2] = constant + along_u * u + along_v * v
+            return face, count, top
+    return -1, 0, 0
+
+
+@inlined_kernel
+def _split(
+    part: FloatArray, source: FloatArray, value: FloatArray, row: int, count: int
+) -> tuple[int, int]:
+    """Split a part by the signs of its values; return the number of corners of both parts.
+
+    The outside stays, and the inside goes to row + 1. Every corner is written without a branch; the
+    next corner overwrites a corner on the wrong side.
+    """
+    outside, inside = ROW * row, ROW * (row + 1)
+    first_inside, first_outside = inside, outside
+    u, v, here = source[0], source[1], value[0]
+    source[INDEX(2 * count)], source[INDEX(2 * count + 1)], value[INDEX(count)] = u, v, here
+    for index in range(1, count + 1):
+        next_u, next_v, there = (
+            source[INDEX(2 * index)],
+            source[INDEX(2 * index + 1)],
+            value[INDEX(index)],
+        )
+        part[INDEX(inside)], part[INDEX(inside + 1)] = u, v
+        inside += 2 if here >= 0.0 else 0
+        part[INDEX(outside)], part[INDEX(outside + 1)] = u, v
+        outside += 2 if here <= 0.0 else 0
+        share = here / (here - there)
+        u += share * (next_u - u)
+        v += share * (next_v - v)
+        part[INDEX(inside)], part[INDEX(inside + 1)] = u, v
+        part[INDEX(outside)], part[INDEX(outside + 1)] = u, v
+        crossed = 2 if ((here > 0.0) & (there < 0.0)) | ((here < 0.0) & (there > 0.0)) else 0
+        inside += crossed
+        outside += crossed
+        u, v, here = next_u, next_v, there
+    return (inside - first_inside) // 2, (outside - first_outside) // 2
+
+
+@leaf_kernel
+def _copy(part: FloatArray, source: int, first: int, last: int, target: int, start: int) -> None:
+    for number in range(2 * (last - first)):
+        part[INDEX(ROW * target + 2 * start + number)] = part[
+            INDEX(ROW * source + 2 * first + number)
+        ]
