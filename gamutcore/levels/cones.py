@@ -54,26 +54,14 @@ TRY_ALL = 2**30
 
 
 class Surface(NamedTuple):
-    """A closed triangle mesh about the origin, with the faces at each vertex.
+    """A closed triangle mesh about the origin, with the faces at each vertex."""
 
-    Attributes
-    ----------
-    position : (V, 3) float64
-    corner : (3 F,) int32
-        Vertices at the corners of all faces.
-    fan_end : (V,) int32
-        End of each vertex's part of `fan`; the part begins at the end of the part before.
-    fan : (3 F,) int32
-        The faces at each vertex.
-    deviation : (F,) float64
-        Upper bound of the distance from any point of the face to the reference surface. Each point
-        of the reference surface is within this distance of some face, too.
-    """
-
-    position: FloatArray
-    corner: IndexArray
-    fan_end: IndexArray
-    fan: IndexArray
+    position: FloatArray  # (V, 3)
+    corner: IndexArray  # (3 F,) vertices at the corners of all faces
+    fan_end: IndexArray  # (V,) end of each vertex's part of `fan`; it begins where the last ends
+    fan: IndexArray  # (3 F,) the faces at each vertex
+    # (F,) upper bound of the distance from any point of the face to the reference surface; each
+    # point of the reference surface is within this distance of some face, too
     deviation: FloatArray
 
 
@@ -121,28 +109,15 @@ def breadth_first(surface: Surface) -> tuple[IndexArray, IndexArray]:
 
 
 class Cones(NamedTuple):
-    """The cones of the faces of a star-shaped surface.
+    """The cones of the faces of a star-shaped surface."""
 
-    Attributes
-    ----------
-    neighbour : (F, 3) int32
-        The face across the edge opposite to each corner.
-    planes : (F, 9) float64
-        For each corner, the vector product of the two other corners. It is normal to the plane
-        through the centre and the opposite edge, and points into the cone.
-    normal : (F, 3) float64
-        The vector N with N · p = 1 on the face.
-    slope : (F,) float64
-        Length of N: 1 ÷ distance of the plane of the face from the centre.
-    rounding : (F,) float64
-        Products of the planes with unit vectors count as zero up to this value.
-    """
-
-    neighbour: IndexArray
+    neighbour: IndexArray  # (F, 3) the face across the edge opposite to each corner
+    # (F, 9) for each corner, the vector product of the two other corners: normal to the plane
+    # through the centre and the opposite edge, into the cone
     planes: FloatArray
-    normal: FloatArray
-    slope: FloatArray
-    rounding: FloatArray
+    normal: FloatArray  # (F, 3) the vector N with N · p = 1 on the face
+    slope: FloatArray  # (F,) length of N: 1 ÷ distance of the plane of the face from the centre
+    rounding: FloatArray  # (F,) products of the planes with unit vectors are zero up to this value
 
 
 def compute_cones(surface: Surface) -> Cones:
@@ -185,21 +160,11 @@ def _cones(
 
 
 class Locations(NamedTuple):
-    """Locations of points relative to a star-shaped surface.
+    """Locations of points relative to a star-shaped surface."""
 
-    Attributes
-    ----------
-    face : (n,) int32
-        The face whose cone has the point.
-    beyond : (n,) float64
-        N · p − 1: distance of the point from the centre ÷ that of the face on the same ray, − 1.
-    along : (n,) float64
-        Distance from the face along the ray.
-    """
-
-    face: IndexArray
-    beyond: FloatArray
-    along: FloatArray
+    face: IndexArray  # (n,) the face whose cone has the point
+    beyond: FloatArray  # (n,) N · p − 1: distance from the centre ÷ that of the face, − 1
+    along: FloatArray  # (n,) distance from the face along the ray
 
 
 @kernel
@@ -306,37 +271,18 @@ def _plane_product(
 
 
 class Clipping(NamedTuple):
-    """Work space for one face at a time.
+    """Work space for one face at a time."""
 
-    Attributes
-    ----------
-    frame : (9,) float64
-        a, U and V of the face.
-    source : (`ROW`,) float64
-        u and v of the corners of the part to split; the first corner is repeated at the end.
-    part : (rows × `ROW`,) float64
-        Stack of parts: u and v of their corners. The current part is above the top.
-    corners, face, came, moves : (rows,) int32
-        For each part: number of corners; the next face whose cone clips the part; the face before,
-        or −1; number of times the whole part passed on.
-    value : (corners,) float64
-        Products of the corners with a plane.
-    piece : (corners, 3) float64
-        u, v and N · p − 1 of the corners of the last piece.
-    triangle : (3, 4) float64
-        For the caller: positions and N · p − 1 of three corners.
-    """
-
-    frame: FloatArray
-    source: FloatArray
-    part: FloatArray
-    corners: IndexArray
-    face: IndexArray
-    came: IndexArray
-    moves: IndexArray
-    value: FloatArray
-    piece: FloatArray
-    triangle: FloatArray
+    frame: FloatArray  # (9,) a, U and V of the face
+    source: FloatArray  # (`ROW`,) corners of the part to split; the first is repeated at the end
+    part: FloatArray  # (rows × `ROW`,) stack of parts: u and v of their corners
+    corners: IndexArray  # (rows,) number of corners of each part
+    face: IndexArray  # (rows,) the next face whose cone clips the part
+    came: IndexArray  # (rows,) the face before, or −1
+    moves: IndexArray  # (rows,) number of times the whole part passed on
+    value: FloatArray  # (`CORNERS`,) products of the corners with a plane
+    piece: FloatArray  # (`CORNERS`, 3) u, v and N · p − 1 of the corners of the last piece
+    triangle: FloatArray  # (3, 4) for the caller: positions and N · p − 1 of three corners
 
 
 def clipping_workspace() -> Clipping:

@@ -169,12 +169,13 @@ def compare_surfaces(
         bounds = new_bounds(halving_limit(reference), SLACK)
     deviation, sums = np.zeros(len(other.deviation)), np.zeros((len(other.deviation), 3))
     raise_lower_bounds(reference, other, locations, order, bounds)
-    volume, area = integrate_surfaces(
+    waiting = _Queue(np.zeros(7 * CAPACITY), np.zeros(CAPACITY, np.int32), np.zeros(3 * CAPACITY))
+    volume, area = _integrate_surfaces(
         reference,
         other,
         cones,
         locations,
-        overlay_workspace(),
+        _Workspace(clipping_workspace(), waiting, np.empty(STACK)),
         bounds,
         sums,
         deviation,
@@ -233,45 +234,26 @@ def _squared_radius(position: FloatArray, vertex: int) -> float:
     return x * x + y * y + z * z
 
 
+class _Queue(NamedTuple):
+    """A queue of triangles, and room for their integrals."""
+
+    # (7 `CAPACITY`,) seven rows: N · p − 1 at the three corners, the weights of the three
+    # integrals, and the length of N
+    triangle: FloatArray
+    face: IndexArray  # (`CAPACITY`,) the face that each triangle is seen through
+    integral: FloatArray  # (3 `CAPACITY`,) three rows of results of `_integrate`
+
+
 class _Workspace(NamedTuple):
-    """Work space for `integrate_surfaces`. The queue `waiting` is empty between calls."""
+    """Work space for `_integrate_surfaces`. The queue `waiting` is empty between calls."""
 
     clipping: Clipping
-    waiting: Queue
+    waiting: _Queue
     stack: FloatArray
 
 
-def overlay_workspace() -> _Workspace:
-    """Return work space for `integrate_surfaces`."""
-    return _Workspace(clipping_workspace(), empty_queue(), np.empty(STACK))
-
-
-class Queue(NamedTuple):
-    """A queue of triangles, and room for their integrals.
-
-    Attributes
-    ----------
-    triangle : (7 `CAPACITY`,) float64
-        Seven rows: N · p − 1 at the three corners, the weights of the three integrals, and the
-        length of N.
-    face : (`CAPACITY`,) int32
-        The face that each triangle is seen through.
-    integral : (3 `CAPACITY`,) float64
-        Three rows of results of `integrate`.
-    """
-
-    triangle: FloatArray
-    face: IndexArray
-    integral: FloatArray
-
-
-def empty_queue() -> Queue:
-    """Return an empty queue."""
-    return Queue(np.zeros(7 * CAPACITY), np.zeros(CAPACITY, np.int32), np.zeros(3 * CAPACITY))
-
-
 @leaf_kernel
-def integrate_surfaces(  # noqa: C901, PLR0912  # the time is in these branches
+def _integrate_surfaces(  # noqa: C901, PLR0912  # the time is in these branches
     reference: Surface,
     other: Surface,
     cones: Cones,
@@ -296,7 +278,7 @@ def integrate_surfaces(  # noqa: C901, PLR0912  # the time is in these branches
     queued = 0
     for face in range(len(corner) // 3):
         if queued > CAPACITY - 3:
-            flush(waiting, queued, sums)
+            _flush(waiting, queued, sums)
             queued = 0
         one, two, three = _corners(corner, face)
         # rotate the corners so that the first two share a cone if any two do
@@ -315,7 +297,7 @@ def integrate_surfaces(  # noqa: C901, PLR0912  # the time is in these branches
         pending = own + max(along[one], along[two], along[three])
         weights = (part, whole, weight)
         if through == last == locations.face[two]:
-            queued = push(waiting, queued, through, (d1, d2, d3), weights, slope[INDEX(through)])
+            queued = _push(waiting, queued, through, (d1, d2, d3), weights, slope[INDEX(through)])
             if pending > min(bounds[FROM_UPPER], bounds[TO_UPPER]):
                 set_corner(triangle, 0, position, one, d1)
                 set_corner(triangle, 1, position, two, d2)
@@ -344,9 +326,9 @@ def integrate_surfaces(  # noqa: C901, PLR0912  # the time is in these branches
                 away = own + radius * max(abs(d4) / (1.0 + d4), abs(d5) / (1.0 + d5))
                 close = max(pending, away) <= min(bounds[FROM_UPPER], bounds[TO_UPPER])
                 share, corners = from_two, (d1, d2, d4)
-                queued = push_part(waiting, queued, through, corners, share, weights, slope[at])
+                queued = _push_part(waiting, queued, through, corners, share, weights, slope[at])
                 share, corners = from_one * (1.0 - from_two), (d1, d4, d5)
-                queued = push_part(waiting, queued, through, corners, share, weights, slope[at])
+                queued = _push_part(waiting, queued, through, corners, share, weights, slope[at])
                 if close:
                     deviation[at] = max(deviation[at], own + along[one], own + along[two], away)
                 else:
@@ -361,7 +343,7 @@ def integrate_surfaces(  # noqa: C901, PLR0912  # the time is in these branches
                         triangle, stack, reference, face, other, through, bounds, deviation
                     )
                 share, corners = (1.0 - from_two) * (1.0 - from_one), (d4, d3, d5)
-                queued = push_part(waiting, queued, last, corners, share, weights, slope[beside])
+                queued = _push_part(waiting, queued, last, corners, share, weights, slope[beside])
                 if close:
                     deviation[beside] = max(deviation[beside], own + along[three], away)
                 else:
@@ -396,10 +378,10 @@ def integrate_surfaces(  # noqa: C901, PLR0912  # the time is in these branches
                     piece[index, 1] - piece[0, 1]
                 ) * (piece[index + 1, 0] - piece[0, 0])
                 if queued == CAPACITY:
-                    flush(waiting, queued, sums)
+                    _flush(waiting, queued, sums)
                     queued = 0
                 corners = (piece[0, 2], piece[index, 2], piece[index + 1, 2])
-                queued = push_part(waiting, queued, through, corners, share, weights, slope[at])
+                queued = _push_part(waiting, queued, through, corners, share, weights, slope[at])
                 if pending > min(bounds[FROM_UPPER], bounds[TO_UPPER]):
                     for row in range(3):
                         number = 0 if row == 0 else index + row - 1
@@ -412,13 +394,13 @@ def integrate_surfaces(  # noqa: C901, PLR0912  # the time is in these branches
                     raise_bounds(
                         triangle, stack, reference, face, other, through, bounds, deviation
                     )
-    flush(waiting, queued, sums)
+    _flush(waiting, queued, sums)
     return volume, area
 
 
 @inlined_kernel
-def push(
-    waiting: Queue,
+def _push(
+    waiting: _Queue,
     count: int,
     face: int,
     corners: tuple[float, float, float],
@@ -440,8 +422,8 @@ def push(
 
 
 @inlined_kernel
-def push_part(
-    waiting: Queue,
+def _push_part(
+    waiting: _Queue,
     count: int,
     face: int,
     corners: tuple[float, float, float],
@@ -449,15 +431,15 @@ def push_part(
     weights: tuple[float, float, float],
     slope: float,
 ) -> int:
-    """Push a part of a triangle with a `share` of its area, as `push`."""
+    """Push a part of a triangle with a `share` of its area, as `_push`."""
     one, two, three = weights
-    return push(waiting, count, face, corners, (share * one, share * two, share * three), slope)
+    return _push(waiting, count, face, corners, (share * one, share * two, share * three), slope)
 
 
 @leaf_kernel
-def flush(waiting: Queue, count: int, sums: FloatArray) -> None:
+def _flush(waiting: _Queue, count: int, sums: FloatArray) -> None:
     """Integrate the triangles of a queue, and add the weighted results to sums (F, 3) of faces."""
-    integrate(waiting, count)
+    _integrate(waiting, count)
     triangle, integral = waiting.triangle, waiting.integral
     for index in range(count):
         at, face = INDEX(index), INDEX(waiting.face[INDEX(index)])
@@ -468,7 +450,7 @@ def flush(waiting: Queue, count: int, sums: FloatArray) -> None:
 
 
 @leaf_kernel
-def integrate(waiting: Queue, count: int) -> None:
+def _integrate(waiting: _Queue, count: int) -> None:
     """Compute the integrals of triangles of a queue, each ÷ volume between triangle and centre.
 
     Let d = N · p − 1 and t = 1 ÷ (N · p) at its corners. The other surface's part of the same cone

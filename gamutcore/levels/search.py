@@ -65,7 +65,7 @@ HALVINGS = 100_000.0
 wide as high take up to 53,000 (0.1 s); 600 times as wide, up to 130,000 (0.6 s)."""
 
 SIMILAR = 1.2
-"""_Evidence comes first from a level of the curve whose bound is this many times the limit. Bounds
+"""Evidence comes first from a level of the curve whose bound is this many times the limit. Bounds
 of the curve are 8 % too large on average."""
 
 KEPT = 256
@@ -258,6 +258,15 @@ def error_bounds(history: History, counts: Iterable[int]) -> list[BoundedLevel]:
     return [BoundedLevel(count, comparison.bounds(count, inf)[0]) for count in counts]
 
 
+class _Evidence(NamedTuple):
+    """Evidence that rejects a level and some finer ones."""
+
+    # (k, 3) points of the full boundary, relative to the centre: each rejects the levels without a
+    # face within the limit
+    points: FloatArray
+    faces: IndexArray  # (m,) faces of the level: each rejects the levels that have the face
+
+
 class _Comparison:
     """Compares levels of a history with its full boundary; unpacks the whole history."""
 
@@ -268,10 +277,16 @@ class _Comparison:
         self._centre = np.asarray(history.centre, np.float64)
 
     def evidence(self, triangles: int, limit: float) -> _Evidence | None:
-        """Return evidence from vertices that a level exceeds a limit of the distance."""
+        """Return evidence from vertices that a level exceeds a limit of the distance, or None.
+
+        It has up to one point for each face of the level, and faces with a point that is too far.
+        """
         level = self._surface(triangles)
         locations = locate(self._full.position, self._order, self._near, compute_cones(level))
-        return find_evidence(self._full, level, locations, limit)
+        points, faces = _find_evidence(self._full, level, locations, limit)
+        if len(points) == len(faces) == 0:
+            return None
+        return _Evidence(self._full.position[points], faces)
 
     def bounds(self, triangles: int, limit: float) -> tuple[Bounds, _Evidence]:
         """Return the error of a level, and evidence if its distance exceeds a limit."""
@@ -337,43 +352,14 @@ def _first_within(
     return None
 
 
-class _Evidence(NamedTuple):
-    """_Evidence that rejects a level and some finer ones.
-
-    Attributes
-    ----------
-    points : (k, 3) float64
-        Points of the full boundary, relative to the centre. Each rejects the levels without a face
-        within the limit.
-    faces : (m,) int32
-        Faces of the level. Each rejects the levels that have the face.
-    """
-
-    points: FloatArray
-    faces: IndexArray
-
-
-def find_evidence(
-    full: Surface, level: Surface, locations: Locations, limit: float
-) -> _Evidence | None:
-    """Return evidence from the vertices of the full boundary, located in the cones of the level.
-
-    It has up to one point for each face of the level, and all faces with a point farther than
-    `limit` from the full boundary. None if no vertex is evidence.
-    """
-    points, faces = _find_evidence(full, level, locations, limit)
-    if len(points) == len(faces) == 0:
-        return None
-    return _Evidence(full.position[points], faces)
-
-
 @kernel
 def _find_evidence(
     full: Surface, level: Surface, locations: Locations, limit: float
 ) -> tuple[IndexArray, IndexArray]:
-    """Return vertices of the full boundary and faces of the level, as for `find_evidence`.
+    """Return vertices of the full boundary and faces of the level that are evidence.
 
-    Each face examines only its furthest vertex along the ray.
+    `locations` has the vertices in the cones of the level. Each face examines only its furthest
+    vertex along the ray.
     """
     faces = len(level.corner) // 3
     furthest = np.full(faces, -1, np.int32)

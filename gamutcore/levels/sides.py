@@ -138,15 +138,9 @@ def sided_counts(full: int) -> list[int]:
 
 
 class SidedSearch:
-    """Error curve of the levels on one side, computed as far as it is needed.
+    """Error curve of the levels on one side, computed as far as it is needed; threads may share it.
 
-    Several threads may use it at the same time.
-
-    Parameters
-    ----------
-    triangles : int
-        Triangle count of the full boundary.
-    side : {'inside', 'outside'}
+    `triangles` is the count of the full boundary, and `side` is ``inside`` or ``outside``.
     """
 
     def __init__(self, triangles: int, side: Side) -> None:
@@ -181,24 +175,10 @@ class SidedSearch:
         return BoundedLevel(self._full, NO_ERROR)
 
     def find(self, history: History, limits: Bounds) -> BoundedLevel:
-        """Return the smallest level of the curve that keeps limits.
+        """Return the smallest level of the curve within upper limits of its bounds.
 
-        Parameters
-        ----------
-        history : History
-            The history of the triangle count given before.
-        limits : Bounds
-            Upper limits of the bounds of the level.
-
-        Returns
-        -------
-        BoundedLevel
-            The full boundary if no level is within the limits, as for limits of zero.
-
-        Raises
-        ------
-        HistoryFileError
-            If the file of the history is damaged.
+        The full boundary is the result if no level is within the limits, as for limits of zero. A
+        damaged history file raises HistoryFileError.
         """
         with self._lock:
             level = self.find_known(limits)
@@ -211,17 +191,9 @@ class SidedSearch:
             return level
 
     def curve(self, history: History) -> list[LevelError]:
-        """Return the errors of all levels of the curve and of the full boundary.
+        """Return the errors of all levels of the curve and of the full boundary, coarse to fine.
 
-        Parameters
-        ----------
-        history : History
-            As for `find`.
-
-        Returns
-        -------
-        list of LevelError
-            By ascending triangle count. Bounds hold for a level and all finer levels of the curve.
+        Bounds hold for a level and all finer levels of the curve.
         """
         with self._lock:
             if self._curve is None:
@@ -282,12 +254,7 @@ def _bounds(error: LevelError) -> Bounds:
 class _SidedLevels:
     """The levels of a history on one side.
 
-    Attributes
-    ----------
-    full : Surface
-        The full boundary about the origin, in preorder.
-    order, near : (V,) int32
-        For the vertices of the full boundary, as for `locate`.
+    `full` is the full boundary about the origin, in preorder; `order` and `near` are for `locate`.
     """
 
     def __init__(self, history: History, side: Side) -> None:
