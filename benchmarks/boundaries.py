@@ -12,8 +12,8 @@ import numpy as np
 
 from benchmarks.common import Rows
 from benchmarks.devices import Device, devices
-from gamutcore.boundary.radial_volume import FINE, radial_volume
-from gamutcore.boundary.wrapping import wrap_colours
+from gamutcore.boundary import wrap_colours
+from gamutcore.boundary.radial_envelope import FINE, radial_volume
 from gamutcore.characterisation import Characterisation, characterisation
 from gamutcore.colours import surface_colours
 from gamutcore.colours.reference_colours import reference_lab, reference_white, rgb_xyz

@@ -37,9 +37,7 @@ from benchmarks.decimation_tables import COSTS, DOCUMENT, RESULTS, Results, docu
 from benchmarks.devices import devices
 from benchmarks.markdown import store
 from benchmarks.peers import PEERS, installed, peer_rows
-from gamutcore.boundary import Boundary, modified_convex_hull
-from gamutcore.boundary.segment_maxima import segment_maxima
-from gamutcore.boundary.usv import usv
+from gamutcore.boundary import Boundary, modified_convex_hull, segment_maxima, usv
 from gamutcore.errors import BoundaryError, InvalidPointsError
 from gamutcore.history import history_bytes
 from gamutcore.levels import Bounds, LevelSearch, curve_counts, error_curve, mismatch

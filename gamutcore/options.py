@@ -16,9 +16,7 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any, TypeAlias
 
-from gamutcore.boundary.methods import BOUNDARIES, GAMMA
-from gamutcore.boundary.segment_maxima import SEGMENT_COUNTS
-from gamutcore.boundary.usv import BASIS, SUBDIVISIONS
+from gamutcore.boundary import BASIS, BOUNDARIES, GAMMA, SEGMENT_COUNTS, SUBDIVISIONS
 from gamutcore.characterisation.conditions import condition_label
 from gamutcore.colours.device.model import DEVICE_MODELS
 from gamutcore.colours.device.surface import SURFACE_SAMPLES

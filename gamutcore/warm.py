@@ -20,9 +20,9 @@ from typing import NamedTuple
 import numpy as np
 
 from gamutcore.boundary import BOUNDARIES, compute_boundary, device_surface_boundary
-from gamutcore.boundary.device_centre import hidden_area
-from gamutcore.boundary.radial_volume import COARSE, radial_volume
-from gamutcore.boundary.star_kernel import face_planes
+from gamutcore.boundary.centre import face_planes
+from gamutcore.boundary.device_surface import hidden_area
+from gamutcore.boundary.radial_envelope import COARSE, radial_volume
 from gamutcore.characterisation import Samples, characterisation
 from gamutcore.characterisation.icc.grid import Grid
 from gamutcore.characterisation.icc.process_elements import FloatGrid

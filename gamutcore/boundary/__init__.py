@@ -2,15 +2,23 @@
 
 from gamutcore.boundary.device_surface import device_surface_boundary
 from gamutcore.boundary.mesh_boundary import mesh_boundary
-from gamutcore.boundary.methods import BOUNDARIES, compute_boundary
-from gamutcore.boundary.modified_convex_hull import Boundary, modified_convex_hull
-from gamutcore.boundary.segment_maxima import segment_maxima
-from gamutcore.boundary.sources import vertex_device_values
-from gamutcore.boundary.usv import usv
+from gamutcore.boundary.methods import BOUNDARIES, compute_boundary, vertex_device_values
+from gamutcore.boundary.modified_convex_hull import GAMMA, Boundary, modified_convex_hull
+from gamutcore.boundary.spherical_segments import (
+    BASIS,
+    SEGMENT_COUNTS,
+    SUBDIVISIONS,
+    segment_maxima,
+    usv,
+)
 from gamutcore.boundary.wrapping import wrap_colours
 
 __all__ = [
+    "BASIS",
     "BOUNDARIES",
+    "GAMMA",
+    "SEGMENT_COUNTS",
+    "SUBDIVISIONS",
     "Boundary",
     "compute_boundary",
     "device_surface_boundary",

@@ -1,6 +1,13 @@
 """Points and centre of a boundary: validation, rounding to the grid, and the automatic centre.
 
 All boundary methods use these functions, so they refuse the same input with the same messages.
+
+A face sees the points of a half-space from inside. The points that all faces see form a convex
+body. Geometry calls it the kernel of a star-shaped body. Here it is the star-kernel, because a
+kernel is a compiled function in this project. Its deepest point is the centre of the largest ball
+in the body (Chebyshev centre), a linear programme in four unknowns. The dual simplex method solves
+it: four planes determine a point, and the plane that is violated most replaces one of the four
+(Dantzig, "Linear Programming and Extensions", 1963).
 """
 
 from __future__ import annotations
@@ -9,9 +16,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from gamutcore.arrays import FloatArray, IndexArray
-from gamutcore.boundary.insertion_order import curve_positions, insertion_order
-from gamutcore.boundary.radial_hull import radial_hull
+from gamutcore.arrays import FloatArray, IndexArray, LongArray
+from gamutcore.boundary.radial_hull import curve_positions, insertion_order, radial_hull
 from gamutcore.errors import (
     CentreError,
     FlatPointsError,
@@ -24,15 +30,6 @@ from gamutcore.kernels import kernel
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
-
-__all__ = [
-    "Centre",
-    "automatic_centre",
-    "bounds",
-    "centre_of_points",
-    "centre_on_grid",
-    "points_on_grid",
-]
 
 LARGEST_COORDINATE = 1e12
 """Larger coordinates are refused: products of several coordinates must stay far from overflow."""
@@ -47,6 +44,22 @@ box."""
 
 SAMPLE = 1000
 """Number of points in which a simplex is searched first. The points are in random order."""
+
+MAX_EXCHANGES = 2000
+"""Largest number of exchanged planes. Real gamuts need 10 to 100."""
+
+GAP = 1e-4
+"""Relative difference to the largest margin at which the search ends. Thousands of faces are almost
+equally far from the middle of a ball."""
+
+TOLERANCE = 1e-9
+"""The same for margins near zero, relative to the extent of the surface."""
+
+FAR_PLANES = np.array([(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)]) / np.sqrt(3)
+"""Normals of a regular tetrahedron around the surface, where the search starts."""
+
+FAR = 4.0
+"""Distance of these planes from the middle, in extents of the surface."""
 
 
 class Centre(NamedTuple):
@@ -252,3 +265,86 @@ def _depth(points: FloatArray, faces: IndexArray, point: FloatArray) -> float:
         below = nx * (x - point[0]) + ny * (y - point[1]) + nz * (z - point[2])
         depth = min(depth, below / np.sqrt(nx * nx + ny * ny + nz * nz))
     return depth
+
+
+class Planes(NamedTuple):
+    """Planes of faces: the inside of face i has ``normals[i] @ point <= offsets[i]``."""
+
+    normals: FloatArray  # (n, 3) unit vectors; zero for a face without area
+    offsets: FloatArray  # (n,) infinite for a face without area
+    areas: FloatArray  # (n,)
+
+
+class StarKernelPoint(NamedTuple):
+    """A point well inside the star-kernel, or the proof that the star-kernel is empty."""
+
+    point: FloatArray  # (3,)
+    # distance of the point from the nearest plane of a face, within `GAP` of the largest possible
+    # distance; not positive if no point sees all faces from inside: the planes would have to move
+    # outwards by at least this distance
+    margin: float
+    decisive: LongArray  # (k,) at most four faces that determine the margin
+
+
+def star_kernel_point(planes: Planes, extent: float) -> StarKernelPoint:
+    """Return the point farthest inside of the planes of a closed surface around the origin.
+
+    Faces without area are ignored. Tolerances are relative to `extent`, the largest extent of the
+    surface.
+    """
+    rows = np.column_stack([FAR_PLANES, np.ones(4)])
+    limits = np.full(4, FAR * extent)
+    chosen, weights = np.full(4, -1), np.full(4, 0.25)
+    found, most, margin = np.zeros(3), -np.inf, np.inf
+    for _ in range(MAX_EXCHANGES):
+        # the point that is equally far from the four planes has an upper bound of the margin
+        *coordinates, margin = np.linalg.solve(rows, limits)
+        point = np.array(coordinates)
+        entering, room = _nearest_plane(planes, point)
+        if room > most:
+            found, most = point, room
+        if most >= margin - max(TOLERANCE * extent, GAP * margin):
+            break
+        row = np.append(planes.normals[entering], 1.0)
+        shares = np.linalg.solve(rows.T, row)
+        ratios = np.where(shares > TOLERANCE, weights / np.maximum(shares, TOLERANCE), np.inf)
+        leaving = int(ratios.argmin())
+        step = ratios[leaving]
+        weights = np.maximum(weights - step * shares, 0.0)
+        rows[leaving], limits[leaving] = row, planes.offsets[entering]
+        chosen[leaving], weights[leaving] = entering, step
+    return StarKernelPoint(found, float(min(most, margin)), chosen[chosen >= 0])
+
+
+@kernel
+def face_planes(points: FloatArray, faces: IndexArray) -> Planes:
+    """Return the planes of faces that are counter-clockwise from outside."""
+    count = len(faces)
+    normals, offsets, areas = np.zeros((count, 3)), np.empty(count), np.empty(count)
+    for face in range(count):
+        one, two, three = faces[face, 0], faces[face, 1], faces[face, 2]
+        x, y, z = points[one, 0], points[one, 1], points[one, 2]
+        ux, uy, uz = points[two, 0] - x, points[two, 1] - y, points[two, 2] - z
+        vx, vy, vz = points[three, 0] - x, points[three, 1] - y, points[three, 2] - z
+        nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+        length = np.sqrt(nx * nx + ny * ny + nz * nz)
+        areas[face], offsets[face] = length / 2.0, np.inf
+        if length > 0.0:
+            normals[face, 0], normals[face, 1] = nx / length, ny / length
+            normals[face, 2] = nz / length
+            offsets[face] = (nx * x + ny * y + nz * z) / length
+    return Planes(normals, offsets, areas)
+
+
+@kernel
+def _nearest_plane(planes: Planes, point: FloatArray) -> tuple[int, float]:
+    """The plane with the least room between itself and a point, and this room."""
+    nearest, least = 0, np.inf
+    normals, offsets = planes.normals, planes.offsets
+    for face in range(len(offsets)):
+        room = offsets[face] - (
+            normals[face, 0] * point[0] + normals[face, 1] * point[1] + normals[face, 2] * point[2]
+        )
+        if room < least:
+            nearest, least = face, room
+    return nearest, least

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
-from gamutcore.boundary.automatic_gamma import has_fallen, surface_gammas
 from gamutcore.boundary.centre import Centre, centre_of_points
-from gamutcore.boundary.device_centre import device_centre, enclosed_centre
+from gamutcore.boundary.device_surface import device_centre, enclosed_centre
 from gamutcore.boundary.methods import compute_boundary, resolve_method
-from gamutcore.boundary.radial_volume import FINE, radial_volume
+from gamutcore.boundary.modified_convex_hull import has_fallen, surface_gammas
+from gamutcore.boundary.radial_envelope import FINE, radial_volume
 from gamutcore.errors import CentreError
 
 if TYPE_CHECKING:
@@ -72,7 +72,7 @@ def wrap_colours(
     centre : (3,) array_like or "auto"
     parameters : mapping of str to object
         Options of the method. The γ "auto" is explained at
-        `gamutcore.boundary.automatic_gamma`.
+        `gamutcore.boundary.modified_convex_hull`.
 
     Returns
     -------

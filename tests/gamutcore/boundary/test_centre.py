@@ -9,7 +9,7 @@ from scipy.spatial import ConvexHull, Delaunay
 
 from gamutcore.boundary import modified_convex_hull
 from gamutcore.boundary.centre import Centre, centre_of_points
-from gamutcore.boundary.device_centre import device_centre, enclosed_centre
+from gamutcore.boundary.device_surface import device_centre, enclosed_centre
 from gamutcore.errors import FlatPointsError
 from gamutcore.grid import grid_step
 

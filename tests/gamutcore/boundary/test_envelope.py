@@ -8,10 +8,8 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gamutcore.boundary.edge_recovery import recover_edges
-from gamutcore.boundary.envelope import radial_envelope
+from gamutcore.boundary.radial_envelope import radial_envelope, radial_volume, recover_edges
 from gamutcore.boundary.radial_hull import radial_hull
-from gamutcore.boundary.radial_volume import radial_volume
 from gamutcore.grid import grid_step, nearest_grid_points
 from gamutcore.mesh import TriangleMesh
 

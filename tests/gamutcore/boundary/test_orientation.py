@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from gamutcore.boundary.orientation import _is_above_in_pairs, is_above
+from gamutcore.boundary.radial_hull import _is_above_in_pairs, is_above
 
 
 def exact(position, one, two, three, point):

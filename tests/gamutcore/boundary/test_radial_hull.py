@@ -7,8 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.spatial import ConvexHull
 
-from gamutcore.boundary.insertion_order import curve_positions, insertion_order
-from gamutcore.boundary.radial_hull import CLEARANCE, radial_hull
+from gamutcore.boundary.radial_hull import CLEARANCE, curve_positions, insertion_order, radial_hull
 from gamutcore.mesh import TriangleMesh
 from gamutcore.star_shape import faces_not_seeing_centre
 
