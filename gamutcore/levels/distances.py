@@ -2,7 +2,7 @@
 
 The overlay (module `overlay`) gives triangles that are each seen through one face of the other
 surface. Distances along rays bound distances to the surface, cheaply. Where these bounds do not
-suffice, `_raise_bound` halves the triangle.
+suffice, `raise_bound` halves the triangle.
 
 The distance from a point to one face is a convex function of the point. Over a piece of surface its
 maximum is at a corner of the piece. The distance from a piece to a surface is therefore at most the
@@ -23,7 +23,6 @@ from gamutcore.kernels import inlined_kernel, leaf_kernel
 from gamutcore.levels.cones import INDEX, Locations, Surface
 
 FROM_LOWER, FROM_UPPER, TO_LOWER, TO_UPPER, HALVINGS_LEFT, SLACK_USED = range(6)
-
 FROM_POINT, TO_POINT, TO_FACE, BOUNDS = 6, 9, 12, 13
 """Elements of the array of bounds, and their number.
 
