@@ -29,6 +29,7 @@ __all__ = [
     "MAX_PATCHES",
     "SURFACE_SAMPLES",
     "AbsoluteColours",
+    "DeviceColours",
     "DeviceSurface",
     "SurfaceColours",
     "SurfaceFaces",
@@ -93,6 +94,25 @@ class DeviceSurface:
     faces: SurfaceFaces | None = None
 
 
+class DeviceColours(NamedTuple):
+    """All colours that a device can make, as a function of its device values.
+
+    Attributes
+    ----------
+    cube : InkCube
+        The device values, of the k channels that vary.
+    points : callable
+        From device values (m, k) to colours, as those of `SurfaceColours`.
+    tried : (j, k) float
+        Device values whose colours a boundary is likely to miss: those of `values_between`, and of
+        the samples.
+    """
+
+    cube: InkCube
+    points: Callable[[FloatArray], FloatArray]
+    tried: FloatArray
+
+
 class AbsoluteColours(NamedTuple):
     """The way from media-relative colours to the colours of the intent absolute.
 
@@ -134,9 +154,8 @@ class SurfaceColours:
     faces : SurfaceFaces, optional
         Triangles between the points that cover the device's surface. None if there is no device
         model, or its faces are too many. `colours_in_space` turns closed surfaces outwards.
-    between : (k, 3) float, optional
-        Further colours that the device can make, which show by how much a boundary through the
-        points misses them: those of `values_between`, and of the samples by the device model.
+    own : DeviceColours, optional
+        All colours that the device can make, by its model.
     unadapting : (3, 3) float, optional
         Matrix from the tristimulus values of the points to those of the device, without adaptation
         and up to a common factor. None if they were not adapted.
@@ -149,7 +168,7 @@ class SurfaceColours:
     channels: tuple[str, ...] = ()
     own_values: FloatArray | None = None
     faces: SurfaceFaces | None = None
-    between: FloatArray | None = None
+    own: DeviceColours | None = None
     unadapting: FloatArray | None = None
     absolute: AbsoluteColours | None = None
 
