@@ -83,7 +83,7 @@ thin gamuts, and of gamuts far from the origin, are too coarse for it."""
 
 
 SPREAD = 2**15
-"""Number of device values, inside of the device's cube and on its faces, whose colours are tried."""
+"""Number of device values inside of the cube and on its faces whose colours are tried."""
 
 REFINED = 512
 """Number of device values around which the farthest colours are searched."""
