@@ -41,7 +41,8 @@ def wrapped(
     surface = device_surface(cube, colours, count)
     points = colours(surface.device)
     faces = outward_faces(points, surface.faces)
-    return wrap_colours(points, faces, method, centre, {"gamma": gamma})
+    parameters = {} if method == "device-surface" else {"gamma": gamma}
+    return wrap_colours(points, faces, method, centre, parameters)
 
 
 def cube_volume(colours, steps=150):
