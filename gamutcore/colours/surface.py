@@ -42,7 +42,6 @@ from gamutcore.colours.profile_colours import (
     absolute_colours,
     declared_white,
     profile_colours,
-    unadapting,
 )
 from gamutcore.colours.reference_colours import (
     encode_rgb,
@@ -156,12 +155,7 @@ def surface_colours(
     surface = _sample_surface(
         characterisation, medium, surface_samples, limits or InkLimits(), model
     )
-    return replace(
-        surface,
-        as_measured=medium.as_measured,
-        unadapting=medium.unadapting,
-        absolute=medium.absolute,
-    )
+    return replace(surface, as_measured=medium.as_measured, absolute=medium.absolute)
 
 
 def colours_in_space(colours: SurfaceColours, space: ColourSpace) -> SurfaceColours:
@@ -191,7 +185,7 @@ def colours_in_space(colours: SurfaceColours, space: ColourSpace) -> SurfaceColo
     described = space.description()
     if space.is_icc_cielab:
         described["adaptation"] = "none: the colours are relative to D50"
-    elif colours.own_values is not None:
+    elif _own_values(colours) is not None:
         described["adaptation"] = "none: the display's own colours, from before adaptation to D50"
     elif colours.as_measured:
         described["adaptation"] = "none: the colours are as measured"
@@ -215,10 +209,18 @@ def colours_in_space(colours: SurfaceColours, space: ColourSpace) -> SurfaceColo
 def _coordinates(
     lab: FloatArray, colours: SurfaceColours, space: ColourSpace
 ) -> tuple[FloatArray, int]:
-    if colours.own_values is not None and not space.is_icc_cielab:
+    own = _own_values(colours)
+    if own is not None and not space.is_icc_cielab:
         icc = Cielab(white_point("D50"))
-        lab, _ = icc.coordinates(icc.xyz(lab) @ colours.own_values.T)
+        lab, _ = icc.coordinates(icc.xyz(lab) @ own.T)
     return space.coordinates(lab, as_measured=colours.as_measured)
+
+
+def _own_values(colours: SurfaceColours) -> FloatArray | None:
+    """Return the matrix from absolute colours, which ICC scales by the white, to own ones."""
+    if not colours.as_measured or colours.absolute is None:
+        return None
+    return colours.absolute.own_from("absolute")
 
 
 def _profile_surface(
@@ -262,18 +264,16 @@ def _profile_surface(
             )
         ),
     }
-    own = colours.own_values
+    absolute = absolute_colours(profile)
     return SurfaceColours(
         points,
         surface.device,
         provenance,
-        own is not None,
+        intent == "absolute" and absolute is not None and absolute.as_measured,
         profile.channels,
-        own,
         surface.faces,
         _device_colours(limited, surface, lab),
-        unadapting(profile, intent),
-        absolute_colours(profile, intent),
+        absolute,
     )
 
 
@@ -322,7 +322,6 @@ def _reference_surface(
         channels,
         faces=faces,
         own=own,
-        unadapting=None if intent == "absolute" else adaptation_matrix(ICC_D50, white, adaptation),
         absolute=AbsoluteColours(adaptation_matrix(ICC_D50, white, adaptation), as_measured=True),
     )
 
