@@ -82,6 +82,9 @@ VOLUME_TOLERANCE = 1e-5
 thin gamuts, and of gamuts far from the origin, are too coarse for it."""
 
 
+LARGE_ERROR = 0.25
+"""Boundary error from which a warning is given, where the white has a lightness of 100."""
+
 SPREAD = 2**15
 """Number of device values inside of the cube and on its faces whose colours are tried."""
 
@@ -278,9 +281,15 @@ def _boundary_of_colours(
         values = vertex_device_values(boundary, colours.points, colours.device, colours.channels)
     provenance = {**colours.provenance, "boundary": wrapping.choices}
     given = provenance["warnings"]
+    missed = _boundary_error(colours, boundary)
     if isinstance(given, list):
         stated = ink_limit_warnings(parsed, options.ink_limit)
         provenance["warnings"] = [*given, *stated, *wrapping.warnings]
+        if colours.own is not None and missed > LARGE_ERROR / 100.0 * space.white_lightness:
+            provenance["warnings"].append(
+                f"The device can make colours up to {missed:.3g} outside of the full boundary. The "
+                "default tolerance counts them, and others as near, as in gamut."
+            )
     if colours.absolute is not None:
         provenance["white_lab"] = medium_white_lab(colours.absolute)
     return _FullBoundary(
@@ -290,7 +299,7 @@ def _boundary_of_colours(
         space,
         chromaticity,
         wrapping.device_volume,
-        _boundary_error(colours, boundary),
+        missed,
         colours.absolute,
     )
 
