@@ -280,16 +280,12 @@ def _boundary_of_colours(
     if colours.device is not None:
         values = vertex_device_values(boundary, colours.points, colours.device, colours.channels)
     provenance = {**colours.provenance, "boundary": wrapping.choices}
-    given = provenance["warnings"]
     missed = _boundary_error(colours, boundary)
+    given = provenance["warnings"]
     if isinstance(given, list):
         stated = ink_limit_warnings(parsed, options.ink_limit)
-        provenance["warnings"] = [*given, *stated, *wrapping.warnings]
-        if colours.own is not None and missed > LARGE_ERROR / 100.0 * space.white_lightness:
-            provenance["warnings"].append(
-                f"The device can make colours up to {missed:.3g} outside of the full boundary. The "
-                "default tolerance counts them, and others as near, as in gamut."
-            )
+        large = _large_error_warnings(colours, missed, space)
+        provenance["warnings"] = [*given, *stated, *wrapping.warnings, *large]
     if colours.absolute is not None:
         provenance["white_lab"] = medium_white_lab(colours.absolute)
     return _FullBoundary(
@@ -336,6 +332,16 @@ def _boundary_error(colours: SurfaceColours, boundary: Boundary) -> float:
         values[better] = tried.reshape(len(rows), TRIALS, -1)[rows, best][better]
         distance[better] = found[rows, best][better]
     return round_up(max(error, float(distance.max(initial=0.0))))
+
+
+def _large_error_warnings(colours: SurfaceColours, missed: float, space: ColourSpace) -> list[str]:
+    if colours.own is None or missed <= LARGE_ERROR / 100.0 * space.white_lightness:
+        return []
+    warning = (
+        f"The device can make colours up to {missed:.3g} outside of the full boundary. The default "
+        "tolerance counts them, and others as near, as in gamut."
+    )
+    return [warning]
 
 
 def _refuse_luminance(options: Options) -> None:
