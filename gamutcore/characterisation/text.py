@@ -188,8 +188,8 @@ class _Lines:
 
 
 def _separator(line: str) -> str:
-    """Return the separator of a header: the most frequent one outside of quotation marks."""
-    bare = re.sub(r'"[^"]*"', '""', line)
+    """Return the separator of a header: the most frequent one outside of quotes and brackets."""
+    bare = re.sub(r'"[^"]*"|\([^()]*\)', '""', line)
     counts = Counter(mark for mark in bare if mark in _SEPARATORS)
     if counts:
         return max(counts, key=lambda mark: (counts[mark], -_SEPARATORS.index(mark)))

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import io
 import math
+import re
 from array import array
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import chain, islice
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any
@@ -95,6 +96,7 @@ class ColourTable:
         self.decimal = "."
         self.colour_places: tuple[int, ...] = ()
         self.headless = False
+        self._list: _List | None = None
         self._full = 1.0
         self._text = text
         self._cells = cells
@@ -129,7 +131,8 @@ class ColourTable:
     def _numbered(self) -> Iterator[tuple[int, list[str]]]:
         if self._text is None:
             return iter(enumerate(self._cells or [], start=1))
-        return islice(self._text.rows(), 0 if self.headless else 1, None)
+        rows = islice(self._text.rows(), 0 if self.headless else 1, None)
+        return rows if self._list is None else map(self._list.numbered, rows)
 
     def place(self, row: int) -> Where:
         """Return the location of a row that has a colour: its line in the file, or its number."""
@@ -229,6 +232,7 @@ def read_table(
     names: Sequence[str] = ("",),
     most: int | None = None,
     limits: bool = True,
+    space_of_lists: str | None = None,
 ) -> ColourTable:
     r"""Read a table of colours, recognised by its content.
 
@@ -250,6 +254,9 @@ def read_table(
         Largest number of rows.
     limits : bool, optional
         Whether values outside the scale of the space are refused.
+    space_of_lists : str, optional
+        Space of a list: lines of a name and three numbers, without names of columns. Lists are
+        refused without it and without `space`. Lines such as ``Red #e4002b`` need neither.
 
     Raises
     ------
@@ -287,7 +294,8 @@ def read_table(
         return _of_samples(data, content)
     del content, found
     text = DelimitedText(data, encoding)
-    table = _of_text(text, given, columns, names, scale, most, limits=limits)
+    lists = None if space_of_lists is None else space_named(space_of_lists)
+    table = _of_text(text, given, columns, names, scale, most, limits=limits, lists=lists)
     if table is None:  # the columns are bands of spectra
         return _of_samples(data, None, text)
     return table
@@ -310,24 +318,28 @@ def _of_text(
     most: int | None,
     *,
     limits: bool,
+    lists: str | None,
 ) -> ColourTable | None:
     line, header = next(text.rows(), (1, []))
     first = [cell.strip() for cell in header]
     if space is None and columns is None and _has_spectra_alone(first):
         return None
-    headless = bool(first) and (
-        all(_is_number(cell) for cell in first) or (len(first) == 1 and bool(css_colour(first[0])))
-    )
-    if headless:
+    listed = _list_of(text, first) if columns is None and len(names) == 1 else None
+    headless = bool(first) and (listed is not None or all(map(_is_number, first)))
+    axes_space = space
+    if listed is not None:
+        axes_space = None if listed.width == 1 else space or lists
+        first = _names_of(listed, first, axes_space, line)
+    elif headless:
         first = _made_up(first, space, columns, line)
     found = [
-        find_columns(first, space=space, columns=columns, prefix=name, where={"line": line})
+        find_columns(first, space=axes_space, columns=columns, prefix=name, where={"line": line})
         for name in (names if len(names) > 1 else [""])
     ]
     if not limits:
         found = [replace(each, kind="TEXT" if each.kind == "TEXT" else "") for each in found]
     table = ColourTable(first if headless else header, text)
-    table.headless = headless
+    table.headless, table._list = headless, listed  # noqa: SLF001
     table.space = found[0].space
     table.colour_places = tuple(place for each in found for place in each.places)
     if any(each.kind == "TEXT" for each in found):
@@ -380,10 +392,76 @@ def _has_spectra_alone(names: Sequence[str]) -> bool:
     return False
 
 
+_LISTED = re.compile(
+    r"(?P<name>.*?)[\s,;|]*(?P<colour>#[0-9a-f]{3,8}|[a-z]{3,5}\([^()]{1,200}\))\s*", re.IGNORECASE
+)
+"""A line with a colour at its end, and a name before it."""
+
+
+@dataclass(frozen=True)
+class _List:
+    """Rows of a list: the colour is at the end of a line, and a name before it.
+
+    Attributes
+    ----------
+    width : int
+        Cells of the colour: three numbers, or one text.
+    named : bool
+        Whether a line has a name.
+    whole : bool
+        Whether lines are not split into cells, as the texts contain separators.
+    """
+
+    width: int
+    named: bool = False
+    whole: bool = False
+
+    def numbered(self, row: tuple[int, list[str]]) -> tuple[int, list[str]]:
+        """Return a row with one cell for the name, if there are names."""
+        line, given = row
+        cells = given
+        if self.whole and given and (match := _LISTED.fullmatch(given[0])):
+            cells = [each for each in match.group("name", "colour") if each]
+        end = len(cells)
+        while end and not cells[end - 1].strip():
+            end -= 1
+        if not self.named or not end or (end == 1 and cells[0].lstrip().startswith("# ")):
+            return line, cells[:end]
+        start = max(end - self.width, 0)
+        return line, [" ".join(map(str.strip, cells[:start])).strip(), *cells[start:end]]
+
+
+def _list_of(text: DelimitedText, first: list[str]) -> _List | None:
+    """Return how the rows of a list are split; None if the first row has no colour at its end."""
+    cells = first
+    while cells and not cells[-1]:
+        cells = cells[:-1]
+    if len(cells) > 3 and all(map(_is_number, cells)):
+        return None  # perhaps amounts of ink
+    if len(cells) > 2 and all(map(_is_number, cells[-3:])):
+        found = _List(3)
+    elif cells and text.separator != " " and css_colour(cells[-1]):
+        found = _List(1)
+    elif (match := _LISTED.fullmatch((text.separator or " ").join(cells))) and css_colour(
+        match["colour"]
+    ):
+        found, text.separator = _List(1, whole=True), ""
+    else:
+        return None
+    named = any(len(found.numbered(row)[1]) > found.width for row in text.rows())
+    return replace(found, named=named)
+
+
+def _names_of(listed: _List, cells: list[str], space: str | None, line: int) -> list[str]:
+    """Return names for the columns of a list."""
+    names = ["name"] if listed.named else []
+    if listed.width == 1:
+        return [*names, "hex"]
+    return [*names, *(axes_of(space) if space is not None else _made_up(cells, None, None, line))]
+
+
 def _made_up(cells: list[str], space: str | None, columns: str | None, line: int) -> list[str]:
     """Return names for the columns of a table without a header."""
-    if len(cells) == 1 and css_colour(cells[0]):
-        return ["hex"]
     if columns is not None or (space is not None and len(cells) == 3):
         axes = axes_of(space) if space is not None and len(cells) == 3 else None
         return list(axes or (f"column {at + 1}" for at in range(len(cells))))
@@ -502,7 +580,7 @@ def _fitted(cells: list[str], width: int, last: int, line: int, row: int) -> lis
     short = len(cells) <= last and any(cell.strip() for cell in cells)
     if extra or (short and not _is_remark(cells)):
         raise MalformedFileError(
-            f"The row has {len(cells)} cells for {width} columns.",
+            f"The row has {len(cells)} of {width} cells.",
             where={"line": line, "row": row},
             remedy="Give one cell for each column. Quote cells that contain the separator.",
         )

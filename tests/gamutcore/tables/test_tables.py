@@ -123,6 +123,52 @@ def test_columns_without_names_are_read_if_their_space_is_given():
     assert table.answer_text({"x": [1, 2]}).splitlines()[0] == "L*,a*,b*,x"
 
 
+@pytest.mark.parametrize(
+    ("text", "space", "points", "labels"),
+    [
+        ("Brand red, 48, 68, 48\n", "CIELAB", [[48, 68, 48]], ["Brand red"]),
+        (
+            "Brand red 48 68 48\n\n50 0 0\n",
+            "CIELAB",
+            [[48, 68, 48], [50, 0, 0]],
+            ["Brand red", "line 3"],
+        ),
+        ("185 C;60;10,5;\u22122,5;\n", "CIELAB", [[60, 10.5, -2.5]], ["185 C"]),
+        ('"Red, dark"\t50\t0\t0\n', "CIELAB", [[50, 0, 0]], ["Red, dark"]),
+        ("Red #ff0000\nGreen; #0f0\n", "sRGB", [[1, 0, 0], [0, 1, 0]], ["Red", "Green"]),
+        ("Red, rgb(255, 0, 0)\n", "sRGB", [[1, 0, 0]], ["Red"]),
+        ("lab(50% 20 -20)\n", "CIELAB", [[50, 20, -20]], ["line 1"]),
+    ],
+)
+def test_lists_of_names_and_colours_need_no_header(text, space, points, labels):
+    table = read(text, space_of_lists="CIELAB")
+    assert table.space == space
+    np.testing.assert_allclose(table.points, points, atol=1e-12)
+    assert [table.label(row) for row in range(len(points))] == labels
+
+
+@pytest.mark.parametrize(
+    ("text", "where", "told"),
+    [
+        ("Red, 255, 0, 0\n", {"line": 1, "row": 0, "field": "L*"}, "R,G,B"),
+        ("0 100 100 0\n", {"line": 1, "field": "columns"}, "L,a,b"),
+        ("50 0 0\n50 0\n", {"line": 2, "row": 1}, "one cell for each column"),
+        ("Red #f00\nnothing\n", {"line": 2, "row": 1, "field": "hex"}, "rgb()"),
+    ],
+)
+def test_lines_of_a_list_that_are_no_colours_are_refused(text, where, told):
+    with pytest.raises(GamutError) as raised:
+        read(text, space_of_lists="CIELAB")
+    assert raised.value.where == where
+    assert told in raised.value.remedy
+
+
+def test_lists_of_numbers_need_a_space():
+    with pytest.raises(MissingColumnError):
+        read("Brand red, 48, 68, 48\n")
+    assert read("Brand red, 0, 0.5, 1\n", space="sRGB").space == "sRGB"
+
+
 def test_values_outside_srgb_and_a_stated_scale():
     assert read("R,G,B\n1,0,0\n", scale=1).points.tolist() == [[1, 0, 0]]
     assert read("R,G,B\n-0.2,1.05,0.5\n").points.tolist() == [[-0.2, 1.05, 0.5]]
