@@ -392,10 +392,21 @@ def _has_spectra_alone(names: Sequence[str]) -> bool:
     return False
 
 
-_LISTED = re.compile(
-    r"(?P<name>.*?)[\s,;|]*(?P<colour>#[0-9a-f]{3,8}|[a-z]{3,5}\([^()]{1,200}\))\s*", re.IGNORECASE
-)
-"""A line with a colour at its end, and a name before it."""
+_FUNCTION_NAME = re.compile(r"(?:rgba?|hsla?|lab|lch|oklab|oklch|color)$", re.IGNORECASE)
+
+
+def _parted(line: str) -> list[str] | None:
+    """Return the name, if there is one, and the colour at the end of a line; None without."""
+    text = line.rstrip()
+    start = text.rfind("#")
+    if text.endswith(")"):
+        bracket = text.rfind("(")
+        called = _FUNCTION_NAME.search(text[max(bracket - 5, 0) : max(bracket, 0)])
+        start = bracket - len(called[0]) if called else -1
+    if start < 0 or css_colour(text[start:]) is None:
+        return None
+    name = text[:start].rstrip(" \t,;|")
+    return [name, text[start:]] if name else [text[start:]]
 
 
 @dataclass(frozen=True)
@@ -419,9 +430,7 @@ class _List:
     def numbered(self, row: tuple[int, list[str]]) -> tuple[int, list[str]]:
         """Return a row with one cell for the name, if there are names."""
         line, given = row
-        cells = given
-        if self.whole and given and (match := _LISTED.fullmatch(given[0])):
-            cells = [each for each in match.group("name", "colour") if each]
+        cells = (_parted(given[0]) or given) if self.whole and given else given
         end = len(cells)
         while end and not cells[end - 1].strip():
             end -= 1
@@ -442,9 +451,7 @@ def _list_of(text: DelimitedText, first: list[str]) -> _List | None:
         found = _List(3)
     elif cells and text.separator != " " and css_colour(cells[-1]):
         found = _List(1)
-    elif (match := _LISTED.fullmatch((text.separator or " ").join(cells))) and css_colour(
-        match["colour"]
-    ):
+    elif _parted((text.separator or " ").join(cells)):
         found, text.separator = _List(1, whole=True), ""
     else:
         return None
@@ -579,8 +586,9 @@ def _fitted(cells: list[str], width: int, last: int, line: int, row: int) -> lis
     extra = [cell for cell in cells[width:] if cell.strip()]
     short = len(cells) <= last and any(cell.strip() for cell in cells)
     if extra or (short and not _is_remark(cells)):
+        count = "one cell" if len(cells) == 1 else f"{len(cells)} cells"
         raise MalformedFileError(
-            f"The row has {len(cells)} of {width} cells.",
+            f"The row has {count} for {width} columns.",
             where={"line": line, "row": row},
             remedy="Give one cell for each column. Quote cells that contain the separator.",
         )
