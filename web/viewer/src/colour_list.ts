@@ -121,7 +121,7 @@ export class ColourList {
       this.answer = { found: { ...found, colours }, near };
       this.draw(this.answer);
       this.tabulate(this.answer);
-      if (beyond > 0) byId("colours-note").append(` ${beyond} more colours are left out: at most ${MOST_COLOURS}.`);
+      if (beyond > 0) byId("colours-note").append(` Left out: ${beyond}, as at most ${MOST_COLOURS} are asked about.`);
     } catch (error) {
       if (asking.signal.aborted) return;
       this.refuse(error);
@@ -183,7 +183,7 @@ export class ColourList {
     const rest = colours.length - MOST_TABLE_ROWS;
     const sentences = [
       this.file === null ? "" : `${this.file.name}: `,
-      `${colours.length} colours: ${count("inside")}, ${count("edge")}, ${count("outside")} (${edgeText(found)}).`,
+      `${colours.length} ${colours.length === 1 ? "colour" : "colours"}: ${count("inside")}, ${count("edge")}, ${count("outside")} (${edgeText(found)}).`,
       ` ${found.reading}`,
       rest > 0 ? ` The table has the first ${MOST_TABLE_ROWS}, the file all.` : "",
     ];

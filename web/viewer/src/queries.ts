@@ -97,7 +97,7 @@ export async function checkTable(
     method: "POST",
     body: table,
     signal,
-    headers: { "Content-Type": "text/csv" },
+    headers: { "Content-Type": "application/octet-stream" }, // the service recognises the form
   });
   return (await response.json()) as CheckedTable;
 }
