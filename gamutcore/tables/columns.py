@@ -124,6 +124,7 @@ def find_columns(
     space: str | None = None,
     columns: str | None = None,
     prefix: str = "",
+    own: str | None = None,
     where: Where | None = None,
 ) -> ColourColumns:
     """Return the columns of a colour.
@@ -137,6 +138,8 @@ def find_columns(
         Names or numbers of the columns, separated by commas.
     prefix : str, optional
         Beginning of the names, such as ``from``, if a row has several colours.
+    own : str, optional
+        Canonical name of the space of a gamut, whose coordinates come first.
     where : dict, optional
         Location of the header, for errors.
 
@@ -148,11 +151,14 @@ def find_columns(
     place: Where = dict(where or {})
     names = [_without(name.strip(), prefix) for name in header]
     if columns is not None:
-        return _chosen(names, columns, space, place)
+        return _chosen(names, columns, space, own, place)
     if space is not None:
         found = _by_axes(names, space) or _of_space(names, space)
         if found is None:
             raise _no_axes(header, names, space, prefix, place)
+        return found
+    found = None if own is None else _by_axes(names, own) or _of_space(names, own)
+    if found is not None:
         return found
     sets = _sets(names)
     measured = [each for each in sets if each.kind in _MEASURED]
@@ -168,8 +174,8 @@ def find_columns(
         raise MissingColumnError(
             f"The table has several colours in each row: {'; '.join(listed)}.",
             where={**place, "field": "columns"},
-            remedy=f"Name the columns with --columns, such as --columns {listed[0]}. "
-            "In Python and over HTTP, send one colour, or give its space.",
+            remedy=f"Name the columns with --columns, such as --columns {listed[0]}, or over HTTP "
+            "with columns. In Python, give one colour, or its space.",
         )
     if sets:
         return sets[0]
@@ -181,6 +187,8 @@ def find_columns(
             where={**place, "field": inks[0]},
             remedy="Convert them by the profile of the press to columns L, a, b.",
         )
+    if own is not None:
+        raise _no_axes(header, names, own, prefix, place)
     raise MissingColumnError(
         f"No columns of colours are among {', '.join(header)[:200] or 'none'}.",
         where={**place, "field": "columns"},
@@ -241,7 +249,9 @@ def _sets(names: Sequence[str]) -> list[ColourColumns]:
     return found
 
 
-def _chosen(names: list[str], columns: str, space: str | None, where: Where) -> ColourColumns:
+def _chosen(
+    names: list[str], columns: str, space: str | None, own: str | None, where: Where
+) -> ColourColumns:
     wanted = [name.strip() for name in columns.split(",")]
     places = []
     for name in wanted:
@@ -269,7 +279,7 @@ def _chosen(names: list[str], columns: str, space: str | None, where: Where) -> 
         if len(sets) == 1:
             order = tuple(places[each] for each in sets[0].places)
             return ColourColumns(order, sets[0].kind, sets[0].space)
-    chosen = space or "CIELAB"
+    chosen = space or own or "CIELAB"
     kind = next((key for key, each in _KINDS.items() if each.space == chosen), "")
     return ColourColumns(tuple(places), kind, chosen)
 
@@ -397,7 +407,7 @@ def _scale_of(
     raise InvalidPointsError(
         f"The largest value of {', '.join(names)} is {highest:g}; their scale may be {candidates}.",
         where={**place(row), "field": names[int(np.argmax(values[row]))]},
-        remedy=f"Give the value of white, {candidates}, with --scale.",
+        remedy=f"Give the value of white, {candidates}, with --scale, or over HTTP with scale.",
     )
 
 
@@ -416,5 +426,5 @@ def _likely(name: str, values: FloatArray) -> str:
         return ""
     return (
         f"The values look like a scale of 0 to {fitting[0]:g}. Divide them by {fitting[0]:g}, or "
-        f"give --scale {fitting[0]:g} on the command line."
+        f"give --scale {fitting[0]:g} on the command line, or scale={fitting[0]:g} over HTTP."
     )

@@ -138,14 +138,27 @@ class ColourTable:
         """Return the location of a row that has a colour: its line in the file, or its number."""
         return {"row": row + 1} if self._text is None else {"line": self._lines[row], "row": row}
 
+    @property
+    def lines_of_rows(self) -> list[int]:
+        """The line in the file of each row that has a colour; without lines, its number from 1."""
+        return list(range(1, 1 + len(self.points))) if self._text is None else list(self._lines)
+
     def label(self, row: int) -> str:
-        """Return the first text of a row that has a colour, or its line or number."""
-        wanted = next(islice((cells for cells, known in self.rows() if known), row, None), [])
-        for at, cell in enumerate(wanted):
-            if at not in self.colour_places and cell.strip() and not _is_number(cell.strip()):
-                return cell
-        (name, value), *_ = self.place(row).items()
-        return f"{name} {value}"
+        """Return the first text of a row that has a colour, else its line or number."""
+        return next(islice(self.labels(), row, None), "")
+
+    def labels(self) -> Iterator[str]:
+        """Yield the label of each row that has a colour; see `label`."""
+        known = (cells for cells, coloured in self.rows() if coloured)
+        for row, cells in enumerate(known):
+            texts = (
+                cell
+                for at, cell in enumerate(cells)
+                if at not in self.colour_places and cell.strip() and not _is_number(cell.strip())
+            )
+            (name, value), *_ = self.place(row).items()
+            colour = cells[self.colour_places[0]].strip() if len(self.colour_places) == 1 else ""
+            yield next(texts, colour or f"{name} {value}")
 
     def own_values(self, points: FloatArray) -> FloatArray:
         """Return colours of the table's space in the scale of the table."""
@@ -230,9 +243,10 @@ def read_table(
     columns: str | None = None,
     scale: float | None = None,
     names: Sequence[str] = ("",),
+    own: str | None = None,
     most: int | None = None,
+    most_bytes: int | None = None,
     limits: bool = True,
-    space_of_lists: str | None = None,
 ) -> ColourTable:
     r"""Read a table of colours, recognised by its content.
 
@@ -250,13 +264,15 @@ def read_table(
         The value of white, such as 1, 100 or 255. The values decide without it.
     names : sequence of str, optional
         Prefixes of the columns, if a row has several colours: ``from`` for ``from_L``.
+    own : str, optional
+        Space of a gamut, whose coordinates come first. Numbers of lists without names of columns
+        are in it.
     most : int, optional
         Largest number of rows.
+    most_bytes : int, optional
+        Largest file of measurements or swatches, whose cells are in memory all at once.
     limits : bool, optional
-        Whether values outside the scale of the space are refused.
-    space_of_lists : str, optional
-        Space of a list: lines of a name and three numbers, without names of columns. Lists are
-        refused without it and without `space`. Lines such as ``Red #e4002b`` need neither.
+        Whether values outside the scale of the space `own` are refused.
 
     Raises
     ------
@@ -282,23 +298,52 @@ def read_table(
     ;;;;
     """
     given = None if space is None else space_named(space)
-    if data.startswith(_NPY_MAGIC):
-        return _of_array(data, given, scale)
-    if data.startswith(MAGIC):
-        return _of_swatches(data)
+    table = _delimited(data, given, columns, scale, names, own, most, limits=limits)
+    if table is None:
+        if most_bytes is not None and len(data) > most_bytes:
+            raise SampleLimitError(
+                f"The file of measurements or swatches has {len(data)} bytes.",
+                where={"limit": most_bytes},
+                remedy=f"Send at most {most_bytes} bytes, or the colours as CSV.",
+            )
+        table = _other(data, given or own, scale)
+    if most is not None and len(table.points) > most:
+        raise _too_many(most)
+    return table
+
+
+def _delimited(
+    data: bytes,
+    given: str | None,
+    columns: str | None,
+    scale: float | None,
+    names: Sequence[str],
+    own: str | None,
+    most: int | None,
+    *,
+    limits: bool,
+) -> ColourTable | None:
+    """Return the table in delimited text; None for other forms, and if columns are bands."""
+    if data.startswith((_NPY_MAGIC, MAGIC)):
+        return None
     found = None if picture_format(data) is not None else text_and_encoding(data)
     if found is None or looks_like_icc(data):
         raise _no_table(data)
     content, encoding = found
     if looks_like_xml(data) or looks_like_cgats(content):
-        return _of_samples(data, content)
+        return None
     del content, found
     text = DelimitedText(data, encoding)
-    lists = None if space_of_lists is None else space_named(space_of_lists)
-    table = _of_text(text, given, columns, names, scale, most, limits=limits, lists=lists)
-    if table is None:  # the columns are bands of spectra
-        return _of_samples(data, None, text)
-    return table
+    return _of_text(text, given, columns, names, own, scale, most, limits=limits)
+
+
+def _other(data: bytes, space: str | None, scale: float | None) -> ColourTable:
+    """Return the table in a file that is recognised by its content, and says its space itself."""
+    if data.startswith(_NPY_MAGIC):
+        return _of_array(data, space, scale)
+    if data.startswith(MAGIC):
+        return _of_swatches(data)
+    return _of_samples(data)
 
 
 def _is_number(cell: str) -> bool:
@@ -314,11 +359,11 @@ def _of_text(
     space: str | None,
     columns: str | None,
     names: Sequence[str],
+    own: str | None,
     scale: float | None,
     most: int | None,
     *,
     limits: bool,
-    lists: str | None,
 ) -> ColourTable | None:
     line, header = next(text.rows(), (1, []))
     first = [cell.strip() for cell in header]
@@ -326,18 +371,29 @@ def _of_text(
         return None
     listed = _list_of(text, first) if columns is None and len(names) == 1 else None
     headless = bool(first) and (listed is not None or all(map(_is_number, first)))
-    axes_space = space
     if listed is not None:
-        axes_space = None if listed.width == 1 else space or lists
-        first = _names_of(listed, first, axes_space, line)
+        space = None if listed.width == 1 else space  # texts say their space
+        first = _names_of(listed, first, space or own, line)
     elif headless:
-        first = _made_up(first, space, columns, line)
+        first = _made_up(first, space or own, columns, line)
     found = [
-        find_columns(first, space=axes_space, columns=columns, prefix=name, where={"line": line})
+        find_columns(
+            first, space=space, columns=columns, prefix=name, own=own, where={"line": line}
+        )
         for name in (names if len(names) > 1 else [""])
     ]
+    if len({each.space for each in found}) > 1:
+        spaces = (f"{name} in {each.space}" for name, each in zip(names, found, strict=True))
+        raise MissingColumnError(
+            f"The colours of a row are in several spaces: {', '.join(spaces)}.",
+            where={"line": line, "field": "columns"},
+            remedy="Give all colours of a row in the same space.",
+        )
     if not limits:
-        found = [replace(each, kind="TEXT" if each.kind == "TEXT" else "") for each in found]
+        found = [
+            replace(each, kind="") if each.kind != "TEXT" and each.space == own else each
+            for each in found
+        ]
     table = ColourTable(first if headless else header, text)
     table.headless, table._list = headless, listed  # noqa: SLF001
     table.space = found[0].space
@@ -354,14 +410,13 @@ def _of_text(
             scale,
             titles,
             table.place,
-            stated=space is not None or columns is not None,
+            stated=space is not None or columns is not None or each.space == own,
         )
         values[:, 3 * at : 3 * at + 3] = points
     table._full = 100.0 if found[0].kind in {"LAB", "LCH"} else 1.0  # noqa: SLF001
     table.scale = table.scale if found[0].kind else 1.0
     table.inputs = [values[:, 3 * at : 3 * at + 3] for at in range(len(found))]
-    titles = [first[place] for place in found[0].places]
-    table.reading = _statement(table, titles, text)
+    table.reading = _statement(table, [first[place] for place in table.colour_places], text)
     return table
 
 
@@ -369,7 +424,9 @@ def _statement(table: ColourTable, titles: Sequence[str], text: DelimitedText) -
     scale = f" with white at {table.scale:g}" if table.space in {"sRGB", "CIEXYZ"} else ""
     if table.scale != table._full and not scale:  # noqa: SLF001
         scale = f" with white at {table.scale:g}"
-    parts = [f"Columns {', '.join(titles)} are read as {table.space}{scale}"]
+    shown = ", ".join(" ".join(title.split())[:_LONGEST_SHOWN] for title in titles)
+    columns = f"Column {shown} is" if len(titles) == 1 else f"Columns {shown} are"
+    parts = [f"{columns} read as {table.space}{scale}"]
     if table.headless:
         parts = [f"Columns without names are read as {table.space}{scale}"]
     if text.separator not in {",", ""}:
@@ -377,8 +434,8 @@ def _statement(table: ColourTable, titles: Sequence[str], text: DelimitedText) -
     if table.decimal == ",":
         parts.append("with decimal commas")
     if not text.encoding.startswith("utf-8"):
-        shown = {"cp1252": "Windows-1252", "latin-1": "ISO 8859-1"}.get(text.encoding)
-        parts.append(f"in {shown or 'UTF-16'}")
+        encoding = {"cp1252": "Windows-1252", "latin-1": "ISO 8859-1"}.get(text.encoding)
+        parts.append(f"in {encoding or 'UTF-16'}")
     return ", ".join(parts) + "."
 
 
@@ -736,7 +793,7 @@ def _of_swatches(data: bytes) -> ColourTable:
     return table
 
 
-def _of_samples(data: bytes, content: str | None, text: DelimitedText | None = None) -> ColourTable:
+def _of_samples(data: bytes) -> ColourTable:
     """Return the colours of measurements, as measured, in CIELAB relative to D50."""
     samples = characterisation(data)
     if not isinstance(samples, Samples):
@@ -746,12 +803,15 @@ def _of_samples(data: bytes, content: str | None, text: DelimitedText | None = N
     except OptionError:
         found = measured_colours(samples, "relative")
     points = np.ascontiguousarray(found.lab, np.float64)
-    header, cells = [], None
-    if text is not None:
-        rows = [cells for _, cells in text.rows() if any(cell.strip() for cell in cells)]
+    header: list[str] = []
+    cells: list[list[str]] | None = None
+    text = text_and_encoding(data)
+    if text is not None and looks_like_cgats(text[0]):
+        header, cells = cgats_rows(text[0])
+    elif text is not None and not looks_like_xml(data):
+        lines = DelimitedText(data, text[1]).rows()
+        rows = [cells for _, cells in lines if any(cell.strip() for cell in cells)]
         header, cells = rows[0], [row[: len(rows[0])] for row in rows[1:]]
-    elif content is not None and not looks_like_xml(data):
-        header, cells = cgats_rows(content)
     if cells is None or len(cells) != len(points):
         device = samples.device if samples.device is not None else np.empty((len(points), 0))
         values = np.hstack([100.0 * device, points])

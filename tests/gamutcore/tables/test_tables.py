@@ -137,11 +137,11 @@ def test_columns_without_names_are_read_if_their_space_is_given():
         ('"Red, dark"\t50\t0\t0\n', "CIELAB", [[50, 0, 0]], ["Red, dark"]),
         ("Red #ff0000\nGreen; #0f0\n", "sRGB", [[1, 0, 0], [0, 1, 0]], ["Red", "Green"]),
         ("Red, rgb(255, 0, 0)\n", "sRGB", [[1, 0, 0]], ["Red"]),
-        ("lab(50% 20 -20)\n", "CIELAB", [[50, 20, -20]], ["line 1"]),
+        ("lab(50% 20 -20)\n", "CIELAB", [[50, 20, -20]], ["lab(50% 20 -20)"]),
     ],
 )
 def test_lists_of_names_and_colours_need_no_header(text, space, points, labels):
-    table = read(text, space_of_lists="CIELAB")
+    table = read(text, own="CIELAB")
     assert table.space == space
     np.testing.assert_allclose(table.points, points, atol=1e-12)
     assert [table.label(row) for row in range(len(points))] == labels
@@ -158,7 +158,7 @@ def test_lists_of_names_and_colours_need_no_header(text, space, points, labels):
 )
 def test_lines_of_a_list_that_are_no_colours_are_refused(text, where, told):
     with pytest.raises(GamutError) as raised:
-        read(text, space_of_lists="CIELAB")
+        read(text, own="CIELAB")
     assert raised.value.where == where
     assert told in raised.value.remedy
 

@@ -150,7 +150,7 @@ test("what is no colour is refused in the words of the service, with the line an
     ["C,M,Y,K\n0,100,100,0", /amounts of ink.*profile of the press/],
     ["Red, 255, 0, 0", /Line 1: .*outside the scale of CIELAB.*R,G,B/],
     ["50 0 0\n\n51 0", /Line 3: The row has 2 cells/],
-    ["L,a,b,R,G,B\n50,0,0,1,2,3", /several colours in each row: L,a,b; R,G,B/],
+    ["X,Y,Z,R,G,B\n0.2,0.2,0.2,1,2,3", /several colours in each row: X,Y,Z; R,G,B/],
   ]) {
     const { rows, problem } = await check(page, list);
     assert.deepEqual(rows, []);
@@ -182,9 +182,9 @@ test("space, scale and columns are stated where a table does not say them", asyn
     input.dispatchEvent(new Event("change", { bubbles: true }));
   });
   await page.waitForSelector("#colours-problem:not([hidden])");
-  const several = await check(page, "name,L,a,b,R,G,B\nx,50,10,0,1,2,3");
+  const several = await check(page, "name,X,Y,Z,R,G,B\nx,0.2,0.2,0.2,1,2,3");
   assert.match(several.problem.join(" "), /several colours/);
-  await page.select("#colours-space", "CIELAB");
+  await page.select("#colours-space", "CIEXYZ");
   await page.waitForSelector("#colours-table table");
   assert.equal((await shown(page)).rows[0][1], "inside");
   forgiveRefusals(page);
