@@ -299,7 +299,7 @@ def _no_axes(
         f"Name the columns of the colours {', '.join(axes)}, with the prefixes of the operation "
         "if a row has several colours. Columns of another space need `space`"
     )
-    remedy += f": these are {other[0]}." if other else "."
+    remedy += f": these are {other[0]}." if other else f", or the names {_CANDIDATES}."
     return MissingColumnError(
         f"The table has {fault} {column}. Its columns are: {', '.join(header)[:200] or 'none'}.",
         where={**where, "field": column},

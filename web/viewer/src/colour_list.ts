@@ -23,7 +23,6 @@ import {
   nearest,
 } from "./queries.js";
 
-const MOST_COLOURS = 10_000;
 const MOST_TABLE_ROWS = 500;
 
 interface Answer {
@@ -115,13 +114,10 @@ export class ColourList {
     this.asking = asking;
     try {
       const found = await checkTable(this.gamut, table, this.stated(), asking.signal);
-      const colours = found.colours.slice(0, MOST_COLOURS);
-      const near = await nearest(this.gamut, colours, asking.signal);
-      const beyond = found.colours.length - colours.length;
-      this.answer = { found: { ...found, colours }, near };
+      const near = await nearest(this.gamut, found.colours, asking.signal);
+      this.answer = { found, near };
       this.draw(this.answer);
       this.tabulate(this.answer);
-      if (beyond > 0) byId("colours-note").append(` Left out: ${beyond}, as at most ${MOST_COLOURS} are asked about.`);
     } catch (error) {
       if (asking.signal.aborted) return;
       this.refuse(error);
@@ -133,6 +129,9 @@ export class ColourList {
     if (error instanceof ProblemError && [401, 403].includes(error.problem.status)) {
       this.fail(error);
       return;
+    }
+    if (error instanceof ProblemError && error.problem.code === "too-many-rows") {
+      error.problem.remedy = "Check fewer colours at once. The command gamut query takes files of any length.";
     }
     byId("colours-problem").replaceChildren(...problemElements(error));
     byId("colours-problem").hidden = false;
@@ -179,7 +178,7 @@ export class ColourList {
 
   private tabulate({ found, near }: Answer): void {
     const { colours, inside, position } = found;
-    const count = (where: Position) => `${position.slice(0, colours.length).filter((each) => each === where).length} ${where}`;
+    const count = (where: Position) => `${position.filter((each) => each === where).length} ${where}`;
     const rest = colours.length - MOST_TABLE_ROWS;
     const sentences = [
       this.file === null ? "" : `${this.file.name}: `,
