@@ -133,7 +133,8 @@ export class ColourList {
     if (error instanceof ProblemError && error.problem.code === "too-many-rows") {
       error.problem.remedy = "Check fewer colours at once. The command gamut query takes files of any length.";
     }
-    byId("colours-problem").replaceChildren(...problemElements(error));
+    const [, ...words] = problemElements(error);
+    byId("colours-problem").replaceChildren(element("strong", "The list is refused"), ...words);
     byId("colours-problem").hidden = false;
     this.reading.open = true; // how it is to be read can be stated there
   }
