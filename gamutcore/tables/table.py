@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import io
 import math
+import tokenize
 from array import array
 from dataclasses import replace
 from itertools import chain, islice
@@ -46,6 +47,7 @@ from gamutcore.tables.columns import (
     find_columns,
     on_full_scale,
     space_named,
+    unused_columns,
 )
 from gamutcore.tables.css_colours import css_colour
 from gamutcore.tables.swatches import MAGIC, swatches
@@ -59,12 +61,19 @@ if TYPE_CHECKING:
 __all__ = ["ColourTable", "read_table"]
 
 _NPY_MAGIC = b"\x93NUMPY"
+_DAMAGED = (
+    *(ValueError, EOFError, TypeError, SyntaxError, KeyError, MemoryError, RecursionError),
+    *(OverflowError, tokenize.TokenError),
+)
+"""What NumPy raises for damaged .npy files."""
+
 _WORKBOOK = b"PK\x03\x04"
 _BLOCK = 256
 """Rows whose cells are converted at once. They fit into the cache of a processor: 4096 rows take
 twice the time."""
 
 _LONGEST_SHOWN = 40
+_MOST_UNUSED = 3
 _MARKS = {"\t": "tabs", ";": "semicolons", ",": "commas", "|": "bars", " ": "spaces"}
 
 
@@ -430,6 +439,10 @@ def _statement(table: ColourTable, titles: Sequence[str], text: DelimitedText) -
     if not text.encoding.startswith("utf-8"):
         encoding = {"cp1252": "Windows-1252", "latin-1": "ISO 8859-1"}.get(text.encoding)
         parts.append(f"in {encoding or 'UTF-16'}")
+    others = unused_columns(table.header, table.colour_places)[:_MOST_UNUSED]
+    if others and len(table.inputs) == 1:
+        shown = "; ".join(" ".join(each.split())[: 3 * _LONGEST_SHOWN] for each in others)
+        return ", ".join(parts) + f". Other colours are not used: {shown}."
     return ", ".join(parts) + "."
 
 
@@ -639,7 +652,7 @@ def _in_one_space(table: ColourTable, spaces: Sequence[str], values: FloatArray)
 def _of_array(data: bytes, space: str | None, scale: float | None) -> ColourTable:
     try:
         found = np.load(io.BytesIO(data), allow_pickle=False)
-    except (ValueError, EOFError) as error:
+    except _DAMAGED as error:
         raise MalformedFileError(
             "The .npy file is damaged, or holds objects.",
             remedy="Save an (n, 3) array of numbers with numpy.save.",
