@@ -22,7 +22,9 @@ from gamutcore.characterisation import (
     DelimitedText,
     Samples,
     characterisation,
+    mentions,
     text_and_encoding,
+    text_encoding,
 )
 from gamutcore.characterisation.cgats import cgats_rows, looks_like_cgats
 from gamutcore.characterisation.cxf import looks_like_xml
@@ -303,7 +305,7 @@ def read_table(
     ;;;;
     """
     given = None if space is None else space_named(space)
-    table = _delimited(data, given, columns, scale, names, own, most, limits=limits)
+    table = _delimited(data, given, columns, scale, names, own, most, most_bytes, limits=limits)
     if table is None:
         if most_bytes is not None and len(data) > most_bytes:
             raise SampleLimitError(
@@ -325,19 +327,22 @@ def _delimited(
     names: Sequence[str],
     own: str | None,
     most: int | None,
+    most_bytes: int | None,
     *,
     limits: bool,
 ) -> ColourTable | None:
     """Return the table in delimited text; None for other forms, and if columns are bands."""
     if data.startswith((_NPY_MAGIC, MAGIC)):
         return None
-    found = None if picture_format(data) is not None else text_and_encoding(data)
-    if found is None or looks_like_icc(data):
+    encoding = None if picture_format(data) is not None else text_encoding(data)
+    if encoding is None or looks_like_icc(data):
         raise _no_table(data)
-    content, encoding = found
-    if looks_like_xml(data) or looks_like_cgats(content):
+    if looks_like_xml(data):
         return None
-    del content, found
+    if mentions(data, encoding, "begin_data"):  # all of the text is decoded only then
+        too_long = most_bytes is not None and len(data) > most_bytes
+        if too_long or looks_like_cgats(data.decode(encoding)):
+            return None
     text = DelimitedText(data, encoding)
     return _of_text(text, given, columns, names, own, scale, most, limits=limits)
 

@@ -233,8 +233,10 @@ _COLOURS = [
     b"name,hex\nred,#e4002b\nblue,rgb(0 0 255)\nx,lab(50% 40 -59.5)\ny,oklch(0.5 0.1 20deg)\n",
     b"x y Y L a b\n0.31 0.33 20 50 1 2\n0.2 0.3 40 10 -1 2\n",
     _ase(("Grün", b"LAB ", (0.5, -40, 20)), ("x", b"RGB ", (1, 0, 0)), ("y", b"Gray", (0.5,))),
-    b"CGATS.17\nBEGIN_DATA_FORMAT\nSAMPLE_NAME LAB_L LAB_A LAB_B\nEND_DATA_FORMAT\n"
-    b'NUMBER_OF_SETS 2\nBEGIN_DATA\n"Grey 1" 50 0 0\nred 48 68 48\nEND_DATA\n',
+    (
+        b"CGATS.17\nBEGIN_DATA_FORMAT\nSAMPLE_NAME LAB_L LAB_A LAB_B\nEND_DATA_FORMAT\n"
+        b'NUMBER_OF_SETS 2\nBEGIN_DATA\n"Grey 1" 50 0 0\nred 48 68 48\nEND_DATA\n'
+    ),
     _spectral(),
     _cxf(["M1"]),
     npy(COLOURS),
