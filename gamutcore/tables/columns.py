@@ -23,7 +23,14 @@ if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
     from gamutcore.errors import Where
 
-__all__ = ["ColourColumns", "axes_of", "find_columns", "on_full_scale", "space_named"]
+__all__ = [
+    "ColourColumns",
+    "axes_of",
+    "find_columns",
+    "on_full_scale",
+    "space_named",
+    "unused_columns",
+]
 
 
 class _Kind(NamedTuple):
@@ -37,7 +44,8 @@ class _Kind(NamedTuple):
 
 
 _ANY = 500.0
-"""Largest |a*|, |b*| and C*. Those of the primaries of ACES AP0 are below."""
+"""Largest |a*|, |b*| and C*. Those of the primaries of ACES AP0 (SMPTE ST 2065-1), the widest
+encoding in use, are at most 410."""
 
 _ROUNDING = 0.002
 """What codes may exceed their scale by: half a step of 8 bits."""
@@ -48,7 +56,9 @@ _KINDS = {
         "CIELAB",
         (100.0,),
         (-1.0, -_ANY, -_ANY),
-        (105.0, _ANY, _ANY),  # fluorescent papers have an L* above 100 under M1
+        # 100 is the perfect diffuser (CIE 15:2018). Fluorescence exceeds it under M1; 105 is
+        # Y = 113 %.
+        (105.0, _ANY, _ANY),
     ),
     "LCH": _Kind(
         (("LCH_L", "LCH_C", "LCH_H"), ("LAB_L", "LAB_C", "LAB_H")),
@@ -62,20 +72,22 @@ _KINDS = {
         "CIEXYZ",
         (1.0, 100.0),
         (-0.1, -0.1, -0.1),
-        (1.5, 1.5, 1.5),  # Z of D65 is 1.09, and papers fluoresce
+        # Z of D65 is 1.09, and X of illuminant A 1.10 (CIE 15:2018); fluorescence adds.
+        (1.5, 1.5, 1.5),
     ),
     "XYY": _Kind(
         (("XYY_X", "XYY_Y", "XYY_CAPY"),),
         "CIEXYZ",
         (1.0, 100.0),
         (0.0, 0.0, 0.0),
-        (1.0, 1.0, 1.5),
+        (1.0, 1.0, 1.5),  # x and y of any light are from 0 to 1 (CIE 15:2018); Y as above
     ),
     "RGB": _Kind(
         (("RGB_R", "RGB_G", "RGB_B"),),
         "sRGB",
         (1.0, 255.0),
-        (-1.0, -1.0, -1.0),  # colours outside sRGB, such as those of BT.2020
+        # The primaries of BT.2020 and their sums are from -0.84 to 1.25 in sRGB (ITU-R BT.2087).
+        (-1.0, -1.0, -1.0),
         (1.5, 1.5, 1.5),
     ),
     "TEXT": _Kind((), "sRGB", (1.0,), (-1.0,) * 3, (1.5,) * 3),
@@ -194,6 +206,14 @@ def find_columns(
         where={**place, "field": "columns"},
         remedy=f"Name the columns {_CANDIDATES}, or choose three with --columns.",
     )
+
+
+def unused_columns(header: Sequence[str], used: Sequence[int]) -> list[str]:
+    """Return the names of further sets of columns that hold a colour, such as ``X, Y, Z``."""
+    found = [each.places for each in _sets([name.strip() for name in header])]
+    return [
+        ", ".join(header[place] for place in places) for places in found if set(places) != set(used)
+    ]
 
 
 def _without(name: str, prefix: str) -> str:

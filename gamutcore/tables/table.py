@@ -9,6 +9,7 @@ from __future__ import annotations
 import io
 import math
 import re
+import tokenize
 from array import array
 from dataclasses import dataclass, replace
 from itertools import chain, islice
@@ -22,7 +23,9 @@ from gamutcore.characterisation import (
     DelimitedText,
     Samples,
     characterisation,
+    mentions,
     text_and_encoding,
+    text_encoding,
 )
 from gamutcore.characterisation.cgats import cgats_rows, looks_like_cgats
 from gamutcore.characterisation.cxf import looks_like_xml
@@ -47,6 +50,7 @@ from gamutcore.tables.columns import (
     find_columns,
     on_full_scale,
     space_named,
+    unused_columns,
 )
 from gamutcore.tables.css_colours import css_colour
 from gamutcore.tables.swatches import MAGIC, swatches
@@ -60,12 +64,19 @@ if TYPE_CHECKING:
 __all__ = ["ColourTable", "read_table"]
 
 _NPY_MAGIC = b"\x93NUMPY"
+_DAMAGED = (
+    *(ValueError, EOFError, TypeError, SyntaxError, KeyError, MemoryError, RecursionError),
+    *(OverflowError, tokenize.TokenError),
+)
+"""What NumPy raises for damaged .npy files."""
+
 _WORKBOOK = b"PK\x03\x04"
 _BLOCK = 256
 """Rows whose cells are converted at once. They fit into the cache of a processor: 4096 rows take
 twice the time."""
 
 _LONGEST_SHOWN = 40
+_MOST_UNUSED = 3
 _MARKS = {"\t": "tabs", ";": "semicolons", ",": "commas", "|": "bars", " ": "spaces"}
 
 
@@ -298,7 +309,7 @@ def read_table(
     ;;;;
     """
     given = None if space is None else space_named(space)
-    table = _delimited(data, given, columns, scale, names, own, most, limits=limits)
+    table = _delimited(data, given, columns, scale, names, own, most, most_bytes, limits=limits)
     if table is None:
         if most_bytes is not None and len(data) > most_bytes:
             raise SampleLimitError(
@@ -320,19 +331,22 @@ def _delimited(
     names: Sequence[str],
     own: str | None,
     most: int | None,
+    most_bytes: int | None,
     *,
     limits: bool,
 ) -> ColourTable | None:
     """Return the table in delimited text; None for other forms, and if columns are bands."""
     if data.startswith((_NPY_MAGIC, MAGIC)):
         return None
-    found = None if picture_format(data) is not None else text_and_encoding(data)
-    if found is None or looks_like_icc(data):
+    encoding = None if picture_format(data) is not None else text_encoding(data)
+    if encoding is None or looks_like_icc(data):
         raise _no_table(data)
-    content, encoding = found
-    if looks_like_xml(data) or looks_like_cgats(content):
+    if looks_like_xml(data):
         return None
-    del content, found
+    if mentions(data, encoding, "begin_data"):  # all of the text is decoded only then
+        too_long = most_bytes is not None and len(data) > most_bytes
+        if too_long or looks_like_cgats(data.decode(encoding)):
+            return None
     text = DelimitedText(data, encoding)
     return _of_text(text, given, columns, names, own, scale, most, limits=limits)
 
@@ -410,7 +424,7 @@ def _of_text(
             scale,
             titles,
             table.place,
-            stated=space is not None or columns is not None or each.space == own,
+            stated=space is not None or columns is not None or (each.space == own and not headless),
         )
         values[:, 3 * at : 3 * at + 3] = points
     table._full = 100.0 if found[0].kind in {"LAB", "LCH"} else 1.0  # noqa: SLF001
@@ -436,6 +450,10 @@ def _statement(table: ColourTable, titles: Sequence[str], text: DelimitedText) -
     if not text.encoding.startswith("utf-8"):
         encoding = {"cp1252": "Windows-1252", "latin-1": "ISO 8859-1"}.get(text.encoding)
         parts.append(f"in {encoding or 'UTF-16'}")
+    others = unused_columns(table.header, table.colour_places)[:_MOST_UNUSED]
+    if others and len(table.inputs) == 1:
+        shown = "; ".join(" ".join(each.split())[: 3 * _LONGEST_SHOWN] for each in others)
+        return ", ".join(parts) + f". Other colours are not used: {shown}."
     return ", ".join(parts) + "."
 
 
@@ -719,7 +737,7 @@ def _in_one_space(table: ColourTable, spaces: Sequence[str], values: FloatArray)
 def _of_array(data: bytes, space: str | None, scale: float | None) -> ColourTable:
     try:
         found = np.load(io.BytesIO(data), allow_pickle=False)
-    except (ValueError, EOFError) as error:
+    except _DAMAGED as error:
         raise MalformedFileError(
             "The .npy file is damaged, or holds objects.",
             remedy="Save an (n, 3) array of numbers with numpy.save.",
