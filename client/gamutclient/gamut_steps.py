@@ -203,6 +203,14 @@ class GamutSteps(RemoteGamut):
         records, _ = yield from self._post("contains", rows, params)
         return rows.in_shape(records["inside"].astype(bool))
 
+    def tolerance(self, **level: Unpack[Level]) -> Steps[float]:
+        """Return the distance up to which a colour outside of a level counts as in gamut."""
+        path = f"/v1/gamuts/{self.id}/contains"
+        headers = {"Content-Type": JSON, "Accept": JSON}
+        request = Request("POST", path, level, headers, b'{"colours": []}')
+        response = yield from sent(request, self.retries)
+        return float(response.json()["tolerance"])
+
     def distance(self, colours: Colours, **asked: Unpack[Question]) -> Steps[FloatArray]:
         """Return the distances of colours from the surface, negative inside."""
         rows = colour_rows(colours)
@@ -452,6 +460,10 @@ class GamutSteps(RemoteGamut):
     def coverage_of(self, other: RemoteGamut | str) -> Steps[float]:
         """Return the share of another gamut's volume that this gamut covers."""
         return (yield from GamutSteps.compare(self, other, sectors=1)).a_covers_b
+
+    def warnings_about(self, other: RemoteGamut | str) -> Steps[tuple[str, ...]]:
+        """Return reasons why a comparison with another gamut may mislead, as `compare` does."""
+        return (yield from GamutSteps.compare(self, other, sectors=1)).warnings
 
     def intersection(self, other: RemoteGamut | str) -> Steps[Intersection]:
         """Return the part that both gamuts have; ``press & srgb`` of a blocking client."""

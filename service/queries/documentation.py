@@ -143,7 +143,10 @@ def request_body(operation: Operation) -> dict[str, Any]:
         "additionalProperties": False,
     }
     width = 3 * len(names)
+    others = ", ".join(f"`{each}`" for each in sorted(TABLES - {CSV}))
     return {
+        "description": "Colours. Tables are recognised by their content, such as CSV, CGATS, CxF "
+        f"and Adobe swatches: `{CSV}` stands for {others} as well.",
         "required": True,
         "content": {
             JSON: {
@@ -158,13 +161,6 @@ def request_body(operation: Operation) -> dict[str, Any]:
                 # client generators pass other types of body as a file
                 "schema": {"type": "string", "format": "binary"},
                 "examples": {"table": {"value": _table(operation, operation.example)}},
-            },
-            **{
-                each: {
-                    "schema": {"type": "string", "format": "binary"},
-                    "examples": {"table": {"summary": "A table, recognised by its content"}},
-                }
-                for each in sorted(TABLES - {CSV})
             },
         },
     }

@@ -146,6 +146,8 @@ QUESTIONS = {
     "contains": lambda gamut, _: gamut.contains(COLOURS),
     "contains one colour": lambda gamut, _: gamut.contains(CENTRE),
     "contains of none": lambda gamut, _: gamut.contains(np.empty((0, 3))),
+    "tolerance": lambda gamut, _: gamut.tolerance(**LEVEL),
+    "warnings": lambda gamut, other: gamut.warnings_about(other),
     "distance": lambda gamut, _: gamut.distance(COLOURS, **LEVEL),
     "distance in another space": lambda gamut, _: gamut.distance(POLAR, space="LCHab", **LEVEL),
     "classify": lambda gamut, _: gamut.classify(COLOURS, tolerance=5, **LEVEL),
