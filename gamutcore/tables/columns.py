@@ -427,7 +427,7 @@ def _scale_of(
     raise InvalidPointsError(
         f"The largest value of {', '.join(names)} is {highest:g}; their scale may be {candidates}.",
         where={**place(row), "field": names[int(np.argmax(values[row]))]},
-        remedy=f"Give the value of white, {candidates}, with --scale, or over HTTP with scale.",
+        remedy=f"Give the value of white, {candidates}, with --scale, over HTTP table_scale.",
     )
 
 
@@ -446,5 +446,5 @@ def _likely(name: str, values: FloatArray) -> str:
         return ""
     return (
         f"The values look like a scale of 0 to {fitting[0]:g}. Divide them by {fitting[0]:g}, or "
-        f"give --scale {fitting[0]:g} on the command line, or scale={fitting[0]:g} over HTTP."
+        f"give --scale {fitting[0]:g} on the command line, or table_scale={fitting[0]:g} over HTTP."
     )

@@ -77,7 +77,7 @@ TABLE_PARAMETERS = (
         example="L,a,b",
     ),
     Parameter(
-        "scale",
+        "table_scale",
         (Number(0.0, 1e6, above_least=True, below_most=True),),
         "For tables: the value of white, such as 1, 100 or 255. By default, the values decide, and "
         "with `space` it is 1 for `sRGB` and `CIEXYZ`.",

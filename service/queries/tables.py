@@ -47,7 +47,7 @@ class TableRequest(NamedTuple):
     @classmethod
     def of(cls, own: ColourSpace, values: Mapping[str, Any]) -> TableRequest:
         """Return what the parameters say."""
-        return cls(own, *(values.get(name) for name in ("space", "columns", "scale")))
+        return cls(own, *(values.get(name) for name in ("space", "columns", "table_scale")))
 
 
 def read_colours(

@@ -675,18 +675,19 @@ def test_columns_and_scale_are_chosen_as_on_the_command_line(ask, assert_problem
     assert document["colours"] == [[50, 0, 0]]
     codes = "R,G,B\n1,1,1\n"
     assert_problem(ask(codes, CSV), 422, "invalid-points")
-    light = ask(codes, CSV, query="?scale=1", Accept=JSON).json()["colours"]
-    dark = ask(codes, CSV, query="?scale=255", Accept=JSON).json()["colours"]
+    light = ask(codes, CSV, query="?table_scale=1", Accept=JSON).json()["colours"]
+    dark = ask(codes, CSV, query="?table_scale=255", Accept=JSON).json()["colours"]
     assert np.allclose(light, [[100, 0, 0]], atol=0.01)
     assert dark[0][0] < 1
     assert ask(codes, CSV, query="?space=sRGB", Accept=JSON).json()["colours"] == light
-    for query, field in (("?scale=0", "scale"), ("?columns=", "columns")):
+    for query, field in (("?table_scale=0", "table_scale"), ("?columns=", "columns")):
         document = assert_problem(ask(codes, CSV, query=query), 422, "invalid-parameter")
         assert document["where"]["field"] == field
     assert_problem(ask(codes, CSV, query="?columns=R,G"), 422, "invalid-body")
-    assert_problem(ask(table, CSV, query="?columns=p,q,r&scale=9"), 422, "invalid-points")
-    document = assert_problem(ask({"colours": []}, query="?scale=1"), 422, "invalid-parameter")
-    assert document["where"]["field"] == "scale"
+    assert_problem(ask(table, CSV, query="?columns=p,q,r&table_scale=9"), 422, "invalid-points")
+    none = ask({"colours": []}, query="?table_scale=1")
+    document = assert_problem(none, 422, "invalid-parameter")
+    assert document["where"]["field"] == "table_scale"
     body = {"colours": [], "columns": "1,2,3"}
     assert_problem(ask(body), 422, "invalid-body")
 

@@ -89,11 +89,11 @@ export class ColourList {
 
   private stated(): TableReading {
     const value = (name: string) => byId<HTMLInputElement | HTMLSelectElement>(`colours-${name}`).value.trim();
-    return { space: value("space"), columns: value("columns"), scale: value("scale") };
+    return { space: value("space"), columns: value("columns"), table_scale: value("scale") };
   }
 
   private summarise(): void {
-    const { space, columns, scale } = this.stated();
+    const { space, columns, table_scale: scale } = this.stated();
     const parts = [space, scale && `white at ${scale}`, columns && `columns ${columns}`].filter((part) => part !== "");
     byId("colours-reading-summary").textContent = parts.join(", ") || "the table says";
   }

@@ -54,7 +54,7 @@ export interface Nearest {
 export interface TableReading {
   space: string;
   columns: string;
-  scale: string;
+  table_scale: string;
 }
 
 export async function compare(a: string, b: string, signal: AbortSignal): Promise<Comparison> {
