@@ -51,17 +51,13 @@ __all__ = [
 SEVENTH = 25.0**7
 
 COS_30, SIN_30 = float(np.cos(np.pi / 6)), 0.5
-
 COS_6, SIN_6 = float(np.cos(np.radians(6))), float(np.sin(np.radians(6)))
-
 COS_63, SIN_63 = float(np.cos(np.radians(63))), float(np.sin(np.radians(63)))
-
 COS_275, SIN_275 = float(np.cos(np.radians(275))), float(np.sin(np.radians(275)))
 """Constants of equations 15 and 16, where hues are in degrees."""
 
-WIDTH = float(np.radians(25))
-
-ROTATION = float(np.radians(60))
+BLUE_WIDTH, ROTATION = float(np.radians(25)), float(np.radians(60))
+"""Constants of equation 16."""
 
 COS_95 = float(np.cos(np.radians(95)))
 """Between 0 and 95°, equation 16 is the exponential of less than −51: nothing in float64."""
@@ -145,14 +141,14 @@ def ciede2000(l1: float, a1: float, b1: float, l2: float, a2: float, b2: float) 
         sine = -sine
     d_hue = np.sqrt(c1 * c2) * sine
 
-    t = _hue_factor(cosine, height)
+    even, odd = hue_factors(cosine, height)
     middle = (0.5 * (l1 + l2) - 50.0) ** 2
     light = (l2 - l1) / (1.0 + 0.015 * middle / np.sqrt(20.0 + middle))
     colourful = (c2 - c1) / (1.0 + 0.045 * chroma)
-    hue = d_hue / (1.0 + 0.015 * chroma * t)
+    hue = d_hue / (1.0 + 0.015 * chroma * (even + odd))
     rotation = 0.0
     if height < 0.0 or cosine < COS_95:
-        rotation = -2.0 * np.sqrt(_saturation(chroma)) * _hue_rotation(cosine, height, 0.0)
+        rotation = -2.0 * np.sqrt(_saturation(chroma)) * _hue_rotation(cosine, height)
     square = light * light + colourful * colourful + hue * hue + rotation * colourful * hue
     return np.sqrt(max(square, 0.0))
 
@@ -172,15 +168,11 @@ def _stretch_at(chroma: float) -> float:
 
 
 @inlined_kernel
-def _hue_factor(cosine: float, sine: float) -> float:
-    """Return T for a mean hue (equation 15)."""
-    even, odd = hue_factors(cosine, sine)
-    return even + odd
-
-
-@inlined_kernel
 def hue_factors(cosine: float, sine: float) -> tuple[float, float]:
-    """Return two terms of T. At the opposite hue the second term changes its sign."""
+    """Return two terms of T for a mean hue (equation 15), which is their sum.
+
+    At the opposite hue the second term changes its sign.
+    """
     double, double_sine = 2.0 * cosine * cosine - 1.0, 2.0 * cosine * sine
     triple = double * cosine - double_sine * sine
     triple_sine = double_sine * cosine + double * sine
@@ -191,10 +183,10 @@ def hue_factors(cosine: float, sine: float) -> tuple[float, float]:
 
 
 @leaf_kernel
-def _hue_rotation(cosine: float, sine: float, slack: float) -> float:
-    """Return the largest sin 2Δθ over hues up to `slack` from a mean hue (equations 16 and 19)."""
+def _hue_rotation(cosine: float, sine: float) -> float:
+    """Return sin 2Δθ for a mean hue (equations 16 and 19)."""
     angle = np.arctan2(cosine * SIN_275 - sine * COS_275, cosine * COS_275 + sine * SIN_275)
-    share = max(abs(angle) - slack, 0.0) / WIDTH
+    share = angle / BLUE_WIDTH
     return np.sin(ROTATION * np.exp(-share * share))
 
 
@@ -322,7 +314,7 @@ def set_slope(colour: FloatArray, x: float, y: float, z: float, slope: FloatArra
     rotation = rotation_y = rotation_z = 0.0
     toward = cosine * COS_275 + sine * SIN_275
     if toward > -0.74 and (sine < 0.0 or cosine < COS_95):  # as in `ciede2000`
-        angle = np.arctan2(sine * COS_275 - cosine * SIN_275, toward) / WIDTH
+        angle = np.arctan2(sine * COS_275 - cosine * SIN_275, toward) / BLUE_WIDTH
         if angle * angle < STEEP:
             power = middle * middle * middle
             power = power * power * middle
@@ -332,7 +324,7 @@ def set_slope(colour: FloatArray, x: float, y: float, z: float, slope: FloatArra
             turned = np.sin(turn)
             rotation = -2.0 * root * turned
             by_chroma = -7.0 * root * (1.0 - share) / middle * turned
-            by_hue = 4.0 * root * np.cos(turn) * turn * angle / WIDTH
+            by_hue = 4.0 * root * np.cos(turn) * turn * angle / BLUE_WIDTH
             rotation_y = by_chroma * middle_y + by_hue * hue_y
             rotation_z = by_chroma * middle_z + by_hue * hue_z
     along_u, along_v = u + 0.5 * rotation * v, v + 0.5 * rotation * u
@@ -348,9 +340,9 @@ def set_slope(colour: FloatArray, x: float, y: float, z: float, slope: FloatArra
 TINY = 1e-18
 """Keeps divisors from 0. Derivatives have no meaning where it matters."""
 
-INVERSE_WIDTH = 1.0 / WIDTH
+INVERSE_BLUE_WIDTH = 1.0 / BLUE_WIDTH
 
-ROUNDING = 1e-6
+ROTATION_ROUNDING = 1e-6
 """Bound of the relative error of sin 2Δθ."""
 
 Expansion = tuple[float, float, float, float, float, float, float, float]
@@ -551,11 +543,11 @@ def _rotation_expansion(cosine: float, sine: float) -> tuple[float, float, float
     """Return sin 2Δθ and its derivatives by the mean hue (equations 16 and 19)."""
     toward = cosine * COS_275 + sine * SIN_275
     aside = sine * COS_275 - cosine * SIN_275
-    angle = INVERSE_WIDTH * arc_tangent(aside, abs(toward))
+    angle = INVERSE_BLUE_WIDTH * arc_tangent(aside, abs(toward))
     power = _exponential(angle * angle)
     turn = ROTATION * power if toward > 0.0 else 0.0
-    turn_1 = -2.0 * INVERSE_WIDTH * angle * turn
-    turn_2 = INVERSE_WIDTH * INVERSE_WIDTH * (4.0 * angle * angle - 2.0) * turn
+    turn_1 = -2.0 * INVERSE_BLUE_WIDTH * angle * turn
+    turn_2 = INVERSE_BLUE_WIDTH * INVERSE_BLUE_WIDTH * (4.0 * angle * angle - 2.0) * turn
     sine = _sine(turn)
     square = turn * turn
     cosine = 1.0 - square * (1.0 / 90.0)
@@ -573,8 +565,8 @@ def steepest_rotation(cosine: float, sine: float, slack: float) -> float:
     aside = abs(sine * COS_275 - cosine * SIN_275)
     # an angle from 0 to 90°, which is not above the difference of the hues
     angle = arc_tangent(aside, toward) if toward > 0.0 else 0.5 * np.pi
-    angle = INVERSE_WIDTH * max(angle - slack, 0.0)
-    return _sine(ROTATION * _exponential(angle * angle)) * (1.0 + ROUNDING)
+    angle = INVERSE_BLUE_WIDTH * max(angle - slack, 0.0)
+    return _sine(ROTATION * _exponential(angle * angle)) * (1.0 + ROTATION_ROUNDING)
 
 
 @inlined_kernel

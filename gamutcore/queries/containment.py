@@ -152,15 +152,7 @@ NEAR = 2.0**-10
 
 @leaf_kernel
 def is_inside(px: float, py: float, pz: float, index: LevelIndex, terms: FloatArray) -> bool:
-    """Whether a point is inside a level, or on its surface.
-
-    Parameters
-    ----------
-    px, py, pz : float
-    index : LevelIndex
-    terms : (TERMS,) float64
-        Work array of the exact predicates.
-    """
+    """Whether a point is inside a level, or on its surface. `terms` (TERMS,) is a work array."""
     box, planes = index.box, index.planes
     if (
         px < box[0, 0]

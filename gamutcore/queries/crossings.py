@@ -29,7 +29,16 @@ from gamutcore.queries.containment import TERMS, area, is_inside, moved_orientat
 from gamutcore.queries.face_tree import STACK, WIDTH, set_box_gaps
 from gamutcore.queries.index import Level, LevelIndex, as_index, checked_points
 
-__all__ = ["LINE", "SEGMENT", "Crossings", "Kind", "Point", "Work", "crossings", "find_crossings"]
+__all__ = [
+    "LINE",
+    "SEGMENT",
+    "Crossings",
+    "Kind",
+    "LineWorkspace",
+    "Point",
+    "crossings",
+    "find_crossings",
+]
 
 Point: TypeAlias = tuple[float, float, float]
 
@@ -73,31 +82,19 @@ class Crossings(NamedTuple):
     weights: FloatArray
 
 
-class Work(NamedTuple):
-    """Arrays for crossings, and work arrays of the search.
-
-    Attributes
-    ----------
-    t, entering, faces, weights : arrays
-        As of `Crossings`.
-    nodes : (STACK,) int64
-        Stack of nodes and faces.
-    gaps : (WIDTH,) float64
-        Lengths of a line in the boxes of a node.
-    terms : (TERMS,) float64
-        For the exact predicates.
-    """
+class LineWorkspace(NamedTuple):
+    """Room for crossings, with the arrays of `Crossings`, and work arrays of the search."""
 
     t: FloatArray
     entering: BooleanArray
     faces: IndexArray
     weights: FloatArray
-    nodes: LongArray
-    gaps: FloatArray
-    terms: FloatArray
+    nodes: LongArray  # (STACK,) stack of nodes and faces
+    gaps: FloatArray  # (WIDTH,) lengths of a line in the boxes of a node
+    terms: FloatArray  # (TERMS,) for the exact predicates
 
     @classmethod
-    def with_room(cls, room: int) -> Work:
+    def with_room(cls, room: int) -> LineWorkspace:
         """Return arrays for a number of crossings."""
         return cls(
             np.empty(room),
@@ -109,9 +106,9 @@ class Work(NamedTuple):
             np.empty(TERMS),
         )
 
-    def with_twice_the_room(self, used: int) -> Work:
+    def with_twice_the_room(self, used: int) -> LineWorkspace:
         """Return arrays of twice the length with the same first crossings."""
-        longer = Work.with_room(2 * len(self.t))
+        longer = LineWorkspace.with_room(2 * len(self.t))
         longer.t[:used], longer.entering[:used] = self.t[:used], self.entering[:used]
         longer.faces[:used], longer.weights[:used] = self.faces[:used], self.weights[:used]
         return longer
@@ -177,7 +174,7 @@ def crossings(
     index = as_index(level)
     number = get_args(Kind).index(kind)
     offsets = np.zeros(len(first) + 1, np.int64)
-    work = Work.with_room(64 + len(first))
+    work = LineWorkspace.with_room(64 + len(first))
     row = _cross(first, second, number, index, 0, offsets, work)
     while row < len(first):
         work = work.with_twice_the_room(int(offsets[row]))
@@ -197,7 +194,7 @@ def _cross(
     index: LevelIndex,
     row: int,
     offsets: LongArray,
-    work: Work,
+    work: LineWorkspace,
 ) -> int:
     """Find the crossings of rows until the arrays are full, and return the first row without."""
     while row < len(starts):
@@ -230,7 +227,7 @@ def _surface_points(index: LevelIndex, faces: IndexArray, weights: FloatArray) -
 
 @leaf_kernel
 def find_crossings(
-    start: Point, end: Point, kind: int, index: LevelIndex, begin: int, work: Work
+    start: Point, end: Point, kind: int, index: LevelIndex, begin: int, work: LineWorkspace
 ) -> int:
     """Write the crossings of one line in order from index `begin`; return the end, or −1 if full.
 
@@ -302,7 +299,7 @@ def _add_crossing(
     uncertain: float,
     begin: int,
     found: int,
-    work: Work,
+    work: LineWorkspace,
 ) -> int:
     """Add the crossing of a line with a face, if any; return the new end of crossings."""
     dx, dy, dz = end[0] - start[0], end[1] - start[1], end[2] - start[2]
@@ -359,7 +356,7 @@ def _corner(index: LevelIndex, face: int, corner: int, origin: Point) -> Point:
 
 
 @leaf_kernel
-def _copy(work: Work, source: int, target: int) -> None:
+def _copy(work: LineWorkspace, source: int, target: int) -> None:
     """Copy a crossing, except t."""
     work.faces[target] = work.faces[source]
     work.entering[target] = work.entering[source]
@@ -369,7 +366,7 @@ def _copy(work: Work, source: int, target: int) -> None:
 
 @leaf_kernel
 def _alternate(
-    start: Point, kind: int, index: LevelIndex, begin: int, end: int, work: Work
+    start: Point, kind: int, index: LevelIndex, begin: int, end: int, work: LineWorkspace
 ) -> None:
     """Reorder crossings whose t differ by rounding, so that entering and leaving alternate."""
     entries = 0

@@ -50,28 +50,18 @@ face."""
 
 
 class FaceTree(NamedTuple):
-    """Cylinders over the faces of a level.
+    """Cylinders over the faces of a level. The root is node 0.
 
-    Attributes
-    ----------
-    cylinders : (N, 64) float32
-        Eight numbers for each part of a cylinder, one for each child of a node. The parts are x, y,
-        z of the middle, x, y, z of the axis, the radius, and half the height. Middles are relative
-        to the centre of the level. Lengths are multiplied by `scale`, and axes have length 1 within
-        rounding. Without a child the radius is −∞.
-    first : (N,) int32
-        A node's first child; the others follow. In leaves ``~first`` is an index of `faces`. The
-        root is node 0.
-    faces : (F,) int32
-        Faces in the order of the leaves.
-    scale : float
-        1 ÷ the reach of the level, so that no coordinate is too large for float32.
+    `cylinders` has eight numbers for each part of a cylinder, one for each child of a node. The
+    parts are x, y, z of the middle, x, y, z of the axis, the radius, and half the height. Middles
+    are relative to the centre of the level. Lengths are multiplied by `scale`, and axes have length
+    1 within rounding. Without a child the radius is −∞.
     """
 
-    cylinders: Float32Array
-    first: IndexArray
-    faces: IndexArray
-    scale: float
+    cylinders: Float32Array  # (N, 64)
+    first: IndexArray  # (N,) first child, before the others; in leaves ~first is an index of faces
+    faces: IndexArray  # (F,) in the order of the leaves
+    scale: float  # 1 ÷ the reach of the level, so that no coordinate is too large for float32
 
     @property
     def nbytes(self) -> int:

@@ -93,23 +93,12 @@ AREA_ROUNDING = 2.0**-49
 
 
 class CuspTable(NamedTuple):
-    """The edges that may have cusps, listed by hue.
+    """The edges that may have cusps, listed by hue."""
 
-    Attributes
-    ----------
-    ends : (m, 6) float64
-        Both ends of each edge.
-    corners : (m,) int32
-        The corner that faces the edge: 3 · face + its place in the face.
-    sector_start : (sectors + 1,) int32
-    sector_edges : (k,) int32
-        The edges of each sector of hues.
-    """
-
-    ends: FloatArray
-    corners: IndexArray
-    sector_start: IndexArray
-    sector_edges: IndexArray
+    ends: FloatArray  # (m, 6) both ends of each edge
+    corners: IndexArray  # (m,) corner that faces the edge: 3 · face + its place in the face
+    sector_start: IndexArray  # (sectors + 1,)
+    sector_edges: IndexArray  # (k,) the edges of each sector
 
     @property
     def nbytes(self) -> int:
@@ -244,26 +233,16 @@ Rectangle: TypeAlias = tuple[float, float, float, float]
 class HueTable(NamedTuple):
     """The faces of each sector of hues, in a tree of rectangles.
 
-    Attributes
-    ----------
-    roots : (sectors,) int32
-        The first node of each sector; −1 for sectors without faces.
-    rectangles : (N, 32) float32
-        Eight numbers for each side of the rectangles of a node's children. Lightness is relative to
-        the centre of the level. Both coordinates are scaled as the tree of faces. Rectangles
-        without a child are empty: from ∞ to −∞.
-    first : (N,) int32
-        A node's first child; the others follow. In leaves ``~first`` is an index of `faces`.
-    faces : (m,) int32
-    spans : (m, 2) uint8
-        The first and the last part of the sector that the face meets (`hue_part`).
+    `rectangles` has eight numbers for each side of the rectangles of a node's children. Lightness
+    is relative to the centre of the level. Both coordinates are scaled as the tree of faces.
+    Rectangles without a child are empty: from ∞ to −∞.
     """
 
-    roots: IndexArray
-    rectangles: Float32Array
-    first: IndexArray
-    faces: IndexArray
-    spans: ByteArray
+    roots: IndexArray  # (sectors,) first node of each sector; −1 for sectors without faces
+    rectangles: Float32Array  # (N, 32)
+    first: IndexArray  # (N,) first child, before the others; in leaves ~first is an index of faces
+    faces: IndexArray  # (m,)
+    spans: ByteArray  # (m, 2) first and last part of the sector that the face meets (`hue_part`)
 
     @property
     def nbytes(self) -> int:

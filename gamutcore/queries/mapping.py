@@ -49,7 +49,14 @@ from gamutcore.arrays import BooleanArray, Float32Array, FloatArray, IndexArray,
 from gamutcore.errors import MeshError, OptionError
 from gamutcore.kernels import kernel, leaf_kernel
 from gamutcore.queries.containment import is_inside
-from gamutcore.queries.crossings import LINE, SEGMENT, Point, Work, crossings, find_crossings
+from gamutcore.queries.crossings import (
+    LINE,
+    SEGMENT,
+    LineWorkspace,
+    Point,
+    crossings,
+    find_crossings,
+)
 from gamutcore.queries.face_tree import STACK, WIDTH
 from gamutcore.queries.hue_tables import RECTANGLE, find_cusp, hue_part, hue_sector, hue_turn
 from gamutcore.queries.index import Level, LevelIndex, as_index, build_index, checked_points
@@ -170,7 +177,7 @@ def _clipped(
     focal: FloatArray | None,
 ) -> Mapped:
     """Clip points, and compare them with the given colours."""
-    work = Work.with_room(len(index.faces))
+    work = LineWorkspace.with_room(len(index.faces))
     axis = np.array([[index.box[0, 0] - 1.0, 0.0, 0.0], [index.box[1, 0] + 1.0, 0.0, 0.0]])
     ends = crossings(axis[:1], axis[1:], index, "line").points[:, 0]
     # NaN if the axis does not meet the level
@@ -244,7 +251,7 @@ def _clip(  # noqa: PLR0912  # a branch for each method
     method: int,
     focus: FloatArray,
     ends: FloatArray,
-    work: Work,
+    work: LineWorkspace,
     points: FloatArray,
     faces: IndexArray,
     weights: FloatArray,
@@ -324,7 +331,7 @@ def _order_by_hue(points: FloatArray) -> IndexArray:
 
 
 @leaf_kernel
-def _towards(start: Point, end: Point, index: LevelIndex, work: Work) -> tuple[Point, int]:
+def _towards(start: Point, end: Point, index: LevelIndex, work: LineWorkspace) -> tuple[Point, int]:
     """Return the first crossing of a segment, and its index in `work`; −1 without one."""
     if not (np.isfinite(end[0]) and find_crossings(start, end, SEGMENT, index, 0, work) > 0):
         return start, -1
@@ -337,7 +344,7 @@ def _towards(start: Point, end: Point, index: LevelIndex, work: Work) -> tuple[P
 
 
 @leaf_kernel
-def _by_lightness(start: Point, index: LevelIndex, work: Work) -> tuple[Point, int]:
+def _by_lightness(start: Point, index: LevelIndex, work: LineWorkspace) -> tuple[Point, int]:
     """Return the crossing of nearest lightness, and its index in `work`; −1 without one."""
     size = 1.0 / index.tree.scale
     end = start[0] + size, start[1], start[2]
@@ -355,7 +362,7 @@ def _by_lightness(start: Point, index: LevelIndex, work: Work) -> tuple[Point, i
 
 @leaf_kernel
 def _to_cusp(
-    chroma: float, ca: float, cb: float, index: LevelIndex, work: Work
+    chroma: float, ca: float, cb: float, index: LevelIndex, work: LineWorkspace
 ) -> tuple[Point, int]:
     """Return the cusp of a hue, and its index, if the chroma is larger; otherwise −1."""
     most, lightness, edge, share = find_cusp(ca, cb, index.cusps)
@@ -371,7 +378,7 @@ def _to_cusp(
 FARTHEST = 1e300
 """Limit of squared distances; those of empty boxes are infinite."""
 
-ROUNDING = 2.0**-44
+RECTANGLE_ROUNDING = 2.0**-44
 """Widening of rectangles ÷ the largest coordinate."""
 
 
@@ -394,7 +401,7 @@ def _nearest_of_hue(
     and `squares` (WIDTH,) are work arrays.
     """
     table, middle, scale = index.hues, index.centre[0], index.tree.scale
-    margin = ROUNDING * (1.0 + scale * (abs(lightness) + chroma + abs(middle)))
+    margin = RECTANGLE_ROUNDING * (1.0 + scale * (abs(lightness) + chroma + abs(middle)))
     best, found, found_chroma, square = -1, np.nan, np.nan, np.inf
     limit = FARTHEST
     sectors = len(table.roots)

@@ -125,28 +125,11 @@ def nearest_face(
     bounds: FloatArray,
     squares: FloatArray,
 ) -> tuple[int, float, float, float]:
-    """Find the face nearest to a point.
+    """Return the face nearest to a point, the squared distance, and two weights.
 
-    Parameters
-    ----------
-    px, py, pz : float
-    index : LevelIndex
-    start : int
-        A face to start with. The answer does not depend on it, only the time.
-    within : float
-        Faces farther away need not be found; the answer may then be `start`.
-    nodes : (STACK,) int64
-    bounds : (STACK,) float64
-    squares : (WIDTH,) float64
-        Work arrays.
-
-    Returns
-    -------
-    face : int
-    square : float
-        The squared distance.
-    u, v : float
-        Weights of the second and the third corner.
+    The weights are those of the second and the third corner. Only the time depends on the face
+    `start`. Faces farther than `within` need not be found; the answer may then be `start`. `nodes`
+    and `bounds` (STACK,) and `squares` (WIDTH,) are work arrays.
     """
     tree, centre = index.tree, index.centre
     scale = tree.scale
@@ -193,27 +176,12 @@ def nearest_face(
 def _point_in_face(
     px: float, py: float, pz: float, index: LevelIndex, face: int
 ) -> tuple[float, float, float]:
-    """Find the point of a face that is nearest to a point.
+    """Return the squared distance of a point from a face, and the weights of two corners.
 
-    Parameters
-    ----------
-    px, py, pz : float
-    index : LevelIndex
-    face : int
-
-    Returns
-    -------
-    square : float
-        The squared distance.
-    u, v : float
-        Weights of the second and the third corner, within rounding of the best; the point at
-        these weights has this distance.
-
-    Notes
-    -----
-    The region of the point is found as in C. Ericson, "Real-Time Collision Detection" (2005),
-    section 5.1.5, except that a point outside is projected on all edges. This is also right for
-    faces so thin that rounding errors leave their normal open.
+    The weights are those of the second and the third corner, within rounding of the best; the point
+    at these weights has this distance. The region of the point is found as in C. Ericson,
+    "Real-Time Collision Detection" (2005), section 5.1.5, except that a point outside is projected
+    on all edges. This is also right for faces so thin that rounding errors leave their normal open.
     """
     vertices = index.vertices
     row = np.uint64(face)

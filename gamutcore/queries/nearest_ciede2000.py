@@ -88,6 +88,28 @@ def nearest_ciede2000(points: ArrayLike, level: Level) -> SurfacePoints:
     return SurfacePoints(*_nearest(checked_points(points), as_index(level)))
 
 
+class _SearchWorkspace(NamedTuple):
+    """_SearchWorkspace arrays of a search.
+
+    `best` has ΔE00 and weights of the best point, the relative improvement that a better point
+    needs, and the number of divisions. For `triangles`, `found`, `shape` and `expansions` see
+    `set_triangle_bounds`.
+    """
+
+    colour: FloatArray  # (4,) L*, a*, b*, C* of the colour
+    corners: FloatArray  # (9,) first corner of a face and the two sides from it
+    slope: FloatArray  # (10,) as `set_slope` sets
+    best: FloatArray  # (5,)
+    triangles: FloatArray  # (72,)
+    found: FloatArray  # (24,)
+    shape: FloatArray  # (64,)
+    expansions: FloatArray  # (88,)
+    nodes: LongArray  # (STACK,) stack of nodes, and of faces f as ~f
+    known: FloatArray  # (STACK, 3) bounds of each entry, as in `found`
+    parts: FloatArray  # (PARTS, 6) stack of the parts of a face
+    waiting: FloatArray  # (8, 3) parts without bounds yet
+
+
 @kernel
 def _nearest(
     points: FloatArray, index: LevelIndex
@@ -97,7 +119,7 @@ def _nearest(
     found, weights = np.empty((count, 3)), np.empty((count, 3))
     distance = np.empty(count)
     faces = np.empty(count, np.int32)
-    work = Work(
+    work = _SearchWorkspace(
         np.empty(4),
         np.empty(9),
         np.empty(SLOPE),
@@ -138,7 +160,7 @@ def _nearest(
 
 
 @leaf_kernel
-def _search(index: LevelIndex, start: int, work: Work) -> int:
+def _search(index: LevelIndex, start: int, work: _SearchWorkspace) -> int:
     """Find the face, and set `work.best`, from the weights of the best in the face `start`."""
     tree, colour, best, found = index.tree, work.colour, work.best, work.found
     nodes, known = work.nodes, work.known
@@ -188,7 +210,7 @@ def _limit(best: FloatArray) -> float:
 
 
 @leaf_kernel
-def _difference(work: Work, u: float, v: float) -> float:
+def _difference(work: _SearchWorkspace, u: float, v: float) -> float:
     """Return ΔE00 between the colour and a point of the face in `work.corners`."""
     colour, corners = work.colour, work.corners
     return ciede2000(
@@ -214,7 +236,9 @@ def _set_leaf(index: LevelIndex, first: int, triangles: FloatArray) -> None:
 
 
 @inlined_kernel
-def _search_face(index: LevelIndex, face: int, bound: float, estimate: float, work: Work) -> bool:
+def _search_face(
+    index: LevelIndex, face: int, bound: float, estimate: float, work: _SearchWorkspace
+) -> bool:
     """Replace the best if a point of a face is better; return whether the best was replaced."""
     colour, slope, parts, best, found = (
         work.colour,
@@ -282,7 +306,7 @@ def _search_face(index: LevelIndex, face: int, bound: float, estimate: float, wo
 
 
 @inlined_kernel
-def _divide(work: Work, u: float, v: float, side: float, first: int) -> None:
+def _divide(work: _SearchWorkspace, u: float, v: float, side: float, first: int) -> None:
     """Divide a part into four, and write them from the index `first` on."""
     corners, triangles, half = work.corners, work.triangles, 0.5 * side
     for part in range(4):
@@ -300,7 +324,7 @@ def _divide(work: Work, u: float, v: float, side: float, first: int) -> None:
 
 
 @leaf_kernel
-def _search_cliff(work: Work, u: float, v: float, side: float) -> bool:
+def _search_cliff(work: _SearchWorkspace, u: float, v: float, side: float) -> bool:
     """Try points of a part beside the opposite hue; return whether the part has that hue.
 
     ΔE00 is not continuous there. The points are on the edges that cross the hue, on both sides.
@@ -375,46 +399,6 @@ STEPS = 30
 """Gauss–Newton steps; 3 to 5 are usual."""
 
 
-class Work(NamedTuple):
-    """Work arrays of a search.
-
-    Attributes
-    ----------
-    colour : (4,) float64
-        L*, a*, b*, C* of the colour.
-    corners : (9,) float64
-        First corner of a face and the two sides from it.
-    slope : (10,) float64
-        See `set_slope`.
-    best : (5,) float64
-        ΔE00 and weights of the best point, the relative improvement a better point needs, and the
-        number of divisions.
-    triangles, found, shape, expansions : (72,), (24,), (64,), (88,) float64
-        See `set_triangle_bounds`.
-    nodes : (STACK,) int64
-        Stack of nodes, and of faces f as ~f.
-    known : (STACK, 3) float64
-        Bounds of each entry, as in `found`.
-    parts : (PARTS, 6) float64
-        Stack of the parts of a face.
-    waiting : (8, 3) float64
-        Parts without bounds yet.
-    """
-
-    colour: FloatArray
-    corners: FloatArray
-    slope: FloatArray
-    best: FloatArray
-    triangles: FloatArray
-    found: FloatArray
-    shape: FloatArray
-    expansions: FloatArray
-    nodes: LongArray
-    known: FloatArray
-    parts: FloatArray
-    waiting: FloatArray
-
-
 @leaf_kernel
 def _has_one_minimum(colour: FloatArray, y: float, z: float, radius: float, value: float) -> bool:
     """Whether descent in a triangle finds its minimum, given that the minimum is below `value`."""
@@ -428,7 +412,7 @@ def _has_one_minimum(colour: FloatArray, y: float, z: float, radius: float, valu
 
 
 @leaf_kernel
-def _descend(work: Work, u: float, v: float, side: float) -> bool:
+def _descend(work: _SearchWorkspace, u: float, v: float, side: float) -> bool:
     """Descend by Gauss–Newton steps on a part of a face; return whether the best has improved.
 
     `work.slope` has the derivatives in the middle of the part.
