@@ -13,7 +13,7 @@ from gamutcore.answers.results import ChromaTable, ColourCusps, ColourSection, G
 from gamutcore.colour_rows import colour_rows
 from gamutcore.errors import OptionError
 from gamutcore.option_types import WholeNumber, check_option
-from gamutcore.queries.rings import LIGHTNESSES
+from gamutcore.queries import RING_LIGHTNESSES
 
 if TYPE_CHECKING:
     import os
@@ -348,7 +348,7 @@ class SectionAnswers(Answering):
         if lightness is None:
             # the white of Oklab has the lightness 0.999999 by the published matrices
             white = float(f"{self.colour_space.white_lightness:.5g}")
-            lightness = np.asarray(LIGHTNESSES) / 100.0 * white
+            lightness = np.asarray(RING_LIGHTNESSES) / 100.0 * white
         other, against = None, None
         warnings: tuple[str, ...] = ()
         if reference is not None:

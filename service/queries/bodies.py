@@ -14,7 +14,7 @@ import numpy as np
 from pydantic_core import from_json
 
 from gamutcore.errors import InvalidPointsError
-from gamutcore.queries.rows import LARGEST, checked_points
+from gamutcore.queries import LARGEST_COORDINATE, checked_points
 from service.http.json_bodies import parse_json
 from service.problems.problem import Problem, ProblemError
 from service.queries.tables import TableRequest, read_colours
@@ -208,7 +208,7 @@ def _is_colour(colour: object) -> bool:
         isinstance(colour, list)
         and len(colour) == 3
         and _are_numbers([colour])
-        and max(map(abs, colour)) <= LARGEST
+        and max(map(abs, colour)) <= LARGEST_COORDINATE
     )
 
 
