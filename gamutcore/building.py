@@ -32,7 +32,9 @@ from gamutcore.colours import (
     display_primaries,
     medium_white_lab,
     own_tristimulus,
+    spread_values,
     surface_colours,
+    values_beside,
 )
 from gamutcore.colours.spaces import ColourSpace
 from gamutcore.colours.spaces.declared import (
@@ -62,6 +64,7 @@ from gamutcore.version import ALGORITHM_VERSION, __version__
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from gamutcore.arrays import FloatArray
     from gamutcore.boundary import Boundary
     from gamutcore.colours import SurfaceColours
     from gamutcore.colours.device.surface import AbsoluteColours
@@ -77,6 +80,22 @@ STAGES = ("characterisation", "colours", "boundary", "decimation", "metric")
 VOLUME_TOLERANCE = 1e-5
 """Largest relative volume error at which levels count as preserving the volume. The grids of very
 thin gamuts, and of gamuts far from the origin, are too coarse for it."""
+
+
+LARGE_ERROR = 0.25
+"""Boundary error from which a warning is given, where the white has a lightness of 100."""
+
+SPREAD = 2**15
+"""Number of device values inside of the cube and on its faces whose colours are tried."""
+
+REFINED = 512
+"""Number of device values around which the farthest colours are searched."""
+
+TRIALS = 4
+"""Number of device values that are tried around each of them in a step of the search."""
+
+STEPS = tuple(0.1 * 0.6**step for step in range(8))
+"""Largest changes of the search, as shares of a channel's range."""
 
 
 def gamut_id(options: Options, input_sha256: str) -> str:
@@ -261,10 +280,12 @@ def _boundary_of_colours(
     if colours.device is not None:
         values = vertex_device_values(boundary, colours.points, colours.device, colours.channels)
     provenance = {**colours.provenance, "boundary": wrapping.choices}
+    missed = _boundary_error(colours, boundary)
     given = provenance["warnings"]
     if isinstance(given, list):
         stated = ink_limit_warnings(parsed, options.ink_limit)
-        provenance["warnings"] = [*given, *stated, *wrapping.warnings]
+        large = _large_error_warnings(colours, missed, space)
+        provenance["warnings"] = [*given, *stated, *wrapping.warnings, *large]
     if colours.absolute is not None:
         provenance["white_lab"] = medium_white_lab(colours.absolute)
     return _FullBoundary(
@@ -274,19 +295,53 @@ def _boundary_of_colours(
         space,
         chromaticity,
         wrapping.device_volume,
-        _boundary_error(colours, boundary),
+        missed,
         colours.absolute,
     )
 
 
 def _boundary_error(colours: SurfaceColours, boundary: Boundary) -> float:
-    """Return the largest distance by which colours of the gamut are outside of its boundary."""
-    own = colours.points
-    if colours.between is not None:
-        own = np.concatenate([own, colours.between])
+    """Return the largest distance by which colours of the gamut are outside of its boundary.
+
+    Colours of a device are tried at its surface and inside of its cube. Around the farthest, a
+    random search finds the local maxima.
+    """
     index = build_index(boundary.mesh.vertices, boundary.mesh.faces, boundary.centre)
-    outside = own[~contains(own, index)]
-    return round_up(float(nearest(outside, index).distance.max(initial=0.0)))
+
+    def outside(points: FloatArray) -> FloatArray:
+        distance, beyond = np.zeros(len(points)), ~contains(points, index)
+        distance[beyond] = nearest(points[beyond], index).distance
+        return distance
+
+    error = float(outside(colours.points).max(initial=0.0))
+    device = colours.own
+    if device is None:
+        return round_up(error)
+    values = device.tried
+    if colours.faces is not None:
+        values = np.concatenate([values, spread_values(device.cube, SPREAD)])
+    distance = outside(device.points(values))
+    farthest = np.argsort(-distance, kind="stable")[:REFINED]
+    values, distance = values[farthest], distance[farthest]
+    random, rows = np.random.default_rng(0), np.arange(len(values))
+    for step in STEPS:
+        tried = values_beside(device.cube, np.repeat(values, TRIALS, axis=0), step, random)
+        found = outside(device.points(tried)).reshape(-1, TRIALS)
+        best = found.argmax(axis=1)
+        better = found[rows, best] > distance
+        values[better] = tried.reshape(len(rows), TRIALS, -1)[rows, best][better]
+        distance[better] = found[rows, best][better]
+    return round_up(max(error, float(distance.max(initial=0.0))))
+
+
+def _large_error_warnings(colours: SurfaceColours, missed: float, space: ColourSpace) -> list[str]:
+    if colours.own is None or missed <= LARGE_ERROR / 100.0 * space.white_lightness:
+        return []
+    warning = (
+        f"The device can make colours up to {missed:.3g} outside of the full boundary. The default "
+        "tolerance counts them, and others as near, as in gamut."
+    )
+    return [warning]
 
 
 def _refuse_luminance(options: Options) -> None:

@@ -139,10 +139,10 @@ class Cost:
     CELL = 850
     """Answer to a view, per cell or row: leaves as JSON."""
     ROW: Mapping[str, int] = MappingProxyType(
-        {"application/json": 1000, "application/x-npy": 350, "text/csv": 700}
+        {"application/json": 1500, "application/x-npy": 350, "text/csv": 700}
     )
     """Answer to a query, per row that is answered at once, by media type: nearest, which has the
-    most columns."""
+    most columns. JSON of a table has labels, lines and colours beside."""
 
 
 def memory_budget(settings: Settings, root: Path = Path("/")) -> int:

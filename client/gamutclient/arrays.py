@@ -1,8 +1,11 @@
-"""Colours to the bytes of ``.npy`` files, and the answers back to arrays."""
+"""Colours to the bytes of ``.npy`` files and of tables, and the answers back to arrays."""
 
 from __future__ import annotations
 
+import csv
 import io
+import os
+from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
@@ -16,6 +19,7 @@ __all__ = [
     "Colours",
     "FloatArray",
     "IndexArray",
+    "array_rows",
     "colour_rows",
     "npy_bytes",
     "npy_records",
@@ -26,7 +30,11 @@ BooleanArray: TypeAlias = NDArray[np.bool_]
 IndexArray: TypeAlias = NDArray[np.int64]
 
 Colours: TypeAlias = Any
-"""Anything that NumPy takes as an array (..., 3), or a table such as a pandas DataFrame."""
+"""Anything that NumPy takes as an array (..., 3), a data frame, or a file of colours.
+
+The service finds the colours of a data frame by the names of its columns. A file is a path or
+bytes, in any form that the service reads; rows without a colour have no answer.
+"""
 
 Scalar = TypeVar("Scalar", bound=np.generic)
 
@@ -38,11 +46,14 @@ class ColourRows(NamedTuple):
     ----------
     points : (n, 3) float64
     shape : tuple of int
-        Without the last axis.
+        Without the last axis; -1 for the rows of a file.
+    table : bytes or None
+        The file of a table, in the place of the points.
     """
 
     points: FloatArray
     shape: tuple[int, ...]
+    table: bytes | None = None
 
     def in_shape(self, rows: NDArray[Scalar]) -> NDArray[Scalar]:
         """Return one answer for each row in the shape of the colours."""
@@ -50,7 +61,25 @@ class ColourRows(NamedTuple):
 
 
 def colour_rows(colours: Colours) -> ColourRows:
-    """Return colours as rows of float64; the service checks their values.
+    """Return colours as rows of float64, or as a table; the service checks their values.
+
+    Raises
+    ------
+    InvalidPointsError
+        The last axis does not have three numbers.
+    """
+    if isinstance(colours, os.PathLike):
+        colours = Path(colours).read_bytes()
+    if isinstance(colours, bytes):
+        return ColourRows(np.empty((0, 3)), (-1,), colours)
+    names = list(getattr(colours, "columns", ()))
+    if names and all(isinstance(name, str) for name in names):
+        return ColourRows(np.empty((0, 3)), (len(colours),), _csv(colours, names))
+    return array_rows(colours)
+
+
+def array_rows(colours: Colours) -> ColourRows:
+    """Return the colours in an array, or in three columns, as rows of float64.
 
     Raises
     ------
@@ -71,6 +100,16 @@ def colour_rows(colours: Colours) -> ColourRows:
         raise InvalidPointsError(f"{message} {remedy}")
     points = np.ascontiguousarray(found.reshape(-1, 3), np.float64)
     return ColourRows(points, found.shape[:-1])
+
+
+def _csv(frame: Any, names: list[str]) -> bytes:  # noqa: ANN401 - any data frame
+    """Return a data frame as CSV, with all digits."""
+    text = io.StringIO(newline="")
+    text.write("sep=,\n")
+    writer = csv.writer(text)
+    writer.writerow(names)
+    writer.writerows(zip(*(np.asarray(frame[name]).tolist() for name in names), strict=True))
+    return text.getvalue().encode()
 
 
 def npy_bytes(array: NDArray[Any]) -> bytes:

@@ -11,13 +11,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from gamutclient.arrays import (
     BooleanArray,
+    ColourRows,
     Colours,
     FloatArray,
     IndexArray,
+    array_rows,
     colour_rows,
     npy_bytes,
     npy_records,
 )
+from gamutclient.errors import InvalidPointsError
 from gamutclient.ply import mesh_of_ply
 from gamutclient.results import (
     AreaOverlap,
@@ -44,6 +47,7 @@ if TYPE_CHECKING:
 __all__ = ["GamutSteps", "Level", "MeshLevel", "Question", "RemoteGamut"]
 
 NPY = "application/x-npy"
+CSV = "text/csv"
 JSON = "application/json"
 
 _STRING = re.compile(r'"((?:[^"\\]|\\.)*)"')
@@ -118,15 +122,19 @@ class RemoteGamut:
         return sent(Request("GET", path, params, {"Accept": accept}), self.retries)
 
     def _post(
-        self, operation: str, rows: FloatArray, params: Mapping[str, Any]
+        self, operation: str, rows: ColourRows, params: Mapping[str, Any]
     ) -> Steps[tuple[NDArray[Any], dict[str, Any]]]:
-        """Post rows in parts, and return the records of the answer and the facts of its level."""
+        """Post rows in parts, and return the records of the answer and the facts of its level.
+
+        A table is not divided, because its values decide their scale together.
+        """
         found = []
-        for start in range(0, max(len(rows), 1), MOST_ROWS):
-            part = rows[start : start + MOST_ROWS]
+        points, table = rows.points, rows.table
+        for start in range(0, max(len(points), 1), MOST_ROWS):
             path = f"/v1/gamuts/{self.id}/{operation}"
-            headers = {"Content-Type": NPY, "Accept": NPY}
-            request = Request("POST", path, params, headers, npy_bytes(part))
+            headers = {"Content-Type": NPY if table is None else CSV, "Accept": NPY}
+            body = npy_bytes(points[start : start + MOST_ROWS]) if table is None else table
+            request = Request("POST", path, params, headers, body)
             response = yield from sent(request, self.retries)
             records = npy_records(response.content)
             if "row" in (records.dtype.names or ()):
@@ -138,7 +146,11 @@ class RemoteGamut:
             "gamut": _conditions_of_header(response.headers.get("gamut-conditions")),
             "warnings": _strings(response.headers.get("gamut-warning", "")),
         }
-        return np.concatenate(found), level
+        answers = np.concatenate(found)
+        if table is not None and rows.shape[0] not in {-1, len(answers)}:
+            message = f"{rows.shape[0] - len(answers)} rows of the table have no colour."
+            raise InvalidPointsError(f"{message} Leave them out.")
+        return answers, level
 
     def _on_surface(self, records: NDArray[Any]) -> dict[str, Any]:
         has_device = "device" in (records.dtype.names or ())
@@ -188,14 +200,22 @@ class GamutSteps(RemoteGamut):
         """
         rows = colour_rows(colours)
         params = {**asked, "tolerance": tolerance}
-        records, _ = yield from self._post("contains", rows.points, params)
+        records, _ = yield from self._post("contains", rows, params)
         return rows.in_shape(records["inside"].astype(bool))
+
+    def tolerance(self, **level: Unpack[Level]) -> Steps[float]:
+        """Return the distance up to which a colour outside of a level counts as in gamut."""
+        path = f"/v1/gamuts/{self.id}/contains"
+        headers = {"Content-Type": JSON, "Accept": JSON}
+        request = Request("POST", path, level, headers, b'{"colours": []}')
+        response = yield from sent(request, self.retries)
+        return float(response.json()["tolerance"])
 
     def distance(self, colours: Colours, **asked: Unpack[Question]) -> Steps[FloatArray]:
         """Return the distances of colours from the surface, negative inside."""
         rows = colour_rows(colours)
         params = {**asked, "distance": True}
-        records, _ = yield from self._post("contains", rows.points, params)
+        records, _ = yield from self._post("contains", rows, params)
         return rows.in_shape(records["distance"].astype(np.float64))
 
     def classify(
@@ -216,7 +236,7 @@ class GamutSteps(RemoteGamut):
         # services of earlier versions know the tolerance alone
         limits["position"] = True if tolerance is None and edge_width is None else None
         params = {**asked, **limits}
-        records, _ = yield from self._post("contains", rows.points, params)
+        records, _ = yield from self._post("contains", rows, params)
         return rows.in_shape(records["position"])
 
     def nearest(
@@ -224,7 +244,7 @@ class GamutSteps(RemoteGamut):
     ) -> Steps[NearestColours]:
         """Find the nearest points of the surface, by ``"CIE 1976"`` or ``"CIE 2000"``."""
         rows = colour_rows(colours)
-        records, level = yield from self._post("nearest", rows.points, {**asked, "metric": metric})
+        records, level = yield from self._post("nearest", rows, {**asked, "metric": metric})
         surface = self._on_surface(records)
         if surface["device"] is not None:
             surface["device"] = rows.in_shape(surface["device"])
@@ -253,7 +273,7 @@ class GamutSteps(RemoteGamut):
             params["black_point_compensation"] = True
         if focus is not None:
             params["focus"] = focus if isinstance(focus, str) else np.ravel(focus).tolist()
-        records, level = yield from self._post("map", rows.points, params)
+        records, level = yield from self._post("map", rows, params)
         surface = self._on_surface(records)
         if surface["device"] is not None:
             surface["device"] = rows.in_shape(surface["device"])
@@ -274,10 +294,12 @@ class GamutSteps(RemoteGamut):
         **asked: Unpack[Question],
     ) -> Steps[ColourCrossings]:
         """Find all crossings of lines with the surface, in order."""
-        asked_rows = (colour_rows(starts), colour_rows(ends))
+        asked_rows = (array_rows(starts), array_rows(ends))
         both = np.broadcast_arrays(*(rows.in_shape(rows.points) for rows in asked_rows))
         lines = np.hstack([each.reshape(-1, 3) for each in both])
-        records, level = yield from self._post("crossings", lines, {**asked, "kind": kind})
+        records, level = yield from self._post(
+            "crossings", ColourRows(lines, ()), {**asked, "kind": kind}
+        )
         counts = np.bincount(records["row"], minlength=len(lines))
         return ColourCrossings(
             points=records["point"].astype(np.float64),
@@ -438,6 +460,10 @@ class GamutSteps(RemoteGamut):
     def coverage_of(self, other: RemoteGamut | str) -> Steps[float]:
         """Return the share of another gamut's volume that this gamut covers."""
         return (yield from GamutSteps.compare(self, other, sectors=1)).a_covers_b
+
+    def warnings_about(self, other: RemoteGamut | str) -> Steps[tuple[str, ...]]:
+        """Return reasons why a comparison with another gamut may mislead, as `compare` does."""
+        return (yield from GamutSteps.compare(self, other, sectors=1)).warnings
 
     def intersection(self, other: RemoteGamut | str) -> Steps[Intersection]:
         """Return the part that both gamuts have; ``press & srgb`` of a blocking client."""

@@ -31,6 +31,7 @@ class Gamut(RemoteGamut):
     """
 
     contains = blocking(GamutSteps.contains)
+    tolerance = blocking(GamutSteps.tolerance)
     distance = blocking(GamutSteps.distance)
     classify = blocking(GamutSteps.classify)
     nearest = blocking(GamutSteps.nearest)
@@ -47,6 +48,7 @@ class Gamut(RemoteGamut):
     picture = blocking(GamutSteps.picture)
     compare = blocking(GamutSteps.compare)
     coverage_of = blocking(GamutSteps.coverage_of)
+    warnings_about = blocking(GamutSteps.warnings_about)
     intersection = blocking(GamutSteps.intersection)
     mesh_file = blocking(GamutSteps.mesh_file)
     to_bytes = blocking(GamutSteps.to_bytes)
@@ -81,6 +83,7 @@ class AsyncGamut(RemoteGamut):
     """
 
     contains = awaiting(GamutSteps.contains)
+    tolerance = awaiting(GamutSteps.tolerance)
     distance = awaiting(GamutSteps.distance)
     classify = awaiting(GamutSteps.classify)
     nearest = awaiting(GamutSteps.nearest)
@@ -97,6 +100,7 @@ class AsyncGamut(RemoteGamut):
     picture = awaiting(GamutSteps.picture)
     compare = awaiting(GamutSteps.compare)
     coverage_of = awaiting(GamutSteps.coverage_of)
+    warnings_about = awaiting(GamutSteps.warnings_about)
     intersection = awaiting(GamutSteps.intersection)
     mesh_file = awaiting(GamutSteps.mesh_file)
     mesh = awaiting(GamutSteps.mesh)

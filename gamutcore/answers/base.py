@@ -98,12 +98,12 @@ class Answering(ABC):
     @cached_property
     def default_error(self) -> float:
         """Error limit of the level that answers unless another one is asked for."""
-        return DEFAULT_ERROR / 100.0 * self._white_lightness
+        return DEFAULT_ERROR / 100.0 * self.colour_space.white_lightness
 
     @cached_property
     def default_edge_width(self) -> float:
         """Largest distance from the surface of a colour at the edge, unless another is given."""
-        return DEFAULT_EDGE_WIDTH / 100.0 * self._white_lightness
+        return DEFAULT_EDGE_WIDTH / 100.0 * self.colour_space.white_lightness
 
     def tolerance(self, *, triangles: int | None = None, max_error: float | None = None) -> float:
         """Return the distance up to which a colour outside of a level counts as in gamut.
@@ -138,12 +138,6 @@ class Answering(ABC):
         count, _ = self.levels.find(triangles, max_error)
         missed: float = self.description.get("boundary_error", 0.0)
         return self.levels.error_bound(count) + missed + GRID_CORNER * self.history.step
-
-    @cached_property
-    def _white_lightness(self) -> float:
-        """Lightness of the white of the space."""
-        white, _ = self.colour_space.coordinates(np.array([[100.0, 0.0, 0.0]]))
-        return abs(float(white[0, self.colour_space.definition.lightness]))
 
     def _lab(self, points: FloatArray) -> FloatArray:
         """Return L*, a*, b* relative to D50 of points in the space of the gamut."""

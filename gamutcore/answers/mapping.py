@@ -20,7 +20,7 @@ from gamutcore.colours.spaces.cielab import ICC_D50
 from gamutcore.content import content_of
 from gamutcore.errors import OptionError
 from gamutcore.option_types import Choice, check_option
-from gamutcore.queries.colour_difference import delta_e_2000
+from gamutcore.queries import delta_e_2000
 
 if TYPE_CHECKING:
     from gamutcore.answers.picture_mapping import MappedPicture
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from gamutcore.colour_rows import Colours
     from gamutcore.export.picture_file import Depth
     from gamutcore.gamut_levels import IndexedLevel
-    from gamutcore.queries.mapping import Method
+    from gamutcore.queries import MappingMethod
 
 __all__ = ["METHOD", "MappingAnswers"]
 
@@ -133,7 +133,7 @@ class MappingAnswers(Answering):
         max_error: float | None,
     ) -> MappedColours:
         """Map colours whose black has a luminance, which is compensated unless it is None."""
-        name = cast("Method", check_option("method", method, METHOD))
+        name = cast("MappingMethod", check_option("method", method, METHOD))
         rows, conversion = self._asked(colours, space)
         if name == "clip-nearest":
             level = self._level(triangles, max_error)

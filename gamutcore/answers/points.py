@@ -12,7 +12,7 @@ from gamutcore.answers.conditions import colour_warnings
 from gamutcore.answers.results import ColourCrossings, NearestColours
 from gamutcore.errors import OptionError
 from gamutcore.option_types import Choice, Number, check_option
-from gamutcore.queries.colour_difference import delta_e_2000
+from gamutcore.queries import delta_e_2000
 
 if TYPE_CHECKING:
     from typing import Any, Literal

@@ -13,7 +13,7 @@ from gamutcore.answers.results import ChromaTable, ColourCusps, ColourSection, G
 from gamutcore.colour_rows import colour_rows
 from gamutcore.errors import OptionError
 from gamutcore.option_types import WholeNumber, check_option
-from gamutcore.queries.rings import LIGHTNESSES
+from gamutcore.queries import RING_LIGHTNESSES
 
 if TYPE_CHECKING:
     import os
@@ -278,7 +278,7 @@ class SectionAnswers(Answering):
         """
         if isinstance(lightness, int | np.integer):
             check_option("lightness", int(lightness), WholeNumber(2, MOST_HUES))
-            heights = np.linspace(0.0, self._white_lightness, int(lightness))
+            heights = np.linspace(0.0, self.colour_space.white_lightness, int(lightness))
         else:
             heights = np.atleast_1d(np.asarray(lightness, np.float64))
         level = self._level_with_hue(triangles, max_error)
@@ -347,8 +347,8 @@ class SectionAnswers(Answering):
         level = self._level_with_hue(triangles, max_error)
         if lightness is None:
             # the white of Oklab has the lightness 0.999999 by the published matrices
-            white = float(f"{self._white_lightness:.5g}")
-            lightness = np.asarray(LIGHTNESSES) / 100.0 * white
+            white = float(f"{self.colour_space.white_lightness:.5g}")
+            lightness = np.asarray(RING_LIGHTNESSES) / 100.0 * white
         other, against = None, None
         warnings: tuple[str, ...] = ()
         if reference is not None:

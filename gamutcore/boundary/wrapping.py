@@ -15,7 +15,7 @@ from gamutcore.boundary.device_surface import device_centre, enclosed_centre
 from gamutcore.boundary.methods import compute_boundary, resolve_method
 from gamutcore.boundary.modified_convex_hull import has_fallen, surface_gammas
 from gamutcore.boundary.radial_envelope import FINE, radial_volume
-from gamutcore.errors import CentreError
+from gamutcore.errors import BoundaryError, CentreError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -68,7 +68,8 @@ def wrap_colours(
     faces : SurfaceFaces or None
         Triangles of the points over the surface of the device's cube. None for scattered points.
     method : str
-        A key of `BOUNDARIES`.
+        A key of `BOUNDARIES`. ``auto`` takes the modified convex hull, with a warning, if the
+        device's surface cannot be the boundary.
     centre : (3,) array_like or "auto"
     parameters : mapping of str to object
         Options of the method. The γ "auto" is explained at
@@ -83,25 +84,47 @@ def wrap_colours(
     OptionError, InvalidPointsError, BoundaryError
         As of `compute_boundary`.
     """
-    method, parameters = resolve_method(method, faces, parameters)
-    chosen = _centre(points, faces, centre)
+    taken, options = resolve_method(method, faces, parameters)
+    warnings = []
     try:
-        boundary, own, volume = _wrap(points, faces, method, chosen, parameters)
-    except CentreError:
-        if not isinstance(centre, str):
+        chosen, (boundary, own, volume) = _wrap_about(points, faces, taken, centre, options)
+    except (BoundaryError, CentreError) as error:
+        if method != "auto" or taken != "device-surface":
             raise
-        # a folded surface may hide the least from a point outside of the hull
-        chosen = _enclosed(points, faces)
-        boundary, own, volume = _wrap(points, faces, method, chosen, parameters)
+        taken, options = resolve_method(method, None, {"gamma": "auto", **parameters})
+        chosen, (boundary, own, volume) = _wrap_about(points, faces, taken, centre, options)
+        warnings.append(
+            "The boundary is the modified convex hull, because the device's surface cannot be the"
+            f" boundary: {error.message}"
+        )
     described: dict[str, JSON] = {"from": chosen.origin}
     if chosen.depth is not None:
         described["depth"] = round(chosen.depth, 4)
     if faces is not None and faces.closed:
         described["hidden_area"] = round(chosen.hidden, 6)
-    choices: dict[str, JSON] = {"method": method, "centre": described}
-    if "gamma" in parameters:
+    choices: dict[str, JSON] = {"method": taken, "centre": described}
+    if "gamma" in options:
         choices["gamma"] = boundary.gamma
-    return Wrapping(boundary, choices, volume, _volume_warnings(own, volume))
+    return Wrapping(boundary, choices, volume, warnings + _volume_warnings(own, volume))
+
+
+def _wrap_about(
+    points: FloatArray,
+    faces: SurfaceFaces | None,
+    method: str,
+    centre: ArrayLike | Literal["auto"],
+    parameters: Mapping[str, Any],
+) -> tuple[Centre, tuple[Boundary, float, float | None]]:
+    """The centre that a method is given, and the result of `_wrap` about it."""
+    chosen = _centre(points, faces, centre)
+    try:
+        return chosen, _wrap(points, faces, method, chosen, parameters)
+    except CentreError:
+        if not isinstance(centre, str):
+            raise
+        # a folded surface may hide the least from a point outside of the hull
+        chosen = _enclosed(points, faces)
+        return chosen, _wrap(points, faces, method, chosen, parameters)
 
 
 def _wrap(

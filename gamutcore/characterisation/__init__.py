@@ -19,7 +19,13 @@ from gamutcore.characterisation.recognition import (
 )
 from gamutcore.characterisation.samples import Samples
 from gamutcore.characterisation.stated_limits import ink_limit_warnings
-from gamutcore.characterisation.text import DelimitedText, decoded_text, text_and_encoding
+from gamutcore.characterisation.text import (
+    DelimitedText,
+    decoded_text,
+    mentions,
+    text_and_encoding,
+    text_encoding,
+)
 
 __all__ = [
     "FORMATS",
@@ -35,5 +41,7 @@ __all__ = [
     "described_boundary",
     "ink_limit_warnings",
     "measurements_of",
+    "mentions",
     "text_and_encoding",
+    "text_encoding",
 ]

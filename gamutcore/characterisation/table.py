@@ -43,17 +43,17 @@ _BLOCK = 8192
 _BLOCK_TOKENS = 200_000
 """Maximum number of tokens before conversion. A token takes more memory than its number."""
 
-_NUMBER = re.compile(r"[+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][+-]?\d{1,3})?")
+_NUMBER = re.compile(r"[+\-\u2212]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][+-]?\d{1,3})?")
 
 
 def number(token: str) -> float:
-    """Return the number in a token, with a decimal point or comma.
+    """Return the number in a token, with a decimal point or comma, and any minus sign.
 
     A token that is no plain decimal number raises ValueError: ``nan``, ``inf``, ``1_000``, hex.
     """
     if not _NUMBER.fullmatch(token):
         raise ValueError(token)
-    return float(token.replace(",", "."))
+    return float(token.replace(",", ".").replace("\u2212", "-"))
 
 
 def text_lines(text: str) -> Iterator[tuple[int, str]]:

@@ -6,6 +6,7 @@ file, so that an answer can be written in the same one.
 
 from __future__ import annotations
 
+import codecs
 import csv
 import io
 import re
@@ -18,7 +19,9 @@ from gamutcore.errors import MalformedFileError
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
-__all__ = ["DelimitedText", "decoded_text", "text_and_encoding"]
+__all__ = ["DelimitedText", "decoded_text", "mentions", "text_and_encoding", "text_encoding"]
+
+_BLOCK_BYTES = 2**20
 
 _SEPARATORS = "\t;,|"
 """Separators in the order of preference, where several occur equally often."""
@@ -51,15 +54,42 @@ def _encodings(data: bytes) -> Iterator[str]:
     yield "latin-1"
 
 
-def text_and_encoding(data: bytes) -> tuple[str, str] | None:
-    """Return a text and the name of its encoding; None if the content is binary."""
+def _decoded_blocks(data: bytes, encoding: str) -> Iterator[str]:
+    """Decode a text in blocks: all of it takes up to four bytes for each character."""
+    decoder = codecs.getincrementaldecoder(encoding)()
+    for start in range(0, len(data), _BLOCK_BYTES):
+        end = start + _BLOCK_BYTES
+        yield decoder.decode(data[start:end], final=end >= len(data))
+
+
+def text_encoding(data: bytes) -> str | None:
+    """Return the name of the encoding of a text; None if the content is binary."""
     for encoding in _encodings(data):
+        blocks = _decoded_blocks(data, encoding)
         try:
-            text = data.decode(encoding)
+            is_text = "\0" not in next(blocks, "")[:100_000]
+            deque(blocks, maxlen=0)
         except UnicodeDecodeError:
             continue
-        return None if "\0" in text[:100_000] else (text, encoding)
+        return encoding if is_text else None
     return None
+
+
+def mentions(data: bytes, encoding: str, word: str) -> bool:
+    """Return whether a text has a word, which is in lower case, in any case."""
+    end = ""
+    for block in _decoded_blocks(data, encoding):
+        text = (end + block).lower()
+        if word in text:
+            return True
+        end = text[-len(word) :]
+    return False
+
+
+def text_and_encoding(data: bytes) -> tuple[str, str] | None:
+    """Return a text and the name of its encoding; None if the content is binary."""
+    encoding = text_encoding(data)
+    return None if encoding is None else (data.decode(encoding), encoding)
 
 
 def decoded_text(data: bytes) -> str | None:
@@ -188,8 +218,8 @@ class _Lines:
 
 
 def _separator(line: str) -> str:
-    """Return the separator of a header: the most frequent one outside of quotation marks."""
-    bare = re.sub(r'"[^"]*"', '""', line)
+    """Return the separator of a header: the most frequent one outside of quotes and brackets."""
+    bare = re.sub(r'"[^"]*"|\([^()]*\)', '""', line)
     counts = Counter(mark for mark in bare if mark in _SEPARATORS)
     if counts:
         return max(counts, key=lambda mark: (counts[mark], -_SEPARATORS.index(mark)))

@@ -373,7 +373,7 @@ def compare(
     as_json: AsJson = False,
     as_csv: AsCsv = False,
 ) -> None:
-    """Compare two gamuts, A and B, by volume and coverage, and by their chromaticities."""
+    """Compare gamuts A and B by volume, coverage and chromaticity."""
     one, two = (gamut_of(source, ctx, alone=False) for source in (first, second))
     found = one.compare(two, sectors=sectors, triangles=triangles, max_error=max_error)
     stated = state(*found.gamuts, warnings=found.warnings)

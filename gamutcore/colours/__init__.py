@@ -4,6 +4,7 @@
 models.
 """
 
+from gamutcore.colours.device.ink_cube import spread_values, values_beside
 from gamutcore.colours.device.ink_limits import InkLimits
 from gamutcore.colours.own_chromaticities import display_primaries, own_tristimulus
 from gamutcore.colours.spaces.cielab import ICC_D50, lab_to_xyz, xyz_to_lab
@@ -26,6 +27,8 @@ __all__ = [
     "lab_to_xyz",
     "medium_white_lab",
     "own_tristimulus",
+    "spread_values",
     "surface_colours",
+    "values_beside",
     "xyz_to_lab",
 ]

@@ -58,8 +58,6 @@ class MeasuredColours:
         Whether the tristimulus values are a display's own, without adaptation.
     lights : bool
         Whether the data states that the samples are lights.
-    unadapting : (3, 3) float, optional
-        As of `SurfaceColours`.
     absolute : AbsoluteColours, optional
         The way from media-relative colours to absolute ones; None for bare colours.
     """
@@ -69,7 +67,6 @@ class MeasuredColours:
     warnings: tuple[str, ...]
     as_measured: bool = False
     lights: bool = False
-    unadapting: FloatArray | None = None
     absolute: AbsoluteColours | None = None
 
 
@@ -162,17 +159,8 @@ class _Medium:
             lab,
             self._provenance(_list_of(white), adaptation),
             tuple(self.warnings),
-            unadapting=self._unadapting(white) if self.intent == "relative" else None,
             absolute=self._absolute(white) if (white > 0).all() else None,
         )
-
-    def _unadapting(self, white: FloatArray) -> FloatArray:
-        """Return the matrix that undoes the adaptation of relative colours to D50."""
-        if self.display:
-            return adaptation_matrix(ICC_D50, white, self.adaptation)
-        if not np.array_equal(self.reference, ICC_D50):
-            white = self._to_d50(white[np.newaxis], self.reference)[0]
-        return np.diag(white / ICC_D50)
 
     def _absolute(self, white: FloatArray) -> AbsoluteColours:
         """Return the way from relative to absolute colours, as `_display_lab` and `_print_lab`."""

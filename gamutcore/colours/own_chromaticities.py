@@ -33,8 +33,9 @@ def own_tristimulus(colours: SurfaceColours) -> tuple[FloatArray, FloatArray]:
     luminance : (n,) float
     """
     xyz = lab_to_xyz(np.asarray(colours.points, np.float64))
-    luminance = xyz[:, 1]
-    return (xyz if colours.unadapting is None else xyz @ colours.unadapting.T), luminance
+    absolute = colours.absolute
+    own = None if absolute is None else absolute.own_from(colours.provenance.get("intent"))
+    return (xyz if own is None else xyz @ own.T), xyz[:, 1]
 
 
 def display_primaries(colours: SurfaceColours) -> FloatArray | None:

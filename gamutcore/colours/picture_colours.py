@@ -14,11 +14,11 @@ from gamutcore.characterisation import IccProfile
 from gamutcore.characterisation.pictures import Encoding, Picture
 from gamutcore.characterisation.pictures.raster import MODELS
 from gamutcore.characterisation.samples import JSON, IntArray
-from gamutcore.colours.device.surface import SurfaceColours
+from gamutcore.colours.device.surface import AbsoluteColours, SurfaceColours
 from gamutcore.colours.profile_colours import (
+    absolute_colours,
     declared_white,
     profile_colours,
-    unadapting,
 )
 from gamutcore.colours.spaces.cielab import ICC_D50, adaptation_to_d50, xyz_to_lab
 from gamutcore.colours.spaces.definitions import DEFAULT_LUMINANCE
@@ -60,20 +60,18 @@ def picture_colours(
     """
     provenance: dict[str, JSON] = {**picture.provenance, "intent": intent}
     warnings = list(picture.warnings)
-    as_measured, own_values, unadapt = False, None, None
+    absolute = None
     if isinstance(picture.meaning, IccProfile):
-        unadapt = unadapting(picture.meaning, intent)
-        lab, how, profile_warnings, own_values = _by_profile(picture, picture.meaning, intent)
-        as_measured = own_values is not None
+        absolute = absolute_colours(picture.meaning)
+        lab, how, profile_warnings = _by_profile(picture, picture.meaning, intent)
         warnings += profile_warnings
     else:
         OptionError.check_intent(intent, "the picture has no profile")
         if isinstance(picture.meaning, Encoding):
             lab, how = _by_encoding(picture, picture.meaning, intent, adaptation)
-            as_measured = intent == "absolute"
-            if not as_measured:
-                white = chromaticity_xyz(*picture.meaning.white)
-                unadapt = adaptation_matrix(ICC_D50, white, adaptation)
+            white = chromaticity_xyz(*picture.meaning.white)
+            own = adaptation_matrix(ICC_D50, white, adaptation)
+            absolute = AbsoluteColours(own, as_measured=True)
         else:
             if intent != "relative":
                 raise OptionError.not_applicable(
@@ -106,10 +104,9 @@ def picture_colours(
         lab,
         values if is_device else None,
         provenance,
-        as_measured,
+        intent == "absolute" and absolute is not None and absolute.as_measured,
         MODELS[picture.model] if is_device else (),
-        own_values,
-        unadapting=unadapt,
+        absolute=absolute,
     )
 
 
@@ -134,7 +131,7 @@ def popular(lab: FloatArray, counts: IntArray, share: float) -> tuple[IntArray, 
 
 def _by_profile(
     picture: Picture, profile: IccProfile, intent: str
-) -> tuple[FloatArray, dict[str, JSON], tuple[str, ...], FloatArray | None]:
+) -> tuple[FloatArray, dict[str, JSON], tuple[str, ...]]:
     channels = len(profile.channels)
     lab = np.empty((len(picture), 3))
     found = None
@@ -153,7 +150,7 @@ def _by_profile(
         )
     white, white_warnings = declared_white(profile)
     how: dict[str, JSON] = {"white": white, "adaptation": found.adaptation, "transform": found.tag}
-    return lab, how, (*warnings, *white_warnings), found.own_values
+    return lab, how, (*warnings, *white_warnings)
 
 
 def _by_encoding(

@@ -28,7 +28,6 @@ __all__ = [
     "absolute_colours",
     "declared_white",
     "profile_colours",
-    "unadapting",
 ]
 
 PERCEPTUAL_BLACK = np.array([0.00336, 0.0034731, 0.00287])
@@ -51,9 +50,6 @@ class ProfileColours:
         ``"mpet"``), empty for curves.
     adaptation : str
         How the colours relate to D50, for the provenance.
-    own_values : (3, 3) float, optional
-        Matrix from the tristimulus values of absolute colours, which ICC defines as scaled by the
-        white, to the display's own tristimulus values. None for colours adapted to D50.
     """
 
     lab: FloatArray
@@ -61,7 +57,6 @@ class ProfileColours:
     kind: str
     adaptation: str
     warnings: tuple[str, ...]
-    own_values: FloatArray | None = None
 
 
 def profile_colours(profile: IccProfile, device: FloatArray, intent: str) -> ProfileColours:
@@ -72,7 +67,6 @@ def profile_colours(profile: IccProfile, device: FloatArray, intent: str) -> Pro
     transform, warnings = profile.transform(intent)
     colours = transform.pcs_values(device)
     scale, offset = np.ones(3), np.zeros(3)
-    own_values = None
     adaptation = "as in the profile: media-relative to D50"
     if intent == "absolute":
         adaptation = "none: as in the profile"
@@ -82,7 +76,6 @@ def profile_colours(profile: IccProfile, device: FloatArray, intent: str) -> Pro
         white, white_warnings = profile.media_white()
         warnings += white_warnings
         scale = white / ICC_D50
-        own_values = _own_values(profile, white)
         adaptation = "none: media-relative colours scaled by the media white"
     elif intent == "perceptual" and (profile.version[0] < 4 or "TRC" in transform.tag):
         scale, offset = 1 - PERCEPTUAL_BLACK / ICC_D50, PERCEPTUAL_BLACK
@@ -94,9 +87,7 @@ def profile_colours(profile: IccProfile, device: FloatArray, intent: str) -> Pro
     if transform.pcs == "Lab":
         colours = np.maximum(lab_to_xyz(colours), 0.0)
     lab = xyz_to_lab(np.maximum(colours * scale + offset, 0.0))
-    return ProfileColours(
-        lab, transform.tag, transform.kind, adaptation, tuple(warnings), own_values
-    )
+    return ProfileColours(lab, transform.tag, transform.kind, adaptation, tuple(warnings))
 
 
 def declared_white(profile: IccProfile) -> tuple[JSON, list[str]]:
@@ -111,24 +102,6 @@ def declared_white(profile: IccProfile) -> tuple[JSON, list[str]]:
     return [round(float(value), 6) for value in white], warnings
 
 
-def unadapting(profile: IccProfile, intent: str) -> FloatArray:
-    """Return the matrix from tristimulus values to those of the device, as of `SurfaceColours`.
-
-    The colours of displays and of RGB spaces are adapted to D50. Those of prints are scaled by the
-    media white unless the intent is absolute (ICC.1:2022, 6.3.2.2).
-    """
-    try:
-        white, _ = profile.media_white()
-    except MalformedProfileError:
-        white = ICC_D50
-    scaled: FloatArray = np.diag(ICC_D50 / white if intent == "absolute" else np.ones(3))
-    own: FloatArray = np.diag(white / ICC_D50)
-    if profile.device_class != "output":
-        own = _unadapted(profile, white)
-    matrix: FloatArray = own @ scaled
-    return matrix
-
-
 def _unadapted(profile: IccProfile, white: FloatArray) -> FloatArray:
     """Matrix that undoes the adaptation of media-relative colours."""
     adapting = profile.adaptation_to_d50()
@@ -139,30 +112,24 @@ def _unadapted(profile: IccProfile, white: FloatArray) -> FloatArray:
     return matrix
 
 
-def absolute_colours(profile: IccProfile, intent: str) -> AbsoluteColours | None:
-    """Return the way from media-relative colours of a profile to absolute ones.
+def absolute_colours(profile: IccProfile) -> AbsoluteColours | None:
+    """Return what media-relative colours of a profile are as absolute and as the device's own ones.
 
-    None for the intents perceptual and saturation, and if the media white is broken. Absolute
-    colours of a profile with a transform of their own differ a little from it.
+    None if the media white is broken. Prints are scaled by the media white (ICC.1:2022, 6.3.2.2).
+    The colours of displays and of RGB spaces are adapted to D50, by the tag chad or, without it, by
+    the linear Bradford transform. Scaling by the white does not undo this adaptation.
+
+    The media white of a display profile is the display's own in version 2. It is D50 in later
+    versions, whose absolute colours stay adapted (ICC.1:2022, 9.2.36). Absolute colours of a
+    profile with a transform of their own differ a little from the scaled ones.
     """
-    if intent not in {"relative", "absolute"}:
-        return None
     try:
         white, _ = profile.media_white()
+        scaled = not profile.transform("absolute")[0].absolute
     except MalformedProfileError:
         return None
-    own = _own_values(profile, white)
-    return AbsoluteColours(np.diag(white / ICC_D50), own is not None, own)
-
-
-def _own_values(profile: IccProfile, white: FloatArray) -> FloatArray | None:
-    """Matrix from absolute colours to the display's own tristimulus values.
-
-    The media white of a display profile is the display's own in version 2, and D50 in later
-    versions, whose absolute colours stay adapted (ICC.1:2022, 9.2.36). In either version, the
-    colours are adapted by the tag chad or, without it, by the linear Bradford transform. Absolute
-    colorimetry scales XYZ by the white, which does not undo the adaptation.
-    """
-    if profile.device_class != "display" or np.abs(white - ICC_D50).max() <= _SAME_WHITE:
-        return None
-    return _unadapted(profile, white) * (ICC_D50 / white)
+    scaling = np.diag(white / ICC_D50)
+    if profile.device_class == "output":
+        return AbsoluteColours(scaling)
+    is_own = profile.device_class == "display" and np.abs(white - ICC_D50).max() > _SAME_WHITE
+    return AbsoluteColours(scaling, is_own and scaled, _unadapted(profile, white))

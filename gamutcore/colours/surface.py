@@ -22,6 +22,7 @@ from gamutcore.colours.device.surface import (
     MAX_PATCHES,
     SURFACE_SAMPLES,
     AbsoluteColours,
+    DeviceColours,
     DeviceSurface,
     SurfaceColours,
     SurfaceFaces,
@@ -41,7 +42,6 @@ from gamutcore.colours.profile_colours import (
     absolute_colours,
     declared_white,
     profile_colours,
-    unadapting,
 )
 from gamutcore.colours.reference_colours import (
     encode_rgb,
@@ -155,12 +155,7 @@ def surface_colours(
     surface = _sample_surface(
         characterisation, medium, surface_samples, limits or InkLimits(), model
     )
-    return replace(
-        surface,
-        as_measured=medium.as_measured,
-        unadapting=medium.unadapting,
-        absolute=medium.absolute,
-    )
+    return replace(surface, as_measured=medium.as_measured, absolute=medium.absolute)
 
 
 def colours_in_space(colours: SurfaceColours, space: ColourSpace) -> SurfaceColours:
@@ -183,13 +178,14 @@ def colours_in_space(colours: SurfaceColours, space: ColourSpace) -> SurfaceColo
         As `ColourSpace.coordinates`.
     """
     points, moved = _coordinates(colours.points, colours, space)
-    between = colours.between
-    if between is not None:
-        between, _ = _coordinates(between, colours, space)
+    own = colours.own
+    if own is not None:
+        lab = own.points
+        own = own._replace(points=lambda values: _coordinates(lab(values), colours, space)[0])
     described = space.description()
     if space.is_icc_cielab:
         described["adaptation"] = "none: the colours are relative to D50"
-    elif colours.own_values is not None:
+    elif _own_values(colours) is not None:
         described["adaptation"] = "none: the display's own colours, from before adaptation to D50"
     elif colours.as_measured:
         described["adaptation"] = "none: the colours are as measured"
@@ -207,16 +203,24 @@ def colours_in_space(colours: SurfaceColours, space: ColourSpace) -> SurfaceColo
         "warnings": warnings,
     }
     faces = None if colours.faces is None else outward_faces(points, colours.faces)
-    return replace(colours, points=points, provenance=provenance, faces=faces, between=between)
+    return replace(colours, points=points, provenance=provenance, faces=faces, own=own)
 
 
 def _coordinates(
     lab: FloatArray, colours: SurfaceColours, space: ColourSpace
 ) -> tuple[FloatArray, int]:
-    if colours.own_values is not None and not space.is_icc_cielab:
+    own = _own_values(colours)
+    if own is not None and not space.is_icc_cielab:
         icc = Cielab(white_point("D50"))
-        lab, _ = icc.coordinates(icc.xyz(lab) @ colours.own_values.T)
+        lab, _ = icc.coordinates(icc.xyz(lab) @ own.T)
     return space.coordinates(lab, as_measured=colours.as_measured)
+
+
+def _own_values(colours: SurfaceColours) -> FloatArray | None:
+    """Return the matrix from absolute colours, which ICC scales by the white, to own ones."""
+    if not colours.as_measured or colours.absolute is None:
+        return None
+    return colours.absolute.own_from("absolute")
 
 
 def _profile_surface(
@@ -227,9 +231,11 @@ def _profile_surface(
         profile.channels, np.zeros(channels), np.ones(channels), limits, inks=profile.inks
     )
     nodes = profile.transform(intent)[0].nodes
-    surface = _surface_values(
-        limited, lambda values: profile_colours(profile, values, intent).lab, surface_samples, nodes
-    )
+
+    def lab(values: FloatArray) -> FloatArray:
+        return profile_colours(profile, values, intent).lab
+
+    surface = _surface_values(limited, lab, surface_samples, nodes)
     density = surface.density
     colours = profile_colours(profile, surface.device, intent)
     points = colours.lab
@@ -258,18 +264,16 @@ def _profile_surface(
             )
         ),
     }
-    own = colours.own_values
+    absolute = absolute_colours(profile)
     return SurfaceColours(
         points,
         surface.device,
         provenance,
-        own is not None,
+        intent == "absolute" and absolute is not None and absolute.as_measured,
         profile.channels,
-        own,
         surface.faces,
-        profile_colours(profile, values_between(surface), intent).lab,
-        unadapting(profile, intent),
-        absolute_colours(profile, intent),
+        _device_colours(limited, surface, lab),
+        absolute,
     )
 
 
@@ -279,18 +283,20 @@ def _reference_surface(
     model: dict[str, JSON] = {"name": "none: the colours themselves"}
     faces: SurfaceFaces | None
     surface: DeviceSurface | None = None
+    own: DeviceColours | None = None
     channels: tuple[str, ...] = ()
     if reference.kind == "rgb":
         channels, white = ("R", "G", "B"), reference_white(reference)
         curve, top = reference.definition["curve"], largest_code(reference)
         # PQ and HLG are nearly uniform, so their faces are divided evenly
         nodes = None if reference.peak else np.tile(encode_rgb(_LINEAR_NODES, curve), (3, 1))
-        surface = _surface_values(
-            limited_cube(channels, np.zeros(3), np.full(3, top), InkLimits(), inks=False),
-            lambda values: reference_lab(rgb_xyz(reference, values), white, intent, adaptation)[0],
-            surface_samples,
-            nodes,
-        )
+        limited = limited_cube(channels, np.zeros(3), np.full(3, top), InkLimits(), inks=False)
+
+        def rgb_lab(values: FloatArray) -> FloatArray:
+            return reference_lab(rgb_xyz(reference, values), white, intent, adaptation)[0]
+
+        surface = _surface_values(limited, rgb_lab, surface_samples, nodes)
+        own = _device_colours(limited, surface, rgb_lab)
         xyz, faces = rgb_xyz(reference, surface.device), surface.faces
         encoding = curve if isinstance(curve, str) else f"γ {curve:g}"
         model = {"name": "primaries and white", "encoding": encoding}
@@ -298,10 +304,6 @@ def _reference_surface(
         xyz, white, corners = surface_xyz(reference, surface_samples)
         faces = SurfaceFaces(corners, np.zeros(len(corners), np.int32), closed=True)
     lab, adapted = reference_lab(xyz, white, intent, adaptation)
-    between = None
-    if surface is not None:
-        xyz = rgb_xyz(reference, values_between(surface))
-        between, _ = reference_lab(xyz, white, intent, adaptation)
     points: dict[str, JSON] = {"points": len(lab)}
     provenance: dict[str, JSON] = {
         **reference_provenance(reference, white),
@@ -319,8 +321,7 @@ def _reference_surface(
         intent == "absolute",
         channels,
         faces=faces,
-        between=between,
-        unadapting=None if intent == "absolute" else adaptation_matrix(ICC_D50, white, adaptation),
+        own=own,
         absolute=AbsoluteColours(adaptation_matrix(ICC_D50, white, adaptation), as_measured=True),
     )
 
@@ -347,6 +348,21 @@ def _surface_values(
         nodes if whole else None,
     )
     return replace(surface, device=limited.device(surface.device))
+
+
+def _device_colours(
+    limited: LimitedCube,
+    surface: DeviceSurface,
+    lab: Callable[[FloatArray], FloatArray],
+    samples: FloatArray | None = None,
+) -> DeviceColours:
+    """All colours of a device; `samples` are further device values, (m, n), to be tried."""
+    tried = values_between(surface)
+    if samples is not None:
+        tried = np.concatenate([tried, samples])
+    return DeviceColours(
+        limited.cube, lambda values: lab(limited.device(values)), tried[:, limited.free]
+    )
 
 
 def _limits_provenance(limited: LimitedCube) -> dict[str, JSON]:
@@ -405,8 +421,15 @@ def _sample_surface(
     warnings += range_warnings(samples, device, limited)
     if model.mean_error is not None and model.mean_error > _POOR_FIT:
         warnings.append(f"Left-out samples have a mean error of {model.mean_error:.1f} ΔE*ab.")
-    surface = _surface_values(limited, model.colours, surface_samples, model.nodes)
-    density, points = surface.density, model.colours(surface.device)
+    fitted = model.colours
+
+    def own_lab(values: FloatArray) -> FloatArray:
+        lab = fitted(values)
+        lab[:, 0] = np.maximum(lab[:, 0], 0.0)
+        return lab
+
+    surface = _surface_values(limited, fitted, surface_samples, model.nodes)
+    density, points = surface.density, fitted(surface.device)
     dark = points[:, 0] < 0
     if dark.any():
         warnings.append(f"{int(dark.sum())} colours below L* 0 were raised to 0.")
@@ -418,16 +441,14 @@ def _sample_surface(
     provenance["surface"] = {"points": len(points), "density": density}
     provenance.update(_limits_provenance(limited))
     provenance["warnings"] = list[JSON](warnings)
-    own = device[limited.contains(device)]
-    between = model.colours(np.concatenate([values_between(surface), own]))
-    between[:, 0] = np.maximum(between[:, 0], 0.0)
+    printable = device[limited.contains(device)]
     return SurfaceColours(
         points,
         surface.device,
         provenance,
         channels=samples.channels,
         faces=surface.faces,
-        between=between,
+        own=_device_colours(limited, surface, own_lab, printable),
     )
 
 

@@ -115,8 +115,8 @@ def _converted_volume(
 ) -> float | None:
     """Return the volume of a boundary of the other intent; None without coordinates for it."""
     matrix, as_measured = absolute.matrix, absolute.as_measured
-    if absolute.own_values is not None and not space.is_icc_cielab:
-        matrix = absolute.own_values @ matrix
+    if absolute.own is not None and as_measured and not space.is_icc_cielab:
+        matrix = absolute.own
     if intent == "relative":
         matrix = np.linalg.inv(matrix).astype(np.float64)
     to_absolute = intent == "absolute"

@@ -5,24 +5,50 @@ computed once.
 """
 
 from gamutcore.queries.chromaticity import (
+    CHROMATICITY_STANDARDS,
     AreaOverlap,
     ChromaticityComparison,
     ChromaticityGamut,
     chromaticity_gamut,
 )
-from gamutcore.queries.colour_difference import delta_e_2000
-from gamutcore.queries.comparison import Comparison, Overlap, compare
+from gamutcore.queries.ciede2000 import delta_e_2000
+from gamutcore.queries.comparison import (
+    MOST_SECTORS,
+    RING_LIGHTNESSES,
+    Comparison,
+    Overlap,
+    Rings,
+    compare,
+    gamut_rings,
+)
+from gamutcore.queries.containment import contains, signed_distance
 from gamutcore.queries.crossings import Crossings, crossings
-from gamutcore.queries.cusps import Cusps, cusp_points
-from gamutcore.queries.index import Level, LevelIndex, as_index, build_index
-from gamutcore.queries.leaves import Leaves, leaves
-from gamutcore.queries.mapping import Mapped, map_colours
-from gamutcore.queries.nearest import SurfacePoints, contains, nearest, signed_distance
+from gamutcore.queries.index import (
+    LARGEST_COORDINATE,
+    Level,
+    LevelIndex,
+    as_index,
+    build_index,
+    checked_points,
+)
+from gamutcore.queries.mapping import Mapped, MappingMethod, map_colours
+from gamutcore.queries.nearest import SurfacePoints, nearest
 from gamutcore.queries.nearest_ciede2000 import nearest_ciede2000
-from gamutcore.queries.rings import Rings, gamut_rings
-from gamutcore.queries.sections import Section, hue_leaf, slice_polygons
+from gamutcore.queries.sections import (
+    Cusps,
+    Leaves,
+    Section,
+    cusp_points,
+    hue_leaf,
+    leaves,
+    slice_polygons,
+)
 
 __all__ = [
+    "CHROMATICITY_STANDARDS",
+    "LARGEST_COORDINATE",
+    "MOST_SECTORS",
+    "RING_LIGHTNESSES",
     "AreaOverlap",
     "ChromaticityComparison",
     "ChromaticityGamut",
@@ -33,12 +59,14 @@ __all__ = [
     "Level",
     "LevelIndex",
     "Mapped",
+    "MappingMethod",
     "Overlap",
     "Rings",
     "Section",
     "SurfacePoints",
     "as_index",
     "build_index",
+    "checked_points",
     "chromaticity_gamut",
     "compare",
     "contains",

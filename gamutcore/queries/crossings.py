@@ -1,16 +1,23 @@
 """Crossings: where segments, rays and lines pass through a level's surface, without gaps.
 
 A line crosses a face if it passes all three edges on the same side. The sides are signs of
-determinants: certain in float64, or exact and never 0 (`gamutcore.queries.line_sides`). Crossings
-therefore enter and leave in turn, also at edges and vertices.
+determinants: certain in float64, or exact and never 0. Crossings therefore enter and leave in turn,
+also at edges and vertices. The faces come from the tree of boxes (`gamutcore.queries.face_tree`).
+Boxes are widened by the rounding errors of the line.
 
-The faces come from the tree of boxes (`gamutcore.queries.face_boxes`). Boxes are widened by the
-rounding errors of the line.
+Where a determinant is 0, the sign is that of an infinitely small change:
+
+1. The surface is scaled by 1 + ε about the centre, because it belongs to the gamut. A line that
+   touches the surface crosses it twice, and an end on the surface is inside, as for `contains`.
+2. The second point of the line is moved by (δ, δ², δ³), with δ far smaller than ε.
+
+No line then meets an edge or a vertex. The signs follow H. Edelsbrunner & E. P. Mücke, "Simulation
+of Simplicity", ACM Transactions on Graphics 9 (1990).
 """
 
 from __future__ import annotations
 
-from typing import Literal, NamedTuple, get_args
+from typing import Literal, NamedTuple, TypeAlias, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,15 +25,22 @@ from numpy.typing import ArrayLike
 from gamutcore.arrays import BooleanArray, FloatArray, IndexArray, LongArray
 from gamutcore.errors import InvalidPointsError, OptionError
 from gamutcore.kernels import kernel, leaf_kernel
-from gamutcore.queries.containment import is_inside
-from gamutcore.queries.exact import TERMS
-from gamutcore.queries.face_boxes import set_box_gaps
-from gamutcore.queries.face_tree import STACK, WIDTH
-from gamutcore.queries.index import Level, LevelIndex, as_index
-from gamutcore.queries.line_sides import Point, exact_sides, is_below
-from gamutcore.queries.rows import checked_points
+from gamutcore.queries.containment import TERMS, area, is_inside, moved_orientation, orientation
+from gamutcore.queries.face_tree import STACK, WIDTH, set_box_gaps
+from gamutcore.queries.index import Level, LevelIndex, as_index, checked_points
 
-__all__ = ["LINE", "RAY", "SEGMENT", "Crossings", "Kind", "Work", "crossings", "find_crossings"]
+__all__ = [
+    "LINE",
+    "SEGMENT",
+    "Crossings",
+    "Kind",
+    "LineWorkspace",
+    "Point",
+    "crossings",
+    "find_crossings",
+]
+
+Point: TypeAlias = tuple[float, float, float]
 
 Kind = Literal["segment", "ray", "line"]
 
@@ -68,31 +82,19 @@ class Crossings(NamedTuple):
     weights: FloatArray
 
 
-class Work(NamedTuple):
-    """Arrays for crossings, and work arrays of the search.
-
-    Attributes
-    ----------
-    t, entering, faces, weights : arrays
-        As of `Crossings`.
-    nodes : (STACK,) int64
-        Stack of nodes and faces.
-    gaps : (WIDTH,) float64
-        Lengths of a line in the boxes of a node.
-    terms : (TERMS,) float64
-        For the exact predicates.
-    """
+class LineWorkspace(NamedTuple):
+    """Room for crossings, with the arrays of `Crossings`, and work arrays of the search."""
 
     t: FloatArray
     entering: BooleanArray
     faces: IndexArray
     weights: FloatArray
-    nodes: LongArray
-    gaps: FloatArray
-    terms: FloatArray
+    nodes: LongArray  # (STACK,) stack of nodes and faces
+    gaps: FloatArray  # (WIDTH,) lengths of a line in the boxes of a node
+    terms: FloatArray  # (TERMS,) for the exact predicates
 
     @classmethod
-    def with_room(cls, room: int) -> Work:
+    def with_room(cls, room: int) -> LineWorkspace:
         """Return arrays for a number of crossings."""
         return cls(
             np.empty(room),
@@ -104,9 +106,9 @@ class Work(NamedTuple):
             np.empty(TERMS),
         )
 
-    def with_twice_the_room(self, used: int) -> Work:
+    def with_twice_the_room(self, used: int) -> LineWorkspace:
         """Return arrays of twice the length with the same first crossings."""
-        longer = Work.with_room(2 * len(self.t))
+        longer = LineWorkspace.with_room(2 * len(self.t))
         longer.t[:used], longer.entering[:used] = self.t[:used], self.entering[:used]
         longer.faces[:used], longer.weights[:used] = self.faces[:used], self.weights[:used]
         return longer
@@ -172,7 +174,7 @@ def crossings(
     index = as_index(level)
     number = get_args(Kind).index(kind)
     offsets = np.zeros(len(first) + 1, np.int64)
-    work = Work.with_room(64 + len(first))
+    work = LineWorkspace.with_room(64 + len(first))
     row = _cross(first, second, number, index, 0, offsets, work)
     while row < len(first):
         work = work.with_twice_the_room(int(offsets[row]))
@@ -180,7 +182,7 @@ def crossings(
     # views: memory that nothing was written to is not occupied
     last = offsets[-1]
     faces, weights = work.faces[:last], work.weights[:last]
-    points = surface_points(index, faces, weights)
+    points = _surface_points(index, faces, weights)
     return Crossings(offsets, work.t[:last], work.entering[:last], points, faces, weights)
 
 
@@ -192,7 +194,7 @@ def _cross(
     index: LevelIndex,
     row: int,
     offsets: LongArray,
-    work: Work,
+    work: LineWorkspace,
 ) -> int:
     """Find the crossings of rows until the arrays are full, and return the first row without."""
     while row < len(starts):
@@ -207,7 +209,7 @@ def _cross(
 
 
 @kernel
-def surface_points(index: LevelIndex, faces: IndexArray, weights: FloatArray) -> FloatArray:
+def _surface_points(index: LevelIndex, faces: IndexArray, weights: FloatArray) -> FloatArray:
     """Return the points (n, 3) of barycentric coordinates in faces."""
     vertices = index.vertices
     points = np.empty((len(faces), 3))
@@ -225,7 +227,7 @@ def surface_points(index: LevelIndex, faces: IndexArray, weights: FloatArray) ->
 
 @leaf_kernel
 def find_crossings(
-    start: Point, end: Point, kind: int, index: LevelIndex, begin: int, work: Work
+    start: Point, end: Point, kind: int, index: LevelIndex, begin: int, work: LineWorkspace
 ) -> int:
     """Write the crossings of one line in order from index `begin`; return the end, or −1 if full.
 
@@ -297,7 +299,7 @@ def _add_crossing(
     uncertain: float,
     begin: int,
     found: int,
-    work: Work,
+    work: LineWorkspace,
 ) -> int:
     """Add the crossing of a line with a face, if any; return the new end of crossings."""
     dx, dy, dz = end[0] - start[0], end[1] - start[1], end[2] - start[2]
@@ -314,13 +316,13 @@ def _add_crossing(
         return found
     outwards = smallest > uncertain
     if not outwards and largest >= -uncertain:
-        leaving, side_a, side_b, side_c = exact_sides(start, end, index, face, work.terms)
+        leaving, side_a, side_b, side_c = _exact_sides(start, end, index, face, work.terms)
         if leaving == 0:
             return found
         outwards = leaving > 0
-    if kind != LINE and is_below(start, index, face, work.terms) != outwards:
+    if kind != LINE and _is_below(start, index, face, work.terms) != outwards:
         return found  # before the start
-    if kind == SEGMENT and is_below(end, index, face, work.terms) == outwards:
+    if kind == SEGMENT and _is_below(end, index, face, work.terms) == outwards:
         return found  # after the end
     if found == len(work.t):
         return -1
@@ -354,7 +356,7 @@ def _corner(index: LevelIndex, face: int, corner: int, origin: Point) -> Point:
 
 
 @leaf_kernel
-def _copy(work: Work, source: int, target: int) -> None:
+def _copy(work: LineWorkspace, source: int, target: int) -> None:
     """Copy a crossing, except t."""
     work.faces[target] = work.faces[source]
     work.entering[target] = work.entering[source]
@@ -364,7 +366,7 @@ def _copy(work: Work, source: int, target: int) -> None:
 
 @leaf_kernel
 def _alternate(
-    start: Point, kind: int, index: LevelIndex, begin: int, end: int, work: Work
+    start: Point, kind: int, index: LevelIndex, begin: int, end: int, work: LineWorkspace
 ) -> None:
     """Reorder crossings whose t differ by rounding, so that entering and leaving alternate."""
     entries = 0
@@ -387,3 +389,75 @@ def _alternate(
                 work.weights[other - 1, corner] = moved
             other -= 1
         expected = not expected
+
+
+@leaf_kernel
+def _exact_sides(
+    start: Point, end: Point, index: LevelIndex, face: int, terms: FloatArray
+) -> tuple[int, float, float, float]:
+    """Return the direction in which a line crosses a face, and its determinants with the edges.
+
+    The direction is 1 if the line leaves the gamut, −1 if it enters, 0 if it misses the face. For
+    the edge p, q opposite to each corner, the determinant is det(end − start, p − start, q −
+    start).
+    """
+    one, two, three = index.faces[face, 0], index.faces[face, 1], index.faces[face, 2]
+    a, b, c = _vertex(index, one), _vertex(index, two), _vertex(index, three)
+    side_a, sign_a = _exact_side(start, end, b, c, index, terms)
+    side_b, sign_b = _exact_side(start, end, c, a, index, terms)
+    if sign_a != sign_b:
+        return 0, side_a, side_b, 0.0
+    side_c, sign_c = _exact_side(start, end, a, b, index, terms)
+    return (sign_a if sign_a == sign_c else 0), side_a, side_b, side_c
+
+
+@leaf_kernel
+def _exact_side(
+    start: Point, end: Point, p: Point, q: Point, index: LevelIndex, terms: FloatArray
+) -> tuple[float, int]:
+    """Return det(end − start, p − start, q − start), and its sign, which is not 0."""
+    sx, sy, sz = start
+    ex, ey, ez = end
+    px, py, pz = p
+    qx, qy, qz = q
+    side = orientation(ex, ey, ez, px, py, pz, qx, qy, qz, sx, sy, sz, terms)
+    found = side
+    if found == 0.0:
+        # the coefficients of ε; δ, δ², δ³; ε δ, ε δ², ε δ³, of which one is not 0
+        cx, cy, cz = index.centre[0], index.centre[1], index.centre[2]
+        found = moved_orientation(ex, ey, ez, sx, sy, sz, px, py, pz, qx, qy, qz, cx, cy, cz, terms)
+        if found == 0.0:
+            found = area(py, pz, qy, qz, sy, sz, terms)
+        if found == 0.0:
+            found = area(pz, px, qz, qx, sz, sx, terms)
+        if found == 0.0:
+            found = area(px, py, qx, qy, sx, sy, terms)
+        if found == 0.0:
+            found = area(py, pz, qy, qz, cy, cz, terms)
+        if found == 0.0:
+            found = area(pz, px, qz, qx, cz, cx, terms)
+        if found == 0.0:
+            found = area(px, py, qx, qy, cx, cy, terms)
+    return side, (1 if found > 0.0 else -1)
+
+
+@leaf_kernel
+def _is_below(point: Point, index: LevelIndex, face: int, terms: FloatArray) -> bool:
+    """Whether a point is on the plane of a face, or on its inner side."""
+    planes, centre = index.planes, index.centre
+    px, py, pz = point
+    x, y, z = px - centre[0], py - centre[1], pz - centre[2]
+    height = planes[face, 9] * x + planes[face, 10] * y + planes[face, 11] * z - planes[face, 12]
+    # the planes are scaled for points in the box
+    if abs(height) > 1.0 + (abs(x) + abs(y) + abs(z)) * index.tree.scale:
+        return height < 0.0
+    one, two, three = index.faces[face, 0], index.faces[face, 1], index.faces[face, 2]
+    ax, ay, az = _vertex(index, one)
+    bx, by, bz = _vertex(index, two)
+    cx, cy, cz = _vertex(index, three)
+    return orientation(ax, ay, az, bx, by, bz, cx, cy, cz, px, py, pz, terms) >= 0.0
+
+
+@leaf_kernel
+def _vertex(index: LevelIndex, vertex: int) -> Point:
+    return index.vertices[vertex, 0], index.vertices[vertex, 1], index.vertices[vertex, 2]

@@ -1,12 +1,13 @@
-"""A tree of flat cylinders over the faces of a level, eight in a node.
+"""A tree over the faces of a level, eight in a node, with cylinders and boxes around them.
 
-Eight neighbouring faces make a leaf, eight leaves a node, and so on to the root. Each face, leaf
-and node is enclosed in a cylinder with its axis along the mean normal. On a smooth surface the
-cylinder is much flatter than an axis-aligned box. A box reaches above the surface nearby, so a
-search for the nearest face would enter many boxes in vain.
+Eight neighbouring faces make a leaf, eight leaves a node, and so on to the root. A node stores the
+enclosures of its children as a structure of arrays, so that the compiler computes several at once.
 
-A node stores the cylinders of its children as a structure of arrays, so that the compiler computes
-several distances at once.
+- For distances, each face, leaf and node is enclosed in a flat cylinder with its axis along the
+  mean normal. On a smooth surface the cylinder is much flatter than an axis-aligned box. A box
+  reaches above the surface nearby, so a search for the nearest face would enter many boxes in
+  vain.
+- For lines, boxes are tighter. They are rounded outwards to float32.
 """
 
 from __future__ import annotations
@@ -18,7 +19,16 @@ import numpy as np
 from gamutcore.arrays import Float32Array, FloatArray, IndexArray, LongArray
 from gamutcore.kernels import kernel, leaf_kernel
 
-__all__ = ["STACK", "WIDTH", "FaceTree", "build_face_tree", "set_lower_bounds"]
+__all__ = [
+    "ROUNDING",
+    "STACK",
+    "WIDTH",
+    "FaceTree",
+    "build_face_tree",
+    "face_boxes",
+    "set_box_gaps",
+    "set_lower_bounds",
+]
 
 WIDTH = 8
 """Children of a node."""
@@ -34,35 +44,24 @@ PARTS = 8
 ROUNDING = 2.0**-20
 """Four times the bound of the relative error of the squared length of an axis in float32."""
 
-
 FINEST, KEY_BITS = 2.0**30, 32
 """Coordinates are divided into `FINEST` steps, and stored above the bits of a key that hold the
 face."""
 
 
 class FaceTree(NamedTuple):
-    """Cylinders over the faces of a level.
+    """Cylinders over the faces of a level. The root is node 0.
 
-    Attributes
-    ----------
-    cylinders : (N, 64) float32
-        Eight numbers for each part of a cylinder, one for each child of a node. The parts are x, y,
-        z of the middle, x, y, z of the axis, the radius, and half the height. Middles are relative
-        to the centre of the level. Lengths are multiplied by `scale`, and axes have length 1 within
-        rounding. Without a child the radius is −∞.
-    first : (N,) int32
-        A node's first child; the others follow. In leaves ``~first`` is an index of `faces`. The
-        root is node 0.
-    faces : (F,) int32
-        Faces in the order of the leaves.
-    scale : float
-        1 ÷ the reach of the level, so that no coordinate is too large for float32.
+    `cylinders` has eight numbers for each part of a cylinder, one for each child of a node. The
+    parts are x, y, z of the middle, x, y, z of the axis, the radius, and half the height. Middles
+    are relative to the centre of the level. Lengths are multiplied by `scale`, and axes have length
+    1 within rounding. Without a child the radius is −∞.
     """
 
-    cylinders: Float32Array
-    first: IndexArray
-    faces: IndexArray
-    scale: float
+    cylinders: Float32Array  # (N, 64)
+    first: IndexArray  # (N,) first child, before the others; in leaves ~first is an index of faces
+    faces: IndexArray  # (F,) in the order of the leaves
+    scale: float  # 1 ÷ the reach of the level, so that no coordinate is too large for float32
 
     @property
     def nbytes(self) -> int:
@@ -329,3 +328,94 @@ def set_lower_bounds(
         across = max(across - cylinders[row, at + np.uint64(48)], 0.0)
         above = max(abs(along) * (1.0 - ROUNDING) - cylinders[row, at + np.uint64(56)], 0.0)
         squares[at] = across * across + above * above
+
+
+SIDES = 6
+"""Smallest x, y, z, and largest x, y, z."""
+
+FLOAT32_ROUNDING, FLOAT32_SMALLEST = 2.0**-23, 2.0**-126
+"""Twice the relative rounding error of float32, and its smallest normal number."""
+
+
+@kernel
+def face_boxes(position: FloatArray, mesh: IndexArray, tree: FaceTree) -> Float32Array:
+    """Return the boxes (N, 48) of all nodes' children, relative to the centre, scaled as the tree.
+
+    Each of the six sides has eight numbers. Without a child the box is empty: from ∞ to −∞.
+    `position` (V, 3) is relative to the centre.
+    """
+    first, scale = tree.first, tree.scale
+    boxes = np.empty((len(first), SIDES * WIDTH), np.float32)
+    boxes[:, : 3 * WIDTH] = np.inf
+    boxes[:, 3 * WIDTH :] = -np.inf
+    for node in range(len(first) - 1, -1, -1):  # children come after their node
+        for at in range(WIDTH):
+            if tree.cylinders[node, RADIUS * WIDTH + at] < 0.0:
+                break  # no child
+            if first[node] < 0:
+                face = tree.faces[~first[node] + at]
+                one, two, three = mesh[face, 0], mesh[face, 1], mesh[face, 2]
+                for axis in range(3):
+                    p, q, r = position[one, axis], position[two, axis], position[three, axis]
+                    boxes[node, axis * WIDTH + at] = _rounded_down(scale * min(p, q, r))
+                    boxes[node, (3 + axis) * WIDTH + at] = -_rounded_down(-scale * max(p, q, r))
+            else:
+                child = first[node] + at
+                for axis in range(3):
+                    low, high = boxes[child, axis * WIDTH], boxes[child, (3 + axis) * WIDTH]
+                    for each in range(1, WIDTH):
+                        low = min(low, boxes[child, axis * WIDTH + each])
+                        high = max(high, boxes[child, (3 + axis) * WIDTH + each])
+                    boxes[node, axis * WIDTH + at] = low
+                    boxes[node, (3 + axis) * WIDTH + at] = high
+    return boxes
+
+
+@leaf_kernel
+def _rounded_down(value: float) -> np.float32:
+    """Return a float32 that is below a number, by about its rounding."""
+    return np.float32(value - (FLOAT32_ROUNDING * abs(value) + FLOAT32_SMALLEST))
+
+
+@leaf_kernel
+def set_box_gaps(
+    origin: tuple[float, float, float],
+    slope: tuple[float, float, float],
+    low: float,
+    high: float,
+    margin: float,
+    boxes: Float32Array,
+    node: int,
+    gaps: FloatArray,
+) -> None:
+    """Set `gaps` (8,) to the lengths of a line in a node's boxes; negative if the line misses.
+
+    `origin` is a point of the line, relative to the centre, and scaled; `slope` is 1 ÷ its
+    direction, finite. `low` and `high` are ends in units of the direction. The boxes are widened by
+    `margin`, which covers the rounding errors of the line.
+    """
+    x, y, z = origin
+    u, v, w = slope
+    row = np.uint64(node)
+    a, d = (0, 3 * WIDTH) if u > 0.0 else (3 * WIDTH, 0)
+    b, e = (WIDTH, 4 * WIDTH) if v > 0.0 else (4 * WIDTH, WIDTH)
+    c, f = (2 * WIDTH, 5 * WIDTH) if w > 0.0 else (5 * WIDTH, 2 * WIDTH)
+    near_x, near_y, near_z = np.uint64(a), np.uint64(b), np.uint64(c)
+    far_x, far_y, far_z = np.uint64(d), np.uint64(e), np.uint64(f)
+    p, q, r = np.copysign(margin, u), np.copysign(margin, v), np.copysign(margin, w)
+    # a loop whose length the compiler knows is unrolled first, and then not vectorised
+    for each in range(boxes.shape[1] // SIDES):
+        at = np.uint64(each)
+        first = max(
+            (boxes[row, near_x + at] - (x + p)) * u,
+            (boxes[row, near_y + at] - (y + q)) * v,
+            (boxes[row, near_z + at] - (z + r)) * w,
+            low,
+        )
+        last = min(
+            (boxes[row, far_x + at] - (x - p)) * u,
+            (boxes[row, far_y + at] - (y - q)) * v,
+            (boxes[row, far_z + at] - (z - r)) * w,
+            high,
+        )
+        gaps[at] = last - first

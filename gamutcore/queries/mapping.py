@@ -15,11 +15,27 @@ method             the colour goes to
 ``clip-chroma``    the axis, at its lightness, until it is in gamut; to the end of the axis in
                    gamut if it is lighter or darker
 ``clip-focal``     a focal point, until it is in gamut
-``sgck``           see `gamutcore.queries.sgck`
+``sgck``           the gamut, with all colours of a source: see below
 =================  =============================================================================
 
 Where a line does not meet the gamut, ``clip-hue`` applies, and where a half-plane of hue does not,
 ``clip-nearest``.
+
+SGCK is a sigmoidal lightness mapping that depends on chroma, then a knee towards the cusp:
+
+1. Lightness. The range of the source's lightness is mapped to that of the gamut by a cumulative
+   normal distribution. Colours of high chroma keep their lightness: the sigmoid has the weight
+   1 − √(C³ ÷ (C³ + 5·10⁵)).
+2. Knee. Colours move on lines to the point on the axis that has the lightness of the cusp of their
+   hue. Up to 90 % of the distance to the gamut's surface nothing changes. The rest of the way, up
+   to the source's surface, is compressed linearly into the last 10 %.
+
+The constants of SGCK are for spaces whose lightness is 0 to 100, such as CIELAB.
+
+Source: CIE 156:2004, "Guidelines for the evaluation of gamut mapping algorithms". The sigmoid is
+G. Braun & M. Fairchild, "Image lightness rescaling using sigmoidal contrast enhancement functions",
+Journal of Electronic Imaging 8 (1999), table 3 (images of normal lightness). The public
+implementation of J. Morovič, PGMA 2.1 (2002), has the same constants and the same order of steps.
 """
 
 from __future__ import annotations
@@ -29,23 +45,29 @@ from typing import Literal, NamedTuple, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gamutcore.arrays import BooleanArray, FloatArray, IndexArray, LongArray
-from gamutcore.errors import OptionError
+from gamutcore.arrays import BooleanArray, Float32Array, FloatArray, IndexArray, LongArray
+from gamutcore.errors import MeshError, OptionError
 from gamutcore.kernels import kernel, leaf_kernel
 from gamutcore.queries.containment import is_inside
-from gamutcore.queries.crossings import LINE, SEGMENT, Work, crossings, find_crossings
-from gamutcore.queries.cusp_table import find_cusp, hue_sector
-from gamutcore.queries.face_tree import STACK
-from gamutcore.queries.index import Level, LevelIndex, as_index
-from gamutcore.queries.leaf_search import nearest_of_hue
-from gamutcore.queries.line_sides import Point
+from gamutcore.queries.crossings import (
+    LINE,
+    SEGMENT,
+    LineWorkspace,
+    Point,
+    crossings,
+    find_crossings,
+)
+from gamutcore.queries.face_tree import STACK, WIDTH
+from gamutcore.queries.hue_tables import RECTANGLE, find_cusp, hue_part, hue_sector, hue_turn
+from gamutcore.queries.index import Level, LevelIndex, as_index, build_index, checked_points
 from gamutcore.queries.nearest import nearest
-from gamutcore.queries.rows import checked_points
-from gamutcore.queries.sgck import compress
+from gamutcore.queries.sections import cusp_points
 
-__all__ = ["Mapped", "Method", "map_colours"]
+__all__ = ["Mapped", "MappingMethod", "map_colours"]
 
-Method = Literal["clip-nearest", "clip-hue", "clip-lightness", "clip-chroma", "clip-focal", "sgck"]
+MappingMethod = Literal[
+    "clip-nearest", "clip-hue", "clip-lightness", "clip-chroma", "clip-focal", "sgck"
+]
 
 NEAREST, HUE, LIGHTNESS, CHROMA, FOCAL = 0, 1, 2, 3, 4
 
@@ -83,7 +105,7 @@ class Mapped(NamedTuple):
 def map_colours(
     points: ArrayLike,
     level: Level,
-    method: Method,
+    method: MappingMethod,
     *,
     focus: ArrayLike | Literal["cusp"] | None = None,
     source: Level | None = None,
@@ -122,8 +144,8 @@ def map_colours(
     >>> map_colours([(30, 10, 0), (20, 90, 0)], tetrahedron, "clip-chroma").points.round(6).tolist()
     [[30.0, 10.0, 0.0], [20.0, 40.0, 0.0]]
     """
-    if method not in get_args(Method):
-        raise OptionError.refusal("method", method, f"one of {', '.join(get_args(Method))}")
+    if method not in get_args(MappingMethod):
+        raise OptionError.refusal("method", method, f"one of {', '.join(get_args(MappingMethod))}")
     if focus is not None and method != "clip-focal":
         raise OptionError.not_applicable("focus", focus, "only clip-focal has a focal point")
     if source is not None and method != "sgck":
@@ -137,14 +159,14 @@ def map_colours(
         )
     found, index = checked_points(points), as_index(level)
     if source is not None:
-        mapped = compress(found, index, as_index(source))
+        mapped = _compress(found, index, as_index(source))
         return _clipped(mapped, found, index, FOCAL, None)
     focal = None
     if method == "clip-focal" and not (focus is None or isinstance(focus, str)):
         focal = checked_points(np.reshape(np.asarray(focus), (1, -1)), "focus")[0]
     elif isinstance(focus, str) and focus != "cusp":
         raise OptionError.refusal("focus", focus, "a point or cusp")
-    return _clipped(found, found, index, get_args(Method).index(method), focal)
+    return _clipped(found, found, index, get_args(MappingMethod).index(method), focal)
 
 
 def _clipped(
@@ -155,7 +177,7 @@ def _clipped(
     focal: FloatArray | None,
 ) -> Mapped:
     """Clip points, and compare them with the given colours."""
-    work = Work.with_room(len(index.faces))
+    work = LineWorkspace.with_room(len(index.faces))
     axis = np.array([[index.box[0, 0] - 1.0, 0.0, 0.0], [index.box[1, 0] + 1.0, 0.0, 0.0]])
     ends = crossings(axis[:1], axis[1:], index, "line").points[:, 0]
     # NaN if the axis does not meet the level
@@ -229,7 +251,7 @@ def _clip(  # noqa: PLR0912  # a branch for each method
     method: int,
     focus: FloatArray,
     ends: FloatArray,
-    work: Work,
+    work: LineWorkspace,
     points: FloatArray,
     faces: IndexArray,
     weights: FloatArray,
@@ -271,7 +293,7 @@ def _clip(  # noqa: PLR0912  # a branch for each method
             for corner in range(3):
                 weights[row, corner] = work.weights[place, corner]
         else:
-            face, lightness, found = nearest_of_hue(
+            face, lightness, found = _nearest_of_hue(
                 given[row, 0],
                 chroma,
                 ca,
@@ -309,7 +331,7 @@ def _order_by_hue(points: FloatArray) -> IndexArray:
 
 
 @leaf_kernel
-def _towards(start: Point, end: Point, index: LevelIndex, work: Work) -> tuple[Point, int]:
+def _towards(start: Point, end: Point, index: LevelIndex, work: LineWorkspace) -> tuple[Point, int]:
     """Return the first crossing of a segment, and its index in `work`; −1 without one."""
     if not (np.isfinite(end[0]) and find_crossings(start, end, SEGMENT, index, 0, work) > 0):
         return start, -1
@@ -322,7 +344,7 @@ def _towards(start: Point, end: Point, index: LevelIndex, work: Work) -> tuple[P
 
 
 @leaf_kernel
-def _by_lightness(start: Point, index: LevelIndex, work: Work) -> tuple[Point, int]:
+def _by_lightness(start: Point, index: LevelIndex, work: LineWorkspace) -> tuple[Point, int]:
     """Return the crossing of nearest lightness, and its index in `work`; −1 without one."""
     size = 1.0 / index.tree.scale
     end = start[0] + size, start[1], start[2]
@@ -340,7 +362,7 @@ def _by_lightness(start: Point, index: LevelIndex, work: Work) -> tuple[Point, i
 
 @leaf_kernel
 def _to_cusp(
-    chroma: float, ca: float, cb: float, index: LevelIndex, work: Work
+    chroma: float, ca: float, cb: float, index: LevelIndex, work: LineWorkspace
 ) -> tuple[Point, int]:
     """Return the cusp of a hue, and its index, if the chroma is larger; otherwise −1."""
     most, lightness, edge, share = find_cusp(ca, cb, index.cusps)
@@ -351,3 +373,236 @@ def _to_cusp(
     work.weights[0, at] = 0.0
     work.weights[0, (at + 1) % 3], work.weights[0, (at + 2) % 3] = 1.0 - share, share
     return (lightness, most * ca, most * cb), 0
+
+
+FARTHEST = 1e300
+"""Limit of squared distances; those of empty boxes are infinite."""
+
+RECTANGLE_ROUNDING = 2.0**-44
+"""Widening of rectangles ÷ the largest coordinate."""
+
+
+@leaf_kernel
+def _nearest_of_hue(
+    lightness: float,
+    chroma: float,
+    ca: float,
+    cb: float,
+    index: LevelIndex,
+    nodes: LongArray,
+    bounds: FloatArray,
+    squares: FloatArray,
+    weights: FloatArray,
+) -> tuple[int, float, float]:
+    """Return face, lightness and chroma of the surface point of a hue that is nearest to a colour.
+
+    `ca` and `cb` are cosine and sine of the hue angle. The face is −1 if no face meets the
+    half-plane. `weights` (3,) receives the barycentric coordinates. `nodes` and `bounds` (STACK,)
+    and `squares` (WIDTH,) are work arrays.
+    """
+    table, middle, scale = index.hues, index.centre[0], index.tree.scale
+    margin = RECTANGLE_ROUNDING * (1.0 + scale * (abs(lightness) + chroma + abs(middle)))
+    best, found, found_chroma, square = -1, np.nan, np.nan, np.inf
+    limit = FARTHEST
+    sectors = len(table.roots)
+    turn = 0.25 * sectors * hue_turn(ca, cb)
+    sector = min(int(turn), sectors - 1)
+    part = hue_part(turn - sector)
+    nodes[0], bounds[0] = table.roots[sector], 0.0
+    height = 1 if nodes[0] >= 0 else 0
+    while height > 0:
+        height -= 1
+        if bounds[height] > limit:
+            continue
+        node = nodes[height]
+        _set_bounds(scale * (lightness - middle), scale * chroma, table.rectangles, node, squares)
+        first = table.first[node]
+        bottom = height
+        child = first if first >= 0 else ~first
+        near = height
+        for at in range(WIDTH):  # without branches, which processors cannot predict here
+            nodes[near], bounds[near] = child + at, squares[at]
+            near += squares[at] <= limit
+        if first >= 0:
+            height = near
+            nearest = bottom
+            for at in range(bottom, near):
+                nearest = at if bounds[at] < bounds[nearest] else nearest
+            if near > bottom:  # the nearest on top
+                nodes[nearest], nodes[near - 1] = nodes[near - 1], nodes[nearest]
+                bounds[nearest], bounds[near - 1] = bounds[near - 1], bounds[nearest]
+            continue
+        for at in range(bottom, near):
+            place = nodes[at]
+            if part < table.spans[place, 0] or part > table.spans[place, 1]:
+                continue
+            face = table.faces[place]
+            closer, lower, lower_chroma = _nearest_of_face(
+                lightness, chroma, ca, cb, index.vertices, index.faces, face, square, weights
+            )
+            if closer < square:
+                best, found, found_chroma, square = face, lower, lower_chroma, closer
+                limit = (scale * np.sqrt(square) + margin) ** 2
+    return best, found, found_chroma
+
+
+@leaf_kernel
+def _set_bounds(
+    x: float, y: float, rectangles: Float32Array, node: int, squares: FloatArray
+) -> None:
+    """Set `squares` (8,) to the squared distances of a point to the rectangles of a node.
+
+    The point is lightness relative to the centre, and chroma. Point and result are scaled. The
+    result is infinite without a child.
+    """
+    row = np.uint64(node)
+    # a loop whose length the compiler knows is unrolled first, and then not vectorised
+    for each in range(rectangles.shape[1] // RECTANGLE):
+        at = np.uint64(each)
+        u = max(rectangles[row, at] - x, x - rectangles[row, at + np.uint64(16)], 0.0)
+        v = max(
+            rectangles[row, at + np.uint64(8)] - y, y - rectangles[row, at + np.uint64(24)], 0.0
+        )
+        squares[at] = u * u + v * v
+
+
+@leaf_kernel
+def _nearest_of_face(
+    lightness: float,
+    chroma: float,
+    ca: float,
+    cb: float,
+    vertices: FloatArray,
+    faces: IndexArray,
+    face: int,
+    limit: float,
+    weights: FloatArray,
+) -> tuple[float, float, float]:
+    """Return squared distance, lightness and chroma of the nearest point of a face's section.
+
+    The distance is infinite without a section. Weights are set only below the limit.
+    """
+    a, b, c = faces[face, 0], faces[face, 1], faces[face, 2]
+    side_a = ca * vertices[a, 2] - cb * vertices[a, 1]
+    side_b = ca * vertices[b, 2] - cb * vertices[b, 1]
+    side_c = ca * vertices[c, 2] - cb * vertices[c, 1]
+    left_a, left_b, left_c = side_a >= 0.0, side_b >= 0.0, side_c >= 0.0
+    if left_a == left_b and left_b == left_c:
+        return np.inf, np.nan, np.nan
+    # the corner that is alone on its side comes first
+    place = 0
+    if left_a == left_c:
+        a, b, c, side_a, side_b, side_c, place = b, c, a, side_b, side_c, side_a, 1
+    elif left_a == left_b:
+        a, b, c, side_a, side_b, side_c, place = c, a, b, side_c, side_a, side_b, 2
+    s, t = side_a / (side_a - side_b), side_a / (side_a - side_c)
+    chroma_a = ca * vertices[a, 1] + cb * vertices[a, 2]
+    one = chroma_a + s * (ca * vertices[b, 1] + cb * vertices[b, 2] - chroma_a)
+    two = chroma_a + t * (ca * vertices[c, 1] + cb * vertices[c, 2] - chroma_a)
+    if one < 0.0 and two < 0.0:
+        return np.inf, np.nan, np.nan
+    low = vertices[a, 0] + s * (vertices[b, 0] - vertices[a, 0])
+    high = vertices[a, 0] + t * (vertices[c, 0] - vertices[a, 0])
+    rise, run = high - low, two - one
+    length = rise * rise + run * run
+    share = ((lightness - low) * rise + (chroma - one) * run) / length if length > 0.0 else 0.0
+    share = min(max(share, 0.0), 1.0)
+    if one < 0.0:  # not beyond the axis
+        share = max(share, -one / run)
+    elif two < 0.0:
+        share = min(share, -one / run)
+    near, near_chroma = low + share * rise, max(one + share * run, 0.0)
+    square = (near - lightness) ** 2 + (near_chroma - chroma) ** 2
+    if square < limit:
+        weights[place] = (1.0 - share) * (1.0 - s) + share * (1.0 - t)
+        weights[(place + 1) % 3] = (1.0 - share) * s
+        weights[(place + 2) % 3] = share * t
+    return square, near, near_chroma
+
+
+DARKEST = (5.0, 10.0, 15.0, 20.0)
+"""Lowest lightness of the gamut for which Braun & Fairchild give a sigmoid."""
+
+MEANS = (53.7, 56.8, 58.2, 60.6)
+"""The mean of the normal distribution for each of them."""
+
+DEVIATIONS = (43.0, 40.0, 35.0, 34.5)
+"""The standard deviation for each of them."""
+
+CHROMA_CUBED = 5e5
+"""The cube of the chroma at which the weight of the sigmoid is 1 − √½ (CIE 156:2004)."""
+
+KNEE = 0.9
+"""Share of the distance to the gamut's surface that is not compressed (CIE 156:2004)."""
+
+
+def _compress(points: FloatArray, index: LevelIndex, source: LevelIndex) -> FloatArray:
+    """Return colours (n, 3) of `source` compressed into `index` by SGCK, in gamut within rounding.
+
+    Exceptions are colours outside the source, and lines that do not begin in gamut. The knee ends
+    at the source's surface after the mapping of lightness. If the centre does not see all of that
+    surface, the knee ends at the surface before the mapping.
+    """
+    ranges = (*source.box[:, 0].tolist(), *index.box[:, 0].tolist())
+    scaled = _with_lightness(points, ranges)
+    hues = np.degrees(np.arctan2(points[:, 2], points[:, 1]))
+    focus = np.zeros_like(points)
+    focus[:, 0] = cusp_points(hues, index).points[:, 0]
+    rows = np.flatnonzero(np.isfinite(focus[:, 0]) & (scaled != focus).any(axis=1))
+    focus, target = focus[rows], scaled[rows]
+    # distances from the focus ÷ that of the colour
+    surface = _distances(focus, target, index, 0)
+    limit = _distances(focus, target, _compressed_source(source, ranges), -1)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        knee = KNEE * surface
+        slope = np.where(limit > surface, (surface - knee) / (limit - knee), 1.0)
+        share = np.where(knee < 1.0, np.minimum(knee + slope * (1.0 - knee), surface), 1.0)
+    share[~np.isfinite(share)] = 1.0
+    scaled[rows] = focus + share[:, np.newaxis] * (target - focus)
+    return scaled
+
+
+def _mapped_lightness(
+    lightness: FloatArray, chroma: FloatArray, ranges: tuple[float, float, float, float]
+) -> FloatArray:
+    """Return the lightness after the sigmoid and before the knee.
+
+    `ranges` has the lowest and highest lightness of the source, then of the gamut.
+    """
+    from scipy.special import ndtr  # noqa: PLC0415  # 15 MB; only this method needs it
+
+    low, high, darkest, lightest = ranges
+    mean, deviation = np.interp(darkest, DARKEST, MEANS), np.interp(darkest, DARKEST, DEVIATIONS)
+    part = 100.0 * (lightness - low) / (high - low)
+    shares = np.asarray(ndtr((part - mean) / deviation))
+    least, most = ndtr((np.array([0.0, 100.0]) - mean) / deviation)
+    sigmoid = darkest + (lightest - darkest) * (shares - least) / (most - least)
+    cubed = chroma**3
+    weight = 1.0 - np.sqrt(cubed / (cubed + CHROMA_CUBED))
+    found: FloatArray = weight * sigmoid + (1.0 - weight) * lightness
+    return found
+
+
+def _with_lightness(points: FloatArray, ranges: tuple[float, float, float, float]) -> FloatArray:
+    chroma = np.hypot(points[:, 1], points[:, 2])
+    return np.column_stack([_mapped_lightness(points[:, 0], chroma, ranges), points[:, 1:]])
+
+
+def _compressed_source(source: LevelIndex, ranges: tuple[float, float, float, float]) -> LevelIndex:
+    """Return the source after the mapping of lightness."""
+    vertices = _with_lightness(source.vertices, ranges)
+    centre = _with_lightness(source.centre[np.newaxis], ranges)[0]
+    try:
+        return build_index(vertices, source.faces, centre)
+    except MeshError:
+        return source  # the centre does not see all faces any more
+
+
+def _distances(focus: FloatArray, target: FloatArray, index: LevelIndex, which: int) -> FloatArray:
+    """Return t where rays leave a level first (0) or last (−1); NaN if they do not begin inside."""
+    found = crossings(focus, target, index, "ray")
+    begin, end = found.offsets[:-1], found.offsets[1:]
+    inside = np.flatnonzero((end - begin) % 2 == 1)
+    distances = np.full(len(begin), np.nan)
+    distances[inside] = found.t[begin[inside] if which == 0 else end[inside] - 1]
+    return distances

@@ -1,4 +1,4 @@
-"""Distances from a level's surface: the nearest point, and whether a colour is in gamut.
+"""The nearest point of a level's surface.
 
 A search goes down the tree over the faces (`gamutcore.queries.face_tree`), nearest cylinder first,
 and leaves out cylinders that are farther than the best face so far. Rows are answered along a
@@ -14,26 +14,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gamutcore.arrays import BooleanArray, FloatArray, IndexArray, LongArray
+from gamutcore.arrays import FloatArray, IndexArray, LongArray
 from gamutcore.kernels import kernel, leaf_kernel
-from gamutcore.queries.containment import is_inside
-from gamutcore.queries.curve import curve_order
-from gamutcore.queries.exact import TERMS
 from gamutcore.queries.face_tree import STACK, WIDTH, set_lower_bounds
-from gamutcore.queries.index import Level, LevelIndex, as_index
-from gamutcore.queries.rows import checked_points
+from gamutcore.queries.index import Level, LevelIndex, as_index, checked_points
 
-__all__ = ["SurfacePoints", "contains", "nearest", "signed_distance"]
+__all__ = ["SurfacePoints", "curve_order", "nearest", "nearest_face"]
 
 MARGIN = 2.0**-48
 """Bound of the rounding error of a distance ÷ the magnitude of the coordinates: differences,
 weights and the sum of squares have some ten roundings of 2⁻⁵³."""
-
-SAFE = 1.001
-"""Factor of a tolerance that covers the rounding of a point that is moved towards the centre."""
-
-TINY = 1e-300
-"""Divisor in place of 0."""
 
 THIN = 1e-6
 """Squared sine of the angle of a face below which the face counts as thin. The weights of the
@@ -96,94 +86,6 @@ def nearest(points: ArrayLike, level: Level) -> SurfacePoints:
     return SurfacePoints(*_nearest(checked_points(points), as_index(level)))
 
 
-def signed_distance(points: ArrayLike, level: Level) -> FloatArray:
-    """Return the distances of points from a level's surface, negative inside.
-
-    Parameters
-    ----------
-    points : (n, 3) array_like
-        In the colour space of the level.
-    level : LevelIndex or (vertices, faces, centre)
-
-    Returns
-    -------
-    (n,) float64
-        The sign is that of `contains`, without rounding errors.
-
-    Raises
-    ------
-    InvalidPointsError, MeshError
-        As for `nearest`.
-
-    Examples
-    --------
-    >>> corners = np.vstack([np.zeros(3), np.eye(3)])
-    >>> tetrahedron = (corners, [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)], (0.1, 0.1, 0.1))
-    >>> signed_distance([(0.25, 0.25, 0.125), (0.25, 0.25, -0.125)], tetrahedron).tolist()
-    [-0.125, 0.125]
-    """
-    return _signed_distance(checked_points(points), as_index(level))
-
-
-def contains(points: ArrayLike, level: Level, tolerance: float = 0.0) -> BooleanArray:
-    """Whether points are in gamut: inside a level, on its surface, or within a distance of it.
-
-    Parameters
-    ----------
-    points : (n, 3) array_like
-        In the colour space of the level.
-    level : LevelIndex or (vertices, faces, centre)
-    tolerance : float, optional
-        Largest distance of a point outside.
-
-    Returns
-    -------
-    (n,) bool
-        With a tolerance of 0: exact for the given floats, if their magnitudes are 0 or at least
-        1e-80.
-
-    Raises
-    ------
-    InvalidPointsError
-        A point is not three finite numbers; ``where["row"]`` names it.
-    MeshError
-        As for `build_index`.
-
-    Examples
-    --------
-    >>> corners = np.vstack([np.zeros(3), np.eye(3)])
-    >>> tetrahedron = (corners, [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)], (0.1, 0.1, 0.1))
-    >>> points = [(0.2, 0.2, 0.2), (0.5, 0.5, 0.0), (0.5, 0.5, 0.1)]
-    >>> contains(points, tetrahedron).tolist(), contains(points, tetrahedron, 0.1).tolist()
-    ([True, True, False], [True, True, True])
-    """
-    return _contains(checked_points(points), as_index(level), float(tolerance))
-
-
-@kernel
-def _contains(points: FloatArray, index: LevelIndex, tolerance: float) -> BooleanArray:
-    inside = np.empty(len(points), np.bool_)
-    nodes, bounds, squares = np.empty(STACK, np.int64), np.empty(STACK), np.empty(WIDTH)
-    terms = np.empty(TERMS)
-    # A level is star-shaped about each point of the ball with the radius `inner`. If the surface
-    # is within the tolerance of a point, the point is therefore inside after it is moved towards
-    # the centre by this factor. The test of the moved point is much faster than the distance.
-    centre, share, face = index.centre, index.inner / max(index.inner + SAFE * tolerance, TINY), 0
-    for row in range(len(points)):
-        x, y, z = points[row, 0], points[row, 1], points[row, 2]
-        inside[row] = is_inside(x, y, z, index, terms)
-        if inside[row] or tolerance == 0.0:
-            continue
-        moved_x = centre[0] + share * (x - centre[0])
-        moved_y = centre[1] + share * (y - centre[1])
-        moved_z = centre[2] + share * (z - centre[2])
-        if not is_inside(moved_x, moved_y, moved_z, index, terms):
-            continue
-        face, square, _, _ = nearest_face(x, y, z, index, face, tolerance, nodes, bounds, squares)
-        inside[row] = square <= tolerance * tolerance
-    return inside
-
-
 @kernel
 def _nearest(
     points: FloatArray, index: LevelIndex
@@ -211,20 +113,6 @@ def _nearest(
     return found, distance, faces, weights
 
 
-@kernel
-def _signed_distance(points: FloatArray, index: LevelIndex) -> FloatArray:
-    distance = np.empty(len(points))
-    nodes, bounds, squares = np.empty(STACK, np.int64), np.empty(STACK), np.empty(WIDTH)
-    terms = np.empty(TERMS)
-    face = 0
-    for row in curve_order(points):
-        x, y, z = points[row, 0], points[row, 1], points[row, 2]
-        face, square, _, _ = nearest_face(x, y, z, index, face, np.inf, nodes, bounds, squares)
-        length = np.sqrt(square)
-        distance[row] = 0.0 - length if is_inside(x, y, z, index, terms) else length
-    return distance
-
-
 @leaf_kernel
 def nearest_face(
     px: float,
@@ -237,28 +125,11 @@ def nearest_face(
     bounds: FloatArray,
     squares: FloatArray,
 ) -> tuple[int, float, float, float]:
-    """Find the face nearest to a point.
+    """Return the face nearest to a point, the squared distance, and two weights.
 
-    Parameters
-    ----------
-    px, py, pz : float
-    index : LevelIndex
-    start : int
-        A face to start with. The answer does not depend on it, only the time.
-    within : float
-        Faces farther away need not be found; the answer may then be `start`.
-    nodes : (STACK,) int64
-    bounds : (STACK,) float64
-    squares : (WIDTH,) float64
-        Work arrays.
-
-    Returns
-    -------
-    face : int
-    square : float
-        The squared distance.
-    u, v : float
-        Weights of the second and the third corner.
+    The weights are those of the second and the third corner. Only the time depends on the face
+    `start`. Faces farther than `within` need not be found; the answer may then be `start`. `nodes`
+    and `bounds` (STACK,) and `squares` (WIDTH,) are work arrays.
     """
     tree, centre = index.tree, index.centre
     scale = tree.scale
@@ -268,7 +139,7 @@ def nearest_face(
         largest = max(largest, abs(index.box[0, axis]), abs(index.box[1, axis]))
     margin = MARGIN * largest
     face = start
-    square, u, v = point_in_face(px, py, pz, index, face)
+    square, u, v = _point_in_face(px, py, pz, index, face)
     limit = ((min(np.sqrt(square), within) + margin) * scale) ** 2
     nodes[0], bounds[0] = 0, 0.0
     height = 1
@@ -283,7 +154,7 @@ def nearest_face(
             for at in range(WIDTH):
                 if squares[at] <= limit:
                     other = tree.faces[~first + at]
-                    closer, other_u, other_v = point_in_face(px, py, pz, index, other)
+                    closer, other_u, other_v = _point_in_face(px, py, pz, index, other)
                     if closer < square or (closer == square and other < face):
                         face, square, u, v = other, closer, other_u, other_v
                         limit = ((min(np.sqrt(square), within) + margin) * scale) ** 2
@@ -302,30 +173,15 @@ def nearest_face(
 
 
 @leaf_kernel
-def point_in_face(
+def _point_in_face(
     px: float, py: float, pz: float, index: LevelIndex, face: int
 ) -> tuple[float, float, float]:
-    """Find the point of a face that is nearest to a point.
+    """Return the squared distance of a point from a face, and the weights of two corners.
 
-    Parameters
-    ----------
-    px, py, pz : float
-    index : LevelIndex
-    face : int
-
-    Returns
-    -------
-    square : float
-        The squared distance.
-    u, v : float
-        Weights of the second and the third corner, within rounding of the best; the point at
-        these weights has this distance.
-
-    Notes
-    -----
-    The region of the point is found as in C. Ericson, "Real-Time Collision Detection" (2005),
-    section 5.1.5, except that a point outside is projected on all edges. This is also right for
-    faces so thin that rounding errors leave their normal open.
+    The weights are those of the second and the third corner, within rounding of the best; the point
+    at these weights has this distance. The region of the point is found as in C. Ericson,
+    "Real-Time Collision Detection" (2005), section 5.1.5, except that a point outside is projected
+    on all edges. This is also right for faces so thin that rounding errors leave their normal open.
     """
     vertices = index.vertices
     row = np.uint64(face)
@@ -387,3 +243,95 @@ def _square(
     """Return the squared length of q − u b − v c."""
     x, y, z = qx - u * bx - v * cx, qy - u * by - v * cy, qz - u * bz - v * cz
     return x * x + y * y + z * z
+
+
+BITS = 10
+"""Steps of the curve along an axis are 2 to this power."""
+
+DIGIT = 11
+"""Bits per pass of the sort."""
+
+
+@kernel
+def curve_order(points: FloatArray) -> IndexArray:
+    """Return the order of points along a Hilbert curve through their bounding box.
+
+    Points in one cell of the curve keep their order.
+    """
+    count = len(points)
+    order = np.empty(count, np.int32)
+    low, scale = np.empty(3), np.empty(3)
+    for axis in range(3):
+        least, most = np.inf, -np.inf
+        for row in range(count):
+            least, most = min(least, points[row, axis]), max(most, points[row, axis])
+        low[axis] = least
+        scale[axis] = 2.0**BITS / (most - least) if most > least else 0.0
+    position = np.empty(count, np.uint32)
+    last = (1 << BITS) - 1
+    for row in range(count):
+        position[row] = _curve_position(
+            min(int((points[row, 0] - low[0]) * scale[0]), last),
+            min(int((points[row, 1] - low[1]) * scale[1]), last),
+            min(int((points[row, 2] - low[2]) * scale[2]), last),
+        )
+        order[row] = row
+    # sort by digits, stable
+    other = np.empty(count, np.int32)
+    size = 1 << DIGIT
+    shift = 0
+    while shift < 3 * BITS:
+        place = np.zeros(size + 1, np.int32)
+        for row in range(count):
+            place[((position[row] >> shift) & (size - 1)) + 1] += 1
+        for digit in range(size):
+            place[digit + 1] += place[digit]
+        for index in range(count):
+            row = order[index]
+            digit = (position[row] >> shift) & (size - 1)
+            other[place[digit]] = row
+            place[digit] += 1
+        order, other = other, order
+        shift += DIGIT
+    return order
+
+
+@leaf_kernel
+def _curve_position(x: int, y: int, z: int) -> int:
+    """Return the position, 0 to 2³⁰ − 1, of a cell (0 to 2¹⁰ − 1 each) along the curve."""
+    bit = 1 << (BITS - 1)
+    while bit > 1:
+        low = bit - 1
+        if x & bit:
+            x ^= low
+        if y & bit:
+            x ^= low
+        else:
+            swapped = (x ^ y) & low
+            x ^= swapped
+            y ^= swapped
+        if z & bit:
+            x ^= low
+        else:
+            swapped = (x ^ z) & low
+            x ^= swapped
+            z ^= swapped
+        bit >>= 1
+    y ^= x
+    z ^= y
+    turned = 0
+    bit = 1 << (BITS - 1)
+    while bit > 1:
+        if z & bit:
+            turned ^= bit - 1
+        bit >>= 1
+    return (_spread(x ^ turned) << 2) | (_spread(y ^ turned) << 1) | _spread(z ^ turned)
+
+
+@leaf_kernel
+def _spread(value: int) -> int:
+    """Return a number of 10 bits with two zeros between neighbouring bits."""
+    value = (value | (value << 16)) & 0x030000FF
+    value = (value | (value << 8)) & 0x0300F00F
+    value = (value | (value << 4)) & 0x030C30C3
+    return (value | (value << 2)) & 0x09249249

@@ -23,7 +23,14 @@ if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
     from gamutcore.errors import Where
 
-__all__ = ["ColourColumns", "axes_of", "find_columns", "on_full_scale", "space_named"]
+__all__ = [
+    "ColourColumns",
+    "axes_of",
+    "find_columns",
+    "on_full_scale",
+    "space_named",
+    "unused_columns",
+]
 
 
 class _Kind(NamedTuple):
@@ -37,7 +44,8 @@ class _Kind(NamedTuple):
 
 
 _ANY = 500.0
-"""Largest |a*|, |b*| and C*. Those of the primaries of ACES AP0 are below."""
+"""Largest |a*|, |b*| and C*. Those of the primaries of ACES AP0 (SMPTE ST 2065-1), the widest
+encoding in use, are at most 410."""
 
 _ROUNDING = 0.002
 """What codes may exceed their scale by: half a step of 8 bits."""
@@ -48,7 +56,9 @@ _KINDS = {
         "CIELAB",
         (100.0,),
         (-1.0, -_ANY, -_ANY),
-        (105.0, _ANY, _ANY),  # fluorescent papers have an L* above 100 under M1
+        # 100 is the perfect diffuser (CIE 15:2018). Fluorescence exceeds it under M1; 105 is
+        # Y = 113 %.
+        (105.0, _ANY, _ANY),
     ),
     "LCH": _Kind(
         (("LCH_L", "LCH_C", "LCH_H"), ("LAB_L", "LAB_C", "LAB_H")),
@@ -62,20 +72,22 @@ _KINDS = {
         "CIEXYZ",
         (1.0, 100.0),
         (-0.1, -0.1, -0.1),
-        (1.5, 1.5, 1.5),  # Z of D65 is 1.09, and papers fluoresce
+        # Z of D65 is 1.09, and X of illuminant A 1.10 (CIE 15:2018); fluorescence adds.
+        (1.5, 1.5, 1.5),
     ),
     "XYY": _Kind(
         (("XYY_X", "XYY_Y", "XYY_CAPY"),),
         "CIEXYZ",
         (1.0, 100.0),
         (0.0, 0.0, 0.0),
-        (1.0, 1.0, 1.5),
+        (1.0, 1.0, 1.5),  # x and y of any light are from 0 to 1 (CIE 15:2018); Y as above
     ),
     "RGB": _Kind(
         (("RGB_R", "RGB_G", "RGB_B"),),
         "sRGB",
         (1.0, 255.0),
-        (-1.0, -1.0, -1.0),  # colours outside sRGB, such as those of BT.2020
+        # The primaries of BT.2020 and their sums are from -0.84 to 1.25 in sRGB (ITU-R BT.2087).
+        (-1.0, -1.0, -1.0),
         (1.5, 1.5, 1.5),
     ),
     "TEXT": _Kind((), "sRGB", (1.0,), (-1.0,) * 3, (1.5,) * 3),
@@ -124,6 +136,7 @@ def find_columns(
     space: str | None = None,
     columns: str | None = None,
     prefix: str = "",
+    own: str | None = None,
     where: Where | None = None,
 ) -> ColourColumns:
     """Return the columns of a colour.
@@ -137,6 +150,8 @@ def find_columns(
         Names or numbers of the columns, separated by commas.
     prefix : str, optional
         Beginning of the names, such as ``from``, if a row has several colours.
+    own : str, optional
+        Canonical name of the space of a gamut, whose coordinates come first.
     where : dict, optional
         Location of the header, for errors.
 
@@ -148,11 +163,14 @@ def find_columns(
     place: Where = dict(where or {})
     names = [_without(name.strip(), prefix) for name in header]
     if columns is not None:
-        return _chosen(names, columns, space, place)
+        return _chosen(names, columns, space, own, place)
     if space is not None:
         found = _by_axes(names, space) or _of_space(names, space)
         if found is None:
             raise _no_axes(header, names, space, prefix, place)
+        return found
+    found = None if own is None else _by_axes(names, own) or _of_space(names, own)
+    if found is not None:
         return found
     sets = _sets(names)
     measured = [each for each in sets if each.kind in _MEASURED]
@@ -168,8 +186,8 @@ def find_columns(
         raise MissingColumnError(
             f"The table has several colours in each row: {'; '.join(listed)}.",
             where={**place, "field": "columns"},
-            remedy=f"Name the columns with --columns, such as --columns {listed[0]}. "
-            "In Python and over HTTP, send one colour, or give its space.",
+            remedy=f"Name the columns with --columns, such as --columns {listed[0]}, or over HTTP "
+            "with columns. In Python, give one colour, or its space.",
         )
     if sets:
         return sets[0]
@@ -181,11 +199,21 @@ def find_columns(
             where={**place, "field": inks[0]},
             remedy="Convert them by the profile of the press to columns L, a, b.",
         )
+    if own is not None:
+        raise _no_axes(header, names, own, prefix, place)
     raise MissingColumnError(
         f"No columns of colours are among {', '.join(header)[:200] or 'none'}.",
         where={**place, "field": "columns"},
         remedy=f"Name the columns {_CANDIDATES}, or choose three with --columns.",
     )
+
+
+def unused_columns(header: Sequence[str], used: Sequence[int]) -> list[str]:
+    """Return the names of further sets of columns that hold a colour, such as ``X, Y, Z``."""
+    found = [each.places for each in _sets([name.strip() for name in header])]
+    return [
+        ", ".join(header[place] for place in places) for places in found if set(places) != set(used)
+    ]
 
 
 def _without(name: str, prefix: str) -> str:
@@ -241,7 +269,9 @@ def _sets(names: Sequence[str]) -> list[ColourColumns]:
     return found
 
 
-def _chosen(names: list[str], columns: str, space: str | None, where: Where) -> ColourColumns:
+def _chosen(
+    names: list[str], columns: str, space: str | None, own: str | None, where: Where
+) -> ColourColumns:
     wanted = [name.strip() for name in columns.split(",")]
     places = []
     for name in wanted:
@@ -269,7 +299,7 @@ def _chosen(names: list[str], columns: str, space: str | None, where: Where) -> 
         if len(sets) == 1:
             order = tuple(places[each] for each in sets[0].places)
             return ColourColumns(order, sets[0].kind, sets[0].space)
-    chosen = space or "CIELAB"
+    chosen = space or own or "CIELAB"
     kind = next((key for key, each in _KINDS.items() if each.space == chosen), "")
     return ColourColumns(tuple(places), kind, chosen)
 
@@ -289,7 +319,7 @@ def _no_axes(
         f"Name the columns of the colours {', '.join(axes)}, with the prefixes of the operation "
         "if a row has several colours. Columns of another space need `space`"
     )
-    remedy += f": these are {other[0]}." if other else "."
+    remedy += f": these are {other[0]}." if other else f", or the names {_CANDIDATES}."
     return MissingColumnError(
         f"The table has {fault} {column}. Its columns are: {', '.join(header)[:200] or 'none'}.",
         where={**where, "field": column},
@@ -397,7 +427,7 @@ def _scale_of(
     raise InvalidPointsError(
         f"The largest value of {', '.join(names)} is {highest:g}; their scale may be {candidates}.",
         where={**place(row), "field": names[int(np.argmax(values[row]))]},
-        remedy=f"Give the value of white, {candidates}, with --scale.",
+        remedy=f"Give the value of white, {candidates}, with --scale, over HTTP table_scale.",
     )
 
 
@@ -416,5 +446,5 @@ def _likely(name: str, values: FloatArray) -> str:
         return ""
     return (
         f"The values look like a scale of 0 to {fitting[0]:g}. Divide them by {fitting[0]:g}, or "
-        f"give --scale {fitting[0]:g} on the command line."
+        f"give --scale {fitting[0]:g} on the command line, or table_scale={fitting[0]:g} over HTTP."
     )

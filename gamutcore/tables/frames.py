@@ -12,7 +12,6 @@ import numpy as np
 
 from gamutcore.errors import InvalidPointsError, MissingColumnError
 from gamutcore.tables.columns import (
-    ColourColumns,
     axes_of,
     find_columns,
     on_full_scale,
@@ -59,9 +58,12 @@ def frame_colours(
     if not names or not all(isinstance(name, str) for name in names):
         return None
     given = None if space is None else space_named(space)
-    found = _columns(names, given, own)
-    if found is None:
-        return None
+    try:
+        found = find_columns(names, space=given, own=own)
+    except MissingColumnError:
+        if given is not None and len(names) == 3:  # the caller says what three columns are
+            return None
+        raise
     if found.space == own and not limits:
         found = replace(found, kind="")
     picked = [np.asarray(frame[names[place]]) for place in found.places]
@@ -103,16 +105,3 @@ def frame_colours(
         stated=given is not None or found.space == own,
     )
     return FrameColours(points, found.space)
-
-
-def _columns(names: list[str], given: str | None, own: str) -> ColourColumns | None:
-    """Return the columns of the colours; None if the caller says what three columns are."""
-    for space in (own, None) if given is None else (given,):
-        try:
-            return find_columns(names, space=space)
-        except MissingColumnError:
-            if space is None:
-                raise
-    if len(names) == 3:
-        return None
-    return find_columns(names, space=given)

@@ -8,8 +8,10 @@ from __future__ import annotations
 
 import io
 import math
+import re
+import tokenize
 from array import array
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import chain, islice
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any
@@ -21,7 +23,9 @@ from gamutcore.characterisation import (
     DelimitedText,
     Samples,
     characterisation,
+    mentions,
     text_and_encoding,
+    text_encoding,
 )
 from gamutcore.characterisation.cgats import cgats_rows, looks_like_cgats
 from gamutcore.characterisation.cxf import looks_like_xml
@@ -46,6 +50,7 @@ from gamutcore.tables.columns import (
     find_columns,
     on_full_scale,
     space_named,
+    unused_columns,
 )
 from gamutcore.tables.css_colours import css_colour
 from gamutcore.tables.swatches import MAGIC, swatches
@@ -59,12 +64,19 @@ if TYPE_CHECKING:
 __all__ = ["ColourTable", "read_table"]
 
 _NPY_MAGIC = b"\x93NUMPY"
+_DAMAGED = (
+    *(ValueError, EOFError, TypeError, SyntaxError, KeyError, MemoryError, RecursionError),
+    *(OverflowError, tokenize.TokenError),
+)
+"""What NumPy raises for damaged .npy files."""
+
 _WORKBOOK = b"PK\x03\x04"
 _BLOCK = 256
 """Rows whose cells are converted at once. They fit into the cache of a processor: 4096 rows take
 twice the time."""
 
 _LONGEST_SHOWN = 40
+_MOST_UNUSED = 3
 _MARKS = {"\t": "tabs", ";": "semicolons", ",": "commas", "|": "bars", " ": "spaces"}
 
 
@@ -95,6 +107,7 @@ class ColourTable:
         self.decimal = "."
         self.colour_places: tuple[int, ...] = ()
         self.headless = False
+        self._list: _List | None = None
         self._full = 1.0
         self._text = text
         self._cells = cells
@@ -129,20 +142,34 @@ class ColourTable:
     def _numbered(self) -> Iterator[tuple[int, list[str]]]:
         if self._text is None:
             return iter(enumerate(self._cells or [], start=1))
-        return islice(self._text.rows(), 0 if self.headless else 1, None)
+        rows = islice(self._text.rows(), 0 if self.headless else 1, None)
+        return rows if self._list is None else map(self._list.numbered, rows)
 
     def place(self, row: int) -> Where:
         """Return the location of a row that has a colour: its line in the file, or its number."""
         return {"row": row + 1} if self._text is None else {"line": self._lines[row], "row": row}
 
+    @property
+    def lines_of_rows(self) -> list[int]:
+        """The line in the file of each row that has a colour; without lines, its number from 1."""
+        return list(range(1, 1 + len(self.points))) if self._text is None else list(self._lines)
+
     def label(self, row: int) -> str:
-        """Return the first text of a row that has a colour, or its line or number."""
-        wanted = next(islice((cells for cells, known in self.rows() if known), row, None), [])
-        for at, cell in enumerate(wanted):
-            if at not in self.colour_places and cell.strip() and not _is_number(cell.strip()):
-                return cell
-        (name, value), *_ = self.place(row).items()
-        return f"{name} {value}"
+        """Return the first text of a row that has a colour, else its line or number."""
+        return next(islice(self.labels(), row, None), "")
+
+    def labels(self) -> Iterator[str]:
+        """Yield the label of each row that has a colour; see `label`."""
+        known = (cells for cells, coloured in self.rows() if coloured)
+        for row, cells in enumerate(known):
+            texts = (
+                cell
+                for at, cell in enumerate(cells)
+                if at not in self.colour_places and cell.strip() and not _is_number(cell.strip())
+            )
+            (name, value), *_ = self.place(row).items()
+            colour = cells[self.colour_places[0]].strip() if len(self.colour_places) == 1 else ""
+            yield next(texts, colour or f"{name} {value}")
 
     def own_values(self, points: FloatArray) -> FloatArray:
         """Return colours of the table's space in the scale of the table."""
@@ -227,7 +254,9 @@ def read_table(
     columns: str | None = None,
     scale: float | None = None,
     names: Sequence[str] = ("",),
+    own: str | None = None,
     most: int | None = None,
+    most_bytes: int | None = None,
     limits: bool = True,
 ) -> ColourTable:
     r"""Read a table of colours, recognised by its content.
@@ -246,10 +275,15 @@ def read_table(
         The value of white, such as 1, 100 or 255. The values decide without it.
     names : sequence of str, optional
         Prefixes of the columns, if a row has several colours: ``from`` for ``from_L``.
+    own : str, optional
+        Space of a gamut, whose coordinates come first. Numbers of lists without names of columns
+        are in it.
     most : int, optional
         Largest number of rows.
+    most_bytes : int, optional
+        Largest file of measurements or swatches, whose cells are in memory all at once.
     limits : bool, optional
-        Whether values outside the scale of the space are refused.
+        Whether values outside the scale of the space `own` are refused.
 
     Raises
     ------
@@ -275,22 +309,55 @@ def read_table(
     ;;;;
     """
     given = None if space is None else space_named(space)
+    table = _delimited(data, given, columns, scale, names, own, most, most_bytes, limits=limits)
+    if table is None:
+        if most_bytes is not None and len(data) > most_bytes:
+            raise SampleLimitError(
+                f"The file of measurements or swatches has {len(data)} bytes.",
+                where={"limit": most_bytes},
+                remedy=f"Send at most {most_bytes} bytes, or the colours as CSV.",
+            )
+        table = _other(data, given or own, scale)
+    if most is not None and len(table.points) > most:
+        raise _too_many(most)
+    return table
+
+
+def _delimited(
+    data: bytes,
+    given: str | None,
+    columns: str | None,
+    scale: float | None,
+    names: Sequence[str],
+    own: str | None,
+    most: int | None,
+    most_bytes: int | None,
+    *,
+    limits: bool,
+) -> ColourTable | None:
+    """Return the table in delimited text; None for other forms, and if columns are bands."""
+    if data.startswith((_NPY_MAGIC, MAGIC)):
+        return None
+    encoding = None if picture_format(data) is not None else text_encoding(data)
+    if encoding is None or looks_like_icc(data):
+        raise _no_table(data)
+    if looks_like_xml(data):
+        return None
+    if mentions(data, encoding, "begin_data"):  # all of the text is decoded only then
+        too_long = most_bytes is not None and len(data) > most_bytes
+        if too_long or looks_like_cgats(data.decode(encoding)):
+            return None
+    text = DelimitedText(data, encoding)
+    return _of_text(text, given, columns, names, own, scale, most, limits=limits)
+
+
+def _other(data: bytes, space: str | None, scale: float | None) -> ColourTable:
+    """Return the table in a file that is recognised by its content, and says its space itself."""
     if data.startswith(_NPY_MAGIC):
-        return _of_array(data, given, scale)
+        return _of_array(data, space, scale)
     if data.startswith(MAGIC):
         return _of_swatches(data)
-    found = None if picture_format(data) is not None else text_and_encoding(data)
-    if found is None or looks_like_icc(data):
-        raise _no_table(data)
-    content, encoding = found
-    if looks_like_xml(data) or looks_like_cgats(content):
-        return _of_samples(data, content)
-    del content, found
-    text = DelimitedText(data, encoding)
-    table = _of_text(text, given, columns, names, scale, most, limits=limits)
-    if table is None:  # the columns are bands of spectra
-        return _of_samples(data, None, text)
-    return table
+    return _of_samples(data)
 
 
 def _is_number(cell: str) -> bool:
@@ -306,6 +373,7 @@ def _of_text(
     space: str | None,
     columns: str | None,
     names: Sequence[str],
+    own: str | None,
     scale: float | None,
     most: int | None,
     *,
@@ -315,19 +383,33 @@ def _of_text(
     first = [cell.strip() for cell in header]
     if space is None and columns is None and _has_spectra_alone(first):
         return None
-    headless = bool(first) and (
-        all(_is_number(cell) for cell in first) or (len(first) == 1 and bool(css_colour(first[0])))
-    )
-    if headless:
-        first = _made_up(first, space, columns, line)
+    listed = _list_of(text, first) if columns is None and len(names) == 1 else None
+    headless = bool(first) and (listed is not None or all(map(_is_number, first)))
+    if listed is not None:
+        space = None if listed.width == 1 else space  # texts say their space
+        first = _names_of(listed, first, space or own, line)
+    elif headless:
+        first = _made_up(first, space or own, columns, line)
     found = [
-        find_columns(first, space=space, columns=columns, prefix=name, where={"line": line})
+        find_columns(
+            first, space=space, columns=columns, prefix=name, own=own, where={"line": line}
+        )
         for name in (names if len(names) > 1 else [""])
     ]
+    if len({each.space for each in found}) > 1:
+        spaces = (f"{name} in {each.space}" for name, each in zip(names, found, strict=True))
+        raise MissingColumnError(
+            f"The colours of a row are in several spaces: {', '.join(spaces)}.",
+            where={"line": line, "field": "columns"},
+            remedy="Give all colours of a row in the same space.",
+        )
     if not limits:
-        found = [replace(each, kind="TEXT" if each.kind == "TEXT" else "") for each in found]
+        found = [
+            replace(each, kind="") if each.kind != "TEXT" and each.space == own else each
+            for each in found
+        ]
     table = ColourTable(first if headless else header, text)
-    table.headless = headless
+    table.headless, table._list = headless, listed  # noqa: SLF001
     table.space = found[0].space
     table.colour_places = tuple(place for each in found for place in each.places)
     if any(each.kind == "TEXT" for each in found):
@@ -342,14 +424,13 @@ def _of_text(
             scale,
             titles,
             table.place,
-            stated=space is not None or columns is not None,
+            stated=space is not None or columns is not None or (each.space == own and not headless),
         )
         values[:, 3 * at : 3 * at + 3] = points
     table._full = 100.0 if found[0].kind in {"LAB", "LCH"} else 1.0  # noqa: SLF001
     table.scale = table.scale if found[0].kind else 1.0
     table.inputs = [values[:, 3 * at : 3 * at + 3] for at in range(len(found))]
-    titles = [first[place] for place in found[0].places]
-    table.reading = _statement(table, titles, text)
+    table.reading = _statement(table, [first[place] for place in table.colour_places], text)
     return table
 
 
@@ -357,7 +438,9 @@ def _statement(table: ColourTable, titles: Sequence[str], text: DelimitedText) -
     scale = f" with white at {table.scale:g}" if table.space in {"sRGB", "CIEXYZ"} else ""
     if table.scale != table._full and not scale:  # noqa: SLF001
         scale = f" with white at {table.scale:g}"
-    parts = [f"Columns {', '.join(titles)} are read as {table.space}{scale}"]
+    shown = ", ".join(" ".join(title.split())[:_LONGEST_SHOWN] for title in titles)
+    columns = f"Column {shown} is" if len(titles) == 1 else f"Columns {shown} are"
+    parts = [f"{columns} read as {table.space}{scale}"]
     if table.headless:
         parts = [f"Columns without names are read as {table.space}{scale}"]
     if text.separator not in {",", ""}:
@@ -365,8 +448,12 @@ def _statement(table: ColourTable, titles: Sequence[str], text: DelimitedText) -
     if table.decimal == ",":
         parts.append("with decimal commas")
     if not text.encoding.startswith("utf-8"):
-        shown = {"cp1252": "Windows-1252", "latin-1": "ISO 8859-1"}.get(text.encoding)
-        parts.append(f"in {shown or 'UTF-16'}")
+        encoding = {"cp1252": "Windows-1252", "latin-1": "ISO 8859-1"}.get(text.encoding)
+        parts.append(f"in {encoding or 'UTF-16'}")
+    others = unused_columns(table.header, table.colour_places)[:_MOST_UNUSED]
+    if others and len(table.inputs) == 1:
+        shown = "; ".join(" ".join(each.split())[: 3 * _LONGEST_SHOWN] for each in others)
+        return ", ".join(parts) + f". Other colours are not used: {shown}."
     return ", ".join(parts) + "."
 
 
@@ -380,10 +467,83 @@ def _has_spectra_alone(names: Sequence[str]) -> bool:
     return False
 
 
+_FUNCTION_NAME = re.compile(r"(?:rgba?|hsla?|lab|lch|oklab|oklch|color)$", re.IGNORECASE)
+
+
+def _parted(line: str) -> list[str] | None:
+    """Return the name, if there is one, and the colour at the end of a line; None without."""
+    text = line.rstrip()
+    start = text.rfind("#")
+    if text.endswith(")"):
+        bracket = text.rfind("(")
+        called = _FUNCTION_NAME.search(text[max(bracket - 5, 0) : max(bracket, 0)])
+        start = bracket - len(called[0]) if called else -1
+    if start < 0 or css_colour(text[start:]) is None:
+        return None
+    name = text[:start].rstrip(" \t,;|")
+    return [name, text[start:]] if name else [text[start:]]
+
+
+@dataclass(frozen=True)
+class _List:
+    """Rows of a list: the colour is at the end of a line, and a name before it.
+
+    Attributes
+    ----------
+    width : int
+        Cells of the colour: three numbers, or one text.
+    named : bool
+        Whether a line has a name.
+    whole : bool
+        Whether lines are not split into cells, as the texts contain separators.
+    """
+
+    width: int
+    named: bool = False
+    whole: bool = False
+
+    def numbered(self, row: tuple[int, list[str]]) -> tuple[int, list[str]]:
+        """Return a row with one cell for the name, if there are names."""
+        line, given = row
+        cells = (_parted(given[0]) or given) if self.whole and given else given
+        end = len(cells)
+        while end and not cells[end - 1].strip():
+            end -= 1
+        if not self.named or not end or (end == 1 and cells[0].lstrip().startswith("# ")):
+            return line, cells[:end]
+        start = max(end - self.width, 0)
+        return line, [" ".join(map(str.strip, cells[:start])).strip(), *cells[start:end]]
+
+
+def _list_of(text: DelimitedText, first: list[str]) -> _List | None:
+    """Return how the rows of a list are split; None if the first row has no colour at its end."""
+    cells = first
+    while cells and not cells[-1]:
+        cells = cells[:-1]
+    if len(cells) > 3 and all(map(_is_number, cells)):
+        return None  # perhaps amounts of ink
+    if len(cells) > 2 and all(map(_is_number, cells[-3:])):
+        found = _List(3)
+    elif cells and text.separator != " " and css_colour(cells[-1]):
+        found = _List(1)
+    elif _parted((text.separator or " ").join(cells)):
+        found, text.separator = _List(1, whole=True), ""
+    else:
+        return None
+    named = any(len(found.numbered(row)[1]) > found.width for row in text.rows())
+    return replace(found, named=named)
+
+
+def _names_of(listed: _List, cells: list[str], space: str | None, line: int) -> list[str]:
+    """Return names for the columns of a list."""
+    names = ["name"] if listed.named else []
+    if listed.width == 1:
+        return [*names, "hex"]
+    return [*names, *(axes_of(space) if space is not None else _made_up(cells, None, None, line))]
+
+
 def _made_up(cells: list[str], space: str | None, columns: str | None, line: int) -> list[str]:
     """Return names for the columns of a table without a header."""
-    if len(cells) == 1 and css_colour(cells[0]):
-        return ["hex"]
     if columns is not None or (space is not None and len(cells) == 3):
         axes = axes_of(space) if space is not None and len(cells) == 3 else None
         return list(axes or (f"column {at + 1}" for at in range(len(cells))))
@@ -501,8 +661,9 @@ def _fitted(cells: list[str], width: int, last: int, line: int, row: int) -> lis
     extra = [cell for cell in cells[width:] if cell.strip()]
     short = len(cells) <= last and any(cell.strip() for cell in cells)
     if extra or (short and not _is_remark(cells)):
+        count = "one cell" if len(cells) == 1 else f"{len(cells)} cells"
         raise MalformedFileError(
-            f"The row has {len(cells)} cells for {width} columns.",
+            f"The row has {count} for {width} columns.",
             where={"line": line, "row": row},
             remedy="Give one cell for each column. Quote cells that contain the separator.",
         )
@@ -576,7 +737,7 @@ def _in_one_space(table: ColourTable, spaces: Sequence[str], values: FloatArray)
 def _of_array(data: bytes, space: str | None, scale: float | None) -> ColourTable:
     try:
         found = np.load(io.BytesIO(data), allow_pickle=False)
-    except (ValueError, EOFError) as error:
+    except _DAMAGED as error:
         raise MalformedFileError(
             "The .npy file is damaged, or holds objects.",
             remedy="Save an (n, 3) array of numbers with numpy.save.",
@@ -650,7 +811,7 @@ def _of_swatches(data: bytes) -> ColourTable:
     return table
 
 
-def _of_samples(data: bytes, content: str | None, text: DelimitedText | None = None) -> ColourTable:
+def _of_samples(data: bytes) -> ColourTable:
     """Return the colours of measurements, as measured, in CIELAB relative to D50."""
     samples = characterisation(data)
     if not isinstance(samples, Samples):
@@ -660,12 +821,15 @@ def _of_samples(data: bytes, content: str | None, text: DelimitedText | None = N
     except OptionError:
         found = measured_colours(samples, "relative")
     points = np.ascontiguousarray(found.lab, np.float64)
-    header, cells = [], None
-    if text is not None:
-        rows = [cells for _, cells in text.rows() if any(cell.strip() for cell in cells)]
+    header: list[str] = []
+    cells: list[list[str]] | None = None
+    text = text_and_encoding(data)
+    if text is not None and looks_like_cgats(text[0]):
+        header, cells = cgats_rows(text[0])
+    elif text is not None and not looks_like_xml(data):
+        lines = DelimitedText(data, text[1]).rows()
+        rows = [cells for _, cells in lines if any(cell.strip() for cell in cells)]
         header, cells = rows[0], [row[: len(rows[0])] for row in rows[1:]]
-    elif content is not None and not looks_like_xml(data):
-        header, cells = cgats_rows(content)
     if cells is None or len(cells) != len(points):
         device = samples.device if samples.device is not None else np.empty((len(points), 0))
         values = np.hstack([100.0 * device, points])

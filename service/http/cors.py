@@ -30,6 +30,7 @@ EXPOSED_FIELDS = (
     "Gamut-Failures",
     "Gamut-Max-Error",
     "Gamut-Max-Mismatch",
+    "Gamut-Reading",
     "Gamut-Tolerance",
     "Gamut-Triangles",
     "Gamut-Vertices",

@@ -22,15 +22,30 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from gamutcore.tables import ColourTable
     from service.queries.bodies import Body
     from service.queries.levels import QueryLevel
     from service.queries.operations import Operation
     from service.queries.views import Answered
 
-__all__ = ["WRITERS", "Writer", "condition_headers", "level_document", "view_file"]
+__all__ = [
+    "WRITERS",
+    "Writer",
+    "condition_headers",
+    "level_document",
+    "reading_header",
+    "view_file",
+]
 
 _AT_ONCE = 2000
 """Rows of CSV that are written without a chance for other threads: some milliseconds."""
+
+
+LONGEST_LABEL = 100
+"""Characters of a label that an answer repeats."""
+
+_LONGEST_FIELD = 400
+"""Characters of a text in a header field."""
 
 
 class Writer(Protocol):
@@ -73,13 +88,30 @@ def condition_headers(levels: Sequence[QueryLevel], warnings: Sequence[str]) -> 
     return fields
 
 
+def reading_header(table: ColourTable | None) -> dict[str, str]:
+    """Return the header field with what was understood of a table.
+
+    It is a string, or a display string if it is not ASCII (RFC 9651, 3.3.3 and 3.3.8).
+    """
+    if table is None:
+        return {}
+    text = table.reading[:_LONGEST_FIELD]
+    if text.isascii() and text.isprintable():
+        escaped = text.replace("\\", "\\\\").replace('"', '\\"')
+        return {"Gamut-Reading": f'"{escaped}"'}
+    plain = frozenset(range(0x20, 0x7F)) - set(b'%"')
+    encoded = (chr(each) if each in plain else f"%{each:02x}" for each in text.encode())
+    return {"Gamut-Reading": f'%"{"".join(encoded)}"'}
+
+
 class JsonWriter:
     """One object: the level, the conditions of the gamut, warnings, and one array per column."""
 
     def __init__(
-        self, _operation: Operation, level: QueryLevel, _body: Body, warnings: Sequence[str]
+        self, operation: Operation, level: QueryLevel, body: Body, warnings: Sequence[str]
     ) -> None:
         self._level, self._warnings = level, list(warnings)
+        self._operation, self._body = operation, body
 
     def head(self, _first: Result, _entries: int) -> bytes:
         """Return nothing."""
@@ -93,6 +125,7 @@ class JsonWriter:
             "gamut": self._level.gamut.conditions.to_dict(),
             "warnings": self._warnings,
             **result.stated,
+            **self._understood(),
         }
         for name, values in result.columns.items():
             if result.offsets is None:
@@ -102,6 +135,20 @@ class JsonWriter:
                 entries = values.tolist()
                 document[name] = [entries[begin:end] for begin, end in ends]
         return to_json(document, inf_nan_mode="null") + b"\n"
+
+    def _understood(self) -> dict[str, Any]:
+        """Return what was understood of a table: its colours in the space of the gamut."""
+        table = self._body.table
+        if table is None:
+            return {}
+        convert = self._level.gamut.convert
+        named = zip(self._operation.inputs, table.inputs, strict=True)
+        return {
+            "reading": table.reading,
+            "labels": [label[:LONGEST_LABEL] for label in table.labels()],
+            "lines": table.lines_of_rows,
+            **{name: convert(points, table.space).tolist() for name, points in named},
+        }
 
 
 class NpyWriter:
@@ -154,6 +201,7 @@ class CsvWriter:
         self._axes = body.axes or level.axes
         self._table = body.table
         self._own = None if body.table is None else body.table.rows()
+        self._column_parts = {column.name: column.parts for column in operation.columns}
 
     def head(self, first: Result, _entries: int) -> bytes:
         """Return the line with the names of the columns."""
@@ -166,9 +214,14 @@ class CsvWriter:
         own = [prefix + axis for prefix in prefixes for axis in self._axes]
         return _lines([own + self._names(first)])
 
+    def _own_values(self, name: str, values: NDArray[Any]) -> NDArray[Any]:
+        """Return a column of a result, whose colours are in the scale of the client's table."""
+        is_colour = self._column_parts[name] == "axes"
+        return self._table.own_values(values) if is_colour and self._table else values
+
     def _names(self, result: Result) -> list[str]:
         """Return the names of the appended columns."""
-        parts = {column.name: column.parts for column in self._operation.columns}
+        parts = self._column_parts
         names = {
             "": [""],
             "axes": [f"_{axis}" for axis in self._axes],
@@ -178,7 +231,11 @@ class CsvWriter:
 
     def piece(self, start: int, result: Result) -> bytes:
         """Return the lines of some rows."""
-        columns = [part for values in result.columns.values() for part in _parts(values)]
+        columns = [
+            part
+            for name, values in result.columns.items()
+            for part in _parts(self._own_values(name, values))
+        ]
         if result.offsets is None:
             rows = len(columns[0])
             offsets = None

@@ -14,20 +14,19 @@ import numpy as np
 from pydantic_core import from_json
 
 from gamutcore.errors import InvalidPointsError
-from gamutcore.queries.rows import LARGEST, checked_points
+from gamutcore.queries import LARGEST_COORDINATE, checked_points
 from service.http.json_bodies import parse_json
 from service.problems.problem import Problem, ProblemError
-from service.queries.tables import read_colours
+from service.queries.tables import TableRequest, read_colours
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from gamutcore.arrays import FloatArray
-    from gamutcore.colours.spaces.conversion import ColourConversion
     from gamutcore.tables import ColourTable
     from service.queries.operations import Operation
 
-__all__ = ["CSV", "FORMS", "JSON", "NPY", "SVG", "Body", "Form", "parse_body"]
+__all__ = ["CSV", "FORMS", "JSON", "NPY", "SVG", "TABLES", "Body", "Form", "parse_body"]
 
 JSON = "application/json"
 NPY = "application/x-npy"
@@ -63,6 +62,9 @@ FORMS = {
 }
 """Forms by media type."""
 
+TABLES = frozenset({CSV, "text/plain", "text/tab-separated-values", "application/octet-stream"})
+"""Media types of tables, whose form is recognised by the content: CSV, CGATS, CxF, swatches."""
+
 _HEADER_BYTES = 10_000
 """Largest header of an .npy file, as NumPy accepts it by default."""
 
@@ -83,7 +85,7 @@ class Body(NamedTuple):
     members : dict
         Parameters in a JSON body, not checked.
     table : ColourTable or None
-        The client's own columns, if the body is CSV.
+        The client's own columns, if the body is a table.
     axes : sequence of str
         Names of the coordinates in the space of the colours; those of the gamut's if empty.
     """
@@ -100,18 +102,18 @@ class Body(NamedTuple):
 
 
 def parse_body(
-    content: bytearray, media_type: str, operation: Operation, given: ColourConversion
+    content: bytes | bytearray, media_type: str, operation: Operation, asked: TableRequest
 ) -> Body:
     """Return the content of a body.
 
     Parameters
     ----------
-    content : bytearray
+    content : bytes or bytearray
+        A table is not copied if it is bytes.
     media_type : str
         A key of `FORMS`.
     operation : Operation
-    given : ColourConversion
-        From the space of the colours, for the columns of a table.
+    asked : TableRequest
 
     Raises
     ------
@@ -125,7 +127,7 @@ def parse_body(
     elif media_type == NPY:
         body = Body(_npy(content, operation.inputs), {})
     else:
-        table = read_colours(content, operation.inputs, given, FORMS[CSV].most_rows)
+        table = read_colours(bytes(content), operation.inputs, asked, FORMS[CSV].most_rows)
         body = Body(table.inputs, {}, table)
     checked = []
     for name, points in zip(operation.inputs, body.inputs, strict=True):
@@ -138,7 +140,7 @@ def parse_body(
     return body._replace(inputs=checked)
 
 
-def _json(content: bytearray, operation: Operation) -> Body:
+def _json(content: bytes | bytearray, operation: Operation) -> Body:
     most = FORMS[JSON].most_rows
     # Decoding makes an object of two bytes, so the number is limited before.
     if content.count(b"[") > most * len(operation.inputs) + 100:
@@ -160,7 +162,7 @@ def _json(content: bytearray, operation: Operation) -> Body:
     return Body(inputs, document)
 
 
-def _decoded(content: bytearray) -> Any:  # noqa: ANN401 - JSON before its shape is known
+def _decoded(content: bytes | bytearray) -> Any:  # noqa: ANN401 - JSON before its shape is known
     """Return JSON by a fast parser. What it refuses or cannot judge goes to the strict parser."""
     try:
         document = from_json(content, allow_inf_nan=False, cache_strings="keys")
@@ -206,11 +208,11 @@ def _is_colour(colour: object) -> bool:
         isinstance(colour, list)
         and len(colour) == 3
         and _are_numbers([colour])
-        and max(map(abs, colour)) <= LARGEST
+        and max(map(abs, colour)) <= LARGEST_COORDINATE
     )
 
 
-def _npy(content: bytearray, names: Sequence[str]) -> list[FloatArray]:
+def _npy(content: bytes | bytearray, names: Sequence[str]) -> list[FloatArray]:
     file = io.BytesIO(content[: _HEADER_BYTES + 12])
     try:
         version = np.lib.format.read_magic(file)

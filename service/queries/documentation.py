@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from service.http.conditional import IMMUTABLE
 from service.openapi.documentation import binary_content, header
-from service.queries.bodies import CSV, FORMS, JSON, NPY, SVG
+from service.queries.bodies import CSV, FORMS, JSON, NPY, SVG, TABLES
 from service.queries.operations import stated_header
 
 if TYPE_CHECKING:
@@ -77,6 +77,27 @@ _WARNINGS = {
     "description": "Reasons why the answer may mislead, such as another intent.",
 }
 
+_OWN_SPACE = "For tables: the colours as they were understood, in the space of the gamut."
+
+_READING = {
+    "reading": {
+        "type": "string",
+        "description": "For tables: what was understood, in a sentence: columns, space, scale, "
+        "separator and encoding.",
+    },
+    "labels": {
+        "type": "array",
+        "items": {"type": "string"},
+        "description": "For tables: the first text of each row that has a colour.",
+    },
+    "lines": {
+        "type": "array",
+        "items": {"type": "integer"},
+        "description": "For tables: the line in the file of each row that has a colour, or the "
+        "number of the row if the file is no delimited text.",
+    },
+}
+
 _EXAMPLE_CONDITIONS = {
     "intent": "absolute",
     "ink_limit": 300,
@@ -122,7 +143,10 @@ def request_body(operation: Operation) -> dict[str, Any]:
         "additionalProperties": False,
     }
     width = 3 * len(names)
+    others = ", ".join(f"`{each}`" for each in sorted(TABLES - {CSV}))
     return {
+        "description": "Colours. Tables are recognised by their content, such as CSV, CGATS, CxF "
+        f"and Adobe swatches: `{CSV}` stands for {others} as well.",
         "required": True,
         "content": {
             JSON: {
@@ -157,6 +181,7 @@ def query_response(operation: Operation) -> dict[str, Any]:
         for name in operation.answered
         if name not in columns
     }
+    of_tables = {name: {**_COLOURS, "description": _OWN_SPACE} for name in operation.inputs}
     answer = {
         "title": f"{_title(operation)}Answer",
         "type": "object",
@@ -165,6 +190,8 @@ def query_response(operation: Operation) -> dict[str, Any]:
             "gamut": _CONDITIONS,
             "warnings": _WARNINGS,
             **stated,
+            **_READING,
+            **of_tables,
             **columns,
         },
         "required": ["level", "gamut", "warnings", *stated],
@@ -202,6 +229,10 @@ def query_response(operation: Operation) -> dict[str, Any]:
             },
             "Cache-Control": header("Answers to POST are not cached.", "no-store"),
             "Vary": header("Request fields that select the content.", "Accept"),
+            "Gamut-Reading": header(
+                "For tables: what was understood, as a string or display string (RFC 9651).",
+                '"Columns L, a, b are read as CIELAB."',
+            ),
             **_STATED_HEADERS,
         },
     }

@@ -29,6 +29,7 @@ __all__ = [
     "OPERATIONS",
     "SOURCE_GAMUT",
     "SPACE",
+    "TABLE_PARAMETERS",
     "Column",
     "Operation",
     "Result",
@@ -60,10 +61,30 @@ SPACE = Parameter(
     "space",
     (GIVEN_SPACE,),
     "Space of the colours; that of the gamut by default. `LCHab` has the hue in degrees, `sRGB` is "
-    "from 0 to 1. In the query string of a slug, `space` is the option of the build instead.",
+    "from 0 to 1. The names of the columns of a table decide without it. In the query string of a "
+    "slug, `space` is the option of the build instead.",
     example="CIELAB",
 )
 """The space of colours in requests and answers."""
+
+
+TABLE_PARAMETERS = (
+    Parameter(
+        "columns",
+        (Text(200, "names or numbers of columns, separated by commas", str),),
+        "For tables: names or numbers of the three columns of the colours, or of the one with "
+        "texts such as `#e4002b`. By default, the names of the columns decide.",
+        example="L,a,b",
+    ),
+    Parameter(
+        "table_scale",
+        (Number(0.0, 1e6, above_least=True, below_most=True),),
+        "For tables: the value of white, such as 1, 100 or 255. By default, the values decide, and "
+        "with `space` it is 1 for `sRGB` and `CIEXYZ`.",
+        example=255,
+    ),
+)
+"""Parameters of queries whose body is a table."""
 
 
 class Result(NamedTuple):
@@ -178,6 +199,11 @@ class Operation:
     def all_parameters(self) -> tuple[Parameter, ...]:
         """The parameters, those of the level first."""
         return (*LEVEL_PARAMETERS, SPACE, *self.parameters)
+
+    @property
+    def query_parameters(self) -> tuple[Parameter, ...]:
+        """The parameters of the query string."""
+        return (*self.all_parameters, *TABLE_PARAMETERS)
 
     def warnings(self, level: QueryLevel, values: Mapping[str, Any]) -> tuple[str, ...]:
         """Return reasons why the answer may mislead, by the conditions of the gamuts."""

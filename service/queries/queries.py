@@ -18,7 +18,7 @@ from service.library import Cost
 from service.problems.problem import Problem, ProblemError
 from service.queries.admission import Admission
 from service.queries.answers import WRITERS, level_document, view_file
-from service.queries.bodies import FORMS, JSON, SVG, parse_body
+from service.queries.bodies import CSV, FORMS, JSON, SVG, parse_body
 from service.queries.levels import QueryLevels
 from service.queries.threads import DeadlineThreads
 from service.telemetry.server_timing import timed
@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable, Mapping
 
     from gamutcore.arrays import FloatArray
-    from gamutcore.colours.spaces.conversion import ColourConversion
     from service.http.spool import Body as Sent
     from service.library import Library
     from service.meshes.requested_levels import RequestedLevels
@@ -35,6 +34,7 @@ if TYPE_CHECKING:
     from service.queries.bodies import Body
     from service.queries.levels import QueryLevel
     from service.queries.operations import Operation, Result
+    from service.queries.tables import TableRequest
     from service.queries.views import View
     from service.telemetry.metrics import QueryFigures
 
@@ -118,7 +118,7 @@ class Queries:
         self._threads = DeadlineThreads(threads)
 
     async def parse(
-        self, sent: Sent, media_type: str, operation: Operation, given: ColourConversion
+        self, sent: Sent, media_type: str, operation: Operation, asked: TableRequest
     ) -> Body:
         """Return the content of a body that has arrived; see `parse_body`.
 
@@ -126,7 +126,9 @@ class Queries:
         """
 
         def parse() -> Body:
-            return parse_body(sent.content(), media_type, operation, given)
+            # The text of a table is kept for its answer, so it is read as bytes at once.
+            content = sent.read(0, sent.size) if media_type == CSV else sent.content()
+            return parse_body(content, media_type, operation, asked)
 
         with timed("body"):
             if media_type == JSON and sent.size <= INLINE_BYTES:
@@ -159,7 +161,8 @@ class Queries:
         writer = WRITERS[question.media_type](
             question.operation, question.level, question.body, question.warnings
         )
-        if rows <= INLINE_ROWS:
+        # A table of a few colours may have any number of other rows and cells.
+        if rows <= INLINE_ROWS and question.body.table is None:
             return self._first(question, writer), None
         first = await self._threads.run(rows, self._first, question, writer)
         return first, self._others(question, writer) if rows > PIECE else None

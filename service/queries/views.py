@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from gamutcore.answers.conditions import comparison_warnings
 from gamutcore.answers.sections import MOST_HUES
 from gamutcore.option_types import Number, Text, WholeNumber
-from gamutcore.queries.comparison import MOST_SECTORS
+from gamutcore.queries import MOST_SECTORS
 from service.queries.levels import QueryLevel
 from service.queries.operations import LEVEL_PARAMETERS
 from service.queries.parameters import Numbers, Parameter, refuse

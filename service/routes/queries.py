@@ -26,12 +26,19 @@ from service.library import ChargedResponse
 from service.meshes.requested_levels import LevelRequest
 from service.openapi.documentation import problems
 from service.problems.problem import Problem, ProblemError
-from service.queries.answers import condition_headers
-from service.queries.bodies import FORMS, NPY
+from service.queries.answers import condition_headers, reading_header
+from service.queries.bodies import CSV, FORMS, NPY, TABLES
 from service.queries.documentation import query_response, request_body
-from service.queries.operations import OPERATIONS, SOURCE_GAMUT, Operation, stated_header
+from service.queries.operations import (
+    OPERATIONS,
+    SOURCE_GAMUT,
+    TABLE_PARAMETERS,
+    Operation,
+    stated_header,
+)
 from service.queries.parameters import query_values, refuse, values_of
 from service.queries.queries import Question
+from service.queries.tables import TableRequest
 from service.routes.gamuts import GamutId
 from service.routes.reference_slugs import named_gamut
 from service.telemetry.server_timing import timed
@@ -39,7 +46,7 @@ from service.telemetry.server_timing import timed
 if TYPE_CHECKING:
     from starlette.types import Receive, Scope, Send
 
-    from service.library import Charge, OpenGamut
+    from service.library import Charge
     from service.queries.levels import QueryLevel
 
 __all__ = ["READING_POSTS", "QueryRoute", "checked_id", "levels_of", "router", "wait_for_kernels"]
@@ -107,7 +114,7 @@ def _add_route(operation: Operation) -> None:
         responses={200: query_response(operation), **problems(*_PROBLEMS)},
         openapi_extra={
             "requestBody": request_body(operation),
-            "parameters": [each.documentation() for each in operation.all_parameters],
+            "parameters": [each.documentation() for each in operation.query_parameters],
         },
     )
 
@@ -148,8 +155,9 @@ class _Answer(Response):
 async def _answer(request: Request, gamut_id: str, operation: Operation) -> Response:
     service = service_of(request)
     queries = service.queries
-    given = query_values(operation.all_parameters, request.query_params.multi_items())
+    given = query_values(operation.query_parameters, request.query_params.multi_items())
     sent = _sent_form(request)
+    _check_table_parameters(given, sent)
     accepted = _accepted_form(request, sent)
     with ExitStack() as held:
         form, client = FORMS[sent], client_of(request.scope)
@@ -160,10 +168,13 @@ async def _answer(request: Request, gamut_id: str, operation: Operation) -> Resp
             correct = held.enter_context(queries.admission.held(client, estimate))
             await wait_for_kernels(service)
             opened = service.library.find_open(gamut_id) or await service.library.gamut(gamut_id)
-            body = await queries.parse(arriving, sent, operation, _given(given, opened))
+            asked = TableRequest.of(opened.space, given)
+            body = await queries.parse(arriving, sent, operation, asked)
         correct(body.rows)
-        values = values_of(operation.all_parameters, given, body.members)
-        body = body._replace(axes=_given(values, opened).axes)
+        values = values_of(operation.query_parameters, given, body.members)
+        if body.table is not None and (values["space"] or opened.space.name) != body.table.space:
+            values["space"] = body.table.space
+        body = body._replace(axes=ColourConversion(values["space"], opened.space).axes)
         del opened  # it may go while the question waits for memory
         ids = [gamut_id]
         if values.get("source") is not None:
@@ -189,17 +200,13 @@ async def _answer(request: Request, gamut_id: str, operation: Operation) -> Resp
                 for name, value in operation.stated(level, values).items()
             },
             **condition_headers([level], warnings),
+            **reading_header(body.table),
         }
         if others is None:
             return ChargedResponse(Response(first, 200, headers, accepted), charge)
         held.enter_context(charge)
         held.callback(sources.clear)  # their memory stays charged until then
         return _Answer(first, others, request, held.pop_all(), headers, accepted)
-
-
-def _given(values: Mapping[str, Any], opened: OpenGamut) -> ColourConversion:
-    """Return the conversion from the space of the colours."""
-    return ColourConversion(values.get("space"), opened.space)
 
 
 async def levels_of(
@@ -250,12 +257,22 @@ def _sent_form(request: Request) -> str:
         headers = {"Accept-Encoding": "identity"}  # RFC 9110, 12.5.3
         raise ProblemError(Problem("unsupported-media-type", detail, where, remedy, headers))
     media_type = request.headers.get("content-type", "").partition(";")[0].strip().lower()
+    if media_type in TABLES:
+        return CSV
     if media_type not in FORMS:
         detail = f"The media type of the body is {media_type[:100] or 'not given'}."
-        named = {"header": "Content-Type", "available": list(FORMS)}
-        remedy = f"Send {', '.join(FORMS)}."
+        accepted = sorted({*FORMS, *TABLES})
+        named = {"header": "Content-Type", "available": accepted}
+        remedy = f"Send {', '.join(accepted)}."
         raise ProblemError(Problem("unsupported-media-type", detail, named, remedy))
     return media_type
+
+
+def _check_table_parameters(given: Mapping[str, Any], sent: str) -> None:
+    for each in TABLE_PARAMETERS:
+        if each.name in given and sent != CSV:
+            fault = f"{each.name} is given for a body that is {sent}."
+            raise refuse(fault, "query", each.name, f"Give {each.name} for tables only.")
 
 
 def _accepted_form(request: Request, sent: str) -> str:

@@ -48,7 +48,7 @@ KNOWN_PARAMETERS = (
     "options",
     *("a", "b", "reference", "sectors", "hues", "hue", "lightness", "plane"),
     *("space", "distance", "tolerance", "edge_width", "position", "metric", "kind"),
-    *("method", "focus", "source"),
+    *("method", "focus", "source", "columns", "table_scale"),
     *("size", "view", "background", "axes", "black_point_compensation"),
 )
 """Query parameters that are logged."""

@@ -2,6 +2,7 @@
 
 import asyncio
 import inspect
+from pathlib import Path
 
 import gamutclient
 import numpy as np
@@ -10,6 +11,7 @@ import trimesh
 
 import gamutcore
 
+EXAMPLE = Path(__file__).parents[2] / "examples" / "FOGRA39L.ti3"
 COLOURS = np.random.default_rng(7).uniform((0, -90, -90), (100, 90, 90), (4, 60, 3))
 LEVEL = {"triangles": 500}
 
@@ -84,6 +86,59 @@ class TestBoth:
         assert (tmp_path / "press.html").read_bytes().startswith(b"<!doctype html>")
 
 
+class Frame(dict):
+    """What is used of a data frame: its columns, a column by its name, and the rows."""
+
+    columns = property(list)
+
+    def __len__(self):
+        return len(next(iter(self.values())))
+
+
+@pytest.mark.slow
+class TestTables:
+    def test_the_names_of_the_columns_of_a_data_frame_count(self, press):
+        """Columns in another order, others beside them, and codes from 0 to 255."""
+        points = np.array([(50.0, 40.0, 30.0), (20.0, -90.0, 30.125), (60.0, 10.0, 200.0)])
+        lightness, a, b = points.T
+        names = ["Warm, grey", 'x;"y"', "z"]
+        frame = Frame(name=names, B=b, L=lightness, A=a)
+        assert press.contains(frame, **LEVEL).tolist() == press.contains(points, **LEVEL).tolist()
+        near = press.nearest(frame, **LEVEL)
+        np.testing.assert_allclose(near.points, press.nearest(points, **LEVEL).points, atol=1e-9)
+        np.testing.assert_allclose(press.distance(frame), press.distance(points), atol=1e-9)
+        assert press.classify(frame).shape == (3,)
+        codes = Frame(G=[0, 255], B=[0, 255], R=[255, 0])
+        mapped = press.map(codes, **LEVEL)
+        expected = press.map([(1, 0, 0), (0, 1, 1)], space="sRGB", **LEVEL)
+        np.testing.assert_allclose(mapped.points, expected.points, atol=1e-9)
+        assert mapped.points.max() < 2
+
+    def test_faulty_data_frames_are_refused(self, press):
+        for frame, told in (
+            (Frame(L=[50, 120], a=[0, 0], b=[0, 0]), "120"),
+            (Frame(L=[50, np.nan], a=[0, 0], b=[0, 0]), "nan"),
+            (Frame(L=["50", ""], a=["0", ""], b=["0", ""]), "rows|not numbers"),
+            (Frame(C=[1], M=[2], Y=[3], K=[4]), "ink"),
+        ):
+            with pytest.raises(Exception, match=told) as caught:
+                press.contains(frame)
+            assert caught.value.code in {"invalid-points", "missing-column", "invalid-body"}
+
+    def test_the_client_takes_files_of_colours(self, client, tmp_path):
+        """A row without a colour has no answer."""
+        press = client.build(EXAMPLE, surface_samples=1000, ink_limit=300)
+        content = b"name;h;C;L\r\nRed;40,5;60;50\r\n;;;\r\nGrey;0;0;50\r\n"
+        path = tmp_path / "spots.csv"
+        path.write_bytes(content)
+        for colours in (path, content):
+            assert (
+                press.contains(colours).tolist()
+                == press.contains([(50, 60, 40.5), (50, 0, 0)], space="LCHab").tolist()
+            )
+        assert press.nearest(path).points.shape == (2, 3)
+
+
 CENTRE = (50, 0, 0)
 POLAR = [(60, 40, 30), (20, 90, 300)]
 
@@ -91,6 +146,8 @@ QUESTIONS = {
     "contains": lambda gamut, _: gamut.contains(COLOURS),
     "contains one colour": lambda gamut, _: gamut.contains(CENTRE),
     "contains of none": lambda gamut, _: gamut.contains(np.empty((0, 3))),
+    "tolerance": lambda gamut, _: gamut.tolerance(**LEVEL),
+    "warnings": lambda gamut, other: gamut.warnings_about(other),
     "distance": lambda gamut, _: gamut.distance(COLOURS, **LEVEL),
     "distance in another space": lambda gamut, _: gamut.distance(POLAR, space="LCHab", **LEVEL),
     "classify": lambda gamut, _: gamut.classify(COLOURS, tolerance=5, **LEVEL),

@@ -22,10 +22,21 @@ if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
     from gamutcore.characterisation.samples import IntArray
 
-__all__ = ["InkCube", "Patches", "surface_corners", "surface_patches"]
+__all__ = [
+    "InkCube",
+    "Patches",
+    "spread_values",
+    "surface_corners",
+    "surface_patches",
+    "values_beside",
+]
 
 _TINY = 1e-9
 """Smallest extent of a piece of a face, as a fraction of full ink."""
+
+_FREE = 2.5
+"""Mean number of channels of spread values that are not at an end of their range. The boundary of
+a gamut is the image of the cube's two-dimensional faces, or of folds inside of the cube."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,6 +112,41 @@ def surface_corners(cube: InkCube) -> FloatArray:
             points[:, axis] = value[crossing]
             found.append(points)
     return np.concatenate(found)
+
+
+def spread_values(cube: InkCube, count: int) -> FloatArray:
+    """Return device values (count, n) of low discrepancy, inside of the cut cube and on its faces.
+
+    Their positions are the sequence R of M. Roberts, The Unreasonable Effectiveness of Quasirandom
+    Sequences (2018). Channels beyond a middle part of the positions are at an end of their range.
+    """
+    channels, ratio = len(cube.lowest), 2.0
+    for _ in range(64):  # the root of x^(n + 1) = x + 1
+        ratio = (1.0 + ratio) ** (1.0 / (channels + 1))
+    number = np.arange(1, count + 1)[:, np.newaxis]
+    position = (0.5 + number * ratio ** -np.arange(1.0, channels + 1)) % 1.0 - 0.5
+    position = np.clip(position * max(channels / _FREE, 1.0) + 0.5, 0.0, 1.0)
+    return _printable(cube, cube.lowest + position * (cube.highest - cube.lowest))
+
+
+def values_beside(
+    cube: InkCube, values: FloatArray, step: float, random: np.random.Generator
+) -> FloatArray:
+    """Return printable device values near others (m, n), each with about half of its channels.
+
+    `step` is the largest change as a share of the range of a channel.
+    """
+    change = random.uniform(-step, step, values.shape) * (cube.highest - cube.lowest)
+    return _printable(cube, values + change * (random.random(values.shape) < 0.5))
+
+
+def _printable(cube: InkCube, values: FloatArray) -> FloatArray:
+    """Return values (m, n) that are clipped to the ranges, and scaled to the largest sum."""
+    added = np.clip(values, cube.lowest, cube.highest) - cube.lowest
+    room = cube.largest_sum - float(cube.lowest.sum())
+    scale = np.minimum(1.0, room / np.maximum(added.sum(axis=1), _TINY))
+    printable: FloatArray = cube.lowest + added * scale[:, np.newaxis]
+    return printable
 
 
 def _limit(cube: InkCube) -> float:

@@ -29,6 +29,7 @@ __all__ = [
     "MAX_PATCHES",
     "SURFACE_SAMPLES",
     "AbsoluteColours",
+    "DeviceColours",
     "DeviceSurface",
     "SurfaceColours",
     "SurfaceFaces",
@@ -93,22 +94,49 @@ class DeviceSurface:
     faces: SurfaceFaces | None = None
 
 
+class DeviceColours(NamedTuple):
+    """All colours that a device can make, as a function of its device values.
+
+    Attributes
+    ----------
+    cube : InkCube
+        The device values, of the k channels that vary.
+    points : callable
+        From device values (m, k) to colours, as those of `SurfaceColours`.
+    tried : (j, k) float
+        Device values whose colours a boundary is likely to miss: those of `values_between`, and of
+        the samples.
+    """
+
+    cube: InkCube
+    points: Callable[[FloatArray], FloatArray]
+    tried: FloatArray
+
+
 class AbsoluteColours(NamedTuple):
-    """The way from media-relative colours to the colours of the intent absolute.
+    """What media-relative colours are with the intent absolute, and as the device's own.
 
     Attributes
     ----------
     matrix : (3, 3) float
-        From tristimulus values relative to D50, Y = 1 for the white of the medium.
+        From tristimulus values relative to D50, Y = 1 for the white of the medium, to absolute
+        ones.
     as_measured : bool
-        Whether the absolute tristimulus values are a device's own, without adaptation.
-    own_values : (3, 3) float, optional
-        As of `ProfileColours`: a further matrix, for all spaces but ICC's CIELAB.
+        Whether absolute colours are the device's own in all spaces but ICC's CIELAB.
+    own : (3, 3) float, optional
+        From media-relative tristimulus values to the device's own, without adaptation and up to a
+        common factor; None if they are the absolute ones.
     """
 
     matrix: FloatArray
     as_measured: bool = False
-    own_values: FloatArray | None = None
+    own: FloatArray | None = None
+
+    def own_from(self, intent: object) -> FloatArray | None:
+        """Return the matrix from the colours of an intent to the device's own; None for unity."""
+        if intent != "absolute":
+            return self.matrix if self.own is None else self.own
+        return None if self.own is None else self.own @ np.linalg.inv(self.matrix)
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,19 +155,14 @@ class SurfaceColours:
         Whether the tristimulus values are a display's or an encoding's own, without adaptation.
     channels : tuple of str
         Names of the k device channels; empty for bare colours.
-    own_values : (3, 3) float, optional
-        As of `ProfileColours`.
     absolute : AbsoluteColours, optional
-        The way from media-relative colours to absolute ones; None if there is only one of them.
+        What media-relative colours are with the intent absolute, and as the device's own; None if
+        it is not known.
     faces : SurfaceFaces, optional
         Triangles between the points that cover the device's surface. None if there is no device
         model, or its faces are too many. `colours_in_space` turns closed surfaces outwards.
-    between : (k, 3) float, optional
-        Further colours that the device can make, which show by how much a boundary through the
-        points misses them: those of `values_between`, and of the samples by the device model.
-    unadapting : (3, 3) float, optional
-        Matrix from the tristimulus values of the points to those of the device, without adaptation
-        and up to a common factor. None if they were not adapted.
+    own : DeviceColours, optional
+        All colours that the device can make, by its model.
     """
 
     points: FloatArray
@@ -147,10 +170,8 @@ class SurfaceColours:
     provenance: dict[str, JSON]
     as_measured: bool = False
     channels: tuple[str, ...] = ()
-    own_values: FloatArray | None = None
     faces: SurfaceFaces | None = None
-    between: FloatArray | None = None
-    unadapting: FloatArray | None = None
+    own: DeviceColours | None = None
     absolute: AbsoluteColours | None = None
 
 

@@ -259,6 +259,12 @@ class ColourSpace:
             and self.scale in {None, 1.0}
         )
 
+    @cached_property
+    def white_lightness(self) -> float:
+        """Lightness of the white, as a measure of the size of gamuts in the space."""
+        white, _ = self.coordinates(np.array([[100.0, 0.0, 0.0]]))
+        return abs(float(white[0, self.definition.lightness]))
+
     def coordinates(self, lab: FloatArray, *, as_measured: bool = False) -> tuple[FloatArray, int]:
         """Return the coordinates of device colours.
 

@@ -3,11 +3,13 @@
 import io
 import json
 import re
+import struct
 from pathlib import Path
 
 import numpy as np
 
 from gamutcore import Gamut
+from gamutcore.tables import read_table
 from service.library import Charge, Ledger
 from service.problems.problem import ProblemError
 from service.queries.answers import WRITERS
@@ -15,6 +17,7 @@ from service.queries.bodies import CSV, JSON, NPY, parse_body
 from service.queries.levels import QueryLevel
 from service.queries.operations import OPERATIONS
 from service.queries.parameters import values_of
+from service.queries.tables import TableRequest
 from targets.checks import Target, refused_by_name
 
 ROOT = Path(__file__).parents[3]
@@ -194,12 +197,18 @@ def check_body(data):
     form = NPY if data.startswith(b"\x93NUMPY") else JSON if data.startswith(b"{") else CSV
     for operation in OPERATIONS.values():
         with refused_by_name(ProblemError):
-            body = parse_body(bytearray(data), form, operation, LEVEL.axes)
+            asked = TableRequest(CUBE.colour_space)
+            body = parse_body(bytearray(data), form, operation, asked)
             values = values_of(operation.all_parameters, {}, body.members)
+            if body.table is not None:
+                values["space"] = body.table.space
+                written = WRITERS[JSON](operation, LEVEL, body, ())
+                understood = written.piece(0, operation.answer(LEVEL, body.inputs, values))
+                assert len(json.loads(understood)["labels"]) == body.rows
             if values.get("source") is not None:
                 continue
             result = operation.answer(LEVEL, body.inputs, values)
-            written = WRITERS[form](operation, LEVEL, body)
+            written = WRITERS[form](operation, LEVEL, body, ())
             content = written.head(result, body.rows) + written.piece(0, result)
             assert all(np.isfinite(points).all() for points in body.inputs)
             if form == JSON:
@@ -207,7 +216,53 @@ def check_body(data):
                 assert all(len(columns[name]) == body.rows for name in result.columns)
 
 
+def _ase(*swatches):
+    """Return Adobe swatches of names, models and values."""
+    data = b"ASEF" + struct.pack(">HHI", 1, 0, len(swatches))
+    for name, model, values in swatches:
+        content = struct.pack(">H", len(name) + 1) + f"{name}\0".encode("utf-16-be") + model
+        content += struct.pack(f">{len(values)}fH", *values, 0)
+        data += struct.pack(">HI", 1, len(content)) + content
+    return data
+
+
+_COLOURS = [
+    'name;h;C;L;"note\nof two lines"\r\nRed;40,5;60;50;"a;b"\r\n;;;;\r\nGrün;0;0;5;\r\n'.encode(),
+    "sep=\t\nGröße\tX\tY\tZ\n1\t40.1\t30\t10\n\n2\t.5\t.4\t.3\n".encode("utf-16"),
+    "R,G,B,naïve\n228,0,43,a\n# remark\n0,0,0,b\n".encode("cp1252"),
+    b"name,hex\nred,#e4002b\nblue,rgb(0 0 255)\nx,lab(50% 40 -59.5)\ny,oklch(0.5 0.1 20deg)\n",
+    b"x y Y L a b\n0.31 0.33 20 50 1 2\n0.2 0.3 40 10 -1 2\n",
+    _ase(("Grün", b"LAB ", (0.5, -40, 20)), ("x", b"RGB ", (1, 0, 0)), ("y", b"Gray", (0.5,))),
+    (
+        b"CGATS.17\nBEGIN_DATA_FORMAT\nSAMPLE_NAME LAB_L LAB_A LAB_B\nEND_DATA_FORMAT\n"
+        b'NUMBER_OF_SETS 2\nBEGIN_DATA\n"Grey 1" 50 0 0\nred 48 68 48\nEND_DATA\n'
+    ),
+    _spectral(),
+    _cxf(["M1"]),
+    npy(COLOURS),
+]
+_COLOURS_TOKENS = [
+    *b"L a b C h X Y Z R G B hex css LAB_L LAB_A XYZ_X RGB_R CIE-L L*(D50) sep=; #fff 1,5".split(),
+    *b"LAB RGB CMYK Gray ASEF BEGIN_DATA END_DATA hsl(1 none 1e40deg lab( #".split(),
+    *(b",", b";", b"\t", b"|", b" ", b"\n", b"\r", b'"', b'""', b"\xef\xbb\xbf", b"\0\0\0\1"),
+    *(b"\xc0\x01", b"\xff\xff\xff\xff", b"\x7f\xc0\0\0", b"(99999999999, 3)", b"descr", b"|O"),
+]
+
+
+def check_colours(data):
+    """Raise unless a table of colours is refused by name, or finite and written with an answer."""
+    for options in ({}, {"own": "CIELAB"}, {"space": "sRGB", "scale": 255}, {"columns": "1,2,3"}):
+        with refused_by_name():
+            table = read_table(data, **options)
+            rows = len(table.points)
+            assert np.isfinite(table.points).all()
+            assert table.reading
+            assert len(list(table.labels())) == len(table.lines_of_rows) == rows
+            assert table.answer_text({"answer": np.zeros(rows)})
+
+
 TARGETS = {
+    "colours": Target(_COLOURS, _COLOURS_TOKENS, check_colours),
     "cgats": Target(_CGATS, _CGATS_TOKENS),
     "cxf": Target(_CXF, _CXF_TOKENS, word=_CXF_WORD),
     "tables": Target(_TABLES, _TABLES_TOKENS),

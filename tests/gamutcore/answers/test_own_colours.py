@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,7 +11,8 @@ import numpy as np
 import pytest
 
 from gamutcore import Gamut, reference
-from gamutcore.characterisation import Samples, characterisation
+from gamutcore.characterisation import IccProfile, Samples, characterisation
+from gamutcore.colours import InkLimits, surface_colours
 from gamutcore.colours.device.model import device_model
 from gamutcore.colours.measured_colours import measured_colours
 from gamutcore.colours.reference_colours import reference_lab, reference_white, rgb_xyz
@@ -86,6 +88,63 @@ def test_samples_are_outside_by_the_misfit_of_the_model_at_most(
     for level in LEVELS:
         distance = gamut.distance(lab, **level)
         assert (distance <= misfit + gamut.tolerance(**level))[printable].all()
+
+
+def _device_values(channels: int, limit: float | None, count: int) -> FloatArray:
+    """Random values within an ink limit in %: a half inside of the cube, a half on its faces."""
+    random = np.random.default_rng(8)
+    values = random.random((5 * count, channels))
+    ends = random.integers(2, size=values.shape)
+    values[::2] = np.where(random.random(values.shape) < 0.5, ends, values)[::2]
+    printable: FloatArray = values[values.sum(axis=1) <= (limit or np.inf) / 100]
+    assert len(printable) >= count
+    return printable[:count]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "limit"),
+    [
+        ("display/phone_RGBW_LCD_602.txt", None),
+        ("display/Acer_XB271HU.icc", None),
+        ("press/TR002.ti3", None),
+        ("press/TR002.ti3", 260),
+        ("press/ISOcoated_v2_300_bas.icc", 300),
+        ("oracle/Ref-ECG-CMYKOGV_FOGRA55_TAC300.icc", 300),
+    ],
+)
+def test_no_colour_of_a_device_is_outside(
+    shared_data: Path, name: str, limit: float | None
+) -> None:
+    """Neither of the surface of the device's cube, nor of its inside."""
+    path = shared_data / name
+    gamut = Gamut(path) if limit is None else Gamut(path, ink_limit=limit)
+    parsed = characterisation(path.read_bytes())
+    assert isinstance(parsed, Samples | IccProfile)
+    device = surface_colours(parsed, limits=InkLimits(limit), surface_samples=1000).own
+    assert device is not None
+    lab = device.points(_device_values(len(device.cube.lowest), limit, 50_000))
+    for level in LEVELS:
+        assert gamut.contains(lab, **level).all()
+    missed = gamut.description["boundary_error"]
+    said = gamut.description["provenance"]["warnings"]
+    assert any("outside of the full boundary" in each for each in said) == (missed > 0.25)
+
+
+@pytest.mark.slow
+def test_the_boundary_error_covers_colours_of_the_inside() -> None:
+    """At the surface of this device's cube, a* is 30 at most; inside, it is larger."""
+    axis = np.arange(13) / 12
+    x, y, z = (each.ravel() for each in np.meshgrid(axis, axis, axis, indexing="ij"))
+    bulge = x + 8 * np.sin(np.pi * x) * y * (1 - y) * z * (1 - z)
+    lab = np.column_stack([20 + 60 * y, 60 * bulge - 30, 60 * z - 30])
+    rows = np.column_stack([x, y, z, lab])
+    columns = ["RGB_R", "RGB_G", "RGB_B", "L", "a", "b"]
+    data = json.dumps({"columns": columns, "samples": rows.tolist()}).encode()
+    gamut = Gamut(data, intent="absolute", surface_samples=5000)
+    assert gamut.volume == pytest.approx(60**3, rel=1e-4)
+    assert gamut.description["boundary_error"] == pytest.approx(lab[:, 1].max() - 30, rel=1e-4)
+    assert gamut.contains(lab).all()
 
 
 @pytest.mark.slow

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from gamutcore.boundary.wrapping import wrap_colours
 from gamutcore.colours.device.ink_cube import InkCube
 from gamutcore.colours.device.surface import device_surface, outward_faces
+from gamutcore.errors import CentreError
 from gamutcore.star_shape import faces_not_seeing_centre
 
 SEEDS = st.integers(0, 2**32 - 1)
@@ -27,12 +28,21 @@ def smooth(seed, strength):
     return colours
 
 
-def wrapped(colours, count=4000, gamma="auto", centre="auto", channels=3, total=None):
+def wrapped(
+    colours,
+    count=4000,
+    gamma="auto",
+    centre="auto",
+    channels=3,
+    total=None,
+    method="modified-convex-hull",
+):
     cube = InkCube(np.zeros(channels), np.ones(channels), total)
     surface = device_surface(cube, colours, count)
     points = colours(surface.device)
     faces = outward_faces(points, surface.faces)
-    return wrap_colours(points, faces, "modified-convex-hull", centre, {"gamma": gamma})
+    parameters = {} if method == "device-surface" else {"gamma": gamma}
+    return wrap_colours(points, faces, method, centre, parameters)
 
 
 def cube_volume(colours, steps=150):
@@ -132,3 +142,25 @@ def test_scattered_points_get_the_gamma_of_the_paper():
     assert found.choices["centre"]["from"] == "middle of the bounding box"
     assert found.choices["centre"]["depth"] > 0
     assert found.device_volume is None
+
+
+def folded(device):
+    """A cube that is folded in its middle: its surface is a box without a lid."""
+    return 100 * np.column_stack([np.abs(device[:, 0] - 0.5), device[:, 1:3]])
+
+
+@pytest.mark.parametrize("centre", ["auto", (25.0, 50.0, 50.0)])
+def test_a_surface_that_is_no_boundary_leaves_the_hull_to_auto(centre):
+    found = wrapped(folded, centre=centre, method="auto")
+    assert found.choices["method"] == "modified-convex-hull"
+    mesh = found.boundary.mesh
+    np.testing.assert_allclose(mesh.bounds, [(0, 0, 0), (50, 100, 100)], atol=1e-3)
+    assert mesh.triangles == 2 * len(mesh.vertices) - 4
+    assert "the device's surface cannot be the boundary: The centre [" in found.warnings[0]
+    with pytest.raises(CentreError):
+        wrapped(folded, centre=centre, method="device-surface")
+
+
+def test_a_centre_outside_of_the_hull_as_well_is_refused():
+    with pytest.raises(CentreError, match="is not"):
+        wrapped(folded, centre=(60.0, 50.0, 50.0), method="auto")

@@ -32,7 +32,7 @@ def test_the_example_of_the_readme(command, tmp_path, monkeypatch):
     assert [{name: row[name] for name in before[0]} for row in after] == before
     inside = [row["in_gamut"] == "true" for row in after]
     assert sum(inside) == 16
-    assert f"16 of {len(after)} colours are in gamut (tolerance 0.097 in CIELAB)" in out
+    assert f"16 of {len(after)} colours are in gamut." in out
     read, gamut = err.splitlines()
     assert read == "Columns L, a, b are read as CIELAB."
     assert gamut == "Gamut: absolute intent, ink limit 300 %, white D50, CIELAB"

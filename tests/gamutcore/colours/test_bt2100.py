@@ -120,7 +120,7 @@ def test_only_spaces_of_the_unit_count_colours():
 @pytest.mark.slow
 def test_a_display_is_compared_at_its_luminance():
     """In ITP, coordinates are absolute: a white of 1,000 cd/m² is that of BT.2100."""
-    options = {"space": "ITP", "surface_samples": 5000}
+    options = {"space": "ITP", "surface_samples": 20_000}
     bright, dim = (
         gamutcore.reference("bt2020", luminance=luminance, **options)
         for luminance in (1000.0, 100.0)

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gamutcore.queries import build_index, contains
-from gamutcore.queries.exact import TERMS, add_product, orientation, sign_of
+from gamutcore.queries.containment import TERMS, add_product, orientation, sign_of
 
 COORDINATE = st.one_of(
     st.sampled_from([-1.0, 1.0, 0.0, np.nextafter(1.0, 2.0), -np.nextafter(1.0, 2.0)]),

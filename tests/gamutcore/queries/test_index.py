@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from gamutcore.errors import InvalidPointsError, MeshError
-from gamutcore.queries.curve import curve_order
-from gamutcore.queries.directions import cell_of, direction_cells
-from gamutcore.queries.index import MARGIN, build_index
+from gamutcore.queries.index import MARGIN, build_index, cell_of, direction_cells
+from gamutcore.queries.nearest import curve_order
 
 
 class TestBuildIndex:

@@ -5,7 +5,7 @@ import pytest
 
 from gamutcore.colours.spaces.cielab import colour_science
 from gamutcore.queries import build_index, delta_e_2000, nearest, nearest_ciede2000
-from gamutcore.queries.ciede2000_parts import (
+from gamutcore.queries.ciede2000_bounds import (
     BOUND,
     set_triangle_bounds,
 )

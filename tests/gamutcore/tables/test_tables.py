@@ -14,6 +14,7 @@ from gamutcore.errors import (
     InvalidPointsError,
     MalformedFileError,
     MissingColumnError,
+    SampleLimitError,
     UnrecognisedFormatError,
 )
 from gamutcore.tables import frame_colours, read_table, write_workbook
@@ -121,6 +122,53 @@ def test_columns_without_names_are_read_if_their_space_is_given():
     table = read("50,1,2\n60,3,4\n", space="CIELAB")
     assert table.points.tolist() == [[50, 1, 2], [60, 3, 4]]
     assert table.answer_text({"x": [1, 2]}).splitlines()[0] == "L*,a*,b*,x"
+
+
+@pytest.mark.parametrize(
+    ("text", "space", "points", "labels"),
+    [
+        ("Brand red, 48, 68, 48\n", "CIELAB", [[48, 68, 48]], ["Brand red"]),
+        (
+            "Brand red 48 68 48\n\n50 0 0\n",
+            "CIELAB",
+            [[48, 68, 48], [50, 0, 0]],
+            ["Brand red", "line 3"],
+        ),
+        ("185 C;60;10,5;\u22122,5;\n", "CIELAB", [[60, 10.5, -2.5]], ["185 C"]),
+        ('"Red, dark"\t50\t0\t0\n', "CIELAB", [[50, 0, 0]], ["Red, dark"]),
+        ("Red #ff0000\nGreen; #0f0\n", "sRGB", [[1, 0, 0], [0, 1, 0]], ["Red", "Green"]),
+        ("Red, rgb(255, 0, 0)\n", "sRGB", [[1, 0, 0]], ["Red"]),
+        ("lab(50% 20 -20)\n", "CIELAB", [[50, 20, -20]], ["lab(50% 20 -20)"]),
+    ],
+)
+def test_lists_of_names_and_colours_need_no_header(text, space, points, labels):
+    table = read(text, own="CIELAB")
+    assert table.space == space
+    np.testing.assert_allclose(table.points, points, atol=1e-12)
+    assert [table.label(row) for row in range(len(points))] == labels
+
+
+@pytest.mark.parametrize(
+    ("text", "where", "told"),
+    [
+        ("Red, 255, 0, 0\n", {"line": 1, "row": 0, "field": "L*"}, "R,G,B"),
+        ("0 100 100 0\n", {"line": 1, "field": "columns"}, "L,a,b"),
+        ("50 0 0\n50 0\n", {"line": 2, "row": 1}, "one cell for each column"),
+        ("Red, 1, 0.2, 0\n", {"line": 1, "row": 0, "field": "L*"}, "Oklab"),
+        ("Red #f00\nnothing\n", {"line": 2, "row": 1, "field": "hex"}, "rgb()"),
+    ],
+)
+def test_lines_of_a_list_that_are_no_colours_are_refused(text, where, told):
+    with pytest.raises(GamutError) as raised:
+        read(text, own="CIELAB")
+    assert raised.value.where == where
+    assert told in raised.value.remedy
+
+
+def test_lists_of_numbers_need_a_space():
+    with pytest.raises(MissingColumnError):
+        read("Brand red, 48, 68, 48\n")
+    assert read("Brand red, 0, 0.5, 1\n", space="sRGB").space == "sRGB"
 
 
 def test_values_outside_srgb_and_a_stated_scale():
@@ -269,3 +317,55 @@ def test_workbooks_have_numbers_and_texts(tmp_path):
     assert rows[1] == ["=1+1", 50.5, 1, 2, 1.5, True]
     assert sheet["A2"].data_type == "s"
     assert rows[-1] == ["007", 40, 1, 2, None, False]
+
+
+def test_colours_that_are_not_used_are_named():
+    table = read("name,X,Y,Z,L,a,b\nred,40,30,10,50,1,2\n")
+    assert (table.space, table.points.tolist()) == ("CIELAB", [[50, 1, 2]])
+    assert table.reading == (
+        "Columns L, a, b are read as CIELAB. Other colours are not used: X, Y, Z."
+    )
+    chosen = read("name,X,Y,Z,L,a,b\nred,40,30,10,50,1,2\n", space="CIEXYZ")
+    assert chosen.space == "CIEXYZ"
+    assert "not used: L, a, b" in chosen.reading
+
+
+def test_the_space_of_the_gamut_comes_first():
+    """The columns of Oklab and CIELAB have the same names."""
+    assert read("L,a,b\n0.5,0.1,0.1\n", own="Oklab").space == "Oklab"
+    assert read("50,1,2\n", own="CIELAB").points.tolist() == [[50, 1, 2]]
+    assert read("R,G,B\n255,0,0\n", own="CIELAB").space == "sRGB"
+    with pytest.raises(MissingColumnError) as caught:
+        read("L,a\n50,1\n", own="CIELAB")
+    assert caught.value.where["field"] == "b*"
+    with pytest.raises(MissingColumnError, match="several spaces"):
+        read("p_L,p_a,p_b,q_R,q_G,q_B\n1,2,3,1,0,0\n", names=("p", "q"), own="CIELAB")
+
+
+def test_files_of_measurements_may_be_limited_in_bytes():
+    text = "CGATS.17\nBEGIN_DATA_FORMAT\nLAB_L LAB_A LAB_B\nEND_DATA_FORMAT\nBEGIN_DATA\n"
+    text += 100 * "50 0 0\n" + "END_DATA\n"
+    assert len(read(text, most_bytes=len(text)).points) == 100
+    for limit in ({"most_bytes": 500}, {"most": 99}):
+        with pytest.raises(SampleLimitError) as caught:
+            read(text, **limit)
+        assert caught.value.where["limit"] in limit.values()
+    assert len(read("L,a,b\n" + 100 * "50,0,0\n", most_bytes=500).points) == 100
+
+
+def test_arrays_that_promise_more_than_there_is_are_refused():
+    file = io.BytesIO()
+    np.save(file, np.zeros((4, 3)))
+    for shape in (b"(9999999999999, 3)", b"(4, 30000000000)", b"(4, 'x')", b"(4, "):
+        with pytest.raises((MalformedFileError, InvalidPointsError)):
+            read(file.getvalue().replace(b"(4, 3)", shape))
+
+
+@pytest.mark.slow
+def test_encodings_are_found_without_all_of_the_text():
+    """A character beyond the first block decides."""
+    text = "n,L,a,b\n" + 30_000 * "a long name of a colour beside it,50,1,2\n"
+    for encoding, last in (("utf-8", "Grün"), ("cp1252", "Grün"), ("utf-16-le", "x")):
+        table = read((text + f"{last},50,1,2").encode(encoding))
+        assert table.encoding == encoding
+        assert table.label(30_000) == last

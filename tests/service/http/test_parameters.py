@@ -15,7 +15,7 @@ MESH = ["triangles", "max_error", "max_mismatch", "side", "format"]
         ("GET", f"/v1/gamuts/{ID}/mesh", "triangles=4&triangles=4", "triangles", None),
         ("GET", f"/v1/gamuts/{ID}/mesh", "max_error=1&max_error=2", "max_error", None),
         ("GET", f"/v1/gamuts/{ID}/mesh.obj", "format=ply&format=stl", "format", None),
-        ("GET", "/v1/gamuts", "page=2", "page", ["limit", "after", "name"]),
+        ("GET", "/v1/gamuts", "page=2", "page", ["limit", "after", "name", "match"]),
         ("GET", "/v1/gamuts", "limit=1&limit=2", "limit", None),
         ("POST", "/v1/gamuts", "gamma=1", "gamma", []),
         ("GET", f"/v1/gamuts/{ID}", "full=1", "full", []),
@@ -92,7 +92,7 @@ def test_what_is_no_id_or_no_count_is_shown_with_what_would_be_right(
     document = assert_problem(server.client.get(path), 422, "invalid-parameter")
     assert document["where"] == {"in": place, "field": field}
     assert document["detail"].startswith(f"{shown!r} is not a")
-    assert document["remedy"].startswith("Give ")
+    assert "Give " in document["remedy"]
 
 
 def test_a_path_out_of_the_gamuts_leads_nowhere(server, assert_problem):

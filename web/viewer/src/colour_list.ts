@@ -10,55 +10,24 @@ import {
   PointsMaterial,
   type Scene,
 } from "three";
-import type { Gamut } from "./api.js";
+import { type Gamut, ProblemError } from "./api.js";
 import { cssColour, linearSrgb } from "./colours.js";
-import { byId, element, save } from "./elements.js";
-import { type Nearest, nearest } from "./queries.js";
+import { byId, element, problemElements, save, warningTexts } from "./elements.js";
+import {
+  type CheckedTable,
+  type Nearest,
+  type Position,
+  type TableReading,
+  checkTable,
+  edgeText,
+  nearest,
+} from "./queries.js";
 
-const MOST_COLOURS = 10_000;
 const MOST_TABLE_ROWS = 500;
 
-export interface NamedColour {
-  name: string;
-  point: number[];
-}
-
-/** Fields of a line. Between tabs or semicolons, a comma is a decimal point. */
-function fieldsOf(line: string): string[] {
-  const separator = line.includes("\t") ? "\t" : line.includes(";") ? ";" : line.includes(",") ? "," : /\s+/;
-  const fields = line.trim().split(separator).map((field) => field.trim().replace(/^"|"$/g, ""));
-  return separator === "," ? fields : fields.map((field) => field.replace(/^([+\-\u2212]?\d+),(\d+)$/, "$1.$2"));
-}
-
-/** The number in a field; the minus may be the sign that the table writes. */
-function numberIn(field: string | undefined): number {
-  return field === undefined || field === "" ? NaN : Number(field.replace(/^\u2212/, "-"));
-}
-
-/** Place of L* in a line that names the columns L*, a*, b*, one after the other; -1 in others. */
-function headerPlace(fields: string[]): number {
-  const names = fields.map((field) => field.toLowerCase().replace(/^lab_|\*$/g, ""));
-  return names.findIndex((name, i) => name === "l" && names[i + 1] === "a" && names[i + 2] === "b");
-}
-
-/**
- * Colours of a pasted list, and how many lines have none. A first line may name the columns.
- * Without it, the colour is the last three numbers of a line. The name is what is before it.
- */
-export function parsedColours(text: string): { colours: NamedColour[]; leftOut: number } {
-  const lines = text.replace(/^\ufeff/, "").split(/\r?\n/).filter((line) => line.trim() !== "").map(fieldsOf);
-  const place = headerPlace(lines[0] ?? []);
-  const isHeader = place >= 0 || (lines[0] ?? []).every((field) => Number.isNaN(numberIn(field)));
-  const rows = isHeader ? lines.slice(1) : lines;
-  const colours = rows.flatMap((fields) => {
-    const isRow = place >= 0 && fields.length >= place + 3; // else a line that follows no header
-    const words = isRow ? fields : fields.filter((field) => field !== "");
-    const start = isRow ? place : words.length - 3;
-    const point = [0, 1, 2].map((axis) => numberIn(words[start + axis]));
-    if (!point.every(Number.isFinite)) return [];
-    return [{ name: words.slice(0, start).join(" ").trim(), point }];
-  });
-  return { colours, leftOut: rows.length - colours.length };
+interface Answer {
+  found: CheckedTable;
+  near: Nearest;
 }
 
 export class ColourList {
@@ -66,8 +35,11 @@ export class ColourList {
   private asking: AbortController | null = null;
   private gamut: Gamut | null = null;
   private turn: Matrix4 | null = null;
-  private answer: { colours: NamedColour[]; found: Nearest } | null = null;
+  private answer: Answer | null = null;
+  /** The opened file. Typing in the list puts it away. */
+  private file: File | null = null;
   private readonly text = byId<HTMLTextAreaElement>("colours");
+  private readonly reading = byId<HTMLDetailsElement>("colours-reading");
 
   constructor(
     private readonly scene: Scene,
@@ -77,17 +49,29 @@ export class ColourList {
     byId("check").addEventListener("click", () => void this.check());
     byId("colours-clear").addEventListener("click", () => {
       this.text.value = "";
+      this.file = null;
       void this.check();
     });
     byId("colours-csv").addEventListener("click", () => this.download());
     byId<HTMLInputElement>("colours-file").addEventListener("change", (event) => {
-      const [file] = (event.target as HTMLInputElement).files ?? [];
-      void file?.text().then((text) => {
-        this.text.value = text;
-        return this.check();
+      const input = event.target as HTMLInputElement;
+      const [file] = input.files ?? [];
+      if (file === undefined) return;
+      this.file = file;
+      this.text.value = "";
+      void this.check().then(() => {
+        input.value = ""; // the same file can be opened again
       });
     });
     byId("colours-open").addEventListener("click", () => byId("colours-file").click());
+    this.text.addEventListener("input", () => {
+      this.file = null;
+    });
+    this.reading.addEventListener("change", () => {
+      this.summarise();
+      if (this.table !== null) void this.check();
+    });
+    this.summarise();
   }
 
   /** Ask about another gamut. */
@@ -98,46 +82,71 @@ export class ColourList {
     if (this.answer !== null) void this.check();
   }
 
+  /** The list as it is sent: the file, or what is in the field. */
+  private get table(): Blob | null {
+    return this.file ?? (this.text.value.trim() === "" ? null : new Blob([this.text.value]));
+  }
+
+  private stated(): TableReading {
+    const value = (name: string) => byId<HTMLInputElement | HTMLSelectElement>(`colours-${name}`).value.trim();
+    return { space: value("space"), columns: value("columns"), table_scale: value("scale") };
+  }
+
+  private summarise(): void {
+    const { space, columns, table_scale: scale } = this.stated();
+    const parts = [space, scale && `white at ${scale}`, columns && `columns ${columns}`].filter((part) => part !== "");
+    byId("colours-reading-summary").textContent = parts.join(", ") || "the table says";
+  }
+
   private async check(): Promise<void> {
     this.asking?.abort();
     this.clear();
     this.fail(null);
-    const parsed = parsedColours(this.text.value);
-    const colours = parsed.colours.slice(0, MOST_COLOURS);
-    if (this.gamut === null || colours.length === 0) {
-      byId("colours-note").textContent = this.text.value.trim() === "" ? "" : "No line ends with three numbers.";
+    const table = this.table;
+    if (this.gamut === null || table === null) return;
+    const scale = byId<HTMLInputElement>("colours-scale");
+    if (!scale.checkValidity()) {
+      this.reading.open = true;
+      scale.reportValidity();
       return;
     }
     const asking = new AbortController();
     this.asking = asking;
     try {
-      const points = colours.map(({ point }) => point);
-      const found = await nearest(this.gamut, points, asking.signal);
-      this.answer = { colours, found };
-      this.draw(colours, found);
-      this.tabulate(colours, found);
-      this.noteRest(parsed.colours.length - colours.length, parsed.leftOut);
+      const found = await checkTable(this.gamut, table, this.stated(), asking.signal);
+      const near = await nearest(this.gamut, found.colours, asking.signal);
+      this.answer = { found, near };
+      this.draw(this.answer);
+      this.tabulate(this.answer);
     } catch (error) {
-      if (!asking.signal.aborted) this.fail(error);
+      if (asking.signal.aborted) return;
+      this.refuse(error);
     }
   }
 
-  /** Say what of the list was not asked about. */
-  private noteRest(beyond: number, leftOut: number): void {
-    const notes = [
-      leftOut > 0 ? ` ${leftOut} lines have no three numbers and are left out.` : "",
-      beyond > 0 ? ` ${beyond} more colours are left out: at most ${MOST_COLOURS}.` : "",
-    ];
-    byId("colours-note").append(...notes);
+  /** Show why the service refuses the list, beside it. */
+  private refuse(error: unknown): void {
+    if (error instanceof ProblemError && [401, 403].includes(error.problem.status)) {
+      this.fail(error);
+      return;
+    }
+    if (error instanceof ProblemError && error.problem.code === "too-many-rows") {
+      error.problem.remedy = "Check fewer colours at once. The command gamut query takes files of any length.";
+    }
+    const [, ...words] = problemElements(error);
+    byId("colours-problem").replaceChildren(element("strong", "The list is refused"), ...words);
+    byId("colours-problem").hidden = false;
+    this.reading.open = true; // how it is to be read can be stated there
   }
 
-  private draw(colours: NamedColour[], found: Nearest): void {
-    const points = colours.flatMap(({ point }) => point);
+  private draw({ found, near }: Answer): void {
+    const { colours, inside, position } = found;
+    const points = colours.flat();
     const isLab = this.gamut!.options.space === "CIELAB";
     const linear = isLab ? [...linearSrgb(Float32Array.from(points))] : points.map(() => 0.5);
-    const vectors = colours.flatMap(({ point }, i) => (found.inside[i] ? [] : [...point, ...found.point[i]!]));
-    const ends = colours.flatMap((_, i) => (found.inside[i] ? [] : found.point[i]!));
-    const beyond = colours.flatMap(({ point }, i) => (found.inside[i] ? [] : point));
+    const vectors = colours.flatMap((point, i) => (inside[i] ? [] : [...point, ...near.point[i]!]));
+    const ends = near.point.flatMap((point, i) => (inside[i] ? [] : point));
+    const beyond = colours.flatMap((point, i) => (position[i] === "outside" ? point : []));
     const line = getComputedStyle(document.body).color;
     const alert = getComputedStyle(byId("problem")).borderTopColor;
     const geometry = (positions: number[]) =>
@@ -163,40 +172,51 @@ export class ColourList {
     this.changed();
   }
 
-  private tabulate(colours: NamedColour[], found: Nearest): void {
-    const outside = found.inside.filter((inside) => !inside).length;
+  /** The name of a colour, or its coordinates where its row has none. */
+  private label({ labels, lines, colours }: CheckedTable, row: number): string {
+    return labels[row] === `line ${lines[row]}` ? rounded(colours[row]!) : labels[row]!;
+  }
+
+  private tabulate({ found, near }: Answer): void {
+    const { colours, inside, position } = found;
+    const count = (where: Position) => `${position.filter((each) => each === where).length} ${where}`;
     const rest = colours.length - MOST_TABLE_ROWS;
-    byId("colours-note").textContent =
-      `${colours.length} colours, ${outside} outside.` +
-      (rest > 0 ? ` The table has the first ${MOST_TABLE_ROWS}, the file all.` : "");
+    const sentences = [
+      this.file === null ? "" : `${this.file.name}: `,
+      `${colours.length} ${colours.length === 1 ? "colour" : "colours"}: ${count("inside")}, ${count("edge")}, ${count("outside")} (${edgeText(found)}).`,
+      ` ${found.reading}`,
+      rest > 0 ? ` The table has the first ${MOST_TABLE_ROWS}, the file all.` : "",
+    ];
+    byId("colours-note").textContent = sentences.join("");
     byId("colours-warnings").replaceChildren(
-      ...found.warnings.map((warning) => element("p", warning, { className: "warning" })),
+      ...warningTexts([...(found.warnings ?? []), ...(near.warnings ?? [])]).map((warning) =>
+        element("p", warning, { className: "warning" }),
+      ),
     );
     const head = element("tr");
-    const channels = found.device ? [`${this.gamut!.channels.join(" ")}, %`] : [];
-    const heads = ["Colour", "In gamut", "ΔE00", ...channels, "Nearest"];
+    const channels = near.device ? [`${this.gamut!.channels.join(" ")}, %`] : [];
+    const heads = ["Colour", "Where", "ΔE00", ...channels, "Nearest"];
     for (const text of heads) {
       const cell = element("th", text);
       cell.scope = "col";
       head.append(cell);
     }
-    const rows = colours.slice(0, MOST_TABLE_ROWS).map(({ name, point }, i) => {
+    const rows = colours.slice(0, MOST_TABLE_ROWS).map((point, i) => {
       const row = element("tr");
-      const first = element("th", name === "" ? rounded(point) : name);
+      const first = element("th", this.label(found, i));
       first.scope = "row";
       if (this.gamut!.options.space === "CIELAB") {
         const spot = element("span", "", { className: "spot" });
         spot.style.backgroundColor = cssColour(linearSrgb(Float32Array.from(point)));
         first.prepend(spot);
       }
-      const inside = found.inside[i]!;
-      const device = found.device?.[i]!.map((value) => Math.round(100 * value)).join(" ");
+      const device = near.device?.[i]!.map((value) => Math.round(100 * value)).join(" ");
       row.append(
         first,
-        element("td", inside ? "yes" : "no"),
-        element("td", inside ? "0" : found.delta_e_2000[i]!.toFixed(2)),
-        ...(device === undefined ? [] : [element("td", inside ? "" : device)]),
-        element("td", inside ? "itself" : rounded(found.point[i]!)),
+        element("td", position[i]!),
+        element("td", inside[i] ? "0" : near.delta_e_2000[i]!.toFixed(2)),
+        ...(device === undefined ? [] : [element("td", inside[i] ? "" : device)]),
+        element("td", inside[i] ? "itself" : rounded(near.point[i]!)),
       );
       return row;
     });
@@ -213,16 +233,18 @@ export class ColourList {
 
   private download(): void {
     if (this.answer === null) return;
-    const { colours, found } = this.answer;
-    const quoted = (text: string) => (/[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
-    const channels = found.device ? this.gamut!.channels : [];
+    const { found, near } = this.answer;
+    const { colours, position } = found;
+    const quoted = (text: string) => (/[",\r\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
+    const channels = near.device ? this.gamut!.channels : [];
     const names = ["c1", "c2", "c3"];
-    const head = ["name", ...names, "inside", "ΔE00", ...names.map((name) => `nearest ${name}`), ...channels];
-    const rows = colours.map(({ name, point }, i) => {
+    const head = ["name", ...names, "position", "inside", "ΔE00", ...names.map((name) => `nearest ${name}`), ...channels];
+    const rows = colours.map((point, i) => {
       const inside = found.inside[i]!;
-      const device = found.device?.[i] ?? [];
-      const difference = inside ? 0 : found.delta_e_2000[i]!;
-      return [quoted(name), ...point, inside, difference, ...(inside ? point : found.point[i]!), ...(inside ? device.map(() => "") : device)];
+      const device = near.device?.[i] ?? [];
+      const difference = inside ? 0 : near.delta_e_2000[i]!;
+      const rest = inside ? [...point, ...device.map(() => "")] : [...near.point[i]!, ...device];
+      return [quoted(this.label(found, i)), ...point, position[i], inside, difference, ...rest];
     });
     const blob = new Blob([[head, ...rows].map((row) => row.join(",")).join("\n"), "\n"], { type: "text/csv" });
     save(blob, `colours in ${this.gamut!.name}.csv`);
@@ -238,6 +260,8 @@ export class ColourList {
     this.group = null;
     this.answer = null;
     byId("colours-warnings").replaceChildren();
+    byId("colours-problem").hidden = true;
+    byId("colours-problem").replaceChildren();
     byId("colours-table").replaceChildren();
     byId("colours-table").hidden = true;
     byId("colours-note").textContent = "";

@@ -1,4 +1,5 @@
 // Small helpers for elements of the page.
+import { ProblemError } from "./api.js";
 
 export function byId<T extends HTMLElement = HTMLElement>(id: string): T {
   return document.getElementById(id) as T;
@@ -43,4 +44,15 @@ export function warningTexts(given: unknown): string[] {
     return String(message ?? detail ?? "");
   });
   return [...new Set(texts)].filter((text) => text !== "");
+}
+
+/** What went wrong, in the words of the service, with the line of a file. */
+export function problemElements(error: unknown): HTMLElement[] {
+  if (!(error instanceof ProblemError)) {
+    return [element("strong", "Error"), element("p", error instanceof Error ? error.message : String(error))];
+  }
+  const { title, detail, remedy, where } = error.problem;
+  const line = where?.["line"];
+  const place = typeof line === "number" ? `Line ${line}: ` : "";
+  return [element("strong", title), element("p", place + detail), element("p", remedy)];
 }

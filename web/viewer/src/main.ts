@@ -20,7 +20,7 @@ import { BuildOptions } from "./build_options.js";
 import { Chooser } from "./chooser.js";
 import { ColourList } from "./colour_list.js";
 import { ComparisonPanel } from "./comparison_panel.js";
-import { byId, element, save } from "./elements.js";
+import { byId, element, problemElements, save } from "./elements.js";
 import { embedded, workerAddress } from "./embedded.js";
 import { Layer, Materials, type Style, headLight, orientation } from "./layer.js";
 import { countAt, facts, limitNote, placeOf } from "./levels.js";
@@ -387,13 +387,8 @@ class Viewer {
     box.hidden = error === null;
     box.replaceChildren();
     if (error === null) return;
-    if (error instanceof ProblemError) {
-      const { title, detail, remedy, status } = error.problem;
-      box.append(element("strong", title), element("p", detail), element("p", remedy));
-      if (status === 401 || status === 403) byId("key-field").hidden = false;
-    } else {
-      box.append(element("strong", "Error"), element("p", error instanceof Error ? error.message : String(error)));
-    }
+    box.append(...problemElements(error));
+    if (error instanceof ProblemError && [401, 403].includes(error.problem.status)) byId("key-field").hidden = false;
   }
 
   private readonly progress: Progress = (stage, fraction, job) => {

@@ -1,6 +1,5 @@
 // Questions to the service: comparison, colours in gamut, nearest colours.
 import { type Gamut, request } from "./api.js";
-import { warningTexts } from "./elements.js";
 
 /** Areas in a chromaticity diagram; `area_ratio` is A ÷ B. */
 interface Areas {
@@ -19,15 +18,43 @@ export interface Comparison {
   warnings: string[];
 }
 
-/** Where colours are, and the nearest colours of the surface, in their order. */
-export interface Nearest {
+/** Where colours are. The edge is within `edge_width` of the surface; `inside` is to `tolerance`. */
+export interface Positions {
   inside: boolean[];
-  point: number[][];
+  position: Position[];
   distance: number[];
+  tolerance: number;
+  edge_width: number;
+}
+
+export type Position = "inside" | "edge" | "outside";
+
+/** A table as the service read it, with the place of its colours. */
+export interface CheckedTable extends Positions {
+  /** What the service understood: columns, scale and space. */
+  reading: string;
+  /** Name of each colour: a text of its row, or its line. */
+  labels: string[];
+  lines: number[];
+  /** The colours in the space of the gamut. */
+  colours: number[][];
+  /** Reasons why the answer may mislead. */
+  warnings?: unknown[];
+}
+
+/** Nearest colours of the surface, in the order of the colours. */
+export interface Nearest {
+  point: number[][];
   delta_e_2000: number[];
   device?: number[][];
-  /** Reasons why the answer may mislead. */
-  warnings: string[];
+  warnings?: unknown[];
+}
+
+/** How a table is to be read, where it does not say so itself. Empty texts leave it to the table. */
+export interface TableReading {
+  space: string;
+  columns: string;
+  table_scale: string;
 }
 
 export async function compare(a: string, b: string, signal: AbortSignal): Promise<Comparison> {
@@ -46,31 +73,50 @@ export async function contained(gamut: Gamut, points: Float32Array, signal: Abor
   return ((await response.json()) as { inside: boolean[] }).inside;
 }
 
-/** Distance of a colour from the surface of a gamut, negative inside. */
-export async function signedDistance(gamut: Gamut, point: number[], signal: AbortSignal): Promise<number> {
+/** Where a colour is, with its distance from the surface of a gamut, negative inside. */
+export async function positionOf(gamut: Gamut, point: number[], signal: AbortSignal): Promise<Positions> {
   const response = await request(`/v1/gamuts/${gamut.id}/contains`, {
     method: "POST",
-    body: JSON.stringify({ colours: [point], distance: true }),
+    body: JSON.stringify({ colours: [point], distance: true, position: true }),
     signal,
     headers: { "Content-Type": "application/json" },
   });
-  return ((await response.json()) as { distance: number[] }).distance[0]!;
+  return (await response.json()) as Positions;
+}
+
+/** Where the colours of a table are: a text or a file, in any form that the service reads. */
+export async function checkTable(
+  gamut: Gamut,
+  table: Blob,
+  reading: TableReading,
+  signal: AbortSignal,
+): Promise<CheckedTable> {
+  const stated = Object.entries(reading).filter(([, value]) => value !== "");
+  const query = new URLSearchParams([["position", "true"], ...stated]);
+  const response = await request(`/v1/gamuts/${gamut.id}/contains?${query}`, {
+    method: "POST",
+    body: table,
+    signal,
+    headers: { "Content-Type": "application/octet-stream" }, // the service recognises the form
+  });
+  return (await response.json()) as CheckedTable;
+}
+
+/** What the edge of a gamut is, for people. */
+export function edgeText({ edge_width: width, tolerance }: Positions): string {
+  const spelt = (value: number) => (value >= 1 ? value.toFixed(1) : String(Number(value.toPrecision(2))));
+  return `edge: within ${spelt(width)} of the surface; tolerance ${spelt(tolerance)}`;
 }
 
 export async function nearest(gamut: Gamut, colours: number[][], signal: AbortSignal): Promise<Nearest> {
-  const ask = async (name: string, members: object) => {
-    const response = await request(`/v1/gamuts/${gamut.id}/${name}`, {
-      method: "POST",
-      body: JSON.stringify({ colours, ...members }),
-      signal,
-      headers: { "Content-Type": "application/json" },
-    });
-    return (await response.json()) as Omit<Nearest, "warnings"> & { warnings?: unknown[] };
-  };
   const metric = gamut.options.space === "CIELAB" ? { metric: "CIE 2000" } : {};
-  const [where, found] = await Promise.all([ask("contains", {}), ask("nearest", metric)]);
-  const warnings = warningTexts([...(where.warnings ?? []), ...(found.warnings ?? [])]);
-  return { ...found, inside: where.inside, warnings };
+  const response = await request(`/v1/gamuts/${gamut.id}/nearest`, {
+    method: "POST",
+    body: JSON.stringify({ colours, ...metric }),
+    signal,
+    headers: { "Content-Type": "application/json" },
+  });
+  return (await response.json()) as Nearest;
 }
 
 /** An array (n, 3) of float32 as a NumPy file, version 1.0. */

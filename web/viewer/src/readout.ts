@@ -5,7 +5,7 @@ import type { Gamut } from "./api.js";
 import { cssColour, polar } from "./colours.js";
 import { element } from "./elements.js";
 import type { LevelBuffers } from "./messages.js";
-import { signedDistance } from "./queries.js";
+import { edgeText, positionOf, type Positions } from "./queries.js";
 
 /** Interpolate values of vertices, `width` numbers each, at a point of a surface. */
 export function valuesAt(hit: Intersection, values: Float32Array, width: number): number[] {
@@ -66,18 +66,19 @@ export class DistanceLine {
       this.wish = null;
       this.asking = new AbortController();
       const { signal } = this.asking;
-      const distance = await signedDistance(other, point, signal).catch(() => null);
+      const found = await positionOf(other, point, signal).catch(() => null);
       // Colours at which the service fails have no distance: the panel of the comparison tells why.
       if (signal.aborted) continue;
-      this.element.textContent = distance === null ? "" : distanceText(other.name, distance);
+      this.element.textContent = found === null ? "" : distanceText(other.name, found);
     }
     this.busy = false;
   }
 }
 
-function distanceText(name: string, distance: number): string {
-  const where = distance > 0 ? "outside" : "inside";
-  return `${signed(distance, Math.abs(distance) < 0.1 ? 4 : 2)} from ${name} (${where})`;
+function distanceText(name: string, found: Positions): string {
+  const distance = found.distance[0]!;
+  const shown = signed(distance, Math.abs(distance) < 0.1 ? 4 : 2);
+  return `${shown} from ${name}: ${found.position[0]!} (${edgeText(found)})`;
 }
 
 function signed(value: number, digits: number): string {

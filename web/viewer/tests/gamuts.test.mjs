@@ -123,55 +123,6 @@ test("coverage both ways, and only the part outside in colour", async () => {
   await close(page);
 });
 
-test("a list of colours is checked: table, points and a file", async () => {
-  const page = await open(browser, `/view#a=${FIRST}`);
-  await drawn(page, FINEST);
-  await page.focus("#colours");
-  await page.keyboard.type("name,L,a,b\nwithin,50,0,0\nbeyond,50,60,0\n52 0 -61");
-  await page.click("#check");
-  await page.waitForSelector("#colours-table table");
-  const rows = await page.$$eval("#colours-table tbody tr", (all) =>
-    all.map((row) => [...row.children].map((cell) => cell.textContent)),
-  );
-  assert.deepEqual(rows.map(([name, inside]) => [name, inside]), [
-    ["within", "yes"],
-    ["beyond", "no"],
-    ["52 0 −61", "no"],
-  ]);
-  assert.equal(rows[0][2], "0");
-  assert.ok(Number(rows[1][2]) > 1 && Number(rows[1][2]) < 20, rows[1][2]);
-  const nearest = rows[1][3].replaceAll("−", "-").split(" ").map(Number);
-  assert.ok(Math.abs(Math.hypot(nearest[0] - 50, nearest[1], nearest[2]) - 40) < 3, rows[1][3]);
-  assert.equal(await page.$eval("#colours-note", (note) => note.textContent), "3 colours, 2 outside.");
-  assert.deepEqual(await violations(page), []);
-  await page.click("#colours-clear");
-  await page.waitForSelector("#colours-table[hidden]");
-  await close(page);
-});
-
-test("lists are read with decimal commas, named columns and the signs of the table", async () => {
-  const page = await open(browser, `/view#a=${FIRST}`);
-  await drawn(page, FINEST);
-  const lists = [
-    ["60;10,5;\u22122,5", [["60 10.5 \u22122.5", ""]]],
-    ["name,L,a,b,use\nRed ink,50,20,10,logo\nBlue ink,40,5,-20,text", [["Red ink", ""], ["Blue ink", ""]]],
-    ["50 NaN 0\n51 0 0\n50 0", [["51 0 0", " 2 lines have no three numbers and are left out."]]],
-  ];
-  for (const [text, expected] of lists) {
-    await page.$eval("#colours", (area, value) => { area.value = value; }, text);
-    await page.click("#check");
-    await page.waitForSelector("#colours-table table");
-    const names = await page.$$eval("#colours-table tbody th", (all) => all.map((each) => each.textContent));
-    assert.deepEqual(names, expected.map(([name]) => name));
-    const note = await page.$eval("#colours-note", (each) => each.textContent);
-    assert.ok(note.endsWith(`outside.${expected[0][1]}`), note);
-  }
-  await page.$eval("#colours", (area) => { area.value = Array(10_001).fill("50 0 0").join("\n"); });
-  await page.click("#check");
-  await page.waitForFunction("/1 more colours are left out: at most 10000/.test(document.getElementById('colours-note').textContent)");
-  await close(page);
-});
-
 test("a file that is dropped is built, with progress, and shown", async () => {
   const page = await open(browser, "/view");
   await page.evaluate((text) => {
@@ -298,29 +249,6 @@ test("an option that does not apply is refused by the service, and the file is b
   assert.match(Intent, /^As given/);
   assert.match(Space, /^Oklab, white D65/);
   page.complaints = page.complaints.filter((text) => !text.includes("the server responded with a status of 4"));
-  await close(page);
-});
-
-test("warnings about a list of colours are shown once, above the table", async () => {
-  const page = await open(browser, `/view#a=${FIRST}`);
-  await drawn(page, FINEST);
-  await page.evaluate(() => {
-    const ask = window.fetch;
-    window.fetch = async (...given) => {
-      const response = await ask(...given);
-      if (!/\/(contains|nearest)$/.test(given[0])) return response;
-      return Response.json({ ...(await response.json()), warnings: ["Relative to paper.", { detail: "Second." }] });
-    };
-    document.getElementById("colours").value = "50 60 0";
-  });
-  await page.click("#check");
-  await page.waitForSelector("#colours-table table");
-  const box = await page.$("#colours-warnings");
-  assert.deepEqual(await box.$$eval("p", (all) => all.map((each) => each.textContent)), ["Relative to paper.", "Second."]);
-  assert.ok(await box.evaluate((each) => each.compareDocumentPosition(document.getElementById("colours-table")) & 4));
-  assert.deepEqual(await violations(page), []);
-  await page.click("#colours-clear");
-  assert.equal(await box.$("p"), null);
   await close(page);
 });
 

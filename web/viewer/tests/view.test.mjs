@@ -110,7 +110,7 @@ test("the pointer reads the signed distance to the other gamut", async () => {
     await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
     await page.waitForFunction("/ from Ball/.test(document.getElementById('readout').textContent)");
     const text = await page.$eval("#readout", (output) => output.textContent);
-    const [, value, where] = /([−\d.]+) from Ball . \((inside|outside)\)/.exec(text);
+    const [, value, where] = /([−\d.]+) from Ball .: (inside|edge|outside) \(edge: within 1\.0 of the surface; tolerance [\d.]+\)/.exec(text);
     return [Number(value.replace("−", "-")), where];
   };
   // The spheres around one middle are 10 apart; their triangles are flat between the colours.

@@ -1,11 +1,16 @@
-"""The table of hues: the faces that the half-plane of a hue meets, by sectors of hue.
+"""Tables by hue: the edges that may have cusps, and the faces that a half-plane of hue meets.
 
-The circle of hues is divided into sectors. For each face that meets a sector, a rectangle holds the
-lightness and chroma of all its points in the sector. The rectangles of a sector are sorted by their
-direction from the neutral axis, so that neighbours are consecutive. Rectangles of nodes enclose
-eight others each. The search in a half-plane is thus two-dimensional.
-
+The circle of hues is divided into sectors of about equal size, without trigonometry (`hue_turn`).
 Lightness is axis 0; the other two coordinates are 0 on the neutral axis.
+
+- `CuspTable` lists edges. The section of a level by a half-plane of constant hue consists of one
+  segment for each face that it meets. Chroma is linear along a segment, so its maximum is on an
+  edge. Both faces of that edge lie on the same side of it, seen along the axis of lightness. Only
+  the edges of the silhouette do so.
+- `HueTable` lists faces. For each face that meets a sector, a rectangle holds the lightness and
+  chroma of all its points in the sector. The rectangles of a sector are sorted by their direction
+  from the neutral axis, so that neighbours are consecutive. Rectangles of nodes enclose eight
+  others each. The search in a half-plane is thus two-dimensional.
 """
 
 from __future__ import annotations
@@ -16,16 +21,196 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from gamutcore.arrays import ByteArray, Float32Array, FloatArray, IndexArray
+from gamutcore.corner_table import following, preceding
 from gamutcore.kernels import kernel, leaf_kernel
-from gamutcore.queries.cusp_table import hue_turn
 from gamutcore.queries.face_tree import WIDTH
 
-__all__ = ["RECTANGLE", "HueTable", "hue_part", "hue_table"]
+__all__ = [
+    "RECTANGLE",
+    "WHOLE_TURN",
+    "CuspTable",
+    "HueTable",
+    "cusp_table",
+    "find_cusp",
+    "hue_part",
+    "hue_sector",
+    "hue_span",
+    "hue_table",
+    "hue_turn",
+]
+
+WHOLE_TURN = 2.0 * np.pi
+
+
+@leaf_kernel
+def hue_turn(a: float, b: float) -> float:
+    """Return a number from 0 to 4 that increases with the hue, by 2 in half a turn, from −b on."""
+    length = abs(a) + abs(b)
+    across = b / length if length > 0.0 else 0.0
+    return across + 1.0 if a >= 0.0 else 3.0 - across
+
+
+@leaf_kernel
+def hue_sector(a: float, b: float, sectors: int) -> int:
+    """Return the sector of a hue: in order of hue, of about equal size, without trigonometry.
+
+    The vector (a, b) may have any length, and rounding matters only at the bounds of sectors.
+    """
+    return min(int(0.25 * hue_turn(a, b) * sectors), sectors - 1)
+
+
+@leaf_kernel
+def hue_span(polygon: FloatArray, count: int, origin: FloatArray) -> tuple[float, float]:
+    """Return the first hue of a convex polygon, from −2 π to π, and its span, in radians.
+
+    The span is a whole turn for a polygon around the neutral axis. Corners on the axis have no hue.
+    """
+    start, low, high = np.inf, 0.0, 0.0
+    for index in range(count):
+        a, b = polygon[index, 1] + origin[1], polygon[index, 2] + origin[2]
+        if a == 0.0 and b == 0.0:
+            continue
+        hue = np.arctan2(b, a)
+        if start == np.inf:
+            start = hue
+        turn = hue - start
+        if turn > np.pi:
+            turn -= WHOLE_TURN
+        elif turn < -np.pi:
+            turn += WHOLE_TURN
+        low, high = min(low, turn), max(high, turn)
+    if start == np.inf:
+        return 0.0, 0.0
+    if high - low >= np.pi:
+        return 0.0, WHOLE_TURN
+    return start + low, high - low
+
+
+MOST_CUSP_SECTORS = 1 << 14
+
+AREA_ROUNDING = 2.0**-49
+"""Bound of the rounding error of a projected area ÷ the products of its terms."""
+
+
+class CuspTable(NamedTuple):
+    """The edges that may have cusps, listed by hue."""
+
+    ends: FloatArray  # (m, 6) both ends of each edge
+    corners: IndexArray  # (m,) corner that faces the edge: 3 · face + its place in the face
+    sector_start: IndexArray  # (sectors + 1,)
+    sector_edges: IndexArray  # (k,) the edges of each sector
+
+    @property
+    def nbytes(self) -> int:
+        """Memory of the arrays in bytes."""
+        return sum(field.nbytes for field in self)
+
+
+def cusp_table(vertices: FloatArray, faces: IndexArray, opposite: IndexArray) -> CuspTable:
+    """Return the table of cusps of a closed mesh; `opposite` (3 F,) is that of its corner table."""
+    return CuspTable(*_cusp_arrays(vertices, faces, opposite))
+
+
+@kernel
+def _cusp_arrays(
+    vertices: FloatArray, faces: IndexArray, opposite: IndexArray
+) -> tuple[FloatArray, IndexArray, IndexArray, IndexArray]:
+    sides = np.empty(len(faces), np.int8)
+    for face in range(len(faces)):
+        sides[face] = _upward(vertices, faces, face)
+    corners = np.empty(len(opposite) // 2, np.int32)
+    count = 0
+    for corner in range(len(opposite)):
+        other = opposite[corner]
+        if corner < other and sides[corner // 3] * sides[other // 3] <= 0:
+            corners[count] = corner
+            count += 1
+    corners = corners[:count].copy()
+    flat = faces.ravel()
+    ends = np.empty((count, 6))
+    for edge in range(count):
+        one, two = flat[following(corners[edge])], flat[preceding(corners[edge])]
+        for axis in range(3):
+            ends[edge, axis], ends[edge, 3 + axis] = vertices[one, axis], vertices[two, axis]
+
+    sectors = min(max(4, 2 * count), MOST_CUSP_SECTORS)
+    start = np.zeros(sectors + 1, np.int32)
+    for edge in range(count):
+        first, length = _sectors_of_edge(ends, edge, sectors)
+        for step in range(length):
+            start[(first + step) % sectors + 1] += 1
+    for sector in range(sectors):
+        start[sector + 1] += start[sector]
+    listed = np.empty(start[sectors], np.int32)
+    free = start[:-1].copy()
+    for edge in range(count):
+        first, length = _sectors_of_edge(ends, edge, sectors)
+        for step in range(length):
+            sector = (first + step) % sectors
+            listed[free[sector]] = edge
+            free[sector] += 1
+    return ends, corners, start, listed
+
+
+@leaf_kernel
+def _upward(vertices: FloatArray, faces: IndexArray, face: int) -> int:
+    """Return 1 for a face visible from high lightness, −1 from low lightness; 0 if uncertain."""
+    one, two, three = faces[face, 0], faces[face, 1], faces[face, 2]
+    ua, ub = vertices[two, 1] - vertices[one, 1], vertices[two, 2] - vertices[one, 2]
+    va, vb = vertices[three, 1] - vertices[one, 1], vertices[three, 2] - vertices[one, 2]
+    area, bound = ua * vb - ub * va, AREA_ROUNDING * (abs(ua * vb) + abs(ub * va))
+    return 1 if area > bound else (-1 if area < -bound else 0)
+
+
+@leaf_kernel
+def _sectors_of_edge(ends: FloatArray, edge: int, sectors: int) -> tuple[int, int]:
+    """Return the first sector that an edge may meet, and their number."""
+    pa, pb, qa, qb = ends[edge, 1], ends[edge, 2], ends[edge, 4], ends[edge, 5]
+    turn, reach = pa * qb - pb * qa, abs(pa * qb) + abs(pb * qa)
+    if abs(turn) <= AREA_ROUNDING * reach:
+        # an end on the axis, or an edge along a hue, maybe through the axis
+        if pa * qa + pb * qb <= 0.0:
+            return 0, sectors
+        turn = 0.0
+    first, last = hue_sector(pa, pb, sectors), hue_sector(qa, qb, sectors)
+    if turn < 0.0 or (turn == 0.0 and (last - first) % sectors > sectors // 2):
+        first, last = last, first
+    # one more on each side for rounding
+    return (first - 1) % sectors, min((last - first) % sectors + 3, sectors)
+
+
+@leaf_kernel
+def find_cusp(ca: float, cb: float, table: CuspTable) -> tuple[float, float, int, float]:
+    """Return chroma, lightness, edge and share of the cusp of a hue, given its cosine and sine.
+
+    The edge is a row of the table, and the share is the weight of its second end. Chroma is −1 if
+    the hue has no cusp.
+    """
+    sector = hue_sector(ca, cb, len(table.sector_start) - 1)
+    largest, lightness, best, part = -1.0, np.nan, -1, 0.0
+    for place in range(table.sector_start[sector], table.sector_start[sector + 1]):
+        edge = table.sector_edges[place]
+        pa, pb = table.ends[edge, 1], table.ends[edge, 2]
+        qa, qb = table.ends[edge, 4], table.ends[edge, 5]
+        p, q = ca * pb - cb * pa, ca * qb - cb * qa
+        if (p > 0.0 and q > 0.0) or (p < 0.0 and q < 0.0):
+            continue
+        along_p, along_q = ca * pa + cb * pb, ca * qa + cb * qb
+        # an edge within the half-plane has its largest chroma at an end
+        share = p / (p - q) if p != q else (1.0 if along_q > along_p else 0.0)
+        chroma = along_p + share * (along_q - along_p)
+        if chroma >= 0.0 and chroma > largest:
+            largest, best, part = chroma, edge, share
+    if best >= 0:
+        first, second = table.ends[best, 0], table.ends[best, 3]
+        lightness = first + part * (second - first)
+    return largest, lightness, best, part
+
 
 RECTANGLE = 4
 """Numbers of a rectangle: smallest lightness and chroma, largest lightness and chroma."""
 
-SECTORS, MOST_SECTORS = 4.0, 160
+SECTORS, MOST_HUE_SECTORS = 4.0, 160
 """Sectors ÷ the square root of the number of faces, and their limit. A face of the full boundary
 then is in 1.6 sectors. With more, searches are faster, but the table takes more memory."""
 
@@ -42,33 +227,22 @@ WIDENING = 2.0**-20
 DIRECTIONS = 4096
 """Steps of the order within a sector."""
 
-
 Rectangle: TypeAlias = tuple[float, float, float, float]
 
 
 class HueTable(NamedTuple):
     """The faces of each sector of hues, in a tree of rectangles.
 
-    Attributes
-    ----------
-    roots : (sectors,) int32
-        The first node of each sector; −1 for sectors without faces.
-    rectangles : (N, 32) float32
-        Eight numbers for each side of the rectangles of a node's children. Lightness is relative to
-        the centre of the level. Both coordinates are scaled as the tree of faces. Rectangles
-        without a child are empty: from ∞ to −∞.
-    first : (N,) int32
-        A node's first child; the others follow. In leaves ``~first`` is an index of `faces`.
-    faces : (m,) int32
-    spans : (m, 2) uint8
-        The first and the last part of the sector that the face meets (`hue_part`).
+    `rectangles` has eight numbers for each side of the rectangles of a node's children. Lightness
+    is relative to the centre of the level. Both coordinates are scaled as the tree of faces.
+    Rectangles without a child are empty: from ∞ to −∞.
     """
 
-    roots: IndexArray
-    rectangles: Float32Array
-    first: IndexArray
-    faces: IndexArray
-    spans: ByteArray
+    roots: IndexArray  # (sectors,) first node of each sector; −1 for sectors without faces
+    rectangles: Float32Array  # (N, 32)
+    first: IndexArray  # (N,) first child, before the others; in leaves ~first is an index of faces
+    faces: IndexArray  # (m,)
+    spans: ByteArray  # (m, 2) first and last part of the sector that the face meets (`hue_part`)
 
     @property
     def nbytes(self) -> int:
@@ -78,8 +252,8 @@ class HueTable(NamedTuple):
 
 def hue_table(vertices: FloatArray, faces: IndexArray, middle: float, scale: float) -> HueTable:
     """Return the table of hues of a level, with the centre's lightness and the tree's scale."""
-    sectors = min(max(4, round(SECTORS * math.sqrt(len(faces)))), MOST_SECTORS)
-    return HueTable(*_table(vertices, faces, middle, scale, sectors))
+    sectors = min(max(4, round(SECTORS * math.sqrt(len(faces)))), MOST_HUE_SECTORS)
+    return HueTable(*_hue_arrays(vertices, faces, middle, scale, sectors))
 
 
 @leaf_kernel
@@ -89,7 +263,9 @@ def _turned(turn: float, sectors: int) -> float:
 
 
 @leaf_kernel
-def _sectors_of(turns: FloatArray, faces: IndexArray, face: int, sectors: int) -> tuple[int, int]:
+def _sectors_of_face(
+    turns: FloatArray, faces: IndexArray, face: int, sectors: int
+) -> tuple[int, int]:
     """Return the first sector that a face meets, and the number: all if it may meet the axis."""
     p, q, r = turns[faces[face, 0]], turns[faces[face, 1]], turns[faces[face, 2]]
     if np.isnan(p + q + r):  # a corner on the axis
@@ -150,7 +326,7 @@ def _add_crossings(
 
 
 @kernel
-def _table(
+def _hue_arrays(
     vertices: FloatArray, faces: IndexArray, middle: float, scale: float, sectors: int
 ) -> tuple[IndexArray, Float32Array, IndexArray, IndexArray, ByteArray]:
     count = len(faces)
@@ -175,7 +351,7 @@ def _table(
     begins, lengths = np.empty(count, np.int32), np.empty(count, np.int32)
     held = np.zeros(sectors, np.int32)
     for face in range(count):
-        begins[face], lengths[face] = _sectors_of(turns, faces, face, sectors)
+        begins[face], lengths[face] = _sectors_of_face(turns, faces, face, sectors)
         for sector in range(begins[face], begins[face] + lengths[face]):
             held[sector if sector < sectors else sector - sectors] += 1
     # a tree for each sector: the root, the nodes below it, and so on to the leaves
