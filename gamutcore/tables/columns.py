@@ -315,11 +315,11 @@ def _no_axes(
     column = f"{prefix}_{axes[at]}" if prefix else axes[at]
     fault = "no column" if not counts[at] else f"{counts[at]} columns"
     other = [each.space for each in _sets(names)]
+    further = f": these are {other[0]}" if other else f", or the names {_CANDIDATES}"
     remedy = (
         f"Name the columns of the colours {', '.join(axes)}, with the prefixes of the operation "
-        "if a row has several colours. Columns of another space need `space`"
+        f"if a row has several colours. Columns of another space need `space`{further}."
     )
-    remedy += f": these are {other[0]}." if other else f", or the names {_CANDIDATES}."
     return MissingColumnError(
         f"The table has {fault} {column}. Its columns are: {', '.join(header)[:200] or 'none'}.",
         where={**where, "field": column},
