@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+import re
 import socket
 from concurrent.futures import ThreadPoolExecutor
 
@@ -601,6 +602,9 @@ def test_too_many_rows_at_once_are_refused_for_a_moment(small_server, sphere, as
         few = {"colours": [[50, 0, 0]]}
         assert server.client.post(address, json=few).status_code == 200
         slow.sendall(many)
+        # a query that is under way before would have the large one refused
+        busy = re.compile(r"^gamut_query_rows_in_progress 400000\.0$", re.MULTILINE)
+        server.wait_for(lambda: busy.search(server.client.get("/metrics").text))
 
         def refused():
             answer = server.client.post(address, content=body, headers={"Content-Type": NPY})
