@@ -19,8 +19,8 @@ import numpy as np
 from gamutcore.characterisation import GamutMesh, characterisation
 from gamutcore.colours import surface_colours
 from gamutcore.decimation import decimate
+from gamutcore.geometry import TriangleMesh
 from gamutcore.history import History, build_history
-from gamutcore.mesh import TriangleMesh
 from gamutcore.references import Reference
 
 ROOT = Path(__file__).parent.parent

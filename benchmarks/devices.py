@@ -26,9 +26,9 @@ from benchmarks.common import (
 from gamutcore.boundary import Boundary, modified_convex_hull
 from gamutcore.decimation import COSTS
 from gamutcore.errors import MeshError
+from gamutcore.geometry import TriangleMesh
 from gamutcore.history import History
 from gamutcore.levels import mismatch, radial_difference
-from gamutcore.mesh import TriangleMesh
 
 
 @dataclass(frozen=True)

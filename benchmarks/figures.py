@@ -39,9 +39,9 @@ from benchmarks.markdown import store
 from benchmarks.peers import PEERS, installed, peer_rows
 from gamutcore.boundary import Boundary, modified_convex_hull, segment_maxima, usv
 from gamutcore.errors import BoundaryError, InvalidPointsError
+from gamutcore.geometry import TriangleMesh
 from gamutcore.history import history_bytes
 from gamutcore.levels import Bounds, LevelSearch, curve_counts, error_curve, mismatch
-from gamutcore.mesh import TriangleMesh
 from gamutcore.version import ALGORITHM_VERSION
 from gamutcore.warm import compile_kernels
 

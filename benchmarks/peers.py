@@ -17,7 +17,7 @@ import numpy as np
 
 from benchmarks.common import FloatArray, Rows
 from benchmarks.devices import Device
-from gamutcore.mesh import TriangleMesh
+from gamutcore.geometry import TriangleMesh
 
 COUNTS = (10_000, 1000, 500, 100, 50, 20, 10)
 """Triangle counts that are compared."""

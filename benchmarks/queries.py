@@ -17,8 +17,8 @@ import numpy as np
 import gamutcore
 from benchmarks.common import FOGRA39L, FloatArray, Rows
 from gamutcore import Gamut
+from gamutcore.geometry import TriangleMesh
 from gamutcore.levels import intersection_volume
-from gamutcore.mesh import TriangleMesh
 from gamutcore.queries import (
     LevelIndex,
     build_index,

@@ -69,8 +69,8 @@ if TYPE_CHECKING:
     from gamutcore.colours import SurfaceColours
     from gamutcore.colours.device.surface import AbsoluteColours
     from gamutcore.decimation import Decimation
+    from gamutcore.geometry import DeviceValues, TriangleMesh
     from gamutcore.history import History
-    from gamutcore.mesh import DeviceValues, TriangleMesh
 
 __all__ = ["STAGES", "build", "gamut_id"]
 

@@ -17,7 +17,7 @@ import numpy as np
 from gamutcore.errors import ReferenceNameError
 from gamutcore.export.device_properties import property_names
 from gamutcore.export.ply import comment_lines
-from gamutcore.mesh import DeviceValues, TriangleMesh
+from gamutcore.geometry import DeviceValues, TriangleMesh
 from gamutcore.references import Reference, find_reference
 
 __all__ = ["content_of", "gamut_source", "is_saved_gamut"]

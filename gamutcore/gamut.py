@@ -38,7 +38,7 @@ from gamutcore.progress import report_progress
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from gamutcore.mesh import TriangleMesh
+    from gamutcore.geometry import TriangleMesh
     from gamutcore.references import Reference
 
 __all__ = ["Gamut", "read_description"]

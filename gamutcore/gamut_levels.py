@@ -18,8 +18,8 @@ from gamutcore.option_types import finite_number
 from gamutcore.queries import LevelIndex, build_index
 
 if TYPE_CHECKING:
+    from gamutcore.geometry import DeviceValues
     from gamutcore.history import History
-    from gamutcore.mesh import DeviceValues
 
 __all__ = ["CAPACITY", "GamutLevels", "IndexedLevel"]
 

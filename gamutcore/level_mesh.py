@@ -9,7 +9,7 @@ from pathlib import Path
 
 from gamutcore.colours.spaces import CIELAB, ColourSpace
 from gamutcore.export import format_of_suffix, mesh_file
-from gamutcore.mesh import TriangleMesh
+from gamutcore.geometry import TriangleMesh
 from gamutcore.shown import Shown
 
 __all__ = ["LevelMesh"]

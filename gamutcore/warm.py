@@ -32,6 +32,7 @@ from gamutcore.decimation import COSTS, decimate
 from gamutcore.export import FORMATS, mesh_file
 from gamutcore.export.rendering import mesh_picture
 from gamutcore.gamut import Gamut
+from gamutcore.geometry import DeviceValues, TriangleMesh
 from gamutcore.history import (
     History,
     Splits,
@@ -56,7 +57,6 @@ from gamutcore.levels import (
     radial_difference,
     voxel_mismatch,
 )
-from gamutcore.mesh import DeviceValues, TriangleMesh
 from gamutcore.queries import (
     LevelIndex,
     build_index,

@@ -21,8 +21,8 @@ import gamutcore as gc
 from gamutcore import queries
 from gamutcore.arrays import FloatArray
 from gamutcore.colours.spaces.srgb import srgb
+from gamutcore.geometry import TriangleMesh
 from gamutcore.levels import Side
-from gamutcore.mesh import TriangleMesh
 
 __all__ = ["CONCEPTS", "FOLDER", "draw_concepts"]
 

@@ -12,7 +12,7 @@ from gamutcore.answers.picture import face_colours, svg_picture, upright
 from gamutcore.answers.sections import SectionAnswers
 from gamutcore.export import leaf_axes, lightness_axes, plane_axes, rings_svg, section_svg
 from gamutcore.export.rendering import DEFAULT_SIZE, PICTURE_TRIANGLES, mesh_picture
-from gamutcore.mesh import TriangleMesh
+from gamutcore.geometry import TriangleMesh
 
 if TYPE_CHECKING:
     import os

@@ -15,7 +15,7 @@ from gamutcore.colours.spaces.srgb import srgb
 if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray, PositionArray
     from gamutcore.colours.spaces import ColourSpace
-    from gamutcore.mesh import TriangleMesh
+    from gamutcore.geometry import TriangleMesh
 
 __all__ = ["face_colours", "svg_picture", "upright"]
 

@@ -25,7 +25,7 @@ from gamutcore.errors import (
     OptionError,
     TooFewPointsError,
 )
-from gamutcore.grid import grid_step, nearest_grid_points
+from gamutcore.geometry import grid_step, nearest_grid_points
 from gamutcore.kernels import kernel
 
 if TYPE_CHECKING:

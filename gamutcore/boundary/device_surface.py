@@ -35,10 +35,8 @@ from gamutcore.boundary.modified_convex_hull import Boundary, Cuts, coherent_ord
 from gamutcore.boundary.radial_envelope import COARSE, radial_envelope, radial_volume
 from gamutcore.boundary.radial_hull import curve_positions
 from gamutcore.errors import BoundaryError, CentreError
-from gamutcore.grid import nearest_grid_points
+from gamutcore.geometry import TriangleMesh, faces_not_seeing_centre, nearest_grid_points
 from gamutcore.kernels import kernel
-from gamutcore.mesh import TriangleMesh
-from gamutcore.star_shape import faces_not_seeing_centre
 
 if TYPE_CHECKING:
     from collections.abc import Callable

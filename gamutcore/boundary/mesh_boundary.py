@@ -20,9 +20,14 @@ from gamutcore.boundary.modified_convex_hull import Boundary
 from gamutcore.characterisation.samples import JSON
 from gamutcore.colours.spaces.cielab import xyz_to_lab
 from gamutcore.errors import CentreError, MeshError
-from gamutcore.grid import grid_step, mesh_grid_step, nearest_grid_points
-from gamutcore.mesh import TriangleMesh, connected_components
-from gamutcore.star_shape import faces_not_seeing_centre
+from gamutcore.geometry import (
+    TriangleMesh,
+    connected_components,
+    faces_not_seeing_centre,
+    grid_step,
+    mesh_grid_step,
+    nearest_grid_points,
+)
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike

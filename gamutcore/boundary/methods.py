@@ -14,7 +14,7 @@ from gamutcore.boundary.device_surface import device_surface_boundary
 from gamutcore.boundary.modified_convex_hull import Boundary, modified_convex_hull
 from gamutcore.boundary.spherical_segments import SEGMENTS, segment_maxima, usv
 from gamutcore.errors import OptionError
-from gamutcore.mesh import DeviceValues
+from gamutcore.geometry import DeviceValues
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

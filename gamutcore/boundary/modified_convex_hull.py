@@ -35,10 +35,9 @@ from gamutcore.arrays import FloatArray, IndexArray, LongArray
 from gamutcore.boundary.centre import automatic_centre, bounds, centre_on_grid, points_on_grid
 from gamutcore.boundary.radial_hull import curve_positions, insertion_order, radial_hull
 from gamutcore.errors import BoundaryError, CentreError, FlatPointsError
+from gamutcore.geometry import TriangleMesh, faces_not_seeing_centre
 from gamutcore.kernels import kernel
-from gamutcore.mesh import TriangleMesh
 from gamutcore.option_types import Choice, Number, check_option
-from gamutcore.star_shape import faces_not_seeing_centre
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -89,7 +88,7 @@ class Boundary:
     ----------
     mesh : TriangleMesh
         Closed, oriented outwards, star-shaped about `centre`. Vertices are float32, on the grid of
-        the points (`gamutcore.grid`).
+        the points (`gamutcore.geometry.grid`).
     centre : (3,) float64
         On the same grid.
     sources : (m,) int64

@@ -28,10 +28,15 @@ import numpy as np
 
 from gamutcore.arrays import BooleanArray, FloatArray, IndexArray, LongArray
 from gamutcore.boundary.radial_hull import curve_positions, insertion_order, radial_hull
-from gamutcore.corner_table import following, opposite_corners, preceding, swing
-from gamutcore.grid import nearest_grid_points
+from gamutcore.geometry import (
+    following,
+    nearest_grid_points,
+    opposite_corners,
+    preceding,
+    sees_centre,
+    swing,
+)
 from gamutcore.kernels import kernel, leaf_kernel
-from gamutcore.star_shape import sees_centre
 
 FINE = 256
 """Pixels along an edge of the cube for volumes. The volumes of real devices differ by 0.0005 % from

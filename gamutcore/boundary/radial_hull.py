@@ -38,9 +38,8 @@ from typing import NamedTuple
 import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray, LongArray
-from gamutcore.corner_table import following, preceding
+from gamutcore.geometry import MINIMUM_DETERMINANT, following, preceding
 from gamutcore.kernels import kernel, leaf_kernel
-from gamutcore.star_shape import MINIMUM_DETERMINANT
 
 CLEARANCE = 2.0**-30
 """Distance of the seeds from the centre ÷ largest radius: how far inside a centre must be."""

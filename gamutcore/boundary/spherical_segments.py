@@ -26,13 +26,16 @@ import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray, LongArray
 from gamutcore.boundary.modified_convex_hull import Boundary, modified_convex_hull
-from gamutcore.corner_table import opposite_corners
 from gamutcore.errors import BoundaryError, InvalidPointsError
-from gamutcore.grid import grid_step, nearest_grid_points
+from gamutcore.geometry import (
+    TriangleMesh,
+    faces_not_seeing_centre,
+    grid_step,
+    nearest_grid_points,
+    opposite_corners,
+)
 from gamutcore.kernels import kernel, leaf_kernel
-from gamutcore.mesh import TriangleMesh
 from gamutcore.option_types import Choice, WholeNumber, WholeNumbers, check_option
-from gamutcore.star_shape import faces_not_seeing_centre
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray

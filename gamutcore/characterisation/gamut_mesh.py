@@ -16,7 +16,7 @@ import numpy as np
 from gamutcore.characterisation.columns import MAX_CHANNELS
 from gamutcore.characterisation.samples import JSON
 from gamutcore.errors import InvalidPointsError, MalformedFileError, SampleLimitError
-from gamutcore.mesh import DeviceValues
+from gamutcore.geometry import DeviceValues
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence

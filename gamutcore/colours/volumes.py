@@ -14,7 +14,7 @@ import numpy as np
 from gamutcore.colours.spaces.cielab import ICC_D50, xyz_to_lab
 from gamutcore.colours.spaces.conversion import ColourConversion
 from gamutcore.errors import InvalidPointsError
-from gamutcore.mesh import TriangleMesh
+from gamutcore.geometry import TriangleMesh
 
 if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray, IndexArray

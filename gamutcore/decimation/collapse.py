@@ -22,7 +22,6 @@ from typing import NamedTuple
 import numpy as np
 
 from gamutcore.arrays import ByteArray, Float32Array, FloatArray, IndexArray, LongArray
-from gamutcore.corner_table import following, preceding
 from gamutcore.decimation.costs import (
     MEMORYLESS,
     GridPositions,
@@ -48,7 +47,7 @@ from gamutcore.decimation.surface_mesh import (
     write_edge_link,
     write_vertex_link,
 )
-from gamutcore.decimation.vectors import Vector, dot, minus, row, triple
+from gamutcore.geometry import Vector, dot, following, minus, preceding, row, triple
 from gamutcore.kernels import inlined_kernel, kernel, leaf_kernel
 
 

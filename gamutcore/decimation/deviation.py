@@ -14,7 +14,6 @@ from __future__ import annotations
 import numpy as np
 
 from gamutcore.arrays import FloatArray
-from gamutcore.corner_table import following, preceding
 from gamutcore.decimation.deviation_samples import (
     LANES,
     LARGEST_SHARE,
@@ -32,13 +31,15 @@ from gamutcore.decimation.deviation_samples import (
 )
 from gamutcore.decimation.quadrics import Quadrics, shift_to_preserve_volume
 from gamutcore.decimation.surface_mesh import LARGEST_LINK, SurfaceMesh, squared_length
-from gamutcore.decimation.vectors import (
+from gamutcore.geometry import (
     add_outer,
     adjugate,
     cross,
     dot,
+    following,
     minus,
     plus,
+    preceding,
     product,
     row,
     scaled,

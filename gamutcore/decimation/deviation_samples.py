@@ -25,9 +25,8 @@ from typing import NamedTuple
 import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray, LongArray
-from gamutcore.corner_table import following, preceding
 from gamutcore.decimation.surface_mesh import LARGEST_LINK, SurfaceMesh
-from gamutcore.decimation.vectors import Vector, cross, dot, minus, row, scaled, triple
+from gamutcore.geometry import Vector, cross, dot, following, minus, preceding, row, scaled, triple
 from gamutcore.kernels import inlined_kernel, leaf_kernel
 
 SAMPLES, TOP, HALF_BEGIN, HALF_SIZE = range(4)

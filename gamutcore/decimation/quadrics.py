@@ -31,23 +31,24 @@ from typing import NamedTuple
 import numpy as np
 
 from gamutcore.arrays import ByteArray, FloatArray, IndexArray
-from gamutcore.corner_table import following, preceding
 from gamutcore.decimation.surface_mesh import (
     DEFICIT_LARGEST,
     DEFICIT_NOW,
     SurfaceMesh,
     squared_length,
 )
-from gamutcore.decimation.vectors import (
+from gamutcore.geometry import (
     Symmetric,
     Vector,
     add_outer,
     adjugate,
     cross,
     dot,
+    following,
     linear_combination,
     minus,
     plus,
+    preceding,
     product,
     quadratic_form,
     row,

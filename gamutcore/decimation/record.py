@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from gamutcore.arrays import Float32Array, IndexArray, LongArray
-from gamutcore.corner_table import following
 from gamutcore.decimation.surface_mesh import LARGEST_LINK, SurfaceMesh
+from gamutcore.geometry import following
 from gamutcore.kernels import leaf_kernel
 
 

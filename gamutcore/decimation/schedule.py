@@ -21,7 +21,6 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from gamutcore.corner_table import opposite_corners
 from gamutcore.decimation.collapse import collapse_edges, empty_workspace
 from gamutcore.decimation.costs import (
     MEMORYLESS,
@@ -38,8 +37,12 @@ from gamutcore.decimation.costs import (
 from gamutcore.decimation.record import Record, empty_record, extend_record, trim_record
 from gamutcore.decimation.surface_mesh import DEFICIT_LARGEST
 from gamutcore.errors import DecimationError, MeshError
-from gamutcore.grid import mesh_grid_step, nearest_grid_points
-from gamutcore.star_shape import faces_not_seeing_centre
+from gamutcore.geometry import (
+    faces_not_seeing_centre,
+    mesh_grid_step,
+    nearest_grid_points,
+    opposite_corners,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -47,7 +50,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from gamutcore.arrays import Float32Array, FloatArray, IndexArray, LongArray
-    from gamutcore.mesh import TriangleMesh
+    from gamutcore.geometry import TriangleMesh
 
 
 class Decimation(NamedTuple):
@@ -96,7 +99,7 @@ def decimate(
     ----------
     mesh : TriangleMesh
         A closed, oriented mesh of genus 0. With its positions rounded to the grid of
-        `gamutcore.grid`, it is star-shaped about the centre.
+        `gamutcore.geometry.grid`, it is star-shaped about the centre.
     centre : (3,) array_like
     cost : str, optional
         The error of a collapse; one of `gamutcore.decimation.COSTS`.

@@ -14,10 +14,20 @@ from typing import NamedTuple
 import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray, LongArray
-from gamutcore.corner_table import following, preceding, swing
-from gamutcore.decimation.vectors import Vector, cross, dot, minus, plus, row, triple
+from gamutcore.geometry import (
+    Vector,
+    cross,
+    dot,
+    following,
+    minus,
+    plus,
+    preceding,
+    row,
+    sees_centre,
+    swing,
+    triple,
+)
 from gamutcore.kernels import kernel, leaf_kernel
-from gamutcore.star_shape import sees_centre
 
 DEFICIT_NOW, DEFICIT_LARGEST = range(2)
 """Indices into `SurfaceMesh.deficit`: volume missing at this level; its largest value so far."""

@@ -20,7 +20,7 @@ from gamutcore.version import __version__
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-    from gamutcore.mesh import DeviceValues, TriangleMesh
+    from gamutcore.geometry import DeviceValues, TriangleMesh
 
 __all__ = ["gam"]
 

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from gamutcore.arrays import FloatArray
-    from gamutcore.mesh import TriangleMesh
+    from gamutcore.geometry import TriangleMesh
 
 __all__ = ["cge"]
 

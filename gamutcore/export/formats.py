@@ -14,7 +14,7 @@ from gamutcore.export.icc_boundary import icc
 from gamutcore.export.ply import ply
 from gamutcore.export.threemf import threemf
 from gamutcore.export.triangle_files import obj, stl
-from gamutcore.mesh import TriangleMesh
+from gamutcore.geometry import TriangleMesh
 
 __all__ = ["FORMATS", "MeshFormat", "format_of_suffix", "mesh_file"]
 

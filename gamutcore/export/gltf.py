@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from gamutcore.mesh import TriangleMesh
+    from gamutcore.geometry import TriangleMesh
 
 __all__ = ["glb", "gltf"]
 

@@ -13,13 +13,13 @@ import numpy as np
 from gamutcore.colours.spaces import CIELAB, ColourSpace
 from gamutcore.colours.spaces.srgb import srgb
 from gamutcore.export.device_properties import property_names
-from gamutcore.mesh import imported_trimesh
+from gamutcore.geometry import imported_trimesh
 from gamutcore.version import __version__
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from gamutcore.mesh import TriangleMesh
+    from gamutcore.geometry import TriangleMesh
 
 __all__ = ["comment_lines", "ply"]
 

@@ -23,7 +23,7 @@ from gamutcore.version import __version__
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from gamutcore.mesh import TriangleMesh
+    from gamutcore.geometry import TriangleMesh
 
 __all__ = ["threemf"]
 

@@ -9,12 +9,12 @@ import numpy as np
 from gamutcore.colours.spaces import CIELAB, ColourSpace
 from gamutcore.colours.spaces.srgb import srgb
 from gamutcore.export.ply import comment_lines
-from gamutcore.mesh import imported_trimesh
+from gamutcore.geometry import imported_trimesh
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from gamutcore.mesh import TriangleMesh
+    from gamutcore.geometry import TriangleMesh
 
 __all__ = ["obj", "stl"]
 

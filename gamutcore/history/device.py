@@ -22,8 +22,8 @@ from typing import TYPE_CHECKING, NamedTuple, cast
 import numpy as np
 
 from gamutcore.arrays import ByteArray, FloatArray, IndexArray, LongArray, ShortArray
-from gamutcore.corner_table import vertex_fans
 from gamutcore.errors import HistoryFileError, MeshError
+from gamutcore.geometry import DeviceValues, vertex_fans
 from gamutcore.history.bit_codes import (
     DAMAGE_REMEDY,
     DEVICE,
@@ -48,7 +48,6 @@ from gamutcore.history.splits import (
     undo_splits,
 )
 from gamutcore.kernels import inlined_kernel, kernel, leaf_kernel
-from gamutcore.mesh import DeviceValues
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -20,8 +20,8 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from safetensors import SafetensorError, deserialize
 
-from gamutcore.corner_table import opposite_corners
 from gamutcore.errors import HistoryFileError
+from gamutcore.geometry import opposite_corners
 from gamutcore.history.bit_codes import DAMAGE_REMEDY, DEVICE, SPLITS, stream_name
 from gamutcore.history.device import (
     DeviceHistory,

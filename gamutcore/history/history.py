@@ -20,6 +20,7 @@ import numpy as np
 
 from gamutcore.arrays import Float32Array, IndexArray
 from gamutcore.errors import TriangleCountError
+from gamutcore.geometry import TriangleMesh
 from gamutcore.history.device import build_device_history
 from gamutcore.history.split_codec import PackedSplits
 from gamutcore.history.splits import (
@@ -35,16 +36,15 @@ from gamutcore.history.splits import (
     vertex_slots,
 )
 from gamutcore.kernels import kernel
-from gamutcore.mesh import TriangleMesh
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from gamutcore.arrays import FloatArray
     from gamutcore.decimation import Decimation
+    from gamutcore.geometry import DeviceValues
     from gamutcore.history.device import DeviceHistory
     from gamutcore.history.splits import Splits
-    from gamutcore.mesh import DeviceValues
 
 __all__ = ["MINIMUM_TRIANGLES", "History", "LevelCursor", "build_history"]
 

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray, LongArray
-from gamutcore.corner_table import following, preceding
+from gamutcore.geometry import following, preceding
 from gamutcore.history.splits import copy_row, extended_copy
 from gamutcore.kernels import inlined_kernel, leaf_kernel
 
@@ -343,7 +343,7 @@ def _determinant(
 ) -> float:
     """det(a, b, x).
 
-    Writers keep the determinant so far above zero (`gamutcore.star_shape`) that its sign does not
-    depend on the order of the operations.
+    Writers keep the determinant so far above zero (`gamutcore.geometry.star_shape`) that its sign
+    does not depend on the order of the operations.
     """
     return x * (ay * bz - az * by) + y * (az * bx - ax * bz) + z * (ax * by - ay * bx)

@@ -20,13 +20,12 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray
-from gamutcore.corner_table import opposite_corners, vertex_fans
 from gamutcore.errors import MeshError
+from gamutcore.geometry import faces_not_seeing_centre, opposite_corners, vertex_fans
 from gamutcore.kernels import inlined_kernel, kernel, leaf_kernel
-from gamutcore.star_shape import faces_not_seeing_centre
 
 if TYPE_CHECKING:
-    from gamutcore.mesh import TriangleMesh
+    from gamutcore.geometry import TriangleMesh
 
 INDEX = np.uint64
 """Type of indices in inner loops. Unsigned indices need no test for negative numbers, so that loops

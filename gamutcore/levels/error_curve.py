@@ -23,9 +23,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
     from gamutcore.arrays import Float32Array, FloatArray, IndexArray
+    from gamutcore.geometry import TriangleMesh
     from gamutcore.history import History
     from gamutcore.levels.cones import Surface
-    from gamutcore.mesh import TriangleMesh
 
 EVEN_UP_TO = 16
 """All levels up to this triangle count are in the curve."""

@@ -53,7 +53,7 @@ from gamutcore.levels.distances import (
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from gamutcore.mesh import TriangleMesh
+    from gamutcore.geometry import TriangleMesh
 
 CAPACITY = 256
 """Triangles in a queue. With their integrals they take 20 kB, which fit into the L1 cache."""

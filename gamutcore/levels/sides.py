@@ -28,6 +28,7 @@ import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray
 from gamutcore.errors import TriangleCountError
+from gamutcore.geometry import TriangleMesh, faces_not_seeing_centre
 from gamutcore.history import MINIMUM_TRIANGLES
 from gamutcore.kernels import kernel
 from gamutcore.levels.cones import (
@@ -46,8 +47,6 @@ from gamutcore.levels.cones import (
 from gamutcore.levels.error_curve import LevelError, round_up, surface_in_preorder
 from gamutcore.levels.overlay import Distances, compare_surfaces, enclosed_volume
 from gamutcore.levels.search import NO_ERROR, BoundedLevel, Bounds
-from gamutcore.mesh import TriangleMesh
-from gamutcore.star_shape import faces_not_seeing_centre
 
 if TYPE_CHECKING:
     from gamutcore.history import History

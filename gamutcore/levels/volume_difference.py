@@ -20,12 +20,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray, LongArray
-from gamutcore.corner_table import opposite_corners
 from gamutcore.errors import MeshError, OptionError
+from gamutcore.geometry import opposite_corners
 from gamutcore.kernels import kernel, leaf_kernel
 
 if TYPE_CHECKING:
-    from gamutcore.mesh import TriangleMesh
+    from gamutcore.geometry import TriangleMesh
 
 VOXELS = 256
 """Default number of voxels along the longest axis of the reference."""

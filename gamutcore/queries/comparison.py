@@ -48,8 +48,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gamutcore.arrays import FloatArray, IndexArray
-from gamutcore.corner_table import opposite_corners
 from gamutcore.errors import InvalidPointsError, OptionError
+from gamutcore.geometry import opposite_corners
 from gamutcore.kernels import kernel, leaf_kernel
 from gamutcore.queries.hue_tables import WHOLE_TURN, hue_span
 from gamutcore.queries.index import Level, LevelIndex, as_index, cell_of, checked_numbers

@@ -21,7 +21,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from gamutcore.arrays import ByteArray, Float32Array, FloatArray, IndexArray
-from gamutcore.corner_table import following, preceding
+from gamutcore.geometry import following, preceding
 from gamutcore.kernels import kernel, leaf_kernel
 from gamutcore.queries.face_tree import WIDTH
 

@@ -32,13 +32,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gamutcore.arrays import Float32Array, FloatArray, IndexArray
-from gamutcore.corner_table import opposite_corners
 from gamutcore.errors import InvalidPointsError, MeshError
+from gamutcore.geometry import TriangleMesh, faces_not_seeing_centre, opposite_corners
 from gamutcore.kernels import kernel, leaf_kernel
-from gamutcore.mesh import TriangleMesh
 from gamutcore.queries.face_tree import FaceTree, build_face_tree, face_boxes
 from gamutcore.queries.hue_tables import CuspTable, HueTable, cusp_table, hue_table
-from gamutcore.star_shape import faces_not_seeing_centre
 
 __all__ = [
     "LARGEST_COORDINATE",

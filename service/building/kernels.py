@@ -29,7 +29,7 @@ __all__ = ["GroupState", "Kernels"]
 logger = logging.getLogger(__name__)
 
 _READING = (
-    *("gamutcore.colours.spaces", "gamutcore.corner_table", "gamutcore.history"),
+    *("gamutcore.colours.spaces", "gamutcore.geometry", "gamutcore.history"),
     "gamutcore.levels",
 )
 """Kernels that read, search and write levels. Those of builds are loaded by the worker processes:

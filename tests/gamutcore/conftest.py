@@ -19,8 +19,8 @@ from gamutcore.characterisation import characterisation
 from gamutcore.colours import surface_colours
 from gamutcore.colours.spaces.cielab import ICC_D50, colour_science
 from gamutcore.decimation import decimate
+from gamutcore.geometry import TriangleMesh, connected_components
 from gamutcore.history import History, build_history
-from gamutcore.mesh import TriangleMesh, connected_components
 from gamutcore.references import find_reference
 
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ import numpy as np
 
 from gamutcore.colours.device.ink_cube import InkCube, Patches, surface_corners, surface_patches
 from gamutcore.colours.device.lattice_faces import Layout, inside_count, lattice_faces
-from gamutcore.mesh import TriangleMesh
+from gamutcore.geometry import TriangleMesh
 from gamutcore.option_types import WholeNumber
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from gamutcore.errors import OptionError
 from gamutcore.export.png import png
 from gamutcore.export.rendering.raster import rasterise
 from gamutcore.export.rendering.scene import VIEWS, camera, scene_triangles
-from gamutcore.mesh import TriangleMesh
+from gamutcore.geometry import TriangleMesh
 from gamutcore.option_types import finite_number
 
 __all__ = [

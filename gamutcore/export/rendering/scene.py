@@ -17,7 +17,7 @@ from gamutcore.arrays import Float32Array, FloatArray, PositionArray
 from gamutcore.colours.spaces import ColourSpace
 from gamutcore.colours.spaces.srgb import linear_srgb
 from gamutcore.export.rendering.strokes import HEIGHT, text_strokes
-from gamutcore.mesh import TriangleMesh
+from gamutcore.geometry import TriangleMesh
 
 __all__ = ["VIEWS", "Triangles", "camera", "scene_triangles"]
 

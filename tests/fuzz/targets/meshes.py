@@ -8,7 +8,7 @@ import zipfile
 import numpy as np
 
 from gamutcore.export.threemf import threemf
-from gamutcore.mesh import TriangleMesh
+from gamutcore.geometry import TriangleMesh
 from targets.checks import Target, check_described_boundary
 from targets.profiles import profile
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from gamutcore.boundary import Boundary
-    from gamutcore.mesh import TriangleMesh
+    from gamutcore.geometry import TriangleMesh
 
 
 def directions(random: np.random.Generator, count: int) -> np.ndarray:

@@ -11,7 +11,7 @@ from gamutcore.boundary import modified_convex_hull
 from gamutcore.boundary.centre import Centre, centre_of_points
 from gamutcore.boundary.device_surface import device_centre, enclosed_centre
 from gamutcore.errors import FlatPointsError
-from gamutcore.grid import grid_step
+from gamutcore.geometry import grid_step
 
 
 def shell(steps):

@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 
 from gamutcore.boundary.radial_envelope import radial_envelope, radial_volume, recover_edges
 from gamutcore.boundary.radial_hull import radial_hull
-from gamutcore.grid import grid_step, nearest_grid_points
-from gamutcore.mesh import TriangleMesh
+from gamutcore.geometry import TriangleMesh, grid_step, nearest_grid_points
 
 
 def divided_box(size, times, angles=(0.0, 0.0, 0.0)):

@@ -13,7 +13,7 @@ from gamutcore.characterisation import GamutMesh
 from gamutcore.colours.spaces.cielab import lab_to_xyz
 from gamutcore.decimation import decimate
 from gamutcore.errors import CentreError, MeshError
-from gamutcore.grid import mesh_grid_step
+from gamutcore.geometry import mesh_grid_step
 
 MIDDLE = np.array([50.0, 2.0, -3.0])
 

@@ -20,7 +20,7 @@ from gamutcore.errors import (
     OptionError,
     TooFewPointsError,
 )
-from gamutcore.grid import grid_step, nearest_grid_points
+from gamutcore.geometry import grid_step, nearest_grid_points
 
 D50 = np.array([0.96422, 1.0, 0.82521])
 WHITES = {"D65": (0.95047, 1.0, 1.08883), "C": (0.98074, 1.0, 1.18232), "D50": D50}

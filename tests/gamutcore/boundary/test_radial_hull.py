@@ -8,8 +8,7 @@ from hypothesis.extra.numpy import arrays
 from scipy.spatial import ConvexHull
 
 from gamutcore.boundary.radial_hull import CLEARANCE, curve_positions, insertion_order, radial_hull
-from gamutcore.mesh import TriangleMesh
-from gamutcore.star_shape import faces_not_seeing_centre
+from gamutcore.geometry import TriangleMesh, faces_not_seeing_centre
 
 ROTATION = np.linalg.qr(np.random.default_rng(5).normal(size=(3, 3)))[0]
 

@@ -22,9 +22,8 @@ from gamutcore.errors import (
     OptionError,
     TooFewPointsError,
 )
-from gamutcore.grid import grid_step
+from gamutcore.geometry import TriangleMesh, grid_step
 from gamutcore.levels import radial_difference
-from gamutcore.mesh import TriangleMesh
 
 FACES = {"tetrahedron": 4, "octahedron": 8, "icosahedron": 20}
 

@@ -9,7 +9,7 @@ from gamutcore.boundary.wrapping import wrap_colours
 from gamutcore.colours.device.ink_cube import InkCube
 from gamutcore.colours.device.surface import device_surface, outward_faces
 from gamutcore.errors import CentreError
-from gamutcore.star_shape import faces_not_seeing_centre
+from gamutcore.geometry import faces_not_seeing_centre
 
 SEEDS = st.integers(0, 2**32 - 1)
 FEW = settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.too_slow])

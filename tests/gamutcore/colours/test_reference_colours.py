@@ -13,7 +13,7 @@ from gamutcore.colours.spaces import ColourSpace
 from gamutcore.colours.spaces.cielab import colour_science
 from gamutcore.colours.spectral import tristimulus_weights
 from gamutcore.errors import OptionError
-from gamutcore.mesh import TriangleMesh
+from gamutcore.geometry import TriangleMesh
 from gamutcore.references import REFERENCES
 
 RGB_SPACES = [each for each in REFERENCES.values() if each.kind == "rgb" and not each.peak]

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from gamutcore.boundary import modified_convex_hull
-from gamutcore.corner_table import opposite_corners
 from gamutcore.decimation.collapse import collapse_edge, empty_workspace
 from gamutcore.decimation.costs import GridPositions, cost_named, initial_state
 from gamutcore.decimation.deviation_samples import LARGEST_SHARE, SAMPLES
@@ -16,6 +15,7 @@ from gamutcore.decimation.surface_mesh import (
     surface_of,
     write_edge_link,
 )
+from gamutcore.geometry import opposite_corners
 
 FINEST = cost_named("finest").parameters
 

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from gamutcore.boundary import modified_convex_hull
 from gamutcore.decimation import COSTS, decimate
 from gamutcore.errors import FlatPointsError, GamutError, MeshError, OptionError
+from gamutcore.geometry import TriangleMesh
 from gamutcore.history import build_history
 from gamutcore.levels import mismatch
-from gamutcore.mesh import TriangleMesh
 
 
 def directions(random, count):

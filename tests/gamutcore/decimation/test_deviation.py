@@ -33,8 +33,8 @@ from gamutcore.decimation.surface_mesh import (
     write_edge_link,
     write_vertex_link,
 )
+from gamutcore.geometry import TriangleMesh
 from gamutcore.levels import mismatch
-from gamutcore.mesh import TriangleMesh
 
 pytestmark = pytest.mark.slow  # it compiles kernels that only tests use
 

@@ -14,7 +14,7 @@ import sys
 import numpy as np
 from gamutcore.decimation import COSTS, collapse, schedule
 from gamutcore.decimation.costs import Trials, cost_named
-from gamutcore.mesh import TriangleMesh
+from gamutcore.geometry import TriangleMesh
 
 def small(name):
     # few samples and trials, because plain Python is hundreds of times slower

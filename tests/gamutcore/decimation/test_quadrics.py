@@ -24,7 +24,7 @@ from gamutcore.decimation.quadrics import (
     constrained_optimum,
 )
 from gamutcore.decimation.surface_mesh import DEFICIT_NOW
-from gamutcore.mesh import TriangleMesh
+from gamutcore.geometry import TriangleMesh
 
 pytestmark = pytest.mark.slow  # it compiles kernels that only tests use
 

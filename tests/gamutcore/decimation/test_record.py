@@ -12,9 +12,9 @@ from gamutcore.decimation import COSTS, decimate, schedule
 from gamutcore.decimation.costs import Trials, cost_named
 from gamutcore.decimation.record import empty_record
 from gamutcore.errors import DecimationError
+from gamutcore.geometry import TriangleMesh
 from gamutcore.history import build_history
 from gamutcore.levels import mismatch
-from gamutcore.mesh import TriangleMesh
 
 CENTRE = (0.0, 0.0, 0.0)
 

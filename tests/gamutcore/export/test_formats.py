@@ -105,7 +105,7 @@ AT_ONCE = """
 import threading
 import numpy as np
 from gamutcore.export import mesh_file
-from gamutcore.mesh import TriangleMesh
+from gamutcore.geometry import TriangleMesh
 
 corners = np.vstack([np.zeros(3), np.eye(3)]).astype(np.float32)
 mesh = TriangleMesh(corners, np.array([(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]))

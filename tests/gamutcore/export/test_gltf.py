@@ -11,7 +11,7 @@ import trimesh
 
 from gamutcore.colours.spaces import SPACES, ColourSpace
 from gamutcore.export import mesh_file
-from gamutcore.mesh import DeviceValues, TriangleMesh
+from gamutcore.geometry import DeviceValues, TriangleMesh
 
 
 def asset_of(data, kind):

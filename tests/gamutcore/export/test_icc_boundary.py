@@ -11,7 +11,7 @@ from gamutcore import Gamut
 from gamutcore.characterisation.icc import icc_profile
 from gamutcore.errors import UnsupportedProfileError
 from gamutcore.export import mesh_file
-from gamutcore.mesh import TriangleMesh
+from gamutcore.geometry import TriangleMesh
 from tests.conftest import missing
 
 CORNERS = np.array([(10, 0, 0), (90, 0, 0), (50, 40, 0), (50, 0, 40)], np.float32)

@@ -10,7 +10,7 @@ import pytest
 import trimesh
 
 from gamutcore.export import mesh_file
-from gamutcore.mesh import DeviceValues
+from gamutcore.geometry import DeviceValues
 
 
 def header_lines(data):

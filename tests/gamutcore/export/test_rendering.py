@@ -12,7 +12,7 @@ from gamutcore.errors import OptionError
 from gamutcore.export.rendering import mesh_picture
 from gamutcore.export.rendering.raster import rasterise
 from gamutcore.export.rendering.scene import VIEWS, camera, scene_triangles
-from gamutcore.mesh import TriangleMesh
+from gamutcore.geometry import TriangleMesh
 
 
 def triangle(*corners):

@@ -8,7 +8,7 @@ import pytest
 from gamutcore.colours.spaces import CIELAB, ColourSpace
 from gamutcore.colours.spaces.srgb import srgb
 from gamutcore.export import mesh_file
-from gamutcore.mesh import TriangleMesh
+from gamutcore.geometry import TriangleMesh
 from tests.conftest import missing
 
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
+from gamutcore.geometry import TriangleMesh
 from gamutcore.history import History, history_bytes
-from gamutcore.mesh import TriangleMesh
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -16,6 +16,7 @@ from gamutcore.characterisation import characterisation
 from gamutcore.colours.profile_colours import profile_colours
 from gamutcore.decimation import decimate
 from gamutcore.errors import HistoryFileError, MeshError
+from gamutcore.geometry import DeviceValues
 from gamutcore.history import (
     History,
     build_device_history,
@@ -24,7 +25,6 @@ from gamutcore.history import (
     history_from_bytes,
 )
 from gamutcore.history.device import CORRECTED, FULL_SCALE
-from gamutcore.mesh import DeviceValues
 
 CHANNELS = ("Cyan", "Größe 🎨")
 

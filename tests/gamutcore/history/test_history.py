@@ -9,8 +9,8 @@ from gamutcore.boundary import modified_convex_hull
 from gamutcore.decimation import COSTS, decimate
 from gamutcore.errors import TriangleCountError
 from gamutcore.export import mesh_file
+from gamutcore.geometry import TriangleMesh
 from gamutcore.history import MINIMUM_TRIANGLES, History, build_history
-from gamutcore.mesh import TriangleMesh
 
 UNUSED_BY_LEVELS = ("fine", "added", "faces", "moved_end", "moved", "shifted_fine")
 READERS = [("glb", "trimesh"), ("glb", "pygltflib"), ("ply", "trimesh"), ("ply", "meshio")]

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from gamutcore.geometry import DeviceValues
 from gamutcore.history import (
     History,
     build_device_history,
@@ -17,7 +18,6 @@ from gamutcore.history import (
     history_from_bytes,
 )
 from gamutcore.levels import curve_counts, error_curve, radial_difference
-from gamutcore.mesh import DeviceValues
 
 
 def digests(path):

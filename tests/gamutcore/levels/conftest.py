@@ -14,7 +14,7 @@ from gamutcore.boundary import modified_convex_hull
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from gamutcore.mesh import TriangleMesh
+    from gamutcore.geometry import TriangleMesh
 
 
 @pytest.fixture(scope="session")

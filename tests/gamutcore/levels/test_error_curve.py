@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from gamutcore.boundary import modified_convex_hull
 from gamutcore.decimation import COSTS, decimate
 from gamutcore.errors import TriangleCountError
+from gamutcore.geometry import TriangleMesh
 from gamutcore.history import build_history
 from gamutcore.levels import (
     Distances,
@@ -21,7 +22,6 @@ from gamutcore.levels import (
     mismatch,
     radial_difference,
 )
-from gamutcore.mesh import TriangleMesh
 
 
 @pytest.fixture(scope="module", params=["volume", "finest", "quadric"])

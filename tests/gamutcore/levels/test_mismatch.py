@@ -8,9 +8,9 @@ import trimesh
 
 from gamutcore.boundary import modified_convex_hull
 from gamutcore.decimation import decimate
+from gamutcore.geometry import TriangleMesh
 from gamutcore.history import build_history
 from gamutcore.levels import intersection_volume, mismatch, radial_difference
-from gamutcore.mesh import TriangleMesh
 
 PUBLISHED = {1000: 0.124, 500: 0.224, 100: 1.01, 50: 2.46, 20: 5.3, 10: 17.8}
 """Mismatch of FOGRA39L in % by triangle count: "published cost" in `decimation.md`."""

@@ -5,8 +5,8 @@ import pytest
 import trimesh
 
 from gamutcore.errors import MeshError, OptionError
+from gamutcore.geometry import TriangleMesh
 from gamutcore.levels import mismatch, radial_difference, voxel_mismatch
-from gamutcore.mesh import TriangleMesh
 
 SPHERE = trimesh.creation.icosphere(1)
 CORNERS, FACES = np.asarray(SPHERE.vertices), np.asarray(SPHERE.faces)

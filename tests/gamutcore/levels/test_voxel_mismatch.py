@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from gamutcore.boundary import modified_convex_hull
 from gamutcore.errors import MeshError
+from gamutcore.geometry import TriangleMesh
 from gamutcore.levels import mismatch, voxel_mismatch
-from gamutcore.mesh import TriangleMesh
 
 
 def box(lowest, highest):

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 
 import gamutcore
 from gamutcore.errors import MeshError, OptionError
+from gamutcore.geometry import TriangleMesh
 from gamutcore.levels import intersection_volume
-from gamutcore.mesh import TriangleMesh
 from gamutcore.queries import build_index, compare
 
 

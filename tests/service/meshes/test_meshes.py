@@ -12,8 +12,8 @@ import pytest
 import trimesh
 
 from gamutcore.export import FORMATS
+from gamutcore.geometry import TriangleMesh
 from gamutcore.levels import intersection_volume
-from gamutcore.mesh import TriangleMesh
 
 PROFILE = Path(__file__).parents[2] / "data" / "sRGB-v4.icc"
 WITHOUT_DEVICE = [name for name in FORMATS if name != "cge"]

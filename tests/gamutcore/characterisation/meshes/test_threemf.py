@@ -10,7 +10,7 @@ from gamutcore.characterisation import characterisation
 from gamutcore.characterisation.meshes import threemf
 from gamutcore.errors import GamutError, MalformedFileError, SampleLimitError
 from gamutcore.export import mesh_file
-from gamutcore.mesh import TriangleMesh
+from gamutcore.geometry import TriangleMesh
 
 CORNERS = np.array([(10, 0, 0), (90, 0.1, 0), (50, 40, -1 / 3), (50, -20, 30)], np.float32)
 MESH = TriangleMesh(CORNERS, np.array([(0, 1, 2), (0, 3, 1), (0, 2, 3), (1, 3, 2)]))

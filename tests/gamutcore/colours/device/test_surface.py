@@ -16,8 +16,8 @@ from gamutcore.colours import InkLimits, colours_in_space, surface_colours
 from gamutcore.colours.device.surface import distinct_rows
 from gamutcore.colours.spaces import CIELAB
 from gamutcore.errors import OptionError
+from gamutcore.geometry import TriangleMesh
 from gamutcore.levels import radial_difference
-from gamutcore.mesh import TriangleMesh
 
 
 def bent(device):

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gamutcore.boundary import modified_convex_hull
-from gamutcore.corner_table import following, opposite_corners, preceding, swing, vertex_fans
+from gamutcore.geometry import following, opposite_corners, preceding, swing, vertex_fans
 
 
 def brute_force(faces):

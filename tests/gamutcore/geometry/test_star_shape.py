@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gamutcore.star_shape import MINIMUM_DETERMINANT, faces_not_seeing_centre, sees_centre
+from gamutcore.geometry import MINIMUM_DETERMINANT, faces_not_seeing_centre, sees_centre
 
 NUMBER = st.floats(-1e6, 1e6, width=32).filter(lambda value: value == 0 or abs(value) > 1e-6)
 POINT = st.tuples(NUMBER, NUMBER, NUMBER)

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gamutcore.grid import grid_step, mesh_grid_step, nearest_grid_points
+from gamutcore.geometry import grid_step, mesh_grid_step, nearest_grid_points
 
 
 @given(
