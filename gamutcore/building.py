@@ -52,8 +52,8 @@ from gamutcore.levels import curve_counts, error_curve, round_up
 from gamutcore.limits import Limits, apply_limits
 from gamutcore.options import Options
 from gamutcore.queries import (
-    ChromaticityGamut,
     build_index,
+    chromaticity_description,
     chromaticity_gamut,
     contains,
     nearest,
@@ -172,7 +172,7 @@ def build(
         "area": boundary.mesh.area,
         "centre": boundary.centre.tolist(),
         "bounds": boundary.mesh.bounds.tolist(),
-        **({} if full.chromaticity is None else {"chromaticity": full.chromaticity.to_mapping()}),
+        **full.chromaticity,
         "levels": [level.to_mapping() for level in curve],
     }
     return description, history
@@ -220,7 +220,7 @@ class _FullBoundary(NamedTuple):
     values: DeviceValues | None
     provenance: dict[str, Any]
     space: ColourSpace
-    chromaticity: ChromaticityGamut | None
+    chromaticity: dict[str, Any]
     device_volume: float | None = None
     boundary_error: float = 0.0
     absolute: AbsoluteColours | None = None
@@ -263,7 +263,7 @@ def _boundary_of_colours(
         _refuse_luminance(options)
     space = options.colour_space(colours.provenance.get("white_luminance"))
     xyz, luminance = own_tristimulus(colours)
-    chromaticity = chromaticity_gamut(xyz, luminance, display_primaries(colours))
+    chromaticity = _chromaticity(xyz, luminance, display_primaries(colours))
     colours = colours_in_space(colours, space)
     report("boundary", 0.0)
     try:
@@ -298,6 +298,14 @@ def _boundary_of_colours(
         missed,
         colours.absolute,
     )
+
+
+def _chromaticity(
+    xyz: FloatArray, luminance: FloatArray, primaries: FloatArray | None = None
+) -> dict[str, Any]:
+    """Return the member `chromaticity` of a description; nothing for colours without an area."""
+    found = chromaticity_gamut(xyz, luminance, primaries)
+    return {} if found is None else {"chromaticity": chromaticity_description(found)}
 
 
 def _boundary_error(colours: SurfaceColours, boundary: Boundary) -> float:
@@ -387,5 +395,5 @@ def _boundary_of_mesh(mesh: GamutMesh, options: Options) -> _FullBoundary:
     if mesh.device is not None:
         values = replace(mesh.device, values=mesh.device.values[boundary.sources])
     xyz = space.tristimulus(mesh.vertices)
-    chromaticity = chromaticity_gamut(xyz, xyz[:, 1])
+    chromaticity = _chromaticity(xyz, xyz[:, 1])
     return _FullBoundary(boundary, values, provenance, space, chromaticity)

@@ -10,7 +10,7 @@ from pathlib import Path
 from gamutcore.colours.spaces import CIELAB, ColourSpace
 from gamutcore.export import format_of_suffix, mesh_file
 from gamutcore.geometry import TriangleMesh
-from gamutcore.shown import Shown
+from gamutcore.results import Shown
 
 __all__ = ["LevelMesh"]
 

@@ -3,9 +3,9 @@
 `Client` and `AsyncClient` build, find and list gamuts. A `Gamut` and an `AsyncGamut` have the
 methods of `gamutcore.Gamut`, answered by the service. Colours travel as ``.npy`` files.
 
-Modules: `errors`; `results`, what methods return; `arrays`, colours to rows and back; `transport`,
-requests with retries, without input or output; `client_steps` and `gamut_steps`, what each method
-sends; `clients` and `gamuts`, which run these steps.
+Modules: `errors`; `results` and `meshes`, what methods return; `arrays`, colours to rows and back;
+`transport`, requests with retries, without input or output; `client_steps` and `gamut_steps`, what
+each method sends; `clients` and `gamuts`, which run these steps.
 """
 
 from gamutclient.clients import AsyncClient, Client
@@ -16,7 +16,7 @@ from gamutclient.errors import (
     ServiceError,
 )
 from gamutclient.gamuts import AsyncGamut, Gamut
-from gamutclient.results import Mesh
+from gamutclient.meshes import Mesh
 from gamutclient.transport import Retries
 
 __all__ = [

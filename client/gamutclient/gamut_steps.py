@@ -21,9 +21,8 @@ from gamutclient.arrays import (
     npy_records,
 )
 from gamutclient.errors import InvalidPointsError
-from gamutclient.ply import mesh_of_ply
+from gamutclient.meshes import Mesh, mesh_of_ply
 from gamutclient.results import (
-    AreaOverlap,
     ChromaTable,
     ChromaticityComparison,
     ChromaticityGamut,
@@ -32,12 +31,11 @@ from gamutclient.results import (
     ColourSection,
     Conditions,
     GamutComparison,
+    GamutRings,
     Intersection,
     MappedColours,
-    Mesh,
     NearestColours,
-    Rings,
-    SectorFigures,
+    Overlap,
 )
 from gamutclient.transport import Connections, Request, Retries, Steps, sent
 
@@ -55,10 +53,7 @@ _STRING = re.compile(r'"((?:[^"\\]|\\.)*)"')
 MOST_ROWS = 250_000
 """Rows of one request: the service takes a million, and answers while the next rows are sent."""
 
-FIGURES = (
-    *("volume_a", "volume_b", "intersection", "union", "symmetric_difference"),
-    *("a_covers_b", "b_covers_a", "jaccard"),
-)
+VOLUMES = ("volume_a", "volume_b", "intersection")
 
 
 class Level(TypedDict, total=False):
@@ -107,7 +102,7 @@ class RemoteGamut:
     def chromaticity(self) -> ChromaticityGamut | None:
         """Return the chromaticities of the gamut; None if they have no area."""
         stored = self.description.get("chromaticity")
-        return stored and ChromaticityGamut(_floats(stored["corners"]), stored["basis"])
+        return stored and ChromaticityGamut.from_mapping(stored)
 
     def __repr__(self) -> str:
         space = self.description["provenance"].get("space", "CIELAB")
@@ -140,10 +135,11 @@ class RemoteGamut:
             if "row" in (records.dtype.names or ()):
                 records["row"] += start
             found.append(records)
+        stated = response.headers.get("gamut-conditions")
         level = {
             "triangles": int(response.headers["gamut-triangles"]),
             "max_error": float(response.headers["gamut-max-error"]),
-            "gamut": _conditions_of_header(response.headers.get("gamut-conditions")),
+            "gamut": stated and Conditions.from_header(stated),
             "warnings": _strings(response.headers.get("gamut-warning", "")),
         }
         answers = np.concatenate(found)
@@ -376,12 +372,12 @@ class GamutSteps(RemoteGamut):
         *,
         sectors: int = 360,
         **level: Unpack[Level],
-    ) -> Steps[Rings]:
+    ) -> Steps[GamutRings]:
         """Return the gamut rings, alone or with those of a reference and the intersection."""
         params = {**level, "sectors": sectors, "reference": _id(reference)}
         found = yield from self._view("rings", params)
         others = ("reference_radius", "intersection_radius")
-        return Rings(
+        return GamutRings(
             lightness=_floats(found["lightness"]),
             hues=_floats(found["hue"]),
             radius=_floats(found["radius"]),
@@ -440,21 +436,21 @@ class GamutSteps(RemoteGamut):
         params = {**level, "a": self.id, "b": _id(other), "sectors": sectors}
         request = Request("GET", "/v1/comparisons", params, {"Accept": JSON})
         found = (yield from sent(request, self.retries)).json()
-        by_sector = found["sectors"]
+        by_sector, gamuts = found["sectors"], found.get("gamuts", {})
         ends = ("white_a", "white_b", "black_a", "black_b")
         levels = [found["levels"][name] for name in "ab"]
-        gamuts = found.get("gamuts", {})
-        figures: dict[str, Any] = {name: _number(found[name]) for name in FIGURES}
-        figures |= {name: _floats(found[name]) for name in ends}
+        stored = found.get("chromaticity")
+        facts: dict[str, Any] = {name: _floats(found[name]) for name in ends}
+        facts |= {name: float(found[name]) for name in VOLUMES}
         return GamutComparison(
-            **figures,
+            **facts,
             hues=_floats([*by_sector["hue_from"], by_sector["hue_to"][-1]]),
-            sectors=SectorFigures(**{name: _floats(by_sector[name]) for name in FIGURES}),
+            sectors=Overlap(*(_floats(by_sector[name]) for name in VOLUMES)),
             triangles=(levels[0]["triangles"], levels[1]["triangles"]),
             max_error=(levels[0]["max_error"], levels[1]["max_error"]),
             gamuts=(_conditions(gamuts.get("a")), _conditions(gamuts.get("b"))),
             warnings=tuple(found["warnings"]),
-            chromaticity=_chromaticities(found.get("chromaticity")),
+            chromaticity=stored and ChromaticityComparison.from_mapping(stored),
         )
 
     def coverage_of(self, other: RemoteGamut | str) -> Steps[float]:
@@ -537,17 +533,6 @@ def _floats(values: object) -> FloatArray:
     return np.array(values, np.float64)
 
 
-def _chromaticities(found: Mapping[str, Any] | None) -> ChromaticityComparison | None:
-    if found is None:
-        return None
-    areas = {diagram: AreaOverlap(**found[diagram]) for diagram in ("xy", "uv")}
-    return ChromaticityComparison(**areas, basis_a=found["basis_a"], basis_b=found["basis_b"])
-
-
-def _number(value: float | None) -> float:
-    return float("nan") if value is None else float(value)
-
-
 def _level_of(document: Mapping[str, Any]) -> dict[str, Any]:
     """Return the facts of an answer: its level, the conditions of its gamut, and warnings."""
     level = document["level"]
@@ -560,30 +545,7 @@ def _level_of(document: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _conditions(document: Mapping[str, Any] | None) -> Conditions | None:
-    if document is None:
-        return None
-    return Conditions(
-        intent=document["intent"],
-        ink_limit=document["ink_limit"],
-        black_limit=document["black_limit"],
-        white=document["white"]["name"],
-        space=document["space"],
-    )
-
-
-def _conditions_of_header(text: str | None) -> Conditions | None:
-    """Return the conditions in a header field such as ``intent=relative; white=D50``."""
-    if text is None:
-        return None
-    stated = dict(part.strip().split("=", 1) for part in text.split(";"))
-    inks, black = stated.get("ink-limit"), stated.get("black-limit")
-    return Conditions(
-        intent=stated["intent"].replace("as-given", "as given"),
-        ink_limit=None if inks is None else float(inks),
-        black_limit=None if black is None else float(black),
-        white=stated["white"].replace("as-given", "as given"),
-        space=stated["space"],
-    )
+    return None if document is None else Conditions.from_dict(document)
 
 
 def _strings(text: str) -> tuple[str, ...]:

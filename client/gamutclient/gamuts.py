@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import Unpack
 
 from gamutclient.gamut_steps import GamutSteps, MeshLevel, RemoteGamut
-from gamutclient.results import Intersection, Mesh
+from gamutclient.meshes import Mesh
+from gamutclient.results import Intersection
 from gamutclient.transport import awaiting, blocking, run, run_async
 
 __all__ = ["AsyncGamut", "Gamut"]

@@ -10,12 +10,13 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-from gamutcore.answers.conditions import Conditions
+from gamutcore.answers.conditions import conditions_of
 from gamutcore.colour_rows import colour_rows
 from gamutcore.colours.spaces.cielab import xyz_to_lab
 from gamutcore.colours.spaces.conversion import ColourConversion
 from gamutcore.errors import OptionError
 from gamutcore.gamut_levels import GamutLevels
+from gamutcore.results import Conditions
 from gamutcore.tables import frame_colours
 
 if TYPE_CHECKING:
@@ -52,7 +53,7 @@ class Answering(ABC):
     @cached_property
     def conditions(self) -> Conditions:
         """What the colours are relative to: intent, ink limits, white and space."""
-        return Conditions.of(self.description)
+        return conditions_of(self.description)
 
     @abstractmethod
     def _same_space(self, other: Self | str | os.PathLike[str]) -> Self:

@@ -11,12 +11,12 @@ import numpy as np
 from gamutcore import queries
 from gamutcore.answers.base import Answering
 from gamutcore.answers.conditions import comparison_warnings
-from gamutcore.answers.results import GamutComparison, Intersection
+from gamutcore.results import ChromaticityGamut, GamutComparison, Intersection
 
 if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
     from gamutcore.gamut_levels import IndexedLevel
-    from gamutcore.queries import ChromaticityComparison, ChromaticityGamut
+    from gamutcore.results import ChromaticityComparison
 
 __all__ = ["ComparisonAnswers"]
 
@@ -113,7 +113,7 @@ class ComparisonAnswers(Answering):
         ('primaries', 3)
         """
         stored = self.description.get("chromaticity")
-        return None if stored is None else queries.ChromaticityGamut.from_mapping(stored)
+        return None if stored is None else ChromaticityGamut.from_mapping(stored)
 
     def _chromaticities(self, other: ComparisonAnswers) -> ChromaticityComparison | None:
         one, two = self.chromaticity(), other.chromaticity()

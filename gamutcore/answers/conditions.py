@@ -6,21 +6,17 @@ relative to its paper, and comparisons of gamuts with different conditions.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gamutcore.colours import INTENTS
-from gamutcore.shown import Shown
+from gamutcore.results import AS_GIVEN, Conditions
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-__all__ = ["Conditions", "colour_warnings", "comparison_warnings"]
-
-AS_GIVEN = "as given"
-"""Intent of colours whose white is not known: bare colours and meshes."""
+__all__ = ["colour_warnings", "comparison_warnings", "conditions_of"]
 
 VIEWING = ("luminance", "adapting_luminance", "background", "surround")
 """Parameters of a space that describe how its colours are seen."""
@@ -31,129 +27,36 @@ SAME_WHITE = 0.5
 """ΔE*ab up to which two whites count as one: below the spread of measurements of one paper."""
 
 
-@dataclass(frozen=True, repr=False)
-class Conditions(Shown):
-    """What the colours of a gamut are relative to.
+def conditions_of(description: Mapping[str, Any]) -> Conditions:
+    """Return the conditions that the description of a gamut states."""
+    provenance, options = description.get("provenance", {}), description["options"]
+    space = provenance.get("colour_space", {})
+    intent, white = provenance.get("intent"), provenance.get("white_lab")
+    return Conditions(
+        intent=intent if intent in INTENTS else AS_GIVEN,
+        ink_limit=options.get("ink_limit"),
+        black_limit=options.get("black_limit"),
+        white=str(space.get("reference_white", AS_GIVEN)),
+        white_xyz=tuple(space.get("reference_white_xyz", ())),
+        space=str(options.get("space", "CIELAB")),
+        viewing_conditions={name: space[name] for name in VIEWING if name in space},
+        medium_white=None if white is None else tuple(white),
+        illuminant=_stated(provenance.get("illuminant")),
+        observer=_stated(provenance.get("observer")),
+        is_print=provenance.get("medium") == "reflective"
+        or provenance.get("device_class") == "output",
+        inks="ink_limits" in provenance,
+    )
 
-    Attributes
-    ----------
-    intent : str
-        ``"relative"``, ``"absolute"``, ``"perceptual"`` or ``"saturation"``; ``"as given"`` for
-        colours whose white is not known.
-    ink_limit, black_limit : float or None
-        In per cent; None without a limit.
-    white : str
-        Reference white of the space: a name such as ``"D50"``, or ``"as given"``.
-    white_xyz : tuple of float
-        Its X, Y, Z; empty if the gamut does not state them.
-    space : str
-    viewing_conditions : mapping
-        Of spaces that have any: luminances in cd/m², background, surround.
-    medium_white : tuple of float or None
-        L*, a*, b* of the medium's white, as measured; None if it is not known.
-    illuminant, observer : str
-        Of measurements; empty if not stated.
-    is_print : bool
-    inks : bool
 
-    Examples
-    --------
-    >>> from gamutcore import reference
-    >>> str(reference("srgb").conditions)
-    'relative intent, white D50, CIELAB'
-    """
-
-    intent: str
-    ink_limit: float | None
-    black_limit: float | None
-    white: str
-    white_xyz: tuple[float, ...]
-    space: str
-    viewing_conditions: Mapping[str, float | str] = field(hash=False)
-    medium_white: tuple[float, ...] | None
-    illuminant: str
-    observer: str
-    is_print: bool
-    inks: bool
-
-    @classmethod
-    def of(cls, description: Mapping[str, Any]) -> Conditions:
-        """Return the conditions that the description of a gamut states."""
-        provenance, options = description.get("provenance", {}), description["options"]
-        space = provenance.get("colour_space", {})
-        intent, white = provenance.get("intent"), provenance.get("white_lab")
-        return cls(
-            intent=intent if intent in INTENTS else AS_GIVEN,
-            ink_limit=options.get("ink_limit"),
-            black_limit=options.get("black_limit"),
-            white=str(space.get("reference_white", AS_GIVEN)),
-            white_xyz=tuple(space.get("reference_white_xyz", ())),
-            space=str(options.get("space", "CIELAB")),
-            viewing_conditions={name: space[name] for name in VIEWING if name in space},
-            medium_white=None if white is None else tuple(white),
-            illuminant=_stated(provenance.get("illuminant")),
-            observer=_stated(provenance.get("observer")),
-            is_print=provenance.get("medium") == "reflective"
-            or provenance.get("device_class") == "output",
-            inks="ink_limits" in provenance,
-        )
-
-    @property
-    def paper_counts_as_white(self) -> bool:
-        """Whether a print is relative to a paper that differs from the white of the space."""
-        return (
-            self.is_print
-            and self.intent == "relative"
-            and self.medium_white is not None
-            and _distance(self.medium_white, WHITE_LAB) > SAME_WHITE
-        )
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the conditions as a JSON-able mapping."""
-        found: dict[str, Any] = {
-            "intent": self.intent,
-            "ink_limit": self.ink_limit,
-            "black_limit": self.black_limit,
-            "white": {"name": self.white, "xyz": list(self.white_xyz)},
-            "medium_white": None if self.medium_white is None else list(self.medium_white),
-            "space": self.space,
-        }
-        if self.viewing_conditions:
-            found["viewing_conditions"] = dict(self.viewing_conditions)
-        return found
-
-    @property
-    def header(self) -> str:
-        """The conditions as the value of a header field."""
-        parts = [f"intent={self.intent.replace(' ', '-')}"]
-        for name, limit in (("ink-limit", self.ink_limit), ("black-limit", self.black_limit)):
-            if limit is not None:
-                parts.append(f"{name}={limit:g}")
-        parts += [f"white={self.white.replace(' ', '-')}", f"space={self.space}"]
-        parts += [
-            f"{name.replace('_', '-')}={_short(value)}"
-            for name, value in self.viewing_conditions.items()
-        ]
-        return "; ".join(parts)
-
-    def __str__(self) -> str:
-        intent = "colours as given" if self.intent == AS_GIVEN else f"{self.intent} intent"
-        parts = [intent]
-        if self.ink_limit is not None:
-            parts.append(f"ink limit {self.ink_limit:g} %")
-        elif self.inks:
-            parts.append("no ink limit")
-        if self.black_limit is not None:
-            parts.append(f"black limit {self.black_limit:g} %")
-        white = self.white
-        if white == AS_GIVEN:
-            white = f"X Y Z {' '.join(f'{value:g}' for value in self.white_xyz)}".strip()
-        viewing = ", ".join(
-            f"{name.replace('_', ' ')} {_short(value)}"
-            for name, value in self.viewing_conditions.items()
-        )
-        parts += [f"white {white}", f"{self.space} ({viewing})" if viewing else self.space]
-        return ", ".join(parts)
+def _paper_counts_as_white(conditions: Conditions) -> bool:
+    """Whether a print is relative to a paper that differs from the white of the space."""
+    return (
+        conditions.is_print
+        and conditions.intent == "relative"
+        and conditions.medium_white is not None
+        and _distance(conditions.medium_white, WHITE_LAB) > SAME_WHITE
+    )
 
 
 def colour_warnings(conditions: Conditions, space: str) -> tuple[str, ...]:
@@ -167,7 +70,7 @@ def colour_warnings(conditions: Conditions, space: str) -> tuple[str, ...]:
         Of the colours. Colours of sRGB are relative to the white of a display, as the gamut is to
         the white of its medium, and need no warning.
     """
-    if space == "sRGB" or not conditions.paper_counts_as_white:
+    if space == "sRGB" or not _paper_counts_as_white(conditions):
         return ()
     assert conditions.medium_white is not None  # noqa: S101  # checked by the property
     warning = (
@@ -185,7 +88,7 @@ def comparison_warnings(
     warnings = []
     a, b = names
     if AS_GIVEN in {one.intent, two.intent}:
-        if one.paper_counts_as_white or two.paper_counts_as_white:
+        if _paper_counts_as_white(one) or _paper_counts_as_white(two):
             given, other = (a, b) if one.intent == AS_GIVEN else (b, a)
             warnings.append(
                 f"The colours of {given} are as given, and {other} is relative to its paper. Build "
@@ -227,7 +130,3 @@ def _distance(one: tuple[float, ...], two: tuple[float, ...]) -> float:
 
 def _lab(white: tuple[float, ...]) -> str:
     return " ".join(f"{value:.4g}" for value in white)
-
-
-def _short(value: float | str) -> str:
-    return value if isinstance(value, str) else f"{value:g}"

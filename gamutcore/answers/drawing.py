@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike
 
-    from gamutcore.answers.results import GamutRings
     from gamutcore.gamut_levels import IndexedLevel
+    from gamutcore.results import GamutRings
 
 __all__ = ["DrawingAnswers", "figure", "new_axes"]
 

@@ -13,7 +13,6 @@ from gamutcore import queries
 from gamutcore.answers.base import Answering
 from gamutcore.answers.conditions import colour_warnings, comparison_warnings
 from gamutcore.answers.picture_mapping import BLUE_TURNS, map_picture, turns_blue
-from gamutcore.answers.results import MappedColours
 from gamutcore.colour_rows import colour_rows
 from gamutcore.colours.black_point import compensate_black, luminance_of_black
 from gamutcore.colours.spaces.cielab import ICC_D50
@@ -21,6 +20,7 @@ from gamutcore.content import content_of
 from gamutcore.errors import OptionError
 from gamutcore.option_types import Choice, check_option
 from gamutcore.queries import delta_e_2000
+from gamutcore.results import MappedColours
 
 if TYPE_CHECKING:
     from gamutcore.answers.picture_mapping import MappedPicture

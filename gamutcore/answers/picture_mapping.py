@@ -32,16 +32,15 @@ from gamutcore.colours.picture_values import find_values
 from gamutcore.colours.spaces.cielab import lab_to_xyz
 from gamutcore.errors import MalformedFileError, UnsupportedPictureError
 from gamutcore.export.picture_file import picture_writer, with_depth
-from gamutcore.shown import Shown
+from gamutcore.results import Shown
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from gamutcore.answers.conditions import Conditions
-    from gamutcore.answers.results import MappedColours
     from gamutcore.arrays import FloatArray, LongArray
     from gamutcore.characterisation.pictures.raster import Raster
     from gamutcore.export.picture_file import Depth
+    from gamutcore.results import Conditions, MappedColours
 
     Mapping = Callable[[FloatArray, float], MappedColours]
 

@@ -9,10 +9,10 @@ import numpy as np
 from gamutcore import queries
 from gamutcore.answers.base import Answering
 from gamutcore.answers.conditions import colour_warnings
-from gamutcore.answers.results import ColourCrossings, NearestColours
 from gamutcore.errors import OptionError
 from gamutcore.option_types import Choice, Number, check_option
 from gamutcore.queries import delta_e_2000
+from gamutcore.results import ColourCrossings, NearestColours
 
 if TYPE_CHECKING:
     from typing import Any, Literal

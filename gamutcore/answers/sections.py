@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
@@ -9,11 +10,11 @@ import numpy as np
 from gamutcore import queries
 from gamutcore.answers.base import Answering
 from gamutcore.answers.conditions import comparison_warnings
-from gamutcore.answers.results import ChromaTable, ColourCusps, ColourSection, GamutRings
 from gamutcore.colour_rows import colour_rows
 from gamutcore.errors import OptionError
 from gamutcore.option_types import WholeNumber, check_option
 from gamutcore.queries import RING_LIGHTNESSES
+from gamutcore.results import ChromaTable, ColourCusps, ColourSection, GamutRings
 
 if TYPE_CHECKING:
     import os
@@ -357,9 +358,7 @@ class SectionAnswers(Answering):
             against = reference.conditions
             warnings = comparison_warnings(self.conditions, against, ("the gamut", "the reference"))
         found = queries.gamut_rings(level.index, other, lightness, sectors)
-        return GamutRings(
-            **vars(found), gamut=self.conditions, reference_gamut=against, warnings=warnings
-        )
+        return replace(found, gamut=self.conditions, reference_gamut=against, warnings=warnings)
 
     def _section(self, level: IndexedLevel, found: queries.Section) -> ColourSection:
         device, channels = self._device(level, found.faces, found.weights)

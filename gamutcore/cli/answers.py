@@ -300,7 +300,7 @@ def map_colours(
     added |= {"moved": mapped.moved, "delta_e_2000": mapped.delta_e}
     if mapped.device is not None:
         added |= dict(zip(mapped.channels, 100.0 * mapped.device.T, strict=True))
-    stated = state(mapped.gamut, warnings=mapped.warnings)
+    stated = state(found.conditions, warnings=mapped.warnings)
     write_answer(table, added, output, as_json=as_json, stated=stated)
     summary = f"{int(mapped.moved.sum())} of {len(mapped.moved)} colours moved."
     typer.echo(summary + _skipped(table), err=output is None)
@@ -376,7 +376,7 @@ def compare(
     """Compare gamuts A and B by volume, coverage and chromaticity."""
     one, two = (gamut_of(source, ctx, alone=False) for source in (first, second))
     found = one.compare(two, sectors=sectors, triangles=triangles, max_error=max_error)
-    stated = state(*found.gamuts, warnings=found.warnings)
+    stated = state(one.conditions, two.conditions, warnings=found.warnings)
     names = [
         *("volume_a", "volume_b", "intersection", "union", "a_covers_b", "b_covers_a", "jaccard"),
         "symmetric_difference",

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 import typer
 
 if TYPE_CHECKING:
-    from gamutcore.answers.conditions import Conditions
+    from gamutcore.results import Conditions
     from gamutcore.tables import ColourTable
 
 __all__ = [

@@ -185,7 +185,7 @@ def rings_svg(
         Middles of equal sectors, in degrees.
     radius : (n, s) float64
     reference_radius, intersection_radius : (n, s) float64, optional
-        As in `gamutcore.queries.Rings`. The reference is drawn as its outer ring, and the
+        As in `gamutcore.results.GamutRings`. The reference is drawn as its outer ring, and the
         intersection within each band.
     names : (str, str), optional
         Of the gamut and of the reference.

@@ -6,18 +6,13 @@ computed once.
 
 from gamutcore.queries.chromaticity import (
     CHROMATICITY_STANDARDS,
-    AreaOverlap,
-    ChromaticityComparison,
-    ChromaticityGamut,
+    chromaticity_description,
     chromaticity_gamut,
 )
 from gamutcore.queries.ciede2000 import delta_e_2000
 from gamutcore.queries.comparison import (
     MOST_SECTORS,
     RING_LIGHTNESSES,
-    Comparison,
-    Overlap,
-    Rings,
     compare,
     gamut_rings,
 )
@@ -49,10 +44,6 @@ __all__ = [
     "LARGEST_COORDINATE",
     "MOST_SECTORS",
     "RING_LIGHTNESSES",
-    "AreaOverlap",
-    "ChromaticityComparison",
-    "ChromaticityGamut",
-    "Comparison",
     "Crossings",
     "Cusps",
     "Leaves",
@@ -60,13 +51,12 @@ __all__ = [
     "LevelIndex",
     "Mapped",
     "MappingMethod",
-    "Overlap",
-    "Rings",
     "Section",
     "SurfacePoints",
     "as_index",
     "build_index",
     "checked_points",
+    "chromaticity_description",
     "chromaticity_gamut",
     "compare",
     "contains",

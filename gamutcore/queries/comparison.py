@@ -41,8 +41,7 @@ modern display systems", Journal of the SID 28 (2020); Information Display Measu
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any, Generic, NamedTuple, TypeVar
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -53,85 +52,17 @@ from gamutcore.geometry import opposite_corners
 from gamutcore.kernels import kernel, leaf_kernel
 from gamutcore.queries.hue_tables import WHOLE_TURN, hue_span
 from gamutcore.queries.index import Level, LevelIndex, as_index, cell_of, checked_numbers
-from gamutcore.shown import Shown
+from gamutcore.results import Comparison, GamutRings, Overlap
 
 __all__ = [
     "MOST_SECTORS",
     "RING_LIGHTNESSES",
-    "Comparison",
-    "Overlap",
-    "Rings",
     "compare",
     "gamut_rings",
 ]
 
 MOST_SECTORS = 3600
 """Largest number of sectors: tenths of a degree."""
-
-Value = TypeVar("Value", float, FloatArray)
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Overlap(Shown, Generic[Value]):
-    """Volumes of two gamuts and of their intersection, as numbers or as arrays.
-
-    Attributes
-    ----------
-    volume_a, volume_b, intersection : float or (n,) float64
-        In cubic units of the colour space.
-    """
-
-    volume_a: Value
-    volume_b: Value
-    intersection: Value
-
-    @property
-    def union(self) -> Value:
-        """Volume inside at least one gamut."""
-        return self.volume_a + self.volume_b - self.intersection
-
-    @property
-    def symmetric_difference(self) -> Value:
-        """Volume inside exactly one gamut."""
-        return self.volume_a + self.volume_b - 2.0 * self.intersection
-
-    @property
-    def a_covers_b(self) -> Value:
-        """Coverage of B by A: intersection ÷ volume of B. NaN where B has no volume."""
-        return _ratio(self.intersection, self.volume_b)
-
-    @property
-    def b_covers_a(self) -> Value:
-        """Coverage of A by B: intersection ÷ volume of A. NaN where A has no volume."""
-        return _ratio(self.intersection, self.volume_a)
-
-    @property
-    def jaccard(self) -> Value:
-        """Jaccard index: intersection ÷ union. NaN where both have no volume."""
-        return _ratio(self.intersection, self.union)
-
-
-def _ratio(part: Any, whole: Any) -> Any:  # noqa: ANN401  # numbers and arrays alike
-    with np.errstate(invalid="ignore", divide="ignore"):
-        found = np.where(whole > 0.0, np.divide(part, whole), np.nan)
-    return found if found.ndim else float(found)
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Comparison(Overlap[float]):
-    """Comparison of two gamuts, A and B.
-
-    Attributes
-    ----------
-    volume_a, volume_b, intersection : float
-    hues : (n + 1,) float64
-        Hues between the sectors, from 0 to 360 degrees.
-    sectors : Overlap
-        The same figures by sector of hue, as arrays of n.
-    """
-
-    hues: FloatArray
-    sectors: Overlap[FloatArray]
 
 
 def compare(level_a: Level, level_b: Level, sectors: int = 36) -> Comparison:
@@ -189,39 +120,12 @@ RING_LIGHTNESSES = tuple(range(10, 101, 10))
 """Lightnesses of the rings in the standard, which is for CIELAB."""
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Rings(Shown):
-    """Gamut rings.
-
-    Attributes
-    ----------
-    lightness : (n,) float64
-        Of the rings, in increasing order.
-    hues : (s,) float64
-        Middle of each sector of hue, in degrees.
-    radius : (n, s) float64
-    volume : float
-        Volume up to the last lightness: the area within the outer ring.
-    reference_radius : (n, s) float64 or None
-        Rings of the reference.
-    intersection_radius : (n, s) float64 or None
-        Outer end of the intersection's part of the band inside each ring.
-    """
-
-    lightness: FloatArray
-    hues: FloatArray
-    radius: FloatArray
-    volume: float
-    reference_radius: FloatArray | None = None
-    intersection_radius: FloatArray | None = None
-
-
 def gamut_rings(
     level: Level,
     reference: Level | None = None,
     lightness: ArrayLike = RING_LIGHTNESSES,
     sectors: int = 360,
-) -> Rings:
+) -> GamutRings:
     """Return the gamut rings of a level, alone or compared with a reference.
 
     Parameters
@@ -236,7 +140,7 @@ def gamut_rings(
 
     Returns
     -------
-    Rings
+    GamutRings
         Exact for the level except for rounding: no lines of sight are sampled.
 
     Raises
@@ -274,12 +178,12 @@ def gamut_rings(
     if reference is None:
         bands = _squares(_enclosed_cells(index.vertices, index.faces, cells), width)
         squares = bands.cumsum(axis=0)
-        return Rings(bounds, hues, np.sqrt(squares), float(squares[-1].sum() * width / 2.0))
+        return GamutRings(bounds, hues, np.sqrt(squares), float(squares[-1].sum() * width / 2.0))
     found = _cell_volumes(index, as_index(reference), cells)
     bands, of_reference, common = (_squares(volumes, width) for volumes in found)
     squares = bands.cumsum(axis=0)
     inner = squares - bands
-    return Rings(
+    return GamutRings(
         bounds,
         hues,
         np.sqrt(squares),

@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 from gamutcore.answers.conditions import colour_warnings, comparison_warnings
 from gamutcore.answers.mapping import METHOD, NAMES
 from gamutcore.answers.points import METRIC, TOLERANCE
-from gamutcore.answers.results import SurfaceAnswer
-from gamutcore.arrays import FloatArray, LongArray
+from gamutcore.arrays import FloatArray
 from gamutcore.colours.spaces.conversion import GIVEN_SPACE
 from gamutcore.option_types import Choice, Number, Text, Vector, WholeNumber
+from gamutcore.results import SurfaceAnswer
 from service.http.parameters import LARGEST_WHOLE
 from service.queries.levels import QueryLevel
 from service.queries.parameters import Boolean, Parameter
@@ -104,7 +104,7 @@ class Result(NamedTuple):
     """
 
     columns: dict[str, NDArray[Any]]
-    offsets: LongArray | None = None
+    offsets: NDArray[np.integer[Any]] | None = None
     channels: tuple[str, ...] = ()
     stated: Mapping[str, float] = {}
 
@@ -279,7 +279,9 @@ def _crossings(level: QueryLevel, colours: list[FloatArray], values: Mapping[str
 
 
 def _on_surface(
-    columns: dict[str, NDArray[Any]], found: SurfaceAnswer, offsets: LongArray | None = None
+    columns: dict[str, NDArray[Any]],
+    found: SurfaceAnswer,
+    offsets: NDArray[np.integer[Any]] | None = None,
 ) -> Result:
     """Return a result with the device values, if there are any."""
     if found.device is not None:

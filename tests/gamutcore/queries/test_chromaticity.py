@@ -10,7 +10,8 @@ import gamutcore
 from gamutcore import Gamut
 from gamutcore.characterisation import characterisation
 from gamutcore.colours.spaces.cielab import ICC_D50
-from gamutcore.queries import ChromaticityGamut, chromaticity_gamut
+from gamutcore.queries import chromaticity_gamut
+from gamutcore.results import ChromaticityGamut
 
 PRIMARIES = {
     "bt709": [(0.640, 0.330), (0.300, 0.600), (0.150, 0.060)],  # ITU-R BT.709-6, 1.3
