@@ -128,9 +128,12 @@ class Number:
         return f"a number {bounds}" + (f", in {self.unit}" if self.unit else "")
 
     def __get_pydantic_core_schema__(self, source: object, handler: object) -> CoreSchema:
-        least = "gt" if self.above_least else "ge"
-        most = "lt" if self.below_most else "le"
-        bounded = core_schema.float_schema(**{least: self.least, most: self.most})
+        bounded = core_schema.float_schema(
+            gt=self.least if self.above_least else None,
+            ge=None if self.above_least else self.least,
+            lt=self.most if self.below_most else None,
+            le=None if self.below_most else self.most,
+        )
         return core_schema.no_info_before_validator_function(_finite, bounded)
 
 

@@ -8,10 +8,14 @@ follow from them. The canonical form of the options is part of a gamut's id.
 
 from __future__ import annotations
 
+import ast
+import inspect
+import itertools
 import json
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import cache
 from types import MappingProxyType
 from typing import Annotated, Any, Self, TypeAlias, get_type_hints
 
@@ -73,7 +77,7 @@ _SELECTED: dict[str, dict[str, Mapping[str, object]]] = {
 
 @dataclass(frozen=True)
 class Option:
-    """What the declaration of an option states beside its type; `OPTIONS` adds the last four.
+    """What the declaration of an option states beside its type; `OPTIONS` adds the last three.
 
     Attributes
     ----------
@@ -96,9 +100,13 @@ class Option:
     unless_given: str = ""
     common: bool = False
     name: str = ""
-    description: str = ""
     kind: Any = None
     default: object = None
+
+    @property
+    def description(self) -> str:
+        """The docstring of the field, for people."""
+        return _docstrings()[self.name]
 
     @property
     def defaults(self) -> dict[str, object]:
@@ -184,9 +192,7 @@ class Options(BaseModel):
     'CIELAB'
     """
 
-    model_config = ConfigDict(
-        frozen=True, extra="forbid", validate_default=True, use_attribute_docstrings=True
-    )
+    model_config = ConfigDict(frozen=True, extra="forbid", validate_default=True)
 
     space: Annotated[parameters.SPACE, Option(common=True)] = "CIELAB"
     """Colour space of the boundary."""
@@ -341,17 +347,7 @@ class Options(BaseModel):
 
     @classmethod
     def from_mapping(cls, mapping: Mapping[str, object]) -> Options:
-        """Return options from names and values, such as parsed JSON.
-
-        Parameters
-        ----------
-        mapping : mapping of str to object
-            Names in any letter case, with ``-`` or ``_``.
-
-        Returns
-        -------
-        Options
-            Options that are not in the mapping have their defaults.
+        """Return options from names, in any letter case with ``-`` or ``_``, and JSON values.
 
         Raises
         ------
@@ -388,15 +384,7 @@ class Options(BaseModel):
     def check_data(self, kind: str) -> None:
         """Refuse options that do not apply to some kind of data and differ from their default.
 
-        Parameters
-        ----------
-        kind : str
-            A key of `DATA_KINDS`.
-
-        Raises
-        ------
-        OptionError
-            The first such option.
+        `kind` is a key of `DATA_KINDS`. `OptionError` names the first such option.
         """
         defaults = Options()
         for name in OPTIONS:
@@ -405,19 +393,7 @@ class Options(BaseModel):
                 raise OptionError.not_applicable(name, value, DATA_KINDS[kind])
 
     def applies(self, name: str, kind: str) -> bool:
-        """Whether an option applies to some kind of data.
-
-        Parameters
-        ----------
-        name : str
-            A key of `OPTIONS`.
-        kind : str
-            A key of `DATA_KINDS`.
-
-        Returns
-        -------
-        bool
-        """
+        """Whether an option applies to some kind of data, a key of `DATA_KINDS`."""
         # what an ICC profile carries is another kind of data than the profile
         if name == "source" or (name == "intent" and self.source == "boundary"):
             return True
@@ -431,19 +407,8 @@ class Options(BaseModel):
     def colour_space(self, white_luminance: object = None) -> ColourSpace:
         """Return the colour space of the boundary, with its parameters.
 
-        Parameters
-        ----------
-        white_luminance : float, optional
-            Luminance of the white that the data declares, in cd/m², for the luminance "measured".
-
-        Returns
-        -------
-        ColourSpace
-
-        Raises
-        ------
-        OptionError
-            The luminance is to be the measured one, and the data declares none.
+        The luminance "measured" becomes `white_luminance`, in cd/m², which the data declares;
+        without one, `OptionError` is raised.
         """
         given = {name: getattr(self, name) for name in parameters.SPACE_PARAMETERS}
         if self.luminance == parameters.MEASURED:
@@ -456,17 +421,22 @@ class Options(BaseModel):
         return json.dumps(self.to_mapping(), sort_keys=True, separators=(",", ":"))
 
 
+@cache
+def _docstrings() -> dict[str, str]:
+    """Docstrings by field. They are read on demand: pydantic would do so on import, in 50 ms."""
+    (model,) = ast.parse(inspect.getsource(Options)).body
+    found = {}
+    for field, text in itertools.pairwise(model.body):  # type: ignore[attr-defined]
+        match field, text:
+            case ast.AnnAssign(target=ast.Name(id=name)), ast.Expr(value=ast.Constant(value=str())):
+                found[name] = " ".join(text.value.value.split())
+    return found
+
+
 def _declared(name: str, kind: Any) -> Option:  # noqa: ANN401  # an annotation
     declared = Options.model_fields[name]
     stated = (mark for mark in declared.metadata if isinstance(mark, Option))
-    description = " ".join((declared.description or "").split())
-    return replace(
-        next(stated, Option()),
-        name=name,
-        description=description,
-        kind=kind,
-        default=declared.default,
-    )
+    return replace(next(stated, Option()), name=name, kind=kind, default=declared.default)
 
 
 _KINDS = get_type_hints(Options, include_extras=True)
@@ -480,17 +450,8 @@ OPTIONS: Mapping[str, Option] = MappingProxyType(
 def option_value(name: str, text: str) -> object:
     """Return the value that a text stands for, unchecked.
 
-    Parameters
-    ----------
-    name : str
-        A key of `OPTIONS`.
-    text : str
-
-    Returns
-    -------
-    object
-        The text if the option accepts text like it, else what it is as JSON, else a list if it is
-        several numbers, separated by commas or spaces, else the text.
+    It is the text if the option accepts it, else its value as JSON, else a list of numbers that
+    commas or spaces separate, else the text.
 
     Examples
     --------
@@ -509,22 +470,9 @@ def option_value(name: str, text: str) -> object:
 
 
 def option_name(given: object) -> str:
-    """Return the name of the option that is meant.
+    """Return the key of `OPTIONS` that is meant, in any letter case, with ``-`` or ``_``.
 
-    Parameters
-    ----------
-    given : str
-        In any letter case, with ``-`` or ``_``.
-
-    Returns
-    -------
-    str
-        A key of `OPTIONS`.
-
-    Raises
-    ------
-    OptionError
-        There is no such option; the remedy names a near match.
+    Without such an option, the remedy of `OptionError` names a near match.
     """
     name = str(given).strip().lower().replace("-", "_")
     if name in OPTIONS:

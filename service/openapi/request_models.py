@@ -101,12 +101,14 @@ def _form_field(option: Option) -> tuple[Any, Any]:
 
     The field has no default, because a client that sent the defaults would contradict `options`.
     """
-    kind, described = option.kind, option.documentation
+    kind: Any = option.kind
+    described = option.documentation
     if any(isinstance(mark, Array) for mark in marks(kind)):
         # Clients send an array as one part for each item. A form has it as JSON in one part.
         kind = str
         described += f" Accepts {option.accepted}, numbers as a JSON array."
-    return Annotated[kind | SkipJsonSchema[None], Field(description=described)], None
+    optional = kind | SkipJsonSchema[None]  # type: ignore[misc]
+    return Annotated[optional, Field(description=described)], None
 
 
 _form_fields: dict[str, Any] = {name: _form_field(option) for name, option in OPTIONS.items()}
