@@ -426,10 +426,13 @@ def _docstrings() -> dict[str, str]:
     """Docstrings by field. They are read on demand: pydantic would do so on import, in 50 ms."""
     (model,) = ast.parse(inspect.getsource(Options)).body
     found = {}
-    for field, text in itertools.pairwise(model.body):  # type: ignore[attr-defined]
-        match field, text:
-            case ast.AnnAssign(target=ast.Name(id=name)), ast.Expr(value=ast.Constant(value=str())):
-                found[name] = " ".join(text.value.value.split())
+    for declared, text in itertools.pairwise(model.body):  # type: ignore[attr-defined]
+        match declared, text:
+            case (
+                ast.AnnAssign(target=ast.Name(id=name)),
+                ast.Expr(value=ast.Constant(value=str(written))),
+            ):
+                found[name] = " ".join(written.split())
     return found
 
 
