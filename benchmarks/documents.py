@@ -6,25 +6,31 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from benchmarks import decimation_tables, reliability
 from benchmarks.common import DOCUMENT, RESULTS, ROOT
 from benchmarks.markdown import rows_table, update_document
 from gamutcore.colours.spaces.parameters import SPACE_PARAMETERS
-from gamutcore.option_types import option_table
 from gamutcore.options import OPTIONS
 
 
-def _options(names: list[str]) -> dict[str, str]:
-    return {"options": option_table([OPTIONS[name] for name in names]).strip()}
+def option_table(names: Iterable[str]) -> str:
+    """Return a Markdown table of options: name, accepted values, default, description."""
+    lines = ["| option | values | default | meaning |", "|---|---|---|---|"]
+    for option in (OPTIONS[name] for name in names):
+        cells = (f"`{option.name}`", option.accepted, option.default_text, option.description)
+        lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
+    return "\n".join(lines)
 
 
 DOCUMENTS: dict[Path, Callable[[], dict[str, str]]] = {
-    ROOT / "README.md": lambda: _options([name for name in OPTIONS if OPTIONS[name].common]),
-    ROOT / "docs" / "options.md": lambda: _options(list(OPTIONS)),
-    ROOT / "docs" / "colour-spaces.md": lambda: _options(list(SPACE_PARAMETERS)),
+    ROOT / "README.md": lambda: {
+        "options": option_table(name for name in OPTIONS if OPTIONS[name].common)
+    },
+    ROOT / "docs" / "options.md": lambda: {"options": option_table(OPTIONS)},
+    ROOT / "docs" / "colour-spaces.md": lambda: {"options": option_table(SPACE_PARAMETERS)},
     DOCUMENT: lambda: {
         name: rows_table(rows) for name, rows in json.loads(RESULTS.read_text()).items()
     },

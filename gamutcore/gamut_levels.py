@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 from math import inf
 from typing import TYPE_CHECKING, Any
 
+from gamutcore.arguments import finite_number
 from gamutcore.errors import OptionError
 from gamutcore.levels import NO_ERROR, SIDES, Bounds, LevelSearch, Side, SidedSearch, error_bounds
-from gamutcore.option_types import finite_number
 from gamutcore.queries import LevelIndex, build_index
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from collections.abc import Iterable
 from functools import lru_cache
 from typing import TypeVar
 
-__all__ = ["EXACT", "folded", "print_condition", "ranked", "similarity"]
+__all__ = ["EXACT", "folded", "near_match", "print_condition", "ranked", "similarity"]
 
 T = TypeVar("T")
 
@@ -170,3 +170,8 @@ def ranked(wanted: str, things: Iterable[tuple[T, Iterable[str]]]) -> list[T]:
     least = 1.0 if best >= 1.0 else LIKENESS
     kept = [pair for pair in scored if pair[0] >= least]
     return [thing for _, thing in sorted(kept, key=lambda pair: -pair[0])]
+
+
+def near_match(name: str, names: Iterable[str]) -> str | None:
+    """Return the name that a misspelled one most resembles; None if no name is similar."""
+    return next(iter(ranked(name[:60], ((each, (each,)) for each in names))), None)

@@ -1,110 +1,163 @@
 """The options of a gamut: one declaration of each, and the checked, immutable set of values.
 
-Each field of `Options` is declared once, by `option`: its type and bounds, default, description,
-the data it applies to, and the boundaries or colour spaces that have it. `OPTIONS` gives these
-declarations as plain data. Request models, the OpenAPI document and the tables of the documents are
-generated from it. The canonical form of the options is part of a gamut's id.
+`Options` is a pydantic model. Each field is declared once: its type and bounds, default and
+description, the data it applies to, and whether only some boundaries or colour spaces have it.
+`OPTIONS` gives the declarations as plain data. The OpenAPI document and the tables of the documents
+follow from them. The canonical form of the options is part of a gamut's id.
 """
 
 from __future__ import annotations
 
-import dataclasses
+import ast
+import inspect
+import itertools
 import json
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
+from functools import cache
 from types import MappingProxyType
-from typing import Any, TypeAlias
+from typing import Annotated, Any, Self, TypeAlias, get_type_hints
 
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    ValidationError,
+    ValidationInfo,
+    ValidatorFunctionWrapHandler,
+    field_validator,
+    model_validator,
+)
+from pydantic.json_schema import SkipJsonSchema
+
+from gamutcore.arguments import (
+    Choice,
+    Coordinates,
+    Number,
+    Text,
+    accepted_values,
+    canonical,
+    refusal,
+)
 from gamutcore.boundary import BASIS, BOUNDARIES, GAMMA, SEGMENT_COUNTS, SUBDIVISIONS
 from gamutcore.characterisation.conditions import condition_label
 from gamutcore.colours.device.model import DEVICE_MODELS
 from gamutcore.colours.device.surface import SURFACE_SAMPLES
-from gamutcore.colours.spaces import SPACES, ColourSpace
-from gamutcore.colours.spaces.parameters import (
-    MEASURED,
-    SPACE,
-    SPACE_PARAMETERS,
-    measured_luminance,
-    parameter_defaults,
-    space_parameters,
-)
+from gamutcore.colours.spaces import SPACES, ColourSpace, parameters
 from gamutcore.colours.spectral import ILLUMINANTS, OBSERVERS
 from gamutcore.colours.surface import INTENTS
 from gamutcore.decimation import COSTS
 from gamutcore.errors import OptionError
-from gamutcore.option_types import (
-    DATA_KINDS,
-    Choice,
-    Number,
-    Option,
-    OptionType,
-    Text,
-    Vector,
-    check_option,
-    near_match,
+from gamutcore.names import near_match
+
+__all__ = ["DATA_KINDS", "OPTIONS", "Option", "Options", "option_name", "option_value"]
+
+DATA_KINDS: Mapping[str, str] = MappingProxyType(
+    {
+        "profile": "the data is an ICC profile",
+        "measurements": "the data is measured device values",
+        "colours": "the data is colours without device values",
+        "picture": "the data is a picture",
+        "mesh": "the data is a boundary already, and nothing is wrapped",
+        "reference": "the data is a reference gamut",
+    }
 )
-
-__all__ = [
-    "DATA_KINDS",
-    "OPTIONS",
-    "Centre",
-    "Option",
-    "Options",
-    "option_name",
-    "option_value",
-]
-
-Centre: TypeAlias = "tuple[float, float, float] | str"
+"""Kinds of characterisation data, each with the reason why an option may not apply."""
 
 _WRAPPED_DATA = ("profile", "measurements", "colours", "picture", "reference")
 _SPECTRAL_DATA = ("measurements", "colours")
 
-
-def option(
-    *types: OptionType,
-    description: str,
-    default: object = None,
-    **declaration: Any,  # noqa: ANN401  # the attributes of Option
-) -> Any:  # noqa: ANN401  # a dataclass field stands for its value
-    """Declare a field of `Options`; the arguments are the attributes of `Option`."""
-    metadata = {"types": types, "description": description, **declaration}
-    return field(default=default, metadata=metadata)
+_SELECTED: dict[str, dict[str, Mapping[str, object]]] = {
+    "": {},
+    "boundary": {method: entry.defaults for method, entry in BOUNDARIES.items()},
+    "space": {space: parameters.parameter_defaults(space) for space in SPACES},
+}
+"""The options that only some boundaries or spaces have, with their defaults."""
 
 
-def _boundary_option(
-    name: str,
-    *types: OptionType,
-    description: str,
-) -> Any:  # noqa: ANN401
-    defaults = {
-        method: entry.defaults[name]
-        for method, entry in BOUNDARIES.items()
-        if name in entry.defaults
-    }
-    return option(
-        *types,
-        description=description,
-        data=_WRAPPED_DATA,
-        selector="boundary",
-        defaults=defaults,
-        is_universal=False,
-    )
+@dataclass(frozen=True)
+class Option:
+    """What the declaration of an option states beside its type; `OPTIONS` adds the last three.
+
+    Attributes
+    ----------
+    data : tuple of str
+        The keys of `DATA_KINDS` that the option applies to.
+    selector : str
+        ``"boundary"`` or ``"space"`` if only some boundaries or spaces have the option; else empty.
+    unless_given : str
+        What happens without a value, for an option without a default.
+    common : bool
+        Whether a newcomer needs to know the option.
+    kind : annotation
+        The type of the values, for `gamutcore.arguments`.
+    default : object
+        None if the option has no default, or if the default depends on `selector`.
+    """
+
+    data: tuple[str, ...] = tuple(DATA_KINDS)
+    selector: str = ""
+    unless_given: str = ""
+    common: bool = False
+    name: str = ""
+    kind: Any = None
+    default: object = None
+
+    @property
+    def description(self) -> str:
+        """The docstring of the field, for people."""
+        return _docstrings()[self.name]
+
+    @property
+    def defaults(self) -> dict[str, object]:
+        """The defaults for the boundaries or spaces that have the option."""
+        users = _SELECTED[self.selector].items()
+        return {user: own[self.name] for user, own in users if self.name in own}
+
+    @property
+    def is_universal(self) -> bool:
+        """Whether all boundaries or spaces have the option."""
+        return len(self.defaults) == len(_SELECTED[self.selector])
+
+    @property
+    def accepted(self) -> str:
+        """The accepted values in words."""
+        return accepted_values(self.kind)
+
+    @property
+    def default_text(self) -> str:
+        """The default in words, in Markdown: ``"0.2 for `modified-convex-hull`, 0.05 for `usv`"``.
+
+        For an option without a default, what happens unless it is given.
+        """
+        if not self.selector:
+            return self.unless_given if self.default is None else _text_of(self.default)
+        users: dict[str, list[str]] = {}
+        for user, default in self.defaults.items():
+            users.setdefault(_text_of(default), []).append(f"`{user}`")
+        if len(users) == 1 and self.is_universal:
+            return next(iter(users))
+        return "; ".join(f"{default} for {', '.join(names)}" for default, names in users.items())
+
+    @property
+    def documentation(self) -> str:
+        """The description with the default and the data that the option applies to."""
+        parts = [self.description]
+        if self.selector:
+            parts.append(f"Default: {self.default_text}.")
+        if self.unless_given:
+            parts.append(f"Unless given: {self.unless_given}.")
+        if len(self.data) < len(DATA_KINDS):
+            parts.append(f"Applies to: {', '.join(self.data)}.")
+        return " ".join(parts)
 
 
-def _space_option(name: str, *, description: str) -> Any:  # noqa: ANN401
-    defaults = {
-        space: parameter_defaults(space)[name]
-        for space in SPACES
-        if name in parameter_defaults(space)
-    }
-    return option(
-        *SPACE_PARAMETERS[name],
-        description=description,
-        selector="space",
-        defaults=defaults,
-        is_universal=len(defaults) == len(SPACES),
-    )
+def _text_of(value: object) -> str:
+    if isinstance(value, float):
+        return f"{value:.3g}"
+    if isinstance(value, tuple):
+        return str(list(value))
+    return f"`{value}`" if isinstance(value, str) else str(value)
 
 
 def _condition(text: str) -> str:
@@ -114,8 +167,15 @@ def _condition(text: str) -> str:
     return label if label.lower() == words.lower() else words
 
 
-@dataclass(frozen=True)
-class Options:
+_CONDITION = Text(80, "the name of a measurement condition, such as 'M1'", _condition)
+_FLUORESCENT = {f"f{n}": f"FL{n}" for n in range(1, 13)}
+_OF_BOUNDARY = Option(data=_WRAPPED_DATA, selector="boundary")
+_OF_SPACE = Option(selector="space")
+
+Absent: TypeAlias = SkipJsonSchema[None]
+
+
+class Options(BaseModel):
     """How a gamut is built. Values are checked and brought to their canonical form.
 
     Names of choices are matched without regard to case, spaces and punctuation. An option that only
@@ -132,180 +192,133 @@ class Options:
     'CIELAB'
     """
 
-    space: str = option(
-        SPACE,
-        default="CIELAB",
-        description="Colour space of the boundary.",
-        common=True,
-    )
-    boundary: str = option(
-        Choice(tuple(BOUNDARIES)),
-        default="auto",
-        description="Method that wraps the colours in a closed surface. `device-surface` takes the "
-        "outermost faces of the device's own cube, and needs a profile or samples with a device "
-        "model. `auto` is `device-surface` where it is possible and no `gamma` is given, else "
-        "`modified-convex-hull`.",
-        data=_WRAPPED_DATA,
-    )
-    gamma: float | str | None = _boundary_option(
-        "gamma",
-        *GAMMA,
-        description="Power that radii are raised to before the convex hull is taken. 1 gives the "
-        "convex hull; small values follow the colours into concave regions. `auto` chooses by the "
-        "data: 0.2 for scattered colours, a small value for the sampled surface of a device.",
-    )
-    segments: tuple[int, int] | None = _boundary_option(
-        "segments", SEGMENT_COUNTS, description="Numbers of polar and azimuth segments."
-    )
-    basis: str | None = _boundary_option(
-        "basis", BASIS, description="Regular polyhedron whose faces are subdivided into segments."
-    )
-    subdivisions: int | None = _boundary_option(
-        "subdivisions",
-        SUBDIVISIONS,
-        description="Number of times that each face of the polyhedron is split into four. With a "
-        "coarse subdivision, the outermost colours of the segments may not surround the centre.",
-    )
-    centre: Centre = option(  # noqa: RUF009  # a field, as the others
-        Choice(("auto",)),
-        Vector(),
-        default="auto",
-        description="Point that radii are taken from, in coordinates of the colour space. It must "
-        "be inside the gamut. `auto` takes the deepest point that sees the whole surface of a "
-        "device with three channels, and the middle of other colours.",
-    )
-    cost: str = option(
-        Choice(COSTS),
-        default="volume",
-        description="Order of the edge collapses. `volume` preserves the volume at every level. "
-        "`finest` orders by the mismatch and also moves vertices: coarse levels are more accurate, "
-        "and the decimation takes several times as long. `quadric` is the published quadric error "
-        "metric.",
-        common=True,
-    )
-    surface_samples: int = option(
-        SURFACE_SAMPLES,
-        default=100_000,
-        description="Largest number of points on the device's surface that the device model is "
-        "evaluated at.",
-        data=("profile", "measurements", "reference"),
-        common=True,
-    )
-    intent: str = option(
-        Choice(INTENTS),
-        default="relative",
-        description="Rendering intent. `relative` maps the medium's white to the white of the "
-        "space, `absolute` keeps its colour. `perceptual` and `saturation` exist in ICC profiles "
-        "only.",
-        data=_WRAPPED_DATA,
-        common=True,
-    )
-    source: str | None = option(
+    model_config = ConfigDict(frozen=True, extra="forbid", validate_default=True)
+
+    space: Annotated[parameters.SPACE, Option(common=True)] = "CIELAB"
+    """Colour space of the boundary."""
+    boundary: Annotated[str, Choice(tuple(BOUNDARIES)), Option(data=_WRAPPED_DATA)] = "auto"
+    """Method that wraps the colours in a closed surface. `device-surface` takes the outermost faces
+    of the device's own cube, and needs a profile or samples with a device model. `auto` is
+    `device-surface` where it is possible and no `gamma` is given, else `modified-convex-hull`."""
+    gamma: Annotated[GAMMA | Absent, _OF_BOUNDARY] = None
+    """Power that radii are raised to before the convex hull is taken. 1 gives the convex hull;
+    small values follow the colours into concave regions. `auto` chooses by the data: 0.2 for
+    scattered colours, a small value for the sampled surface of a device."""
+    segments: Annotated[SEGMENT_COUNTS | Absent, _OF_BOUNDARY] = None
+    """Numbers of polar and azimuth segments."""
+    basis: Annotated[BASIS | Absent, _OF_BOUNDARY] = None
+    """Regular polyhedron whose faces are subdivided into segments."""
+    subdivisions: Annotated[SUBDIVISIONS | Absent, _OF_BOUNDARY] = None
+    """Number of times that each face of the polyhedron is split into four. With a coarse
+    subdivision, the outermost colours of the segments may not surround the centre."""
+    centre: Annotated[str, Choice(("auto",))] | Coordinates = "auto"
+    """Point that radii are taken from, in coordinates of the colour space. It must be inside the
+    gamut. `auto` takes the deepest point that sees the whole surface of a device with three
+    channels, and the middle of other colours."""
+    cost: Annotated[str, Choice(COSTS), Option(common=True)] = "volume"
+    """Order of the edge collapses. `volume` preserves the volume at every level. `finest` orders by
+    the mismatch and also moves vertices: coarse levels are more accurate, and the decimation takes
+    several times as long. `quadric` is the published quadric error metric."""
+    surface_samples: Annotated[
+        SURFACE_SAMPLES, Option(data=("profile", "measurements", "reference"), common=True)
+    ] = 100_000
+    """Largest number of points on the device's surface that the device model is evaluated at."""
+    intent: Annotated[str, Choice(INTENTS), Option(data=_WRAPPED_DATA, common=True)] = "relative"
+    """Rendering intent. `relative` maps the medium's white to the white of the space, `absolute`
+    keeps its colour. `perceptual` and `saturation` exist in ICC profiles only."""
+    source: Annotated[
+        str | None,
         Choice(("transforms", "measurements", "boundary")),
-        description="Content of an ICC profile that is used: its transforms, the measurements it "
-        "carries (tags targ, or CIED with DevD), or the gamut boundary of an iccMAX profile (tags "
-        "gbd0 to gbd3).",
-        data=("profile",),
-        unless_given="Unless given: the transforms.",
-    )
-    device_model: str | None = option(
+        Option(data=("profile",), unless_given="the transforms"),
+    ] = None
+    """Content of an ICC profile that is used: its transforms, the measurements it carries (tags
+    targ, or CIED with DevD), or the gamut boundary of an iccMAX profile (tags gbd0 to gbd3)."""
+    device_model: Annotated[
+        str | None,
         Choice(DEVICE_MODELS),
-        description="Device model of measured samples with device values. `interpolation` is "
-        "n-linear and needs a complete grid. `fit` uses radial basis functions.",
-        data=("measurements",),
-        unless_given="Unless given: interpolation of complete grids, a fit to other samples.",
-    )
-    ink_limit: float | None = option(
+        Option(
+            data=("measurements",),
+            unless_given="interpolation of complete grids, a fit to other samples",
+        ),
+    ] = None
+    """Device model of measured samples with device values. `interpolation` is n-linear and needs a
+    complete grid. `fit` uses radial basis functions."""
+    ink_limit: Annotated[
+        float | None,
         Number(0, 1500, above_least=True, unit="per cent"),
-        description="Largest sum of all inks in per cent, such as 300. For devices with inks only.",
-        data=("profile", "measurements"),
-        unless_given="Unless given: no limit.",
-        common=True,
-    )
-    black_limit: float | None = option(
+        Option(data=("profile", "measurements"), unless_given="no limit", common=True),
+    ] = None
+    """Largest sum of all inks in per cent, such as 300. For devices with inks only."""
+    black_limit: Annotated[
+        float | None,
         Number(0, 100, unit="per cent"),
-        description="Largest amount of the black ink in per cent. For devices with a black ink "
-        "only.",
-        data=("profile", "measurements"),
-        unless_given="Unless given: no limit.",
-    )
-    observer: int | None = option(
+        Option(data=("profile", "measurements"), unless_given="no limit"),
+    ] = None
+    """Largest amount of the black ink in per cent. For devices with a black ink only."""
+    observer: Annotated[
+        int | None,
         Choice(OBSERVERS),
-        description="Standard observer that spectra are integrated with, in degrees. Data without "
-        "spectra accepts only its own observer.",
-        data=_SPECTRAL_DATA,
-        unless_given="Unless given: the observer that data of spectra alone declares, else 2.",
-    )
-    illuminant: str | None = option(
-        Choice(ILLUMINANTS, {f"f{n}": f"FL{n}" for n in range(1, 13)}),
-        description="Illuminant of reflectance spectra. Data without spectra accepts only its own "
-        "illuminant.",
-        data=_SPECTRAL_DATA,
-        unless_given="Unless given: the illuminant that data of spectra alone declares, else D50.",
-    )
-    condition: str | None = option(
-        Text(80, "the name of a measurement condition, such as 'M1'", _condition),
-        description="Measurement condition to use from data that has several, such as `M0`, `M1` "
-        "or `M2` of ISO 13655. Without it, such data is refused with the code "
-        "`measurement-condition`, and the error names the conditions.",
-        data=_SPECTRAL_DATA,
-    )
-    reference_white: str | tuple[float, float, float] | None = _space_option(
-        "reference_white",
-        description="White that colours are adapted to: a name, or X, Y, Z in any scale.",
-    )
-    adaptation: str | None = _space_option(
-        "adaptation", description="Chromatic adaptation transform from one white to another."
-    )
-    scale: float | None = _space_option(
-        "scale", description="Factor of all coordinates of the space."
-    )
-    luminance: float | str | None = _space_option(
-        "luminance",
-        description="Luminance of the white in cd/m², or `measured` for the luminance that the "
-        "data of a display declares.",
-    )
-    adapting_luminance: float | None = _space_option(
-        "adapting_luminance",
-        description="Luminance in cd/m² that the eye is adapted to, L_A: a fifth of the white's. "
-        "The default corresponds to sRGB's ambient illumination of 64 lx.",
-    )
-    background: float | None = _space_option(
-        "background",
-        description="Luminance of the background in per cent of the white's, Y_b.",
-    )
-    surround: str | None = _space_option(
-        "surround", description="Surround of the background in the appearance model."
-    )
-    popularity: float | None = option(
+        Option(
+            data=_SPECTRAL_DATA,
+            unless_given="the observer that data of spectra alone declares, else 2",
+        ),
+    ] = None
+    """Standard observer that spectra are integrated with, in degrees. Data without spectra accepts
+    only its own observer."""
+    illuminant: Annotated[
+        str | None,
+        Choice(ILLUMINANTS, _FLUORESCENT),
+        Option(
+            data=_SPECTRAL_DATA,
+            unless_given="the illuminant that data of spectra alone declares, else D50",
+        ),
+    ] = None
+    """Illuminant of reflectance spectra. Data without spectra accepts only its own illuminant."""
+    condition: Annotated[str | None, _CONDITION, Option(data=_SPECTRAL_DATA)] = None
+    """Measurement condition to use from data that has several, such as `M0`, `M1` or `M2` of ISO
+    13655. Without it, such data is refused with the code `measurement-condition`, and the error
+    names the conditions."""
+    reference_white: Annotated[parameters.REFERENCE_WHITE | Absent, _OF_SPACE] = None
+    """White that colours are adapted to: a name, or X, Y, Z in any scale."""
+    adaptation: Annotated[parameters.ADAPTATION | Absent, _OF_SPACE] = None
+    """Chromatic adaptation transform from one white to another."""
+    scale: Annotated[parameters.SCALE | Absent, _OF_SPACE] = None
+    """Factor of all coordinates of the space."""
+    luminance: Annotated[parameters.LUMINANCE | Absent, _OF_SPACE] = None
+    """Luminance of the white in cd/m², or `measured` for the luminance that the data of a display
+    declares."""
+    adapting_luminance: Annotated[parameters.ADAPTING_LUMINANCE | Absent, _OF_SPACE] = None
+    """Luminance in cd/m² that the eye is adapted to, L_A: a fifth of the white's. The default
+    corresponds to sRGB's ambient illumination of 64 lx."""
+    background: Annotated[parameters.BACKGROUND | Absent, _OF_SPACE] = None
+    """Luminance of the background in per cent of the white's, Y_b."""
+    surround: Annotated[parameters.SURROUND | Absent, _OF_SPACE] = None
+    """Surround of the background in the appearance model."""
+    popularity: Annotated[
+        float | None,
         Number(0, 1, above_least=True, below_most=True),
-        description="Share of a picture's pixels that is left out, those of its least frequent "
-        "colours, such as 0.01.",
-        data=("picture",),
-        unless_given="Unless given: all pixels count.",
-    )
+        Option(data=("picture",), unless_given="all pixels count"),
+    ] = None
+    """Share of a picture's pixels that is left out, those of its least frequent colours, such as
+    0.01."""
 
-    def __post_init__(self) -> None:
-        for name, declared in OPTIONS.items():
-            if name not in SPACE_PARAMETERS:
-                self._set(name, self._canonical_value(declared))
-        given = {name: getattr(self, name) for name in SPACE_PARAMETERS}
-        for name, value in space_parameters(self.space, given).items():
-            self._set(name, value)
-        if self.boundary == "convex-hull" and self.gamma != 1.0:
-            raise OptionError.not_applicable(
-                "gamma", self.gamma, "the convex hull is the modified one with a gamma of 1"
-            )
-        if self.source == "transforms":  # the default; None keeps the ids of gamuts without it
-            self._set("source", None)
+    @model_validator(mode="before")
+    @classmethod
+    def _named(cls, given: dict[str, object]) -> dict[str, object]:
+        return {option_name(name): value for name, value in given.items()}
 
-    def _set(self, name: str, value: object) -> None:
-        object.__setattr__(self, name, value)  # frozen: only the constructor may do this
-
-    def _canonical_value(self, declared: Option) -> object:
-        name, value = declared.name, getattr(self, declared.name)
+    @field_validator("*", mode="wrap")
+    @classmethod
+    def _check(
+        cls, value: object, canonical: ValidatorFunctionWrapHandler, info: ValidationInfo
+    ) -> object:
+        """Fill in the default, and translate the error of pydantic."""
+        name = str(info.field_name)
+        declared = OPTIONS[name]
+        if declared.selector == "space":
+            return value  # for `_check_together`
         if declared.selector:
-            selected = getattr(self, declared.selector)
+            selected = info.data[declared.selector]
             if selected not in declared.defaults:
                 if value is None:
                     return None
@@ -315,21 +328,26 @@ class Options:
             value = declared.defaults[selected] if value is None else value
         elif value is None and declared.default is None:
             return None
-        return check_option(name, value, *declared.types)
+        try:
+            return canonical(value)
+        except ValidationError:
+            raise refusal(name, value, declared.kind) from None
+
+    @model_validator(mode="after")
+    def _check_together(self) -> Self:
+        given = {name: getattr(self, name) for name in parameters.SPACE_PARAMETERS}
+        self.__dict__.update(parameters.space_parameters(self.space, given))  # the model is frozen
+        if self.boundary == "convex-hull" and self.gamma != 1.0:
+            raise OptionError.not_applicable(
+                "gamma", self.gamma, "the convex hull is the modified one with a gamma of 1"
+            )
+        if self.source == "transforms":  # the default; None keeps the ids of gamuts without it
+            self.__dict__["source"] = None
+        return self
 
     @classmethod
     def from_mapping(cls, mapping: Mapping[str, object]) -> Options:
-        """Return options from names and values, such as parsed JSON.
-
-        Parameters
-        ----------
-        mapping : mapping of str to object
-            Names in any letter case, with ``-`` or ``_``.
-
-        Returns
-        -------
-        Options
-            Options that are not in the mapping have their defaults.
+        """Return options from names, in any letter case with ``-`` or ``_``, and JSON values.
 
         Raises
         ------
@@ -359,22 +377,14 @@ class Options:
         """Return all options that apply, as JSON-able values; `from_mapping` reads them back."""
         return {
             name: list(value) if isinstance(value, tuple) else value
-            for name, value in dataclasses.asdict(self).items()
+            for name, value in self
             if value is not None
         }
 
     def check_data(self, kind: str) -> None:
         """Refuse options that do not apply to some kind of data and differ from their default.
 
-        Parameters
-        ----------
-        kind : str
-            A key of `DATA_KINDS`.
-
-        Raises
-        ------
-        OptionError
-            The first such option.
+        `kind` is a key of `DATA_KINDS`. `OptionError` names the first such option.
         """
         defaults = Options()
         for name in OPTIONS:
@@ -383,19 +393,7 @@ class Options:
                 raise OptionError.not_applicable(name, value, DATA_KINDS[kind])
 
     def applies(self, name: str, kind: str) -> bool:
-        """Whether an option applies to some kind of data.
-
-        Parameters
-        ----------
-        name : str
-            A key of `OPTIONS`.
-        kind : str
-            A key of `DATA_KINDS`.
-
-        Returns
-        -------
-        bool
-        """
+        """Whether an option applies to some kind of data, a key of `DATA_KINDS`."""
         # what an ICC profile carries is another kind of data than the profile
         if name == "source" or (name == "intent" and self.source == "boundary"):
             return True
@@ -409,24 +407,13 @@ class Options:
     def colour_space(self, white_luminance: object = None) -> ColourSpace:
         """Return the colour space of the boundary, with its parameters.
 
-        Parameters
-        ----------
-        white_luminance : float, optional
-            Luminance of the white that the data declares, in cd/m², for the luminance "measured".
-
-        Returns
-        -------
-        ColourSpace
-
-        Raises
-        ------
-        OptionError
-            The luminance is to be the measured one, and the data declares none.
+        The luminance "measured" becomes `white_luminance`, in cd/m², which the data declares;
+        without one, `OptionError` is raised.
         """
-        parameters = {name: getattr(self, name) for name in SPACE_PARAMETERS}
-        if self.luminance == MEASURED:
-            parameters["luminance"] = measured_luminance(white_luminance)
-        return ColourSpace(self.space, **parameters)
+        given = {name: getattr(self, name) for name in parameters.SPACE_PARAMETERS}
+        if self.luminance == parameters.MEASURED:
+            given["luminance"] = parameters.measured_luminance(white_luminance)
+        return ColourSpace(self.space, **given)
 
     @property
     def canonical(self) -> str:
@@ -434,11 +421,31 @@ class Options:
         return json.dumps(self.to_mapping(), sort_keys=True, separators=(",", ":"))
 
 
+@cache
+def _docstrings() -> dict[str, str]:
+    """Docstrings by field. They are read on demand: pydantic would do so on import, in 50 ms."""
+    (model,) = ast.parse(inspect.getsource(Options)).body
+    found = {}
+    for declared, text in itertools.pairwise(model.body):  # type: ignore[attr-defined]
+        match declared, text:
+            case (
+                ast.AnnAssign(target=ast.Name(id=name)),
+                ast.Expr(value=ast.Constant(value=str(written))),
+            ):
+                found[name] = " ".join(written.split())
+    return found
+
+
+def _declared(name: str, kind: Any) -> Option:  # noqa: ANN401  # an annotation
+    declared = Options.model_fields[name]
+    stated = (mark for mark in declared.metadata if isinstance(mark, Option))
+    return replace(next(stated, Option()), name=name, kind=kind, default=declared.default)
+
+
+_KINDS = get_type_hints(Options, include_extras=True)
+
 OPTIONS: Mapping[str, Option] = MappingProxyType(
-    {
-        each.name: Option(each.name, default=each.default, **each.metadata)
-        for each in dataclasses.fields(Options)
-    }
+    {name: _declared(name, _KINDS[name]) for name in Options.model_fields}
 )
 """The declarations of all options by name, in the order of the documents."""
 
@@ -446,17 +453,8 @@ OPTIONS: Mapping[str, Option] = MappingProxyType(
 def option_value(name: str, text: str) -> object:
     """Return the value that a text stands for, unchecked.
 
-    Parameters
-    ----------
-    name : str
-        A key of `OPTIONS`.
-    text : str
-
-    Returns
-    -------
-    object
-        The text if the option accepts text like it, else what it is as JSON, else a list if it is
-        several numbers, separated by commas or spaces, else the text.
+    It is the text if the option accepts it, else its value as JSON, else a list of numbers that
+    commas or spaces separate, else the text.
 
     Examples
     --------
@@ -465,7 +463,7 @@ def option_value(name: str, text: str) -> object:
     >>> option_value("centre", "50, 0, 0")
     [50, 0, 0]
     """
-    if any(each.canonical(text) is not None for each in OPTIONS[name].types):
+    if canonical(text, OPTIONS[name].kind) is not None:
         return text
     parts = text.replace(",", " ").split()
     for written in (text, f"[{','.join(parts)}]" if len(parts) > 1 else text):
@@ -475,22 +473,9 @@ def option_value(name: str, text: str) -> object:
 
 
 def option_name(given: object) -> str:
-    """Return the name of the option that is meant.
+    """Return the key of `OPTIONS` that is meant, in any letter case, with ``-`` or ``_``.
 
-    Parameters
-    ----------
-    given : str
-        In any letter case, with ``-`` or ``_``.
-
-    Returns
-    -------
-    str
-        A key of `OPTIONS`.
-
-    Raises
-    ------
-    OptionError
-        There is no such option; the remedy names a near match.
+    Without such an option, the remedy of `OptionError` names a near match.
     """
     name = str(given).strip().lower().replace("-", "_")
     if name in OPTIONS:

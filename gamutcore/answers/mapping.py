@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, Self, cast
+from typing import TYPE_CHECKING, Annotated, Literal, Self, cast
 
 import numpy as np
 
@@ -13,12 +13,12 @@ from gamutcore import queries
 from gamutcore.answers.base import Answering
 from gamutcore.answers.conditions import colour_warnings, comparison_warnings
 from gamutcore.answers.picture_mapping import BLUE_TURNS, map_picture, turns_blue
+from gamutcore.arguments import Choice, check_option
 from gamutcore.colour_rows import colour_rows
 from gamutcore.colours.black_point import compensate_black, luminance_of_black
 from gamutcore.colours.spaces.cielab import ICC_D50
 from gamutcore.content import content_of
 from gamutcore.errors import OptionError
-from gamutcore.option_types import Choice, check_option
 from gamutcore.queries import delta_e_2000
 from gamutcore.results import MappedColours
 
@@ -32,10 +32,13 @@ if TYPE_CHECKING:
 
 __all__ = ["METHOD", "MappingAnswers"]
 
-METHOD = Choice(
-    ("clip-nearest", "clip-hue", "clip-lightness", "clip-chroma", "clip-focal", "sgck"),
-    {"hpminde": "clip-hue"},
-)
+METHOD = Annotated[
+    str,
+    Choice(
+        ("clip-nearest", "clip-hue", "clip-lightness", "clip-chroma", "clip-focal", "sgck"),
+        {"hpminde": "clip-hue"},
+    ),
+]
 """Methods of mapping."""
 
 NAMES = ("the gamut", "the source")

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Annotated, cast
 
 import numpy as np
 
 from gamutcore import queries
 from gamutcore.answers.base import Answering
 from gamutcore.answers.conditions import colour_warnings
+from gamutcore.arguments import Choice, Number, check_option
 from gamutcore.errors import OptionError
-from gamutcore.option_types import Choice, Number, check_option
 from gamutcore.queries import delta_e_2000
 from gamutcore.results import ColourCrossings, NearestColours
 
@@ -25,13 +25,16 @@ if TYPE_CHECKING:
 
 __all__ = ["METRIC", "TOLERANCE", "PointAnswers"]
 
-METRIC = Choice(
-    ("CIE 1976", "CIE 2000"),
-    {"euclidean": "CIE 1976", "ciede2000": "CIE 2000", "deltae2000": "CIE 2000"},
-)
+METRIC = Annotated[
+    str,
+    Choice(
+        ("CIE 1976", "CIE 2000"),
+        {"euclidean": "CIE 1976", "ciede2000": "CIE 2000", "deltae2000": "CIE 2000"},
+    ),
+]
 """Measures of nearness, named as in colour-science. CIE 1976 is the Euclidean distance."""
 
-TOLERANCE = Number(0.0, 1e6)
+TOLERANCE = Annotated[float, Number(0.0, 1e6)]
 """A largest distance from the surface, in units of the space."""
 
 

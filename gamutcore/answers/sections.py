@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Annotated, Self
 
 import numpy as np
 
 from gamutcore import queries
 from gamutcore.answers.base import Answering
 from gamutcore.answers.conditions import comparison_warnings
+from gamutcore.arguments import WholeNumber, check_option
 from gamutcore.colour_rows import colour_rows
 from gamutcore.errors import OptionError
-from gamutcore.option_types import WholeNumber, check_option
 from gamutcore.queries import RING_LIGHTNESSES
 from gamutcore.results import ChromaTable, ColourCusps, ColourSection, GamutRings
 
@@ -39,7 +39,7 @@ def hue_angles(hues: int | ArrayLike) -> FloatArray:
     ([0.0, 90.0, 180.0, 270.0], [40.0])
     """
     if isinstance(hues, int | np.integer):
-        check_option("hues", int(hues), WholeNumber(1, MOST_HUES))
+        check_option("hues", int(hues), Annotated[int, WholeNumber(1, MOST_HUES)])
         return np.linspace(0.0, 360.0, int(hues), endpoint=False)
     return np.atleast_1d(np.asarray(hues, np.float64))
 
@@ -278,7 +278,7 @@ class SectionAnswers(Answering):
         [[10.0, nan], [14.14, nan]]
         """
         if isinstance(lightness, int | np.integer):
-            check_option("lightness", int(lightness), WholeNumber(2, MOST_HUES))
+            check_option("lightness", int(lightness), Annotated[int, WholeNumber(2, MOST_HUES)])
             heights = np.linspace(0.0, self.colour_space.white_lightness, int(lightness))
         else:
             heights = np.atleast_1d(np.asarray(lightness, np.float64))

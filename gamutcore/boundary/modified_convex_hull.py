@@ -27,24 +27,24 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import sqrt
-from typing import TYPE_CHECKING, Literal, NamedTuple, cast
+from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple, cast
 
 import numpy as np
 
+from gamutcore.arguments import Choice, Number, check_option
 from gamutcore.arrays import FloatArray, IndexArray, LongArray
 from gamutcore.boundary.centre import automatic_centre, bounds, centre_on_grid, points_on_grid
 from gamutcore.boundary.radial_hull import curve_positions, insertion_order, radial_hull
 from gamutcore.errors import BoundaryError, CentreError, FlatPointsError
 from gamutcore.geometry import TriangleMesh, faces_not_seeing_centre
 from gamutcore.kernels import kernel
-from gamutcore.option_types import Choice, Number, check_option
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from numpy.typing import ArrayLike
 
-GAMMA = (Choice(("auto",)), Number(0, 1, above_least=True))
+GAMMA = Annotated[str, Choice(("auto",))] | Annotated[float, Number(0, 1, above_least=True)]
 """Accepted values of `gamma`."""
 
 SCATTERED = 0.2
@@ -147,7 +147,7 @@ def modified_convex_hull(
     >>> modified_convex_hull(octahedron, gamma=0.2).mesh.triangles
     8
     """
-    checked = check_option("gamma", gamma, *GAMMA)
+    checked = check_option("gamma", gamma, GAMMA)
     power = SCATTERED if checked == "auto" else cast("float", checked)
     rounded, step = points_on_grid(points)
     given = centre_on_grid(centre, rounded, step)

@@ -20,10 +20,11 @@ of these colours are on the surface. Empty segments add nothing.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal, cast
+from typing import TYPE_CHECKING, Annotated, Literal, cast
 
 import numpy as np
 
+from gamutcore.arguments import Array, Choice, WholeNumber, check_option
 from gamutcore.arrays import FloatArray, IndexArray, LongArray
 from gamutcore.boundary.modified_convex_hull import Boundary, modified_convex_hull
 from gamutcore.errors import BoundaryError, InvalidPointsError
@@ -35,7 +36,6 @@ from gamutcore.geometry import (
     opposite_corners,
 )
 from gamutcore.kernels import kernel, leaf_kernel
-from gamutcore.option_types import Choice, WholeNumber, WholeNumbers, check_option
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -43,9 +43,16 @@ if TYPE_CHECKING:
 SEGMENTS = (16, 16)
 """Default numbers of polar and azimuth segments, as in Morovic & Luo and in Little CMS."""
 
-SEGMENT_COUNTS = WholeNumbers(
-    (WholeNumber(2, 180), WholeNumber(3, 360)), "polar and azimuth segments"
-)
+_POLAR, _AZIMUTH = WholeNumber(2, 180), WholeNumber(3, 360)
+
+SEGMENT_COUNTS = Annotated[
+    tuple[Annotated[int, _POLAR], Annotated[int, _AZIMUTH]],
+    Array(
+        "2 whole numbers (polar and azimuth segments), from "
+        f"{[_POLAR.least, _AZIMUTH.least]} to {[_POLAR.most, _AZIMUTH.most]}",
+        2,
+    ),
+]
 """Accepted values of `segments`. Fewer do not surround the centre. One degree each way makes 64,800
 segments: most are empty, and at the poles they are as narrow as the grid of positions resolves."""
 
@@ -75,10 +82,10 @@ BASES: dict[str, FloatArray] = {
 }
 """Corners of the regular polyhedra that directions are divided by, in the usual coordinates."""
 
-BASIS = Choice(tuple(BASES))
+BASIS = Annotated[str, Choice(tuple(BASES))]
 """Accepted values of `basis`."""
 
-SUBDIVISIONS = WholeNumber(0, 7)
+SUBDIVISIONS = Annotated[int, WholeNumber(0, 7)]
 """Accepted values of `subdivisions`. Seven subdivisions of an icosahedron make 327,680 segments,
 three for each colour that a device model is asked for by default."""
 

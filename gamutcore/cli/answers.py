@@ -308,7 +308,7 @@ def map_colours(
 
 def _check_source(method: str, source: str | None) -> None:
     from gamutcore.answers.mapping import METHOD  # noqa: PLC0415
-    from gamutcore.option_types import check_option  # noqa: PLC0415
+    from gamutcore.arguments import check_option  # noqa: PLC0415
 
     if (check_option("method", method, METHOD) == "sgck") != (source is not None):
         raise typer.BadParameter(

@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import contextlib
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 
+from gamutcore.arguments import Choice, check_option
 from gamutcore.characterisation import IccProfile, Picture
 from gamutcore.characterisation.samples import JSON
 from gamutcore.colours.device.ink_cube import surface_corners
@@ -56,7 +57,6 @@ from gamutcore.colours.spaces.cielab import ICC_D50
 from gamutcore.colours.spaces.formulas import Cielab
 from gamutcore.colours.spaces.white_points import adaptation_matrix, white_point
 from gamutcore.errors import MalformedProfileError, OptionError
-from gamutcore.option_types import Choice, check_option
 from gamutcore.references import Reference
 
 if TYPE_CHECKING:
@@ -141,7 +141,7 @@ def surface_colours(
     CharacterisationError, InvalidPointsError
         The data is broken.
     """
-    intent = str(check_option("intent", intent, Choice(INTENTS)))
+    intent = str(check_option("intent", intent, Annotated[str, Choice(INTENTS)]))
     check_option("surface_samples", surface_samples, SURFACE_SAMPLES)
     if isinstance(characterisation, Picture):
         return picture_colours(characterisation, intent, popularity, adaptation=adaptation)

@@ -14,7 +14,7 @@ from pydantic import BeforeValidator
 from pydantic_core import PydanticCustomError
 
 from gamutcore.levels import Side
-from gamutcore.option_types import near_match
+from gamutcore.names import near_match
 from gamutcore.references import REFERENCES
 from service.problems.problem import Problem, ProblemError
 

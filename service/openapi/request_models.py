@@ -1,29 +1,17 @@
 """Models of request bodies, for the OpenAPI document and its examples.
 
-`gamutcore` checks the requests. The model of the options is generated from its declarations, so the
-document states the same names, types, bounds, defaults and descriptions.
+`gamutcore` checks the requests. The options are its own model, so the document states the same
+names, types, bounds, defaults and descriptions.
 """
 
-from functools import reduce
-from operator import or_
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field, WithJsonSchema, create_model
+from pydantic import BaseModel, ConfigDict, Field, create_model
 from pydantic.json_schema import SkipJsonSchema
-from typing_extensions import TypeAliasType
 
+from gamutcore.arguments import Array, Coordinates, marks
 from gamutcore.characterisation.formats import format_summary
-from gamutcore.option_types import (
-    Choice,
-    Number,
-    Option,
-    OptionType,
-    Text,
-    Vector,
-    WholeNumber,
-    WholeNumbers,
-)
-from gamutcore.options import OPTIONS
+from gamutcore.options import OPTIONS, Option, Options
 
 __all__ = [
     "Coordinates",
@@ -34,12 +22,6 @@ __all__ = [
     "NewName",
     "ReferenceSubmission",
 ]
-
-Coordinates = TypeAliasType(
-    "Coordinates",
-    Annotated[list[float], Field(min_length=3, max_length=3, description="Three coordinates.")],
-)
-"""A named schema: client generators give an anonymous one the default of the field around it."""
 
 
 def _tidy(schema: dict[str, Any]) -> None:
@@ -60,49 +42,17 @@ class Model(BaseModel):
     model_config = ConfigDict(use_attribute_docstrings=True, json_schema_extra=_tidy)
 
 
-_STRICT = ConfigDict(extra="forbid", json_schema_extra=_tidy)
+def _documented(schema: dict[str, Any]) -> None:
+    """Describe each option with its default and the data that it applies to."""
+    for name, member in schema["properties"].items():
+        member["description"] = OPTIONS[name].documentation
+    _tidy(schema)
 
 
-def _annotation(kind: OptionType) -> Any:  # noqa: ANN401  # a type that only pydantic reads
-    """Return the annotation of a type of option values."""
-    match kind:
-        case Choice():
-            # Never `const`: some generated clients refuse the other alternatives of a constant.
-            json_type = "string" if isinstance(kind.values[0], str) else "integer"
-            stated = WithJsonSchema({"enum": list(kind.values), "type": json_type})
-            return Annotated[Literal[kind.values], stated]
-        case Number():
-            bounds = Field(
-                gt=kind.least if kind.above_least else None,
-                ge=None if kind.above_least else kind.least,
-                lt=kind.most if kind.below_most else None,
-                le=None if kind.below_most else kind.most,
-            )
-            return Annotated[float, bounds]
-        case WholeNumber():
-            return Annotated[int, Field(ge=kind.least, le=kind.most)]
-        case WholeNumbers():
-            return tuple[*(_annotation(part) for part in kind.parts)]  # type: ignore[misc]
-        case Vector():
-            return Coordinates
-        case Text():
-            return Annotated[str, Field(min_length=1, max_length=kind.longest)]
-
-
-def _field(option: Option) -> tuple[Any, Any]:
-    """Return the annotation and the default of an option's field."""
-    annotation: Any = reduce(or_, map(_annotation, option.types))
-    if option.default is None:
-        annotation |= SkipJsonSchema[None]  # type: ignore[misc]
-    return Annotated[annotation, Field(description=option.documentation)], option.default
-
-
-_fields: dict[str, Any] = {name: _field(option) for name, option in OPTIONS.items()}
-_Options = create_model("_Options", __config__=_STRICT, **_fields)
-
-
-class GamutOptions(_Options):  # type: ignore[misc, valid-type]  # made from the declarations
+class GamutOptions(Options):
     """Options of a gamut. Every option has a default. Answers state all that apply."""
+
+    model_config = ConfigDict(json_schema_extra=_documented)
 
 
 class InlineSamples(Model):
@@ -151,19 +101,20 @@ def _form_field(option: Option) -> tuple[Any, Any]:
 
     The field has no default, because a client that sent the defaults would contradict `options`.
     """
-    if any(isinstance(kind, Vector | WholeNumbers) for kind in option.types):
+    kind: Any = option.kind
+    described = option.documentation
+    if any(isinstance(mark, Array) for mark in marks(kind)):
         # Clients send an array as one part for each item. A form has it as JSON in one part.
-        annotation: Any = str
-        described = f"{option.documentation} Accepts {option.accepted}, numbers as a JSON array."
-    else:
-        annotation = reduce(or_, map(_annotation, option.types))
-        described = option.documentation
-    optional = annotation | SkipJsonSchema[None]  # type: ignore[misc]
+        kind = str
+        described += f" Accepts {option.accepted}, numbers as a JSON array."
+    optional = kind | SkipJsonSchema[None]  # type: ignore[misc]
     return Annotated[optional, Field(description=described)], None
 
 
 _form_fields: dict[str, Any] = {name: _form_field(option) for name, option in OPTIONS.items()}
-_OptionFields = create_model("_OptionFields", __config__=_STRICT, **_form_fields)
+_OptionFields = create_model(
+    "_OptionFields", __config__=ConfigDict(extra="forbid", json_schema_extra=_tidy), **_form_fields
+)
 
 
 class MultipartSubmission(_OptionFields):  # type: ignore[misc, valid-type]  # from the declarations

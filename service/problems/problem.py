@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import errno
 import json
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from starlette.responses import Response
 
 from gamutcore import errors
-from gamutcore.options import Options
+from gamutcore.options import OPTIONS
 from service.problems.kinds import KINDS, Kind
 
 if TYPE_CHECKING:
@@ -39,15 +39,13 @@ _STORE_ERRNOS = frozenset(
 )
 """Error numbers of an unusable file system. Routes open files of the store only."""
 
-_OPTIONS = frozenset(each.name for each in fields(Options))
-
 
 def sentence(text: str) -> str:
     """Return the text of an exception as a sentence, with a capital letter and a full stop.
 
     A text that begins with the name of an option keeps the name's spelling.
     """
-    if text.partition(" ")[0] not in _OPTIONS:
+    if text.partition(" ")[0] not in OPTIONS:
         text = text[:1].upper() + text[1:]
     return text + "." if text and text[-1] not in ".:!?" else text
 

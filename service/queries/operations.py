@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,13 +16,13 @@ from numpy.typing import NDArray
 from gamutcore.answers.conditions import colour_warnings, comparison_warnings
 from gamutcore.answers.mapping import METHOD, NAMES
 from gamutcore.answers.points import METRIC, TOLERANCE
+from gamutcore.arguments import Boolean, Choice, Coordinates, Number, Text, WholeNumber
 from gamutcore.arrays import FloatArray
 from gamutcore.colours.spaces.conversion import GIVEN_SPACE
-from gamutcore.option_types import Choice, Number, Text, Vector, WholeNumber
 from gamutcore.results import SurfaceAnswer
 from service.http.parameters import LARGEST_WHOLE
 from service.queries.levels import QueryLevel
-from service.queries.parameters import Boolean, Parameter
+from service.queries.parameters import Parameter
 
 __all__ = [
     "LEVEL_PARAMETERS",
@@ -36,16 +36,18 @@ __all__ = [
     "stated_header",
 ]
 
+_FOCUS = Annotated[str, Choice(("cusp",))] | Coordinates
+
 LEVEL_PARAMETERS = (
     Parameter(
         "triangles",
-        (WholeNumber(4, LARGEST_WHOLE),),
+        Annotated[int, WholeNumber(4, LARGEST_WHOLE)],
         "Largest triangle count of the level that answers.",
         example=1000,
     ),
     Parameter(
         "max_error",
-        (Number(0.0, 1e12),),
+        Annotated[float, Number(0.0, 1e12)],
         "Largest distance between the level that answers and the full boundary, in units of the "
         "space. 0: the full boundary. Default without `triangles`: 0.1 in CIELAB, and the same "
         "share of the lightness of white in other spaces.",
@@ -59,7 +61,7 @@ SOURCE_GAMUT = "source gamut"
 
 SPACE = Parameter(
     "space",
-    (GIVEN_SPACE,),
+    GIVEN_SPACE,
     "Space of the colours; that of the gamut by default. `LCHab` has the hue in degrees, `sRGB` is "
     "from 0 to 1. The names of the columns of a table decide without it. In the query string of a "
     "slug, `space` is the option of the build instead.",
@@ -71,14 +73,14 @@ SPACE = Parameter(
 TABLE_PARAMETERS = (
     Parameter(
         "columns",
-        (Text(200, "names or numbers of columns, separated by commas", str),),
+        Annotated[str, Text(200, "names or numbers of columns, separated by commas")],
         "For tables: names or numbers of the three columns of the colours, or of the one with "
         "texts such as `#e4002b`. By default, the names of the columns decide.",
         example="L,a,b",
     ),
     Parameter(
         "table_scale",
-        (Number(0.0, 1e6, above_least=True, below_most=True),),
+        Annotated[float, Number(0.0, 1e6, above_least=True, below_most=True)],
         "For tables: the value of white, such as 1, 100 or 255. By default, the values decide, and "
         "with `space` it is 1 for `sRGB` and `CIEXYZ`.",
         example=255,
@@ -302,20 +304,20 @@ OPERATIONS: Mapping[str, Operation] = {
             (
                 Parameter(
                     "distance",
-                    (Boolean(),),
+                    Annotated[bool, Boolean()],
                     "Whether to answer with the distances from the surface as well.",
                     default=False,
                 ),
                 Parameter(
                     "position",
-                    (Boolean(),),
+                    Annotated[bool, Boolean()],
                     "Whether to answer with the positions as well: inside, edge or outside. "
                     "`tolerance` and `edge_width` imply it.",
                     default=False,
                 ),
                 Parameter(
                     "tolerance",
-                    (TOLERANCE,),
+                    TOLERANCE,
                     "Largest distance outside of a colour that is in gamut. 0: exactly inside or "
                     "on the surface. Default: the error of the level and of the full boundary, so "
                     "that no colour of the device itself is outside. Adds `position`.",
@@ -323,7 +325,7 @@ OPERATIONS: Mapping[str, Operation] = {
                 ),
                 Parameter(
                     "edge_width",
-                    (TOLERANCE,),
+                    TOLERANCE,
                     "Largest distance from the surface of a colour at the edge. Default: "
                     "`tolerance` if that is given, else 1 in CIELAB, and the same share of the "
                     "lightness of white in other spaces. Adds `position`.",
@@ -363,7 +365,7 @@ OPERATIONS: Mapping[str, Operation] = {
             (
                 Parameter(
                     "metric",
-                    (METRIC,),
+                    METRIC,
                     "What nearest means. `CIE 1976` or `euclidean`: the smallest Euclidean "
                     "distance in the space of the gamut.",
                     default="CIE 1976",
@@ -393,7 +395,7 @@ OPERATIONS: Mapping[str, Operation] = {
             (
                 Parameter(
                     "method",
-                    (METHOD,),
+                    METHOD,
                     "`clip-nearest`: to the nearest colour. `clip-hue`: to the nearest of the same "
                     "hue (HPMINDE, CIE 156:2004). `clip-lightness`: the chroma stays. "
                     "`clip-chroma`: the lightness stays. `clip-focal`: towards `focus`. `sgck`: "
@@ -402,20 +404,20 @@ OPERATIONS: Mapping[str, Operation] = {
                 ),
                 Parameter(
                     "focus",
-                    (Choice(("cusp",)), Vector()),
+                    _FOCUS,
                     "Focal point of `clip-focal`, in the space of the colours. `cusp`: the "
                     "lightness of the cusp on the neutral axis.",
                 ),
                 Parameter(
                     "source",
-                    (Text(64, "the id of a gamut or the slug of a reference gamut", str),),
+                    Annotated[str, Text(64, "the id of a gamut or the slug of a reference gamut")],
                     "Gamut that `sgck` maps from, in the same space: an id, or the slug of a "
                     "reference gamut.",
                     example="srgb",
                 ),
                 Parameter(
                     "black_point_compensation",
-                    (Boolean(),),
+                    Annotated[bool, Boolean()],
                     "Whether colours are first scaled in CIEXYZ, so that L* = 0 becomes the "
                     "darkest neutral colour of the gamut, and white stays (ISO 18619). Not for "
                     "`sgck`.",
@@ -451,7 +453,7 @@ OPERATIONS: Mapping[str, Operation] = {
             (
                 Parameter(
                     "kind",
-                    (Choice(("segment", "ray", "line")),),
+                    Annotated[str, Choice(("segment", "ray", "line"))],
                     "`segment`: from `from` to `to`. `ray`: on beyond `to`. `line`: beyond both.",
                     default="segment",
                 ),

@@ -8,63 +8,31 @@ from __future__ import annotations
 import re
 from collections import Counter
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-from gamutcore.option_types import (
+from gamutcore.arguments import (
+    Array,
+    Boolean,
     Choice,
+    Mark,
     Number,
-    OptionType,
     Text,
-    Vector,
     WholeNumber,
-    WholeNumbers,
-    accepted_values,
-    finite_number,
-    near_match,
+    canonical,
+    check_option,
+    marks,
 )
+from gamutcore.errors import OptionError
 from service.http.parameters import DECIMAL_PATTERN
 from service.problems.problem import Problem, ProblemError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-__all__ = ["Boolean", "Numbers", "Parameter", "query_values", "refuse", "values_of"]
+__all__ = ["Parameter", "query_values", "refuse", "values_of"]
 
 _NUMBER = re.compile(rf"-?{DECIMAL_PATTERN}\Z")
 _LONGEST_SHOWN = 40
-
-
-@dataclass(frozen=True)
-class Boolean:
-    """True or false."""
-
-    accepted = "true or false"
-
-    def canonical(self, value: object) -> bool | None:
-        """Return the value, or None."""
-        return value if isinstance(value, bool) else None
-
-
-@dataclass(frozen=True)
-class Numbers:
-    """A fixed number of finite numbers."""
-
-    count: int
-
-    @property
-    def accepted(self) -> str:
-        """What is accepted, as it follows "Give" in a message."""
-        return f"{self.count} numbers"
-
-    def canonical(self, value: object) -> tuple[float, ...] | None:
-        """Return the numbers, or None."""
-        if not isinstance(value, list | tuple) or len(value) != self.count:
-            return None
-        found = tuple(number for number in map(finite_number, value) if number is not None)
-        return found if len(found) == self.count else None
-
-
-ParameterType = OptionType | Boolean | Numbers
 
 
 @dataclass(frozen=True)
@@ -74,8 +42,8 @@ class Parameter:
     Attributes
     ----------
     name : str
-    types : tuple of ParameterType
-        A value must be of one of them.
+    kind : annotation
+        The type of the values, as `gamutcore.arguments` has them.
     description : str
     default : object
         None if the parameter has no default.
@@ -84,29 +52,22 @@ class Parameter:
     """
 
     name: str
-    types: tuple[ParameterType, ...]
+    kind: Any
     description: str
     default: object = None
     example: object = None
 
     def checked(self, value: object, place: str) -> object:
         """Return the canonical form of a value; raises ``invalid-parameter`` if it has none."""
-        for each in self.types:
-            canonical = each.canonical(value)
-            if canonical is not None:
-                return canonical
-        shown = repr(value)[:_LONGEST_SHOWN]
-        accepted = " or ".join(each.accepted for each in self.types)
-        names = [
-            str(name) for each in self.types if isinstance(each, Choice) for name in each.values
-        ]
-        meant = near_match(value, names) if isinstance(value, str) else None
-        remedy = f"Give {accepted}." + (f" Did you mean {meant!r}?" if meant else "")
-        raise refuse(f"{self.name} is {shown}, which is not accepted.", place, self.name, remedy)
+        try:
+            return check_option(self.name, value, self.kind)
+        except OptionError as error:
+            detail = f"{self.name} is {repr(value)[:_LONGEST_SHOWN]}, which is not accepted."
+            raise refuse(detail, place, self.name, error.remedy) from None
 
     def schema(self) -> dict[str, Any]:
         """Return the JSON schema of the values."""
-        schemas = [_schema(each) for each in self.types]
+        schemas = [_schema(each) for each in marks(self.kind)]
         schema = schemas[0] if len(schemas) == 1 else {"anyOf": schemas}
         if self.default is not None:
             schema = {**schema, "default": self.default}
@@ -191,7 +152,7 @@ def query_values(
             fault = f"The parameter {shown!r} is given {count} times."
             raise refuse(fault, "query", shown, f"Give each at most once: {names}.")
     for name, text in items:
-        values[name] = known[name].checked(_from_text(text, known[name].types), "query")
+        values[name] = known[name].checked(_from_text(text, known[name].kind), "query")
     return values
 
 
@@ -201,9 +162,9 @@ def refuse(detail: str, place: str, field: str, remedy: str) -> ProblemError:
     return ProblemError(Problem("invalid-parameter", detail, where, remedy))
 
 
-def _from_text(text: str, types: Iterable[ParameterType]) -> object:
+def _from_text(text: str, kind: object) -> object:
     """Return the value that a text in a query string stands for, unchecked."""
-    for each in types:
+    for each in marks(kind):
         match each:
             case Boolean():
                 if text in {"true", "false"}:
@@ -214,31 +175,30 @@ def _from_text(text: str, types: Iterable[ParameterType]) -> object:
             case Number():
                 if _NUMBER.match(text):
                     return float(text)
-            case Vector() | WholeNumbers() | Numbers():
+            case Array():
                 parts = text.split(",")
                 if len(parts) > 1 and all(_NUMBER.match(part) for part in parts):
                     return [float(part) for part in parts]
             case Choice() | Text():
-                if each.canonical(text) is not None:
+                if canonical(text, Annotated[str, each]) is not None:
                     return text
     return text
 
 
-def _schema(kind: ParameterType) -> dict[str, Any]:
-    match kind:
+def _schema(mark: Mark) -> dict[str, Any]:
+    match mark:
         case Boolean():
             return {"type": "boolean"}
         case Choice():
-            return {"type": "string", "enum": list(kind.values)}
+            return {"type": "string", "enum": list(mark.values)}
         case Number():
-            least = "exclusiveMinimum" if kind.above_least else "minimum"
-            most = "exclusiveMaximum" if kind.below_most else "maximum"
-            return {"type": "number", least: kind.least, most: kind.most}
+            least = "exclusiveMinimum" if mark.above_least else "minimum"
+            most = "exclusiveMaximum" if mark.below_most else "maximum"
+            return {"type": "number", least: mark.least, most: mark.most}
         case WholeNumber():
-            return {"type": "integer", "minimum": kind.least, "maximum": kind.most}
-        case Vector() | Numbers():
-            count = kind.count if isinstance(kind, Numbers) else 3
-            item = {"type": "number"}
+            return {"type": "integer", "minimum": mark.least, "maximum": mark.most}
+        case Array():
+            item, count = {"type": "number"}, mark.length
             return {"type": "array", "items": item, "minItems": count, "maxItems": count}
-        case _:
-            return {"type": "string", "description": accepted_values([kind])}
+        case Text():
+            return {"type": "string", "description": mark.accepted}

@@ -10,18 +10,18 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gamutcore.answers.conditions import comparison_warnings
 from gamutcore.answers.sections import MOST_HUES
-from gamutcore.option_types import Number, Text, WholeNumber
+from gamutcore.arguments import Array, FiniteNumber, Number, Text, WholeNumber
 from gamutcore.queries import MOST_SECTORS
 from service.queries.levels import QueryLevel
 from service.queries.operations import LEVEL_PARAMETERS
-from service.queries.parameters import Numbers, Parameter, refuse
+from service.queries.parameters import Parameter, refuse
 
 __all__ = ["COMPARISON", "VIEWS", "Answered", "View"]
 
@@ -102,7 +102,10 @@ _NUMBERS = {"type": "array", "items": _NUMBER}
 _ROWS = {"type": "array", "items": _NUMBERS}
 
 
-_FINITE = Number(-1e6, 1e6)
+_FINITE = Annotated[float, Number(-1e6, 1e6)]
+_PLANE = Annotated[
+    tuple[FiniteNumber, FiniteNumber, FiniteNumber, FiniteNumber], Array("4 numbers", 4)
+]
 
 
 def _numbers(description: str) -> dict[str, Any]:
@@ -267,7 +270,7 @@ VIEWS: Mapping[str, View] = {
             (
                 Parameter(
                     "hues",
-                    (WholeNumber(1, MOST_HUES),),
+                    Annotated[int, WholeNumber(1, MOST_HUES)],
                     "Number of hues.",
                     default=360,
                     example=12,
@@ -300,11 +303,15 @@ VIEWS: Mapping[str, View] = {
             "begin at the neutral axis.",
             (
                 Parameter(
-                    "hues", (WholeNumber(1, 720),), "Number of hues.", default=360, example=12
+                    "hues",
+                    Annotated[int, WholeNumber(1, 720)],
+                    "Number of hues.",
+                    default=360,
+                    example=12,
                 ),
                 Parameter(
                     "lightness",
-                    (WholeNumber(2, 501),),
+                    Annotated[int, WholeNumber(2, 501)],
                     "Number of lightnesses, from 0 to that of white.",
                     default=101,
                     example=11,
@@ -330,9 +337,9 @@ VIEWS: Mapping[str, View] = {
             "The section by a plane of constant lightness, by the half-plane of a hue, "
             "or by any plane, as closed polygons. Polygons inside others are holes.",
             (
-                Parameter("lightness", (_FINITE,), "Lightness of the plane.", example=50),
-                Parameter("hue", (_FINITE,), "Hue of the half-plane in degrees."),
-                Parameter("plane", (Numbers(4),), "a,b,c,d: the points with a x + b y + c z = d."),
+                Parameter("lightness", _FINITE, "Lightness of the plane.", example=50),
+                Parameter("hue", _FINITE, "Hue of the half-plane in degrees."),
+                Parameter("plane", _PLANE, "a,b,c,d: the points with a x + b y + c z = d."),
             ),
             {
                 "channels": {"type": "array", "items": {"type": "string"}},
@@ -365,13 +372,13 @@ VIEWS: Mapping[str, View] = {
             (
                 Parameter(
                     "reference",
-                    (Text(64, "the id of a gamut or the slug of a reference gamut", str),),
+                    Annotated[str, Text(64, "the id of a gamut or the slug of a reference gamut")],
                     "Id of a gamut in the same space, or slug of a reference gamut.",
                     example="srgb",
                 ),
                 Parameter(
                     "sectors",
-                    (WholeNumber(1, MOST_SECTORS),),
+                    Annotated[int, WholeNumber(1, MOST_SECTORS)],
                     "Number of equal sectors of hue.",
                     default=360,
                     example=12,
@@ -412,7 +419,7 @@ COMPARISON = View(
     (
         Parameter(
             "sectors",
-            (WholeNumber(1, MOST_SECTORS),),
+            Annotated[int, WholeNumber(1, MOST_SECTORS)],
             "Number of equal sectors of hue.",
             default=36,
             example=12,

@@ -1,8 +1,11 @@
 """Routes of pictures: a level of a gamut, seen by a fixed camera, as PNG."""
 
+from typing import Annotated
+
 from fastapi import APIRouter, Request
 from fastapi.responses import Response
 
+from gamutcore.arguments import Array, Boolean, Choice, FiniteNumber, Number, WholeNumber
 from gamutcore.export.rendering import (
     BACKGROUNDS,
     DEFAULT_SIZE,
@@ -11,7 +14,6 @@ from gamutcore.export.rendering import (
     SMALLEST_PICTURE,
     VIEWS,
 )
-from gamutcore.option_types import Choice, Number, WholeNumber
 from service.access.clients import client_of
 from service.container import service_of
 from service.http.conditional import check_if_match
@@ -19,8 +21,6 @@ from service.meshes.encoding import MeshResponse, PictureOptions
 from service.meshes.requested_levels import LevelRequest
 from service.openapi.documentation import MESH_HEADERS, binary_content, problems
 from service.queries.parameters import (
-    Boolean,
-    Numbers,
     Parameter,
     query_values,
     refuse,
@@ -37,17 +37,22 @@ MOST_TRIANGLES = 100_000
 ROWS_PER_PIXEL = 1 / 100
 """Rows of queries that a pixel counts as, among the rows under way."""
 
+_VIEW = (
+    Annotated[str, Choice(tuple(VIEWS))]
+    | Annotated[tuple[FiniteNumber, FiniteNumber], Array("2 numbers", 2)]
+)
+
 PARAMETERS = (
     Parameter(
         "size",
-        (WholeNumber(SMALLEST_PICTURE, LARGEST_PICTURE),),
+        Annotated[int, WholeNumber(SMALLEST_PICTURE, LARGEST_PICTURE)],
         "Width and height in pixels.",
         default=DEFAULT_SIZE,
         example=400,
     ),
     Parameter(
         "view",
-        (Choice(tuple(VIEWS)), Numbers(2)),
+        _VIEW,
         "Name of a view, or the hue and the elevation in degrees from which the camera looks. The "
         "elevation is from -90 (from below) to 90 (from above).",
         default="standard",
@@ -55,22 +60,24 @@ PARAMETERS = (
     ),
     Parameter(
         "background",
-        (Choice(BACKGROUNDS),),
+        Annotated[str, Choice(BACKGROUNDS)],
         "What is behind the gamut.",
         default="white",
         example="transparent",
     ),
-    Parameter("axes", (Boolean(),), "Whether there are axes with labels.", default=True),
+    Parameter(
+        "axes", Annotated[bool, Boolean()], "Whether there are axes with labels.", default=True
+    ),
     Parameter(
         "triangles",
-        (WholeNumber(4, MOST_TRIANGLES),),
+        Annotated[int, WholeNumber(4, MOST_TRIANGLES)],
         f"Largest triangle count. Default: {PICTURE_TRIANGLES}, or the full boundary if it is "
         "smaller.",
         example=1000,
     ),
     Parameter(
         "max_error",
-        (Number(0.0, 1e12),),
+        Annotated[float, Number(0.0, 1e12)],
         "Largest distance between the level and the full boundary, in units of the space, instead "
         f"of a count. Levels of more than {MOST_TRIANGLES} triangles are not drawn.",
         example=0.5,

@@ -16,10 +16,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn, TypeAlias
 
+from gamutcore.arguments import check_option
 from gamutcore.building import gamut_id
 from gamutcore.characterisation.json_samples import MAX_JSON_SAMPLES, json_samples
 from gamutcore.errors import OptionError
-from gamutcore.option_types import check_option
 from gamutcore.options import OPTIONS, Options, option_name, option_value
 from gamutcore.references import find_reference, parse_definition
 from service.access.clients import client_of
@@ -269,8 +269,8 @@ def _merge_options(given: Iterable[tuple[str, object]]) -> dict[str, object]:
     for name, value in given:
         other = options.setdefault(name, value)
         if other != value:
-            types = OPTIONS[name].types
-            if check_option(name, other, *types) != check_option(name, value, *types):
+            kind = OPTIONS[name].kind
+            if check_option(name, other, kind) != check_option(name, value, kind):
                 shown = f"as {str(other)[:40]!r} and as {str(value)[:40]!r}"
                 _refuse(f"The option {name} is given with different values: {shown}.", name)
     return options

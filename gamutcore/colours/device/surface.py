@@ -10,14 +10,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import isqrt
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import numpy as np
 
+from gamutcore.arguments import WholeNumber
 from gamutcore.colours.device.ink_cube import InkCube, Patches, surface_corners, surface_patches
 from gamutcore.colours.device.lattice_faces import Layout, inside_count, lattice_faces
 from gamutcore.geometry import TriangleMesh
-from gamutcore.option_types import WholeNumber
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -39,7 +39,7 @@ __all__ = [
     "values_between",
 ]
 
-SURFACE_SAMPLES = WholeNumber(8, 5_000_000)
+SURFACE_SAMPLES = Annotated[int, WholeNumber(8, 5_000_000)]
 """Accepted numbers of points: from the corners of a cube of three channels to the number whose
 convex hull takes gigabytes."""
 

@@ -8,24 +8,25 @@ therefore the CIELAB of every gamut that is built from the file, whatever the ga
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 
+from gamutcore.arguments import Choice, check_option
 from gamutcore.colours.spaces.definitions import SPACES, ColourSpace
-from gamutcore.colours.spaces.parameters import SPACE
+from gamutcore.colours.spaces.parameters import SPELLINGS
 from gamutcore.colours.spaces.white_points import adaptation_matrix, rgb_to_xyz, white_point
 from gamutcore.errors import InvalidPointsError
-from gamutcore.option_types import Choice, check_option
 
 if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
 
 __all__ = ["GIVEN_SPACE", "OTHER_AXES", "ColourConversion"]
 
-GIVEN_SPACE = Choice(
-    (*SPACES, "LCHab", "sRGB"), {**SPACE.aliases, "cielchab": "LCHab", "lch": "LCHab"}
-)
+GIVEN_SPACE = Annotated[
+    str,
+    Choice((*SPACES, "LCHab", "sRGB"), {**SPELLINGS, "cielchab": "LCHab", "lch": "LCHab"}),
+]
 """Names of the spaces that colours may be given in, with their usual spellings."""
 
 OTHER_AXES = {"LCHab": ("L*", "C*", "h"), "sRGB": ("R", "G", "B")}

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gamutcore.arguments import canonical, finite_number
 from gamutcore.colours.spaces.definitions import SPACES, ColourSpace
 from gamutcore.colours.spaces.parameters import (
     MEASURED,
@@ -22,7 +23,6 @@ from gamutcore.colours.spaces.parameters import (
 )
 from gamutcore.colours.spaces.white_points import ADAPTATIONS
 from gamutcore.errors import InvalidPointsError, MeshError, OptionError
-from gamutcore.option_types import finite_number
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -65,7 +65,7 @@ def declared_space(notes: Mapping[str, str]) -> ColourSpace | None:
     if "space" not in notes:
         return None
     name = " ".join(notes["space"].split())
-    space = SPACE.canonical(name)
+    space = canonical(name, SPACE)
     if not isinstance(space, str):
         raise MeshError(
             f"The mesh is in the colour space {name[:40]!r}.",

@@ -7,13 +7,13 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from gamutcore.arguments import finite_number
 from gamutcore.colours.spaces import CIELAB, ColourSpace
 from gamutcore.errors import OptionError
 from gamutcore.export.png import png
 from gamutcore.export.rendering.raster import rasterise
 from gamutcore.export.rendering.scene import VIEWS, camera, scene_triangles
 from gamutcore.geometry import TriangleMesh
-from gamutcore.option_types import finite_number
 
 __all__ = [
     "BACKGROUNDS",

@@ -13,6 +13,7 @@ import browser as chromium
 import pytest
 import uvicorn
 
+from gamutcore.arguments import marks
 from gamutcore.export.viewer_page import VIEWER_FILES
 from gamutcore.options import OPTIONS
 from service.access.api_keys import new_key
@@ -67,10 +68,10 @@ class _Controls(HTMLParser):
 def test_the_page_offers_the_options_of_the_service_and_their_defaults():
     page = _Controls((VIEWER_FILES / "index.html").read_text("utf-8"))
     for name in ("intent", "space"):
-        (choice,) = OPTIONS[name].types
+        (choice,) = marks(OPTIONS[name].kind)
         assert page.options[name] == list(choice.values), name
         assert page.selected[name] == OPTIONS[name].default
-    (limit,) = OPTIONS["ink_limit"].types
+    (limit,) = marks(OPTIONS["ink_limit"].kind)
     field = page.controls["ink-limit"]
     assert float(field["min"]) > limit.least
     assert float(field["max"]) == limit.most
