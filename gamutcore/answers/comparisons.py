@@ -14,8 +14,8 @@ from gamutcore.answers.conditions import comparison_warnings
 from gamutcore.answers.results import GamutComparison, Intersection
 
 if TYPE_CHECKING:
+    from gamutcore.answers.base import IndexedLevel
     from gamutcore.arrays import FloatArray
-    from gamutcore.gamut_levels import IndexedLevel
     from gamutcore.queries import ChromaticityComparison, ChromaticityGamut
 
 __all__ = ["ComparisonAnswers"]

@@ -23,11 +23,11 @@ from gamutcore.option_types import Choice, check_option
 from gamutcore.queries import delta_e_2000
 
 if TYPE_CHECKING:
+    from gamutcore.answers.base import IndexedLevel
     from gamutcore.answers.picture_mapping import MappedPicture
     from gamutcore.arrays import FloatArray
     from gamutcore.colour_rows import Colours
     from gamutcore.export.picture_file import Depth
-    from gamutcore.gamut_levels import IndexedLevel
     from gamutcore.queries import MappingMethod
 
 __all__ = ["METHOD", "MappingAnswers"]

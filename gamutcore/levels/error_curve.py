@@ -11,7 +11,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from decimal import ROUND_CEILING, Context, Decimal
-from typing import TYPE_CHECKING, Any
+from math import inf
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -54,6 +55,43 @@ DIGITS = 6
 """Significant digits of errors in a description. Bounds are rounded up."""
 
 
+class Bounds(NamedTuple):
+    """Upper bounds of the error of a level, or limits for it; infinite where there is none.
+
+    Attributes
+    ----------
+    distance : float
+        Distance of any point of either surface from the other (units of the space).
+    mismatch : float
+        Volume of the symmetric difference ÷ volume of the full boundary.
+    """
+
+    distance: float = inf
+    mismatch: float = inf
+
+    def within(self, limits: Bounds) -> bool:
+        """Whether both bounds are at most the limits."""
+        return self.distance <= limits.distance and self.mismatch <= limits.mismatch
+
+
+NO_ERROR = Bounds(0.0, 0.0)
+"""Bounds of the full boundary."""
+
+
+class BoundedLevel(NamedTuple):
+    """A level and the bounds of its error.
+
+    Attributes
+    ----------
+    triangles : int
+    bounds : Bounds
+        Bounds of this level only; a finer level may have larger errors. Infinite if not known.
+    """
+
+    triangles: int
+    bounds: Bounds = Bounds()
+
+
 @dataclass(frozen=True)
 class LevelError:
     """Error of a level against the full boundary.
@@ -86,6 +124,11 @@ class LevelError:
     distance_bound: float
     from_full: Distances
     to_full: Distances
+
+    @property
+    def bounds(self) -> Bounds:
+        """Both bounds, rounded up as in a description."""
+        return Bounds(round_up(self.distance_bound), round_up(self.mismatch_bound))
 
     def to_mapping(self) -> dict[str, Any]:
         """Return the errors for a description: few digits, bounds rounded up."""
