@@ -396,16 +396,14 @@ class _Comparison:
         self._order = np.arange(len(self._near), dtype=np.int32)
         self._centre = np.asarray(history.centre, np.float64)
 
-    def evidence(self, triangles: int, limit: float) -> _Evidence | None:
-        """Return evidence from vertices that a level exceeds a limit of the distance, or None.
+    def evidence(self, triangles: int, limit: float) -> _Evidence:
+        """Return evidence from vertices that a level exceeds a limit of the distance, if any.
 
         It has up to one point for each face of the level, and faces with a point that is too far.
         """
         level = self._surface(triangles)
         locations = locate(self._full.position, self._order, self._near, compute_cones(level))
         points, faces = _find_evidence(self._full, level, locations, limit)
-        if len(points) == len(faces) == 0:
-            return None
         return _Evidence(self._full.position[points], faces)
 
     def bounds(self, triangles: int, limit: float) -> tuple[Bounds, _Evidence]:
@@ -454,21 +452,17 @@ def _first_within(
     limit = limits.distance
     walk = _LevelWalk(comparison.history, np.array(counts, np.int32))
     for triangles in similar:
-        ahead = comparison.evidence(triangles, limit)
-        if ahead is not None:
-            walk.skip(ahead._replace(faces=NO_FACES), limit)
+        walk.skip(comparison.evidence(triangles, limit)._replace(faces=NO_FACES), limit)
     while walk.index < len(counts):
         index, triangles = walk.index, counts[walk.index]
-        evidence = comparison.evidence(triangles, limit)
-        if evidence is not None:
-            walk.skip(evidence, limit)
+        walk.skip(comparison.evidence(triangles, limit), limit)
         if walk.index == index:
             bounds, evidence = comparison.bounds(triangles, limit)
             if bounds.within(limits):
                 return BoundedLevel(triangles, bounds)
             walk.skip(evidence, limit)
         if walk.index == index:
-            walk.advance()
+            walk.skip(_Evidence(NO_POINTS, NO_FACES), limit, stop=True)
     return None
 
 
@@ -524,19 +518,13 @@ class _LevelWalk:
         self._surface = Surface(self._positions - self._centre, corner, none, none, np.empty(0))
         self.index = 0
 
-    def skip(self, evidence: _Evidence, limit: float) -> None:
+    def skip(self, evidence: _Evidence, limit: float, *, stop: bool = False) -> None:
         """Go to the first level, from the present one on, that evidence does not reject.
 
         `index` becomes its index in `counts`, or their number if all are rejected. The evidence has
-        faces of the present level, and `limit` is the largest accepted distance.
+        faces of the present level, and `limit` is the largest accepted distance. With `stop`, go
+        to the next level.
         """
-        self._walk(evidence, limit, stop=False)
-
-    def advance(self) -> None:
-        """Go to the next level."""
-        self._walk(_Evidence(np.empty((0, 3)), np.empty(0, np.int32)), 0.0, stop=True)
-
-    def _walk(self, evidence: _Evidence, limit: float, *, stop: bool) -> None:
         self.index = _walk(
             self._counts, self.index, self._positions, self._surface, self._centre,
             *evidence, limit, stop, *self._columns,
