@@ -25,7 +25,7 @@ from gamutcore.arrays import Float32Array, FloatArray, IndexArray
 from gamutcore.errors import OptionError
 from gamutcore.history import MINIMUM_TRIANGLES, apply_splits, fine_columns
 from gamutcore.kernels import kernel
-from gamutcore.levels.cones import INDEX, Locations, Surface, compute_cones, locate, make_surface
+from gamutcore.levels.cones import INDEX, Locations, Surface, compute_cones
 from gamutcore.levels.distances import (
     FROM_LOWER,
     FROM_POINT,
@@ -43,10 +43,9 @@ from gamutcore.levels.error_curve import (
     NO_ERROR,
     BoundedLevel,
     Bounds,
+    FullBoundary,
     round_up,
-    surface_in_preorder,
 )
-from gamutcore.levels.overlay import compare_surfaces
 from gamutcore.levels.sides import SIDES, Side, SidedCurve
 from gamutcore.option_types import finite_number
 
@@ -387,30 +386,24 @@ class _Evidence(NamedTuple):
     faces: IndexArray  # (m,) faces of the level: each rejects the levels that have the face
 
 
-class _Comparison:
-    """Compares levels of a history with its full boundary; unpacks the whole history."""
-
-    def __init__(self, history: History) -> None:
-        self.history = history
-        self._full, self._near = surface_in_preorder(history.full(), history)
-        self._order = np.arange(len(self._near), dtype=np.int32)
-        self._centre = np.asarray(history.centre, np.float64)
+class _Comparison(FullBoundary):
+    """Compares levels of a history by their counts."""
 
     def evidence(self, triangles: int, limit: float) -> _Evidence:
         """Return evidence from vertices that a level exceeds a limit of the distance, if any.
 
         It has up to one point for each face of the level, and faces with a point that is too far.
         """
-        level = self._surface(triangles)
-        locations = locate(self._full.position, self._order, self._near, compute_cones(level))
-        points, faces = _find_evidence(self._full, level, locations, limit)
-        return _Evidence(self._full.position[points], faces)
+        level = self.surface(self.history.level(triangles))
+        locations = self.locate(compute_cones(level))
+        points, faces = _find_evidence(self.full, level, locations, limit)
+        return _Evidence(self.full.position[points], faces)
 
     def bounds(self, triangles: int, limit: float) -> tuple[Bounds, _Evidence]:
         """Return the error of a level, and evidence if its distance exceeds a limit."""
-        level = self._surface(triangles)
-        found = new_bounds(halving_limit(self._full, HALVINGS), SLACK)
-        difference, _ = compare_surfaces(self._full, level, self._order, self._near, bounds=found)
+        level = self.surface(self.history.level(triangles))
+        found = new_bounds(halving_limit(self.full, HALVINGS), SLACK)
+        difference = self.compare(level, found)
         point, faces = NO_POINTS, NO_FACES
         if found[FROM_LOWER] > limit:
             point = found[np.newaxis, FROM_POINT : FROM_POINT + 3].copy()
@@ -427,19 +420,8 @@ class _Comparison:
 
     def mismatch(self, triangles: int) -> float:
         """Return the mismatch of a level, without bounds of distances, which take half the time."""
-        found, _ = compare_surfaces(
-            self._full,
-            self._surface(triangles),
-            self._order,
-            self._near,
-            bounds=new_bounds(0.0, UNBOUNDED),
-        )
-        return round_up(found.mismatch)
-
-    def _surface(self, triangles: int) -> Surface:
-        level = self.history.level(triangles)
-        position = np.ascontiguousarray(level.vertices.astype(np.float64) - self._centre)
-        return make_surface(position, np.ascontiguousarray(level.faces, np.int32).ravel())
+        level = self.surface(self.history.level(triangles))
+        return round_up(self.compare(level, new_bounds(0.0, UNBOUNDED)).mismatch)
 
 
 def _first_within(

@@ -40,7 +40,6 @@ from gamutcore.levels.cones import (
     Surface,
     clipping_workspace,
     compute_cones,
-    locate,
     make_surface,
     pop_piece,
     push_face,
@@ -49,10 +48,10 @@ from gamutcore.levels.error_curve import (
     NO_ERROR,
     BoundedLevel,
     Bounds,
+    FullBoundary,
     LevelError,
-    surface_in_preorder,
 )
-from gamutcore.levels.overlay import Distances, compare_surfaces, enclosed_volume
+from gamutcore.levels.overlay import Distances, enclosed_volume
 
 if TYPE_CHECKING:
     from gamutcore.history import History
@@ -225,22 +224,16 @@ class SidedCurve:
         del self._left[0]
 
 
-class _SidedLevels:
-    """The levels of a history on one side.
-
-    `full` is the full boundary about the origin, in preorder; `order` and `near` are for `locate`.
-    """
+class _SidedLevels(FullBoundary):
+    """The levels of a history on one side."""
 
     def __init__(self, history: History, side: Side) -> None:
-        self._history = history
+        super().__init__(history)
         self._sign = 1.0 if side == "inside" else -1.0
-        self._centre = np.asarray(history.centre, np.float64)
-        self.full, self.near = surface_in_preorder(history.full(), history)
-        self.order = np.arange(len(self.near), dtype=np.int32)
 
     def level(self, triangles: int) -> TriangleMesh:
         """Return a level, as `sided_level` does; `triangles` is below that of the full boundary."""
-        count = self._history.level_triangles(triangles)
+        count = self.history.level_triangles(triangles)
         while True:
             level = self._moved_level(count)
             if level is not None:
@@ -252,16 +245,11 @@ class _SidedLevels:
                     where={"field": "side"},
                     remedy="Ask for both sides.",
                 )
-            count = self._history.level_triangles(max(count // COARSER, MINIMUM_TRIANGLES))
-
-    def surface(self, level: TriangleMesh) -> Surface:
-        """Return a level as a surface about the origin."""
-        position = level.vertices.astype(np.float64) - self._centre
-        return make_surface(position, np.ascontiguousarray(level.faces, np.int32).ravel())
+            count = self.history.level_triangles(max(count // COARSER, MINIMUM_TRIANGLES))
 
     def error(self, level: TriangleMesh) -> LevelError:
         """Return the error of a level, with bounds for this level only."""
-        found, _ = compare_surfaces(self.full, self.surface(level), self.order, self.near)
+        found = self.compare(self.surface(level))
         return LevelError(
             triangles=level.triangles,
             volume=found.other_volume,
@@ -274,14 +262,14 @@ class _SidedLevels:
 
     def _moved_level(self, triangles: int) -> TriangleMesh | None:
         """Return a level moved to the side, or None if it cannot be rounded."""
-        level, sign = self._history.level(triangles), self._sign
+        level, sign = self.history.level(triangles), self._sign
         surface = self.surface(level)
         position, corner = surface.position, surface.corner
         u = self._best_factors(surface)
         scaling = 0.0
         for attempt in range(REPAIRS + SCALINGS):
-            rounded = (position / u[:, np.newaxis] + self._centre).astype(np.float32)
-            moved = rounded.astype(np.float64) - self._centre
+            rounded = (position / u[:, np.newaxis] + self.centre).astype(np.float32)
+            moved = rounded.astype(np.float64) - self.centre
             wrong = np.ones(len(level.faces), np.bool_)
             lowest = highest = np.zeros(len(level.faces))
             if not len(faces_not_seeing_centre(moved, level.faces)):
@@ -326,7 +314,7 @@ class _SidedLevels:
 
         They are the vertices of the full boundary and the points where its edges cross cones.
         """
-        locations = locate(self.full.position, self.order, self.near, cones)
+        locations = self.locate(cones)
         crossings, through = _crossings(self.full, locations, cones, clipping_workspace(), MOVES)
         corners = np.concatenate([self.full.position, crossings])
         return corners, np.concatenate([locations.face, through])
