@@ -14,7 +14,6 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
-from math import inf
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -41,7 +40,7 @@ from gamutcore.boundary import Boundary, modified_convex_hull, segment_maxima, u
 from gamutcore.errors import BoundaryError, InvalidPointsError
 from gamutcore.geometry import TriangleMesh
 from gamutcore.history import history_bytes
-from gamutcore.levels import Bounds, LevelSearch, curve_counts, error_curve, mismatch
+from gamutcore.levels import LevelRequest, LevelSearch, curve_counts, error_curve, mismatch
 from gamutcore.version import ALGORITHM_VERSION
 from gamutcore.warm import compile_kernels
 
@@ -54,8 +53,8 @@ SEGMENTS = (3, 4, 5, 7, 9, 11, 16, 22, 35, 50)
 """Polar segments of segment maxima, with twice as many azimuth segments."""
 
 LIMITS = {
-    "max_error": [Bounds(distance, inf) for distance in np.geomspace(5e-3, 5.0, 31).tolist()],
-    "max_mismatch": [Bounds(inf, part) for part in np.geomspace(1e-5, 1e-2, 31).tolist()],
+    "max_error": np.geomspace(5e-3, 5.0, 31).tolist(),
+    "max_mismatch": np.geomspace(1e-5, 1e-2, 31).tolist(),
 }
 """Limits by query parameter: ΔE, and fractions of the volume."""
 
@@ -214,7 +213,7 @@ def limits(cost: str) -> Rows:
         search = LevelSearch([error.to_mapping() for error in curve])
         for name, limit in [(name, limit) for name, asked in LIMITS.items() for limit in asked]:
             start = time.process_time()
-            search.find(history, limit)
+            search.find(history, LevelRequest(**{name: limit}))
             seconds[name].append(1e3 * (time.process_time() - start))
     return [
         {

@@ -12,9 +12,11 @@ import os
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import cached_property, lru_cache
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, cast
 
+from gamutcore.answers.base import INDEX_BYTES, IndexedLevels
 from gamutcore.answers.comparisons import ComparisonAnswers
 from gamutcore.answers.drawing import DrawingAnswers
 from gamutcore.answers.mapping import MappingAnswers
@@ -27,10 +29,9 @@ from gamutcore.errors import HistoryFileError, OptionError
 from gamutcore.export import mesh_file
 from gamutcore.export.provenance import mesh_provenance
 from gamutcore.export.viewer_page import HTML_SUFFIXES, viewer_page
-from gamutcore.gamut_levels import GamutLevels
 from gamutcore.history import History, history_bytes, history_from_bytes, history_metadata
 from gamutcore.level_mesh import LevelMesh
-from gamutcore.levels import Side, sided_level
+from gamutcore.levels import LevelRequest, LevelSearch, Side, sided_level
 from gamutcore.limits import Limits
 from gamutcore.options import Options
 from gamutcore.progress import report_progress
@@ -48,9 +49,6 @@ DESCRIPTION = "gamut"
 
 COLOURED_TRIANGLES = 4000
 """Triangles of the level from which the viewer takes colours, in spaces that it cannot convert."""
-
-DEFAULT_TRIANGLES = 1000
-"""Triangle count of a mesh, if neither a count nor a limit is given."""
 
 
 class Gamut(PointAnswers, MappingAnswers, DrawingAnswers, ComparisonAnswers):
@@ -80,7 +78,9 @@ class Gamut(PointAnswers, MappingAnswers, DrawingAnswers, ComparisonAnswers):
         JSON-able: id, options, provenance, counts, volume, area, centre, bounds, levels.
     history : History
         All levels.
-    levels : GamutLevels
+    search : LevelSearch
+        The search for levels within limits, which keeps what it has found.
+    levels : IndexedLevels
         The levels that queries have used, with the bound of their memory.
 
     Raises
@@ -122,9 +122,16 @@ class Gamut(PointAnswers, MappingAnswers, DrawingAnswers, ComparisonAnswers):
             description, history = build(content, chosen, report, limits)
         self._hold(description, history)
 
-    def _hold(self, description: dict[str, Any], history: History) -> None:
+    def _hold(
+        self,
+        description: dict[str, Any],
+        history: History,
+        search: LevelSearch | None = None,
+        index_bytes: int = INDEX_BYTES,
+    ) -> None:
         self.description, self.history = description, history
-        self.levels = GamutLevels(history, description)
+        self.search = LevelSearch(description["levels"]) if search is None else search
+        self.levels = IndexedLevels(history, index_bytes)
 
     @property
     def id(self) -> str:
@@ -251,16 +258,15 @@ class Gamut(PointAnswers, MappingAnswers, DrawingAnswers, ComparisonAnswers):
         >>> Gamut(colours).mesh(4).triangles
         4
         """
-        if triangles is None and max_error is None and max_mismatch is None:
-            triangles = min(DEFAULT_TRIANGLES, self.history.triangles)
-        count, bounds = self.levels.find(triangles, max_error, max_mismatch, side)
+        request = LevelRequest(triangles, max_error, max_mismatch, side)
+        count, bounds = self.search.find(self.history, request)
         mesh = self.level(count, side=side)
         return LevelMesh(
             mesh.vertices,
             mesh.faces,
             mesh.device,
             space=self.colour_space,
-            max_error=None if bounds is None else bounds.distance,
+            max_error=None if bounds.distance == inf else bounds.distance,
             provenance=mesh_provenance(self.description),
         )
 
@@ -328,12 +334,18 @@ class Gamut(PointAnswers, MappingAnswers, DrawingAnswers, ComparisonAnswers):
         return history_bytes(self.history, {DESCRIPTION: text})
 
     @classmethod
-    def from_bytes(cls, data: bytes) -> Self:
+    def from_bytes(
+        cls, data: bytes, *, search: LevelSearch | None = None, index_bytes: int = INDEX_BYTES
+    ) -> Self:
         """Return the gamut of a file. Its levels are unpacked when they are first asked for.
 
         Parameters
         ----------
         data : bytes
+        search : LevelSearch, optional
+            That of an earlier object of the same gamut, with what it has found.
+        index_bytes : int, optional
+            Bytes for the levels that queries have used.
 
         Returns
         -------
@@ -347,7 +359,7 @@ class Gamut(PointAnswers, MappingAnswers, DrawingAnswers, ComparisonAnswers):
         """
         history, metadata = history_from_bytes(data)
         gamut = cls.__new__(cls)
-        gamut._hold(_description(metadata), history)  # noqa: SLF001  # a constructor
+        gamut._hold(_description(metadata), history, search, index_bytes)  # noqa: SLF001  # a constructor
         return gamut
 
 

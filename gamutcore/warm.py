@@ -48,9 +48,8 @@ from gamutcore.kernels.installation import (
     mark_compiled,
 )
 from gamutcore.levels import (
-    Bounds,
+    LevelRequest,
     LevelSearch,
-    SidedSearch,
     curve_counts,
     error_curve,
     mismatch,
@@ -163,8 +162,9 @@ def _use_readers() -> None:
     history, _ = history_from_bytes(history_bytes(history))
     counts = curve_counts(history.triangles)
     curve = [level.to_mapping() for level in error_curve(history, counts)]
-    LevelSearch(curve).find(history, Bounds(distance=1e-6))
-    SidedSearch(history.triangles, "inside").find(history, Bounds(distance=1e-6))
+    search = LevelSearch(curve)
+    search.find(history, LevelRequest(max_error=1e-6))
+    search.find(history, LevelRequest(max_error=1e-6, side="inside"))
     mesh = replace(history.level(6), device=history.device_values(6))
     for name in FORMATS:
         mesh_file(mesh, name)

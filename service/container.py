@@ -89,13 +89,14 @@ class ServiceContainer:
             keep_inputs=settings.keep_inputs,
         )
         memory = Ledger(memory_budget(settings) - PROCESS_BYTES)
-        self.library = Library(self.store, memory, settings.history_cache_bytes)
+        self.library = Library(
+            self.store, memory, settings.history_cache_bytes, settings.query_index_bytes
+        )
         self.meshes = Meshes(self.library, settings.mesh_cache_bytes)
         self.queries = Queries(
             self.library,
             self.meshes.levels,
             self.metrics.queries,
-            index_bytes=settings.query_index_bytes,
             most_rows=settings.query_rows,
             client_share=settings.client_share,
         )

@@ -28,6 +28,7 @@ from weakref import WeakValueDictionary
 
 from starlette.responses import Response
 
+from gamutcore.answers.base import INDEX_BYTES
 from gamutcore.colours.spaces import ColourSpace
 from gamutcore.errors import HistoryFileError
 from gamutcore.export.provenance import mesh_provenance
@@ -44,6 +45,7 @@ if TYPE_CHECKING:
 
     from starlette.types import Receive, Scope, Send
 
+    from gamutcore.levels import LevelSearch
     from service.settings import Settings
     from service.storage.gamuts import GamutStore
     from service.storage.records import Record
@@ -93,6 +95,10 @@ _TRIM_BYTES = 32 * _MEBIBYTE
 
 _TRIM_SECONDS = 1.0
 """Delay after such a release, so that a burst of releases is followed by one trim."""
+
+_SEARCH_BYTES = 32 * _MEBIBYTE
+"""Bytes for searches with what they have found, enough for a thousand gamuts. They stay when the
+histories, which are a hundred times as large, leave the memory."""
 
 _THREADS = 2
 """Number of histories that are opened or unpacked, and large meshes that are encoded, at the same
@@ -478,11 +484,16 @@ class OpenGamut:
 class Library:
     """Opens gamuts of a store and keeps the most recently used, up to `capacity` bytes.
 
-    `memory` accounts for everything that is made of gamuts.
+    `memory` accounts for everything that is made of gamuts. `index_bytes` is the memory for the
+    indexed levels of one gamut. `searches` has the searches for levels, also of closed gamuts.
     """
 
-    def __init__(self, store: GamutStore, memory: Ledger, capacity: int) -> None:
+    def __init__(
+        self, store: GamutStore, memory: Ledger, capacity: int, index_bytes: int = INDEX_BYTES
+    ) -> None:
         self.memory = memory
+        self.searches: ByteBoundedCache[str, LevelSearch] = ByteBoundedCache(_SEARCH_BYTES)
+        self._index_bytes = index_bytes
         self._store = store
         self._open: ByteBoundedCache[str, OpenGamut] = ByteBoundedCache(capacity)
         memory.add(self._open)
@@ -510,6 +521,13 @@ class Library:
     def peek(self, gamut_id: str) -> OpenGamut | None:
         """Return a gamut if it is open, without counting a use."""
         return self._used.get(gamut_id)
+
+    def search(self, gamut_id: str) -> LevelSearch | None:
+        """Return the search for levels of a gamut that is or was open; else None."""
+        search = self.searches.get(gamut_id)
+        if search is None and gamut_id in self._used:
+            search = self._used[gamut_id].gamut.search
+        return search
 
     async def gamut(self, gamut_id: str, charge: Charge | None = None) -> OpenGamut:
         """Return a gamut, after opening it if needed.
@@ -560,6 +578,11 @@ class Library:
             self._open.discard_value(opened.record.id, opened)
         elif not self._open.resize(opened.record.id, opened, nbytes):
             self._return_to_cache(opened)
+        search = opened.gamut.search
+        held = self.searches.resize(opened.record.id, search, search.nbytes)
+        # Nothing is kept of a gamut that was deleted meanwhile.
+        if not held and self.peek(opened.record.id) is opened:
+            self.searches.put(opened.record.id, search, search.nbytes)
 
     async def record(self, gamut_id: str) -> Record:
         """Return a gamut's record; raises `GamutNotStoredError` if there is none."""
@@ -590,6 +613,7 @@ class Library:
     def discard(self, gamut_id: str) -> None:
         """Forget a deleted gamut."""
         self._open.discard(gamut_id)
+        self.searches.discard(gamut_id)
         self._used.pop(gamut_id, None)
         self._opening.forget(gamut_id)
 
@@ -618,17 +642,18 @@ class Library:
             with await self.memory.charge("work", lambda: cost) as own:
                 return await self._open_and_keep(gamut_id, own)
         with timed("open"):
-            opened = await self.in_thread(self._open_from_store, gamut_id)
+            search = self.searches.get(gamut_id)
+            opened = await self.in_thread(self._open_from_store, gamut_id, search)
         self.settle(opened, charge)
         # A gamut that was deleted while it was opened is returned but not kept.
         if self._opening.is_current(gamut_id):
             self._keep(opened)
         return opened
 
-    def _open_from_store(self, gamut_id: str) -> OpenGamut:
+    def _open_from_store(self, gamut_id: str, search: LevelSearch | None) -> OpenGamut:
         record, content = self._store.content(gamut_id)
         try:
-            gamut = Gamut.from_bytes(content)
+            gamut = Gamut.from_bytes(content, search=search, index_bytes=self._index_bytes)
         except HistoryFileError as error:
             raise self._store.set_aside(record, str(error)) from error
         provenance = mesh_provenance(gamut.description)

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import os
+import threading
 from abc import ABC, abstractmethod
-from dataclasses import replace
+from collections import OrderedDict
+from dataclasses import dataclass, replace
 from functools import cached_property
+from math import inf
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
@@ -15,7 +18,8 @@ from gamutcore.colour_rows import colour_rows
 from gamutcore.colours.spaces.cielab import xyz_to_lab
 from gamutcore.colours.spaces.conversion import ColourConversion
 from gamutcore.errors import OptionError
-from gamutcore.gamut_levels import GamutLevels
+from gamutcore.levels import BoundedLevel, LevelRequest, LevelSearch
+from gamutcore.queries import LevelIndex, build_index
 from gamutcore.results import Conditions
 from gamutcore.tables import frame_colours
 
@@ -23,10 +27,21 @@ if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray, IndexArray
     from gamutcore.colour_rows import ColourRows, Colours
     from gamutcore.colours.spaces import ColourSpace
-    from gamutcore.gamut_levels import IndexedLevel
+    from gamutcore.geometry import DeviceValues
     from gamutcore.history import History
 
-__all__ = ["DEFAULT_EDGE_WIDTH", "DEFAULT_ERROR", "Answering"]
+__all__ = [
+    "DEFAULT_EDGE_WIDTH",
+    "DEFAULT_ERROR",
+    "INDEX_BYTES",
+    "Answering",
+    "IndexedLevel",
+    "IndexedLevels",
+]
+
+INDEX_BYTES = 128 * 1024 * 1024
+"""Default size of a gamut's cache of indexed levels in bytes. The full boundary of 133,000
+triangles needs about 30 MB, and 1,000 triangles need 0.2 MB."""
 
 DEFAULT_ERROR = 0.1
 """Error of the level that answers, where the white of the space has a lightness of 100."""
@@ -38,12 +53,74 @@ GRID_CORNER = 3.0**0.5 / 2.0
 """Largest distance of a point from the nearest grid point ÷ grid step."""
 
 
+@dataclass(frozen=True)
+class IndexedLevel:
+    """A level that is ready for queries.
+
+    `device` is None if the gamut was built from bare colours. `max_error` is an upper bound of the
+    distance from the full boundary, in both directions, in units of the space; None if not known.
+    """
+
+    index: LevelIndex
+    device: DeviceValues | None
+    max_error: float | None = None
+
+    @property
+    def triangles(self) -> int:
+        """Triangle count of the level."""
+        return len(self.index.faces)
+
+    @property
+    def nbytes(self) -> int:
+        """Memory in bytes."""
+        return self.index.nbytes + (0 if self.device is None else self.device.values.nbytes)
+
+
+class IndexedLevels:
+    """The levels of a history that queries have used; threads may share it.
+
+    `capacity` is the size of the cache in bytes, of which `nbytes` are used. A larger level is
+    indexed again for each query.
+    """
+
+    def __init__(self, history: History, capacity: int = INDEX_BYTES) -> None:
+        self.capacity = capacity
+        self.nbytes = 0
+        self._history = history
+        self._kept: OrderedDict[int, IndexedLevel] = OrderedDict()
+        self._lock = threading.Lock()
+
+    def has(self, triangles: int) -> bool:
+        """Whether a level of an existing count is in the cache."""
+        return triangles in self._kept
+
+    def level(self, triangles: int) -> IndexedLevel:
+        """Return the level of an existing count, without the bound of its error."""
+        with self._lock:
+            level = self._kept.get(triangles)
+            if level is not None:
+                self._kept.move_to_end(triangles)
+                return level
+        mesh = self._history.level(triangles)
+        index = build_index(mesh.vertices, mesh.faces, self._history.centre)
+        level = IndexedLevel(index, self._history.device_values(triangles))
+        with self._lock:
+            if level.nbytes <= self.capacity and triangles not in self._kept:
+                self._kept[triangles] = level
+                self.nbytes += level.nbytes
+                while self.nbytes > self.capacity:
+                    _, evicted = self._kept.popitem(last=False)
+                    self.nbytes -= evicted.nbytes
+        return level
+
+
 class Answering(ABC):
     """A gamut that answers questions; a base class of `gamutcore.Gamut`."""
 
     description: dict[str, Any]
     history: History
-    levels: GamutLevels
+    search: LevelSearch
+    levels: IndexedLevels
 
     @property
     @abstractmethod
@@ -79,11 +156,16 @@ class Answering(ABC):
         stated = self.description["provenance"].get("colour_space", {}).get("adaptation", "")
         return str(stated).startswith("none: ") and not self.colour_space.is_icc_cielab
 
+    def _found(self, triangles: int | None, max_error: float | None) -> BoundedLevel:
+        """Return the count and the bounds of the level that answers."""
+        request = LevelRequest(triangles, max_error).or_default(max_error=self.default_error)
+        return self.search.find(self.history, request)
+
     def _level(self, triangles: int | None, max_error: float | None) -> IndexedLevel:
         """Return the level that answers."""
-        if triangles is None and max_error is None:
-            max_error = self.default_error
-        return self.levels.indexed(triangles, max_error)
+        count, bounds = self._found(triangles, max_error)
+        known = None if bounds.distance == inf else bounds.distance
+        return replace(self.levels.level(count), max_error=known)
 
     def _level_with_hue(self, triangles: int | None, max_error: float | None) -> IndexedLevel:
         """Return the level that answers a question about hue."""
@@ -134,11 +216,11 @@ class Answering(ABC):
         >>> 0 < Gamut(colours).tolerance() < 0.1
         True
         """
-        if triangles is None and max_error is None:
-            max_error = self.default_error
-        count, _ = self.levels.find(triangles, max_error)
+        count, (bound, _) = self._found(triangles, max_error)
+        if bound == inf:
+            bound = self.search.error_bound(self.history, count)
         missed: float = self.description.get("boundary_error", 0.0)
-        return self.levels.error_bound(count) + missed + GRID_CORNER * self.history.step
+        return bound + missed + GRID_CORNER * self.history.step
 
     def _lab(self, points: FloatArray) -> FloatArray:
         """Return L*, a*, b* relative to D50 of points in the space of the gamut."""

@@ -14,8 +14,8 @@ from gamutcore.answers.conditions import comparison_warnings
 from gamutcore.results import ChromaticityGamut, GamutComparison, Intersection
 
 if TYPE_CHECKING:
+    from gamutcore.answers.base import IndexedLevel
     from gamutcore.arrays import FloatArray
-    from gamutcore.gamut_levels import IndexedLevel
     from gamutcore.results import ChromaticityComparison
 
 __all__ = ["ComparisonAnswers"]

@@ -13,6 +13,7 @@ from gamutcore.answers.sections import SectionAnswers
 from gamutcore.export import leaf_axes, lightness_axes, plane_axes, rings_svg, section_svg
 from gamutcore.export.rendering import DEFAULT_SIZE, PICTURE_TRIANGLES, mesh_picture
 from gamutcore.geometry import TriangleMesh
+from gamutcore.levels import LevelRequest
 
 if TYPE_CHECKING:
     import os
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike
 
-    from gamutcore.gamut_levels import IndexedLevel
+    from gamutcore.answers.base import IndexedLevel
     from gamutcore.results import GamutRings
 
 __all__ = ["DrawingAnswers", "figure", "new_axes"]
@@ -108,11 +109,10 @@ class DrawingAnswers(SectionAnswers):
         >>> Gamut(colours).picture(100)[1:4]
         b'PNG'
         """
-        if triangles is None and max_error is None:
-            triangles = min(PICTURE_TRIANGLES, self.history.triangles)
-        count, _ = self.levels.find(triangles, max_error)
+        default = min(PICTURE_TRIANGLES, self.history.triangles)
+        request = LevelRequest(triangles, max_error).or_default(default)
         return mesh_picture(
-            self.history.level(count),
+            self.history.level(self.search.find(self.history, request).triangles),
             self.colour_space,
             size=size,
             view=view,

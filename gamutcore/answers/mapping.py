@@ -23,11 +23,11 @@ from gamutcore.queries import delta_e_2000
 from gamutcore.results import MappedColours
 
 if TYPE_CHECKING:
+    from gamutcore.answers.base import IndexedLevel
     from gamutcore.answers.picture_mapping import MappedPicture
     from gamutcore.arrays import FloatArray
     from gamutcore.colour_rows import Colours
     from gamutcore.export.picture_file import Depth
-    from gamutcore.gamut_levels import IndexedLevel
     from gamutcore.queries import MappingMethod
 
 __all__ = ["METHOD", "MappingAnswers"]

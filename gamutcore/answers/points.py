@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from gamutcore.answers.base import IndexedLevel
     from gamutcore.arrays import BooleanArray, FloatArray
     from gamutcore.colour_rows import Colours
-    from gamutcore.gamut_levels import IndexedLevel
 
 __all__ = ["METRIC", "TOLERANCE", "PointAnswers"]
 

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike
 
+    from gamutcore.answers.base import IndexedLevel
     from gamutcore.arrays import FloatArray
-    from gamutcore.gamut_levels import IndexedLevel
 
 __all__ = ["SectionAnswers", "hue_angles"]
 

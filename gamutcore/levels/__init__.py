@@ -1,9 +1,17 @@
-"""Levels: their errors, the smallest within limits, and those on one side; mismatch of gamuts."""
+"""Levels: requests, their errors, the smallest within limits, and one side; mismatch of gamuts."""
 
-from gamutcore.levels.error_curve import LevelError, curve_counts, error_curve, round_up
+from gamutcore.levels.error_curve import (
+    NO_ERROR,
+    BoundedLevel,
+    Bounds,
+    LevelError,
+    curve_counts,
+    error_curve,
+    round_up,
+)
 from gamutcore.levels.overlay import Distances, RadialDifference, radial_difference
-from gamutcore.levels.search import NO_ERROR, BoundedLevel, Bounds, LevelSearch, error_bounds
-from gamutcore.levels.sides import SIDES, Side, SidedSearch, sided_level
+from gamutcore.levels.search import DEFAULT_TRIANGLES, LevelRequest, LevelSearch, error_bounds
+from gamutcore.levels.sides import SIDES, Side, sided_level
 from gamutcore.levels.volume_difference import (
     VoxelMismatch,
     intersection_volume,
@@ -12,16 +20,17 @@ from gamutcore.levels.volume_difference import (
 )
 
 __all__ = [
+    "DEFAULT_TRIANGLES",
     "NO_ERROR",
     "SIDES",
     "BoundedLevel",
     "Bounds",
     "Distances",
     "LevelError",
+    "LevelRequest",
     "LevelSearch",
     "RadialDifference",
     "Side",
-    "SidedSearch",
     "VoxelMismatch",
     "curve_counts",
     "error_bounds",

@@ -11,12 +11,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from decimal import ROUND_CEILING, Context, Decimal
-from typing import TYPE_CHECKING, Any
+from math import inf
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from gamutcore.kernels import kernel
-from gamutcore.levels.cones import make_surface
+from gamutcore.levels.cones import locate, make_surface
 from gamutcore.levels.overlay import Distances, compare_surfaces, enclosed_volume
 
 if TYPE_CHECKING:
@@ -25,7 +26,8 @@ if TYPE_CHECKING:
     from gamutcore.arrays import Float32Array, FloatArray, IndexArray
     from gamutcore.geometry import TriangleMesh
     from gamutcore.history import History
-    from gamutcore.levels.cones import Surface
+    from gamutcore.levels.cones import Cones, Locations, Surface
+    from gamutcore.levels.overlay import RadialDifference
 
 EVEN_UP_TO = 16
 """All levels up to this triangle count are in the curve."""
@@ -52,6 +54,43 @@ FINER_AT_LEAST = 8
 
 DIGITS = 6
 """Significant digits of errors in a description. Bounds are rounded up."""
+
+
+class Bounds(NamedTuple):
+    """Upper bounds of the error of a level, or limits for it; infinite where there is none.
+
+    Attributes
+    ----------
+    distance : float
+        Distance of any point of either surface from the other (units of the space).
+    mismatch : float
+        Volume of the symmetric difference ÷ volume of the full boundary.
+    """
+
+    distance: float = inf
+    mismatch: float = inf
+
+    def within(self, limits: Bounds) -> bool:
+        """Whether both bounds are at most the limits."""
+        return self.distance <= limits.distance and self.mismatch <= limits.mismatch
+
+
+NO_ERROR = Bounds(0.0, 0.0)
+"""Bounds of the full boundary."""
+
+
+class BoundedLevel(NamedTuple):
+    """A level and the bounds of its error.
+
+    Attributes
+    ----------
+    triangles : int
+    bounds : Bounds
+        Bounds of this level only; a finer level may have larger errors. Infinite if not known.
+    """
+
+    triangles: int
+    bounds: Bounds = Bounds()
 
 
 @dataclass(frozen=True)
@@ -86,6 +125,11 @@ class LevelError:
     distance_bound: float
     from_full: Distances
     to_full: Distances
+
+    @property
+    def bounds(self) -> Bounds:
+        """Both bounds, rounded up as in a description."""
+        return Bounds(round_up(self.distance_bound), round_up(self.mismatch_bound))
 
     def to_mapping(self) -> dict[str, Any]:
         """Return the errors for a description: few digits, bounds rounded up."""
@@ -193,6 +237,33 @@ def _reference(count: int, counts: list[int], full: int) -> int:
 def _limit_mean(distances: Distances) -> Distances:
     """Return distances with the estimated mean limited to the bound."""
     return Distances(min(distances.mean, distances.maximum), distances.maximum)
+
+
+class FullBoundary:
+    """The full boundary of a history about the origin, with which levels are compared as a whole.
+
+    The whole history is unpacked.
+    """
+
+    def __init__(self, history: History) -> None:
+        self.history = history
+        self.centre = np.asarray(history.centre, np.float64)
+        self.full, self._near = surface_in_preorder(history.full(), history)
+        self._order = np.arange(len(self._near), dtype=np.int32)
+
+    def surface(self, level: TriangleMesh) -> Surface:
+        """Return a level as a surface about the origin."""
+        position = np.ascontiguousarray(level.vertices.astype(np.float64) - self.centre)
+        return make_surface(position, np.ascontiguousarray(level.faces, np.int32).ravel())
+
+    def locate(self, cones: Cones) -> Locations:
+        """Locate the vertices of the full boundary in the cones of a level."""
+        return locate(self.full.position, self._order, self._near, cones)
+
+    def compare(self, level: Surface, bounds: FloatArray | None = None) -> RadialDifference:
+        """Compare a level with the full boundary; `bounds` as for `compare_surfaces`."""
+        found, _ = compare_surfaces(self.full, level, self._order, self._near, bounds=bounds)
+        return found
 
 
 def surface_in_preorder(level: TriangleMesh, history: History) -> tuple[Surface, IndexArray]:

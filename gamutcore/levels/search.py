@@ -1,9 +1,10 @@
-"""The smallest level of a history whose error is within limits.
+"""The way to a level: a request by count or limits, and the search for the level that meets it.
 
 A limit of the distance selects the first of fixed triangle counts whose level is within the limit.
 A limit of the mismatch first gives a least count, by bisection; the search begins there. Both
 depend on the history and the limit only. So looser limits never give more triangles, and no answer
-promises what a smaller answer promises as well. See ``docs/decisions/error-curve.md``.
+promises what a smaller answer promises as well. See ``docs/decisions/error-curve.md``. Levels on
+one side are compared one by one, from coarse to fine (module `sides`).
 
 Evidence rejects most levels in about a microsecond, so that only few are compared as a whole. A
 vertex of the full boundary that is too far from every face of a level rejects the level. It also
@@ -14,15 +15,18 @@ face of a level with a point too far from the full boundary rejects all levels w
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from math import inf
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from gamutcore.arguments import finite_number
 from gamutcore.arrays import Float32Array, FloatArray, IndexArray
-from gamutcore.history import apply_splits, fine_columns
+from gamutcore.errors import OptionError
+from gamutcore.history import MINIMUM_TRIANGLES, apply_splits, fine_columns
 from gamutcore.kernels import kernel
-from gamutcore.levels.cones import INDEX, Locations, Surface, compute_cones, locate, make_surface
+from gamutcore.levels.cones import INDEX, Locations, Surface, compute_cones
 from gamutcore.levels.distances import (
     FROM_LOWER,
     FROM_POINT,
@@ -36,11 +40,21 @@ from gamutcore.levels.distances import (
     new_bounds,
     squared_distance,
 )
-from gamutcore.levels.error_curve import round_up, surface_in_preorder
-from gamutcore.levels.overlay import compare_surfaces
+from gamutcore.levels.error_curve import (
+    NO_ERROR,
+    BoundedLevel,
+    Bounds,
+    FullBoundary,
+    round_up,
+)
+from gamutcore.levels.sides import SIDES, Side, SidedCurve
 
 if TYPE_CHECKING:
     from gamutcore.history import History
+    from gamutcore.levels.error_curve import LevelError
+
+DEFAULT_TRIANGLES = 1000
+"""Triangle count of a request with neither a count nor a limit: 23 kB as GLB, and smooth."""
 
 EVEN_UP_TO = 2048
 """All levels up to this triangle count are considered. The distance stays nearly constant over long
@@ -68,11 +82,11 @@ SIMILAR = 1.2
 """Evidence comes first from a level of the curve whose bound is this many times the limit. Bounds
 of the curve are 8 % too large on average."""
 
-KEPT = 256
+KEPT = 2048
 """Most levels in a search's cache."""
 
-ROW_BYTES = 200
-"""Approximate memory per level of a curve."""
+ROW_BYTES = 400
+"""Approximate memory per level of a curve or of the cache."""
 
 SAME = 1e-9
 """Points within this distance, relative to that from the full boundary, are the same."""
@@ -83,98 +97,203 @@ UNBOUNDED = 1e300
 NO_POINTS, NO_FACES = np.empty((0, 3)), np.empty(0, np.int32)
 
 
-class Bounds(NamedTuple):
-    """Upper bounds of the error of a level, or limits for it.
+@dataclass(frozen=True, slots=True)
+class LevelRequest:
+    """A level by its triangle count or limits of its error, and its side of the full boundary.
 
-    Attributes
+    Parameters
     ----------
-    distance : float
-        Distance of any point of either surface from the other (units of the space).
-    mismatch : float
-        Volume of the symmetric difference ÷ volume of the full boundary.
+    triangles : int, optional
+        Largest triangle count; `DEFAULT_TRIANGLES` unless a limit is given.
+    max_error : float, optional
+        Largest distance from the full boundary, in both directions, in units of the space.
+    max_mismatch : float, optional
+        Largest volume of the symmetric difference ÷ volume of the full boundary.
+    side : {'both', 'inside', 'outside'}, optional
+        As for `sided_level`.
+
+    Raises
+    ------
+    OptionError
+        A count and a limit are given, a limit is not a number of at least 0, or there is no such
+        side. Only a gamut can tell whether it has a level of the count.
     """
 
-    distance: float = inf
-    mismatch: float = inf
+    triangles: int | None = None
+    max_error: float | None = None
+    max_mismatch: float | None = None
+    side: Side = "both"
 
-    def within(self, limits: Bounds) -> bool:
-        """Whether both bounds are at most the limits."""
-        return self.distance <= limits.distance and self.mismatch <= limits.mismatch
+    def __post_init__(self) -> None:
+        if self.side not in SIDES:
+            raise OptionError.refusal("side", self.side, f"one of {', '.join(SIDES)}")
+        for name, limit in (("max_error", self.max_error), ("max_mismatch", self.max_mismatch)):
+            if limit is not None:
+                number = finite_number(limit)
+                if number is None or number < 0.0:
+                    raise OptionError.refusal(name, limit, "a number of at least 0")
+        if self.triangles is not None and self.limits is not None:
+            raise OptionError.not_applicable(
+                "triangles", self.triangles, "a limit of the error is given", "Give one of them."
+            )
 
+    @property
+    def limits(self) -> Bounds | None:
+        """The limits of the error; None if there are none."""
+        if self.max_error is None and self.max_mismatch is None:
+            return None
+        return Bounds(
+            inf if self.max_error is None else self.max_error,
+            inf if self.max_mismatch is None else self.max_mismatch,
+        )
 
-NO_ERROR = Bounds(0.0, 0.0)
-"""Bounds of the full boundary."""
+    def count(self, full: int) -> int:
+        """Return the requested triangle count for a full boundary of `full` triangles."""
+        return min(DEFAULT_TRIANGLES, full) if self.triangles is None else self.triangles
 
-
-class BoundedLevel(NamedTuple):
-    """A level and the bounds of its error.
-
-    Attributes
-    ----------
-    triangles : int
-    bounds : Bounds
-        Bounds of this level only; a finer level may have larger errors.
-    """
-
-    triangles: int
-    bounds: Bounds
+    def or_default(
+        self, triangles: int | None = None, max_error: float | None = None
+    ) -> LevelRequest:
+        """Return the request, or one for a default level if it has neither a count nor a limit."""
+        if self.triangles is not None or self.limits is not None:
+            return self
+        return LevelRequest(triangles, max_error, side=self.side)
 
 
 class LevelSearch:
-    """Search for levels within limits, with a cache of the results; any thread may use it.
+    """The levels of one gamut that meet requests, with a cache; any thread may use it.
 
     `curve` is the error curve from a description (`levels`), with the full boundary as last level.
     Curves of old descriptions have no bounds. The same limits then hold, but may take more
-    triangles.
+    triangles. A search keeps no history, so that it can outlive the history in memory.
     """
 
     def __init__(self, curve: Sequence[Mapping[str, Any]]) -> None:
-        bounds = [
-            Bounds(row.get("distance_bound", inf), row.get("mismatch_bound", inf)) for row in curve
-        ]
         self._curve = [
-            BoundedLevel(row["triangles"], bound)
-            for row, bound in zip(curve[:-1], bounds, strict=False)
+            BoundedLevel(
+                row["triangles"],
+                Bounds(row.get("distance_bound", inf), row.get("mismatch_bound", inf)),
+            )
+            for row in curve[:-1]
         ]
         self._curve.append(BoundedLevel(curve[-1]["triangles"], NO_ERROR))
-        self._found: dict[Bounds, BoundedLevel] = {}
+        full = self._curve[-1].triangles
+        self._sides: dict[Side, SidedCurve] = {
+            side: SidedCurve(full, side) for side in SIDES if side != "both"
+        }
+        # results of searches, and compared levels by their counts
+        self._found: dict[LevelRequest, BoundedLevel] = {}
 
     @property
     def nbytes(self) -> int:
         """Approximate memory in bytes."""
-        return ROW_BYTES * (1 + len(self._curve) + len(self._found))
+        sides = sum(curve.nbytes for curve in self._sides.values())
+        return ROW_BYTES * (1 + len(self._curve) + len(self._found)) + sides
 
-    def find_bound(self, limits: Bounds) -> BoundedLevel:
+    def bounds(self, triangles: int) -> Bounds:
+        """Return the bounds of a level in the error curve; infinite for all other levels."""
+        return next((each.bounds for each in self._curve if each.triangles == triangles), Bounds())
+
+    def largest_count(self, request: LevelRequest) -> int:
+        """Return a count that the result of `find` does not exceed, without a search.
+
+        A requested count is returned unchanged, even if there is no such level.
+        """
+        full = self._curve[-1].triangles
+        if request.limits is None:
+            return request.count(full)
+        known = self.find_known(request)
+        if known is not None:
+            return known.triangles
+        return self._find_bound(request.limits).triangles if request.side == "both" else full
+
+    def find_known(self, request: LevelRequest) -> BoundedLevel | None:
+        """Return the result of `find` without a search; None if it needs one or does not exist."""
+        limits = request.limits
+        if limits is None:
+            full = self._curve[-1].triangles
+            count = request.count(full)
+            return self._at(count, request.side) if MINIMUM_TRIANGLES <= count <= full else None
+        if request in self._found:
+            return self._found[request]
+        if request.side != "both":
+            return self._sides[request.side].find_known(limits)
+        level = self._find_bound(limits)
+        is_first = level.triangles == self._curve[0].triangles
+        return level if is_first or min(limits) <= 0.0 else None
+
+    def find(self, history: History, request: LevelRequest) -> BoundedLevel:
+        """Return the level of a request, from the history of the search's gamut.
+
+        For limits, it is the smallest level of fixed triangle counts that keeps them, with its
+        bounds. The full boundary is the result if no other level is within the limits, as for
+        limits of zero. For a count, bounds are known if the level is in the error curve.
+
+        Raises
+        ------
+        TriangleCountError
+            There is no level of the count.
+        HistoryFileError
+            The history file is damaged.
+        """
+        if request.limits is None:
+            return self._at(history.level_triangles(request.count(history.triangles)), request.side)
+        level = self.find_known(request)
+        if level is None:
+            if request.side == "both":
+                level = self._search(history, request.limits)
+            else:
+                level = self._sides[request.side].find(history, request.limits)
+            self._keep(request, level)
+        return level
+
+    def find_error_bound(self, triangles: int) -> float | None:
+        """Return the result of `error_bound` if it needs no comparison; else None."""
+        compared = self._found.get(LevelRequest(triangles))
+        bounds = self.bounds(triangles) if compared is None else compared.bounds
+        return bounds.distance if bounds.distance < inf else None
+
+    def error_bound(self, history: History, triangles: int) -> float:
+        """Return an upper bound of the distance between an existing level and the full boundary.
+
+        The first call for a level outside the error curve compares the level with the full
+        boundary, which takes up to 0.1 s.
+        """
+        known = self.find_error_bound(triangles)
+        if known is None:
+            (level,) = error_bounds(history, [triangles])
+            self._keep(LevelRequest(triangles), level)
+            known = level.bounds.distance
+        return known
+
+    def known_curve(self, side: Side) -> list[LevelError] | None:
+        """Return the result of `curve` if it was computed, else None."""
+        return self._sides[side].known_curve
+
+    def curve(self, history: History, side: Side) -> list[LevelError]:
+        """Return the error curve of one side, `inside` or `outside`, and of the full boundary.
+
+        Bounds hold for a level and all finer levels of the curve. A damaged history file raises
+        HistoryFileError.
+        """
+        return self._sides[side].curve(history)
+
+    def _at(self, triangles: int, side: Side) -> BoundedLevel:
+        count = triangles // 2 * 2  # closed meshes have even counts
+        return BoundedLevel(count, self.bounds(count) if side == "both" else Bounds())
+
+    def _keep(self, request: LevelRequest, level: BoundedLevel) -> None:
+        if len(self._found) >= KEPT:
+            self._found = {}
+        self._found[request] = level
+
+    def _find_bound(self, limits: Bounds) -> BoundedLevel:
         """Return the smallest level of the error curve within limits; `find` has no larger one."""
         within = (level for level in self._curve if level.bounds.within(limits))
         return next(within, self._curve[-1])
 
-    def find_known(self, limits: Bounds) -> BoundedLevel | None:
-        """Return the result of `find` if it is cached or needs no comparison, else None."""
-        if limits in self._found:
-            return self._found[limits]
-        level = self.find_bound(limits)
-        is_first = level.triangles == self._curve[0].triangles
-        return level if is_first or min(limits) <= 0.0 else None
-
-    def find(self, history: History, limits: Bounds) -> BoundedLevel:
-        """Return the smallest level of the curve's history within upper limits of its bounds.
-
-        The result is one of `search_counts`, or a smaller level of the curve. The full boundary is
-        the result if no other level is within the limits, as for limits of zero. A damaged history
-        file raises HistoryFileError.
-        """
-        level = self.find_known(limits)
-        if level is not None:
-            return level
-        level = self._search(history, limits)
-        if len(self._found) == KEPT:
-            self._found = {}
-        self._found[limits] = level
-        return level
-
     def _search(self, history: History, limits: Bounds) -> BoundedLevel:
-        most = self.find_bound(limits)
+        most = self._find_bound(limits)
         comparison = _Comparison(history)
         least, mismatch = self._least_count(comparison, limits.mismatch)
         counts = [
@@ -267,32 +386,24 @@ class _Evidence(NamedTuple):
     faces: IndexArray  # (m,) faces of the level: each rejects the levels that have the face
 
 
-class _Comparison:
-    """Compares levels of a history with its full boundary; unpacks the whole history."""
+class _Comparison(FullBoundary):
+    """Compares levels of a history by their counts."""
 
-    def __init__(self, history: History) -> None:
-        self.history = history
-        self._full, self._near = surface_in_preorder(history.full(), history)
-        self._order = np.arange(len(self._near), dtype=np.int32)
-        self._centre = np.asarray(history.centre, np.float64)
-
-    def evidence(self, triangles: int, limit: float) -> _Evidence | None:
-        """Return evidence from vertices that a level exceeds a limit of the distance, or None.
+    def evidence(self, triangles: int, limit: float) -> _Evidence:
+        """Return evidence from vertices that a level exceeds a limit of the distance, if any.
 
         It has up to one point for each face of the level, and faces with a point that is too far.
         """
-        level = self._surface(triangles)
-        locations = locate(self._full.position, self._order, self._near, compute_cones(level))
-        points, faces = _find_evidence(self._full, level, locations, limit)
-        if len(points) == len(faces) == 0:
-            return None
-        return _Evidence(self._full.position[points], faces)
+        level = self.surface(self.history.level(triangles))
+        locations = self.locate(compute_cones(level))
+        points, faces = _find_evidence(self.full, level, locations, limit)
+        return _Evidence(self.full.position[points], faces)
 
     def bounds(self, triangles: int, limit: float) -> tuple[Bounds, _Evidence]:
         """Return the error of a level, and evidence if its distance exceeds a limit."""
-        level = self._surface(triangles)
-        found = new_bounds(halving_limit(self._full, HALVINGS), SLACK)
-        difference, _ = compare_surfaces(self._full, level, self._order, self._near, bounds=found)
+        level = self.surface(self.history.level(triangles))
+        found = new_bounds(halving_limit(self.full, HALVINGS), SLACK)
+        difference = self.compare(level, found)
         point, faces = NO_POINTS, NO_FACES
         if found[FROM_LOWER] > limit:
             point = found[np.newaxis, FROM_POINT : FROM_POINT + 3].copy()
@@ -309,19 +420,8 @@ class _Comparison:
 
     def mismatch(self, triangles: int) -> float:
         """Return the mismatch of a level, without bounds of distances, which take half the time."""
-        found, _ = compare_surfaces(
-            self._full,
-            self._surface(triangles),
-            self._order,
-            self._near,
-            bounds=new_bounds(0.0, UNBOUNDED),
-        )
-        return round_up(found.mismatch)
-
-    def _surface(self, triangles: int) -> Surface:
-        level = self.history.level(triangles)
-        position = np.ascontiguousarray(level.vertices.astype(np.float64) - self._centre)
-        return make_surface(position, np.ascontiguousarray(level.faces, np.int32).ravel())
+        level = self.surface(self.history.level(triangles))
+        return round_up(self.compare(level, new_bounds(0.0, UNBOUNDED)).mismatch)
 
 
 def _first_within(
@@ -334,21 +434,17 @@ def _first_within(
     limit = limits.distance
     walk = _LevelWalk(comparison.history, np.array(counts, np.int32))
     for triangles in similar:
-        ahead = comparison.evidence(triangles, limit)
-        if ahead is not None:
-            walk.skip(ahead._replace(faces=NO_FACES), limit)
+        walk.skip(comparison.evidence(triangles, limit)._replace(faces=NO_FACES), limit)
     while walk.index < len(counts):
         index, triangles = walk.index, counts[walk.index]
-        evidence = comparison.evidence(triangles, limit)
-        if evidence is not None:
-            walk.skip(evidence, limit)
+        walk.skip(comparison.evidence(triangles, limit), limit)
         if walk.index == index:
             bounds, evidence = comparison.bounds(triangles, limit)
             if bounds.within(limits):
                 return BoundedLevel(triangles, bounds)
             walk.skip(evidence, limit)
         if walk.index == index:
-            walk.advance()
+            walk.skip(_Evidence(NO_POINTS, NO_FACES), limit, stop=True)
     return None
 
 
@@ -404,19 +500,13 @@ class _LevelWalk:
         self._surface = Surface(self._positions - self._centre, corner, none, none, np.empty(0))
         self.index = 0
 
-    def skip(self, evidence: _Evidence, limit: float) -> None:
+    def skip(self, evidence: _Evidence, limit: float, *, stop: bool = False) -> None:
         """Go to the first level, from the present one on, that evidence does not reject.
 
         `index` becomes its index in `counts`, or their number if all are rejected. The evidence has
-        faces of the present level, and `limit` is the largest accepted distance.
+        faces of the present level, and `limit` is the largest accepted distance. With `stop`, go
+        to the next level.
         """
-        self._walk(evidence, limit, stop=False)
-
-    def advance(self) -> None:
-        """Go to the next level."""
-        self._walk(_Evidence(np.empty((0, 3)), np.empty(0, np.int32)), 0.0, stop=True)
-
-    def _walk(self, evidence: _Evidence, limit: float, *, stop: bool) -> None:
         self.index = _walk(
             self._counts, self.index, self._positions, self._surface, self._centre,
             *evidence, limit, stop, *self._columns,

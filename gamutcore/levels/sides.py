@@ -21,6 +21,7 @@ hold in whatever order limits are asked for.
 from __future__ import annotations
 
 import threading
+from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING, Literal
 
@@ -39,14 +40,18 @@ from gamutcore.levels.cones import (
     Surface,
     clipping_workspace,
     compute_cones,
-    locate,
     make_surface,
     pop_piece,
     push_face,
 )
-from gamutcore.levels.error_curve import LevelError, round_up, surface_in_preorder
-from gamutcore.levels.overlay import Distances, compare_surfaces, enclosed_volume
-from gamutcore.levels.search import NO_ERROR, BoundedLevel, Bounds
+from gamutcore.levels.error_curve import (
+    NO_ERROR,
+    BoundedLevel,
+    Bounds,
+    FullBoundary,
+    LevelError,
+)
+from gamutcore.levels.overlay import Distances, enclosed_volume
 
 if TYPE_CHECKING:
     from gamutcore.history import History
@@ -136,25 +141,26 @@ def sided_counts(full: int) -> list[int]:
     return counts
 
 
-class SidedSearch:
+class SidedCurve:
     """Error curve of the levels on one side, computed as far as it is needed; threads may share it.
 
     `triangles` is the count of the full boundary, and `side` is ``inside`` or ``outside``.
+    `find_known` and `known_curve` wait for no other thread.
     """
 
     def __init__(self, triangles: int, side: Side) -> None:
         self._full = triangles
         self._side = side
-        self._counts = sided_counts(triangles)
-        self._next = 0
+        self._left = sided_counts(triangles)
         self._errors: list[LevelError] = []
+        self._bounds: list[BoundedLevel] = []
         self._curve: list[LevelError] | None = None
         self._lock = threading.Lock()
 
     @property
     def nbytes(self) -> int:
-        """Approximate memory in bytes of the whole curve."""
-        return ROW_BYTES * (1 + len(self._counts))
+        """Approximate memory in bytes."""
+        return ROW_BYTES * len(self._errors)
 
     @property
     def known_curve(self) -> list[LevelError] | None:
@@ -163,12 +169,11 @@ class SidedSearch:
 
     def find_known(self, limits: Bounds) -> BoundedLevel | None:
         """Return the result of `find` if it needs no further level, else None."""
-        whole = self._next == len(self._counts)
+        whole = not self._left
         if min(limits) > 0.0:
-            for error in self._errors:
-                bounds = _bounds(error)
-                if bounds.within(limits):
-                    return BoundedLevel(error.triangles, bounds)
+            for level in self._bounds:
+                if level.bounds.within(limits):
+                    return level
             if not whole:
                 return None
         return BoundedLevel(self._full, NO_ERROR)
@@ -176,17 +181,15 @@ class SidedSearch:
     def find(self, history: History, limits: Bounds) -> BoundedLevel:
         """Return the smallest level of the curve within upper limits of its bounds.
 
-        The full boundary is the result if no level is within the limits, as for limits of zero. A
-        damaged history file raises HistoryFileError.
+        The full boundary is the result if no level is within the limits, as for limits of zero.
         """
         with self._lock:
             level = self.find_known(limits)
-            if level is not None:
-                return level
-            levels = _SidedLevels(history, self._side)
-            while level is None:
-                self._compare_next(levels)
-                level = self.find_known(limits)
+            if level is None:
+                levels = _SidedLevels(history, self._side)
+                while level is None:
+                    self._compare_next(levels)
+                    level = self.find_known(limits)
             return level
 
     def curve(self, history: History) -> list[LevelError]:
@@ -197,75 +200,40 @@ class SidedSearch:
         with self._lock:
             if self._curve is None:
                 levels = _SidedLevels(history, self._side)
-                while self._next < len(self._counts):
+                while self._left:
                     self._compare_next(levels)
-                self._curve = self._whole_curve(enclosed_volume(levels.full))
+                none, volume = Distances(0.0, 0.0), enclosed_volume(levels.full)
+                curve = [LevelError(self._full, volume, 0.0, 0.0, 0.0, none, none)]
+                for error in reversed(self._errors):
+                    mismatch = max(error.mismatch_bound, curve[-1].mismatch_bound)
+                    distance = max(error.distance_bound, curve[-1].distance_bound)
+                    curve.append(replace(error, mismatch_bound=mismatch, distance_bound=distance))
+                self._curve = curve[::-1]
             return self._curve
 
     def _compare_next(self, levels: _SidedLevels) -> None:
-        """Compute the error of the next level."""
-        error = _level_error(levels, self._counts[self._next])
-        # Levels of bodies that are too thin for float32 may be missing or repeated.
-        known = self._errors[-1].triangles if self._errors else 0
-        if error is not None and error.triangles > known:
-            self._errors.append(error)
-        self._next += 1
+        """Compute the error of the next level, with bounds for this level only.
 
-    def _whole_curve(self, volume: float) -> list[LevelError]:
-        """Return the errors with bounds for all finer levels, and the full boundary."""
-        none = Distances(0.0, 0.0)
-        curve = [LevelError(self._full, volume, 0.0, 0.0, 0.0, none, none)]
-        for error in reversed(self._errors):
-            finer = curve[-1]
-            curve.append(
-                replace(
-                    error,
-                    mismatch_bound=max(error.mismatch_bound, finer.mismatch_bound),
-                    distance_bound=max(error.distance_bound, finer.distance_bound),
-                )
-            )
-        return curve[::-1]
+        Levels of bodies that are too thin for float32 may be missing or repeated.
+        """
+        with suppress(TriangleCountError):
+            level = levels.level(self._left[0])
+            if not self._errors or level.triangles > self._errors[-1].triangles:
+                self._errors.append(levels.error(level))
+                self._bounds.append(BoundedLevel(level.triangles, self._errors[-1].bounds))
+        del self._left[0]
 
 
-def _level_error(levels: _SidedLevels, triangles: int) -> LevelError | None:
-    """Return the error of a level, with bounds for this level only; None if there is no level."""
-    try:
-        level = levels.level(triangles)
-    except TriangleCountError:
-        return None
-    found, _ = compare_surfaces(levels.full, levels.surface(level), levels.order, levels.near)
-    mismatch = found.mismatch
-    return LevelError(
-        triangles=level.triangles,
-        volume=found.other_volume,
-        mismatch=mismatch,
-        mismatch_bound=mismatch,
-        distance_bound=max(found.from_reference.maximum, found.to_reference.maximum),
-        from_full=found.from_reference,
-        to_full=found.to_reference,
-    )
-
-
-def _bounds(error: LevelError) -> Bounds:
-    return Bounds(round_up(error.distance_bound), round_up(error.mismatch_bound))
-
-
-class _SidedLevels:
-    """The levels of a history on one side.
-
-    `full` is the full boundary about the origin, in preorder; `order` and `near` are for `locate`.
-    """
+class _SidedLevels(FullBoundary):
+    """The levels of a history on one side."""
 
     def __init__(self, history: History, side: Side) -> None:
-        self._history = history
+        super().__init__(history)
         self._sign = 1.0 if side == "inside" else -1.0
-        self._centre = np.asarray(history.centre, np.float64)
-        self.full, self.near = surface_in_preorder(history.full(), history)
-        self.order = np.arange(len(self.near), dtype=np.int32)
 
     def level(self, triangles: int) -> TriangleMesh:
         """Return a level, as `sided_level` does; `triangles` is below that of the full boundary."""
-        count = self._history.level_triangles(triangles)
+        count = self.history.level_triangles(triangles)
         while True:
             level = self._moved_level(count)
             if level is not None:
@@ -277,23 +245,31 @@ class _SidedLevels:
                     where={"field": "side"},
                     remedy="Ask for both sides.",
                 )
-            count = self._history.level_triangles(max(count // COARSER, MINIMUM_TRIANGLES))
+            count = self.history.level_triangles(max(count // COARSER, MINIMUM_TRIANGLES))
 
-    def surface(self, level: TriangleMesh) -> Surface:
-        """Return a level as a surface about the origin."""
-        position = level.vertices.astype(np.float64) - self._centre
-        return make_surface(position, np.ascontiguousarray(level.faces, np.int32).ravel())
+    def error(self, level: TriangleMesh) -> LevelError:
+        """Return the error of a level, with bounds for this level only."""
+        found = self.compare(self.surface(level))
+        return LevelError(
+            triangles=level.triangles,
+            volume=found.other_volume,
+            mismatch=found.mismatch,
+            mismatch_bound=found.mismatch,
+            distance_bound=max(found.from_reference.maximum, found.to_reference.maximum),
+            from_full=found.from_reference,
+            to_full=found.to_reference,
+        )
 
     def _moved_level(self, triangles: int) -> TriangleMesh | None:
         """Return a level moved to the side, or None if it cannot be rounded."""
-        level, sign = self._history.level(triangles), self._sign
+        level, sign = self.history.level(triangles), self._sign
         surface = self.surface(level)
         position, corner = surface.position, surface.corner
         u = self._best_factors(surface)
         scaling = 0.0
         for attempt in range(REPAIRS + SCALINGS):
-            rounded = (position / u[:, np.newaxis] + self._centre).astype(np.float32)
-            moved = rounded.astype(np.float64) - self._centre
+            rounded = (position / u[:, np.newaxis] + self.centre).astype(np.float32)
+            moved = rounded.astype(np.float64) - self.centre
             wrong = np.ones(len(level.faces), np.bool_)
             lowest = highest = np.zeros(len(level.faces))
             if not len(faces_not_seeing_centre(moved, level.faces)):
@@ -338,7 +314,7 @@ class _SidedLevels:
 
         They are the vertices of the full boundary and the points where its edges cross cones.
         """
-        locations = locate(self.full.position, self.order, self.near, cones)
+        locations = self.locate(cones)
         crossings, through = _crossings(self.full, locations, cones, clipping_workspace(), MOVES)
         corners = np.concatenate([self.full.position, crossings])
         return corners, np.concatenate([locations.face, through])
@@ -348,18 +324,11 @@ def _moved(
     u: FloatArray, corner: IndexArray, sign: float, lowest: FloatArray, highest: FloatArray
 ) -> FloatArray:
     """Return u, so that all points of faces with these extremes of Σ w u − 1 are on the side."""
-    result = u.copy()
-    if sign > 0:
-        factor = np.repeat(1.0 / (1.0 + np.minimum(lowest, 0.0)), 3)
-        largest = np.ones(len(u))
-        np.maximum.at(largest, corner, factor)
-        result *= largest
-    else:
-        factor = np.repeat(1.0 / (1.0 + np.maximum(highest, 0.0)), 3)
-        least = np.ones(len(u))
-        np.minimum.at(least, corner, factor)
-        result *= least
-    return result
+    inside = sign > 0
+    depth = np.minimum(lowest, 0.0) if inside else np.maximum(highest, 0.0)
+    factor = np.ones(len(u))
+    (np.maximum if inside else np.minimum).at(factor, corner, np.repeat(1.0 / (1.0 + depth), 3))
+    return u * factor
 
 
 @kernel

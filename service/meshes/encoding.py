@@ -7,6 +7,7 @@ makes it. The module holds no state; `service.meshes.meshes` caches its results.
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from math import inf
 from typing import TYPE_CHECKING, NamedTuple
 
 from starlette.responses import Response
@@ -186,13 +187,5 @@ def _encode_level(opened: OpenGamut, key: MeshKey) -> EncodedMesh:
     side = "" if key.side == "both" else f"-{key.side}"
     name = (opened.name, f"-{triangles}{side}{mesh_format.suffix}")
     mesh = EncodedMesh.of(body, mesh_format.media_type, name, triangles, len(level.vertices))
-    bounds = _described_bounds(opened, triangles) if key.side == "both" else None
-    return mesh if bounds is None else mesh.with_bounds(bounds)
-
-
-def _described_bounds(opened: OpenGamut, triangles: int) -> Bounds | None:
-    """Return the error bounds of a level of the error curve; None for a level between those."""
-    for level in opened.gamut.description["levels"]:
-        if level["triangles"] == triangles and {"distance_bound", "mismatch_bound"} <= set(level):
-            return Bounds(level["distance_bound"], level["mismatch_bound"])
-    return None
+    bounds = opened.gamut.search.bounds(triangles) if key.side == "both" else Bounds()
+    return mesh if inf in bounds else mesh.with_bounds(bounds)

@@ -13,12 +13,11 @@ import re
 from typing import TYPE_CHECKING
 
 from gamutcore.export import FORMATS
-from gamutcore.levels import SIDES, Side
+from gamutcore.levels import SIDES, LevelRequest, Side
 from service.http.compression import preferred_coding
 from service.http.negotiation import preferred_media_type
 from service.http.parameters import DECIMAL_PATTERN
 from service.meshes.encoding import MEDIA_TYPES, SUFFIXES
-from service.meshes.requested_levels import LevelRequest
 from service.telemetry.request_observer import MatchedRoute
 
 if TYPE_CHECKING:
@@ -90,7 +89,9 @@ class MeshFastPath:
             None if max_error is None else float(max_error),
             None if max_mismatch is None else float(max_mismatch),
             _SIDES[side],
-        ).for_format(FORMATS[name])
+        )
+        if FORMATS[name].full:
+            request = request.or_default(max_error=0.0)
         known = fields[b"if-none-match"].decode("latin-1")
         scope["route"] = _ROUTE if suffix is None else _FILE_ROUTE
         coding = preferred_coding(fields[b"accept-encoding"])

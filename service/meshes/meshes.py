@@ -23,9 +23,10 @@ from service.meshes.encoding import (
     encode_mesh,
     encode_picture,
 )
-from service.meshes.requested_levels import LevelRequest, RequestedLevels
+from service.meshes.requested_levels import RequestedLevels
 
 if TYPE_CHECKING:
+    from gamutcore.levels import LevelRequest
     from service.library import Library, OpenGamut
 
 __all__ = ["Meshes"]
@@ -41,7 +42,7 @@ _ENTRY_BYTES = 1024
 class Meshes:
     """The encoded meshes of a library's gamuts, in a cache of `capacity` bytes.
 
-    `levels` keeps the levels that were found for limits.
+    `levels` finds the levels of requests.
     """
 
     def __init__(self, library: Library, capacity: int) -> None:
@@ -60,10 +61,10 @@ class Meshes:
         `IDENTITY`.
         """
         opened = self._library.find_open(gamut_id)
-        level = self.levels.find_known(gamut_id, request, opened)
+        level = self.levels.find_known(gamut_id, request)
         if level is None:
             return None
-        triangles, bounds = level
+        triangles = level.triangles
         key = MeshKey(gamut_id, triangles, format_name, coding, request.side)
         mesh = self.cache.get(key)
         if mesh is None:
@@ -74,7 +75,7 @@ class Meshes:
                 return None
             made = encode_mesh(opened, key, self.cache.get(key._replace(coding=IDENTITY)))
             mesh = self._keep(made)[key]
-        return mesh if bounds is None else mesh.with_bounds(bounds)
+        return mesh if request.limits is None else mesh.with_bounds(level.bounds)
 
     async def mesh(
         self, gamut_id: str, request: LevelRequest, format_name: str, coding: str = IDENTITY
@@ -93,7 +94,7 @@ class Meshes:
         def need() -> int:
             if self.find_ready(gamut_id, request, format_name, coding) is not None:
                 return 0
-            triangles = min(full, self.levels.triangle_bound(record, request))
+            triangles = min(full, self.levels.largest_count(record, request))
             encoding = Cost.FORMAT.get(format_name, Cost.OTHER_FORMAT) + Cost.CODING
             side = 0 if request.side == "both" else Cost.SIDE * full
             return self.levels.finding_cost(record, request) + encoding * triangles + side
@@ -106,20 +107,19 @@ class Meshes:
             if mesh is None:
                 mesh = await self._encoding.value(key, lambda: self._encode(opened, key, charge))
             self._library.settle(opened, charge)
-        return mesh if bounds is None else mesh.with_bounds(bounds)
+        return mesh if request.limits is None else mesh.with_bounds(bounds)
 
     async def picture(
         self, gamut_id: str, request: LevelRequest, options: PictureOptions, most: int
     ) -> EncodedMesh:
         """Return a picture of a level of at most `most` triangles; raises as `mesh` does."""
         record = await self._library.record(gamut_id)
-        if request.triangles is None and request.max_error is None:
-            full = record.description["counts"]["triangles"]
-            request = LevelRequest(min(PICTURE_TRIANGLES, full))
+        full = record.description["counts"]["triangles"]
+        request = request.or_default(min(PICTURE_TRIANGLES, full))
         pixels = Cost.PIXEL * options.size**2
 
         def need() -> int:
-            triangles = min(most, self.levels.triangle_bound(record, request))
+            triangles = min(most, self.levels.largest_count(record, request))
             if self.cache.get(options.key(gamut_id, triangles)) is not None:
                 return 0
             return self.levels.finding_cost(record, request) + Cost.PICTURE * triangles + pixels
@@ -153,9 +153,8 @@ class Meshes:
         self.cache.discard_where(lambda key: key.gamut_id == gamut_id)
 
     def discard_gamut(self, gamut_id: str) -> None:
-        """Forget all meshes and levels of a gamut."""
+        """Forget all meshes of a gamut."""
         self.cache.discard_where(lambda key: key.gamut_id == gamut_id)
-        self.levels.discard(gamut_id)
 
     async def _encode(self, opened: OpenGamut, key: MeshKey, charge: Charge) -> EncodedMesh:
         plain = self.cache.get(key._replace(coding=IDENTITY))

@@ -18,25 +18,19 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from gamutcore.gamut import Gamut
+    from gamutcore.levels import LevelRequest
     from service.library import Charge, Library, OpenGamut
-    from service.meshes.requested_levels import LevelRequest, RequestedLevels
+    from service.meshes.requested_levels import RequestedLevels
     from service.storage.records import Record
 
 __all__ = ["QueryLevel", "QueryLevels"]
 
 
 class QueryLevel(NamedTuple):
-    """A level that is ready for queries.
+    """A level that is ready for queries: the gamut has it indexed.
 
-    Attributes
-    ----------
-    gamut : Gamut
-        Has the level indexed.
-    triangles : int
-    max_error : float
-        Upper bound of the distance from the full boundary, in units of the space.
-    charge : Charge
-        Of the memory of the gamut, which stays charged as long as the level is in use.
+    `max_error` is an upper bound of the distance from the full boundary, in units of the space. The
+    gamut's `charge` keeps its memory charged as long as the level is in use.
     """
 
     gamut: Gamut
@@ -51,36 +45,25 @@ class QueryLevel(NamedTuple):
 
 
 class QueryLevels:
-    """The levels that answer queries. Belongs to the event loop's thread.
+    """The levels of a library that answer queries. Belongs to the event loop's thread."""
 
-    Parameters
-    ----------
-    library : Library
-        The open gamuts.
-    requested : RequestedLevels
-        Finds levels for limits.
-    capacity : int
-        Bytes of memory for the indexes of one gamut.
-    """
-
-    def __init__(self, library: Library, requested: RequestedLevels, capacity: int) -> None:
+    def __init__(self, library: Library, requested: RequestedLevels) -> None:
         self._library = library
         self._requested = requested
-        self._capacity = capacity
         # Levels by the number of requests that make them, or wait for the one that does.
         self._made: Counter[tuple[str, LevelRequest]] = Counter()
         self._indexing: SingleFlight[tuple[str, int], QueryLevel] = SingleFlight()
 
     def find_ready(self, opened: OpenGamut, request: LevelRequest) -> QueryLevel | None:
         """Return a level without waiting; None if it is not in memory."""
-        known = self._requested.find_known(opened.record.id, request, opened)
-        if known is None:
+        gamut = opened.gamut
+        known = gamut.search.find_known(request)
+        if known is None or not gamut.levels.has(known.triangles):
             return None
-        levels = opened.gamut.levels
-        max_error = levels.find_error_bound(known[0])
-        if max_error is None or levels.find_kept(known[0]) is None:
+        max_error = gamut.search.find_error_bound(known.triangles)
+        if max_error is None:
             return None
-        return QueryLevel(opened.gamut, known[0], max_error, opened.charge)
+        return QueryLevel(gamut, known.triangles, max_error, opened.charge)
 
     async def levels(
         self,
@@ -89,24 +72,12 @@ class QueryLevels:
     ) -> tuple[list[QueryLevel], Charge]:
         """Return one level per gamut, indexed, and the charge of the memory for the answer.
 
-        Parameters
-        ----------
-        wanted : sequence of pairs
-            Record of the gamut, and the level.
-        answer_bytes : callable
-            Memory of the answer by the number of triangles of all levels.
-
-        Raises
-        ------
-        TriangleCountError
-            A gamut has no such level.
-        GamutDamagedError
-            A history file is damaged.
-        ProblemError
-            There is no memory.
+        `answer_bytes` gives the memory of the answer by the number of triangles of all levels.
+        Raise `TriangleCountError` if a gamut has no such level, `GamutDamagedError` if a history
+        file is damaged, and `ProblemError` if there is no memory.
         """
+        answer = answer_bytes(sum(self._largest_count(*each) for each in wanted))
         costs = [self._cost(*each) for each in wanted]
-        answer = answer_bytes(sum(self._triangle_bound(*each) for each in wanted))
 
         def need() -> int:
             made = zip(wanted, costs, strict=True)
@@ -117,9 +88,9 @@ class QueryLevels:
         charge.shrink(answer)
         return levels, charge
 
-    def _triangle_bound(self, record: Record, request: LevelRequest) -> int:
+    def _largest_count(self, record: Record, request: LevelRequest) -> int:
         full: int = record.description["counts"]["triangles"]
-        return min(full, self._requested.triangle_bound(record, request))
+        return min(full, self._requested.largest_count(record, request))
 
     def _is_made(self, record: Record, request: LevelRequest) -> bool:
         """Return whether a level is there, or others make it."""
@@ -130,10 +101,8 @@ class QueryLevels:
 
     def _cost(self, record: Record, request: LevelRequest) -> int:
         """Return the peak memory of making a level."""
-        full, triangles = (
-            record.description["counts"]["triangles"],
-            self._triangle_bound(record, request),
-        )
+        full: int = record.description["counts"]["triangles"]
+        triangles = self._largest_count(record, request)
         finding = self._requested.finding_cost(record, request)
         if all(level["triangles"] != triangles for level in record.description["levels"]):
             # its error bound needs a comparison with the full boundary
@@ -159,13 +128,11 @@ class QueryLevels:
             self._made += Counter()  # drops those that are made
 
     async def _index(self, opened: OpenGamut, triangles: int) -> QueryLevel:
-        levels = opened.gamut.levels
-        levels.capacity = self._capacity
+        search, history = opened.gamut.search, opened.gamut.history
         # The error bound may need a comparison with the full boundary.
-        known = levels.find_error_bound(triangles)
-        full = opened.gamut.history.triangles
-        await self._library.unpack(opened, full if known is None else triangles)
+        known = search.find_error_bound(triangles)
+        await self._library.unpack(opened, history.triangles if known is None else triangles)
         with timed("index"):
-            await self._library.in_thread(levels.indexed, triangles)
-            max_error = await self._library.in_thread(levels.error_bound, triangles)
+            await self._library.in_thread(opened.gamut.levels.level, triangles)
+            max_error = await self._library.in_thread(search.error_bound, history, triangles)
         return QueryLevel(opened.gamut, triangles, max_error, opened.charge)

@@ -86,8 +86,6 @@ class Queries:
         Finds levels for limits.
     figures : QueryFigures
         Counts rows and seconds.
-    index_bytes : int
-        Memory for indexed levels.
     most_rows : int
         Largest number of rows under way.
     client_share : float
@@ -105,11 +103,10 @@ class Queries:
         requested: RequestedLevels,
         figures: QueryFigures,
         *,
-        index_bytes: int,
         most_rows: int,
         client_share: float,
     ) -> None:
-        self.levels = QueryLevels(library, requested, index_bytes)
+        self.levels = QueryLevels(library, requested)
         self.admission = Admission(most_rows, client_share)
         self._figures = figures
         threads = self._ahead = (

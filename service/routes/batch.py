@@ -11,6 +11,7 @@ from fastapi.responses import Response, StreamingResponse
 
 from gamutcore.errors import OptionError, TriangleCountError
 from gamutcore.export import FORMATS
+from gamutcore.levels import LevelRequest
 from service.container import ServiceContainer, service_of
 from service.http.conditional import IMMUTABLE, check_if_match, matches
 from service.http.negotiation import OCTET_STREAM, preferred_media_type
@@ -18,7 +19,6 @@ from service.http.parameters import DECIMAL_PATTERN, GAMUT_IDS, GAMUT_PATTERN, S
 from service.library import Charge, ChargedResponse, Cost
 from service.meshes.containers import CONTAINERS, Asked, Container, Item, ZipContainer
 from service.meshes.encoding import file_stem
-from service.meshes.requested_levels import LevelRequest
 from service.openapi.documentation import BATCH_RESPONSE, EXAMPLE_ID, problems
 from service.problems.problem import Problem, ProblemError
 from service.storage.gamuts import GamutDamagedError, GamutNotStoredError
@@ -225,7 +225,7 @@ class _Batch:
                 continue
             largest = record.description["counts"]["triangles"]
             for one in wanted:
-                count = self._service.meshes.levels.triangle_bound(record, _level_request(one))
+                count = self._service.meshes.levels.largest_count(record, _level_request(one))
                 if not 4 <= count <= largest:
                     failed[one] = Problem(
                         "triangle-count",

@@ -6,6 +6,7 @@ from fastapi import APIRouter, Depends, Path, Query, Request
 from fastapi.responses import Response
 
 from gamutcore.export import FORMATS
+from gamutcore.levels import DEFAULT_TRIANGLES, LevelRequest
 from service.container import service_of
 from service.http.compression import preferred_coding
 from service.http.conditional import check_if_match
@@ -18,7 +19,7 @@ from service.http.parameters import (
     check_query,
 )
 from service.meshes.encoding import MEDIA_TYPES, SUFFIXES, MeshResponse
-from service.meshes.requested_levels import DEFAULT_TRIANGLES, LevelRequest
+from service.meshes.requested_levels import level_request
 from service.openapi.documentation import MESH_HEADERS, binary_content, problems
 from service.problems.problem import Problem, ProblemError
 from service.routes.gamuts import GamutId
@@ -97,6 +98,9 @@ FormatName = Annotated[
     ),
 ]
 
+_EITHER = "Give either triangles, or max_error, max_mismatch or both."
+"""How a level is requested."""
+
 
 @router.get(
     "/{gamut_id}/mesh",
@@ -136,7 +140,7 @@ async def download_mesh(
                 )
             )
         format_name = MEDIA_TYPES[media_type]
-    wanted = LevelRequest(triangles, max_error, max_mismatch, side)
+    wanted = level_request(triangles, max_error, max_mismatch, side, _EITHER)
     return await _mesh(request, gamut_id, wanted, format_name)
 
 
@@ -172,22 +176,13 @@ async def download_mesh_file(
         raise ProblemError(
             Problem("not-found", detail, {"field": "suffix"}, f"Use one of {known}.")
         )
-    wanted = LevelRequest(triangles, max_error, max_mismatch, side)
+    wanted = level_request(triangles, max_error, max_mismatch, side, _EITHER)
     return await _mesh(request, gamut_id, wanted, format_name or SUFFIXES[suffix])
 
 
 async def _mesh(
     request: Request, gamut_id: str, wanted: LevelRequest, format_name: str
 ) -> Response:
-    if wanted.triangles is not None and wanted.limits is not None:
-        raise ProblemError(
-            Problem(
-                "invalid-parameter",
-                "A triangle count is combined with an error limit.",
-                {"in": "query", "field": "triangles"},
-                "Give either triangles, or max_error, max_mismatch or both.",
-            )
-        )
     if format_name not in FORMATS:
         raise ProblemError(
             Problem(
@@ -199,7 +194,8 @@ async def _mesh(
         )
     accepted = ",".join(request.headers.getlist("accept-encoding"))
     coding = preferred_coding(accepted.encode("latin-1"))
-    wanted = wanted.for_format(FORMATS[format_name])
+    if FORMATS[format_name].full:
+        wanted = wanted.or_default(max_error=0.0)
     mesh = await service_of(request).meshes.mesh(gamut_id, wanted, format_name, coding)
     check_if_match(request.headers.getlist("if-match"), mesh.etag)
     known = request.headers.getlist("if-none-match")

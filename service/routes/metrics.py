@@ -95,16 +95,16 @@ def service_families(service: ServiceContainer) -> "Iterator[Metric]":
     yield gauge("gamut_http_bodies_arriving", "Bodies that are arriving.", service.spool.arriving)
     yield gauge("gamut_spool_bytes", "Bytes of bodies that are not parsed.", service.spool.nbytes)
     yield gauge("gamut_event_streams", "Open event streams of jobs.", service.events.count)
-    levels = service.meshes.levels
     yield gauge(
         "gamut_level_searches",
         "Level searches, of which all but one wait.",
-        levels.running,
+        service.meshes.levels.running,
     )
+    library = service.library
     yield from _cache_families(
-        {"gamuts": service.library.cache, "meshes": service.meshes.cache, **levels.caches}
+        {"gamuts": library.cache, "meshes": service.meshes.cache, "tables": library.searches}
     )
-    yield from _memory_families(service.library.memory)
+    yield from _memory_families(library.memory)
     yield from _store_families(service.store)
     yield metric_family(
         "gauge",

@@ -18,12 +18,11 @@ from service.access.clients import client_of
 from service.container import service_of
 from service.http.conditional import check_if_match
 from service.meshes.encoding import MeshResponse, PictureOptions
-from service.meshes.requested_levels import LevelRequest
+from service.meshes.requested_levels import level_request
 from service.openapi.documentation import MESH_HEADERS, binary_content, problems
 from service.queries.parameters import (
     Parameter,
     query_values,
-    refuse,
     values_of,
 )
 from service.routes.gamuts import GamutId
@@ -124,16 +123,12 @@ router = APIRouter(prefix="/v1/gamuts", tags=["meshes"], route_class=QueryRoute)
 async def draw_gamut(request: Request, gamut_id: GamutId) -> Response:
     """Draw a level."""
     values = values_of(PARAMETERS, query_values(PARAMETERS, request.query_params.multi_items()), {})
-    triangles, max_error = values.pop("triangles"), values.pop("max_error")
-    if triangles is not None and max_error is not None:
-        fault = "A triangle count is combined with an error limit."
-        raise refuse(fault, "query", "triangles", "Give either triangles or max_error.")
+    level = level_request(values.pop("triangles"), values.pop("max_error"))
     options = PictureOptions(**values)
     service = service_of(request)
     await wait_for_kernels(service)
     rows = int(options.size**2 * ROWS_PER_PIXEL) + 1
     with service.queries.admission.held(client_of(request.scope), rows):
-        level = LevelRequest(triangles, max_error)
         picture = await service.meshes.picture(gamut_id, level, options, MOST_TRIANGLES)
     check_if_match(request.headers.getlist("if-match"), picture.etag)
     known = request.headers.getlist("if-none-match")

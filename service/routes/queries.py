@@ -23,7 +23,7 @@ from service.container import ServiceContainer, service_of
 from service.http.negotiation import OCTET_STREAM, preferred_media_type
 from service.http.parameters import ID_PATTERN
 from service.library import ChargedResponse
-from service.meshes.requested_levels import LevelRequest
+from service.meshes.requested_levels import level_request
 from service.openapi.documentation import problems
 from service.problems.problem import Problem, ProblemError
 from service.queries.answers import condition_headers, reading_header
@@ -216,16 +216,11 @@ async def levels_of(
     answer_bytes: Callable[[int], int],
 ) -> tuple[list[QueryLevel], Charge]:
     """Return the levels that the parameters of a query ask for; see `QueryLevels.levels`."""
-    triangles, max_error = values["triangles"], values["max_error"]
-    if triangles is not None and max_error is not None:
-        fault = "A triangle count is combined with an error limit."
-        raise refuse(fault, "query", "triangles", "Give either triangles or max_error.")
-    by_default = triangles is None and max_error is None
-    wanted = []
+    request, wanted = level_request(values["triangles"], values["max_error"]), []
     for gamut_id in ids:
         opened = await service.library.gamut(gamut_id)
-        limit = opened.gamut.default_error if by_default else max_error
-        wanted.append((opened.record, LevelRequest(triangles, limit)))
+        level = request.or_default(max_error=opened.gamut.default_error)
+        wanted.append((opened.record, level))
         del opened
     return await service.queries.levels.levels(wanted, answer_bytes)
 

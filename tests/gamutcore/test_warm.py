@@ -36,7 +36,7 @@ def write(level):
 BUILDS_AND_READING = """
 use_kernels("default")
 before = signatures()
-from gamutcore.levels import Bounds, LevelSearch
+from gamutcore.levels import LevelRequest, LevelSearch
 root, folder = Path(sys.argv[1]), Path(sys.argv[2])
 built = [
     Gamut((root / path).read_bytes(), surface_samples=2000).to_bytes()
@@ -44,7 +44,8 @@ built = [
 ]
 for data in (*built, *(path.read_bytes() for path in folder.iterdir())):
     read = Gamut.from_bytes(data)
-    LevelSearch(read.description["levels"]).find(read.history, Bounds(1e-3, 1e-3))
+    search, request = LevelSearch(read.description["levels"]), LevelRequest(None, 1e-3, 1e-3)
+    search.find(read.history, request)
     for triangles in (4, 300, read.history.triangles):
         write(read.level(triangles))
 report(before)

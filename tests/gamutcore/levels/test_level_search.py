@@ -1,7 +1,6 @@
 """The chosen level keeps its limits by other measures, and no smaller level promises them."""
 
 from itertools import pairwise
-from math import inf
 
 import numpy as np
 import pytest
@@ -14,7 +13,7 @@ from gamutcore.history import build_history
 from gamutcore.levels import (
     NO_ERROR,
     BoundedLevel,
-    Bounds,
+    LevelRequest,
     LevelSearch,
     curve_counts,
     error_bounds,
@@ -23,9 +22,14 @@ from gamutcore.levels import (
 )
 from gamutcore.levels.search import search_counts
 
-LIMITS = [*(Bounds(10.0**-power) for power in np.linspace(-1.5, 1.5, 19)), Bounds(1e-9)]
-LIMITS += [Bounds(inf, 10.0**-power) for power in np.linspace(0.3, 3.5, 19)]
-LIMITS += [Bounds(3.0, 0.05), Bounds(1.0, 0.05), Bounds(3.0, 0.01), Bounds(10.0, 0.002)]
+
+def within(max_error=None, max_mismatch=None):
+    return LevelRequest(None, max_error, max_mismatch)
+
+
+LIMITS = [within(10.0**-power) for power in np.linspace(-1.5, 1.5, 19)] + [within(1e-9)]
+LIMITS += [within(None, 10.0**-power) for power in np.linspace(0.3, 3.5, 19)]
+LIMITS += [within(3.0, 0.05), within(1.0, 0.05), within(3.0, 0.01), within(10.0, 0.002)]
 
 
 def search_of(history):
@@ -57,7 +61,7 @@ def test_the_chosen_level_keeps_the_limits(
     small_history, small_search, limits, distances_to, sampled
 ):
     chosen = small_search.find(small_history, limits)
-    assert chosen.bounds.within(limits)
+    assert chosen.bounds.within(limits.limits)
     full, level = small_history.full(), small_history.level(chosen.triangles)
     assert mismatch(full, level) <= chosen.bounds.mismatch + 1e-9
     there = distances_to(np.vstack([full.vertices, sampled(full, 200)]), level).max()
@@ -80,30 +84,31 @@ def test_limits_are_kept_by_anything(random_cloud, distances_to, seed, count, co
     search = search_of(history)
     full = history.full()
     for one, other in powers:
-        for limits in (Bounds(10**one), Bounds(inf, 10**other), Bounds(10**one, 10**other)):
+        for limits in (within(10**one), within(None, 10**other), within(10**one, 10**other)):
             level = history.level(search.find(history, limits).triangles)
-            assert mismatch(full, level) <= limits.mismatch + 1e-9
-            assert distances_to(full.vertices, level).max() <= limits.distance + 1e-9
-            assert distances_to(level.vertices, full).max() <= limits.distance + 1e-9
+            distance, part = limits.limits
+            assert mismatch(full, level) <= part + 1e-9
+            assert distances_to(full.vertices, level).max() <= distance + 1e-9
+            assert distances_to(level.vertices, full).max() <= distance + 1e-9
 
 
 class TestOfTheEnds:
     def test_only_the_full_boundary_has_no_error(self, small_history, small_search):
         full = BoundedLevel(small_history.triangles, NO_ERROR)
-        for limits in (Bounds(0.0), Bounds(inf, 0.0), Bounds(1.0, 0.0), Bounds(0.0, 0.0)):
+        for limits in (within(0.0), within(None, 0.0), within(1.0, 0.0), within(0.0, 0.0)):
             assert small_search.find_known(limits) == full
-        for limits in (Bounds(1e-300), Bounds(inf, 1e-300)):
+        for limits in (within(1e-300), within(None, 1e-300)):
             assert small_search.find(small_history, limits) == full
 
     def test_four_triangles_keep_large_limits(self, small_search):
-        for limits in (Bounds(), Bounds(1e6), Bounds(1e6, 10.0)):
+        for limits in (within(1e6), within(None, 10.0), within(1e6, 10.0)):
             chosen = small_search.find_known(limits)
             assert chosen.triangles == 4
-            assert chosen.bounds.within(limits)
+            assert chosen.bounds.within(limits.limits)
 
     def test_a_tetrahedron_has_no_other_level(self):
         rows = [{"triangles": 4, "distance_bound": 0.0, "mismatch_bound": 0.0}]
-        for limits in (Bounds(), Bounds(0.0), Bounds(1e-9)):
+        for limits in (LevelRequest(4), within(0.0), within(1e-9)):
             assert LevelSearch(rows).find_known(limits) == BoundedLevel(4, NO_ERROR)
 
 
@@ -156,7 +161,7 @@ def test_no_smaller_level_keeps_the_limit(random_cloud, cost):
     attained = [level.bounds.distance for level in every[:: len(every) // 10]]
     for limit in [*np.geomspace(0.5, 40.0, 30).tolist(), *attained, *(0.9999 * np.array(attained))]:
         keeping = (level for level in every if level.bounds.distance <= limit)
-        first, found = next(keeping, full), search.find(history, Bounds(float(limit)))
+        first, found = next(keeping, full), search.find(history, within(float(limit)))
         assert found.triangles <= first.triangles
         if found.triangles < first.triangles:  # its bound in the error curve is smaller
             assert found.triangles in curve_counts(history.triangles)
@@ -174,10 +179,10 @@ def test_no_answer_promises_what_a_smaller_answer_promises(random_cloud, seed, c
     boundary = modified_convex_hull(random_cloud(seed, count), 0.3)
     history = build_history(decimate(boundary.mesh, boundary.centre, cost))
     search = search_of(history)
-    limits = [Bounds(10**one, 10**other) for one, other in powers]
-    limits += [Bounds(10**one) for one, _ in powers]
-    limits += [Bounds(inf, 10**other) for _, other in powers]
-    answers = [(each, search.find(history, each)) for each in limits]
+    limits = [within(10**one, 10**other) for one, other in powers]
+    limits += [within(10**one) for one, _ in powers]
+    limits += [within(None, 10**other) for _, other in powers]
+    answers = [(each.limits, search.find(history, each)) for each in limits]
     for limit, answer in answers:
         assert answer.bounds.within(limit)
         for other_limit, other in answers:
@@ -193,7 +198,7 @@ def test_smallest_levels_of_fogra39(fogra39_gamut):
     search = LevelSearch(fogra39_gamut.description["levels"])
     before = 0
     for limit in np.geomspace(3.0, 0.15, 12):
-        triangles, bounds = search.find(history, Bounds(float(limit)))
+        triangles, bounds = search.find(history, within(float(limit)))
         assert bounds.distance <= limit
         assert triangles >= before
         before = triangles

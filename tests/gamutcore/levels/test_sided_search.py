@@ -14,17 +14,21 @@ from gamutcore.history import build_history
 from gamutcore.levels import (
     NO_ERROR,
     BoundedLevel,
-    Bounds,
-    SidedSearch,
+    LevelRequest,
+    LevelSearch,
     radial_difference,
     sided_level,
 )
 from gamutcore.levels.sides import DENSE_UP_TO, sided_counts
 
 SIDES = ("inside", "outside")
-LIMITS = [Bounds(distance) for distance in np.geomspace(100.0, 0.05, 12)]
-LIMITS += [Bounds(mismatch=mismatch) for mismatch in np.geomspace(1.0, 0.001, 8)]
-LIMITS += [Bounds(5.0, 0.02), Bounds(0.0), Bounds(mismatch=0.0)]
+LIMITS = [(distance, None) for distance in np.geomspace(100.0, 0.05, 12)]
+LIMITS += [(None, mismatch) for mismatch in np.geomspace(1.0, 0.001, 8)]
+LIMITS += [(5.0, 0.02), (0.0, None), (None, 0.0)]
+
+
+def search_of(history):
+    return LevelSearch([{"triangles": history.triangles}])
 
 
 @pytest.fixture(scope="module")
@@ -38,11 +42,13 @@ def history(fogra39):
 @pytest.mark.parametrize("side", SIDES)
 @pytest.mark.slow
 def test_levels_keep_their_limits_and_looser_limits_have_no_more_triangles(history, side):
-    search, full = SidedSearch(history.triangles, side), history.full()
-    found = {limits: search.find(history, limits) for limits in LIMITS}
-    for limits, level in found.items():
+    search, full = search_of(history), history.full()
+    requests = [LevelRequest(None, *limits, side) for limits in LIMITS]
+    found = {request: search.find(history, request) for request in requests}
+    for request, level in found.items():
+        limits = request.limits
         assert level.bounds.within(limits)
-        assert search.find_known(limits) == level
+        assert search.find_known(request) == level
         for other in found.values():
             # no smaller answer promises the same
             assert not (other.bounds.within(limits) and other.triangles < level.triangles)
@@ -57,10 +63,10 @@ def test_levels_keep_their_limits_and_looser_limits_have_no_more_triangles(histo
 
 @pytest.mark.parametrize("side", SIDES)
 def test_the_curve_bounds_all_finer_levels(small_history, side):
-    search = SidedSearch(small_history.triangles, side)
-    assert search.known_curve is None
-    curve = search.curve(small_history)
-    assert search.known_curve is curve
+    search = search_of(small_history)
+    assert search.known_curve(side) is None
+    curve = search.curve(small_history, side)
+    assert search.known_curve(side) is curve
     assert [level.triangles for level in curve[:-1]] == sided_counts(small_history.triangles)
     assert curve[-1].triangles == small_history.triangles
     assert curve[-1].volume == pytest.approx(small_history.full().volume, rel=1e-12)
@@ -75,9 +81,9 @@ def test_the_curve_bounds_all_finer_levels(small_history, side):
 def test_limits_of_random_bodies_are_kept(random_cloud, seed, count, part, side):
     boundary = modified_convex_hull(random_cloud(seed, count), 0.5)
     history = build_history(decimate(boundary.mesh, boundary.centre, "volume"))
-    limits = Bounds(mismatch=part)
-    level = SidedSearch(history.triangles, side).find(history, limits)
-    assert level.bounds.within(limits)
+    request = LevelRequest(max_mismatch=part, side=side)
+    level = search_of(history).find(history, request)
+    assert level.bounds.within(request.limits)
     mesh = sided_level(history, level.triangles, side)
     lost = abs(mesh.volume - history.full().volume) / history.full().volume
     assert lost <= level.bounds.mismatch

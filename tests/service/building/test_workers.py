@@ -301,7 +301,7 @@ from pathlib import Path
 from gamutcore.export import FORMATS, mesh_file
 from gamutcore import Gamut
 from gamutcore.kernels.decorators import KERNELS
-from gamutcore.levels import Bounds, LevelSearch
+from gamutcore.levels import LevelRequest, LevelSearch
 from service.building.kernels import Kernels
 
 async def prepare():
@@ -318,7 +318,7 @@ asyncio.run(prepare())
 before = signatures()
 gamut = Gamut.from_bytes(Path(sys.argv[1]).read_bytes())
 search = LevelSearch(gamut.description["levels"])
-search.find(gamut.history, Bounds(distance=0.5))
+search.find(gamut.history, LevelRequest(max_error=0.5))
 for name in FORMATS:
     mesh_file(gamut.level(100), name)
 late = [name for name, count in signatures().items() if count > before[name]]
