@@ -24,8 +24,7 @@ from gamutcore.characterisation.pictures.picture import (
     refuse_not_finite,
     refuse_too_bright,
 )
-from gamutcore.characterisation.pictures.raster import open_raster
-from gamutcore.characterisation.pictures.signatures import picture_format
+from gamutcore.characterisation.pictures.raster import open_raster, picture_format
 from gamutcore.colours.black_point import luminance_of_black
 from gamutcore.colours.picture_colours import picture_colours
 from gamutcore.colours.picture_values import find_values

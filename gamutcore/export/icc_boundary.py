@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gamutcore.characterisation.meshes.gamut_boundary import GAMUT_BOUNDARY_TAGS
+from gamutcore.characterisation.meshes.gamut_surfaces import GAMUT_BOUNDARY_TAGS
 from gamutcore.colours.spaces import CIELAB, ColourSpace
 from gamutcore.export.icc_cielab import check_icc_cielab
 from gamutcore.version import __version__

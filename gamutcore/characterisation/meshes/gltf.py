@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
-from gamutcore.characterisation.gamut_mesh import (
+from gamutcore.characterisation.meshes.mesh import (
     MAX_VERTICES,
     TOO_MANY_DEVICE_VALUES,
     Statements,
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from gamutcore.arrays import FloatArray, LongArray
-    from gamutcore.characterisation.gamut_mesh import GamutMesh
+    from gamutcore.characterisation.meshes.mesh import GamutMesh
 
 __all__ = ["gltf_mesh", "looks_like_glb", "looks_like_gltf"]
 
@@ -92,7 +92,7 @@ def gltf_mesh(data: bytes) -> GamutMesh:
         The file is malformed or needs an unsupported feature. ``where["field"]`` is a path in the
         JSON.
     SampleLimitError, InvalidPointsError
-        As for `gamutcore.characterisation.gamut_mesh.gamut_mesh`.
+        As for `gamutcore.characterisation.meshes.mesh.gamut_mesh`.
     """
     name, text, chunk = (
         ("gltf", data, None) if not looks_like_glb(data) else ("glb", *_chunks(data))

@@ -7,6 +7,6 @@ and Pillow decode.
 
 from gamutcore.characterisation.pictures.encoding import Encoding
 from gamutcore.characterisation.pictures.picture import Picture, read_picture
-from gamutcore.characterisation.pictures.signatures import picture_format
+from gamutcore.characterisation.pictures.raster import picture_format
 
 __all__ = ["Encoding", "Picture", "picture_format", "read_picture"]
