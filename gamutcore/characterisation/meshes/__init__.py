@@ -34,47 +34,24 @@ __all__ = [
 ]
 
 
+_BINARY = (
+    (looks_like_ply, ply_mesh),
+    (looks_like_glb, gltf_mesh),
+    (looks_like_threemf, threemf_mesh),
+    (looks_like_stl, stl_mesh),
+)
+
+
 def binary_mesh(data: bytes) -> GamutMesh | None:
-    """Return the mesh in a binary file.
-
-    Returns
-    -------
-    GamutMesh or None
-        None if the format is not PLY, GLB, 3MF or STL.
-
-    Raises
-    ------
-    CharacterisationError, InvalidPointsError, MeshError
-        The format is known, but the content is malformed.
-    """
-    if looks_like_ply(data):
-        return ply_mesh(data)
-    if looks_like_glb(data):
-        return gltf_mesh(data)
-    if looks_like_threemf(data):
-        return threemf_mesh(data)
-    if looks_like_stl(data):
-        return stl_mesh(data)
-    return None
+    """Return the mesh in a binary file; None if the format is not PLY, GLB, 3MF or STL."""
+    return next((read(data) for is_format, read in _BINARY if is_format(data)), None)
 
 
 def text_mesh(text: str) -> GamutMesh | None:
-    """Return the mesh in a decoded text.
-
-    Returns
-    -------
-    GamutMesh or None
-        None if the format is not glTF, Argyll's or OBJ.
-
-    Raises
-    ------
-    CharacterisationError, InvalidPointsError, MeshError
-        The format is known, but the content is malformed.
-    """
+    """Return the mesh in a decoded text; None if the format is not glTF, Argyll's or OBJ."""
     if looks_like_gltf(text):
         return gltf_mesh(text.encode())
     if looks_like_argyll(text):
         return argyll_mesh(text)
-    if looks_like_obj(text.encode("utf-8", "replace")):
-        return obj_mesh(text.encode("utf-8", "replace"))
-    return None
+    data = text.encode("utf-8", "replace")
+    return obj_mesh(data) if looks_like_obj(data) else None

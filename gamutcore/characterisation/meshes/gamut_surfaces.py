@@ -24,7 +24,6 @@ from gamutcore.characterisation.meshes.mesh import (
     gamut_mesh,
     numbers_of,
     refuse_too_many,
-    statements,
 )
 from gamutcore.errors import MalformedFileError, MeshError, OptionError
 
@@ -49,33 +48,12 @@ _TRIANGLE = ("VERTEX_0", "VERTEX_1", "VERTEX_2")
 
 
 def looks_like_argyll(text: str) -> bool:
-    """Return whether a text has the type GAMUT.
-
-    Parameters
-    ----------
-    text : str
-        The decoded file.
-    """
+    """Return whether a decoded text has the type GAMUT."""
     return _FIRST.match(text[:10_000]) is not None and "BEGIN_DATA" in text
 
 
 def argyll_mesh(text: str) -> GamutMesh:
-    """Return the mesh in an Argyll gamut file.
-
-    Parameters
-    ----------
-    text : str
-        The decoded file.
-
-    Raises
-    ------
-    MalformedFileError
-        A table or column is missing or malformed; ``where`` has the line.
-    MeshError
-        The surface is not in CIELAB.
-    SampleLimitError, InvalidPointsError
-        As for `gamutcore.characterisation.meshes.mesh.gamut_mesh`.
-    """
+    """Return the mesh in a decoded Argyll gamut file. Errors of its tables state the line."""
     data = text.replace("\r\n", "\n").replace("\r", "\n").encode("utf-8", "replace")
     said = _keywords(data)
     stated = said.get("color_rep")
@@ -91,14 +69,13 @@ def argyll_mesh(text: str) -> GamutMesh:
     table, end = _table(data, 0, _VERTEX, MAX_VERTICES, "vertices")
     triangles, _ = _table(data, end, _TRIANGLE, MAX_TRIANGLES, "triangles")
     places = _places(table[:, 0], triangles)
-    facts = statements({**said, "centre": said.get("gamut_center", "")})
-    facts.said.pop("centre", None)
     # Argyll writes corners clockwise.
     return gamut_mesh(
         "argyll-gam",
         table[:, 1:],
         places,
-        stated=facts,
+        stated=said,
+        centre=said.get("gamut_center", ""),
         space_notes={"space": "CIELAB"},
         clockwise=True,
         warnings=warnings,
@@ -208,7 +185,7 @@ def described_boundary(data: object, intent: str) -> GamutMesh:
     MalformedProfileError
         The tag is malformed; ``where["tag"]`` names it.
     SampleLimitError, MalformedFileError, InvalidPointsError
-        As for `gamutcore.characterisation.meshes.mesh.gamut_mesh`.
+        The mesh is too large, or a number or an index is out of range.
     """
     if not isinstance(data, IccProfile):
         raise OptionError(

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -30,14 +30,12 @@ __all__ = [
     "MAX_VERTICES",
     "TOO_MANY_DEVICE_VALUES",
     "GamutMesh",
-    "Statements",
     "by_channel",
     "gamut_mesh",
     "numbers_of",
     "polygon_triangles",
     "reads_device_values",
     "refuse_too_many",
-    "statements",
     "unescaped",
 ]
 
@@ -105,36 +103,6 @@ class GamutMesh:
     device: DeviceValues | None = None
 
 
-class Statements(NamedTuple):
-    """Notes of a mesh file about itself, all as texts in `said`, and its centre (3,), if any."""
-
-    said: dict[str, str]
-    centre: FloatArray | None
-
-    @property
-    def by_name(self) -> dict[str, str]:
-        """The notes, with names in lower case."""
-        return {name.lower(): text for name, text in reversed(self.said.items())}
-
-
-def statements(said: Mapping[str, str]) -> Statements:
-    r"""Return the notes of a mesh file, such as those of this package's exports.
-
-    ``centre`` (three numbers), ``space`` with its parameters, and facts about the device have a
-    meaning, in any letter case. Escapes such as ``\xb0``, which this package writes in ASCII
-    formats, are decoded.
-    """
-    kept = {name[:80]: text[:MAX_STATED_LENGTH] for name, text in list(said.items())[:MAX_STATED]}
-    if kept.get("generator", "").startswith("gamutcore "):
-        kept = {name: unescaped(text) for name, text in kept.items()}
-    words = Statements(kept, None).by_name.get("centre", "").split()
-    centre = None
-    if len(words) == 3 and all(_NUMBER.fullmatch(word) for word in words):
-        centre = np.array([float(word) for word in words])
-        centre = centre if (np.abs(centre) < LARGEST_COORDINATE).all() else None
-    return Statements(kept, centre)
-
-
 def unescaped(text: str) -> str:
     """Return an ASCII text with Python's escapes replaced by the characters.
 
@@ -164,7 +132,8 @@ def gamut_mesh(
     vertices: FloatArray,
     faces: LongArray,
     *,
-    stated: Statements | None = None,
+    stated: Mapping[str, str] | None = None,
+    centre: str | None = None,
     space: str = "CIELAB",
     space_notes: Mapping[str, str] | None = None,
     device: Mapping[str, FloatArray] | None = None,
@@ -172,11 +141,16 @@ def gamut_mesh(
     provenance: Mapping[str, JSON] | None = None,
     warnings: Sequence[str] = (),
 ) -> GamutMesh:
-    """Return a checked mesh from arrays of numbers; indices out of range are refused.
+    r"""Return a checked mesh from arrays of numbers; indices out of range are refused.
 
-    Notes of the space are those of the file unless `space_notes` are given. `device` has (v,)
-    values by channel name; values outside 0 to 1, and too many channels, give a warning and are not
-    used. `clockwise` states whether corners are clockwise in the format, seen from outside.
+    `stated` are the notes of the file about itself, such as those of this package's exports.
+    ``centre`` (three numbers), ``space`` with its parameters, and facts about the device have a
+    meaning, in any letter case. Escapes such as ``\xb0``, which this package writes in ASCII
+    formats, are decoded. `centre` and `space_notes` replace what the notes say of these.
+
+    `device` has (v,) values by channel name; values outside 0 to 1, and too many channels, give a
+    warning and are not used. `clockwise` states whether corners are clockwise in the format, seen
+    from outside.
     """
     refuse_too_many(len(vertices), len(faces))
     if len(faces) < 4 or len(vertices) < 4:
@@ -205,15 +179,20 @@ def gamut_mesh(
         )
     values, told_of_values = _device_values(device or {})
     channels = {} if values is None else {"channels": list[JSON](values.channels)}
-    told = stated or Statements({}, None)
-    notes = told.by_name
-    said: dict[str, JSON] = {"stated": dict[str, JSON](told.said)} if told.said else {}
+    kept = list((stated or {}).items())[:MAX_STATED]
+    said = {name[:80]: text[:MAX_STATED_LENGTH] for name, text in kept}
+    if said.get("generator", "").startswith("gamutcore "):
+        said = {name: unescaped(text) for name, text in said.items()}
+    notes = {name.lower(): text for name, text in reversed(said.items())}
+    middle = _numbers(notes.get("centre", "") if centre is None else centre, 3)
+    white = _numbers(notes.get("white", ""), 3)
+    luminance = _numbers(notes.get("white_luminance", ""), 1)
     return GamutMesh(
         file_format,
         np.ascontiguousarray(vertices, np.float64),
         np.ascontiguousarray(faces[:, ::-1] if clockwise else faces, np.int64),
         space,
-        told.centre,
+        None if middle is None else np.array(middle),
         {
             "format": file_format,
             "vertices_read": len(vertices),
@@ -222,9 +201,10 @@ def gamut_mesh(
             "illuminant": notes.get("illuminant", ASSUMED),
             "observer": notes.get("observer", "2° (assumed, not stated)"),
             "adaptation": notes.get("adaptation", "none: the mesh is taken as it is"),
-            **_white(notes),
+            **({"white": list[JSON](white)} if white else {}),
+            **({"white_luminance": luminance[0]} if luminance else {}),
             **channels,
-            **said,
+            **({"stated": dict[str, JSON](said)} if said else {}),
             **(provenance or {}),
         },
         (*warnings, *told_of_values),
@@ -264,16 +244,13 @@ def _device_values(found: Mapping[str, FloatArray]) -> tuple[DeviceValues | None
     return DeviceValues(tuple(found), values), []
 
 
-def _white(notes: Mapping[str, str]) -> dict[str, JSON]:
-    """Return the measured white of the device, and its luminance, if stated."""
-    found: dict[str, JSON] = {}
-    for name, count in (("white", 3), ("white_luminance", 1)):
-        words = notes.get(name, "").split()
-        if len(words) == count and all(_NUMBER.fullmatch(word) for word in words):
-            numbers = [float(word) for word in words]
-            if max(map(abs, numbers)) < LARGEST_COORDINATE:
-                found[name] = list[JSON](numbers) if count > 1 else numbers[0]
-    return found
+def _numbers(text: str, count: int) -> list[float] | None:
+    """Return the numbers of a note; None unless there are `count`, in the range of coordinates."""
+    words = text.split()
+    if len(words) != count or not all(_NUMBER.fullmatch(word) for word in words):
+        return None
+    numbers = [float(word) for word in words]
+    return numbers if max(map(abs, numbers)) < LARGEST_COORDINATE else None
 
 
 _BLOCK = 1 << 20

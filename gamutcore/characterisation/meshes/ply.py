@@ -11,7 +11,7 @@ from __future__ import annotations
 import re
 import struct
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -25,7 +25,6 @@ from gamutcore.characterisation.meshes.mesh import (
     polygon_triangles,
     reads_device_values,
     refuse_too_many,
-    statements,
     unescaped,
 )
 from gamutcore.errors import MalformedFileError, SampleLimitError
@@ -64,24 +63,32 @@ class Property:
     """A property of an element.
 
     `kind` is the NumPy type of the numbers without byte order. `length` is that of the length of
-    lists, empty for single numbers. `kept` marks needed values, and `device` device values.
+    lists, empty for single numbers.
     """
 
     name: str
     kind: str
     length: str = ""
-    kept: bool = False
-    device: bool = False
 
 
 @dataclass
 class Element:
-    """An element: its name, number of rows, line in the header, and properties."""
+    """An element: its name, number of rows, line in the header, and properties.
+
+    `device` names the properties with device values, and `reads_device` tells whether these are
+    within the limits.
+    """
 
     name: str
     count: int
     line: int
     properties: list[Property] = field(default_factory=list)
+    device: list[str] = field(default_factory=list)
+    reads_device: bool = True
+
+    def keeps(self, prop: Property) -> bool:
+        """Return whether the values of a property are used."""
+        return prop.name in _WANTED or (self.reads_device and prop.name in self.device)
 
 
 @dataclass
@@ -120,34 +127,18 @@ def ply_header(data: bytes) -> Header:
             order = _ORDERS[words[1]]
         elif words[0] == "element" and len(words) == 3 and re.fullmatch(r"\d{1,12}", words[2]):
             elements.append(Element(words[1], int(words[2]), line))
-        elif words[0] == "property" and elements and _property(words) is not None:
-            elements[-1].properties.append(_property(words) or Property("", ""))
+        elif words[0] == "property" and elements and (prop := _property(words)):
+            elements[-1].properties.append(prop)
         else:
             raise _broken(line, f"{content[:60]!r} is not a line of a PLY header.")
     if order is None:
         raise _broken(1, "The header has no format.")
     _check(elements)
-    _mark_properties(elements)
     return Header(order, elements, said, len(lines) + 1, end.end())
 
 
-def _mark_properties(elements: list[Element]) -> None:
-    """Mark the properties that hold device values, and those that are needed."""
-    for element in elements:
-        for prop in element.properties:
-            fraction = prop.kind.startswith("f") and not prop.length
-            prop.device = element.name == "vertex" and prop.name.startswith(DEVICE) and fraction
-        reads = reads_device_values(element.count, len(device_properties(element)))
-        for prop in element.properties:
-            prop.kept = prop.name in _WANTED or (reads and prop.device)
-
-
-def device_properties(element: Element) -> list[str]:
-    """Return the names of the properties that are device values."""
-    return [prop.name for prop in element.properties if prop.device]
-
-
 def _check(elements: list[Element]) -> None:
+    """Check names and counts, and find the properties with device values."""
     for element in elements:
         names = [prop.name for prop in element.properties]
         if len(set(names)) < len(names):
@@ -159,6 +150,13 @@ def _check(elements: list[Element]) -> None:
                 *((element.count, 0) if element.name == "vertex" else (0, element.count)),
                 where={"line": element.line},
             )
+        if element.name == "vertex":
+            element.device = [
+                prop.name
+                for prop in element.properties
+                if prop.name.startswith(DEVICE) and prop.kind.startswith("f") and not prop.length
+            ]
+        element.reads_device = reads_device_values(element.count, len(element.device))
 
 
 def _property(words: list[str]) -> Property | None:
@@ -194,15 +192,7 @@ def looks_like_ply(data: bytes) -> bool:
 
 
 def ply_mesh(data: bytes) -> GamutMesh:
-    """Return the mesh in a PLY file.
-
-    Raises
-    ------
-    MalformedFileError
-        The header or the elements are broken. ``where`` has the line of the header, or of the text.
-    SampleLimitError, InvalidPointsError
-        As for `gamutcore.characterisation.meshes.mesh.gamut_mesh`.
-    """
+    """Return the mesh in a PLY file. Errors state the line of the header, or of the text."""
     header = ply_header(data)
     reader = _Rows(data if header.order else _as_binary(data, header), header)
     vertices: FloatArray | None = None
@@ -215,15 +205,14 @@ def ply_mesh(data: bytes) -> GamutMesh:
         columns = reader.columns(element)
         if element.name == "vertex" and vertices is None:
             vertices = _positions(element, columns)
+            unread = not element.reads_device
             device = by_channel(
                 (
                     unescaped(header.said.pop(name, name.removeprefix(DEVICE))),
                     columns.values.get(name, np.empty(0)),
                 )
-                for name in device_properties(element)
-                if reads_device_values(element.count, len(device_properties(element)))
+                for name in ([] if unread else element.device)
             )
-            unread = not device and bool(device_properties(element))
         elif element.name == "face" and faces is None:
             faces = _triangles(element, columns)
     if vertices is None or faces is None:
@@ -237,18 +226,17 @@ def ply_mesh(data: bytes) -> GamutMesh:
         "ply",
         vertices,
         faces,
-        stated=statements(header.said),
+        stated=header.said,
         device=device,
         warnings=[TOO_MANY_DEVICE_VALUES] * unread,
     )
 
 
-class _Columns:
+class _Columns(NamedTuple):
     """Values of an element: the numbers of each property, and the lengths of its lists."""
 
-    def __init__(self) -> None:
-        self.values: dict[str, FloatArray] = {}
-        self.lengths: dict[str, LongArray] = {}
+    values: dict[str, FloatArray]
+    lengths: dict[str, LongArray]
 
 
 def _as_binary(data: bytes, header: Header) -> bytes:
@@ -276,25 +264,28 @@ class _Rows:
     def columns(self, element: Element) -> _Columns:
         """Return the values of the next element."""
         if not element.properties or not element.count:
-            return _Columns()
-        lengths = self._first_lengths(element)
-        found = self._equal_rows(element, lengths)
+            return _Columns({}, {})
+        spans, _ = self._row(element, self.place)
+        found = self._equal_rows(element, [length for _, length in spans])
         if found is not None:
             return found
         if not any(prop.length for prop in element.properties):
             raise self._cut_off(element)
         return self._unequal_rows(element)
 
-    def _first_lengths(self, element: Element) -> list[int]:
-        """Return the lengths of the lists in the first row; 1 for single numbers."""
-        place, lengths = self.place, []
+    def _row(self, element: Element, place: int) -> tuple[list[tuple[int, int]], int]:
+        """Return where the numbers of each property start and how many they are; and the end."""
+        spans = []
         for prop in element.properties:
-            length = self._length(prop, place, element) if prop.length else 1
-            lengths.append(length)
-            place += (int(prop.length[1]) if prop.length else 0) + length * int(prop.kind[1])
-            if place > len(self.data):
-                raise self._cut_off(element)
-        return lengths
+            length = 1
+            if prop.length:
+                length = self._length(prop, place, element)
+                place += int(prop.length[1])
+            spans.append((place, length))
+            place += length * int(prop.kind[1])
+        if place > len(self.data):
+            raise self._cut_off(element)
+        return spans, place
 
     def _equal_rows(self, element: Element, lengths: list[int]) -> _Columns | None:
         """Return the values if every row has lists of the same lengths as the first one."""
@@ -308,41 +299,41 @@ class _Rows:
         if end > len(self.data):
             return None
         rows = np.frombuffer(self.data, kind, element.count, self.place)
-        found = _Columns()
+        found = _Columns({}, {})
         for prop, length in zip(element.properties, lengths, strict=True):
             if prop.length:
                 if not (rows[f"#{prop.name}"] == length).all():
                     return None
                 found.lengths[prop.name] = np.full(element.count, length, np.int64)
-            if prop.kept:
+            if element.keeps(prop):
                 found.values[prop.name] = _doubles(rows[f"={prop.name}"].ravel())
         self.place = end
         return found
 
     def _unequal_rows(self, element: Element) -> _Columns:
-        self.walked = _walked(self.walked, element)
-        pieces: dict[str, list[bytes]] = {prop.name: [] for prop in element.properties}
+        self.walked += element.count * len(element.properties)
+        if self.walked > MAX_WALKED:
+            raise SampleLimitError(
+                f"The element {element.name} has {element.count} rows of different lengths.",
+                where={"line": element.line},
+                remedy="Send the mesh with triangles only, and without further properties.",
+            )
         lengths: dict[str, list[int]] = {prop.name: [] for prop in element.properties}
-        place, data = self.place, self.data
-        plan = [(prop, int(prop.kind[1]), prop.kept) for prop in element.properties]
+        pieces: dict[str, list[bytes]] = {
+            prop.name: [] for prop in element.properties if element.keeps(prop)
+        }
         for _ in range(element.count):
-            for prop, size, wanted in plan:
-                length = 1
-                if prop.length:
-                    length = self._length(prop, place, element)
-                    lengths[prop.name].append(length)
-                    place += int(prop.length[1])
-                if wanted:
-                    pieces[prop.name].append(data[place : place + length * size])
-                place += length * size
-            if place > len(data):
-                raise self._cut_off(element)
-        self.place = place
-        found = _Columns()
+            spans, self.place = self._row(element, self.place)
+            for prop, (start, length) in zip(element.properties, spans, strict=True):
+                lengths[prop.name].append(length)
+                if prop.name in pieces:
+                    end = start + length * int(prop.kind[1])
+                    pieces[prop.name].append(self.data[start:end])
+        found = _Columns({}, {})
         for prop in element.properties:
             if prop.length:
                 found.lengths[prop.name] = np.array(lengths[prop.name], np.int64)
-            if prop.kept:
+            if prop.name in pieces:
                 joined = b"".join(pieces[prop.name])
                 found.values[prop.name] = _doubles(np.frombuffer(joined, self.order + prop.kind))
         return found
@@ -368,18 +359,6 @@ class _Rows:
             where={"field": element.name, "line": element.line},
             remedy="Send the whole file.",
         )
-
-
-def _walked(before: int, element: Element) -> int:
-    """Return the number of values read one by one, including an element's; refuse too many."""
-    walked = before + element.count * len(element.properties)
-    if walked > MAX_WALKED:
-        raise SampleLimitError(
-            f"The element {element.name} has {element.count} rows of different lengths.",
-            where={"line": element.line},
-            remedy="Send the mesh with triangles only, and without further properties.",
-        )
-    return walked
 
 
 def _doubles(values: np.ndarray) -> FloatArray:

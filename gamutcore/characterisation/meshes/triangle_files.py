@@ -29,7 +29,6 @@ from gamutcore.characterisation.meshes.mesh import (
     numbers_of,
     polygon_triangles,
     refuse_too_many,
-    statements,
 )
 from gamutcore.errors import MalformedFileError, SampleLimitError
 
@@ -60,8 +59,8 @@ MAX_NOTES = 200
 MAX_TEXT_TRIANGLES = 500_000
 """Maximum number of triangles in an STL text: about 100 MB."""
 
-MAX_OBJ_VERTICES = 1_000_000
-"""Maximum number of vertices in an OBJ: twice those of the largest closed mesh."""
+MAX_VERTICES = 1_000_000
+"""Maximum number of vertices in OBJ and 3MF: twice those of the largest closed mesh."""
 
 MAX_LINES = 6_000_000
 MAX_LINE = 1_000_000
@@ -150,15 +149,15 @@ def obj_mesh(data: bytes) -> GamutMesh:
             note = _NOTE.fullmatch(content[:2000].decode("utf-8", "replace").strip())
             if note:
                 said.setdefault(note[1].strip(), note[2])
-        if len(vertices) > 3 * MAX_OBJ_VERTICES:
+        if len(vertices) > 3 * MAX_VERTICES:
             raise SampleLimitError(
-                f"The mesh has more than {MAX_OBJ_VERTICES} vertices.",
+                f"The mesh has more than {MAX_VERTICES} vertices.",
                 where={"line": line},
                 remedy="Send it as PLY or glTF, with vertices that faces share.",
             )
     faces = polygon_triangles(np.array(sides, np.int64), np.array(corners, np.int64))
     positions = np.array(vertices, np.float64).reshape(-1, 3)
-    return gamut_mesh("obj", positions, faces, stated=statements(said))
+    return gamut_mesh("obj", positions, faces, stated=said)
 
 
 def _lines(data: bytes) -> Iterator[tuple[int, bytes]]:
@@ -186,9 +185,6 @@ MAX_MODEL_BYTES = 2**28
 
 MAX_DIRECTORY = 2**20
 """Maximum size of the archive's directory in bytes: about 10,000 files."""
-
-MAX_VERTICES = 1_000_000
-"""Maximum number of vertices: twice those of the largest closed mesh."""
 
 MAX_ELEMENTS = 4_000_000
 """Maximum number of elements: vertices, triangles, and colours of each of these."""
@@ -239,7 +235,7 @@ def threemf_mesh(data: bytes) -> GamutMesh:
         vertices = vertices @ reader.transform_rows()[:3] + reader.transform_rows()[3]
         warnings.append("The transform of the build item was applied.")
     faces = np.array(reader.corners, np.int64).reshape(-1, 3)
-    return gamut_mesh("3mf", vertices, faces, stated=statements(reader.notes()), warnings=warnings)
+    return gamut_mesh("3mf", vertices, faces, stated=reader.notes(), warnings=warnings)
 
 
 def _package(data: bytes) -> zipfile.ZipFile:

@@ -49,17 +49,8 @@ _ACES_WHITE: Chromaticity = (0.32168, 0.33767)
 class Encoding:
     """A colour encoding of RGB, or of gray on its neutral axis.
 
-    Parameters
-    ----------
-    name : str
-        The usual name.
-    primaries : tuple of three (x, y)
-        CIE 1931 chromaticities of red, green and blue.
-    white : (x, y)
-    transfer : str
-        ``"sRGB"``, ``"power"``, ``"linear"``, ``"PQ"`` or ``"HLG"``.
-    gamma : float
-        Exponent of ``"power"``.
+    `primaries` and `white` are CIE 1931 chromaticities. `transfer` is ``"sRGB"``, ``"power"`` with
+    the exponent `gamma`, ``"linear"``, ``"PQ"`` or ``"HLG"``.
     """
 
     name: str
@@ -126,10 +117,7 @@ _SPACE_TRANSFERS = {"lin": "linear", "srgb": "sRGB", "pq": "PQ", "hlg": "HLG"}
 
 
 def code_point_encoding(primaries: int, transfer: int) -> Encoding | None:
-    """Return the encoding of code points of ITU-T H.273.
-
-    Reserved and unspecified code points give None, as do those that no display has.
-    """
+    """Return the encoding of code points of ITU-T H.273; None for those that no display has."""
     if primaries not in _CODE_POINT_PRIMARIES or transfer not in _CODE_POINT_TRANSFERS:
         return None
     name, chromaticities, white = _CODE_POINT_PRIMARIES[primaries]

@@ -100,30 +100,7 @@ class Picture:
 
 
 def read_picture(data: bytes, file_format: str) -> Picture:
-    """Return the colours of a picture file.
-
-    Parameters
-    ----------
-    data : bytes
-    file_format : str
-        Name of its format, as `picture_format` returns it.
-
-    Raises
-    ------
-    MalformedFileError
-        The file breaks its format or ends early, or its profile fits another colour model.
-    PictureSizeError
-        The picture has too many pixels or bytes.
-    PictureWorkError
-        The picture is a JPEG with too many scans.
-    UnsupportedPictureError
-        The kind of picture is not supported, or it is CMYK without a profile.
-    MalformedProfileError, UnsupportedProfileError
-        The embedded profile is broken or not supported.
-    InvalidPointsError
-        A value is not finite, linear light is beyond `LARGEST_LIGHT`, or every pixel is
-        transparent.
-    """
+    """Return the colours of a picture file, whose format is one that `picture_format` returns."""
     with open_raster(data, file_format) as raster:
         return _picture(raster, len(data))
 
@@ -323,18 +300,10 @@ _Key = type[np.unsignedinteger[Any]]
 
 @dataclass(frozen=True, eq=False)
 class DistinctValues:
-    """Distinct values of pixels.
+    """Distinct values of pixels (m, k), and the number of pixels of each, or of its cell.
 
-    Attributes
-    ----------
-    values : (m, k) uint32
-        Channel values.
-    counts : (m,) int64
-        Number of pixels of each value, or of its cell if `levels` is not None.
-    distinct : int
-        Number of distinct values in the picture.
-    levels : int or None
-        Lattice levels per channel; None if `values` has all distinct values.
+    `distinct` is the number of distinct values in the picture. `levels` are the lattice levels per
+    channel; None if `values` has all distinct values.
     """
 
     values: npt.NDArray[np.uint32]

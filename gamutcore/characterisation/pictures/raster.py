@@ -73,18 +73,7 @@ _BMP_HEADER_SIZES = frozenset({12, 40, 52, 56, 64, 108, 124})
 
 
 def picture_format(data: bytes) -> str | None:
-    r"""Return the name of a picture's format.
-
-    Returns
-    -------
-    str or None
-        None for other data.
-
-    Examples
-    --------
-    >>> picture_format(b"\xff\xd8\xff\xe0")
-    'jpeg'
-    """
+    """Return the name of a picture's format, such as ``"jpeg"``; None for other data."""
     if data.startswith(b"RIFF") and data[8:12] == b"WEBP":
         return "webp"
     if data.startswith(b"BM") and int.from_bytes(data[14:18], "little") in _BMP_HEADER_SIZES:
@@ -171,28 +160,13 @@ Band = tuple[int, npt.NDArray[Any], npt.NDArray[Any] | None]
 
 @dataclass(eq=False)
 class Raster:
-    """A picture during decoding.
+    """A picture during decoding. `bands` are all its pixels, some rows at a time.
 
-    Attributes
-    ----------
-    model : str
-        A key of `MODELS`.
-    dtype : dtype
-        ``uint8`` (full scale 255), ``uint16`` (full scale 65535) or a float type. Integer Lab has
-        L* 100 at 255 or 65280, and a* and b* with an offset of half the range (ICC.1:2001-04,
-        annex A).
-    bits : int
-        Bits per channel in the file.
-    bands : iterator of Band
-        All pixels, some rows at a time.
-    premultiplied : bool
-        Whether the colours are multiplied by alpha.
-    profile : bytes
-        The embedded ICC profile; empty without one.
-    stored : str
-        OpenImageIO's name of the type in the file, such as ``"half"``; empty for CMYK JPEG.
-    header : ImageSpec or None
-        As OpenImageIO reports it, or made from Pillow's metadata; None for CMYK JPEG.
+    `model` is a key of `MODELS`. The `dtype` of the pixels is ``uint8`` (full scale 255),
+    ``uint16`` (full scale 65535) or a float type. Integer Lab has L* 100 at 255 or 65280, and a*
+    and b* with an offset of half the range (ICC.1:2001-04, annex A). In the file, a channel has
+    `bits` bits, and `stored` is OpenImageIO's name of the type, such as ``"half"``. `header` is an
+    ImageSpec, made from Pillow's metadata if Pillow decodes. CMYK JPEG has neither of the two.
     """
 
     format: str
