@@ -15,13 +15,18 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from gamutcore.characterisation.pictures.encoding import SRGB, Encoding
-from gamutcore.characterisation.pictures.picture import picture_meaning
-from gamutcore.characterisation.pictures.raster import EXTENSIONS, open_raster, openimageio
+from gamutcore.characterisation.pictures import (
+    EXTENSIONS,
+    SRGB,
+    Encoding,
+    open_raster,
+    openimageio,
+    picture_meaning,
+)
 from gamutcore.errors import OptionError, UnsupportedPictureError
 
 if TYPE_CHECKING:
-    from gamutcore.characterisation.pictures.raster import Raster
+    from gamutcore.characterisation.pictures import Raster
 
 __all__ = ["DEPTHS", "WRITTEN", "Depth", "picture_writer", "png", "with_depth"]
 

@@ -30,15 +30,22 @@ from gamutcore.version import __version__
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from numpy.typing import NDArray
+
     from gamutcore.geometry import TriangleMesh
 
 __all__ = ["obj", "ply", "stl", "threemf"]
 
 
+def _colours(mesh: TriangleMesh, space: ColourSpace) -> NDArray[np.uint8]:
+    """Return the sRGB of vertices in 8 bits, (v, 3)."""
+    return np.rint(srgb(space.appearance_lab(mesh.vertices)) * 255.0).astype(np.uint8)
+
+
 def ply(mesh: TriangleMesh, provenance: Mapping[str, str], space: ColourSpace = CIELAB) -> bytes:
     """Return a mesh as binary PLY."""
     export_ply = imported_trimesh().exchange.ply.export_ply
-    colours = np.rint(srgb(space.appearance_lab(mesh.vertices)) * 255.0).astype(np.uint8)
+    colours = _colours(mesh, space)
     coloured = mesh.to_trimesh()
     for channel, name in enumerate(("red", "green", "blue")):
         coloured.vertex_attributes[name] = colours[:, channel]
@@ -71,7 +78,7 @@ def obj(mesh: TriangleMesh, provenance: Mapping[str, str], space: ColourSpace = 
     positions would be extra coordinates to other readers, such as meshio.
     """
     export_obj = imported_trimesh().exchange.obj.export_obj
-    colours = np.rint(srgb(space.appearance_lab(mesh.vertices)) * 255.0).astype(np.uint8)
+    colours = _colours(mesh, space)
     header = "\n# ".join(
         line.encode("ascii", "backslashreplace").decode() for line in comment_lines(provenance)
     )
@@ -121,7 +128,7 @@ def threemf(
 
     The provenance becomes the description, one line per entry.
     """
-    colours = np.rint(srgb(space.appearance_lab(mesh.vertices)) * 255.0).astype(int).tolist()
+    colours = _colours(mesh, space).tolist()
     title = escape(ascii_line(provenance.get("gamut", "gamut")))
     description = escape("\n".join(map(ascii_line, comment_lines(provenance))))
     parts = [

@@ -68,12 +68,11 @@ def argyll_mesh(text: str) -> GamutMesh:
     warnings = [] if stated else ["COLOR_REP is missing; CIELAB is assumed."]
     table, end = _table(data, 0, _VERTEX, MAX_VERTICES, "vertices")
     triangles, _ = _table(data, end, _TRIANGLE, MAX_TRIANGLES, "triangles")
-    places = _places(table[:, 0], triangles)
     # Argyll writes corners clockwise.
     return gamut_mesh(
         "argyll-gam",
         table[:, 1:],
-        places,
+        _places(table[:, 0], triangles),
         stated=said,
         centre=said.get("gamut_center", ""),
         space_notes={"space": "CIELAB"},

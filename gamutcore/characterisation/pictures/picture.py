@@ -44,6 +44,7 @@ __all__ = [
     "picture_meaning",
     "read_picture",
     "refuse_not_finite",
+    "refuse_too_bright",
 ]
 
 FREE_VALUES = 2**19
