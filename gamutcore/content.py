@@ -15,8 +15,7 @@ from typing import Any
 import numpy as np
 
 from gamutcore.errors import ReferenceNameError
-from gamutcore.export.device_properties import property_names
-from gamutcore.export.ply import comment_lines
+from gamutcore.export.provenance import comment_lines, property_names
 from gamutcore.geometry import DeviceValues, TriangleMesh
 from gamutcore.references import Reference, find_reference
 

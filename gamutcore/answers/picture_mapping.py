@@ -15,17 +15,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gamutcore.characterisation.icc import IccProfile
-from gamutcore.characterisation.pictures.encoding import Encoding
-from gamutcore.characterisation.pictures.picture import (
+from gamutcore.characterisation.pictures import (
     LARGEST_LIGHT,
+    Encoding,
     Picture,
     divided_by_alpha,
+    open_raster,
+    picture_format,
     picture_meaning,
     refuse_not_finite,
     refuse_too_bright,
 )
-from gamutcore.characterisation.pictures.raster import open_raster
-from gamutcore.characterisation.pictures.signatures import picture_format
 from gamutcore.colours.black_point import luminance_of_black
 from gamutcore.colours.picture_colours import picture_colours
 from gamutcore.colours.picture_values import find_values
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from gamutcore.arrays import FloatArray, LongArray
-    from gamutcore.characterisation.pictures.raster import Raster
+    from gamutcore.characterisation.pictures import Raster
     from gamutcore.export.picture_file import Depth
     from gamutcore.results import Conditions, MappedColours
 

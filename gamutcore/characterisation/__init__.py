@@ -9,9 +9,8 @@ file; `gamutcore.colours` computes colours.
 
 from gamutcore.characterisation.embedded import measurements_of
 from gamutcore.characterisation.formats import FORMATS, Format
-from gamutcore.characterisation.gamut_mesh import GamutMesh
 from gamutcore.characterisation.icc import IccProfile
-from gamutcore.characterisation.meshes import described_boundary
+from gamutcore.characterisation.meshes import GamutMesh, described_boundary
 from gamutcore.characterisation.pictures import Picture
 from gamutcore.characterisation.recognition import (
     Characterisation,

@@ -12,10 +12,9 @@ from gamutcore.characterisation.cgats import cgats_samples, looks_like_cgats
 from gamutcore.characterisation.cxf import cxf_samples, looks_like_cxf, looks_like_xml
 from gamutcore.characterisation.delimited import delimited_samples
 from gamutcore.characterisation.formats import format_summary
-from gamutcore.characterisation.gamut_mesh import GamutMesh
 from gamutcore.characterisation.icc import IccProfile, icc_profile, looks_like_icc
 from gamutcore.characterisation.json_samples import json_samples
-from gamutcore.characterisation.meshes import binary_mesh, text_mesh
+from gamutcore.characterisation.meshes import GamutMesh, binary_mesh, text_mesh
 from gamutcore.characterisation.npy_samples import NPY_MAGIC, npy_samples
 from gamutcore.characterisation.pictures import Picture, picture_format, read_picture
 from gamutcore.characterisation.samples import Samples

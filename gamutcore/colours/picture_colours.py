@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gamutcore.characterisation import IccProfile
-from gamutcore.characterisation.pictures import Encoding, Picture
-from gamutcore.characterisation.pictures.raster import MODELS
+from gamutcore.characterisation.pictures import MODELS, Encoding, Picture
 from gamutcore.characterisation.samples import JSON, IntArray
 from gamutcore.colours.device.surface import AbsoluteColours, SurfaceColours
 from gamutcore.colours.profile_colours import (

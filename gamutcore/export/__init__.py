@@ -5,8 +5,7 @@ can compute with them. Vertex colours, orientation for display and provenance ar
 formats that have them.
 """
 
-from gamutcore.export.formats import FORMATS, MeshFormat, format_of_suffix, mesh_file
-from gamutcore.export.section_svg import (
+from gamutcore.export.charts import (
     SectionAxes,
     leaf_axes,
     lightness_axes,
@@ -14,6 +13,7 @@ from gamutcore.export.section_svg import (
     rings_svg,
     section_svg,
 )
+from gamutcore.export.formats import FORMATS, MeshFormat, format_of_suffix, mesh_file
 
 __all__ = [
     "FORMATS",

@@ -7,13 +7,9 @@ from dataclasses import dataclass
 
 from gamutcore.colours.spaces import CIELAB, ColourSpace
 from gamutcore.errors import OptionError
-from gamutcore.export.argyll import gam
-from gamutcore.export.cge import cge
+from gamutcore.export.colour_management import cge, gam, icc
 from gamutcore.export.gltf import glb, gltf
-from gamutcore.export.icc_boundary import icc
-from gamutcore.export.ply import ply
-from gamutcore.export.threemf import threemf
-from gamutcore.export.triangle_files import obj, stl
+from gamutcore.export.triangle_files import obj, ply, stl, threemf
 from gamutcore.geometry import TriangleMesh
 
 __all__ = ["FORMATS", "MeshFormat", "format_of_suffix", "mesh_file"]
@@ -28,8 +24,6 @@ class MeshFormat:
     name : str
         Value of the parameter ``format``.
     media_type : str
-    suffix : str
-        With the dot.
     encode : callable
         (mesh, provenance, space) → bytes. Raises `OptionError` for meshes that the format cannot
         hold.
@@ -43,11 +37,15 @@ class MeshFormat:
 
     name: str
     media_type: str
-    suffix: str
     encode: Callable[[TriangleMesh, Mapping[str, str], ColourSpace], bytes]
     content: str
     readers: str
     full: bool = False
+
+    @property
+    def suffix(self) -> str:
+        """The suffix of files, with the dot."""
+        return f".{self.name}"
 
 
 _IN_CIELAB = "gamuts in CIELAB: "
@@ -58,7 +56,6 @@ FORMATS: dict[str, MeshFormat] = {
         MeshFormat(
             "glb",
             "model/gltf-binary",
-            ".glb",
             glb,
             "triangles, colours, device values, provenance; lightness upwards",
             "browsers (three.js, model-viewer), Blender, Windows 3D Viewer, trimesh",
@@ -66,7 +63,6 @@ FORMATS: dict[str, MeshFormat] = {
         MeshFormat(
             "gltf",
             "model/gltf+json",
-            ".gltf",
             gltf,
             "as GLB, in one JSON document",
             "as GLB",
@@ -74,7 +70,6 @@ FORMATS: dict[str, MeshFormat] = {
         MeshFormat(
             "ply",
             "application/ply",
-            ".ply",
             ply,
             "triangles, colours, device values, provenance",
             "MeshLab, Blender, CloudCompare, trimesh, Open3D, meshio",
@@ -82,7 +77,6 @@ FORMATS: dict[str, MeshFormat] = {
         MeshFormat(
             "stl",
             "model/stl",
-            ".stl",
             stl,
             "triangles only",
             "CAD programs and slicers for 3-D printers",
@@ -90,7 +84,6 @@ FORMATS: dict[str, MeshFormat] = {
         MeshFormat(
             "obj",
             "model/obj",
-            ".obj",
             obj,
             "triangles, colours as `#MRGB`, provenance",
             "Blender, ZBrush, nearly all 3-D programs",
@@ -98,7 +91,6 @@ FORMATS: dict[str, MeshFormat] = {
         MeshFormat(
             "3mf",
             "model/3mf",
-            ".3mf",
             threemf,
             "triangles, colours, provenance; lightness upwards, the white 100 mm high",
             "slicers for 3-D printers, Windows 3D Viewer, Blender, lib3mf",
@@ -106,7 +98,6 @@ FORMATS: dict[str, MeshFormat] = {
         MeshFormat(
             "gam",
             "application/x-argyll-gam",
-            ".gam",
             gam,
             _IN_CIELAB + "triangles, centre, white, black, cusps",
             "Argyll CMS: viewgam, colprof, collink, tiffgamut",
@@ -114,7 +105,6 @@ FORMATS: dict[str, MeshFormat] = {
         MeshFormat(
             "icc",
             "application/vnd.iccprofile",
-            ".icc",
             icc,
             _IN_CIELAB + "triangles as a gamut boundary description in an abstract profile",
             "iccMAX software: iccDEV",
@@ -122,7 +112,6 @@ FORMATS: dict[str, MeshFormat] = {
         MeshFormat(
             "cge",
             "application/x-idms-cge",
-            ".cge",
             cge,
             _IN_CIELAB + r"R, G, B, X, Y, Z, L\*, a\*, b\* of 602 points of the device's cube",
             "CIELab Gamut Tools and other software for IDMS",
@@ -184,12 +173,11 @@ def format_of_suffix(suffix: str) -> MeshFormat:
     OptionError
         There is no such format.
     """
-    for each in FORMATS.values():
-        if each.suffix == suffix.lower():
-            return each
-    known = ", ".join(each.suffix for each in FORMATS.values())
-    raise OptionError(
-        f"There is no mesh format with the suffix {suffix!r}.",
-        where={"field": "path"},
-        remedy=f"Give a name that ends in one of {known}.",
-    )
+    known = {each.suffix: each for each in FORMATS.values()}
+    if suffix.lower() not in known:
+        raise OptionError(
+            f"There is no mesh format with the suffix {suffix!r}.",
+            where={"field": "path"},
+            remedy=f"Give a name that ends in one of {', '.join(known)}.",
+        )
+    return known[suffix.lower()]

@@ -19,7 +19,7 @@ import numpy as np
 
 from gamutcore.colours.spaces import CIELAB, ColourSpace
 from gamutcore.colours.spaces.srgb import linear_srgb
-from gamutcore.export.device_properties import property_names
+from gamutcore.export.provenance import property_names
 from gamutcore.version import __version__
 
 if TYPE_CHECKING:
@@ -36,9 +36,6 @@ _UNSIGNED_SHORT, _UNSIGNED_INT, _FLOAT = 5123, 5125, 5126
 
 _TYPES = {1: "SCALAR", 3: "VEC3", 4: "VEC4"}
 """Element types by their number of components, clause 3.6.2.3."""
-
-_TRIANGLES = 4
-"""Mode of a primitive, clause 3.7.2.1."""
 
 _MATERIAL = {
     "name": "appearance",
@@ -122,7 +119,8 @@ def _asset(
     attributes["COLOR_0"] = buffer.add(colours, _UNSIGNED_SHORT, normalized=True)
     extras: dict[str, Any] = {}
     if mesh.device is not None:
-        names = [_attribute_name(name) for name in property_names(mesh.device.channels)]
+        # the standard requires an underscore in front; its examples are in capitals
+        names = [f"_{name.upper()}" for name in property_names(mesh.device.channels)]
         for name, values in zip(names, mesh.device.values.T.astype("<f4"), strict=True):
             attributes[name] = buffer.add(values, _FLOAT)
         # JSON cannot have lone surrogates
@@ -133,16 +131,12 @@ def _asset(
         "scene": 0,
         "scenes": [{"nodes": [0]}],
         "nodes": [{"name": "gamut", "mesh": 0, "rotation": list(space.rotation)}],
+        # mode 4 is triangles, clause 3.7.2.1
         "meshes": [
             {
                 "name": "gamut",
                 "primitives": [
-                    {
-                        "attributes": attributes,
-                        "indices": indices,
-                        "mode": _TRIANGLES,
-                        "material": 0,
-                    }
+                    {"attributes": attributes, "indices": indices, "mode": 4, "material": 0}
                 ],
             }
         ],
@@ -156,8 +150,3 @@ def _asset(
     if extras:
         asset["meshes"][0]["extras"] = extras
     return asset, b"".join(buffer.parts)
-
-
-def _attribute_name(name: str) -> str:
-    # the standard requires an underscore in front; its examples are in capitals
-    return f"_{name.upper()}"

@@ -1,28 +1,70 @@
-"""Picture files: written some rows at a time by OpenImageIO, in the encoding of another picture."""
+"""Picture files: PNG of arrays, and rows of pixels in the encoding of another picture."""
 
 from __future__ import annotations
 
 import os
+import struct
 import tempfile
-from collections.abc import Callable, Iterator
+import zlib
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
-from gamutcore.characterisation.pictures.encoding import SRGB, Encoding
-from gamutcore.characterisation.pictures.picture import picture_meaning
-from gamutcore.characterisation.pictures.raster import EXTENSIONS, open_raster, openimageio
+from gamutcore.characterisation.pictures import (
+    EXTENSIONS,
+    SRGB,
+    Encoding,
+    open_raster,
+    openimageio,
+    picture_meaning,
+)
 from gamutcore.errors import OptionError, UnsupportedPictureError
 
 if TYPE_CHECKING:
-    import numpy.typing as npt
+    from gamutcore.characterisation.pictures import Raster
 
-    from gamutcore.characterisation.pictures.raster import Raster
+__all__ = ["DEPTHS", "WRITTEN", "Depth", "picture_writer", "png", "with_depth"]
 
-__all__ = ["DEPTHS", "WRITTEN", "Depth", "picture_writer", "with_depth"]
+COLOUR_TYPES = {3: 2, 4: 6}
+"""PNG's colour types by the number of channels (11.2.2): truecolour, and with alpha."""
+
+PERCEPTUAL = b"\0"
+"""Content of PNG's chunk sRGB: the perceptual intent (11.3.2.5)."""
+
+
+def png(pixels: NDArray[np.uint8], level: int = 9, texts: Mapping[str, str] | None = None) -> bytes:
+    """Return sRGB pixels (rows, columns, 3 or 4) from the top as PNG (ISO/IEC 15948).
+
+    A fourth channel is alpha. `level` is that of the compression, 0 to 9. `texts` are textual data
+    by keywords of at most 79 Latin characters (11.3.3).
+    """
+    rows, columns, channels = pixels.shape
+    lines = np.zeros((rows, channels * columns + 1), np.uint8)  # each with the filter type 0
+    lines[:, 1:] = pixels.reshape(rows, -1)
+    header = struct.pack(">2I5B", columns, rows, 8, COLOUR_TYPES[channels], 0, 0, 0)
+    content = zlib.compress(lines.tobytes(), level)
+    # iTXt without compression and language (11.3.3.4)
+    entries = [
+        (b"iTXt", keyword.encode("latin-1") + bytes(5) + text.encode())
+        for keyword, text in (texts or {}).items()
+    ]
+    chunks = (
+        (b"IHDR", header),
+        (b"sRGB", PERCEPTUAL),
+        *entries,
+        (b"IDAT", content),
+        (b"IEND", b""),
+    )
+    return b"\x89PNG\r\n\x1a\n" + b"".join(
+        struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
+        for kind, body in chunks
+    )
+
 
 Depth = Literal["8", "16", "half", "float"]
 
@@ -77,29 +119,12 @@ def with_depth(like: Raster, depth: Depth | None, path: Path) -> Raster:
 
 
 @contextmanager
-def picture_writer(
-    path: Path, like: Raster
-) -> Iterator[Callable[[int, int, npt.NDArray[Any]], None]]:
+def picture_writer(path: Path, like: Raster) -> Iterator[Callable[[int, int, NDArray[Any]], None]]:
     """Open a picture of red, green and blue for writing, and put it in its place at the end.
 
-    Parameters
-    ----------
-    path : Path
-        Its suffix chooses the format.
-    like : Raster
-        Gives size, type of the samples, alpha and encoding; see `with_depth`.
-
-    Yields
-    ------
-    callable
-        Writes rows: the first row, the row after the last, and samples (pixels, channels).
-
-    Raises
-    ------
-    UnsupportedPictureError
-        The format is not written, or it cannot store the depth, alpha or encoding.
-    OSError
-        The file cannot be written.
+    The suffix chooses the format. `like` gives size, type of the samples, alpha and encoding; see
+    `with_depth`. The yielded function writes rows: the first row, the row after the last, and
+    samples (pixels, channels). A format that cannot store them raises UnsupportedPictureError.
     """
     suffix = path.suffix.lower()
     if suffix not in WRITTEN:
@@ -113,7 +138,8 @@ def picture_writer(
         if each.name in _KEPT:
             spec.attribute(each.name, each.type, each.value)
     if like.profile:
-        spec.attribute("ICCProfile", f"uint8[{len(like.profile)}]", _array(like.profile))
+        profile: Any = np.frombuffer(like.profile, np.uint8)
+        spec.attribute("ICCProfile", f"uint8[{len(profile)}]", profile)
     if like.has_alpha and not like.premultiplied:
         spec.attribute("oiio:UnassociatedAlpha", 1)
     if WRITTEN[suffix] == "jpeg":
@@ -135,7 +161,7 @@ def picture_writer(
                 else _REMEDY,
             )
 
-        def write(first: int, end: int, samples: npt.NDArray[Any]) -> None:
+        def write(first: int, end: int, samples: NDArray[Any]) -> None:
             rows = samples.reshape(end - first, like.width, len(names))
             if not output.write_scanlines(first, end, 0, rows):
                 raise OSError(f"The picture cannot be written: {output.geterror()}")
@@ -158,10 +184,6 @@ def _check(draft: Path, file_format: str, like: Raster) -> None:
             raise _refusal(f"A {file_format} file cannot state the encoding of the picture.")
         if found.has_alpha != like.has_alpha or found.premultiplied != like.premultiplied:
             raise _refusal(f"A {file_format} file cannot store the alpha of the picture.")
-
-
-def _array(data: bytes) -> Any:  # noqa: ANN401  # as OpenImageIO takes it
-    return np.frombuffer(data, np.uint8)
 
 
 _REMEDY = "Write the format of the picture itself, or PNG or TIFF."

@@ -1,11 +1,15 @@
-"""The provenance of mesh files: where a level comes from, in a few texts."""
+"""What mesh files say beside the numbers: provenance, and names of device values."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
+from functools import lru_cache
 from typing import Any
 
-__all__ = ["mesh_provenance"]
+from gamutcore.version import __version__
+
+__all__ = ["ascii_line", "comment_lines", "mesh_provenance", "property_names"]
 
 
 def mesh_provenance(description: Mapping[str, Any]) -> dict[str, str]:
@@ -38,3 +42,44 @@ def mesh_provenance(description: Mapping[str, Any]) -> dict[str, str]:
             if isinstance(value, str | int | float):
                 facts.setdefault(name, str(value))
     return facts
+
+
+def ascii_line(text: str) -> str:
+    r"""Return a text as one line of ASCII without double quotation marks.
+
+    Other characters become escapes such as ``\xe9``.
+    """
+    line = " ".join(text.split()).replace('"', "'")
+    return line.encode("ascii", "backslashreplace").decode()
+
+
+LONGEST = 40
+"""Largest part of a channel's name in the name of a property, in characters."""
+
+
+@lru_cache(maxsize=64)  # called for every served mesh, of few devices
+def property_names(channels: tuple[str, ...]) -> tuple[str, ...]:
+    """Return a name of letters, digits and underscores for each channel.
+
+    Examples are ``device_C`` for C and ``device_Reflex_Blue`` for Reflex Blue. The channel's number
+    replaces an empty name and is appended to a repeated one. Names are distinct without regard to
+    case.
+    """
+    names: list[str] = []
+    taken: set[str] = set()
+    for number, channel in enumerate(channels, 1):
+        plain = re.sub("[^A-Za-z0-9]+", "_", channel).strip("_")[:LONGEST]
+        # PLY readers take this word as the end of the header, wherever it occurs
+        plain = re.sub("end_header", "endheader", plain, flags=re.IGNORECASE) or str(number)
+        name = f"device_{plain}"
+        while name.lower() in taken:
+            name += f"_{number}"
+        taken.add(name.lower())
+        names.append(name)
+    return tuple(names)
+
+
+def comment_lines(provenance: Mapping[str, str]) -> list[str]:
+    """Return provenance as lines of text, one per entry, without line breaks."""
+    entries = {"generator": f"gamutcore {__version__}", **provenance}
+    return [" ".join(f"{name}: {value}".split()) for name, value in entries.items()]

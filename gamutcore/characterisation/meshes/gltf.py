@@ -17,15 +17,13 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
-from gamutcore.characterisation.gamut_mesh import (
+from gamutcore.characterisation.meshes.mesh import (
     MAX_VERTICES,
     TOO_MANY_DEVICE_VALUES,
-    Statements,
     by_channel,
     gamut_mesh,
     reads_device_values,
     refuse_too_many,
-    statements,
 )
 from gamutcore.errors import MalformedFileError, SampleLimitError
 
@@ -33,7 +31,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from gamutcore.arrays import FloatArray, LongArray
-    from gamutcore.characterisation.gamut_mesh import GamutMesh
+    from gamutcore.characterisation.meshes.mesh import GamutMesh
 
 __all__ = ["gltf_mesh", "looks_like_glb", "looks_like_gltf"]
 
@@ -73,30 +71,13 @@ def looks_like_gltf(text: str) -> bool:
 
 
 def gltf_mesh(data: bytes) -> GamutMesh:
-    """Return the mesh in a glTF file.
+    """Return the mesh in binary glTF, or in JSON in UTF-8: the triangles of the whole scene.
 
-    Parameters
-    ----------
-    data : bytes
-        Binary glTF, or its JSON in UTF-8.
-
-    Returns
-    -------
-    GamutMesh
-        Triangles of all meshes of the scene. Transforms of nodes are applied, with a warning,
-        unless this package wrote the file or the transform is only the rotation for display.
-
-    Raises
-    ------
-    MalformedFileError
-        The file is malformed or needs an unsupported feature. ``where["field"]`` is a path in the
-        JSON.
-    SampleLimitError, InvalidPointsError
-        As for `gamutcore.characterisation.gamut_mesh.gamut_mesh`.
+    Transforms of nodes are applied, with a warning, unless this package wrote the file or the
+    transform is only the rotation for display. Where an error is in the JSON, ``where["field"]`` is
+    its path.
     """
-    name, text, chunk = (
-        ("gltf", data, None) if not looks_like_glb(data) else ("glb", *_chunks(data))
-    )
+    name, text, chunk = ("glb", *_chunks(data)) if looks_like_glb(data) else ("gltf", data, None)
     scene = _Scene(_decoded(text), chunk)
     vertices, faces, device, warnings = scene.triangles()
     return gamut_mesh(name, vertices, faces, stated=scene.stated, device=device, warnings=warnings)
@@ -211,8 +192,7 @@ class _Scene:
         self.own = str(asset.get("generator", "")).startswith("gamutcore ")
         extras = asset.get("extras")
         extras = extras if isinstance(extras, dict) else {}
-        said = {str(k): v for k, v in extras.items() if isinstance(v, str)}
-        self.stated: Statements = statements(said)
+        self.stated = {str(k): v for k, v in extras.items() if isinstance(v, str)}
         self._buffers: dict[int, bytes] = {}
         self.unread = False
 

@@ -1,12 +1,43 @@
 """Pictures as characterisation data: the colours of their pixels.
 
 `picture_format` recognises a picture by its first bytes, and `read_picture` returns a `Picture`:
-the distinct values of its pixels, their counts, and a profile or `Encoding`. OpenImageIO
-and Pillow decode.
+the distinct values of its pixels, their counts, and a profile or `Encoding`. `open_raster` gives
+the pixels themselves, and `picture_meaning` what they mean. OpenImageIO and Pillow decode.
 """
 
-from gamutcore.characterisation.pictures.encoding import Encoding
-from gamutcore.characterisation.pictures.picture import Picture, read_picture
-from gamutcore.characterisation.pictures.signatures import picture_format
+from gamutcore.characterisation.pictures.encoding import SRGB, Encoding
+from gamutcore.characterisation.pictures.picture import (
+    LARGEST_LIGHT,
+    Picture,
+    divided_by_alpha,
+    picture_meaning,
+    read_picture,
+    refuse_not_finite,
+    refuse_too_bright,
+)
+from gamutcore.characterisation.pictures.raster import (
+    EXTENSIONS,
+    MODELS,
+    Raster,
+    open_raster,
+    openimageio,
+    picture_format,
+)
 
-__all__ = ["Encoding", "Picture", "picture_format", "read_picture"]
+__all__ = [
+    "EXTENSIONS",
+    "LARGEST_LIGHT",
+    "MODELS",
+    "SRGB",
+    "Encoding",
+    "Picture",
+    "Raster",
+    "divided_by_alpha",
+    "open_raster",
+    "openimageio",
+    "picture_format",
+    "picture_meaning",
+    "read_picture",
+    "refuse_not_finite",
+    "refuse_too_bright",
+]

@@ -1,10 +1,11 @@
 """Rasters: the pixels and metadata of a picture file, read by OpenImageIO or Pillow.
 
-The header is read first, and its size is checked before any pixel is decoded. Pixels are then
-decoded some rows at a time. Pillow decodes CMYK JPEG, because OpenImageIO converts it to RGB, and
-WebP, GIF and BMP: OpenImageIO 3.2 reports damage in every WebP still, fails on GIF, and takes the
-unused byte of BMP for alpha. Both decode in native code: a hostile file may exhaust memory, crash
-the process or take long, so callers decode in a worker process with limits.
+The first bytes give the format. The header is read first, and its size is checked before any pixel
+is decoded. Pixels are then decoded some rows at a time. Pillow decodes CMYK JPEG, because
+OpenImageIO converts it to RGB, and WebP, GIF and BMP: OpenImageIO 3.2 reports damage in every WebP
+still, fails on GIF, and takes the unused byte of BMP for alpha. Both decode in native code: a
+hostile file may exhaust memory, crash the process or take long, so callers decode in a worker
+process with limits.
 """
 
 from __future__ import annotations
@@ -25,8 +26,8 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
-from gamutcore.characterisation.pictures.encoding import Encoding
-from gamutcore.characterisation.pictures.metadata import (
+from gamutcore.characterisation.pictures.encoding import (
+    Encoding,
     bmp_profile,
     declared_encoding,
     embedded_profile,
@@ -47,14 +48,38 @@ from gamutcore.limits import current_limits
 
 __all__ = [
     "EXTENSIONS",
-    "MAX_DECODED_BYTES",
     "MODELS",
-    "Band",
     "Raster",
     "malformed_picture",
     "open_raster",
     "openimageio",
+    "picture_format",
 ]
+
+_SIGNATURES = {
+    "png": (b"\x89PNG\r\n\x1a\n",),
+    "jpeg": (b"\xff\xd8\xff",),
+    "tiff": (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"),
+    "exr": (b"v/1\x01",),
+    "hdr": (b"#?RADIANCE\n", b"#?RGBE\n"),
+    "jpeg-xl": (b"\xff\x0a", b"\0\0\0\x0cJXL \r\n\x87\n"),
+    "jpeg-2000": (b"\0\0\0\x0cjP  \r\n\x87\n", b"\xff\x4f\xff\x51"),
+    "gif": (b"GIF87a", b"GIF89a"),
+    "dpx": (b"SDPX", b"XPDS"),
+}
+
+_BMP_HEADER_SIZES = frozenset({12, 40, 52, 56, 64, 108, 124})
+"""Sizes of the header that follows the 14 bytes of BMP's file header."""
+
+
+def picture_format(data: bytes) -> str | None:
+    """Return the name of a picture's format, such as ``"jpeg"``; None for other data."""
+    if data.startswith(b"RIFF") and data[8:12] == b"WEBP":
+        return "webp"
+    if data.startswith(b"BM") and int.from_bytes(data[14:18], "little") in _BMP_HEADER_SIZES:
+        return "bmp"  # two letters alone may be the start of a text
+    return next((name for name, starts in _SIGNATURES.items() if data.startswith(starts)), None)
+
 
 MAX_DECODED_BYTES = 2**29
 """Maximum size of the decoded pixels in bytes. A picture of 24 megapixels in CMYK or RGBA has
@@ -135,28 +160,13 @@ Band = tuple[int, npt.NDArray[Any], npt.NDArray[Any] | None]
 
 @dataclass(eq=False)
 class Raster:
-    """A picture during decoding.
+    """A picture during decoding. `bands` are all its pixels, some rows at a time.
 
-    Attributes
-    ----------
-    model : str
-        A key of `MODELS`.
-    dtype : dtype
-        ``uint8`` (full scale 255), ``uint16`` (full scale 65535) or a float type. Integer Lab has
-        L* 100 at 255 or 65280, and a* and b* with an offset of half the range (ICC.1:2001-04,
-        annex A).
-    bits : int
-        Bits per channel in the file.
-    bands : iterator of Band
-        All pixels, some rows at a time.
-    premultiplied : bool
-        Whether the colours are multiplied by alpha.
-    profile : bytes
-        The embedded ICC profile; empty without one.
-    stored : str
-        OpenImageIO's name of the type in the file, such as ``"half"``; empty for CMYK JPEG.
-    header : ImageSpec or None
-        As OpenImageIO reports it, or made from Pillow's metadata; None for CMYK JPEG.
+    `model` is a key of `MODELS`. The `dtype` of the pixels is ``uint8`` (full scale 255),
+    ``uint16`` (full scale 65535) or a float type. Integer Lab has L* 100 at 255 or 65280, and a*
+    and b* with an offset of half the range (ICC.1:2001-04, annex A). In the file, a channel has
+    `bits` bits, and `stored` is OpenImageIO's name of the type, such as ``"half"``. `header` is an
+    ImageSpec, made from Pillow's metadata if Pillow decodes. CMYK JPEG has neither of the two.
     """
 
     format: str

@@ -7,7 +7,7 @@ import zipfile
 
 import numpy as np
 
-from gamutcore.export.threemf import threemf
+from gamutcore.export.triangle_files import threemf
 from gamutcore.geometry import TriangleMesh
 from targets.checks import Target, check_described_boundary
 from targets.profiles import profile

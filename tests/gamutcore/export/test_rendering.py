@@ -9,9 +9,13 @@ from PIL import Image
 from gamutcore.colours.spaces import SPACES, ColourSpace
 from gamutcore.colours.spaces.srgb import linear_srgb
 from gamutcore.errors import OptionError
-from gamutcore.export.rendering import mesh_picture
-from gamutcore.export.rendering.raster import rasterise
-from gamutcore.export.rendering.scene import VIEWS, camera, scene_triangles
+from gamutcore.export.rendering import (
+    VIEWS,
+    camera,
+    mesh_picture,
+    rasterise,
+    scene_triangles,
+)
 from gamutcore.geometry import TriangleMesh
 
 

@@ -11,7 +11,7 @@ from PIL import Image
 
 from gamutcore.colours.spaces import ColourSpace
 from gamutcore.export import leaf_axes, lightness_axes, plane_axes, rings_svg, section_svg
-from gamutcore.export.svg_chart import Chart, plain_text
+from gamutcore.export.charts import Chart, plain_text
 
 SVG = "{http://www.w3.org/2000/svg}"
 

@@ -164,7 +164,7 @@ def test_device_values_are_read_up_to_fifteen_channels(count):
 
 
 def test_device_values_of_all_places_of_a_mesh_are_bounded(monkeypatch):
-    monkeypatch.setattr("gamutcore.characterisation.gamut_mesh.MAX_DEVICE_VALUES", 12)
+    monkeypatch.setattr("gamutcore.characterisation.meshes.mesh.MAX_DEVICE_VALUES", 12)
     assert with_device_values(2).device is not None
     twice = {"nodes": [{"mesh": 0}, {"mesh": 0}], "scenes": [{"nodes": [0, 1]}]}
     mesh = with_device_values(2, **twice)

@@ -7,7 +7,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gamutcore.characterisation import GamutMesh, characterisation
-from gamutcore.characterisation.meshes import numbers
 from gamutcore.errors import GamutError, MalformedFileError, SampleLimitError
 
 VERTICES = np.array([(10.0, 0, 0), (90, 0, 0), (50, 40, 0), (50, 0, 40.5)])
@@ -142,7 +141,7 @@ def test_any_polygons_are_read_as_text_and_binary_alike(seed, count, block):
     head = header("binary_little_endian", faces=len(faces))
     one = characterisation(head + VERTICES.astype("<f4").tobytes() + lists)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(numbers, "_BLOCK", block)
+        patch.setattr("gamutcore.characterisation.meshes.mesh._BLOCK", block)
         two = characterisation(text(faces=faces))
     np.testing.assert_array_equal(one.vertices, two.vertices)
     np.testing.assert_array_equal(one.faces, two.faces)
@@ -221,10 +220,10 @@ def test_what_is_broken_in_obj_is_named(line, place):
 
 def test_too_many_triangles_are_refused_before_their_coordinates_are_read(monkeypatch):
     for limit in (
-        "gamut_mesh.MAX_TRIANGLES",
+        "meshes.mesh.MAX_TRIANGLES",
         "meshes.triangle_files.MAX_TRIANGLES",
         "meshes.triangle_files.MAX_TEXT_TRIANGLES",
-        "meshes.triangle_files.MAX_OBJ_VERTICES",
+        "meshes.triangle_files.MAX_VERTICES",
     ):
         monkeypatch.setattr(f"gamutcore.characterisation.{limit}", 1000)
     for data in (

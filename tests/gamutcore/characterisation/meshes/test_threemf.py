@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from gamutcore.characterisation import characterisation
-from gamutcore.characterisation.meshes import threemf
+from gamutcore.characterisation.meshes import triangle_files
 from gamutcore.errors import GamutError, MalformedFileError, SampleLimitError
 from gamutcore.export import mesh_file
 from gamutcore.geometry import TriangleMesh
@@ -95,7 +95,7 @@ def test_packages_packed_otherwise_and_with_wrong_sums_are_refused():
 
 
 def test_what_unpacks_to_too_much_is_refused_before_it_is_all_unpacked(monkeypatch):
-    monkeypatch.setattr(threemf, "MAX_MODEL_BYTES", 3 * 2**20)
+    monkeypatch.setattr(triangle_files, "MAX_MODEL_BYTES", 3 * 2**20)
     data = package_of(THEIRS + " " * 2**26)
     assert len(data) < 2**17
     with pytest.raises(SampleLimitError, match="unpacked"):
@@ -106,13 +106,13 @@ def test_what_unpacks_to_too_much_is_refused_before_it_is_all_unpacked(monkeypat
     ("limit", "most"), [("MAX_ELEMENTS", 9), ("MAX_VERTICES", 3), ("MAX_TRIANGLES", 3)]
 )
 def test_numbers_of_elements_are_limited(monkeypatch, limit, most):
-    monkeypatch.setattr(threemf, limit, most)
+    monkeypatch.setattr(triangle_files, limit, most)
     with pytest.raises(SampleLimitError):
         characterisation(OURS)
 
 
 def test_a_directory_of_many_files_is_refused_before_it_is_read(monkeypatch):
-    monkeypatch.setattr(threemf, "MAX_DIRECTORY", 100)
+    monkeypatch.setattr(triangle_files, "MAX_DIRECTORY", 100)
     with pytest.raises(MalformedFileError, match="directory"):
         characterisation(OURS)
 

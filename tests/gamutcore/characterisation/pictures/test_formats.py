@@ -13,7 +13,6 @@ from PIL import Image
 
 from gamutcore import Gamut
 from gamutcore.characterisation import IccProfile, Picture, characterisation
-from gamutcore.characterisation.pictures.distinct_values import distinct_values
 from gamutcore.characterisation.pictures.encoding import (
     ADOBE_RGB,
     SRGB,
@@ -21,6 +20,7 @@ from gamutcore.characterisation.pictures.encoding import (
     code_point_encoding,
     named_encoding,
 )
+from gamutcore.characterisation.pictures.picture import distinct_values
 from gamutcore.characterisation.pictures.raster import _decoder_message
 from gamutcore.errors import (
     GamutError,

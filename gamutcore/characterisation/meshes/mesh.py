@@ -1,15 +1,16 @@
 """A gamut mesh: a boundary that other software computed, rather than colours to wrap.
 
-All readers in `gamutcore.characterisation.meshes` call `gamut_mesh`, which checks and limits the
-numbers. Nothing is repaired. Whether the triangles enclose a gamut is judged where they
-become a boundary, in `gamutcore.boundary.mesh_boundary`.
+All readers of this folder call `gamut_mesh`, which checks and limits the numbers. Nothing is
+repaired. Whether the triangles enclose a gamut is judged where they become a boundary, in
+`gamutcore.boundary.mesh_boundary`. Text is converted to numbers in blocks, so the memory for words
+is a few times the size of a block.
 """
 
 from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -29,12 +30,12 @@ __all__ = [
     "MAX_VERTICES",
     "TOO_MANY_DEVICE_VALUES",
     "GamutMesh",
-    "Statements",
     "by_channel",
     "gamut_mesh",
+    "numbers_of",
+    "polygon_triangles",
     "reads_device_values",
     "refuse_too_many",
-    "statements",
     "unescaped",
 ]
 
@@ -102,36 +103,6 @@ class GamutMesh:
     device: DeviceValues | None = None
 
 
-class Statements(NamedTuple):
-    """Notes of a mesh file about itself, all as texts in `said`, and its centre (3,), if any."""
-
-    said: dict[str, str]
-    centre: FloatArray | None
-
-    @property
-    def by_name(self) -> dict[str, str]:
-        """The notes, with names in lower case."""
-        return {name.lower(): text for name, text in reversed(self.said.items())}
-
-
-def statements(said: Mapping[str, str]) -> Statements:
-    r"""Return the notes of a mesh file, such as those of this package's exports.
-
-    ``centre`` (three numbers), ``space`` with its parameters, and facts about the device have a
-    meaning, in any letter case. Escapes such as ``\xb0``, which this package writes in ASCII
-    formats, are decoded.
-    """
-    kept = {name[:80]: text[:MAX_STATED_LENGTH] for name, text in list(said.items())[:MAX_STATED]}
-    if kept.get("generator", "").startswith("gamutcore "):
-        kept = {name: unescaped(text) for name, text in kept.items()}
-    words = Statements(kept, None).by_name.get("centre", "").split()
-    centre = None
-    if len(words) == 3 and all(_NUMBER.fullmatch(word) for word in words):
-        centre = np.array([float(word) for word in words])
-        centre = centre if (np.abs(centre) < LARGEST_COORDINATE).all() else None
-    return Statements(kept, centre)
-
-
 def unescaped(text: str) -> str:
     """Return an ASCII text with Python's escapes replaced by the characters.
 
@@ -161,7 +132,8 @@ def gamut_mesh(
     vertices: FloatArray,
     faces: LongArray,
     *,
-    stated: Statements | None = None,
+    stated: Mapping[str, str] | None = None,
+    centre: str | None = None,
     space: str = "CIELAB",
     space_notes: Mapping[str, str] | None = None,
     device: Mapping[str, FloatArray] | None = None,
@@ -169,11 +141,16 @@ def gamut_mesh(
     provenance: Mapping[str, JSON] | None = None,
     warnings: Sequence[str] = (),
 ) -> GamutMesh:
-    """Return a checked mesh from arrays of numbers; indices out of range are refused.
+    r"""Return a checked mesh from arrays of numbers; indices out of range are refused.
 
-    Notes of the space are those of the file unless `space_notes` are given. `device` has (v,)
-    values by channel name; values outside 0 to 1, and too many channels, give a warning and are not
-    used. `clockwise` states whether corners are clockwise in the format, seen from outside.
+    `stated` are the notes of the file about itself, such as those of this package's exports.
+    ``centre`` (three numbers), ``space`` with its parameters, and facts about the device have a
+    meaning, in any letter case. Escapes such as ``\xb0``, which this package writes in ASCII
+    formats, are decoded. `centre` and `space_notes` replace what the notes say of these.
+
+    `device` has (v,) values by channel name; values outside 0 to 1, and too many channels, give a
+    warning and are not used. `clockwise` states whether corners are clockwise in the format, seen
+    from outside.
     """
     refuse_too_many(len(vertices), len(faces))
     if len(faces) < 4 or len(vertices) < 4:
@@ -202,15 +179,20 @@ def gamut_mesh(
         )
     values, told_of_values = _device_values(device or {})
     channels = {} if values is None else {"channels": list[JSON](values.channels)}
-    told = stated or Statements({}, None)
-    notes = told.by_name
-    said: dict[str, JSON] = {"stated": dict[str, JSON](told.said)} if told.said else {}
+    kept = list((stated or {}).items())[:MAX_STATED]
+    said = {name[:80]: text[:MAX_STATED_LENGTH] for name, text in kept}
+    if said.get("generator", "").startswith("gamutcore "):
+        said = {name: unescaped(text) for name, text in said.items()}
+    notes = {name.lower(): text for name, text in reversed(said.items())}
+    middle = _numbers(notes.get("centre", "") if centre is None else centre, 3)
+    white = _numbers(notes.get("white", ""), 3)
+    luminance = _numbers(notes.get("white_luminance", ""), 1)
     return GamutMesh(
         file_format,
         np.ascontiguousarray(vertices, np.float64),
         np.ascontiguousarray(faces[:, ::-1] if clockwise else faces, np.int64),
         space,
-        told.centre,
+        None if middle is None else np.array(middle),
         {
             "format": file_format,
             "vertices_read": len(vertices),
@@ -219,9 +201,10 @@ def gamut_mesh(
             "illuminant": notes.get("illuminant", ASSUMED),
             "observer": notes.get("observer", "2° (assumed, not stated)"),
             "adaptation": notes.get("adaptation", "none: the mesh is taken as it is"),
-            **_white(notes),
+            **({"white": list[JSON](white)} if white else {}),
+            **({"white_luminance": luminance[0]} if luminance else {}),
             **channels,
-            **said,
+            **({"stated": dict[str, JSON](said)} if said else {}),
             **(provenance or {}),
         },
         (*warnings, *told_of_values),
@@ -261,13 +244,80 @@ def _device_values(found: Mapping[str, FloatArray]) -> tuple[DeviceValues | None
     return DeviceValues(tuple(found), values), []
 
 
-def _white(notes: Mapping[str, str]) -> dict[str, JSON]:
-    """Return the measured white of the device, and its luminance, if stated."""
-    found: dict[str, JSON] = {}
-    for name, count in (("white", 3), ("white_luminance", 1)):
-        words = notes.get(name, "").split()
-        if len(words) == count and all(_NUMBER.fullmatch(word) for word in words):
-            numbers = [float(word) for word in words]
-            if max(map(abs, numbers)) < LARGEST_COORDINATE:
-                found[name] = list[JSON](numbers) if count > 1 else numbers[0]
-    return found
+def _numbers(text: str, count: int) -> list[float] | None:
+    """Return the numbers of a note; None unless there are `count`, in the range of coordinates."""
+    words = text.split()
+    if len(words) != count or not all(_NUMBER.fullmatch(word) for word in words):
+        return None
+    numbers = [float(word) for word in words]
+    return numbers if max(map(abs, numbers)) < LARGEST_COORDINATE else None
+
+
+_BLOCK = 1 << 20
+"""Bytes of text that are converted together."""
+
+_SPACE = re.compile(rb"\s")
+_PLAIN = re.compile(rb"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,3})?")
+LONGEST_WORD = 400
+"""Maximum length of a number. A double with all its decimals has about 330 characters."""
+
+
+def numbers_of(text: bytes, line: int, most: int) -> FloatArray:
+    """Return at most `most` numbers of a text that are separated by white space.
+
+    Words such as ``nan``, ``inf`` or ``1e999`` give infinite values or NaN. `line` is the line at
+    the start of the text; errors state the line.
+    """
+    blocks, found, place = [], 0, 0
+    while place < len(text) and found < most:
+        end = min(place + _BLOCK, len(text))
+        if end < len(text):
+            space = _SPACE.search(text, end, end + LONGEST_WORD)
+            if space is None and len(text) > end + LONGEST_WORD:
+                raise _no_number(text[end : end + 40], text, end, line)
+            end = len(text) if space is None else space.end()
+        words = text[place:end].split()
+        try:
+            block = np.array([float(word) for word in words])
+        except ValueError:
+            block = None
+        # float() also accepts 1_000.
+        if block is None or b"_" in text[place:end]:
+            raise _first_fault(text, place, line)
+        blocks.append(block)
+        found += len(block)
+        place = end
+    numbers = np.concatenate(blocks) if blocks else np.empty(0)
+    return numbers[:most]
+
+
+def _first_fault(text: bytes, place: int, line: int) -> MalformedFileError:
+    for word in re.finditer(rb"\S+", text[place : place + _BLOCK + LONGEST_WORD]):
+        if len(word[0]) > LONGEST_WORD or not _PLAIN.fullmatch(word[0]):
+            return _no_number(word[0], text, place + word.start(), line)
+    return _no_number(b"", text, place, line)
+
+
+def _no_number(word: bytes, text: bytes, place: int, line: int) -> MalformedFileError:
+    shown = word[:40].decode("ascii", "backslashreplace")
+    return MalformedFileError(
+        f"{shown!r} is not a number.",
+        where={"line": line + text.count(b"\n", 0, place)},
+        remedy="Write plain decimal numbers, such as 12.5.",
+    )
+
+
+def polygon_triangles(sides: LongArray, corners: LongArray) -> LongArray:
+    """Return the triangles (m, 3) of polygons, each split from its first corner.
+
+    `sides` has the number of corners of each polygon, and `corners` their vertices, polygon by
+    polygon. Polygons with fewer than three corners have no triangles.
+    """
+    triangles = np.maximum(sides - 2, 0)
+    starts = np.repeat(np.cumsum(sides) - sides, triangles)
+    # Number of each triangle in its polygon.
+    within = np.arange(int(triangles.sum())) - np.repeat(
+        np.cumsum(triangles) - triangles, triangles
+    )
+    places = np.stack([starts, starts + within + 1, starts + within + 2], axis=1)
+    return np.asarray(corners[places], np.int64)

@@ -1,0 +1,276 @@
+"""Formats of colour management, whose coordinates are CIELAB relative to D50 by definition.
+
+Argyll's gamut surface (``.gam``), as viewgam, iccgamut and the profilers read it, is a CGATS text
+of the type GAMUT with two tables: vertices (VERTEX_NO LAB_L LAB_A LAB_B) and triangles (VERTEX_0
+VERTEX_1 VERTEX_2). Corners are clockwise seen from outside. The parser takes numbers without a
+decimal point as integers and then refuses the column, so every coordinate has one.
+
+A colour gamut envelope (CGE, IDMS 1.1, 5.32) is a CGATS.17 text with the colours at the surface of
+the RGB cube. Each face of the cube has `STEPS`² points, which are 6 m² − 12 m + 8 in total. Readers
+rebuild the surface from R, G and B, so the file needs no triangles. Colours are interpolated on the
+mesh, at the device values of each point.
+
+An iccMAX profile has a gamut boundary description (ICC.2:2019, 10.2.11). The profile is abstract:
+from CIELAB to CIELAB, with an identity as its transform. A gamut has no device model, so no other
+class of profile would be true of it. The tag gbd0, gbd1, gbd2 or gbd3 is that of the gamut's
+intent. All numbers are big-endian.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import struct
+from itertools import product
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gamutcore.characterisation.meshes import GAMUT_BOUNDARY_TAGS
+from gamutcore.colours.spaces import CIELAB, ColourSpace
+from gamutcore.colours.spaces.cielab import lab_to_xyz
+from gamutcore.errors import OptionError
+from gamutcore.export.provenance import ascii_line
+from gamutcore.history import nearest_places
+from gamutcore.version import __version__
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+    from gamutcore.arrays import FloatArray
+    from gamutcore.geometry import DeviceValues, TriangleMesh
+
+__all__ = ["cge", "gam", "icc"]
+
+
+def check_icc_cielab(space: ColourSpace, format_name: str) -> None:
+    """Refuse a format for meshes in other spaces than CIELAB relative to D50.
+
+    Straight edges would be curves after a conversion, so the mesh is not converted.
+    """
+    if not space.is_icc_cielab:
+        own = space.name if space.name != "CIELAB" else "CIELAB with another white or scale"
+        raise OptionError.not_applicable(
+            "format",
+            format_name,
+            f"the format is for CIELAB relative to D50, and the gamut is in {own}",
+            "Build the gamut in the space CIELAB with default parameters, or choose ply or glb.",
+        )
+
+
+CUSPS = {
+    "RED": (1, 0, 0),
+    "YELLOW": (1, 1, 0),
+    "GREEN": (0, 1, 0),
+    "CYAN": (0, 1, 1),
+    "BLUE": (0, 0, 1),
+    "MAGENTA": (1, 0, 1),
+}
+"""Keywords of the cusps, and R, G, B of each. All six are given or none."""
+
+NEAR = 0.02
+"""Largest distance of a device value from that of a cusp. Farther vertices are other colours."""
+
+
+def gam(mesh: TriangleMesh, provenance: Mapping[str, str], space: ColourSpace = CIELAB) -> bytes:
+    """Return a mesh as a gamut surface of Argyll CMS; only CIELAB relative to D50 is accepted.
+
+    White and black are the lightest and the darkest vertex. The cusps are the vertices of the
+    primaries and secondaries, if channels R G B, C M Y or C M Y K show them. The provenance's
+    ``centre`` becomes GAMUT_CENTER.
+    """
+    check_icc_cielab(space, "gam")
+    vertices = np.asarray(mesh.vertices, np.float64)
+    lightest, darkest = vertices[np.argmax(vertices[:, 0])], vertices[np.argmin(vertices[:, 0])]
+    keywords = {
+        "DESCRIPTOR": provenance.get("gamut", "gamut"),
+        "ORIGINATOR": f"gamutcore {__version__}",
+        "COLOR_REP": "LAB",
+    }
+    if "centre" in provenance:
+        keywords["GAMUT_CENTER"] = _triple(map(float, provenance["centre"].split()))
+    for name, colour in (("WHITE", lightest), ("BLACK", darkest)):
+        keywords[f"CSPACE_{name}"] = keywords[f"GAMUT_{name}"] = _triple(colour)
+    if mesh.device is not None:
+        keywords |= {
+            f"CUSP_{name}": _triple(vertices[vertex])
+            for name, vertex in _cusps(mesh.device).items()
+        }
+    head = [f'{name} "{ascii_line(text)}"' for name, text in keywords.items()]
+    # nine digits are exact for float32
+    rows = [
+        f"{row} {lightness:#.9g} {a:#.9g} {b:#.9g}"
+        for row, (lightness, a, b) in enumerate(vertices.tolist())
+    ]
+    corners = [f"{one} {two} {three}" for one, three, two in mesh.faces.tolist()]
+    lines = ["GAMUT", "", *head]
+    for fields, table in (
+        ("VERTEX_NO LAB_L LAB_A LAB_B", rows),
+        ("VERTEX_0 VERTEX_1 VERTEX_2", corners),
+    ):
+        lines += ["", f"NUMBER_OF_FIELDS {len(fields.split())}"]
+        lines += ["BEGIN_DATA_FORMAT", fields, "END_DATA_FORMAT"]
+        lines += ["", f"NUMBER_OF_SETS {len(table)}", "BEGIN_DATA", *table, "END_DATA"]
+    return ("\n".join(lines) + "\n").encode("ascii")
+
+
+def _cusps(device: DeviceValues) -> dict[str, int]:
+    """Return the vertices of the primaries and secondaries; empty unless all six are there."""
+    channels, values = "".join(device.channels).upper(), device.values.astype(np.float64)
+    if channels == "RGB":
+        red_green_blue = values
+    elif channels in {"CMY", "CMYK"}:
+        red_green_blue = 1.0 - values[:, :3]
+    else:
+        return {}
+    others = values[:, 3:]  # black ink, which cusps have none of
+    found = {}
+    for name, cusp in CUSPS.items():
+        apart = np.abs(red_green_blue - cusp).max(axis=1)
+        apart = np.maximum(apart, np.abs(others).max(axis=1, initial=0.0))
+        nearest = int(np.argmin(apart))
+        if apart[nearest] > NEAR:
+            return {}
+        found[name] = nearest
+    return found
+
+
+def _triple(numbers: Iterable[float]) -> str:
+    return " ".join(f"{number:.6f}" for number in numbers)
+
+
+STEPS = 11
+"""Number m of levels of a channel, which measurements use."""
+
+CANDIDATES = 100
+"""Vertices of which the faces are tried. Faces of coarse levels are large; with 500 vertices, the
+colours are the same."""
+
+FULL = 255
+"""Level of a full channel. Levels are whole numbers, as a display is driven by: 0, 25, 51, …"""
+
+
+def cge(mesh: TriangleMesh, provenance: Mapping[str, str], space: ColourSpace = CIELAB) -> bytes:
+    """Return the colours at the surface of a device's RGB cube, in CIELAB relative to D50 only.
+
+    The 602 rows have R, G, B from 0 to 255, then X, Y, Z and L*, a*, b*. X, Y, Z are relative to
+    D50, with Y = 100 for the white. Channels C, M, Y become R = 255 − C and so on; other channels
+    are refused. The provenance's ``gamut`` becomes the originator's description.
+    """
+    check_icc_cielab(space, "cge")
+    device = mesh.device
+    channels = "" if device is None else "".join(device.channels).upper()
+    if device is None or channels not in {"RGB", "CMY"}:
+        own = f"the channels {' '.join(device.channels)}" if device else "no device values"
+        raise OptionError.not_applicable(
+            "format",
+            "cge",
+            f"the format is for the channels R G B or C M Y, and the gamut has {own}",
+            "Choose ply or glb, which have any channels.",
+        )
+    levels = _cube_surface()
+    values = device.values.astype(np.float64)
+    cube = 1.0 - values if channels == "CMY" else values
+    places = nearest_places(levels / FULL, cube, mesh.faces, CANDIDATES)
+    weights = np.stack([1.0 - places.second - places.third, places.second, places.third])
+    corners = mesh.vertices[mesh.faces[places.faces]].astype(np.float64)
+    lab = np.einsum("kn,nkc->nc", weights, corners)
+    xyz = 100.0 * lab_to_xyz(lab)
+    lines = [
+        "CGATS.17",
+        "FORMAT_VERSION 1",
+        "IDMS_FILE_TYPE CGE_ENVELOPE",
+        "IDMS_VERSION 1.1",
+        f'ORIGINATOR "gamutcore {__version__}"',
+        f'DESCRIPTOR "{ascii_line(provenance.get("gamut", "gamut"))}"',
+        "KEYWORD SampleID",
+        "NUMBER_OF_FIELDS 10",
+        "BEGIN_DATA_FORMAT",
+        "SampleID RGB_R RGB_G RGB_B XYZ_X XYZ_Y XYZ_Z LAB_L LAB_A LAB_B",
+        "END_DATA_FORMAT",
+        f"NUMBER_OF_SETS {len(levels)}",
+        "BEGIN_DATA",
+    ]
+    for number, row in enumerate(np.column_stack([levels, xyz, lab]).tolist(), 1):
+        rgb, colour = row[:3], row[3:]
+        texts = [str(number), *(f"{level:.0f}" for level in rgb), *(f"{x:.5f}" for x in colour)]
+        lines.append(" ".join(texts))
+    return ("\n".join([*lines, "END_DATA"]) + "\n").encode("ascii")
+
+
+def _cube_surface() -> FloatArray:
+    """Return the points of the cube's surface, (6 m² − 12 m + 8, 3), in steps of one level."""
+    levels = [FULL * step // (STEPS - 1) for step in range(STEPS)]
+    return np.array(
+        [point for point in product(levels, repeat=3) if {0, FULL} & set(point)], np.float64
+    )
+
+
+HEADER = 128
+VERSION = bytes((5, 0, 0, 0))
+D50 = struct.pack(">3i", *(round(65536 * part) for part in (0.9642, 1.0, 0.8249)))
+CREATED = struct.pack(">6H", 2019, 1, 1, 0, 0, 0)
+"""The year of the standard: the same mesh always gives the same bytes."""
+
+INTENTS = tuple(GAMUT_BOUNDARY_TAGS)
+"""Rendering intents by their number (ICC.2:2019, 7.2.17)."""
+
+COPYRIGHT = "The program that wrote this profile claims no copyright."
+
+
+def icc(mesh: TriangleMesh, provenance: Mapping[str, str], space: ColourSpace = CIELAB) -> bytes:
+    """Return a mesh as a gamut boundary description in an iccMAX profile, in CIELAB (D50) only.
+
+    The provenance's ``intent`` chooses the tag, and its ``gamut`` is in the description. Device
+    values are left out, because the data colour space of the profile is CIELAB.
+    """
+    check_icc_cielab(space, "icc")
+    intent = provenance.get("intent", "relative")
+    intent = intent if intent in INTENTS else "relative"
+    description = f"Gamut boundary {provenance.get('gamut', '')[:12]} by gamutcore {__version__}"
+    tags = {
+        "desc": _text(description),
+        "cprt": _text(COPYRIGHT),
+        "wtpt": b"XYZ \0\0\0\0" + D50,
+        "A2B0": _identity(),
+        GAMUT_BOUNDARY_TAGS[intent]: _boundary(mesh),
+    }
+    offset = HEADER + 4 + 12 * len(tags)
+    table, parts = [struct.pack(">I", len(tags))], []
+    for signature, data in tags.items():
+        table.append(struct.pack(">4sII", signature.encode(), offset, len(data)))
+        padded = data + bytes(-len(data) % 4)
+        parts.append(padded)
+        offset += len(padded)
+    content = b"".join((*table, *parts))
+    # the digest is of a profile with zeros for flags, intent and digest (ICC.2:2019, 7.2.20)
+    blank = _header(offset, 0, bytes(16)) + content
+    digest = hashlib.md5(blank, usedforsecurity=False).digest()
+    return _header(offset, INTENTS.index(intent), digest) + content
+
+
+def _header(size: int, intent: int, digest: bytes) -> bytes:
+    """Return the header of the profile (ICC.2:2019, 7.2)."""
+    head = struct.pack(">I4s4s4s4s4s", size, bytes(4), VERSION, b"abst", b"Lab ", b"Lab ")
+    head += CREATED + b"acsp" + bytes(24)  # platform, flags, manufacturer, model, attributes
+    head += struct.pack(">I", intent) + D50 + bytes(4) + digest
+    return head + bytes(HEADER - len(head))  # neither spectra nor materials
+
+
+def _text(text: str) -> bytes:
+    """Return an element of the type multiLocalizedUnicodeType with one record."""
+    data = text.encode("utf-16-be")
+    return struct.pack(">4s3I2s2s2I", b"mluc", 0, 1, 12, b"en", b"US", len(data), 28) + data
+
+
+def _identity() -> bytes:
+    """Return an element of the type multiProcessElementsType: one matrix, the identity."""
+    matrix = struct.pack(">4sI2H12f", b"matf", 0, 3, 3, *np.eye(3).ravel(), 0.0, 0.0, 0.0)
+    return struct.pack(">4sI2H3I", b"mpet", 0, 3, 3, 1, 24, len(matrix)) + matrix
+
+
+def _boundary(mesh: TriangleMesh) -> bytes:
+    """Return an element of the type gamutBoundaryDescType without device values."""
+    clockwise = np.ascontiguousarray(mesh.faces[:, ::-1], ">u4")
+    vertices = np.ascontiguousarray(mesh.vertices, ">f4")
+    counts = struct.pack(">4sI2H2I", b"gbd ", 0, 3, 0, len(vertices), len(clockwise))
+    return counts + clockwise.tobytes() + vertices.tobytes()
