@@ -17,7 +17,7 @@ from types import MappingProxyType
 from typing import Any, TypeAlias
 
 from gamutcore.boundary import BASIS, BOUNDARIES, GAMMA, SEGMENT_COUNTS, SUBDIVISIONS
-from gamutcore.characterisation.conditions import condition_label
+from gamutcore.characterisation.columns import condition_label
 from gamutcore.colours.device.model import DEVICE_MODELS
 from gamutcore.colours.device.surface import SURFACE_SAMPLES
 from gamutcore.colours.spaces import SPACES, ColourSpace

@@ -24,8 +24,7 @@ from gamutcore.boundary.centre import face_planes
 from gamutcore.boundary.device_surface import hidden_area
 from gamutcore.boundary.radial_envelope import COARSE, radial_volume
 from gamutcore.characterisation import Samples, characterisation
-from gamutcore.characterisation.icc.grid import Grid
-from gamutcore.characterisation.icc.process_elements import FloatGrid
+from gamutcore.characterisation.icc.transforms import FloatGrid, Grid
 from gamutcore.colours import surface_colours
 from gamutcore.colours.device.surface import SurfaceFaces
 from gamutcore.decimation import COSTS, decimate

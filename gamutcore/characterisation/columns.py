@@ -1,10 +1,15 @@
-"""Roles of the columns of a table of samples, found from their names.
+"""Columns of a table of samples: their roles, spectral bands and measurement conditions, by name.
 
 Names of device values follow CGATS.17: the set of channels and one channel (`CMYK_C`, `RGB_R`,
 `7CLR_3`, `CMYKOGV_O`). Colours are `LAB_L LAB_A LAB_B`, `XYZ_X XYZ_Y XYZ_Z`, `LAB_L LAB_C LAB_H`,
-`XYY_X XYY_Y XYY_CAPY`, or bands of a spectrum. Plain letters in their usual order (`R G B`,
-`L a b`, `L* a* b*`, `x y Y`) are accepted, as spreadsheets write them. A name may state a
-measurement condition (`M1_LAB_L`, `SPEC_380_M0`).
+`XYY_X XYY_Y XYY_CAPY`, or bands of a spectrum, whose names have the wavelength in nm (`SPEC_380`,
+`SPECTRAL_NM380`, `NM_380`, `380`). Plain letters in their usual order (`R G B`, `L a b`,
+`L* a* b*`, `x y Y`) are accepted, as spreadsheets write them. A name may state a measurement
+condition (`M1_LAB_L`, `SPEC_380_M0`).
+
+Fluorescent papers have different colours under the measurement conditions M0 to M3 of ISO 13655, so
+conditions are never mixed. Data with several conditions is refused until one is chosen. Only
+unambiguous statements are used: an instrument without a filter, for example, states nothing.
 """
 
 from __future__ import annotations
@@ -12,19 +17,244 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import chain
+from itertools import chain, pairwise
 from typing import TYPE_CHECKING, TypedDict
 
-from gamutcore.characterisation.conditions import chosen_condition
-from gamutcore.characterisation.spectra import FEWEST_BANDS, spectral_columns, wavelength
-from gamutcore.errors import MissingColumnError, SampleLimitError
+from gamutcore.errors import ConditionError, MissingColumnError, SampleLimitError
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Mapping, Sequence
 
     from gamutcore.errors import Where
 
-__all__ = ["MAX_CHANNELS", "MAX_COLUMNS", "ColumnRoles", "column_roles", "spelt_out"]
+__all__ = [
+    "CONDITION_KEYWORDS",
+    "FEWEST_BANDS",
+    "MAX_CHANNELS",
+    "MAX_COLUMNS",
+    "WHOLE_KEYWORDS",
+    "ColumnRoles",
+    "are_wavelengths",
+    "chosen_condition",
+    "column_roles",
+    "condition_label",
+    "is_reflective_condition",
+    "spectral_columns",
+    "spelt_out",
+    "stated_condition",
+    "wavelength",
+]
+
+MAX_LABEL_LENGTH = 60
+MAX_SHOWN = 10
+
+_CODE = re.compile(r"(?<![A-Z0-9])M([0-3])(?![A-Z0-9.])")
+_ULTRAVIOLET_CUT = re.compile(r"UV[ _-]?(?:CUT|EXCLUDED|FILTER(?:ED)?)\b|NO[ _-]UV\b")
+_POLARISED = re.compile(r"(?<!NO )(?<!NON-)(?<!UN)\bPOLARI[SZ](?:ED|ER|ING|ATION)\b")
+WHOLE_KEYWORDS = (
+    "MEASUREMENT_CONDITION",
+    "MEASUREMENT_CONDITIONS",
+    "MEASUREMENT_MODE",
+    "ISO13655_CONDITION",
+)
+"""Keywords whose whole text is a measurement condition."""
+
+_SEARCHED_KEYWORDS = (
+    "FILTER",
+    "INSTRUMENT_FILTER",
+    "MEASUREMENT_FILTER",
+    "MEASUREMENT_SOURCE",
+    "ISIS_INFO",
+    "INSTRUMENTATION",
+    "WEIGHTING_FUNCTION",
+    "MEASUREMENT_GEOMETRY",
+)
+CONDITION_KEYWORDS = frozenset({*WHOLE_KEYWORDS, *_SEARCHED_KEYWORDS})
+"""Keywords that may state a measurement condition."""
+
+_CHOOSE = "Choose one of them by the option `condition`."
+
+
+def condition_label(text: str) -> str:
+    """Return the name of a measurement condition, M0 to M3 if possible.
+
+    Parameters
+    ----------
+    text : str
+        As in a file or a request: ``"M1"``, ``"m1"``, ``"M1_Daylight"``, ``"UVcut"``.
+
+    Returns
+    -------
+    str
+        ``"M0"`` to ``"M3"`` (ISO 13655:2017, 4.2.2), else the text itself without surplus space.
+    """
+    upper = text.upper().replace("_", " ")
+    match = _CODE.search(upper)
+    if match:
+        return f"M{match[1]}"
+    if _ULTRAVIOLET_CUT.search(upper):
+        return "M2"
+    if _POLARISED.search(upper):
+        return "M3"
+    return " ".join(text.split())[:MAX_LABEL_LENGTH]
+
+
+def is_reflective_condition(label: str | None) -> bool:
+    """Return whether a condition is one of ISO 13655, which apply to reflecting samples."""
+    return label is not None and re.match(r"M[0-3]\b", label) is not None
+
+
+def stated_condition(keywords: Mapping[str, str]) -> str | None:
+    """Return the measurement condition that the keywords of a file state.
+
+    Parameters
+    ----------
+    keywords : mapping
+        Keywords (upper case) to text.
+
+    Returns
+    -------
+    str or None
+        None if they state none. An ultraviolet filter means M2, a polariser M3. The absence of a
+        filter means nothing, because the lamp is unknown.
+    """
+    for keyword in WHOLE_KEYWORDS:
+        text = keywords.get(keyword, "").strip()
+        if text:
+            return condition_label(text)
+    for keyword in _SEARCHED_KEYWORDS:
+        label = condition_label(keywords.get(keyword, ""))
+        if re.fullmatch(r"M[0-3]", label):
+            return label
+    return None
+
+
+def chosen_condition(
+    found: Iterable[str | None], asked: str | None, *, where: Where | None = None
+) -> str | None:
+    """Return the measurement condition to use.
+
+    Parameters
+    ----------
+    found : iterable of str or None
+        Conditions of the data, in order; None for parts that state none.
+    asked : str or None
+        The requested condition.
+    where : dict, optional
+        Location of the conditions, for errors.
+
+    Returns
+    -------
+    str or None
+        None if the data states none and none is requested.
+
+    Raises
+    ------
+    ConditionError
+        There are several and none is requested, or not the requested one.
+    """
+    labels = list(dict.fromkeys(found))
+    named = [label for label in labels if label is not None]
+    place: Where = {**(where or {}), "field": "condition", "conditions": named[:MAX_SHOWN]}
+    if asked is not None:
+        folded = " ".join(asked.split()).lower()
+        label = next((name for name in named if name.lower() == folded), condition_label(asked))
+        if label in named:
+            return label
+        known = f"it has {_listed(named)}" if named else "it states none"
+        raise ConditionError(
+            f"The data has no measurements under the condition {label}: {known}.",
+            where=place,
+            remedy=_CHOOSE if named else "Leave the option `condition` out.",
+        )
+    if len(labels) > 1:
+        also = ", and parts without one" if None in labels else ""
+        raise ConditionError(
+            f"The data was measured under several conditions: {_listed(named)}{also}.",
+            where=place,
+            remedy=_CHOOSE,
+        )
+    return labels[0] if labels else None
+
+
+def _listed(labels: list[str]) -> str:
+    shown = ", ".join(labels[:MAX_SHOWN])
+    return shown if len(labels) <= MAX_SHOWN else f"{shown} and {len(labels) - MAX_SHOWN} more"
+
+
+FEWEST_BANDS = 8
+"""Minimum number of bands. Eight bands of 40 nm span the visible range."""
+
+_BAND = re.compile(
+    r"(?:(?:SPEC|SPECTRAL|SPECTRUM|SPECTRAL_NM|NM|R|REFL|REFLECTANCE|RADIANCE)[_ ]?)?"
+    r"([1-9]\d{2,3}(?:\.\d{1,3})?)(?:[_ ]?NM)?",
+    re.IGNORECASE,
+)
+_SHORTEST, _LONGEST = 200.0, 1200.0
+"""Range of optical wavelengths in nm. Other numbers are not wavelengths."""
+
+_REACHES = (430.0, 650.0)
+"""Range in nm that a spectrum must cover. Less than 1 % of the luminance lies outside; the ends are
+extended. The shortest ranges in CxF files end at 680 nm."""
+
+
+def wavelength(name: str) -> float | None:
+    """Return the wavelength in the name of a column, in nm; None for other names."""
+    match = _BAND.fullmatch(name.strip())
+    if match is None:
+        return None
+    number = float(match[1])
+    return number if _SHORTEST <= number <= _LONGEST else None
+
+
+def are_wavelengths(cells: Sequence[str]) -> bool:
+    """Return whether a row of numbers consists of wavelengths, ascending in even steps."""
+    found = [wavelength(cell) for cell in cells]
+    numbers = [number for number in found if number is not None]
+    if len(numbers) < max(FEWEST_BANDS, len(found)):
+        return False
+    steps = {round(b - a, 3) for a, b in pairwise(numbers)}
+    return len(steps) == 1 and min(steps) > 0
+
+
+def spectral_columns(
+    names: Sequence[str], where: Where | None = None
+) -> tuple[tuple[int, ...], tuple[float, ...]]:
+    """Return the columns of a spectrum by ascending wavelength, and the wavelengths in nm.
+
+    Both are empty if fewer than `FEWEST_BANDS` columns are bands. Repeated bands, and bands that do
+    not span the visible range, are refused; `where` is the location of the names.
+    """
+    bands = [
+        (number, column)
+        for column, name in enumerate(names)
+        if (number := wavelength(name)) is not None
+    ]
+    if len(bands) < FEWEST_BANDS:
+        return (), ()
+    bands.sort()
+    for (one, _), (other, column) in pairwise(bands):
+        if one == other:
+            raise MissingColumnError(
+                f"The band of {one:g} nm appears twice.",
+                where={**(where or {}), "field": names[column]},
+                remedy="Keep one spectrum, of one measurement condition.",
+            )
+    wavelengths = tuple(number for number, _ in bands)
+    if not spans_the_visible_range(wavelengths):
+        raise MissingColumnError(
+            f"The spectrum runs from {wavelengths[0]:g} to {wavelengths[-1]:g} nm only.",
+            where={**(where or {}), "field": names[bands[0][1]]},
+            remedy=f"A spectrum must reach from {_REACHES[0]:g} nm or less to {_REACHES[1]:g} nm "
+            "or more.",
+        )
+    return tuple(column for _, column in bands), wavelengths
+
+
+def spans_the_visible_range(wavelengths: Sequence[float]) -> bool:
+    """Return whether ascending wavelengths in nm cover enough of the visible range."""
+    return wavelengths[0] <= _REACHES[0] and wavelengths[-1] >= _REACHES[1]
+
 
 MAX_CHANNELS = 15
 """Maximum number of channels of a device, as in ICC profiles (ICC.1:2022, 7.2.8: ``FCLR``)."""

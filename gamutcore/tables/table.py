@@ -28,11 +28,11 @@ from gamutcore.characterisation import (
     text_encoding,
 )
 from gamutcore.characterisation.cgats import cgats_rows, looks_like_cgats
+from gamutcore.characterisation.columns import FEWEST_BANDS, wavelength
 from gamutcore.characterisation.cxf import looks_like_xml
 from gamutcore.characterisation.icc import looks_like_icc
 from gamutcore.characterisation.pictures import picture_format
-from gamutcore.characterisation.spectra import FEWEST_BANDS, wavelength
-from gamutcore.characterisation.table import number
+from gamutcore.characterisation.text import number
 from gamutcore.colours.measured_colours import measured_colours
 from gamutcore.colours.spaces.conversion import ColourConversion
 from gamutcore.colours.spaces.definitions import CIELAB

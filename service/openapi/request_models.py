@@ -12,7 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field, WithJsonSchema, create_model
 from pydantic.json_schema import SkipJsonSchema
 from typing_extensions import TypeAliasType
 
-from gamutcore.characterisation.formats import format_summary
+from gamutcore.characterisation.recognition import format_summary
 from gamutcore.option_types import (
     Choice,
     Number,

@@ -17,7 +17,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn, TypeAlias
 
 from gamutcore.building import gamut_id
-from gamutcore.characterisation.json_samples import MAX_JSON_SAMPLES, json_samples
+from gamutcore.characterisation.samples import MAX_JSON_SAMPLES, json_samples
 from gamutcore.errors import OptionError
 from gamutcore.option_types import check_option
 from gamutcore.options import OPTIONS, Options, option_name, option_value

@@ -1,7 +1,8 @@
 """Header and tags of an ICC profile, and the choice of tags for the transform of an intent.
 
 Supported are input, display, output and colour space profiles of versions 2, 4 and 5 (iccMAX), with
-1 to 15 device channels. Tags are read when needed. A damaged tag matters only if it is needed.
+1 to 15 device channels. Tags are read when needed. A damaged tag matters only if it is needed. The
+description and the names of inks do not affect colours, so damage in them is not an error.
 """
 
 from __future__ import annotations
@@ -12,18 +13,68 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
-from gamutcore.characterisation.icc.curves import curve_at
-from gamutcore.characterisation.icc.element import Element
-from gamutcore.characterisation.icc.lut import CurveSet, Matrix, Transform, lut_transform
-from gamutcore.characterisation.icc.names import colorant_names, profile_description
-from gamutcore.characterisation.icc.process_elements import process_elements_transform
+from gamutcore.characterisation.icc.transforms import (
+    CurveSet,
+    Element,
+    Matrix,
+    Transform,
+    curve_at,
+    lut_transform,
+    process_elements_transform,
+)
 from gamutcore.characterisation.samples import JSON
 from gamutcore.errors import MalformedProfileError, UnsupportedProfileError
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from gamutcore.arrays import FloatArray
 
-__all__ = ["IccProfile", "icc_profile", "looks_like_icc"]
+__all__ = ["IccProfile", "colorant_names", "icc_profile", "looks_like_icc", "profile_description"]
+
+LONGEST_NAME = 200
+"""Maximum length of a name; longer names are cut."""
+
+
+def profile_description(element: Callable[[str], Element]) -> str:
+    """Return the description of a profile; empty without one.
+
+    The tag `desc` has the type textDescription (version 2) or multiLocalizedUnicode.
+    """
+    try:
+        tag = element("desc")
+        if tag.kind == "mluc":
+            length, offset = tag.unsigned(20, 4), tag.unsigned(24, 4)
+            return _printable(tag.raw(offset, length).decode("utf-16-be", "replace"))
+        if tag.kind == "desc":
+            length = tag.unsigned(8, 4)
+            return _printable(tag.raw(12, length).decode("latin-1").partition("\0")[0])
+    except MalformedProfileError:
+        pass
+    return ""
+
+
+def colorant_names(element: Callable[[str], Element], count: int) -> tuple[str, ...]:
+    """Return the names of the inks from the tag `clrt` (ICC.1:2022, 10.5).
+
+    The result is empty if a name is missing or repeated.
+    """
+    try:
+        tag = element("clrt")
+        if tag.kind != "clrt" or tag.unsigned(8, 4) != count:
+            return ()
+        names = tuple(
+            _printable(tag.raw(12 + 38 * i, 32).decode("latin-1").partition("\0")[0])
+            for i in range(count)
+        )
+    except MalformedProfileError:
+        return ()
+    return names if all(names) and len(set(names)) == count else ()
+
+
+def _printable(text: str) -> str:
+    return "".join(c for c in text if c.isprintable()).strip()[:LONGEST_NAME]
+
 
 T = TypeVar("T")
 
