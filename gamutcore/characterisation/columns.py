@@ -76,17 +76,9 @@ _CHOOSE = "Choose one of them by the option `condition`."
 
 
 def condition_label(text: str) -> str:
-    """Return the name of a measurement condition, M0 to M3 if possible.
+    """Return the name of a condition such as ``"m1"``, ``"M1_Daylight"`` or ``"UVcut"``.
 
-    Parameters
-    ----------
-    text : str
-        As in a file or a request: ``"M1"``, ``"m1"``, ``"M1_Daylight"``, ``"UVcut"``.
-
-    Returns
-    -------
-    str
-        ``"M0"`` to ``"M3"`` (ISO 13655:2017, 4.2.2), else the text itself without surplus space.
+    This is M0 to M3 (ISO 13655:2017, 4.2.2), else the text itself without surplus space.
     """
     upper = text.upper().replace("_", " ")
     match = _CODE.search(upper)
@@ -105,18 +97,10 @@ def is_reflective_condition(label: str | None) -> bool:
 
 
 def stated_condition(keywords: Mapping[str, str]) -> str | None:
-    """Return the measurement condition that the keywords of a file state.
+    """Return the measurement condition that keywords (upper case, to text) state; None for none.
 
-    Parameters
-    ----------
-    keywords : mapping
-        Keywords (upper case) to text.
-
-    Returns
-    -------
-    str or None
-        None if they state none. An ultraviolet filter means M2, a polariser M3. The absence of a
-        filter means nothing, because the lamp is unknown.
+    An ultraviolet filter means M2, a polariser M3. The absence of a filter means nothing, because
+    the lamp is unknown.
     """
     for keyword in WHOLE_KEYWORDS:
         text = keywords.get(keyword, "").strip()
@@ -132,26 +116,11 @@ def stated_condition(keywords: Mapping[str, str]) -> str | None:
 def chosen_condition(
     found: Iterable[str | None], asked: str | None, *, where: Where | None = None
 ) -> str | None:
-    """Return the measurement condition to use.
+    """Return the measurement condition to use; None if none is stated and none requested.
 
-    Parameters
-    ----------
-    found : iterable of str or None
-        Conditions of the data, in order; None for parts that state none.
-    asked : str or None
-        The requested condition.
-    where : dict, optional
-        Location of the conditions, for errors.
-
-    Returns
-    -------
-    str or None
-        None if the data states none and none is requested.
-
-    Raises
-    ------
-    ConditionError
-        There are several and none is requested, or not the requested one.
+    `found` has the conditions of the data, in order, with None for parts that state none. Several
+    conditions and none requested, or a request for another one, raise `ConditionError`; `where` is
+    the location of the conditions.
     """
     labels = list(dict.fromkeys(found))
     named = [label for label in labels if label is not None]
@@ -328,26 +297,11 @@ _PLAIN = {
 class ColumnRoles:
     """Columns of device values and colours.
 
-    Parameters
-    ----------
-    names : tuple of str
-        All column names, as in the file.
-    channels : tuple of str
-        Channel names of the device; empty for bare colours.
-    device : tuple of int
-        Columns of the device values, in the order of `channels`.
-    lab, xyz, lch, xyy : tuple of three int or None
-        Columns of the colours. LCh and xyY are None if Lab and XYZ exist.
-    ignored : tuple of str
-        Further sets of columns that are not used.
-    spectrum : tuple of int
-        Columns of spectral bands, by ascending wavelength; empty without a spectrum.
-    wavelengths : tuple of float
-        Wavelengths of the bands in nm.
-    condition : str or None
-        The measurement condition in the names of the used columns.
-    condition_column : int or None
-        The column with the measurement condition of each row.
+    `names` has all columns, `device` those of `channels`, in order. `lab`, `xyz`, `lch` and `xyy`
+    are three columns each, or None; LCh and xyY are None beside Lab and XYZ. `spectrum` has the
+    bands by ascending wavelength in nm. `ignored` describes further columns that are not used.
+    `condition` is the measurement condition in the names, and `condition_column` has that of each
+    row.
     """
 
     names: tuple[str, ...]
@@ -406,24 +360,9 @@ def column_roles(
 ) -> ColumnRoles:
     """Return the columns of device values and colours.
 
-    Parameters
-    ----------
-    names : sequence of str
-        Column names, in order.
-    condition : str, optional
-        The measurement condition to read, if the names state several.
-    where : dict, optional
-        Location of the names, for errors.
-
-    Raises
-    ------
-    MissingColumnError
-        No colour or spectrum is complete, a device channel is missing, or a needed column appears
-        twice.
-    ConditionError
-        The names state several measurement conditions and none was chosen, or not the chosen one.
-    SampleLimitError
-        There are more than `MAX_COLUMNS` columns or `MAX_CHANNELS` channels.
+    `condition` is the measurement condition to read, if the names state several; `where` is the
+    location of the names. Refused are names without a complete colour, incomplete or repeated
+    device channels, an undecided condition, and too many columns or channels.
     """
     place: Where = dict(where or {})
     if len(names) > MAX_COLUMNS:

@@ -256,20 +256,10 @@ _SPECTRA = frozenset({"ReflectanceSpectrum", "TransmittanceSpectrum", "EmissiveS
 class Specification:
     """A colour specification: how colours were measured and computed.
 
-    Attributes
-    ----------
-    condition : str or None
-        ``"M0"`` to ``"M3"``; None if not stated.
-    backing : str
-        The material under the samples, in lower case.
-    illuminant, observer : str
-        Of the colours, such as ``"D50"`` and ``"2"``; empty if not stated.
-    increment, start : float or None
-        Step and first wavelength of spectra in nm.
-    emissive : bool or None
-        Whether the samples are lights; None if not stated.
-    facts : dict
-        Instrument and other notes, by keyword.
+    `condition` is ``"M0"`` to ``"M3"``; `backing` is in lower case; `illuminant` and `observer` are
+    such as ``"D50"`` and ``"2"``. `increment` and `start` of spectra are in nm. `emissive` says
+    whether the samples are lights. What is not stated is None or empty. `facts` has notes by
+    keyword.
     """
 
     condition: str | None = None
@@ -518,34 +508,10 @@ not used if two objects with one value of the key have different device values."
 
 
 def cxf_samples(data: bytes, *, condition: str | None = None) -> Samples:
-    """Return the samples in a CxF3 file.
+    """Return the samples in a CxF3 file under one measurement condition.
 
-    Parameters
-    ----------
-    data : bytes
-        The file.
-    condition : str, optional
-        The measurement condition to read, if the file has several.
-
-    Returns
-    -------
-    Samples
-        Device values with measurements. Objects are joined by SampleID, else by page, row and
-        column, else by name. Without any device values, all colours.
-
-    Raises
-    ------
-    UnrecognisedFormatError
-        The XML has another schema.
-    MissingColumnError
-        No object has a colour, or no measurement matches the device values.
-    MalformedFileError
-        The XML is not well formed or exceeds a limit, or a value is not a number. ``where`` has
-        the line.
-    ConditionError
-        The file has several conditions and none was chosen, or not the chosen one.
-    SampleLimitError
-        The file has too many elements.
+    Device values and measurements are joined by SampleID, else by page, row and column, else by
+    name. Without any device values, all colours are samples. Errors have the line in ``where``.
     """
     root = cxf_root(data)
     objects = list(cxf_objects(root))

@@ -70,20 +70,21 @@ _IDENTITIES = ("SAMPLE_ID", "SAMPLEID", "SAMPLE_NAME", "SAMPLE_NO", "SAMPLE_LOC"
 
 
 def measurements_of(data: Characterisation, *, condition: str | None = None) -> Samples:
-    """Return the measurements embedded in characterisation data.
+    """Return the measurements embedded in a profile.
 
     Parameters
     ----------
-    data : Samples or IccProfile
+    data : IccProfile
+    Other data is refused.
     condition : str, optional
-        The measurement condition to read, as for `characterisation`.
+    The measurement condition to read.
 
     Raises
     ------
     OptionError
-        The data is not a profile, or the profile has no measurements.
+    The data is not a profile, or the profile has no measurements.
     CharacterisationError, InvalidPointsError
-        The measurements are malformed; ``where["tag"]`` names the tag.
+    The measurements are malformed; ``where["tag"]`` names the tag.
     """
     if isinstance(data, IccProfile):
         return embedded_samples(data, condition=condition)
@@ -285,33 +286,17 @@ _PER_CENT = re.compile(r"\d{1,4}(\.\d*)?")
 
 
 class StatedLimit(NamedTuple):
-    """The largest sum of all inks by the data itself.
-
-    Attributes
-    ----------
-    total : float
-        In per cent of one full ink.
-    source : str
-        The keyword or the tag.
-    """
+    """The largest sum of all inks by the data itself: per cent of one full ink, source."""
 
     total: float
     source: str
 
 
 def stated_ink_limit(data: Characterisation) -> StatedLimit | None:
-    """Return the total ink limit that data states itself.
+    """Return the total ink limit that data states itself; None without one below all inks.
 
-    Parameters
-    ----------
-    data : Samples, IccProfile or other data
-
-    Returns
-    -------
-    StatedLimit or None
-        The keyword `TOTAL_INK_LIMIT` of measurements, also of those in a profile's tag `targ`; else
-        the largest sum of device values in the profile's table from colours to device values. None
-        without a limit below the sum of all inks.
+    It is the keyword `TOTAL_INK_LIMIT` of measurements, also of those in a profile's tag `targ`,
+    else the largest sum of device values in the profile's table from colours to device values.
     """
     if not isinstance(data, Samples | IccProfile) or not data.inks:
         return None
@@ -325,9 +310,9 @@ def ink_limit_warnings(data: Characterisation, ink_limit: float | None) -> list[
 
     Parameters
     ----------
-    data : Samples, IccProfile or other data
+    data : Characterisation
     ink_limit : float or None
-        In per cent, as given.
+    In per cent, as given.
     """
     if ink_limit is None:
         stated = stated_ink_limit(data)

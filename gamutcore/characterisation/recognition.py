@@ -28,20 +28,18 @@ __all__ = ["FORMATS", "Characterisation", "Format", "characterisation", "format_
 class Format:
     """A file format.
 
-    Parameters
+    Attributes
     ----------
-    name : str
-        Name in the provenance of a gamut, ``format``.
-    title : str
-        Name for people.
+    name, title : str
+    Name in the provenance of a gamut, ``format``, and name for people.
     kind : str
-        Content: ``"profile"``, ``"measurements"``, ``"picture"``, ``"mesh"`` or ``"reference"``.
+    Content: ``"profile"``, ``"measurements"``, ``"picture"``, ``"mesh"`` or ``"reference"``.
     extensions : tuple of str
-        Usual extensions.
+    Usual extensions.
     media_types : tuple of str
-        Registered media types, the usual one first; empty if there is none.
+    Registered media types, the usual one first; empty if there is none.
     recognition : str
-        How the format is recognised.
+    How the format is recognised.
     """
 
     name: str

@@ -166,47 +166,13 @@ def samples_from_values(
     dropped: int = 0,
     warnings: Sequence[str] = (),
 ) -> Samples:
-    """Return checked samples from an array of numbers.
+    """Return checked samples from the columns ``roles.selected`` (n, c), in that order.
 
-    Parameters
-    ----------
-    file_format : str
-        Name of the file format.
-    roles : ColumnRoles
-        Roles of the columns.
-    values : (n, c) float
-        The columns ``roles.selected``, in that order.
-    lines : (n,) int, optional
-        The line of each row. Without it, errors name rows, counted from 1.
-    conditions : mapping, optional
-        Keywords of the file.
-    white : (3,) float, optional
-        White XYZ of the samples, in their scale.
-    illumination : (3,) float, optional
-        XYZ of the perfect diffuser under the light of the measurement, in their scale.
-    condition : str, optional
-        The requested measurement condition.
-    row_conditions : sequence of str
-        Condition names, by the numbers in the column ``roles.condition_column``.
-    spectra_kind : str
-        ``Spectra.kind``, if the format states it.
-    dropped : int
-        Number of patches that could not be used and are not among the rows.
-    warnings : sequence of str
-        Faults tolerated so far.
-
-    Raises
-    ------
-    TooFewPointsError
-        There are no samples.
-    InvalidPointsError
-        A colour is not finite or too large.
-    MalformedFileError
-        Device values are negative or exceed every known scale.
-    ConditionError
-        The samples have several conditions and none is requested, or not the requested one.
-    SampleLimitError
-        There are more rows than `current_limits` allow.
+    `lines` (n,) has the line of each row; without it, errors name rows, counted from 1.
+    `conditions` has the keywords of the file. `white` and `illumination` (3,) are as in `Samples`.
+    `condition` is the requested measurement condition, and `row_conditions` has the names of those
+    that are numbers in the column ``roles.condition_column``. `dropped` counts patches that are not
+    among the rows.
     """
     if len(values) == 0:
         raise TooFewPointsError(
@@ -391,18 +357,11 @@ paper exceed 2."""
 
 @dataclass(frozen=True, eq=False)
 class Spectra:
-    """Spectra of samples.
+    """Spectra of samples: `values` (n, b) at the `wavelengths` (b,) in nm, ascending.
 
-    Attributes
-    ----------
-    wavelengths : (b,) float
-        Centres of the bands in nm, ascending.
-    values : (n, b) float
-        Reflectances (perfect diffuser 1) or radiances in any unit.
-    kind : str
-        ``"reflectance"``, ``"emission"``, or ``"unknown"`` if the device decides.
-    scale : float
-        Divisor of the values in the file if they are reflectances: 1 or 100.
+    Reflectances are 1 for the perfect diffuser, or have the divisor `scale`, 1 or 100. Radiances
+    may have any unit. `kind` is ``"reflectance"``, ``"emission"``, or ``"unknown"`` if the device
+    decides.
     """
 
     wavelengths: FloatArray

@@ -183,14 +183,8 @@ class DelimitedText:
     def rows(self) -> Iterator[tuple[int, list[str]]]:
         """Yield the rows, the header first, with the line in which each begins, from 1.
 
-        Cells keep their white space and line breaks. Empty lines have no cells.
-
-        Raises
-        ------
-        MalformedFileError
-            A quotation mark is not closed, or a cell is too long; ``where["line"]`` has the line.
-        SampleLimitError
-            There are too many lines.
+        Cells keep their white space and line breaks. Empty lines have no cells. Errors have the
+        line.
         """
         if not self._bounded:  # a pass of its own, so that the other passes are fast
             deque(self._lines(), maxlen=0)
@@ -413,23 +407,8 @@ class NumberTable:
 def delimited_samples(text: DelimitedText, *, condition: str | None = None) -> Samples:
     """Return the samples in delimited text.
 
-    Parameters
-    ----------
-    text : DelimitedText
-        Decimal commas are accepted, in quotation marks if the separator is a comma.
-    condition : str, optional
-        The measurement condition to read, if the text has several.
-
-    Raises
-    ------
-    UnrecognisedFormatError
-        The first line is neither column names nor numbers.
-    MissingColumnError
-        The columns have no colour and no spectrum.
-    ConditionError
-        The samples have several measurement conditions and none was chosen, or not the chosen one.
-    MalformedFileError
-        A row has too many or too few values, or a value is not a number.
+    Decimal commas are accepted, in quotation marks if the separator is a comma. `condition` is the
+    measurement condition to read, if the text has several.
     """
     rows = (
         (line, cells)

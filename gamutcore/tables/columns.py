@@ -103,16 +103,10 @@ _CANDIDATES = "L,a,b, L,C,h, X,Y,Z, x,y,Y, R,G,B or hex"
 
 @dataclass(frozen=True)
 class ColourColumns:
-    """The columns of a colour.
+    """The columns of a colour: three, or one of texts such as ``#e4002b``.
 
-    Attributes
-    ----------
-    places : tuple of int
-        Three, or one of texts such as ``#e4002b``.
-    kind : str
-        A key of the table of sets; empty for other spaces.
-    space : str
-        One of `GIVEN_SPACE`.
+    `kind` is a key of the table of sets, or empty for other spaces. `space` is one of
+    `GIVEN_SPACE`.
     """
 
     places: tuple[int, ...]
@@ -139,26 +133,12 @@ def find_columns(
     own: str | None = None,
     where: Where | None = None,
 ) -> ColourColumns:
-    """Return the columns of a colour.
+    """Return the columns of a colour; refuse a header without them, or with several sets of them.
 
-    Parameters
-    ----------
-    header : sequence of str
-    space : str, optional
-        Canonical name. Without it, the names of the columns decide.
-    columns : str, optional
-        Names or numbers of the columns, separated by commas.
-    prefix : str, optional
-        Beginning of the names, such as ``from``, if a row has several colours.
-    own : str, optional
-        Canonical name of the space of a gamut, whose coordinates come first.
-    where : dict, optional
-        Location of the header, for errors.
-
-    Raises
-    ------
-    MissingColumnError
-        There are no columns of a colour, or several sets of them.
+    `space` and `own` are canonical names. Without a space, the names of the columns decide, and the
+    coordinates of the gamut's own space come first. `columns` are names or numbers of columns,
+    separated by commas. `prefix` is the beginning of the names, such as ``from``, if a row has
+    several colours.
     """
     place: Where = dict(where or {})
     names = [_without(name.strip(), prefix) for name in header]
@@ -336,28 +316,11 @@ def on_full_scale(
     *,
     stated: bool = False,
 ) -> tuple[FloatArray, float]:
-    """Return the coordinates of colours in their space, and the scale of the values.
+    """Return the coordinates of colours (n, 3) in their space, and the scale of the values.
 
-    Parameters
-    ----------
-    columns : ColourColumns
-    values : (n, 3) float
-        Finite.
-    scale : float or None
-        The value of white; None to find it.
-    names : sequence of three str
-        Names of the columns, for errors.
-    place : callable
-        Location of a row.
-    stated : bool, optional
-        Whether the caller named the space, which the names of the columns may be common to.
-
-    Raises
-    ------
-    InvalidPointsError
-        Values fit several scales, or none; ``where`` has the column and the row.
-    OptionError
-        The scale is no positive number, or the space has none.
+    `scale` is the value of white; None to find it. `names` and `place`, the location of a row, are
+    for errors. `stated` says whether the caller named the space, which the names of the columns may
+    be common to. Values that fit several scales, or none, are refused.
     """
     kind = _KINDS.get(columns.kind)
     if scale is not None and not 0 < scale < 1e6:

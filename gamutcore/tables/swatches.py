@@ -28,13 +28,7 @@ class Swatch(NamedTuple):
 
 
 def swatches(data: bytes) -> list[Swatch]:
-    """Return the colours of a palette.
-
-    Raises
-    ------
-    MalformedFileError
-        The file ends within a block, or a block breaks the format; ``where["block"]`` from 1.
-    """
+    """Return the colours of a palette; errors have the number of the block, from 1."""
     found: list[Swatch] = []
     group, place, block = "", 12, 0
     try:

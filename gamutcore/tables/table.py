@@ -222,12 +222,7 @@ class ColourTable:
     ) -> Iterator[list[str]]:
         """Yield the cells of all rows with further cells, which are empty without a colour.
 
-        Parameters
-        ----------
-        columns : mapping of str
-            One value for each row that has a colour.
-        digits : int or None, optional
-            Significant digits of numbers.
+        `columns` has one value for each row that has a colour. `digits` are the significant ones.
         """
         lists = [each.tolist() if hasattr(each, "tolist") else each for each in columns.values()]
         answers = zip(*lists, strict=True) if lists else iter([()] * len(self._lines))
@@ -488,14 +483,8 @@ def _parted(line: str) -> list[str] | None:
 class _List:
     """Rows of a list: the colour is at the end of a line, and a name before it.
 
-    Attributes
-    ----------
-    width : int
-        Cells of the colour: three numbers, or one text.
-    named : bool
-        Whether a line has a name.
-    whole : bool
-        Whether lines are not split into cells, as the texts contain separators.
+    `width` is the number of cells of the colour: three numbers, or one text. `named` lines have a
+    name. `whole` lines are not split into cells, as the texts contain separators.
     """
 
     width: int

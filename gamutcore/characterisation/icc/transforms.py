@@ -361,18 +361,10 @@ def multilinear(
     table: npt.NDArray[np.uint16] | npt.NDArray[np.float32],
     out: FloatArray,
 ) -> None:
-    """Interpolate linearly in every dimension.
+    """Interpolate linearly in every dimension, between rows of `table` (nodes, 3).
 
-    Parameters
-    ----------
-    positions : (m, n) float
-        Coordinates, 0 to 1.
-    steps, strides : (n,) int
-        Nodes along each dimension, less one; and rows of `table` from one node to the next.
-    table : (nodes, 3) uint16 or float32
-        Values at the nodes, the last dimension varying fastest.
-    out : (m, 3) float
-        Receives the values, on the table's scale.
+    `positions` (m, n) are from 0 to 1. `steps` (n,) has the nodes of each dimension, less one, and
+    `strides` (n,) the rows from one node to the next. `out` (m, 3) is on the table's scale.
     """
     dimensions = positions.shape[1]
     fractions = np.empty(dimensions)
@@ -434,12 +426,8 @@ def checked_positions(
 class Grid:
     """A lookup table (CLUT) with three outputs.
 
-    Attributes
-    ----------
-    nodes : tuple of int
-        Nodes along each dimension, each at least 2.
-    table : (product of nodes, 3) uint16
-        Values at the nodes, the last dimension varying fastest.
+    `nodes` has the nodes along each dimension, each at least 2. In `table` (product of nodes, 3)
+    the last dimension varies fastest.
     """
 
     nodes: tuple[int, ...]
@@ -515,18 +503,9 @@ _LEGACY_LAB_ENCODING = Encoding(_LAB_ENCODING.scale * 65535 / 65280, _LAB_ENCODI
 class Transform:
     """Device values to the profile connection space.
 
-    Attributes
-    ----------
-    tag, kind : str
-        The tag or tags of the transform, and their type, such as ``"mft2"``.
-    stages : tuple of Stage
-        In order.
-    pcs : str
-        ``"XYZ"`` (Y = 1 for the white) or ``"Lab"``.
-    encoding : Encoding or None
-        Encoding of the last stage; None if its results are colours.
-    absolute : bool
-        Whether colours are absolute rather than media-relative.
+    `tag` and `kind` are the tag or tags, and their type. `pcs` is ``"XYZ"`` (Y = 1 for the white)
+    or ``"Lab"``. `encoding` is that of the last stage; None if its results are colours. `absolute`
+    colours are not media-relative.
     """
 
     tag: str
@@ -612,25 +591,10 @@ def lut_transform(element: Element, channels: int, pcs: str) -> Transform:
 
 
 def largest_output_sum(element: Element, channels: int) -> float | None:
-    """Return the largest sum of device values at the nodes of a table from colours to devices.
+    """Return the largest sum of device values at the nodes of a B2A tag.
 
-    Parameters
-    ----------
-    element : Element
-        A B2A tag.
-    channels : int
-        Channels of the profile's device colour space.
-
-    Returns
-    -------
-    float or None
-        1 is one full channel. None for tags of other types or without a table. Between nodes, sums
-        are the same or smaller, except by the curves after the table.
-
-    Raises
-    ------
-    MalformedProfileError
-        The tag is malformed.
+    1 is one full channel. None for tags of other types or without a table. Between nodes, sums are
+    the same or smaller, except by the curves after the table.
     """
     kind = element.kind
     if kind not in {"mft1", "mft2", "mBA "}:
@@ -749,12 +713,8 @@ _PASSED_THROUGH = (b"bACS", b"eACS")
 class FloatGrid:
     """A lookup table (CLUT) of floating-point numbers with any number of outputs.
 
-    Attributes
-    ----------
-    nodes : tuple of int
-        Nodes along each dimension, each at least 2.
-    tables : tuple of (product of nodes, 3) float32
-        Three outputs each, the last dimension varying fastest. Zeros fill the last table.
+    Each of the `tables` (product of nodes, 3) has three outputs; zeros fill the last one. The last
+    dimension varies fastest.
     """
 
     nodes: tuple[int, ...]
