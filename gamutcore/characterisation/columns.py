@@ -17,8 +17,8 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import chain, pairwise
-from typing import TYPE_CHECKING, TypedDict
+from itertools import pairwise
+from typing import TYPE_CHECKING
 
 from gamutcore.errors import ConditionError, MissingColumnError, SampleLimitError
 
@@ -238,12 +238,19 @@ _LABELLED = re.compile(r"(M[0-3])[_ :.-]+(.+)|(.+?)[_ :.-]+\(?(M[0-3])\)?", re.I
 _CONDITION_COLUMNS = frozenset(
     {"CONDITION", "MEASUREMENT_CONDITION", "MEASUREMENT_MODE", "M_CONDITION"}
 )
-_LAB = ("LAB_L", "LAB_A", "LAB_B")
-_XYZ = ("XYZ_X", "XYZ_Y", "XYZ_Z")
-_LCH = ("LCH_L", "LCH_C", "LCH_H")
-_LAB_LCH = ("LAB_L", "LAB_C", "LAB_H")  # as CGATS.17 names them
-_XYY = ("XYY_X", "XYY_Y", "XYY_CAPY")
-_COLOUR_NAMES = frozenset({*_LAB, *_XYZ, *_LCH, *_LAB_LCH, *_XYY})
+COLOUR_NAMES = {
+    "lab": ("LAB_L", "LAB_A", "LAB_B"),
+    "lch": ("LCH_L", "LCH_C", "LCH_H"),
+    "xyz": ("XYZ_X", "XYZ_Y", "XYZ_Z"),
+    "xyy": ("XYY_X", "XYY_Y", "XYY_CAPY"),
+}
+"""Names of the columns of each kind of colour."""
+
+LAB_LCH = ("LAB_L", "LAB_C", "LAB_H")
+"""Names of LCh in CGATS.17."""
+
+_LAB, _LCH, _XYZ, _XYY = COLOUR_NAMES.values()
+_COLOUR_NAMES = frozenset({*_LAB, *_XYZ, *_LCH, *LAB_LCH, *_XYY})
 _LETTERS_ALONE = frozenset({"L", "a", "b", "L*", "a*", "b*", "X", "Y", "Z", "x", "y"})
 _CASED: dict[tuple[str, ...], tuple[str, ...]] = {
     ("x", "y", "Y"): _XYY,
@@ -297,9 +304,9 @@ _PLAIN = {
 class ColumnRoles:
     """Columns of device values and colours.
 
-    `names` has all columns, `device` those of `channels`, in order. `lab`, `xyz`, `lch` and `xyy`
-    are three columns each, or None; LCh and xyY are None beside Lab and XYZ. `spectrum` has the
-    bands by ascending wavelength in nm. `ignored` describes further columns that are not used.
+    `names` has all columns, `device` those of `channels`, in order. `colours` maps the kinds
+    ``"lab"``, ``"lch"``, ``"xyz"``, ``"xyy"`` and ``"spectrum"`` that are there to their columns.
+    `wavelengths` of the bands ascend, in nm. `ignored` describes further columns that are not used.
     `condition` is the measurement condition in the names, and `condition_column` has that of each
     row.
     """
@@ -307,31 +314,22 @@ class ColumnRoles:
     names: tuple[str, ...]
     channels: tuple[str, ...]
     device: tuple[int, ...]
-    lab: tuple[int, ...] | None
-    xyz: tuple[int, ...] | None
-    ignored: tuple[str, ...] = ()
-    lch: tuple[int, ...] | None = None
-    xyy: tuple[int, ...] | None = None
-    spectrum: tuple[int, ...] = ()
+    colours: dict[str, tuple[int, ...]]
     wavelengths: tuple[float, ...] = ()
+    ignored: tuple[str, ...] = ()
     condition: str | None = None
     condition_column: int | None = None
 
     @cached_property
-    def selected(self) -> tuple[int, ...]:
-        """Columns to read: device values, colours, the spectrum, and the condition last."""
-        condition = () if self.condition_column is None else (self.condition_column,)
-        return (
-            *self.device,
-            *chain.from_iterable(columns for _, columns in self._colours),
-            *self.spectrum,
-            *condition,
-        )
+    def _pairs(self) -> list[tuple[str, int]]:
+        condition = {} if self.condition_column is None else {"condition": (self.condition_column,)}
+        parts = {"device": self.device, **self.colours, **condition}
+        return [(kind, column) for kind, columns in parts.items() for column in columns]
 
-    @property
-    def _colours(self) -> tuple[tuple[str, tuple[int, ...]], ...]:
-        pairs = (("lab", self.lab), ("lch", self.lch), ("xyz", self.xyz), ("xyy", self.xyy))
-        return tuple((kind, columns) for kind, columns in pairs if columns is not None)
+    @cached_property
+    def selected(self) -> tuple[int, ...]:
+        """Columns to read: device values, colours, and the condition last."""
+        return tuple(column for _, column in self._pairs)
 
     @property
     def selected_names(self) -> tuple[str, ...]:
@@ -341,18 +339,7 @@ class ColumnRoles:
     @property
     def kinds(self) -> tuple[str, ...]:
         """``"device"``, ``"lab"``, ``"spectrum"`` and so on for each column to read."""
-        return (
-            *(["device"] * len(self.device)),
-            *chain.from_iterable([kind] * 3 for kind, _ in self._colours),
-            *(["spectrum"] * len(self.spectrum)),
-            *([] if self.condition_column is None else ["condition"]),
-        )
-
-    @property
-    def colour_columns(self) -> tuple[str, ...]:
-        """Kinds of colours to read: ``"LAB"``, ``"LCH"``, ``"XYZ"``, ``"XYY"``, ``"SPECTRUM"``."""
-        spectrum = ("SPECTRUM",) if self.spectrum else ()
-        return (*(kind.upper() for kind, _ in self._colours), *spectrum)
+        return tuple(kind for kind, _ in self._pairs)
 
 
 def column_roles(
@@ -376,7 +363,7 @@ def column_roles(
     )
     cleaned = spelt_out(stripped)
     groups = _device_groups(cleaned)
-    colours = _colours(cleaned, place)
+    colours, wavelengths = _colours(cleaned, place)
     rows = next((i for i, name in enumerate(cleaned) if name.upper() in _CONDITION_COLUMNS), None)
     channels: tuple[str, ...] = ()
     device: tuple[int, ...] = ()
@@ -387,43 +374,34 @@ def column_roles(
         names=tuple(names),
         channels=channels,
         device=device,
+        colours=colours,
+        wavelengths=wavelengths,
         ignored=(*tuple(groups)[1:], *others),
         condition=label,
         condition_column=rows if label is None else None,
-        **colours,
     )
 
 
-class _Colours(TypedDict):
-    """The columns of colours, as fields of `ColumnRoles`."""
-
-    lab: tuple[int, ...] | None
-    xyz: tuple[int, ...] | None
-    lch: tuple[int, ...] | None
-    xyy: tuple[int, ...] | None
-    spectrum: tuple[int, ...]
-    wavelengths: tuple[float, ...]
-
-
-def _colours(names: tuple[str, ...], where: Where) -> _Colours:
-    lch = _complete(names, _LCH) or _complete(names, _LAB_LCH)
+def _colours(
+    names: tuple[str, ...], where: Where
+) -> tuple[dict[str, tuple[int, ...]], tuple[float, ...]]:
+    """Return the columns of each kind of colour, and the wavelengths of the spectrum."""
+    lch = _complete(names, _LCH) or _complete(names, LAB_LCH)
     present = {name.upper() for name in names}
-    lab = None
-    if lch is None or present & {"LAB_A", "LAB_B"}:
-        lab = _colour_columns(names, _LAB, where)
+    lab = _colour_columns(names, _LAB, where) if not lch or present & set(_LAB[1:]) else None
     xyz = _colour_columns(names, _XYZ, where)
-    xyy = _complete(names, _XYY)
     spectrum, wavelengths = spectral_columns(names, where)
-    if lab is lch is xyz is xyy is None and not spectrum:
+    kinds = {
+        "lab": lab,
+        "lch": None if lab else lch,
+        "xyz": xyz,
+        "xyy": None if xyz else _complete(names, _XYY),
+        "spectrum": spectrum,
+    }
+    found = {kind: columns for kind, columns in kinds.items() if columns}
+    if not found:
         raise _no_colour(names, where)
-    return _Colours(
-        lab=lab,
-        lch=lch if lab is None else None,
-        xyz=xyz,
-        xyy=xyy if xyz is None else None,
-        spectrum=spectrum,
-        wavelengths=wavelengths,
-    )
+    return found, wavelengths
 
 
 def _of_one_condition(

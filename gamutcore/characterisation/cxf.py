@@ -24,6 +24,7 @@ import numpy as np
 
 from gamutcore.arrays import FloatArray
 from gamutcore.characterisation.columns import (
+    COLOUR_NAMES,
     FEWEST_BANDS,
     MAX_CHANNELS,
     ColumnRoles,
@@ -496,12 +497,6 @@ def _spectrum(value: Element, line: int) -> FloatArray:
     return numbers
 
 
-_NAMES = {
-    "lab": ("LAB_L", "LAB_A", "LAB_B"),
-    "lch": ("LCH_L", "LCH_C", "LCH_H"),
-    "xyz": ("XYZ_X", "XYZ_Y", "XYZ_Z"),
-    "xyy": ("XYY_X", "XYY_Y", "XYY_CAPY"),
-}
 _IDENTITIES = {"sample": "SampleID", "location": "Page, Row and Column", "name": "Name"}
 """Keys by which objects are joined, the most reliable first, with their names in errors. A key is
 not used if two objects with one value of the key have different device values."""
@@ -732,25 +727,21 @@ def _channels(rows: list[tuple[CxfObject | None, CxfObject]]) -> tuple[str, ...]
 
 def _roles(channels: tuple[str, ...], keys: list[ColourKey], label: str | None) -> ColumnRoles:
     names = [*channels]
-    places: dict[str, tuple[int, ...]] = {}
+    colours: dict[str, tuple[int, ...]] = {}
     wavelengths: tuple[float, ...] = ()
     for key in keys:
         if key.kind == "spectrum":
             wavelengths = tuple(key.start + key.step * band for band in range(key.bands))
             new = [f"SPEC_{wavelength:g}" for wavelength in wavelengths]
         else:
-            new = list(_NAMES[key.kind])
-        places[key.kind] = tuple(range(len(names), len(names) + len(new)))
+            new = list(COLOUR_NAMES[key.kind])
+        colours[key.kind] = tuple(range(len(names), len(names) + len(new)))
         names += new
     return ColumnRoles(
         names=tuple(names),
         channels=channels,
         device=tuple(range(len(channels))),
-        lab=places.get("lab"),
-        lch=places.get("lch"),
-        xyz=places.get("xyz"),
-        xyy=places.get("xyy"),
-        spectrum=places.get("spectrum", ()),
+        colours=colours,
         wavelengths=wavelengths,
         condition=label,
     )

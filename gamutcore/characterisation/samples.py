@@ -200,13 +200,14 @@ def samples_from_values(
     said = list(warnings)
     if roles.ignored:
         said.append(f"Columns that are not used: {', '.join(roles.ignored)}.")
-    spectra = _spectra(values, roles, spectra_kind)
+    bands = _columns(values, roles, "spectrum")
+    spectra = None if bands is None else Spectra(np.array(roles.wavelengths), bands, spectra_kind)
     patches: dict[str, JSON] = {"read": read, "dropped": read - len(values), "averaged": 0}
     provenance: dict[str, JSON] = {
         "format": file_format,
         "channels": list(roles.channels),
         "patches": patches,
-        "colour_columns": list(roles.colour_columns),
+        "colour_columns": [kind.upper() for kind in roles.colours],
         "measurement_condition": label,
     }
     if scale is not None:
@@ -241,21 +242,26 @@ def _rows_of_one_condition(
     return values[kept], None if lines is None else lines[kept], label
 
 
+def xyz_of_xyy(xyy: FloatArray) -> FloatArray:
+    """Return X, Y, Z (n, 3) of x, y, Y (n, 3). Black has no chromaticity; y may be 0 there."""
+    x, y, luminance = xyy.T
+    scale = luminance / np.where(y > 0, y, 1.0)
+    return np.stack([x * scale, luminance, (1 - x - y) * scale], axis=1)
+
+
 def _colours(
     values: FloatArray, roles: ColumnRoles, lines: IntArray | None
 ) -> tuple[FloatArray | None, FloatArray | None]:
     """Return Lab and XYZ, also from LCh and xyY."""
-    places = {column: index for index, column in enumerate(roles.selected)}
-    lab, xyz = _picked(values, roles.lab, places), _picked(values, roles.xyz, places)
-    lch, xyy = _picked(values, roles.lch, places), _picked(values, roles.xyy, places)
+    lab, xyz = _columns(values, roles, "lab"), _columns(values, roles, "xyz")
+    lch, xyy = _columns(values, roles, "lch"), _columns(values, roles, "xyy")
     if lch is not None:
         hue = np.radians(lch[:, 2])
         lab = np.stack([lch[:, 0], lch[:, 1] * np.cos(hue), lch[:, 1] * np.sin(hue)], axis=1)
     if xyy is not None:
         x, y, luminance = xyy.T
-        # Black has no chromaticity, and meters write zeros.
-        black = luminance == 0
-        bad = (~black & (y <= 0)) | (x < 0) | (y < 0) | (x + y > 1.001)
+        # Meters write zeros for black.
+        bad = ((luminance != 0) & (y <= 0)) | (x < 0) | (y < 0) | (x + y > 1.001)
         if bad.any():
             row = int(np.argmax(bad))
             raise InvalidPointsError(
@@ -263,17 +269,15 @@ def _colours(
                 where={**place_of_row(row, lines), "field": "xyY"},
                 remedy="Give x of at least 0, y above 0, and a sum of at most 1.",
             )
-        scale = luminance / np.where(black, 1.0, y)
-        xyz = np.stack([x * scale, luminance, (1 - x - y) * scale], axis=1)
+        xyz = xyz_of_xyy(xyy)
     return lab, xyz
 
 
-def _spectra(values: FloatArray, roles: ColumnRoles, kind: str) -> Spectra | None:
-    if not roles.spectrum:
+def _columns(values: FloatArray, roles: ColumnRoles, kind: str) -> FloatArray | None:
+    if kind not in roles.colours:
         return None
-    last = len(roles.selected) - (roles.condition_column is not None)
-    bands = np.ascontiguousarray(values[:, last - len(roles.spectrum) : last])
-    return Spectra(np.array(roles.wavelengths), bands, kind)
+    start = roles.kinds.index(kind)
+    return np.ascontiguousarray(values[:, start : start + len(roles.colours[kind])])
 
 
 def _described(spectra: Spectra) -> JSON:
@@ -292,14 +296,6 @@ def _bounded_conditions(conditions: Mapping[str, str]) -> dict[str, str]:
         name[:80]: text[:MAX_CONDITION_LENGTH]
         for name, text in list(conditions.items())[:MAX_CONDITIONS]
     }
-
-
-def _picked(
-    values: FloatArray, columns: tuple[int, ...] | None, places: Mapping[int, int]
-) -> FloatArray | None:
-    if columns is None:
-        return None
-    return np.ascontiguousarray(values[:, [places[column] for column in columns]])
 
 
 def place_of_row(row: int, lines: IntArray | None) -> Where:

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from gamutcore.characterisation.columns import spelt_out
+from gamutcore.characterisation.columns import COLOUR_NAMES, LAB_LCH, spelt_out
+from gamutcore.characterisation.samples import xyz_of_xyy
 from gamutcore.colours.spaces.conversion import GIVEN_SPACE, OTHER_AXES
 from gamutcore.colours.spaces.definitions import SPACES
 from gamutcore.errors import InvalidPointsError, MissingColumnError, OptionError
@@ -52,7 +53,7 @@ _ROUNDING = 0.002
 
 _KINDS = {
     "LAB": _Kind(
-        (("LAB_L", "LAB_A", "LAB_B"),),
+        (COLOUR_NAMES["lab"],),
         "CIELAB",
         (100.0,),
         (-1.0, -_ANY, -_ANY),
@@ -61,14 +62,14 @@ _KINDS = {
         (105.0, _ANY, _ANY),
     ),
     "LCH": _Kind(
-        (("LCH_L", "LCH_C", "LCH_H"), ("LAB_L", "LAB_C", "LAB_H")),
+        (COLOUR_NAMES["lch"], LAB_LCH),
         "LCHab",
         (100.0,),
         (-1.0, -1e-6, -720.0),
         (105.0, _ANY, 720.0),
     ),
     "XYZ": _Kind(
-        (("XYZ_X", "XYZ_Y", "XYZ_Z"),),
+        (COLOUR_NAMES["xyz"],),
         "CIEXYZ",
         (1.0, 100.0),
         (-0.1, -0.1, -0.1),
@@ -76,7 +77,7 @@ _KINDS = {
         (1.5, 1.5, 1.5),
     ),
     "XYY": _Kind(
-        (("XYY_X", "XYY_Y", "XYY_CAPY"),),
+        (COLOUR_NAMES["xyy"],),
         "CIEXYZ",
         (1.0, 100.0),
         (0.0, 0.0, 0.0),
@@ -361,9 +362,7 @@ def on_full_scale(
             remedy=likely or f"Give colours of {columns.space}, or name their space.",
         )
     if columns.kind == "XYY":
-        x, y, luminance = points.T
-        ratio = luminance / np.where(y > 0, y, 1.0)
-        points = np.stack([x * ratio, luminance, (1 - x - y) * ratio], axis=1)
+        points = xyz_of_xyy(points)
     return points, found
 
 
