@@ -97,21 +97,11 @@ def looks_like_cxf(data: bytes) -> bool:
     return _ROOT.search(text) is not None
 
 
-def element_line(element: Element) -> int:
-    """Return the line number of an ``Object`` element of `cxf_root`, from 1."""
-    return int(element.get(_LINE, "1"))
-
-
-def cxf_root(data: bytes) -> Element:
-    """Return the root element ``CxF`` of a CxF3 file, with names of elements without namespace.
+class _Reader:
+    """Expat handlers that build an element tree, without namespaces, and enforce the limits.
 
     A fault of the XML or an exceeded limit raises an error with line and column in ``where``.
     """
-    return _Reader().read(data)
-
-
-class _Reader:
-    """Expat handlers that build an element tree and enforce the limits."""
 
     def __init__(self) -> None:
         self.builder = TreeBuilder()
@@ -365,14 +355,13 @@ def _number(text: str | None) -> float | None:
     return value if abs(value) < 1e9 else None
 
 
-def cxf_objects(root: Element) -> Iterator[CxfObject]:
+def cxf_objects(root: Element, specified: Mapping[str, Specification]) -> Iterator[CxfObject]:
     """Yield the objects of a file that have device values or colours.
 
     A value that is missing or no number raises an error with the line of its object.
     """
-    specified = specifications(root)
     for entry in root.iterfind("Resources/ObjectCollection/Object"):
-        line = element_line(entry)
+        line = int(entry.get(_LINE, "1"))
         kind = entry.get("ObjectType", "")
         measured = "Measurement" in kind
         condition = _condition(kind) if measured else None
@@ -508,9 +497,12 @@ def cxf_samples(data: bytes, *, condition: str | None = None) -> Samples:
     Device values and measurements are joined by SampleID, else by page, row and column, else by
     name. Without any device values, all colours are samples. Errors have the line in ``where``.
     """
-    root = cxf_root(data)
-    objects = list(cxf_objects(root))
-    measurements = _measurements(objects)
+    root = _Reader().read(data)
+    specified = specifications(root)
+    objects = list(cxf_objects(root, specified))
+    # If some objects are named measurements, the colours of targets are aims or previews.
+    measurements = [entry for entry in objects if entry.measured and entry.colours]
+    measurements = measurements or [entry for entry in objects if entry.colours]
     if not measurements:
         raise MissingColumnError(
             "The CxF file has no object with a measured colour or spectrum.",
@@ -520,13 +512,7 @@ def cxf_samples(data: bytes, *, condition: str | None = None) -> Samples:
     labels, label = _labels(measurements, condition)
     targets = [entry for entry in objects if entry.device]
     rows, dropped = _joined(targets, measurements, labels, label)
-    return _samples(root, rows, labels, label, dropped)
-
-
-def _measurements(objects: list[CxfObject]) -> list[CxfObject]:
-    # If some objects are named measurements, the colours of targets are aims or previews.
-    named = [entry for entry in objects if entry.measured and entry.colours]
-    return named or [entry for entry in objects if entry.colours]
+    return _samples(root, specified, rows, labels, label, dropped)
 
 
 def _labels(
@@ -617,6 +603,7 @@ def _pairs(
 
 def _samples(
     root: Element,
+    specified: Mapping[str, Specification],
     rows: list[tuple[CxfObject | None, CxfObject]],
     labels: dict[tuple[str, str], str | None],
     label: str | None,
@@ -648,7 +635,7 @@ def _samples(
     roles = _roles(channels, keys, label)
     used = [
         entry
-        for entry in specifications(root).values()
+        for entry in specified.values()
         if labels.get((entry.condition or "", entry.backing)) == label
     ]
     conditions = _conditions(root, keys)

@@ -41,6 +41,7 @@ __all__ = [
     "bounded_lines",
     "decoded_text",
     "delimited_samples",
+    "is_number",
     "mentions",
     "number",
     "text_and_encoding",
@@ -276,6 +277,11 @@ def number(token: str) -> float:
     return float(token.replace(",", ".").replace("\u2212", "-"))
 
 
+def is_number(token: str) -> bool:
+    """Return whether a token is a plain decimal number; see `number`."""
+    return _NUMBER.fullmatch(token) is not None
+
+
 def text_lines(text: str) -> Iterator[tuple[int, str]]:
     """Yield the numbers of lines, from 1, and the lines, for any mixture of CR, LF and CRLF.
 
@@ -422,7 +428,7 @@ def delimited_samples(text: DelimitedText, *, condition: str | None = None) -> S
         )
     warnings = []
     names = [cell.strip() for cell in first]
-    headless = all(_is_number(cell) for cell in names) and not are_wavelengths(names)
+    headless = all(map(is_number, names)) and not are_wavelengths(names)
     if headless:
         if len(names) != 3:
             raise MissingColumnError(
@@ -459,14 +465,6 @@ def delimited_samples(text: DelimitedText, *, condition: str | None = None) -> S
         row_conditions=table.row_conditions,
         warnings=warnings,
     )
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        number(cell)
-    except ValueError:
-        return False
-    return True
 
 
 def _named_roles(names: list[str], line: int, separator: str, condition: str | None) -> ColumnRoles:

@@ -447,13 +447,4 @@ def _described(profile: IccProfile, space: str) -> IccProfile:
             "tag": "chad",
             "white": [round(float(value), 6) for value in adapted],
         }
-    return IccProfile(
-        profile.data,
-        profile.version,
-        profile.device_class,
-        channels,
-        profile.pcs,
-        profile.tags,
-        provenance,
-        tuple(warnings),
-    )
+    return replace(profile, channels=channels, provenance=provenance, warnings=tuple(warnings))

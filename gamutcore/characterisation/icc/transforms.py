@@ -29,7 +29,6 @@ __all__ = [
     "CurveSet",
     "Element",
     "Encoding",
-    "FloatGrid",
     "FormulaSegment",
     "Grid",
     "Matrix",
@@ -49,6 +48,10 @@ __all__ = [
 ]
 
 
+MAX_GRID_NODES = 64_000_000
+"""Maximum number of nodes of a grid. The largest profiles have some millions."""
+
+
 @dataclass(frozen=True)
 class Element:
     """The data of one tag, starting with its type signature. Errors name the tag."""
@@ -66,6 +69,30 @@ class Element:
             where={"tag": self.tag},
             remedy=remedy or "Make the profile again, or repair the tag.",
         )
+
+    def unsupported(self, problem: str, remedy: str) -> UnsupportedProfileError:
+        """Return the error for content of this tag that is not read."""
+        return UnsupportedProfileError(
+            f"The tag {self.tag} {problem}.", where={"tag": self.tag}, remedy=remedy
+        )
+
+    def refuse_other_channels(self, needed_inputs: int, needed_outputs: int, size: int = 1) -> None:
+        """Refuse a table with other numbers of inputs and outputs, which are at offset 8."""
+        inputs, outputs = self.unsigned(8, size), self.unsigned(8 + size, size)
+        if (inputs, outputs) != (needed_inputs, needed_outputs):
+            raise self.malformed(
+                f"maps {inputs} to {outputs} channels; {needed_inputs} to {needed_outputs} are "
+                "needed"
+            )
+
+    def node_count(self, nodes: tuple[int, ...]) -> int:
+        """Return the number of nodes of a grid, at least 2 along each dimension."""
+        if min(nodes) < 2:
+            raise self.malformed(f"has a grid of {nodes} nodes; at least 2 are needed")
+        count = math.prod(nodes)
+        if count > MAX_GRID_NODES:
+            raise self.malformed(f"has a grid of {count} nodes")
+        return count
 
     def raw(self, offset: int, size: int) -> bytes:
         """Return `size` bytes from `offset`.
@@ -212,14 +239,16 @@ def segmented_curve_at(element: Element, offset: int = 0) -> tuple[SegmentedCurv
     """
     kind = element.raw(offset, 4).decode("latin-1")
     if kind != "curf":
-        raise _unsupported_curve(
-            element, f"a curve of the type {kind!r}", "segmented curves (curf)"
+        raise element.unsupported(
+            f"has a curve of the type {kind!r}", "Supported: segmented curves (curf)."
         )
     count = element.unsigned(offset + 8, 2)
     if count < 1:
         raise element.malformed("has a curve without segments")
     if count > MAX_SEGMENTS:
-        raise _unsupported_curve(element, f"a curve of {count} segments", f"at most {MAX_SEGMENTS}")
+        raise element.unsupported(
+            f"has a curve of {count} segments", f"Supported: at most {MAX_SEGMENTS}."
+        )
     breaks = element.floats(offset + 12, count - 1)
     if not (np.isfinite(breaks).all() and (np.diff(breaks) > 0).all()):
         raise element.malformed("has a curve whose break points do not rise")
@@ -230,7 +259,9 @@ def segmented_curve_at(element: Element, offset: int = 0) -> tuple[SegmentedCurv
         if sampled == b"parf":
             function = element.unsigned(place + 8, 2)
             if function >= len(FORMULA_PARAMETERS):
-                raise _unsupported_curve(element, f"the formula type {function}", "types 0 to 7")
+                raise element.unsupported(
+                    f"has the formula type {function}", "Supported: types 0 to 7."
+                )
             size = FORMULA_PARAMETERS[function]
             segments.append(FormulaSegment(function, element.floats(place + 12, size)))
         elif sampled == b"samf":
@@ -244,19 +275,12 @@ def segmented_curve_at(element: Element, offset: int = 0) -> tuple[SegmentedCurv
             segments.append(SampledSegment(float(low), float(high), samples))
         else:
             kind = sampled.decode("latin-1")
-            raise _unsupported_curve(
-                element, f"a curve segment of the type {kind!r}", "formulas (parf), samples (samf)"
+            raise element.unsupported(
+                f"has a curve segment of the type {kind!r}",
+                "Supported: formulas (parf), samples (samf).",
             )
         place += 12 + 4 * size
     return SegmentedCurve(breaks, tuple(segments)), place - start
-
-
-def _unsupported_curve(element: Element, what: str, evaluated: str) -> UnsupportedProfileError:
-    return UnsupportedProfileError(
-        f"The tag {element.tag} has {what}.",
-        where={"tag": element.tag},
-        remedy=f"Supported: {evaluated}.",
-    )
 
 
 PARAMETER_COUNTS = (1, 3, 4, 5, 7)
@@ -424,25 +448,28 @@ def checked_positions(
 
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """A lookup table (CLUT) with three outputs.
+    """A lookup table (CLUT) with any number of outputs.
 
-    `nodes` has the nodes along each dimension, each at least 2. In `table` (product of nodes, 3)
-    the last dimension varies fastest.
+    `nodes` has the nodes along each dimension, each at least 2. Each of the `tables` (product of
+    nodes, 3) has three outputs, of which `full` is 1; zeros fill the last one. The last dimension
+    varies fastest.
     """
 
     nodes: tuple[int, ...]
-    table: npt.NDArray[np.uint16]
+    tables: tuple[npt.NDArray[np.uint16] | npt.NDArray[np.float32], ...]
+    outputs: int = 3
+    full: float = 1.0
 
-    def values(self, positions: FloatArray) -> FloatArray:
-        """Return the interpolated outputs (m, 3), 0 to 1, at positions (m, n) clipped to 0 to 1."""
-        clipped, steps, strides = checked_positions(positions, self.nodes)
-        out = np.empty((len(positions), 3))
-        multilinear(clipped, steps, strides, self.table, out)
-        return out / 65535.0
+    def values(self, x: FloatArray) -> FloatArray:
+        """Return the interpolated outputs (m, outputs) at inputs (m, n) clipped to 0 to 1."""
+        positions, steps, strides = checked_positions(x, self.nodes)
+        out = np.empty((len(x), 3 * len(self.tables)))
+        part = np.empty((len(x), 3))
+        for number, table in enumerate(self.tables):
+            multilinear(positions, steps, strides, table, part)
+            out[:, 3 * number : 3 * number + 3] = part
+        return out[:, : self.outputs] / self.full
 
-
-MAX_GRID_NODES = 64_000_000
-"""Maximum number of nodes of a grid. The largest profiles have some millions."""
 
 MAX_SEPARATION_VALUES = 8_000_000
 """Maximum number of values of a table from colours to device values that is searched: 64 MB. Tables
@@ -485,10 +512,14 @@ class Matrix:
 
 @dataclass(frozen=True, eq=False)
 class Encoding:
-    """Encoding of colours as numbers from 0 to 1: colour = value · scale + offset, each (3,)."""
+    """Encoding of colours as numbers from 0 to 1, with scale and offset (3,)."""
 
     scale: FloatArray
     offset: FloatArray
+
+    def values(self, x: FloatArray) -> FloatArray:
+        """Return the colours (m, 3) of encoded numbers (m, 3)."""
+        return x * self.scale + self.offset
 
 
 _XYZ_ENCODING = Encoding(np.full(3, 1 + 32767 / 32768), np.zeros(3))
@@ -504,14 +535,13 @@ class Transform:
     """Device values to the profile connection space.
 
     `tag` and `kind` are the tag or tags, and their type. `pcs` is ``"XYZ"`` (Y = 1 for the white)
-    or ``"Lab"``. `encoding` is that of the last stage; None if its results are colours. `absolute`
+    or ``"Lab"``. `absolute`
     colours are not media-relative.
     """
 
     tag: str
     stages: tuple[Stage, ...]
     pcs: str
-    encoding: Encoding | None = None
     kind: str = ""
     absolute: bool = False
 
@@ -543,8 +573,6 @@ class Transform:
         with np.errstate(all="ignore"):
             for stage in self.stages:
                 colours = stage.values(colours)
-            if self.encoding is not None:
-                colours = colours * self.encoding.scale + self.encoding.offset
         if not (np.abs(colours) < 1e9).all():  # also where it is not a number
             raise MalformedProfileError(
                 f"The tag {self.tag} gives colours that are not finite.",
@@ -574,20 +602,14 @@ def lut_transform(element: Element, channels: int, pcs: str) -> Transform:
     """Return the transform of an A2B tag with a lookup table: lut8, lut16 or lutAToB."""
     kind = element.kind
     if kind not in {"mft1", "mft2", "mAB "}:
-        raise UnsupportedProfileError(
-            f"The tag {element.tag} has the type {kind!r}.",
-            where={"tag": element.tag},
-            remedy="Lookup tables of the types mft1, mft2 and mAB are supported.",
+        raise element.unsupported(
+            f"has the type {kind!r}", "Lookup tables of the types mft1, mft2 and mAB are supported."
         )
-    inputs, outputs = element.unsigned(8, 1), element.unsigned(9, 1)
-    if inputs != channels or outputs != 3:
-        raise element.malformed(f"maps {inputs} to {outputs} channels; {channels} to 3 are needed")
-    if kind == "mAB ":
-        encoding = _XYZ_ENCODING if pcs == "XYZ" else _LAB_ENCODING
-        return Transform(element.tag, _lut_a_to_b_stages(element, inputs), pcs, encoding, kind)
+    element.refuse_other_channels(channels, 3)
     lab = _LEGACY_LAB_ENCODING if kind == "mft2" else _LAB_ENCODING
     encoding = _XYZ_ENCODING if pcs == "XYZ" else lab
-    return Transform(element.tag, _lut_stages(element, inputs), pcs, encoding, kind)
+    stages = (_lut_a_to_b_stages if kind == "mAB " else _lut_stages)(element, channels)
+    return Transform(element.tag, (*stages, encoding), pcs, kind)
 
 
 def largest_output_sum(element: Element, channels: int) -> float | None:
@@ -599,9 +621,7 @@ def largest_output_sum(element: Element, channels: int) -> float | None:
     kind = element.kind
     if kind not in {"mft1", "mft2", "mBA "}:
         return None
-    inputs, outputs = element.unsigned(8, 1), element.unsigned(9, 1)
-    if inputs != 3 or outputs != channels:
-        raise element.malformed(f"maps {inputs} to {outputs} channels; 3 to {channels} are needed")
+    element.refuse_other_channels(3, channels)
     if kind == "mBA ":
         clut, curves = element.unsigned(24, 4), element.unsigned(28, 4)
         if not clut:
@@ -614,8 +634,8 @@ def largest_output_sum(element: Element, channels: int) -> float | None:
         entries = [element.unsigned(offset, 2) if size == 2 else 256 for offset in (48, 50)]
         if entries[1] < 2:
             raise element.malformed("has tables of fewer than 2 entries")
-        start += inputs * entries[0] * size
-        count = element.unsigned(10, 1) ** inputs
+        start += 3 * entries[0] * size
+        count = element.unsigned(10, 1) ** 3
         after = _tables(element, start + count * channels * size, channels, entries[1], size)
     if size not in {1, 2} or count == 0:
         raise element.malformed(f"has a grid of {count} nodes of {size} bytes per value")
@@ -628,12 +648,8 @@ def largest_output_sum(element: Element, channels: int) -> float | None:
 
 
 def _grid(element: Element, offset: int, nodes: tuple[int, ...], size: int) -> Grid:
-    if min(nodes) < 2:
-        raise element.malformed(f"has a grid of {nodes} nodes; at least 2 are needed")
-    count = math.prod(nodes)
-    if count > MAX_GRID_NODES:
-        raise element.malformed(f"has a grid of {count} nodes")
-    return Grid(nodes, element.integers(offset, 3 * count, size).reshape(-1, 3))
+    values = element.integers(offset, 3 * element.node_count(nodes), size)
+    return Grid(nodes, (values.reshape(-1, 3),), full=65535.0)
 
 
 def _lut_stages(element: Element, inputs: int) -> tuple[Stage, ...]:
@@ -654,7 +670,7 @@ def _lut_stages(element: Element, inputs: int) -> tuple[Stage, ...]:
     before = _tables(element, offset, inputs, input_entries, size)
     offset += inputs * input_entries * size
     grid = _grid(element, offset, (grid_points,) * inputs, size)
-    offset += grid.table.size * size
+    offset += grid.tables[0].size * size
     return before, grid, _tables(element, offset, 3, output_entries, size)
 
 
@@ -709,29 +725,6 @@ _PASSED_THROUGH = (b"bACS", b"eACS")
 """Markers without a calculation (ICC.1:2022, 10.18.1)."""
 
 
-@dataclass(frozen=True, eq=False)
-class FloatGrid:
-    """A lookup table (CLUT) of floating-point numbers with any number of outputs.
-
-    Each of the `tables` (product of nodes, 3) has three outputs; zeros fill the last one. The last
-    dimension varies fastest.
-    """
-
-    nodes: tuple[int, ...]
-    tables: tuple[npt.NDArray[np.float32], ...]
-    outputs: int
-
-    def values(self, x: FloatArray) -> FloatArray:
-        """Return the interpolated outputs (m, outputs) at inputs (m, n) clipped to 0 to 1."""
-        positions, steps, strides = checked_positions(x, self.nodes)
-        out = np.empty((len(x), 3 * len(self.tables)))
-        part = np.empty((len(x), 3))
-        for number, table in enumerate(self.tables):
-            multilinear(positions, steps, strides, table, part)
-            out[:, 3 * number : 3 * number + 3] = part
-        return out[:, : self.outputs]
-
-
 def process_elements_transform(element: Element, channels: int, pcs: str) -> Transform:
     """Return the transform of a D2B or A2B tag of the type `mpet`.
 
@@ -740,14 +733,12 @@ def process_elements_transform(element: Element, channels: int, pcs: str) -> Tra
     """
     if element.kind != "mpet":
         raise element.malformed(f"has the type {element.kind!r}, not mpet")
-    inputs, outputs = element.unsigned(8, 2), element.unsigned(10, 2)
-    if inputs != channels or outputs != 3:
-        raise element.malformed(f"maps {inputs} to {outputs} channels; {channels} to 3 are needed")
+    element.refuse_other_channels(channels, 3, size=2)
     count = element.unsigned(12, 4)
     if count < 1:
         raise element.malformed("has no elements")
     if count > MAX_ELEMENTS:
-        raise _unsupported(element, f"has {count} elements", f"At most {MAX_ELEMENTS}")
+        raise element.unsupported(f"has {count} elements", f"At most {MAX_ELEMENTS} are supported.")
     stages: list[Stage] = []
     width = channels
     for number in range(count):
@@ -759,8 +750,9 @@ def process_elements_transform(element: Element, channels: int, pcs: str) -> Tra
                 f"has {width} channels before its element {number + 1}, which needs {before}"
             )
         if not 1 <= after <= MAX_STAGE_CHANNELS:
-            raise _unsupported(
-                element, f"has {after} channels after an element", f"1 to {MAX_STAGE_CHANNELS}"
+            raise element.unsupported(
+                f"has {after} channels after an element",
+                f"1 to {MAX_STAGE_CHANNELS} are supported.",
             )
         stage = _stage(step, before, after)
         if stage is not None:
@@ -768,8 +760,8 @@ def process_elements_transform(element: Element, channels: int, pcs: str) -> Tra
         width = after
     if width != 3:
         raise element.malformed(f"ends with {width} channels; 3 are needed")
-    if sum(isinstance(stage, FloatGrid) for stage in stages) > MAX_GRIDS:
-        raise _unsupported(element, "has many lookup tables", f"At most {MAX_GRIDS}")
+    if sum(isinstance(stage, Grid) for stage in stages) > MAX_GRIDS:
+        raise element.unsupported("has many lookup tables", f"At most {MAX_GRIDS} are supported.")
     return Transform(element.tag, tuple(stages), pcs, kind="mpet")
 
 
@@ -784,10 +776,9 @@ def _stage(step: Element, before: int, after: int) -> Stage | None:
         return _float_grid(step, before, after)
     if kind in _PASSED_THROUGH and before == after:
         return None
-    raise _unsupported(
-        step,
+    raise step.unsupported(
         f"has a multi-process element of the type {kind.decode('latin-1')!r}",
-        "Curve sets (cvst), matrices (matf) and lookup tables (clut)",
+        "Curve sets (cvst), matrices (matf) and lookup tables (clut) are supported.",
     )
 
 
@@ -801,15 +792,11 @@ def _curve_set(step: Element, before: int, after: int) -> CurveSet:
     return CurveSet(tuple(known[place] for place in places))
 
 
-def _float_grid(step: Element, before: int, after: int) -> FloatGrid:
+def _float_grid(step: Element, before: int, after: int) -> Grid:
     if before > MAX_GRID_INPUTS:
         raise step.malformed(f"has a lookup table of {before} inputs")
     nodes = tuple(step.raw(12, 16)[:before])
-    if min(nodes) < 2:
-        raise step.malformed(f"has a grid of {nodes} nodes; at least 2 are needed")
-    count = math.prod(nodes)
-    if count > MAX_GRID_NODES:
-        raise step.malformed(f"has a grid of {count} nodes")
+    count = step.node_count(nodes)
     values = _finite(step, 28, count * after).astype(np.float32).reshape(count, after)
     filled = -(-after // 3) * 3
     if filled > after:
@@ -817,7 +804,7 @@ def _float_grid(step: Element, before: int, after: int) -> FloatGrid:
     tables = tuple(
         np.ascontiguousarray(values[:, first : first + 3]) for first in range(0, filled, 3)
     )
-    return FloatGrid(nodes, tables, after)
+    return Grid(nodes, tables, after)
 
 
 def _finite(step: Element, offset: int, count: int) -> FloatArray:
@@ -825,11 +812,3 @@ def _finite(step: Element, offset: int, count: int) -> FloatArray:
     if not np.isfinite(numbers).all():
         raise step.malformed("has an element with numbers that are not finite")
     return numbers
-
-
-def _unsupported(element: Element, what: str, evaluated: str) -> UnsupportedProfileError:
-    return UnsupportedProfileError(
-        f"The tag {element.tag} {what}.",
-        where={"tag": element.tag},
-        remedy=f"{evaluated} are supported.",
-    )
