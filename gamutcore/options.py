@@ -40,7 +40,7 @@ from gamutcore.arguments import (
     refusal,
 )
 from gamutcore.boundary import BASIS, BOUNDARIES, GAMMA, SEGMENT_COUNTS, SUBDIVISIONS
-from gamutcore.characterisation.conditions import condition_label
+from gamutcore.characterisation.columns import condition_label
 from gamutcore.colours.device.model import DEVICE_MODELS
 from gamutcore.colours.device.surface import SURFACE_SAMPLES
 from gamutcore.colours.spaces import SPACES, ColourSpace, parameters

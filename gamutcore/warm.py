@@ -24,8 +24,7 @@ from gamutcore.boundary.centre import face_planes
 from gamutcore.boundary.device_surface import hidden_area
 from gamutcore.boundary.radial_envelope import COARSE, radial_volume
 from gamutcore.characterisation import Samples, characterisation
-from gamutcore.characterisation.icc.grid import Grid
-from gamutcore.characterisation.icc.process_elements import FloatGrid
+from gamutcore.characterisation.icc.transforms import Grid
 from gamutcore.colours import surface_colours
 from gamutcore.colours.device.surface import SurfaceFaces
 from gamutcore.decimation import COSTS, decimate
@@ -178,7 +177,7 @@ def _device() -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
 
 def _use_models() -> None:
     """Evaluate models of devices."""
-    Grid((2, 2, 2), np.zeros((8, 3), np.uint16)).values(np.full((1, 3), 0.5))
+    Grid((2, 2, 2), (np.zeros((8, 3), np.uint16),)).values(np.full((1, 3), 0.5))
     samples = characterisation(_table())
     assert isinstance(samples, Samples)  # noqa: S101  # what a table holds
     for model in (None, "fit"):
@@ -204,7 +203,7 @@ def _use_build() -> None:
 
 def _use_options() -> None:
     """Use the costs and boundaries other than the default, pictures and all metrics."""
-    FloatGrid((2, 2, 2), (np.zeros((8, 3), np.float32),), 3).values(np.full((1, 3), 0.5))
+    Grid((2, 2, 2), (np.zeros((8, 3), np.float32),)).values(np.full((1, 3), 0.5))
     for cost in COSTS:
         _decimate_cube(cost)
     for method, entry in BOUNDARIES.items():

@@ -7,17 +7,17 @@ is the one decoder of text. `FORMATS` lists all formats. Readers check every siz
 file; `gamutcore.colours` computes colours.
 """
 
-from gamutcore.characterisation.embedded import measurements_of
-from gamutcore.characterisation.formats import FORMATS, Format
+from gamutcore.characterisation.embedded import ink_limit_warnings, measurements_of
 from gamutcore.characterisation.icc import IccProfile
 from gamutcore.characterisation.meshes import GamutMesh, described_boundary
 from gamutcore.characterisation.pictures import Picture
 from gamutcore.characterisation.recognition import (
+    FORMATS,
     Characterisation,
+    Format,
     characterisation,
 )
 from gamutcore.characterisation.samples import Samples
-from gamutcore.characterisation.stated_limits import ink_limit_warnings
 from gamutcore.characterisation.text import (
     DelimitedText,
     decoded_text,

@@ -16,16 +16,18 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from gamutcore.characterisation.columns import MAX_COLUMNS, ColumnRoles, column_roles
-from gamutcore.characterisation.conditions import (
+from gamutcore.characterisation.columns import (
     CONDITION_KEYWORDS,
+    MAX_COLUMNS,
     WHOLE_KEYWORDS,
+    ColumnRoles,
     chosen_condition,
+    column_roles,
     condition_label,
     stated_condition,
 )
 from gamutcore.characterisation.samples import samples_from_values
-from gamutcore.characterisation.table import NumberTable, number, text_lines
+from gamutcore.characterisation.text import NumberTable, number, text_lines
 from gamutcore.errors import (
     ConditionError,
     MalformedFileError,

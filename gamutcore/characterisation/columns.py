@@ -1,10 +1,15 @@
-"""Roles of the columns of a table of samples, found from their names.
+"""Columns of a table of samples: their roles, spectral bands and measurement conditions, by name.
 
 Names of device values follow CGATS.17: the set of channels and one channel (`CMYK_C`, `RGB_R`,
 `7CLR_3`, `CMYKOGV_O`). Colours are `LAB_L LAB_A LAB_B`, `XYZ_X XYZ_Y XYZ_Z`, `LAB_L LAB_C LAB_H`,
-`XYY_X XYY_Y XYY_CAPY`, or bands of a spectrum. Plain letters in their usual order (`R G B`,
-`L a b`, `L* a* b*`, `x y Y`) are accepted, as spreadsheets write them. A name may state a
-measurement condition (`M1_LAB_L`, `SPEC_380_M0`).
+`XYY_X XYY_Y XYY_CAPY`, or bands of a spectrum, whose names have the wavelength in nm (`SPEC_380`,
+`SPECTRAL_NM380`, `NM_380`, `380`). Plain letters in their usual order (`R G B`, `L a b`,
+`L* a* b*`, `x y Y`) are accepted, as spreadsheets write them. A name may state a measurement
+condition (`M1_LAB_L`, `SPEC_380_M0`).
+
+Fluorescent papers have different colours under the measurement conditions M0 to M3 of ISO 13655, so
+conditions are never mixed. Data with several conditions is refused until one is chosen. Only
+unambiguous statements are used: an instrument without a filter, for example, states nothing.
 """
 
 from __future__ import annotations
@@ -12,19 +17,213 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import chain
-from typing import TYPE_CHECKING, TypedDict
+from itertools import pairwise
+from typing import TYPE_CHECKING
 
-from gamutcore.characterisation.conditions import chosen_condition
-from gamutcore.characterisation.spectra import FEWEST_BANDS, spectral_columns, wavelength
-from gamutcore.errors import MissingColumnError, SampleLimitError
+from gamutcore.errors import ConditionError, MissingColumnError, SampleLimitError
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Mapping, Sequence
 
     from gamutcore.errors import Where
 
-__all__ = ["MAX_CHANNELS", "MAX_COLUMNS", "ColumnRoles", "column_roles", "spelt_out"]
+__all__ = [
+    "CONDITION_KEYWORDS",
+    "FEWEST_BANDS",
+    "MAX_CHANNELS",
+    "MAX_COLUMNS",
+    "WHOLE_KEYWORDS",
+    "ColumnRoles",
+    "are_wavelengths",
+    "chosen_condition",
+    "column_roles",
+    "condition_label",
+    "is_reflective_condition",
+    "spectral_columns",
+    "spelt_out",
+    "stated_condition",
+    "wavelength",
+]
+
+MAX_LABEL_LENGTH = 60
+MAX_SHOWN = 10
+
+_CODE = re.compile(r"(?<![A-Z0-9])M([0-3])(?![A-Z0-9.])")
+_ULTRAVIOLET_CUT = re.compile(r"UV[ _-]?(?:CUT|EXCLUDED|FILTER(?:ED)?)\b|NO[ _-]UV\b")
+_POLARISED = re.compile(r"(?<!NO )(?<!NON-)(?<!UN)\bPOLARI[SZ](?:ED|ER|ING|ATION)\b")
+WHOLE_KEYWORDS = (
+    "MEASUREMENT_CONDITION",
+    "MEASUREMENT_CONDITIONS",
+    "MEASUREMENT_MODE",
+    "ISO13655_CONDITION",
+)
+"""Keywords whose whole text is a measurement condition."""
+
+_SEARCHED_KEYWORDS = (
+    "FILTER",
+    "INSTRUMENT_FILTER",
+    "MEASUREMENT_FILTER",
+    "MEASUREMENT_SOURCE",
+    "ISIS_INFO",
+    "INSTRUMENTATION",
+    "WEIGHTING_FUNCTION",
+    "MEASUREMENT_GEOMETRY",
+)
+CONDITION_KEYWORDS = frozenset({*WHOLE_KEYWORDS, *_SEARCHED_KEYWORDS})
+"""Keywords that may state a measurement condition."""
+
+_CHOOSE = "Choose one of them by the option `condition`."
+
+
+def condition_label(text: str) -> str:
+    """Return the name of a condition such as ``"m1"``, ``"M1_Daylight"`` or ``"UVcut"``.
+
+    This is M0 to M3 (ISO 13655:2017, 4.2.2), else the text itself without surplus space.
+    """
+    upper = text.upper().replace("_", " ")
+    match = _CODE.search(upper)
+    if match:
+        return f"M{match[1]}"
+    if _ULTRAVIOLET_CUT.search(upper):
+        return "M2"
+    if _POLARISED.search(upper):
+        return "M3"
+    return " ".join(text.split())[:MAX_LABEL_LENGTH]
+
+
+def is_reflective_condition(label: str | None) -> bool:
+    """Return whether a condition is one of ISO 13655, which apply to reflecting samples."""
+    return label is not None and re.match(r"M[0-3]\b", label) is not None
+
+
+def stated_condition(keywords: Mapping[str, str]) -> str | None:
+    """Return the measurement condition that keywords (upper case, to text) state; None for none.
+
+    An ultraviolet filter means M2, a polariser M3. The absence of a filter means nothing, because
+    the lamp is unknown.
+    """
+    for keyword in WHOLE_KEYWORDS:
+        text = keywords.get(keyword, "").strip()
+        if text:
+            return condition_label(text)
+    for keyword in _SEARCHED_KEYWORDS:
+        label = condition_label(keywords.get(keyword, ""))
+        if re.fullmatch(r"M[0-3]", label):
+            return label
+    return None
+
+
+def chosen_condition(
+    found: Iterable[str | None], asked: str | None, *, where: Where | None = None
+) -> str | None:
+    """Return the measurement condition to use; None if none is stated and none requested.
+
+    `found` has the conditions of the data, in order, with None for parts that state none. Several
+    conditions and none requested, or a request for another one, raise `ConditionError`; `where` is
+    the location of the conditions.
+    """
+    labels = list(dict.fromkeys(found))
+    named = [label for label in labels if label is not None]
+    place: Where = {**(where or {}), "field": "condition", "conditions": named[:MAX_SHOWN]}
+    if asked is not None:
+        folded = " ".join(asked.split()).lower()
+        label = next((name for name in named if name.lower() == folded), condition_label(asked))
+        if label in named:
+            return label
+        known = f"it has {_listed(named)}" if named else "it states none"
+        raise ConditionError(
+            f"The data has no measurements under the condition {label}: {known}.",
+            where=place,
+            remedy=_CHOOSE if named else "Leave the option `condition` out.",
+        )
+    if len(labels) > 1:
+        also = ", and parts without one" if None in labels else ""
+        raise ConditionError(
+            f"The data was measured under several conditions: {_listed(named)}{also}.",
+            where=place,
+            remedy=_CHOOSE,
+        )
+    return labels[0] if labels else None
+
+
+def _listed(labels: list[str]) -> str:
+    shown = ", ".join(labels[:MAX_SHOWN])
+    return shown if len(labels) <= MAX_SHOWN else f"{shown} and {len(labels) - MAX_SHOWN} more"
+
+
+FEWEST_BANDS = 8
+"""Minimum number of bands. Eight bands of 40 nm span the visible range."""
+
+_BAND = re.compile(
+    r"(?:(?:SPEC|SPECTRAL|SPECTRUM|SPECTRAL_NM|NM|R|REFL|REFLECTANCE|RADIANCE)[_ ]?)?"
+    r"([1-9]\d{2,3}(?:\.\d{1,3})?)(?:[_ ]?NM)?",
+    re.IGNORECASE,
+)
+_SHORTEST, _LONGEST = 200.0, 1200.0
+"""Range of optical wavelengths in nm. Other numbers are not wavelengths."""
+
+_REACHES = (430.0, 650.0)
+"""Range in nm that a spectrum must cover. Less than 1 % of the luminance lies outside; the ends are
+extended. The shortest ranges in CxF files end at 680 nm."""
+
+
+def wavelength(name: str) -> float | None:
+    """Return the wavelength in the name of a column, in nm; None for other names."""
+    match = _BAND.fullmatch(name.strip())
+    if match is None:
+        return None
+    number = float(match[1])
+    return number if _SHORTEST <= number <= _LONGEST else None
+
+
+def are_wavelengths(cells: Sequence[str]) -> bool:
+    """Return whether a row of numbers consists of wavelengths, ascending in even steps."""
+    found = [wavelength(cell) for cell in cells]
+    numbers = [number for number in found if number is not None]
+    if len(numbers) < max(FEWEST_BANDS, len(found)):
+        return False
+    steps = {round(b - a, 3) for a, b in pairwise(numbers)}
+    return len(steps) == 1 and min(steps) > 0
+
+
+def spectral_columns(
+    names: Sequence[str], where: Where | None = None
+) -> tuple[tuple[int, ...], tuple[float, ...]]:
+    """Return the columns of a spectrum by ascending wavelength, and the wavelengths in nm.
+
+    Both are empty if fewer than `FEWEST_BANDS` columns are bands. Repeated bands, and bands that do
+    not span the visible range, are refused; `where` is the location of the names.
+    """
+    bands = [
+        (number, column)
+        for column, name in enumerate(names)
+        if (number := wavelength(name)) is not None
+    ]
+    if len(bands) < FEWEST_BANDS:
+        return (), ()
+    bands.sort()
+    for (one, _), (other, column) in pairwise(bands):
+        if one == other:
+            raise MissingColumnError(
+                f"The band of {one:g} nm appears twice.",
+                where={**(where or {}), "field": names[column]},
+                remedy="Keep one spectrum, of one measurement condition.",
+            )
+    wavelengths = tuple(number for number, _ in bands)
+    if not spans_the_visible_range(wavelengths):
+        raise MissingColumnError(
+            f"The spectrum runs from {wavelengths[0]:g} to {wavelengths[-1]:g} nm only.",
+            where={**(where or {}), "field": names[bands[0][1]]},
+            remedy=f"A spectrum must reach from {_REACHES[0]:g} nm or less to {_REACHES[1]:g} nm "
+            "or more.",
+        )
+    return tuple(column for _, column in bands), wavelengths
+
+
+def spans_the_visible_range(wavelengths: Sequence[float]) -> bool:
+    """Return whether ascending wavelengths in nm cover enough of the visible range."""
+    return wavelengths[0] <= _REACHES[0] and wavelengths[-1] >= _REACHES[1]
+
 
 MAX_CHANNELS = 15
 """Maximum number of channels of a device, as in ICC profiles (ICC.1:2022, 7.2.8: ``FCLR``)."""
@@ -39,12 +238,19 @@ _LABELLED = re.compile(r"(M[0-3])[_ :.-]+(.+)|(.+?)[_ :.-]+\(?(M[0-3])\)?", re.I
 _CONDITION_COLUMNS = frozenset(
     {"CONDITION", "MEASUREMENT_CONDITION", "MEASUREMENT_MODE", "M_CONDITION"}
 )
-_LAB = ("LAB_L", "LAB_A", "LAB_B")
-_XYZ = ("XYZ_X", "XYZ_Y", "XYZ_Z")
-_LCH = ("LCH_L", "LCH_C", "LCH_H")
-_LAB_LCH = ("LAB_L", "LAB_C", "LAB_H")  # as CGATS.17 names them
-_XYY = ("XYY_X", "XYY_Y", "XYY_CAPY")
-_COLOUR_NAMES = frozenset({*_LAB, *_XYZ, *_LCH, *_LAB_LCH, *_XYY})
+COLOUR_NAMES = {
+    "lab": ("LAB_L", "LAB_A", "LAB_B"),
+    "lch": ("LCH_L", "LCH_C", "LCH_H"),
+    "xyz": ("XYZ_X", "XYZ_Y", "XYZ_Z"),
+    "xyy": ("XYY_X", "XYY_Y", "XYY_CAPY"),
+}
+"""Names of the columns of each kind of colour."""
+
+LAB_LCH = ("LAB_L", "LAB_C", "LAB_H")
+"""Names of LCh in CGATS.17."""
+
+_LAB, _LCH, _XYZ, _XYY = COLOUR_NAMES.values()
+_COLOUR_NAMES = frozenset({*_LAB, *_XYZ, *_LCH, *LAB_LCH, *_XYY})
 _LETTERS_ALONE = frozenset({"L", "a", "b", "L*", "a*", "b*", "X", "Y", "Z", "x", "y"})
 _CASED: dict[tuple[str, ...], tuple[str, ...]] = {
     ("x", "y", "Y"): _XYY,
@@ -98,56 +304,32 @@ _PLAIN = {
 class ColumnRoles:
     """Columns of device values and colours.
 
-    Parameters
-    ----------
-    names : tuple of str
-        All column names, as in the file.
-    channels : tuple of str
-        Channel names of the device; empty for bare colours.
-    device : tuple of int
-        Columns of the device values, in the order of `channels`.
-    lab, xyz, lch, xyy : tuple of three int or None
-        Columns of the colours. LCh and xyY are None if Lab and XYZ exist.
-    ignored : tuple of str
-        Further sets of columns that are not used.
-    spectrum : tuple of int
-        Columns of spectral bands, by ascending wavelength; empty without a spectrum.
-    wavelengths : tuple of float
-        Wavelengths of the bands in nm.
-    condition : str or None
-        The measurement condition in the names of the used columns.
-    condition_column : int or None
-        The column with the measurement condition of each row.
+    `names` has all columns, `device` those of `channels`, in order. `colours` maps the kinds
+    ``"lab"``, ``"lch"``, ``"xyz"``, ``"xyy"`` and ``"spectrum"`` that are there to their columns.
+    `wavelengths` of the bands ascend, in nm. `ignored` describes further columns that are not used.
+    `condition` is the measurement condition in the names, and `condition_column` has that of each
+    row.
     """
 
     names: tuple[str, ...]
     channels: tuple[str, ...]
     device: tuple[int, ...]
-    lab: tuple[int, ...] | None
-    xyz: tuple[int, ...] | None
-    ignored: tuple[str, ...] = ()
-    lch: tuple[int, ...] | None = None
-    xyy: tuple[int, ...] | None = None
-    spectrum: tuple[int, ...] = ()
+    colours: dict[str, tuple[int, ...]]
     wavelengths: tuple[float, ...] = ()
+    ignored: tuple[str, ...] = ()
     condition: str | None = None
     condition_column: int | None = None
 
     @cached_property
-    def selected(self) -> tuple[int, ...]:
-        """Columns to read: device values, colours, the spectrum, and the condition last."""
-        condition = () if self.condition_column is None else (self.condition_column,)
-        return (
-            *self.device,
-            *chain.from_iterable(columns for _, columns in self._colours),
-            *self.spectrum,
-            *condition,
-        )
+    def _pairs(self) -> list[tuple[str, int]]:
+        condition = {} if self.condition_column is None else {"condition": (self.condition_column,)}
+        parts = {"device": self.device, **self.colours, **condition}
+        return [(kind, column) for kind, columns in parts.items() for column in columns]
 
-    @property
-    def _colours(self) -> tuple[tuple[str, tuple[int, ...]], ...]:
-        pairs = (("lab", self.lab), ("lch", self.lch), ("xyz", self.xyz), ("xyy", self.xyy))
-        return tuple((kind, columns) for kind, columns in pairs if columns is not None)
+    @cached_property
+    def selected(self) -> tuple[int, ...]:
+        """Columns to read: device values, colours, and the condition last."""
+        return tuple(column for _, column in self._pairs)
 
     @property
     def selected_names(self) -> tuple[str, ...]:
@@ -157,18 +339,7 @@ class ColumnRoles:
     @property
     def kinds(self) -> tuple[str, ...]:
         """``"device"``, ``"lab"``, ``"spectrum"`` and so on for each column to read."""
-        return (
-            *(["device"] * len(self.device)),
-            *chain.from_iterable([kind] * 3 for kind, _ in self._colours),
-            *(["spectrum"] * len(self.spectrum)),
-            *([] if self.condition_column is None else ["condition"]),
-        )
-
-    @property
-    def colour_columns(self) -> tuple[str, ...]:
-        """Kinds of colours to read: ``"LAB"``, ``"LCH"``, ``"XYZ"``, ``"XYY"``, ``"SPECTRUM"``."""
-        spectrum = ("SPECTRUM",) if self.spectrum else ()
-        return (*(kind.upper() for kind, _ in self._colours), *spectrum)
+        return tuple(kind for kind, _ in self._pairs)
 
 
 def column_roles(
@@ -176,24 +347,9 @@ def column_roles(
 ) -> ColumnRoles:
     """Return the columns of device values and colours.
 
-    Parameters
-    ----------
-    names : sequence of str
-        Column names, in order.
-    condition : str, optional
-        The measurement condition to read, if the names state several.
-    where : dict, optional
-        Location of the names, for errors.
-
-    Raises
-    ------
-    MissingColumnError
-        No colour or spectrum is complete, a device channel is missing, or a needed column appears
-        twice.
-    ConditionError
-        The names state several measurement conditions and none was chosen, or not the chosen one.
-    SampleLimitError
-        There are more than `MAX_COLUMNS` columns or `MAX_CHANNELS` channels.
+    `condition` is the measurement condition to read, if the names state several; `where` is the
+    location of the names. Refused are names without a complete colour, incomplete or repeated
+    device channels, an undecided condition, and too many columns or channels.
     """
     place: Where = dict(where or {})
     if len(names) > MAX_COLUMNS:
@@ -207,7 +363,7 @@ def column_roles(
     )
     cleaned = spelt_out(stripped)
     groups = _device_groups(cleaned)
-    colours = _colours(cleaned, place)
+    colours, wavelengths = _colours(cleaned, place)
     rows = next((i for i, name in enumerate(cleaned) if name.upper() in _CONDITION_COLUMNS), None)
     channels: tuple[str, ...] = ()
     device: tuple[int, ...] = ()
@@ -218,43 +374,34 @@ def column_roles(
         names=tuple(names),
         channels=channels,
         device=device,
+        colours=colours,
+        wavelengths=wavelengths,
         ignored=(*tuple(groups)[1:], *others),
         condition=label,
         condition_column=rows if label is None else None,
-        **colours,
     )
 
 
-class _Colours(TypedDict):
-    """The columns of colours, as fields of `ColumnRoles`."""
-
-    lab: tuple[int, ...] | None
-    xyz: tuple[int, ...] | None
-    lch: tuple[int, ...] | None
-    xyy: tuple[int, ...] | None
-    spectrum: tuple[int, ...]
-    wavelengths: tuple[float, ...]
-
-
-def _colours(names: tuple[str, ...], where: Where) -> _Colours:
-    lch = _complete(names, _LCH) or _complete(names, _LAB_LCH)
+def _colours(
+    names: tuple[str, ...], where: Where
+) -> tuple[dict[str, tuple[int, ...]], tuple[float, ...]]:
+    """Return the columns of each kind of colour, and the wavelengths of the spectrum."""
+    lch = _complete(names, _LCH) or _complete(names, LAB_LCH)
     present = {name.upper() for name in names}
-    lab = None
-    if lch is None or present & {"LAB_A", "LAB_B"}:
-        lab = _colour_columns(names, _LAB, where)
+    lab = _colour_columns(names, _LAB, where) if not lch or present & set(_LAB[1:]) else None
     xyz = _colour_columns(names, _XYZ, where)
-    xyy = _complete(names, _XYY)
     spectrum, wavelengths = spectral_columns(names, where)
-    if lab is lch is xyz is xyy is None and not spectrum:
+    kinds = {
+        "lab": lab,
+        "lch": None if lab else lch,
+        "xyz": xyz,
+        "xyy": None if xyz else _complete(names, _XYY),
+        "spectrum": spectrum,
+    }
+    found = {kind: columns for kind, columns in kinds.items() if columns}
+    if not found:
         raise _no_colour(names, where)
-    return _Colours(
-        lab=lab,
-        lch=lch if lab is None else None,
-        xyz=xyz,
-        xyy=xyy if xyz is None else None,
-        spectrum=spectrum,
-        wavelengths=wavelengths,
-    )
+    return found, wavelengths
 
 
 def _of_one_condition(

@@ -1,20 +1,26 @@
-"""Measurements embedded in a profile: the patches from which it was made.
+"""What a profile carries besides its transforms: measurements, and ink limits that data states.
 
-Profiling software stores them in the tags `targ` (Argyll, GMG and others: CGATS text with device
-values and colours) and `CxF `. Gretag and X-Rite use `CIED` with `DevD`: colours and device values
-in one or two texts, as CGATS or CxF. The tags have the measured values without the profile's
-smoothing, and the measurement conditions. `targ` may instead name a data set of ICC's
-characterization data registry.
+Profiling software stores the patches from which it made a profile in the tags `targ` (Argyll, GMG
+and others: CGATS text with device values and colours) and `CxF `. Gretag and X-Rite use `CIED` with
+`DevD`: colours and device values in one or two texts, as CGATS or CxF. The tags have the measured
+values without the profile's smoothing, and the measurement conditions. `targ` may instead name a
+data set of ICC's characterization data registry.
+
+A stated ink limit is never applied: the same options have the same meaning for all data. A warning
+names the limit instead.
 """
 
 from __future__ import annotations
 
 import re
 import zlib
+from contextlib import suppress
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
-from gamutcore.characterisation.icc import IccProfile
+import numpy as np
+
+from gamutcore.characterisation.icc import IccProfile, largest_output_sum
 from gamutcore.characterisation.recognition import characterisation
 from gamutcore.characterisation.samples import JSON, Samples
 from gamutcore.errors import (
@@ -29,7 +35,15 @@ from gamutcore.errors import (
 if TYPE_CHECKING:
     from gamutcore.characterisation.recognition import Characterisation
 
-__all__ = ["MEASUREMENT_TAGS", "embedded_samples", "embedded_text", "measurements_of"]
+__all__ = [
+    "MEASUREMENT_TAGS",
+    "StatedLimit",
+    "embedded_samples",
+    "embedded_text",
+    "ink_limit_warnings",
+    "measurements_of",
+    "stated_ink_limit",
+]
 
 MEASUREMENT_TAGS = ("targ", "CIED", "CxF ")
 """Tags with colours, in order of preference."""
@@ -56,20 +70,21 @@ _IDENTITIES = ("SAMPLE_ID", "SAMPLEID", "SAMPLE_NAME", "SAMPLE_NO", "SAMPLE_LOC"
 
 
 def measurements_of(data: Characterisation, *, condition: str | None = None) -> Samples:
-    """Return the measurements embedded in characterisation data.
+    """Return the measurements embedded in a profile.
 
     Parameters
     ----------
-    data : Samples or IccProfile
+    data : IccProfile
+    Other data is refused.
     condition : str, optional
-        The measurement condition to read, as for `characterisation`.
+    The measurement condition to read.
 
     Raises
     ------
     OptionError
-        The data is not a profile, or the profile has no measurements.
+    The data is not a profile, or the profile has no measurements.
     CharacterisationError, InvalidPointsError
-        The measurements are malformed; ``where["tag"]`` names the tag.
+    The measurements are malformed; ``where["tag"]`` names the tag.
     """
     if isinstance(data, IccProfile):
         return embedded_samples(data, condition=condition)
@@ -255,3 +270,85 @@ def _rows(text: str, width: int, tag: str) -> list[list[str]]:
 def _identity(names: list[str]) -> int | None:
     upper = [name.upper() for name in names]
     return next((upper.index(name) for name in _IDENTITIES if name in upper), None)
+
+
+KEYWORD = "TOTAL_INK_LIMIT"
+"""Keyword of Argyll's targets and measurements (ArgyllCMS, File Formats, .ti1)."""
+
+SEPARATIONS = ("B2A1", "B2A0")
+"""Tables from colours to device values, in the order of preference: colorimetric, perceptual."""
+
+IN_PER_CENT = 50.0
+"""Limits below are likely to be meant as a number of full inks: half of one ink prints little."""
+
+_STATED = re.compile(rf'^\s*{KEYWORD}\s+"?(\d{{1,4}}(?:\.\d{{0,6}})?)', re.MULTILINE)
+_PER_CENT = re.compile(r"\d{1,4}(\.\d*)?")
+
+
+class StatedLimit(NamedTuple):
+    """The largest sum of all inks by the data itself: per cent of one full ink, source."""
+
+    total: float
+    source: str
+
+
+def stated_ink_limit(data: Characterisation) -> StatedLimit | None:
+    """Return the total ink limit that data states itself; None without one below all inks.
+
+    It is the keyword `TOTAL_INK_LIMIT` of measurements, also of those in a profile's tag `targ`,
+    else the largest sum of device values in the profile's table from colours to device values.
+    """
+    if not isinstance(data, Samples | IccProfile) or not data.inks:
+        return None
+    found = _of_samples(data) if isinstance(data, Samples) else _of_profile(data)
+    all_inks = 100.0 * len(data.channels)
+    return found if found is not None and 0.0 < found.total < all_inks - 0.5 else None
+
+
+def ink_limit_warnings(data: Characterisation, ink_limit: float | None) -> list[str]:
+    """Return warnings about an ink limit, or about a stated limit that was not given.
+
+    Parameters
+    ----------
+    data : Characterisation
+    ink_limit : float or None
+    In per cent, as given.
+    """
+    if ink_limit is None:
+        stated = stated_ink_limit(data)
+        if stated is None:
+            return []
+        total = f"{stated.total:g}"
+        warning = (
+            f"The data states an ink limit of {total} % ({stated.source}), which is not applied. "
+            f"Give ink_limit {total} (--ink-limit {total}) for the colours that are printed."
+        )
+        return [warning]
+    if ink_limit < IN_PER_CENT:
+        warning = (
+            f"The ink limit is {ink_limit:g} % of one full ink. ink_limit is in per cent: 300 "
+            "stands for three full inks."
+        )
+        return [warning]
+    return []
+
+
+def _of_samples(samples: Samples) -> StatedLimit | None:
+    text = samples.conditions.get(KEYWORD, "").strip()
+    return StatedLimit(float(text), KEYWORD) if _PER_CENT.fullmatch(text) else None
+
+
+def _of_profile(profile: IccProfile) -> StatedLimit | None:
+    # damage in tags that colours do not need does not matter
+    if "targ" in profile.tags:
+        with suppress(CharacterisationError):
+            match = _STATED.search(embedded_text(profile, "targ").decode("latin-1"))
+            if match is not None:
+                return StatedLimit(float(match[1]), f"{KEYWORD} in the tag targ")
+    for tag in SEPARATIONS:
+        if tag in profile.tags:
+            with suppress(CharacterisationError):
+                total = largest_output_sum(profile.element(tag), len(profile.channels))
+                if total is not None:
+                    return StatedLimit(float(np.round(100.0 * total)), f"largest sum in {tag}")
+    return None

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gamutcore.characterisation.conditions import is_reflective_condition
+from gamutcore.characterisation.columns import is_reflective_condition
 from gamutcore.colours.declared_observer import declared_observer
 from gamutcore.colours.device.surface import AbsoluteColours
 from gamutcore.colours.spaces.cielab import (

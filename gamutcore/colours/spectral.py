@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gamutcore.characterisation.spectra import reflectance_scale
+from gamutcore.characterisation.samples import reflectance_scale
 from gamutcore.colours.spaces.cielab import colour_science, white_of
 
 if TYPE_CHECKING:

@@ -232,12 +232,7 @@ def search_references(name: str) -> list[Reference]:
     Parameters
     ----------
     name : str
-        An everyday name, such as ``"Rec. 709"`` or ``"adobe"``, or a part of a name.
-
-    Returns
-    -------
-    list of Reference
-        Empty if no name is similar.
+    An everyday name, such as ``"Rec. 709"`` or ``"adobe"``, or a part of a name.
 
     Examples
     --------
@@ -253,22 +248,16 @@ def find_reference(name: str) -> Reference:
     Parameters
     ----------
     name : str
-        A slug, a name or an alias that only one reference has, without regard to letter case,
-        spaces and punctuation. "Rec." and "BT." are the same.
-
-    Returns
-    -------
-    Reference
+    A slug, a name or an alias that only one reference has, without regard to letter case, spaces
+    and punctuation. "Rec." and "BT." are the same.
 
     Raises
     ------
     ReferenceNameError
-        There is no such reference, or several have the name; the remedy names the candidates.
+    There is no such reference, or several have the name; the remedy names the candidates.
 
     Examples
     --------
-    >>> find_reference("Display P3").slug
-    'display-p3'
     >>> find_reference("Rec2020").slug
     'bt2020'
     """

@@ -5,7 +5,7 @@ the columns of the file, in its dialect. `frame_colours` reads a data frame. `wr
 a workbook.
 """
 
-from gamutcore.tables.frames import frame_colours
+from gamutcore.tables.columns import frame_colours
 from gamutcore.tables.table import ColourTable, read_table
 from gamutcore.tables.workbook import write_workbook
 

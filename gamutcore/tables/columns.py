@@ -1,21 +1,24 @@
-"""Which columns hold the colours, in which space, and on which scale.
+"""Which columns hold the colours, in which space, and on which scale; colours of data frames.
 
-Names, the number of columns and the values decide. What two readings fit is refused with both.
+Names, the number of columns and the values decide. What two readings fit is refused with both. Data
+frames of pandas, polars and others have `columns`, and a column by its name. Neither is imported.
 """
 
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from gamutcore.arguments import check_option
-from gamutcore.characterisation.columns import spelt_out
+from gamutcore.characterisation.columns import COLOUR_NAMES, LAB_LCH, spelt_out
+from gamutcore.characterisation.samples import xyz_of_xyy
 from gamutcore.colours.spaces.conversion import GIVEN_SPACE, OTHER_AXES
 from gamutcore.colours.spaces.definitions import SPACES
 from gamutcore.errors import InvalidPointsError, MissingColumnError, OptionError
+from gamutcore.tables.notations import css_colour
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -25,8 +28,10 @@ if TYPE_CHECKING:
 
 __all__ = [
     "ColourColumns",
+    "FrameColours",
     "axes_of",
     "find_columns",
+    "frame_colours",
     "on_full_scale",
     "space_named",
     "unused_columns",
@@ -52,7 +57,7 @@ _ROUNDING = 0.002
 
 _KINDS = {
     "LAB": _Kind(
-        (("LAB_L", "LAB_A", "LAB_B"),),
+        (COLOUR_NAMES["lab"],),
         "CIELAB",
         (100.0,),
         (-1.0, -_ANY, -_ANY),
@@ -61,14 +66,14 @@ _KINDS = {
         (105.0, _ANY, _ANY),
     ),
     "LCH": _Kind(
-        (("LCH_L", "LCH_C", "LCH_H"), ("LAB_L", "LAB_C", "LAB_H")),
+        (COLOUR_NAMES["lch"], LAB_LCH),
         "LCHab",
         (100.0,),
         (-1.0, -1e-6, -720.0),
         (105.0, _ANY, 720.0),
     ),
     "XYZ": _Kind(
-        (("XYZ_X", "XYZ_Y", "XYZ_Z"),),
+        (COLOUR_NAMES["xyz"],),
         "CIEXYZ",
         (1.0, 100.0),
         (-0.1, -0.1, -0.1),
@@ -76,7 +81,7 @@ _KINDS = {
         (1.5, 1.5, 1.5),
     ),
     "XYY": _Kind(
-        (("XYY_X", "XYY_Y", "XYY_CAPY"),),
+        (COLOUR_NAMES["xyy"],),
         "CIEXYZ",
         (1.0, 100.0),
         (0.0, 0.0, 0.0),
@@ -103,16 +108,10 @@ _CANDIDATES = "L,a,b, L,C,h, X,Y,Z, x,y,Y, R,G,B or hex"
 
 @dataclass(frozen=True)
 class ColourColumns:
-    """The columns of a colour.
+    """The columns of a colour: three, or one of texts such as ``#e4002b``.
 
-    Attributes
-    ----------
-    places : tuple of int
-        Three, or one of texts such as ``#e4002b``.
-    kind : str
-        A key of the table of sets; empty for other spaces.
-    space : str
-        One of `GIVEN_SPACE`.
+    `kind` is a key of the table of sets, or empty for other spaces. `space` is one of
+    `GIVEN_SPACE`.
     """
 
     places: tuple[int, ...]
@@ -139,26 +138,12 @@ def find_columns(
     own: str | None = None,
     where: Where | None = None,
 ) -> ColourColumns:
-    """Return the columns of a colour.
+    """Return the columns of a colour; refuse a header without them, or with several sets of them.
 
-    Parameters
-    ----------
-    header : sequence of str
-    space : str, optional
-        Canonical name. Without it, the names of the columns decide.
-    columns : str, optional
-        Names or numbers of the columns, separated by commas.
-    prefix : str, optional
-        Beginning of the names, such as ``from``, if a row has several colours.
-    own : str, optional
-        Canonical name of the space of a gamut, whose coordinates come first.
-    where : dict, optional
-        Location of the header, for errors.
-
-    Raises
-    ------
-    MissingColumnError
-        There are no columns of a colour, or several sets of them.
+    `space` and `own` are canonical names. Without a space, the names of the columns decide, and the
+    coordinates of the gamut's own space come first. `columns` are names or numbers of columns,
+    separated by commas. `prefix` is the beginning of the names, such as ``from``, if a row has
+    several colours.
     """
     place: Where = dict(where or {})
     names = [_without(name.strip(), prefix) for name in header]
@@ -336,28 +321,11 @@ def on_full_scale(
     *,
     stated: bool = False,
 ) -> tuple[FloatArray, float]:
-    """Return the coordinates of colours in their space, and the scale of the values.
+    """Return the coordinates of colours (n, 3) in their space, and the scale of the values.
 
-    Parameters
-    ----------
-    columns : ColourColumns
-    values : (n, 3) float
-        Finite.
-    scale : float or None
-        The value of white; None to find it.
-    names : sequence of three str
-        Names of the columns, for errors.
-    place : callable
-        Location of a row.
-    stated : bool, optional
-        Whether the caller named the space, which the names of the columns may be common to.
-
-    Raises
-    ------
-    InvalidPointsError
-        Values fit several scales, or none; ``where`` has the column and the row.
-    OptionError
-        The scale is no positive number, or the space has none.
+    `scale` is the value of white; None to find it. `names` and `place`, the location of a row, are
+    for errors. `stated` says whether the caller named the space, which the names of the columns may
+    be common to. Values that fit several scales, or none, are refused.
     """
     kind = _KINDS.get(columns.kind)
     if scale is not None and not 0 < scale < 1e6:
@@ -398,9 +366,7 @@ def on_full_scale(
             remedy=likely or f"Give colours of {columns.space}, or name their space.",
         )
     if columns.kind == "XYY":
-        x, y, luminance = points.T
-        ratio = luminance / np.where(y > 0, y, 1.0)
-        points = np.stack([x * ratio, luminance, (1 - x - y) * ratio], axis=1)
+        points = xyz_of_xyy(points)
     return points, found
 
 
@@ -448,3 +414,88 @@ def _likely(name: str, values: FloatArray) -> str:
         f"The values look like a scale of 0 to {fitting[0]:g}. Divide them by {fitting[0]:g}, or "
         f"give --scale {fitting[0]:g} on the command line, or table_scale={fitting[0]:g} over HTTP."
     )
+
+
+class FrameColours(NamedTuple):
+    """Colours (n, 3), and their space."""
+
+    points: Any
+    space: str
+
+
+def frame_colours(
+    frame: object, space: str | None, own: str, *, limits: bool = True
+) -> FrameColours | None:
+    """Return the colours of a data frame; None if an object is none, or has no names of columns.
+
+    Parameters
+    ----------
+    frame : object
+    space : str or None
+        The space that the caller names.
+    own : str
+        Space of the gamut, whose coordinates come first.
+    limits : bool, optional
+        Whether coordinates outside the scale of the gamut's space are refused.
+
+    Raises
+    ------
+    MissingColumnError
+        There are no columns of a colour, or several sets of them.
+    InvalidPointsError
+        Values are no numbers, are outside the scale, or fit several scales.
+    """
+    titles = getattr(frame, "columns", None)
+    if titles is None or not hasattr(frame, "__getitem__"):
+        return None
+    names = list(titles)
+    if not names or not all(isinstance(name, str) for name in names):
+        return None
+    given = None if space is None else space_named(space)
+    try:
+        found = find_columns(names, space=given, own=own)
+    except MissingColumnError:
+        if given is not None and len(names) == 3:  # the caller says what three columns are
+            return None
+        raise
+    if found.space == own and not limits:
+        found = replace(found, kind="")
+    picked = [np.asarray(frame[names[place]]) for place in found.places]
+    if found.kind == "TEXT":
+        colours = [css_colour(str(text), bare_hex=True) for text in picked[0].tolist()]
+        if any(each is None or each[0] != "sRGB" for each in colours):
+            row = next(at for at, each in enumerate(colours) if each is None or each[0] != "sRGB")
+            raise InvalidPointsError(
+                f"Row {row} of the column {names[found.places[0]]} is "
+                f"{str(picked[0][row])[:40]!r}, which is no colour of sRGB.",
+                where={"field": names[found.places[0]], "row": row},
+                remedy="Give colours such as #e4002b, or columns of numbers.",
+            )
+        points = np.array([each[1] for each in colours if each]).reshape(-1, 3)
+        return FrameColours(points, "sRGB")
+    try:
+        values = np.stack([np.asarray(column, np.float64) for column in picked], axis=1)
+    except (ValueError, TypeError):
+        raise InvalidPointsError(
+            f"The columns {', '.join(axes_of(found.space))} of the table are not numbers.",
+            where={"field": names[found.places[0]]},
+            remedy="Convert the columns to numbers.",
+        ) from None
+    finite = np.isfinite(values)
+    if not finite.all():
+        row = int(np.argmin(finite.all(axis=1)))
+        raise InvalidPointsError(
+            f"Row {row} of the colours is {values[row].tolist()}.",
+            where={"field": "colours", "row": row},
+            remedy="Give finite numbers. Leave out rows without a colour.",
+        )
+    scale = 1.0 if given is not None and found.space in {"sRGB", "CIEXYZ"} else None
+    points, _ = on_full_scale(
+        found,
+        values,
+        scale,
+        [names[place] for place in found.places],
+        lambda row: {"row": row},
+        stated=given is not None or found.space == own,
+    )
+    return FrameColours(points, found.space)

@@ -28,11 +28,12 @@ from gamutcore.characterisation import (
     text_encoding,
 )
 from gamutcore.characterisation.cgats import cgats_rows, looks_like_cgats
+from gamutcore.characterisation.columns import FEWEST_BANDS, wavelength
 from gamutcore.characterisation.cxf import looks_like_xml
 from gamutcore.characterisation.icc import looks_like_icc
 from gamutcore.characterisation.pictures import picture_format
-from gamutcore.characterisation.spectra import FEWEST_BANDS, wavelength
-from gamutcore.characterisation.table import number
+from gamutcore.characterisation.samples import NPY_MAGIC
+from gamutcore.characterisation.text import is_number, number
 from gamutcore.colours.measured_colours import measured_colours
 from gamutcore.colours.spaces.conversion import ColourConversion
 from gamutcore.colours.spaces.definitions import CIELAB
@@ -52,8 +53,7 @@ from gamutcore.tables.columns import (
     space_named,
     unused_columns,
 )
-from gamutcore.tables.css_colours import css_colour
-from gamutcore.tables.swatches import MAGIC, swatches
+from gamutcore.tables.notations import PALETTE_MAGIC, css_colour, swatches
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -63,7 +63,6 @@ if TYPE_CHECKING:
 
 __all__ = ["ColourTable", "read_table"]
 
-_NPY_MAGIC = b"\x93NUMPY"
 _DAMAGED = (
     *(ValueError, EOFError, TypeError, SyntaxError, KeyError, MemoryError, RecursionError),
     *(OverflowError, tokenize.TokenError),
@@ -165,7 +164,7 @@ class ColourTable:
             texts = (
                 cell
                 for at, cell in enumerate(cells)
-                if at not in self.colour_places and cell.strip() and not _is_number(cell.strip())
+                if at not in self.colour_places and cell.strip() and not is_number(cell.strip())
             )
             (name, value), *_ = self.place(row).items()
             colour = cells[self.colour_places[0]].strip() if len(self.colour_places) == 1 else ""
@@ -222,12 +221,7 @@ class ColourTable:
     ) -> Iterator[list[str]]:
         """Yield the cells of all rows with further cells, which are empty without a colour.
 
-        Parameters
-        ----------
-        columns : mapping of str
-            One value for each row that has a colour.
-        digits : int or None, optional
-            Significant digits of numbers.
+        `columns` has one value for each row that has a colour. `digits` are the significant ones.
         """
         lists = [each.tolist() if hasattr(each, "tolist") else each for each in columns.values()]
         answers = zip(*lists, strict=True) if lists else iter([()] * len(self._lines))
@@ -309,7 +303,10 @@ def read_table(
     ;;;;
     """
     given = None if space is None else space_named(space)
-    table = _delimited(data, given, columns, scale, names, own, most, most_bytes, limits=limits)
+    text = _delimited(data, most_bytes)
+    table = None
+    if text is not None:
+        table = _of_text(text, given, columns, names, own, scale, most, limits=limits)
     if table is None:
         if most_bytes is not None and len(data) > most_bytes:
             raise SampleLimitError(
@@ -323,20 +320,9 @@ def read_table(
     return table
 
 
-def _delimited(
-    data: bytes,
-    given: str | None,
-    columns: str | None,
-    scale: float | None,
-    names: Sequence[str],
-    own: str | None,
-    most: int | None,
-    most_bytes: int | None,
-    *,
-    limits: bool,
-) -> ColourTable | None:
-    """Return the table in delimited text; None for other forms, and if columns are bands."""
-    if data.startswith((_NPY_MAGIC, MAGIC)):
+def _delimited(data: bytes, most_bytes: int | None) -> DelimitedText | None:
+    """Return delimited text; None for measurements, palettes and arrays."""
+    if data.startswith((NPY_MAGIC, PALETTE_MAGIC)):
         return None
     encoding = None if picture_format(data) is not None else text_encoding(data)
     if encoding is None or looks_like_icc(data):
@@ -347,25 +333,16 @@ def _delimited(
         too_long = most_bytes is not None and len(data) > most_bytes
         if too_long or looks_like_cgats(data.decode(encoding)):
             return None
-    text = DelimitedText(data, encoding)
-    return _of_text(text, given, columns, names, own, scale, most, limits=limits)
+    return DelimitedText(data, encoding)
 
 
 def _other(data: bytes, space: str | None, scale: float | None) -> ColourTable:
     """Return the table in a file that is recognised by its content, and says its space itself."""
-    if data.startswith(_NPY_MAGIC):
+    if data.startswith(NPY_MAGIC):
         return _of_array(data, space, scale)
-    if data.startswith(MAGIC):
+    if data.startswith(PALETTE_MAGIC):
         return _of_swatches(data)
     return _of_samples(data)
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        number(cell)
-    except ValueError:
-        return False
-    return True
 
 
 def _of_text(
@@ -379,12 +356,13 @@ def _of_text(
     *,
     limits: bool,
 ) -> ColourTable | None:
+    """Return the table in delimited text; None if its columns are the bands of spectra."""
     line, header = next(text.rows(), (1, []))
     first = [cell.strip() for cell in header]
     if space is None and columns is None and _has_spectra_alone(first):
         return None
     listed = _list_of(text, first) if columns is None and len(names) == 1 else None
-    headless = bool(first) and (listed is not None or all(map(_is_number, first)))
+    headless = bool(first) and (listed is not None or all(map(is_number, first)))
     if listed is not None:
         space = None if listed.width == 1 else space  # texts say their space
         first = _names_of(listed, first, space or own, line)
@@ -488,14 +466,8 @@ def _parted(line: str) -> list[str] | None:
 class _List:
     """Rows of a list: the colour is at the end of a line, and a name before it.
 
-    Attributes
-    ----------
-    width : int
-        Cells of the colour: three numbers, or one text.
-    named : bool
-        Whether a line has a name.
-    whole : bool
-        Whether lines are not split into cells, as the texts contain separators.
+    `width` is the number of cells of the colour: three numbers, or one text. `named` lines have a
+    name. `whole` lines are not split into cells, as the texts contain separators.
     """
 
     width: int
@@ -520,9 +492,9 @@ def _list_of(text: DelimitedText, first: list[str]) -> _List | None:
     cells = first
     while cells and not cells[-1]:
         cells = cells[:-1]
-    if len(cells) > 3 and all(map(_is_number, cells)):
+    if len(cells) > 3 and all(map(is_number, cells)):
         return None  # perhaps amounts of ink
-    if len(cells) > 2 and all(map(_is_number, cells[-3:])):
+    if len(cells) > 2 and all(map(is_number, cells[-3:])):
         found = _List(3)
     elif cells and text.separator != " " and css_colour(cells[-1]):
         found = _List(1)

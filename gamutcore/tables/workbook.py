@@ -6,7 +6,7 @@ import importlib.util
 import re
 from typing import TYPE_CHECKING, Any
 
-from gamutcore.characterisation.table import number
+from gamutcore.characterisation.text import number
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

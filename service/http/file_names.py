@@ -6,7 +6,7 @@ import re
 import unicodedata
 from urllib.parse import quote
 
-from gamutcore.characterisation.formats import FORMATS
+from gamutcore.characterisation.recognition import FORMATS
 
 __all__ = ["content_disposition"]
 

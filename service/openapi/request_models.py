@@ -9,8 +9,12 @@ from typing import Annotated, Any
 from pydantic import BaseModel, ConfigDict, Field, create_model
 from pydantic.json_schema import SkipJsonSchema
 
-from gamutcore.arguments import Array, Coordinates, marks
-from gamutcore.characterisation.formats import format_summary
+from gamutcore.arguments import (
+    Array,
+    Coordinates,
+    marks,
+)
+from gamutcore.characterisation.recognition import format_summary
 from gamutcore.options import OPTIONS, Option, Options
 
 __all__ = [

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from gamutcore import errors
-from gamutcore.characterisation.formats import format_summary
+from gamutcore.characterisation.recognition import format_summary
 
 __all__ = ["CONTENT_KINDS", "Kind"]
 

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn, TypeAlias
 
 from gamutcore.arguments import check_option
 from gamutcore.building import gamut_id
-from gamutcore.characterisation.json_samples import MAX_JSON_SAMPLES, json_samples
+from gamutcore.characterisation.samples import MAX_JSON_SAMPLES, json_samples
 from gamutcore.errors import OptionError
 from gamutcore.options import OPTIONS, Options, option_name, option_value
 from gamutcore.references import find_reference, parse_definition

@@ -1,7 +1,8 @@
 """Header and tags of an ICC profile, and the choice of tags for the transform of an intent.
 
 Supported are input, display, output and colour space profiles of versions 2, 4 and 5 (iccMAX), with
-1 to 15 device channels. Tags are read when needed. A damaged tag matters only if it is needed.
+1 to 15 device channels. Tags are read when needed. A damaged tag matters only if it is needed. The
+description and the names of inks do not affect colours, so damage in them is not an error.
 """
 
 from __future__ import annotations
@@ -12,18 +13,68 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
-from gamutcore.characterisation.icc.curves import curve_at
-from gamutcore.characterisation.icc.element import Element
-from gamutcore.characterisation.icc.lut import CurveSet, Matrix, Transform, lut_transform
-from gamutcore.characterisation.icc.names import colorant_names, profile_description
-from gamutcore.characterisation.icc.process_elements import process_elements_transform
+from gamutcore.characterisation.icc.transforms import (
+    CurveSet,
+    Element,
+    Matrix,
+    Transform,
+    curve_at,
+    lut_transform,
+    process_elements_transform,
+)
 from gamutcore.characterisation.samples import JSON
 from gamutcore.errors import MalformedProfileError, UnsupportedProfileError
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from gamutcore.arrays import FloatArray
 
-__all__ = ["IccProfile", "icc_profile", "looks_like_icc"]
+__all__ = ["IccProfile", "colorant_names", "icc_profile", "looks_like_icc", "profile_description"]
+
+LONGEST_NAME = 200
+"""Maximum length of a name; longer names are cut."""
+
+
+def profile_description(element: Callable[[str], Element]) -> str:
+    """Return the description of a profile; empty without one.
+
+    The tag `desc` has the type textDescription (version 2) or multiLocalizedUnicode.
+    """
+    try:
+        tag = element("desc")
+        if tag.kind == "mluc":
+            length, offset = tag.unsigned(20, 4), tag.unsigned(24, 4)
+            return _printable(tag.raw(offset, length).decode("utf-16-be", "replace"))
+        if tag.kind == "desc":
+            length = tag.unsigned(8, 4)
+            return _printable(tag.raw(12, length).decode("latin-1").partition("\0")[0])
+    except MalformedProfileError:
+        pass
+    return ""
+
+
+def colorant_names(element: Callable[[str], Element], count: int) -> tuple[str, ...]:
+    """Return the names of the inks from the tag `clrt` (ICC.1:2022, 10.5).
+
+    The result is empty if a name is missing or repeated.
+    """
+    try:
+        tag = element("clrt")
+        if tag.kind != "clrt" or tag.unsigned(8, 4) != count:
+            return ()
+        names = tuple(
+            _printable(tag.raw(12 + 38 * i, 32).decode("latin-1").partition("\0")[0])
+            for i in range(count)
+        )
+    except MalformedProfileError:
+        return ()
+    return names if all(names) and len(set(names)) == count else ()
+
+
+def _printable(text: str) -> str:
+    return "".join(c for c in text if c.isprintable()).strip()[:LONGEST_NAME]
+
 
 T = TypeVar("T")
 
@@ -71,18 +122,7 @@ PROCESS_STAND_INS = ("D2B1", "D2B0", "D2B2")
 
 
 def looks_like_icc(data: bytes) -> bool:
-    """Return whether bytes have the signature of ICC profiles.
-
-    Parameters
-    ----------
-    data : bytes
-        The file.
-
-    Returns
-    -------
-    bool
-        ``acsp`` is at offset 36 (ICC.1:2022, 7.2.11).
-    """
+    """Return whether bytes have the signature of ICC profiles (ICC.1:2022, 7.2.11)."""
     return data[36:40] == b"acsp"
 
 
@@ -90,25 +130,24 @@ def looks_like_icc(data: bytes) -> bool:
 class IccProfile:
     """An ICC profile with a checked header.
 
-    Parameters
+    Attributes
     ----------
     data : bytes
-        The file.
+    The file.
     version : tuple of int
-        Major, minor, bug fix.
+    Major, minor, bug fix.
     device_class : str
-        ``"input"``, ``"display"``, ``"output"`` or ``"colour space"``; ``"abstract"`` for a profile
-        that has a gamut boundary and no device.
+    A value of `CLASSES`, or `ABSTRACT`.
     channels : tuple of str
-        Names of the device channels.
+    Names of the device channels.
     pcs : str
-        ``"XYZ"`` or ``"Lab"``.
+    ``"XYZ"`` or ``"Lab"``.
     tags : dict
-        Signature to offset and size. `element` checks these.
+    Signature to offset and size. `element` checks these.
     provenance : dict
-        Format, version, class, description, white; JSON-able.
+    Format, version, class, description, white; JSON-able.
     warnings : tuple of str
-        Faults that the reader tolerated.
+    Faults that the reader tolerated.
     """
 
     data: bytes
@@ -131,18 +170,7 @@ class IccProfile:
         return self.data[16:20] not in {b"RGB ", b"GRAY"}
 
     def element(self, tag: str) -> Element:
-        """Return the data of a tag.
-
-        Parameters
-        ----------
-        tag : str
-            Its signature.
-
-        Raises
-        ------
-        MalformedProfileError
-            The tag is missing, or exceeds the file.
-        """
+        """Return the data of a tag; refuse one that is missing or exceeds the file."""
         if tag not in self.tags:
             raise MalformedProfileError(
                 f"The profile has no tag {tag}.",
@@ -160,41 +188,14 @@ class IccProfile:
         return Element(tag, self.data[offset : offset + size])
 
     def xyz(self, tag: str) -> FloatArray:
-        """Return the X, Y, Z of a tag of the type XYZ.
-
-        Parameters
-        ----------
-        tag : str
-            Its signature, such as ``"wtpt"``.
-
-        Returns
-        -------
-        (3,) float
-
-        Raises
-        ------
-        MalformedProfileError
-            The tag is missing, malformed or has another type.
-        """
+        """Return the X, Y, Z (3,) of a tag of the type XYZ, such as ``wtpt``."""
         element = self.element(tag)
         if element.kind != "XYZ ":
             raise element.malformed(f"has the type {element.kind!r}, not XYZ")
         return element.fixed(8, 3)
 
     def media_white(self) -> tuple[FloatArray, list[str]]:
-        """Return the media white point, and warnings about it.
-
-        Returns
-        -------
-        white : (3,) float
-            X, Y, Z; D50 if the profile has none.
-        warnings : list of str
-
-        Raises
-        ------
-        MalformedProfileError
-            The tag is malformed, or the white is not positive.
-        """
+        """Return the media white point (3,), D50 if the profile has none, and warnings."""
         if "wtpt" not in self.tags:
             return D50, ["The profile has no media white point; D50 is assumed."]
         white = self.xyz("wtpt")
@@ -207,16 +208,10 @@ class IccProfile:
         return white, []
 
     def native_white(self) -> tuple[FloatArray | None, list[str]]:
-        """Return the white before chromatic adaptation, and warnings.
+        """Return the white (3,) before chromatic adaptation, and warnings; None without `chad`.
 
-        Returns
-        -------
-        white : (3,) float or None
-            X, Y, Z of the colour that the tag `chad` maps to D50: the white of the display, or of
-            the light on the print. None if the profile has no such tag.
-        warnings : list of str
-            Faults of the tag. The colours of the profile are already adapted (ICC.1:2022, 9.2.15
-            and annex E); the tag matters only for the display's own colours.
+        The tag maps this white of the display, or of the light on the print, to D50. The colours of
+        the profile are already adapted (ICC.1:2022, 9.2.15 and annex E).
         """
         if "chad" not in self.tags:
             return None, []
@@ -227,13 +222,7 @@ class IccProfile:
         return white, []
 
     def adaptation_to_d50(self) -> FloatArray | None:
-        """Return the matrix of the tag `chad`, which adapted the colours to D50.
-
-        Returns
-        -------
-        (3, 3) float or None
-            None if the tag is missing or malformed.
-        """
+        """Return the matrix (3, 3) of the tag `chad`; None if it is missing or malformed."""
         if "chad" not in self.tags:
             return None
         try:
@@ -245,28 +234,11 @@ class IccProfile:
         return matrix if ((white > 0) & (white < 10)).all() else None
 
     def transform(self, intent: str) -> tuple[Transform, list[str]]:
-        """Return the transform from device values to the connection space, and warnings.
+        """Return the transform to the connection space of a rendering intent, and warnings.
 
-        Parameters
-        ----------
-        intent : str
-            ``"perceptual"``, ``"relative"``, ``"saturation"`` or ``"absolute"``. Absolute uses the
-            relative transform, unless the profile has an absolute one.
-
-        Returns
-        -------
-        transform : Transform
-            Multi-process elements (D2Bx) of the intent if all kinds of elements are supported, else
-            a lookup table (A2Bx), else matrix and curves.
-        warnings : list of str
-            Substitutes for missing or unsupported tags.
-
-        Raises
-        ------
-        MalformedProfileError
-            A needed tag is missing or malformed.
-        UnsupportedProfileError
-            All transforms of the profile are unsupported, or the profile has no device.
+        It is made of the multi-process elements (D2Bx) of the intent if all kinds of elements are
+        supported, else of a lookup table (A2Bx), else of matrix and curves. ``"absolute"`` is the
+        relative transform, unless the profile has an absolute one.
         """
         if self.device_class == ABSTRACT:
             raise UnsupportedProfileError(
@@ -347,20 +319,11 @@ class IccProfile:
 
 
 def icc_profile(data: bytes) -> IccProfile:
-    """Return the ICC profile in some bytes.
+    """Return the ICC profile of version 2, 4 or 5 in some bytes.
 
-    Parameters
-    ----------
-    data : bytes
-        The file, of version 2, 4 or 5.
-
-    Raises
-    ------
-    MalformedProfileError
-        The header or the tag table is malformed.
-    UnsupportedProfileError
-        The version, class or colour space is unsupported, or an iccMAX profile has viewing
-        conditions other than D50 and 2°, or only spectra.
+    A malformed header or tag table raises `MalformedProfileError`. `UnsupportedProfileError` is
+    raised for other versions, classes and colour spaces, and for iccMAX profiles with viewing
+    conditions other than D50 and 2°, or with spectra only.
     """
     if len(data) < HEADER_SIZE + 4:
         raise MalformedProfileError(
@@ -484,13 +447,4 @@ def _described(profile: IccProfile, space: str) -> IccProfile:
             "tag": "chad",
             "white": [round(float(value), 6) for value in adapted],
         }
-    return IccProfile(
-        profile.data,
-        profile.version,
-        profile.device_class,
-        channels,
-        profile.pcs,
-        profile.tags,
-        provenance,
-        tuple(warnings),
-    )
+    return replace(profile, channels=channels, provenance=provenance, warnings=tuple(warnings))

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from gamutcore.characterisation.icc.grid import checked_positions, multilinear
+from gamutcore.characterisation.icc.transforms import checked_positions, multilinear
 from gamutcore.errors import OptionError, UnsupportedProfileError
 
 if TYPE_CHECKING:

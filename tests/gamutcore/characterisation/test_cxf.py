@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gamutcore.characterisation import characterisation
-from gamutcore.characterisation.cxf.element_tree import (
+from gamutcore.characterisation.cxf import (
     CXF_NAMESPACE,
     MAX_ATTRIBUTE_LENGTH,
     MAX_ATTRIBUTES,
@@ -179,7 +179,7 @@ def test_hostile_and_broken_xml_is_refused_with_its_place(data, problem):
 
 
 def test_elements_are_limited(monkeypatch):
-    monkeypatch.setattr("gamutcore.characterisation.cxf.element_tree.MAX_ELEMENTS", 1000)
+    monkeypatch.setattr("gamutcore.characterisation.cxf.MAX_ELEMENTS", 1000)
     with pytest.raises(SampleLimitError):
         characterisation(cxf(RESOURCES.format("<cc:Object/>" * 1000)))
 

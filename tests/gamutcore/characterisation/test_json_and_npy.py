@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gamutcore.characterisation import characterisation
-from gamutcore.characterisation.json_samples import MAX_JSON_SAMPLES
+from gamutcore.characterisation.samples import MAX_JSON_SAMPLES
 from gamutcore.errors import (
     ConditionError,
     GamutError,

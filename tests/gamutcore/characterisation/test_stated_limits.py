@@ -9,7 +9,7 @@ from PIL import Image, ImageCms
 
 from gamutcore import Gamut
 from gamutcore.characterisation import characterisation, ink_limit_warnings
-from gamutcore.characterisation.stated_limits import stated_ink_limit
+from gamutcore.characterisation.embedded import stated_ink_limit
 
 TABLE = """CTI3
 {}BEGIN_DATA_FORMAT

@@ -180,12 +180,12 @@ def test_columns_channels_and_conditions_are_limited(names, rows):
 
 
 def test_lines_are_limited(monkeypatch):
-    monkeypatch.setattr("gamutcore.characterisation.table.MAX_LINES", 1000)
+    monkeypatch.setattr("gamutcore.characterisation.text.MAX_LINES", 1000)
     refused(SampleLimitError, read, "L,a,b\n" + "\n" * 1001 + "1,2,3\n")
 
 
 def test_numbers_are_limited_and_not_rows_alone(monkeypatch):
-    monkeypatch.setattr("gamutcore.characterisation.table.MAX_TEXT_VALUES", 100_000)
+    monkeypatch.setattr("gamutcore.characterisation.text.MAX_TEXT_VALUES", 100_000)
     names = [f"SPEC_{nm}" for nm in range(300, 1200)]
     with pytest.raises(SampleLimitError, match="900 numbers"):
         table(names, *itertools.repeat(["0.5"] * 900, 112))

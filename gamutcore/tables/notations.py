@@ -1,7 +1,11 @@
-"""Colours as style sheets write them: #e4002b, rgb(), hsl(), lab(), lch(), oklab(), oklch().
+"""Colours as other programs write them: style sheets (#e4002b, lab(), oklch()), and palettes.
 
-The grammar is that of CSS Color 4 (W3C, 2025), sections 5 to 10. Alpha is read and not used.
-Names such as ``red`` and relative colours are not read.
+The grammar of texts is that of CSS Color 4 (W3C, 2025), sections 5 to 10: #e4002b, rgb(), hsl(),
+lab(), lch(), oklab(), oklch(). Alpha is read and not used. Names such as ``red`` and relative
+colours are not read.
+
+The format of palettes is Adobe Swatch Exchange (.ase), as the exports of Adobe's applications have
+it: big-endian blocks, of which 0x0001 is a colour and 0xC001 and 0xC002 begin and end a group.
 """
 
 from __future__ import annotations
@@ -9,12 +13,15 @@ from __future__ import annotations
 import colorsys
 import math
 import re
-from typing import TYPE_CHECKING
+import struct
+from typing import TYPE_CHECKING, NamedTuple
+
+from gamutcore.errors import MalformedFileError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-__all__ = ["css_colour"]
+__all__ = ["PALETTE_MAGIC", "Swatch", "css_colour", "swatches"]
 
 _HEX = re.compile(r"#?([0-9a-f]{3,4}|[0-9a-f]{6}|[0-9a-f]{8})", re.IGNORECASE)
 _FUNCTION = re.compile(
@@ -112,3 +119,58 @@ def _value(word: str, full: float | None) -> float | None:
     if unit in _ANGLES:
         return None
     return number * full / 100.0 if unit else number
+
+
+PALETTE_MAGIC = b"ASEF"
+_COLOUR, _GROUP, _GROUP_END = 0x0001, 0xC001, 0xC002
+_COMPONENTS = {"RGB": 3, "LAB": 3, "CMYK": 4, "Gray": 1}
+
+
+class Swatch(NamedTuple):
+    """A colour: its name, its group, its model, and the components as in the file."""
+
+    name: str
+    group: str
+    model: str
+    values: tuple[float, ...]
+
+
+def swatches(data: bytes) -> list[Swatch]:
+    """Return the colours of a palette; errors have the number of the block, from 1."""
+    found: list[Swatch] = []
+    group, place, block = "", 12, 0
+    try:
+        (count,) = struct.unpack_from(">I", data, 8)
+        for block in range(1, count + 1):  # noqa: B007  # named in the error
+            kind, size = struct.unpack_from(">HI", data, place)
+            content = data[place + 6 : place + 6 + size]
+            if len(content) != size:
+                raise struct.error("the file ends within a block")  # noqa: TRY301
+            place += 6 + size
+            if kind == _GROUP:
+                group, _ = _block_text(content)
+            elif kind == _GROUP_END:
+                group = ""
+            elif kind == _COLOUR:
+                name, end = _block_text(content)
+                model = content[end : end + 4].decode("ascii").strip()
+                if model not in _COMPONENTS:
+                    raise struct.error(f"the colour model is {model!r}")  # noqa: TRY301
+                values = struct.unpack_from(f">{_COMPONENTS[model]}f", content, end + 4)
+                found.append(Swatch(name, group, model, values))
+    except (struct.error, UnicodeDecodeError) as error:
+        raise MalformedFileError(
+            f"The palette is damaged: {error}.",
+            where={"block": block},
+            remedy="Export the swatches again as Adobe Swatch Exchange (.ase).",
+        ) from None
+    return found
+
+
+def _block_text(content: bytes) -> tuple[str, int]:
+    """Return the text at the start of a block, and where it ends."""
+    (length,) = struct.unpack_from(">H", content)
+    end = 2 + 2 * length
+    if end > len(content):
+        raise struct.error("a name is longer than its block")
+    return content[2:end].decode("utf-16-be").rstrip("\0"), end
