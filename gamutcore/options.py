@@ -18,19 +18,20 @@ from typing import Any, TypeAlias
 
 from gamutcore.boundary import BASIS, BOUNDARIES, GAMMA, SEGMENT_COUNTS, SUBDIVISIONS
 from gamutcore.characterisation.conditions import condition_label
-from gamutcore.colours.device.model import DEVICE_MODELS
-from gamutcore.colours.device.surface import SURFACE_SAMPLES
-from gamutcore.colours.spaces import SPACES, ColourSpace
-from gamutcore.colours.spaces.parameters import (
+from gamutcore.colours import (
+    DEVICE_MODELS,
+    ILLUMINANTS,
+    INTENTS,
     MEASURED,
+    OBSERVERS,
     SPACE,
     SPACE_PARAMETERS,
+    SURFACE_SAMPLES,
     measured_luminance,
     parameter_defaults,
     space_parameters,
 )
-from gamutcore.colours.spectral import ILLUMINANTS, OBSERVERS
-from gamutcore.colours.surface import INTENTS
+from gamutcore.colours.spaces import SPACES, ColourSpace
 from gamutcore.decimation import COSTS
 from gamutcore.errors import OptionError
 from gamutcore.option_types import (

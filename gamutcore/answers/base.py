@@ -12,8 +12,8 @@ import numpy as np
 
 from gamutcore.answers.conditions import Conditions
 from gamutcore.colour_rows import colour_rows
-from gamutcore.colours.spaces.cielab import xyz_to_lab
-from gamutcore.colours.spaces.conversion import ColourConversion
+from gamutcore.colours import xyz_to_lab
+from gamutcore.colours.spaces import ColourConversion
 from gamutcore.errors import OptionError
 from gamutcore.gamut_levels import GamutLevels
 from gamutcore.tables import frame_colours

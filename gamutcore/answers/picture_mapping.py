@@ -26,10 +26,7 @@ from gamutcore.characterisation.pictures.picture import (
 )
 from gamutcore.characterisation.pictures.raster import open_raster
 from gamutcore.characterisation.pictures.signatures import picture_format
-from gamutcore.colours.black_point import luminance_of_black
-from gamutcore.colours.picture_colours import picture_colours
-from gamutcore.colours.picture_values import find_values
-from gamutcore.colours.spaces.cielab import lab_to_xyz
+from gamutcore.colours import find_values, lab_to_xyz, luminance_of_black, picture_colours
 from gamutcore.errors import MalformedFileError, UnsupportedPictureError
 from gamutcore.export.picture_file import picture_writer, with_depth
 from gamutcore.shown import Shown

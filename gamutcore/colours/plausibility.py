@@ -12,18 +12,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gamutcore.colours.spaces.cielab import ICC_D50, lab_to_xyz
+from gamutcore.colours.colorimetry import ICC_D50, lab_to_xyz
 
 if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
     from gamutcore.characterisation import Samples
-    from gamutcore.colours.device.ink_limits import LimitedCube
+    from gamutcore.colours.ink_limits import LimitedCube
 
-__all__ = [
-    "extrapolation_warnings",
-    "impossible_colour_warnings",
-    "range_warnings",
-]
+__all__ = ["extrapolation_warnings", "impossible_colour_warnings", "range_warnings"]
 
 _FAR = 0.5
 """Distance of a corner from the nearest sample at which the corner is far: half of an edge of the

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gamutcore.colours import lab_to_xyz
 from gamutcore.colours.spaces import CIELAB, ColourSpace
-from gamutcore.colours.spaces.cielab import lab_to_xyz
 from gamutcore.errors import OptionError
 from gamutcore.export.icc_cielab import check_icc_cielab
 from gamutcore.export.plain_text import ascii_line

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gamutcore.colours.spaces import CIELAB, ColourSpace
-from gamutcore.colours.spaces.srgb import srgb
+from gamutcore.colours.spaces import CIELAB, ColourSpace, srgb
 from gamutcore.export.device_properties import property_names
 from gamutcore.geometry import imported_trimesh
 from gamutcore.version import __version__

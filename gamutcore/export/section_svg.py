@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gamutcore.arrays import FloatArray
-from gamutcore.colours.spaces import CIELAB, ColourSpace
-from gamutcore.colours.spaces.srgb import srgb
+from gamutcore.colours.spaces import CIELAB, ColourSpace, srgb
 from gamutcore.export.svg_chart import INK, Chart
 
 __all__ = ["SectionAxes", "leaf_axes", "lightness_axes", "plane_axes", "rings_svg", "section_svg"]

@@ -14,8 +14,7 @@ from xml.sax.saxutils import escape
 
 import numpy as np
 
-from gamutcore.colours.spaces import CIELAB, ColourSpace
-from gamutcore.colours.spaces.srgb import srgb
+from gamutcore.colours.spaces import CIELAB, ColourSpace, srgb
 from gamutcore.export.plain_text import ascii_line
 from gamutcore.export.ply import comment_lines
 from gamutcore.version import __version__

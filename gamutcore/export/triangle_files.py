@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gamutcore.colours.spaces import CIELAB, ColourSpace
-from gamutcore.colours.spaces.srgb import srgb
+from gamutcore.colours.spaces import CIELAB, ColourSpace, srgb
 from gamutcore.export.ply import comment_lines
 from gamutcore.geometry import imported_trimesh
 

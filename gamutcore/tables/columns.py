@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from gamutcore.characterisation.columns import spelt_out
-from gamutcore.colours.spaces.conversion import GIVEN_SPACE, OTHER_AXES
-from gamutcore.colours.spaces.definitions import SPACES
+from gamutcore.colours import GIVEN_SPACE, OTHER_AXES
+from gamutcore.colours.spaces import SPACES
 from gamutcore.errors import InvalidPointsError, MissingColumnError, OptionError
 from gamutcore.option_types import check_option
 

@@ -33,9 +33,8 @@ from gamutcore.characterisation.icc import looks_like_icc
 from gamutcore.characterisation.pictures import picture_format
 from gamutcore.characterisation.spectra import FEWEST_BANDS, wavelength
 from gamutcore.characterisation.table import number
-from gamutcore.colours.measured_colours import measured_colours
-from gamutcore.colours.spaces.conversion import ColourConversion
-from gamutcore.colours.spaces.definitions import CIELAB
+from gamutcore.colours import measured_colours
+from gamutcore.colours.spaces import CIELAB, ColourConversion
 from gamutcore.content import is_saved_gamut
 from gamutcore.errors import (
     InvalidPointsError,

@@ -18,7 +18,7 @@ from gamutcore.answers.mapping import METHOD, NAMES
 from gamutcore.answers.points import METRIC, TOLERANCE
 from gamutcore.answers.results import SurfaceAnswer
 from gamutcore.arrays import FloatArray, LongArray
-from gamutcore.colours.spaces.conversion import GIVEN_SPACE
+from gamutcore.colours import GIVEN_SPACE
 from gamutcore.option_types import Choice, Number, Text, Vector, WholeNumber
 from service.http.parameters import LARGEST_WHOLE
 from service.queries.levels import QueryLevel

@@ -14,8 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gamutcore.arrays import Float32Array, FloatArray, PositionArray
-from gamutcore.colours.spaces import ColourSpace
-from gamutcore.colours.spaces.srgb import linear_srgb
+from gamutcore.colours.spaces import ColourSpace, linear_srgb
 from gamutcore.export.rendering.strokes import HEIGHT, text_strokes
 from gamutcore.geometry import TriangleMesh
 

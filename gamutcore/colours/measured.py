@@ -3,35 +3,50 @@
 This step decides whether two gamuts are comparable. The white, the adaptation, the illuminant and
 the observer are therefore recorded in the provenance, and every assumption is a warning. The rules
 and their sources are in ``docs/decisions/media-relative.md``.
+
+The colour of a spectrum is its product with a matrix of weights (ASTM E308). The matrix combines
+the colour-matching functions, the illuminant and the interpolation between bands.
 """
 
 from __future__ import annotations
 
 import re
+import warnings
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gamutcore.characterisation.conditions import is_reflective_condition
-from gamutcore.colours.declared_observer import declared_observer
-from gamutcore.colours.device.surface import AbsoluteColours
-from gamutcore.colours.spaces.cielab import (
+from gamutcore.characterisation.spectra import reflectance_scale
+from gamutcore.colours.colorimetry import (
     ICC_D50,
+    adaptation_matrix,
+    adaptation_text,
     adaptation_to_d50,
+    colour_science,
     lab_to_xyz,
     white_of,
     xyz_to_lab,
 )
-from gamutcore.colours.spaces.white_points import adaptation_matrix, adaptation_text
-from gamutcore.colours.spectral import ILLUMINANTS, emission_xyz, reflectance_xyz
+from gamutcore.colours.sampling import AbsoluteColours
 from gamutcore.errors import InvalidPointsError, OptionError
 
 if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
     from gamutcore.characterisation.samples import JSON, Samples
 
-__all__ = ["MeasuredColours", "measured_colours"]
+__all__ = [
+    "ILLUMINANTS",
+    "OBSERVERS",
+    "MeasuredColours",
+    "declared_observer",
+    "emission_xyz",
+    "measured_colours",
+    "reflectance_xyz",
+    "tristimulus_weights",
+]
 
 _NAMED_ILLUMINANT = re.compile(r"\b(?:ILLUMINANT[,:=\s]+)?(D50|D55|D65|D75|FL?\d{1,2}|[ACE])\b")
 _DAYLIGHT = re.compile(r"\b(D50|D55|D65|D75)\b")
@@ -445,3 +460,144 @@ def _stated_display(samples: Samples) -> bool | None:
 
 def _list_of(values: FloatArray) -> list[JSON]:
     return [round(float(value), 6) for value in values]
+
+
+ILLUMINANTS = ("A", "C", "D50", "D55", "D65", "D75", "E", *(f"FL{n}" for n in range(1, 13)))
+"""CIE illuminants of reflectance spectra (CIE 15:2018)."""
+
+OBSERVERS = (2, 10)
+"""Fields of view of the CIE 1931 and CIE 1964 standard observers, in degrees."""
+
+_SHORTEST, _LONGEST = 360.0, 780.0
+"""Range of the tables of ASTM E308 in nm; wavelengths beyond it have no weight."""
+
+_TABLE_STEPS = (5.0, 10.0, 20.0)
+
+LUMINOUS_EFFICACY = 683.0
+"""Lumens per watt at the peak of V(λ) (CIE 15:2018, 7.1)."""
+
+
+def reflectance_xyz(
+    wavelengths: FloatArray, reflectances: FloatArray, illuminant: str, observer: int
+) -> tuple[FloatArray, float]:
+    """Return XYZ (n, 3) of reflecting or transmitting samples, and their scale, 1 or 100.
+
+    `wavelengths` (b,) are ascending band centres in nm. The largest value of `reflectances` (n, b)
+    shows the scale; fluorescence may exceed full scale. Y = 1 for the perfect diffuser, whose
+    values are `white_of` the illuminant.
+
+    ASTM E308-18, section 7; ISO 13655:2017, 5.
+    """
+    scale = reflectance_scale(reflectances)
+    weights = tristimulus_weights(tuple(map(float, wavelengths)), illuminant, observer)
+    white = white_of(illuminant, str(observer))
+    assert white is not None  # noqa: S101 (the tables know every illuminant of ours)
+    xyz: FloatArray = (reflectances / scale) @ weights * (white / weights.sum(axis=0))
+    return xyz, scale
+
+
+def emission_xyz(wavelengths: FloatArray, radiances: FloatArray, observer: int) -> FloatArray:
+    """Return the tristimulus values (n, 3) of lights with spectral radiances (n, b).
+
+    Y is in cd/m² for radiances in W/(m² sr nm). `wavelengths` (b,) are ascending band centres in
+    nm. The weights are those of illuminant E without its normalisation (CIE 15:2018, 7.1).
+    """
+    matching = _matching_functions(observer)[1]
+    weights = tristimulus_weights(tuple(map(float, wavelengths)), "E", observer)
+    xyz: FloatArray = radiances @ weights * (LUMINOUS_EFFICACY * matching[:, 1].sum())
+    return xyz
+
+
+@lru_cache(maxsize=64)
+def tristimulus_weights(
+    wavelengths: tuple[float, ...], illuminant: str, observer: int
+) -> FloatArray:
+    """Return the contributions (b, 3) of the bands of a spectrum to X, Y and Z, read-only.
+
+    `wavelengths` are ascending band centres in nm, and the sum for Y is 1. The weights of
+    unmeasured wavelengths are added to those of the first and the last band (ASTM E308-18, 7.2 and
+    7.3).
+    """
+    bands = np.array(wavelengths)
+    used = (bands >= _SHORTEST) & (bands <= _LONGEST)
+    weights = np.zeros((len(bands), 3))
+    steps = np.unique(np.diff(bands[used]))
+    in_tables = len(steps) == 1 and steps[0] in _TABLE_STEPS and not (bands[used] % steps[0]).any()
+    make = _table_weights if in_tables else _interpolated_weights
+    weights[used] = make(bands[used], illuminant, observer)
+    weights.setflags(write=False)
+    return weights
+
+
+def _table_weights(bands: FloatArray, illuminant: str, observer: int) -> FloatArray:
+    """Weights of the standard's own steps, by colour-science from an identity matrix."""
+    colour = colour_science()
+    identity = colour.MultiSpectralDistributions(np.eye(len(bands)), bands)
+    with warnings.catch_warnings():
+        # colour-science warns of each step of the standard
+        warnings.simplefilter("ignore")
+        xyz = colour.msds_to_XYZ(
+            identity,
+            colour.MSDS_CMFS[_observer_name(observer)],
+            colour.SDS_ILLUMINANTS[illuminant],
+            method="ASTM E308",
+        )
+    weights: FloatArray = np.asarray(xyz, dtype=np.float64) / 100.0
+    return weights
+
+
+def _interpolated_weights(bands: FloatArray, illuminant: str, observer: int) -> FloatArray:
+    """Weights by way of 1 nm: a cubic spline between the bands, constant beyond the ends."""
+    fine, matching = _matching_functions(observer)
+    power = colour_science().SDS_ILLUMINANTS[illuminant]
+    weighted = matching * np.interp(fine, power.wavelengths, power.values)[:, np.newaxis]
+    inside = np.clip(fine, bands[0], bands[-1])
+    from scipy.interpolate import CubicSpline  # noqa: PLC0415  # 0.3 s, for uneven bands only
+
+    splines: FloatArray = CubicSpline(bands, np.eye(len(bands)), axis=0)(inside)
+    weights: FloatArray = splines.T @ weighted / weighted[:, 1].sum()
+    return weights
+
+
+@lru_cache(maxsize=4)
+def _matching_functions(observer: int) -> tuple[FloatArray, FloatArray]:
+    """Wavelengths from 360 to 780 nm and the colour-matching functions there."""
+    functions = colour_science().MSDS_CMFS[_observer_name(observer)]
+    wavelengths = np.asarray(functions.wavelengths, dtype=np.float64)
+    used = (wavelengths >= _SHORTEST) & (wavelengths <= _LONGEST)
+    return wavelengths[used], np.asarray(functions.values, dtype=np.float64)[used]
+
+
+def _observer_name(observer: int) -> str:
+    year = {2: 1931, 10: 1964}[observer]
+    return f"CIE {year} {observer} Degree Standard Observer"
+
+
+_PART = re.compile(r"[0-9]+(?:\.[0-9]+)?|[A-Z]+")
+_DEGREES = {"TWO": "2", "TEN": "10", "1931": "2", "1964": "10"}
+_FOREIGN = frozenset(
+    {
+        *("1951", "SCOTOPIC"),
+        *("1955", "1959", "STILES", "BURCH"),
+        *("1978", "JUDD", "VOS"),
+        *("2006", "2012", "2015", "170"),
+        *("SHAW", "FAIRCHILD"),
+    }
+)
+"""Years and names of other observers; Argyll has 1955_2, 1955_10, 1978_2, 2012_2, 2012_10 and
+shaw."""
+
+
+def declared_observer(text: str) -> str | None:
+    """Return the standard observer that a text such as ``"1931_2"`` or ``"10 degree"`` names.
+
+    ``"2"`` stands for CIE 1931 and ``"10"`` for CIE 1964 (CIE 15:2018, 6.1 and 6.2). None if the
+    text names another observer, both, or none.
+    """
+    parts = _PART.findall(text.upper())
+    if not _FOREIGN.isdisjoint(parts):
+        return None
+    found = {_DEGREES[part] for part in parts if part in _DEGREES}
+    angles = (float(part) for part in parts if part[0].isdigit())
+    found |= {f"{angle:.0f}" for angle in angles if angle in (2.0, 10.0)}
+    return found.pop() if len(found) == 1 else None

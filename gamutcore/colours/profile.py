@@ -14,21 +14,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gamutcore.characterisation.samples import JSON
-from gamutcore.colours.device.surface import AbsoluteColours
-from gamutcore.colours.spaces.cielab import ICC_D50, lab_to_xyz, xyz_to_lab
-from gamutcore.colours.spaces.white_points import adaptation_matrix
+from gamutcore.colours.colorimetry import ICC_D50, adaptation_matrix, lab_to_xyz, xyz_to_lab
+from gamutcore.colours.sampling import AbsoluteColours
 from gamutcore.errors import MalformedProfileError
 
 if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
     from gamutcore.characterisation.icc import IccProfile
 
-__all__ = [
-    "ProfileColours",
-    "absolute_colours",
-    "declared_white",
-    "profile_colours",
-]
+__all__ = ["ProfileColours", "absolute_colours", "declared_white", "profile_colours"]
 
 PERCEPTUAL_BLACK = np.array([0.00336, 0.0034731, 0.00287])
 """XYZ of the perceptual reference medium's black point (ICC.1:2022, 6.3.3, table 3)."""
