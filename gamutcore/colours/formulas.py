@@ -29,6 +29,8 @@ if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
 
 __all__ = [
+    "IPT",
+    "OKLAB",
     "SURROUNDS",
     "AppearanceModel",
     "Cielab",
@@ -39,11 +41,8 @@ __all__ = [
     "Jzazbz",
     "PerceptualQuantizer",
     "PowerOpponent",
-    "UniformAppearance",
     "hlg_luminance",
     "ictcp",
-    "ipt",
-    "oklab",
     "pq_luminance",
     "pq_signal",
 ]
@@ -199,34 +198,31 @@ class PowerOpponent:
         return result
 
 
-def oklab() -> PowerOpponent:
-    """Return Oklab (Ottosson, A perceptual color space for image processing, 2020; D65)."""
-    return PowerOpponent(
-        np.array(
-            [
-                (0.8189330101, 0.3618667424, -0.1288597137),
-                (0.0329845436, 0.9293118715, 0.0361456387),
-                (0.0482003018, 0.2643662691, 0.6338517070),
-            ]
-        ),
-        1.0 / 3.0,
-        np.array(
-            [
-                (0.2104542553, 0.7936177850, -0.0040720468),
-                (1.9779984951, -2.4285922050, 0.4505937099),
-                (0.0259040371, 0.7827717662, -0.8086757660),
-            ]
-        ),
-    )
+OKLAB = PowerOpponent(
+    np.array(
+        [
+            (0.8189330101, 0.3618667424, -0.1288597137),
+            (0.0329845436, 0.9293118715, 0.0361456387),
+            (0.0482003018, 0.2643662691, 0.6338517070),
+        ]
+    ),
+    1.0 / 3.0,
+    np.array(
+        [
+            (0.2104542553, 0.7936177850, -0.0040720468),
+            (1.9779984951, -2.4285922050, 0.4505937099),
+            (0.0259040371, 0.7827717662, -0.8086757660),
+        ]
+    ),
+)
+"""Ottosson, A perceptual color space for image processing (2020); D65."""
 
-
-def ipt() -> PowerOpponent:
-    """Return IPT (Ebner and Fairchild, 6th Color Imaging Conference, 1998; D65)."""
-    return PowerOpponent(
-        np.array([(0.4002, 0.7075, -0.0807), (-0.2280, 1.1500, 0.0612), (0.0, 0.0, 0.9184)]),
-        0.43,
-        np.array([(0.4, 0.4, 0.2), (4.4550, -4.8510, 0.3960), (0.8056, 0.3572, -1.1628)]),
-    )
+IPT = PowerOpponent(
+    np.array([(0.4002, 0.7075, -0.0807), (-0.2280, 1.1500, 0.0612), (0.0, 0.0, 0.9184)]),
+    0.43,
+    np.array([(0.4, 0.4, 0.2), (4.4550, -4.8510, 0.3960), (0.8056, 0.3572, -1.1628)]),
+)
+"""Ebner and Fairchild, 6th Color Imaging Conference (1998); D65."""
 
 
 _M1, _M2 = 2610 / 16384, 2523 / 4096 * 128
@@ -237,8 +233,7 @@ _PEAK = 10_000.0
 def pq_signal(luminance: FloatArray, exponent: float = _M2) -> FloatArray:
     """Return the signal of luminances in cd/m², 0 or more, in the perceptual quantizer.
 
-    The signal of 10,000 cd/m² is 1. Jzazbz has another outer exponent. SMPTE ST 2084:2014, equation
-    5.2; ITU-R BT.2100-2, table 4.
+    The signal of 10,000 cd/m² is 1. Jzazbz has another outer exponent. ITU-R BT.2100-2, table 4.
     """
     powers = (luminance / _PEAK) ** _M1
     signal: FloatArray = ((_C1 + _C2 * powers) / (1.0 + _C3 * powers)) ** exponent
@@ -258,22 +253,10 @@ def pq_luminance(signal: FloatArray, exponent: float = _M2) -> FloatArray:
 
 
 def hlg_luminance(signals: FloatArray, luminance: FloatArray) -> FloatArray:
-    """Return linear RGB in cd/m² of HLG signals, on a display of 1,000 cd/m².
+    """Return linear RGB (n, 3) in cd/m² of HLG signals, on a display of 1,000 cd/m².
 
-    Parameters
-    ----------
-    signals : (n, 3) float
-        R, G, B from 0 to 1.
-    luminance : (3,) float
-        Luminances of the primaries in parts of the white's.
-
-    Returns
-    -------
-    (n, 3) float
-
-    Notes
-    -----
-    ITU-R BT.2100-2, table 5, with the system gamma of 1.2 and without a black level.
+    `luminance` (3,) has the luminances of the primaries in parts of the white's. ITU-R BT.2100-2,
+    table 5, with the system gamma of 1.2 and without a black level.
     """
     a, b, c = 0.17883277, 0.28466892, 0.55991073
     scene = np.where(signals <= 0.5, signals**2 / 3, (np.exp((signals - c) / a) + b) / 12)
@@ -367,24 +350,6 @@ class Jzazbz:
         return np.stack([x, (shifted_y + (self.G - 1) * x) / self.G, z], axis=1)
 
 
-@dataclass(frozen=True, eq=False)
-class UniformAppearance:
-    """The uniform space of an appearance model; negative tristimulus values are raised to zero."""
-
-    model: AppearanceModel
-
-    def coordinates(self, xyz: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
-        """See `Formula`."""
-        negative = _negative(xyz)
-        coordinates, outside = self.model.uniform(np.maximum(xyz, 0.0) * 100.0)
-        return coordinates, negative | outside
-
-    def xyz(self, coordinates: FloatArray) -> FloatArray:
-        """See `Formula`."""
-        result: FloatArray = self.model.tristimulus(coordinates) / 100.0
-        return result
-
-
 SURROUNDS = {"average": (1.0, 0.69, 1.0), "dim": (0.9, 0.59, 0.9), "dark": (0.8, 0.525, 0.8)}
 """Factors F, c and N_c of surrounds (CIE 159:2004, table 1; Li et al. 2017, table A1)."""
 
@@ -404,39 +369,38 @@ colours."""
 
 @dataclass(frozen=True, eq=False)
 class AppearanceModel:
-    """A colour appearance model under its viewing conditions.
+    """The uniform space CAM02-UCS or CAM16-UCS of a colour appearance model.
+
+    Responses are adapted to the white, compressed and made opponent. CIECAM02 adapts in the space
+    of CAT02 and compresses in that of the cones. CAM16 does both in the space of CAT16, which
+    avoids the failures of CIECAM02 for saturated blues. Negative tristimulus values are raised to
+    zero.
 
     CIE 159:2004, 8 and 9; Li et al., Comprehensive color solutions: CAM16, CAT16, and CAM16-UCS,
     Color Research and Application 42 (2017), appendices A and B.
 
     Attributes
     ----------
-    name : str
-        ``"CAM16"`` or ``"CIECAM02"``.
+    adaptation : str
+        ``"CAT16"`` for CAM16, or ``"CAT02"`` for CIECAM02.
     white : (3,) float
-        X, Y, Z of the adopted white, with Y of about 100.
-    adapting_luminance : float
-        L_A in cd/m²: usually a fifth of the white's luminance.
-    background : float
-        Y_b, the luminance factor of the background, in the scale of `white`.
+        X, Y, Z of the adopted white, with Y of about 1.
+    adapting_luminance, background : float
+        L_A in cd/m², usually a fifth of the white's luminance; Y_b in per cent of the white.
     surround : str
         A key of `SURROUNDS`.
     """
 
-    name: str
+    adaptation: str
     white: FloatArray
     adapting_luminance: float
     background: float
     surround: str
 
-    def correlates(
-        self, xyz: FloatArray
-    ) -> tuple[FloatArray, FloatArray, FloatArray, NDArray[np.bool_]]:
-        """Return lightness J, colourfulness M and hue h, (n,), and whether colours left the domain.
-
-        Colours (n, 3) are in the scale of the white. The hue is in radians, −π to π.
-        """
-        red, green, blue = self._compression(xyz @ self._to_adapted.T).T
+    def coordinates(self, xyz: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+        """See `Formula`."""
+        seen = np.maximum(xyz, 0.0) * 100.0
+        red, green, blue = self._compression(seen @ self._to_adapted.T).T
         a = red - 12.0 * green / 11.0 + blue / 11.0
         b = (red + green - 2.0 * blue) / 9.0
         achromatic = (2.0 * red + green + blue / 20.0 - _OFFSET) * self._background_induction
@@ -447,30 +411,14 @@ class AppearanceModel:
         relative = np.maximum(achromatic, 0.0) / self._white_response
         lightness = 100.0 * relative**self._exponent
         chroma = strength**0.9 * np.sqrt(lightness / 100.0) * self._chroma_factor
-        return lightness, chroma * self._luminance_level**0.25, hue, outside
-
-    def uniform(self, xyz: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
-        """Return J', a', b' (n, 3) in the uniform space, and whether colours left the domain.
-
-        Colours (n, 3) are in the scale of the white.
-        """
-        lightness, colourfulness, hue, outside = self.correlates(xyz)
+        colourfulness = chroma * self._luminance_level**0.25
         radius = np.log1p(_CHROMA_CURVE * colourfulness) / _CHROMA_CURVE
-        coordinates = np.stack(
-            [
-                (1.0 + 100.0 * _LIGHTNESS_CURVE) * lightness / (1.0 + _LIGHTNESS_CURVE * lightness),
-                radius * np.cos(hue),
-                radius * np.sin(hue),
-            ],
-            axis=1,
-        )
-        return coordinates, outside
+        light = (1.0 + 100.0 * _LIGHTNESS_CURVE) * lightness / (1.0 + _LIGHTNESS_CURVE * lightness)
+        coordinates = np.stack([light, radius * np.cos(hue), radius * np.sin(hue)], axis=1)
+        return coordinates, _negative(xyz) | outside
 
-    def tristimulus(self, coordinates: FloatArray) -> FloatArray:
-        """Return X, Y, Z of J', a', b' in the scale of the white; the inverse of `uniform`.
-
-        J' is below 200. Values outside the range of the model become the nearest in it.
-        """
+    def xyz(self, coordinates: FloatArray) -> FloatArray:
+        """See `Formula`. The inverse is in closed form (Li et al. 2017, appendix B)."""
         uniform, first, second = coordinates.T
         uniform = np.clip(uniform, 0.0, 200.0)
         lightness = uniform / (1.0 + 100.0 * _LIGHTNESS_CURVE - _LIGHTNESS_CURVE * uniform)
@@ -480,27 +428,25 @@ class AppearanceModel:
         root = np.sqrt(lightness / 100.0)
         lit = root > 0.0
         chroma = colourfulness / self._luminance_level**0.25
-        strength = np.where(
-            lit, chroma / (np.where(lit, root, 1.0) * self._chroma_factor), 0.0
-        ) ** (1.0 / 0.9)
+        relative = chroma / (np.where(lit, root, 1.0) * self._chroma_factor)
+        strength = np.where(lit, relative, 0.0) ** (1.0 / 0.9)
         response = self._white_response * root ** (2.0 / self._exponent)
         level = response / self._background_induction
         cosine, sine = np.cos(hue), np.sin(hue)
         divisor = 23.0 * self._eccentricity(hue) + strength * (11.0 * cosine + 108.0 * sine)
         size = 23.0 * (level + _OFFSET) * strength / np.where(divisor > 1e-6, divisor, np.inf)
         a, b = size * cosine, size * sine
-        compressed = (
-            np.stack(
-                [
-                    460.0 * level + 451.0 * a + 288.0 * b,
-                    460.0 * level - 891.0 * a - 261.0 * b,
-                    460.0 * level - 220.0 * a - 6300.0 * b,
-                ],
-                axis=1,
-            )
-            / 1403.0
-        )
-        xyz: FloatArray = self._expansion(compressed) @ np.linalg.inv(self._to_adapted).T
+        responses = [
+            460.0 * level + 451.0 * a + 288.0 * b,
+            460.0 * level - 891.0 * a - 261.0 * b,
+            460.0 * level - 220.0 * a - 6300.0 * b,
+        ]
+        compressed = np.stack(responses, axis=1) / 1403.0
+        # the inverse of `_compression`, without the offset of 0.1
+        sizes = np.minimum(np.abs(compressed), 399.0)
+        powers = (27.13 * sizes / (400.0 - sizes)) ** (1.0 / 0.42)
+        expanded = np.sign(compressed) * 100.0 / self._luminance_level * powers
+        xyz: FloatArray = expanded @ np.linalg.inv(self._to_adapted).T / 100.0
         return xyz
 
     @cached_property
@@ -511,7 +457,11 @@ class AppearanceModel:
 
     @cached_property
     def _ratio(self) -> float:
-        return float(self.background / self.white[1])
+        return float(self.background / self._white[1])
+
+    @cached_property
+    def _white(self) -> FloatArray:
+        return self.white * 100.0
 
     @cached_property
     def _background_induction(self) -> float:
@@ -531,30 +481,23 @@ class AppearanceModel:
         factor, _, _ = SURROUNDS[self.surround]
         degree = factor * (1.0 - np.exp((-self.adapting_luminance - 42.0) / 92.0) / 3.6)
         degree = min(max(float(degree), 0.0), 1.0)
-        sharp = np.array(ADAPTATIONS["CAT16" if self.name == "CAM16" else "CAT02"])
-        gains = degree * self.white[1] / (sharp @ self.white) + 1.0 - degree
+        sharp = np.array(ADAPTATIONS[self.adaptation])
+        gains = degree * self._white[1] / (sharp @ self._white) + 1.0 - degree
         adapted: FloatArray = gains[:, np.newaxis] * sharp
-        if self.name == "CAM16":
+        if self.adaptation == "CAT16":
             return adapted
         cones: FloatArray = _CONES @ np.linalg.inv(sharp) @ adapted
         return cones
 
     @cached_property
     def _white_response(self) -> float:
-        red, green, blue = self._compression(self._to_adapted @ self.white)
+        red, green, blue = self._compression(self._to_adapted @ self._white)
         return float((2.0 * red + green + blue / 20.0 - _OFFSET) * self._background_induction)
 
     def _compression(self, responses: FloatArray) -> FloatArray:
         powers = (self._luminance_level * np.abs(responses) / 100.0) ** 0.42
         compressed: FloatArray = np.sign(responses) * 400.0 * powers / (powers + 27.13) + 0.1
         return compressed
-
-    def _expansion(self, compressed: FloatArray) -> FloatArray:
-        """Inverse of `_compression`, for values without the offset of 0.1."""
-        sizes = np.minimum(np.abs(compressed), 399.0)
-        powers = (27.13 * sizes / (400.0 - sizes)) ** (1.0 / 0.42)
-        expanded: FloatArray = np.sign(compressed) * 100.0 / self._luminance_level * powers
-        return expanded
 
     def _eccentricity(self, hue: FloatArray) -> FloatArray:
         _, _, induction = SURROUNDS[self.surround]

@@ -9,7 +9,7 @@ and back. CIELAB with D50 is the identity. ``docs/colour-spaces.md`` helps to ch
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from types import MappingProxyType
 from typing import TYPE_CHECKING
@@ -20,12 +20,17 @@ from gamutcore.arrays import FloatArray, PositionArray
 from gamutcore.characterisation.samples import JSON
 from gamutcore.colours.colorimetry import (
     ADAPTATIONS,
+    ICC_D50,
     WHITES,
     adaptation_matrix,
+    lab_to_xyz,
     rgb_to_xyz,
     white_point,
+    xyz_to_lab,
 )
 from gamutcore.colours.formulas import (
+    IPT,
+    OKLAB,
     SURROUNDS,
     AppearanceModel,
     Cielab,
@@ -34,10 +39,7 @@ from gamutcore.colours.formulas import (
     Din99,
     Formula,
     Jzazbz,
-    UniformAppearance,
     ictcp,
-    ipt,
-    oklab,
 )
 from gamutcore.errors import InvalidPointsError, MeshError, OptionError
 from gamutcore.kernels import kernel, leaf_kernel
@@ -73,6 +75,16 @@ LIGHTNESS_UPWARDS = (0.7071067811865476, 0.7071067811865476, 0.0, 0.0)
 upwards, a* to the right, b* away from the viewer."""
 
 
+_VIEWING: Mapping[str, object] = MappingProxyType(
+    {
+        "adapting_luminance": DEFAULT_ADAPTING_LUMINANCE,
+        "background": DEFAULT_BACKGROUND,
+        "surround": "average",
+    }
+)
+_ABSOLUTE: Mapping[str, object] = MappingProxyType({"luminance": DEFAULT_LUMINANCE})
+
+
 @dataclass(frozen=True, eq=False)
 class SpaceDefinition:
     """A colour space before its parameters have values.
@@ -84,32 +96,19 @@ class SpaceDefinition:
 
     axes: tuple[str, str, str]
     white: str
-    parameters: Mapping[str, object]
     formula: Callable[[ColourSpace], Formula]
     source: str
+    parameters: Mapping[str, object] = field(default_factory=dict)
     lightness: int = 0
 
 
-_VIEWING: Mapping[str, object] = MappingProxyType(
-    {
-        "adapting_luminance": DEFAULT_ADAPTING_LUMINANCE,
-        "background": DEFAULT_BACKGROUND,
-        "surround": "average",
-    }
-)
-_ABSOLUTE: Mapping[str, object] = MappingProxyType({"luminance": DEFAULT_LUMINANCE})
-_NO_OTHERS: Mapping[str, object] = MappingProxyType({})
-
-
-def _appearance(name: str) -> Callable[[ColourSpace], Formula]:
-    return lambda space: UniformAppearance(
-        AppearanceModel(
-            name,
-            space.white * 100.0,
-            space.adapting_luminance or DEFAULT_ADAPTING_LUMINANCE,
-            space.background or DEFAULT_BACKGROUND,
-            space.surround or "average",
-        )
+def _appearance(space: ColourSpace, adaptation: str) -> Formula:
+    return AppearanceModel(
+        adaptation,
+        space.white,
+        space.adapting_luminance or DEFAULT_ADAPTING_LUMINANCE,
+        space.background or DEFAULT_BACKGROUND,
+        space.surround or "average",
     )
 
 
@@ -120,78 +119,58 @@ def _luminance(space: ColourSpace) -> float:
 SPACES: Mapping[str, SpaceDefinition] = MappingProxyType(
     {
         "CIELAB": SpaceDefinition(
-            ("L*", "a*", "b*"),
-            "D50",
-            _NO_OTHERS,
-            lambda space: Cielab(space.white),
-            "CIE 15:2018, 8.2.1",
+            ("L*", "a*", "b*"), "D50", lambda space: Cielab(space.white), "CIE 15:2018, 8.2.1"
         ),
         "CIELUV": SpaceDefinition(
-            ("L*", "u*", "v*"),
-            "D50",
-            _NO_OTHERS,
-            lambda space: Cieluv(space.white),
-            "CIE 15:2018, 8.2.2",
+            ("L*", "u*", "v*"), "D50", lambda space: Cieluv(space.white), "CIE 15:2018, 8.2.2"
         ),
         "CIEXYZ": SpaceDefinition(
-            ("X", "Y", "Z"),
-            "D50",
-            _NO_OTHERS,
-            lambda _: Ciexyz(),
-            "CIE 15:2018, 7",
-            lightness=1,
+            ("X", "Y", "Z"), "D50", lambda _: Ciexyz(), "CIE 15:2018, 7", lightness=1
         ),
         "CAM16-UCS": SpaceDefinition(
             ("J'", "a'", "b'"),
             "D50",
-            _VIEWING,
-            _appearance("CAM16"),
+            lambda space: _appearance(space, "CAT16"),
             "Li et al., Color Research and Application 42 (2017)",
+            _VIEWING,
         ),
         "CAM02-UCS": SpaceDefinition(
             ("J'", "a'", "b'"),
             "D50",
-            _VIEWING,
-            _appearance("CIECAM02"),
+            lambda space: _appearance(space, "CAT02"),
             "CIE 159:2004; Luo, Cui and Li, Color Research and Application 31 (2006)",
+            _VIEWING,
         ),
         "DIN99o": SpaceDefinition(
-            ("L99o", "a99o", "b99o"),
-            "D65",
-            _NO_OTHERS,
-            lambda space: Din99(space.white),
-            "DIN 6176:2018",
+            ("L99o", "a99o", "b99o"), "D65", lambda space: Din99(space.white), "DIN 6176:2018"
         ),
-        "Oklab": SpaceDefinition(
-            ("L", "a", "b"), "D65", _NO_OTHERS, lambda _: oklab(), "Ottosson 2020"
-        ),
+        "Oklab": SpaceDefinition(("L", "a", "b"), "D65", lambda _: OKLAB, "Ottosson 2020"),
         "IPT": SpaceDefinition(
             ("I", "P", "T"),
             "D65",
-            _NO_OTHERS,
-            lambda _: ipt(),
+            lambda _: IPT,
             "Ebner and Fairchild, 6th Color Imaging Conference (1998)",
         ),
         "ICtCp": SpaceDefinition(
             ("I", "Ct", "Cp"),
             "D65",
-            _ABSOLUTE,
             lambda space: ictcp(_luminance(space)),
             "ITU-R BT.2100-2, table 7, PQ",
+            _ABSOLUTE,
         ),
         "ITP": SpaceDefinition(
             ("I", "T", "P"),
             "D65",
-            _ABSOLUTE,
             lambda space: ictcp(_luminance(space), itp=True),
             "ITU-R BT.2124-0, annex 1, times 720: distances are ΔE_ITP",
+            _ABSOLUTE,
         ),
         "Jzazbz": SpaceDefinition(
             ("Jz", "az", "bz"),
             "D65",
-            _ABSOLUTE,
             lambda space: Jzazbz(_luminance(space)),
             "Safdar et al., Optics Express 25 (2017)",
+            _ABSOLUTE,
         ),
     }
 )
@@ -263,12 +242,8 @@ class ColourSpace:
     @cached_property
     def is_icc_cielab(self) -> bool:
         """Whether it is unscaled CIELAB relative to ICC's D50, the space of device colours."""
-        white = white_point("D50")
-        return (
-            self.name == "CIELAB"
-            and np.array_equal(self.white, white)
-            and self.scale in {None, 1.0}
-        )
+        unscaled = self.name == "CIELAB" and self.scale in {None, 1.0}
+        return unscaled and np.array_equal(self.white, ICC_D50)
 
     @cached_property
     def white_lightness(self) -> float:
@@ -301,31 +276,15 @@ class ColourSpace:
         if self.is_icc_cielab:
             return lab, 0
         with np.errstate(all="ignore"):  # the result is checked
-            xyz = Cielab(white_point("D50")).xyz(np.asarray(lab, np.float64))
+            xyz = lab_to_xyz(lab)
         return self.from_tristimulus(xyz, as_measured=as_measured)
 
     def from_tristimulus(
         self, xyz: FloatArray, *, as_measured: bool = False
     ) -> tuple[FloatArray, int]:
-        """Return the coordinates of tristimulus values.
+        """Return the coordinates of tristimulus values, as `coordinates` does of CIELAB.
 
-        Parameters
-        ----------
-        xyz : (n, 3) float
-            X, Y, Z relative to ICC's D50, Y = 1 for the white.
-        as_measured : bool
-            Whether the values are a device's own and must not be adapted.
-
-        Returns
-        -------
-        coordinates : (n, 3) float
-        moved : int
-            As for `coordinates`.
-
-        Raises
-        ------
-        InvalidPointsError
-            As for `coordinates`.
+        `xyz` (n, 3) is relative to ICC's D50, with Y = 1 for the white.
         """
         with np.errstate(all="ignore"):  # the result is checked below
             own = xyz if as_measured else xyz @ self._from_d50(self.adaptation or "Bradford").T
@@ -343,39 +302,22 @@ class ColourSpace:
         return np.ascontiguousarray(coordinates), int(moved.sum())
 
     def tristimulus(self, coordinates: PositionArray, *, as_measured: bool = False) -> FloatArray:
-        """Return the tristimulus values of coordinates; the inverse of `from_tristimulus`.
+        """Return the tristimulus values (n, 3) of coordinates; the inverse of `from_tristimulus`.
 
-        Parameters
-        ----------
-        coordinates : (n, 3) float
-        as_measured : bool
-            As for `from_tristimulus`.
-
-        Returns
-        -------
-        (n, 3) float
-            X, Y, Z relative to ICC's D50. Not finite for coordinates that no colour has.
+        Values are not finite for coordinates that no colour has.
         """
         given = np.asarray(coordinates, np.float64) / (self.scale or 1.0)
         with np.errstate(all="ignore"):
             xyz = self._formula.xyz(given)
-        if as_measured:
-            return xyz
-        adapted: FloatArray = xyz @ np.linalg.inv(self._from_d50(self.adaptation or "Bradford")).T
-        return adapted
+        if not as_measured:
+            xyz = xyz @ np.linalg.inv(self._from_d50(self.adaptation or "Bradford")).T
+        return xyz
 
     def appearance_lab(self, coordinates: PositionArray) -> PositionArray:
-        """Return L*, a*, b* relative to ICC's D50 for the display of coordinates.
+        """Return L*, a*, b* (n, 3) relative to ICC's D50 for the display of coordinates.
 
-        Parameters
-        ----------
-        coordinates : (n, 3) float
-
-        Returns
-        -------
-        (n, 3) float
-            As seen by an eye adapted to the reference white; finite for all finite coordinates. The
-            coordinates themselves in ICC's CIELAB, else float32.
+        They are as seen by an eye adapted to the reference white, and finite for all finite
+        coordinates: the coordinates themselves in ICC's CIELAB, else float32.
         """
         if self.is_icc_cielab:
             return coordinates
@@ -384,8 +326,7 @@ class ColourSpace:
         with np.errstate(all="ignore"):
             xyz = np.nan_to_num(self._formula.xyz(given), nan=0.0, posinf=1e6, neginf=-1e6)
         xyz = np.clip(xyz, -1e6, 1e6) @ np.linalg.inv(self._from_d50(shown)).T
-        lab, _ = Cielab(white_point("D50")).coordinates(xyz)
-        return np.ascontiguousarray(lab, np.float32)
+        return np.ascontiguousarray(xyz_to_lab(xyz), np.float32)
 
     def description(self) -> dict[str, JSON]:
         """Return everything that the coordinates depend on, JSON-able."""
@@ -411,7 +352,7 @@ class ColourSpace:
         }
 
     def _from_d50(self, adaptation: str) -> FloatArray:
-        return adaptation_matrix(white_point("D50"), self.white, adaptation)
+        return adaptation_matrix(ICC_D50, self.white, adaptation)
 
     @cached_property
     def _formula(self) -> Formula:
@@ -492,9 +433,8 @@ def parameter_defaults(space: str) -> dict[str, object]:
 def space_parameters(space: str, given: Mapping[str, object]) -> dict[str, object]:
     """Return the parameters of a space in their canonical form, with defaults filled in.
 
-    Every name of `SPACE_PARAMETERS` has a value; None where the space does not have it. The
-    defaults of CIELAB are None as well, which keeps the ids of older gamuts. Other values raise
-    `OptionError`.
+    Parameters that the space does not have are None. So are the defaults of CIELAB, which keeps the
+    ids of older gamuts.
     """
     defaults = parameter_defaults(space)
     result: dict[str, object] = {}
@@ -581,22 +521,10 @@ class ColourConversion:
         return self.name != self._space.name or self._space.scale in {None, 1.0}
 
     def to_gamut(self, colours: FloatArray) -> FloatArray:
-        """Return colours in the space of the gamut.
+        """Return finite colours (n, 3) in the space of the gamut.
 
-        Parameters
-        ----------
-        colours : (n, 3) float
-            Finite.
-
-        Returns
-        -------
-        (n, 3) float64
-            Colours outside the domain of a formula are moved to the nearest in it, as in a build.
-
-        Raises
-        ------
-        InvalidPointsError
-            A colour has no coordinates; ``where["row"]`` is its row.
+        Colours outside the domain of a formula are moved to the nearest in it, as in a build.
+        Colours without coordinates raise `InvalidPointsError`; ``where["row"]`` is their row.
         """
         if self.name == self._space.name:
             return colours
@@ -612,16 +540,7 @@ class ColourConversion:
         return found
 
     def from_gamut(self, points: FloatArray) -> FloatArray:
-        """Return points of the gamut's space in the other space; the inverse of `to_gamut`.
-
-        Parameters
-        ----------
-        points : (n, 3) float
-
-        Returns
-        -------
-        (n, 3) float64
-        """
+        """Return points (n, 3) of the gamut's space in the other one; the inverse of `to_gamut`."""
         if self.name == self._space.name:
             return points
         if self._given is None:
@@ -684,10 +603,8 @@ class ColourConversion:
         matrix = rgb_to_xyz(_SRGB_PRIMARIES, d65)
         if self._as_measured:
             return matrix
-        adapted: FloatArray = (
-            adaptation_matrix(d65, white_point("D50"), self._space.adaptation or "Bradford")
-            @ matrix
-        )
+        adaptation = self._space.adaptation or "Bradford"
+        adapted: FloatArray = adaptation_matrix(d65, ICC_D50, adaptation) @ matrix
         return adapted
 
 
@@ -699,22 +616,10 @@ SMALLEST_CIELAB = 5.0
 coordinates are about 1."""
 
 
-def declared_luminance(notes: Mapping[str, str]) -> float | None:
-    """Return the luminance of the device's white in cd/m² that a file's notes declare.
-
-    Names of notes are in lower case.
-    """
-    try:
-        return finite_number(float(notes["white_luminance"]))
-    except (KeyError, ValueError):
-        return None
-
-
 def declared_space(notes: Mapping[str, str]) -> ColourSpace | None:
     """Return the space that the notes of a mesh file declare; None if they name no space.
 
-    Names are in lower case: ``space``, and the parameters of spaces by their names. An unknown
-    space or parameter raises `MeshError`.
+    Names of notes are in lower case: ``space``, and the parameters of spaces by their names.
     """
     if "space" not in notes:
         return None
@@ -737,7 +642,8 @@ def declared_space(notes: Mapping[str, str]) -> ColourSpace | None:
     try:
         parameters = space_parameters(space, given)
         if parameters["luminance"] == MEASURED:
-            parameters["luminance"] = measured_luminance(declared_luminance(notes))
+            stated = _value(notes.get("white_luminance", ""))
+            parameters["luminance"] = measured_luminance(stated)
     except OptionError as error:
         raise MeshError(
             f"The mesh declares an invalid parameter of the space {space}: {error.message}",
@@ -854,17 +760,9 @@ def _inverse_f(value: float) -> float:
 
 
 def linear_srgb(lab: PositionArray) -> FloatArray:
-    """Return linear sRGB of CIELAB colours, clipped to the gamut of sRGB.
+    """Return linear sRGB (n, 3), 0 to 1, of CIELAB colours (n, 3) relative to ICC's D50.
 
-    Parameters
-    ----------
-    lab : (n, 3) float
-        L*, a*, b* with ICC's D50 as white.
-
-    Returns
-    -------
-    (n, 3) float64
-        Red, green, blue in 0 to 1.
+    Colours are adapted to D65 by the Bradford transform and clipped to the gamut of sRGB.
 
     Examples
     --------
@@ -893,18 +791,7 @@ def _linear_srgb(lab: FloatArray) -> FloatArray:
 
 
 def srgb(lab: PositionArray) -> FloatArray:
-    """Return sRGB of CIELAB colours, encoded by its transfer function (IEC 61966-2-1) and clipped.
-
-    Parameters
-    ----------
-    lab : (n, 3) float
-        L*, a*, b* with ICC's D50 as white.
-
-    Returns
-    -------
-    (n, 3) float64
-        Red, green, blue in 0 to 1.
-    """
+    """Return `linear_srgb` encoded by the transfer function of sRGB (IEC 61966-2-1)."""
     return _encoded_srgb(linear_srgb(lab))
 
 
