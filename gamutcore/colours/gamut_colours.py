@@ -7,7 +7,6 @@ model already. Bare colours are passed on. Every choice and assumption is in the
 
 from __future__ import annotations
 
-import contextlib
 from dataclasses import replace
 from functools import lru_cache
 from typing import TYPE_CHECKING
@@ -18,57 +17,33 @@ from gamutcore.characterisation import IccProfile, Picture
 from gamutcore.characterisation.samples import JSON
 from gamutcore.colours.colorimetry import (
     ICC_D50,
-    adaptation_matrix,
     lab_to_xyz,
     white_point,
     xyz_to_lab,
 )
-from gamutcore.colours.device_model import device_model
 from gamutcore.colours.formulas import Cielab
-from gamutcore.colours.ink_limits import InkLimits, LimitedCube, limited_cube, surface_corners
-from gamutcore.colours.measured import MeasuredColours, measured_colours
+from gamutcore.colours.ink_limits import InkLimits
+from gamutcore.colours.measured import measured_colours, sample_surface
 from gamutcore.colours.picture import picture_colours
-from gamutcore.colours.plausibility import (
-    extrapolation_warnings,
-    impossible_colour_warnings,
-    range_warnings,
-)
 from gamutcore.colours.profile import (
-    ProfileColours,
-    absolute_colours,
-    declared_white,
-    profile_colours,
+    profile_surface,
 )
 from gamutcore.colours.reference import (
-    encode_rgb,
-    largest_code,
-    reference_lab,
-    reference_provenance,
-    reference_white,
-    rgb_xyz,
-    surface_xyz,
+    reference_surface,
 )
 from gamutcore.colours.sampling import (
-    MAX_PATCHES,
     SURFACE_SAMPLES,
     AbsoluteColours,
-    DeviceColours,
-    DeviceSurface,
     SurfaceColours,
-    SurfaceFaces,
-    device_surface,
     outward_faces,
-    values_between,
 )
 from gamutcore.colours.spaces import ColourConversion
-from gamutcore.errors import InvalidPointsError, MalformedProfileError, OptionError
+from gamutcore.errors import InvalidPointsError
 from gamutcore.geometry import TriangleMesh
 from gamutcore.option_types import Choice, check_option
 from gamutcore.references import Reference
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from gamutcore.arrays import FloatArray, IndexArray
     from gamutcore.characterisation import Samples
     from gamutcore.colours.spaces import ColourSpace
@@ -86,29 +61,6 @@ __all__ = [
 ]
 
 INTENTS = ("relative", "absolute", "perceptual", "saturation")
-
-_POOR_FIT = 5.0
-"""Mean leave-one-out ΔE*ab above which a model is called unreliable; real devices reach 0.1 to
-1.5."""
-
-_LINEAR_NODES = np.linspace(0.0, 1.0, 17) ** 2
-"""Linear values that divide the edges of an RGB space, denser in the dark as lightness is."""
-
-_FIT_REMEDY = (
-    "Leave it out to use the samples' own colours. Or send at least two distinct device values "
-    "more than there are varying channels, and not all of them in one plane."
-)
-
-_LIGHTS = frozenset({"display", "colour space"})
-"""Classes of profiles whose colours are lights, which the optimal colour solid does not limit."""
-
-_KINDS = {
-    "mft1": "lut8",
-    "mft2": "lut16",
-    "mAB ": "lutAToB",
-    "mpet": "multi-process elements",
-}
-"""Names of the types of a profile's transforms (ICC.1:2022, clause 10)."""
 
 
 def surface_colours(
@@ -163,13 +115,13 @@ def surface_colours(
     if isinstance(characterisation, Picture):
         return picture_colours(characterisation, intent, popularity, adaptation=adaptation)
     if isinstance(characterisation, IccProfile):
-        return _profile_surface(characterisation, intent, surface_samples, limits or InkLimits())
+        return profile_surface(characterisation, intent, surface_samples, limits or InkLimits())
     if isinstance(characterisation, Reference):
-        return _reference_surface(characterisation, intent, surface_samples, adaptation)
+        return reference_surface(characterisation, intent, surface_samples, adaptation)
     medium = measured_colours(
         characterisation, intent, observer=observer, illuminant=illuminant, adaptation=adaptation
     )
-    surface = _sample_surface(
+    surface = sample_surface(
         characterisation, medium, surface_samples, limits or InkLimits(), model
     )
     return replace(surface, as_measured=medium.as_measured, absolute=medium.absolute)
@@ -238,275 +190,6 @@ def _own_values(colours: SurfaceColours) -> FloatArray | None:
     if not colours.as_measured or colours.absolute is None:
         return None
     return colours.absolute.own_from("absolute")
-
-
-def _profile_surface(
-    profile: IccProfile, intent: str, surface_samples: int, limits: InkLimits
-) -> SurfaceColours:
-    channels = len(profile.channels)
-    limited = limited_cube(
-        profile.channels, np.zeros(channels), np.ones(channels), limits, inks=profile.inks
-    )
-    nodes = profile.transform(intent)[0].nodes
-
-    def lab(values: FloatArray) -> FloatArray:
-        return profile_colours(profile, values, intent).lab
-
-    surface = _surface_values(limited, lab, surface_samples, nodes)
-    density = surface.density
-    colours = profile_colours(profile, surface.device, intent)
-    points = colours.lab
-    white, white_warnings = declared_white(profile)
-    provenance: dict[str, JSON] = {
-        **profile.provenance,
-        "intent": intent,
-        "white": white,
-        "illuminant": "D50",
-        "observer": "2°",
-        "adaptation": colours.adaptation,
-        **_declared_luminance(profile),
-        **_limits_provenance(limited),
-        "model": {"name": "ICC profile", "tag": colours.tag, "kind": _kind(colours)},
-        "surface": {"points": len(points), "density": density},
-        # each warning once
-        "warnings": list[JSON](
-            dict.fromkeys(
-                [
-                    *profile.warnings,
-                    *colours.warnings,
-                    *white_warnings,
-                    *_count_warnings(len(points), surface_samples, density),
-                    *impossible_colour_warnings(points, lights=profile.device_class in _LIGHTS),
-                ]
-            )
-        ),
-    }
-    absolute = absolute_colours(profile)
-    return SurfaceColours(
-        points,
-        surface.device,
-        provenance,
-        intent == "absolute" and absolute is not None and absolute.as_measured,
-        profile.channels,
-        surface.faces,
-        _device_colours(limited, surface, lab),
-        absolute,
-    )
-
-
-def _reference_surface(
-    reference: Reference, intent: str, surface_samples: int, adaptation: str
-) -> SurfaceColours:
-    model: dict[str, JSON] = {"name": "none: the colours themselves"}
-    faces: SurfaceFaces | None
-    surface: DeviceSurface | None = None
-    own: DeviceColours | None = None
-    channels: tuple[str, ...] = ()
-    if reference.kind == "rgb":
-        channels, white = ("R", "G", "B"), reference_white(reference)
-        curve, top = reference.definition["curve"], largest_code(reference)
-        # PQ and HLG are nearly uniform, so their faces are divided evenly
-        nodes = None if reference.peak else np.tile(encode_rgb(_LINEAR_NODES, curve), (3, 1))
-        limited = limited_cube(channels, np.zeros(3), np.full(3, top), InkLimits(), inks=False)
-
-        def rgb_lab(values: FloatArray) -> FloatArray:
-            return reference_lab(rgb_xyz(reference, values), white, intent, adaptation)[0]
-
-        surface = _surface_values(limited, rgb_lab, surface_samples, nodes)
-        own = _device_colours(limited, surface, rgb_lab)
-        xyz, faces = rgb_xyz(reference, surface.device), surface.faces
-        encoding = curve if isinstance(curve, str) else f"γ {curve:g}"
-        model = {"name": "primaries and white", "encoding": encoding}
-    else:
-        xyz, white, corners = surface_xyz(reference, surface_samples)
-        faces = SurfaceFaces(corners, np.zeros(len(corners), np.int32), closed=True)
-    lab, adapted = reference_lab(xyz, white, intent, adaptation)
-    points: dict[str, JSON] = {"points": len(lab)}
-    provenance: dict[str, JSON] = {
-        **reference_provenance(reference, white),
-        "channels": list(channels),
-        "intent": intent,
-        "adaptation": adapted,
-        "model": model,
-        "surface": points | ({} if surface is None else {"density": surface.density}),
-        "warnings": [],
-    }
-    return SurfaceColours(
-        lab,
-        None if surface is None else surface.device,
-        provenance,
-        intent == "absolute",
-        channels,
-        faces=faces,
-        own=own,
-        absolute=AbsoluteColours(adaptation_matrix(ICC_D50, white, adaptation), as_measured=True),
-    )
-
-
-def _kind(colours: ProfileColours) -> str:
-    return _KINDS.get(colours.kind, "matrix and curves")
-
-
-def _surface_values(
-    limited: LimitedCube,
-    colours: Callable[[FloatArray], FloatArray],
-    surface_samples: int,
-    nodes: FloatArray | None = None,
-) -> DeviceSurface:
-    """Device values at the surface of the printable part of a device's cube."""
-    cube = limited.cube
-    if not len(cube.lowest):
-        return DeviceSurface(limited.base[np.newaxis], "corners")
-    whole = limited.free.all() and (cube.lowest == 0).all() and (cube.highest == 1).all()
-    surface = device_surface(
-        cube,
-        lambda values: colours(limited.device(values)),
-        surface_samples,
-        nodes if whole else None,
-    )
-    return replace(surface, device=limited.device(surface.device))
-
-
-def _device_colours(
-    limited: LimitedCube,
-    surface: DeviceSurface,
-    lab: Callable[[FloatArray], FloatArray],
-    samples: FloatArray | None = None,
-) -> DeviceColours:
-    """All colours of a device; `samples` are further device values, (m, n), to be tried."""
-    tried = values_between(surface)
-    if samples is not None:
-        tried = np.concatenate([tried, samples])
-    return DeviceColours(
-        limited.cube, lambda values: lab(limited.device(values)), tried[:, limited.free]
-    )
-
-
-def _limits_provenance(limited: LimitedCube) -> dict[str, JSON]:
-    return {} if limited.provenance is None else {"ink_limits": limited.provenance}
-
-
-def _declared_luminance(profile: IccProfile) -> dict[str, JSON]:
-    """Luminance of a display's white in the tag `lumi`; empty if it is missing or broken."""
-    with contextlib.suppress(MalformedProfileError):
-        luminance = float(profile.xyz("lumi")[1]) if "lumi" in profile.tags else 0.0
-        if luminance > 0:
-            return {"white_luminance": round(luminance, 4)}
-    return {}
-
-
-def _sample_surface(
-    samples: Samples,
-    medium: MeasuredColours,
-    surface_samples: int,
-    limits: InkLimits,
-    kind: str | None,
-) -> SurfaceColours:
-    provenance: dict[str, JSON] = {**samples.provenance, **medium.provenance}
-    warnings = [*samples.warnings, *medium.warnings]
-    if samples.device is None:
-        provenance["patches"] = _patches(samples, len(medium.lab))
-        provenance["model"] = {"name": "none: the colours themselves"}
-        warnings += impossible_colour_warnings(medium.lab, lights=medium.lights)
-        provenance["warnings"] = list[JSON](warnings)
-        return SurfaceColours(medium.lab, None, provenance)
-
-    device, lab = _mean_colours(samples.device, medium.lab)
-    averaged, distinct = len(samples.device) - len(device), len(device)
-    model = device_model(device, lab, kind)
-    device, lab = model.device, model.lab
-    if len(device) < distinct:
-        warnings.append(f"The device model uses {len(device)} of {distinct} distinct samples.")
-    provenance["patches"] = _patches(
-        samples, len(device), averaged=averaged, thinned=distinct - len(device)
-    )
-    lowest, highest = device.min(axis=0), device.max(axis=0)
-    limited = limited_cube(samples.channels, lowest, highest, limits, inks=samples.inks)
-    provenance["model"] = model.provenance
-    if model.colours is None:
-        why = f"no device model can be fitted ({model.degenerate})"
-        if limits:
-            raise limits.refusal(f"{why}.")
-        if kind is not None:
-            raise OptionError.not_applicable("device_model", kind, why, _FIT_REMEDY)
-        warnings.append(f"{why[:1].upper()}{why[1:]}; the samples' colours are used.")
-        warnings += impossible_colour_warnings(lab, lights=medium.lights)
-        provenance["warnings"] = list[JSON](warnings)
-        return SurfaceColours(lab, device, provenance, channels=samples.channels)
-
-    warnings += model.warnings
-    warnings += range_warnings(samples, device, limited)
-    if model.mean_error is not None and model.mean_error > _POOR_FIT:
-        warnings.append(f"Left-out samples have a mean error of {model.mean_error:.1f} ΔE*ab.")
-    fitted = model.colours
-
-    def own_lab(values: FloatArray) -> FloatArray:
-        lab = fitted(values)
-        lab[:, 0] = np.maximum(lab[:, 0], 0.0)
-        return lab
-
-    surface = _surface_values(limited, fitted, surface_samples, model.nodes)
-    density, points = surface.density, fitted(surface.device)
-    dark = points[:, 0] < 0
-    if dark.any():
-        warnings.append(f"{int(dark.sum())} colours below L* 0 were raised to 0.")
-        points[dark, 0] = 0.0
-    corners = limited.device(surface_corners(limited.cube))
-    warnings += extrapolation_warnings(corners, device, points, lab)
-    warnings += impossible_colour_warnings(points, lights=medium.lights)
-    warnings += _count_warnings(len(points), surface_samples, density)
-    provenance["surface"] = {"points": len(points), "density": density}
-    provenance.update(_limits_provenance(limited))
-    provenance["warnings"] = list[JSON](warnings)
-    printable = device[limited.contains(device)]
-    return SurfaceColours(
-        points,
-        surface.device,
-        provenance,
-        channels=samples.channels,
-        faces=surface.faces,
-        own=_device_colours(limited, surface, own_lab, printable),
-    )
-
-
-def _patches(samples: Samples, used: int, *, averaged: int = 0, thinned: int = 0) -> JSON:
-    """Numbers of patches that were read, dropped (in reading or here), averaged and used."""
-    read, dropped = len(samples), 0
-    counts = samples.provenance.get("patches")
-    if isinstance(counts, dict):
-        kept, lost = counts.get("read"), counts.get("dropped")
-        read = kept if isinstance(kept, int) else read
-        dropped = lost if isinstance(lost, int) else 0
-    return {"read": read, "averaged": averaged, "dropped": dropped + thinned, "used": used}
-
-
-def _count_warnings(points: int, surface_samples: int, density: str) -> list[str]:
-    if density != "corners":
-        return []
-    if points > surface_samples:
-        return [
-            f"The corners of the device cube alone are {points} points, more than surface_samples."
-        ]
-    if points == 1:
-        return ["No channel of the device varies: its gamut is one colour."]
-    why = (
-        f"points on its faces as well would be more than surface_samples, {surface_samples}"
-        if surface_samples < MAX_PATCHES
-        else "its faces are too many"
-    )
-    return [f"Only the {points} corners of the device cube were sampled; {why}."]
-
-
-def _mean_colours(device: FloatArray, lab: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Distinct device values with the mean of their colours."""
-    order = np.lexsort(device.T[::-1])
-    ranked = device[order]
-    first = np.ones(len(ranked), dtype=bool)
-    first[1:] = (ranked[1:] != ranked[:-1]).any(axis=1)
-    starts = np.flatnonzero(first)
-    counts = np.diff(np.append(starts, len(ranked)))
-    sums = np.add.reduceat(lab[order], starts, axis=0)
-    return ranked[starts], sums / counts[:, np.newaxis]
 
 
 _SAME = 1e-6

@@ -50,14 +50,9 @@ _APART = 1e-6
 
 @dataclass(frozen=True)
 class InkLimits:
-    """Largest amounts of ink.
+    """Largest amounts of ink: all inks in per cent of one full ink, and black in per cent.
 
-    Parameters
-    ----------
-    total : float or None
-        Sum of all inks in per cent of one full ink; None without a limit.
-    black : float or None
-        Black ink in per cent; None without a limit.
+    None stands for no limit.
     """
 
     total: float | None = None
@@ -67,13 +62,7 @@ class InkLimits:
         return self.total is not None or self.black is not None
 
     def refusal(self, why: str) -> OptionError:
-        """Return the error for limits of a device that cannot have them.
-
-        Parameters
-        ----------
-        why : str
-            The kind of data, as a sentence.
-        """
+        """Return the error for limits of a device that cannot have them, for the reason `why`."""
         field = "ink_limit" if self.total is not None else "black_limit"
         return OptionError(
             f"{field} does not apply: {why}",
@@ -86,22 +75,14 @@ class InkLimits:
 class LimitedCube:
     """The printable device values, and the channels that are constant.
 
-    Attributes
-    ----------
-    cube : InkCube
-        Of the channels that vary.
-    free : (n,) bool
-        Whether each of the device's n channels varies.
-    base : (n,) float
-        Values of the constant channels.
-    provenance : dict or None
-        The limits; None for devices without inks.
+    `cube` has the channels that vary, `free` (n,) tells which of the device's n channels do, and
+    `base` (n,) has the values of the others. `provenance` has the limits of a device with inks.
     """
 
     cube: InkCube
     free: npt.NDArray[np.bool_]
     base: FloatArray
-    provenance: dict[str, JSON] | None
+    provenance: dict[str, JSON]
 
     def device(self, values: FloatArray) -> FloatArray:
         """Return complete device values (m, n) from the values (m, k) of the channels that vary."""
@@ -131,15 +112,14 @@ def limited_cube(
 ) -> LimitedCube:
     """Return the part of a device's cube that is within the ink limits.
 
-    `lowest` and `highest` are the range of each of n channels, 0 to 1. Limits of a device without
-    inks, a black limit without a black channel, and limits below every device value are refused.
+    `lowest` and `highest` are the range of each of n channels, 0 to 1.
     """
     if limits and not inks:
         raise limits.refusal(f"the channels {', '.join(channels)} are not inks.")
     lowest, highest = np.array(lowest, dtype=np.float64), np.array(highest, dtype=np.float64)
-    provenance: dict[str, JSON] | None = None
+    provenance: dict[str, JSON] = {}
     if inks:
-        provenance = {"total": limits.total, "black": limits.black}
+        provenance = {"ink_limits": {"total": limits.total, "black": limits.black}}
     if limits.black is not None:
         black = _black_channel(channels)
         if limits.black / 100 < lowest[black]:
@@ -197,61 +177,57 @@ class InkCube:
     total: float | None = None
 
     @property
+    def limit(self) -> float:
+        """The limit of the sum; infinite without one."""
+        return float("inf") if self.total is None else self.total
+
+    @property
     def cut(self) -> bool:
         """Whether the limit of the sum cuts off a part of the cube."""
-        return self.total is not None and self.total < float(self.highest.sum()) - _TINY
+        return self.limit < float(self.highest.sum()) - _TINY
 
     @property
     def largest_sum(self) -> float:
         """The largest sum of a printable device value."""
-        return min(float(self.highest.sum()), _limit(self))
+        return min(float(self.highest.sum()), self.limit)
 
 
 @dataclass(frozen=True, eq=False)
 class Patches:
     """Quadrilaterals that cover the surface of a cut cube; two corners of a triangle coincide.
 
-    Attributes
-    ----------
-    corners : (p, 2, 2, n) float
-        Device values at s, t of (0, 0), (0, 1), (1, 0), (1, 1).
-    axes : (p, 2) int
-        The channel that alone changes, over its whole range, along s and along t; -1 for the
-        faces of a cube with a cut.
+    `corners` (p, 2, 2, n) are device values at s and t of 0 and 1. `axes` (p, 2) are the channels
+    that alone change, over their whole range, along s and along t; -1 in a cube with a cut.
     """
 
     corners: FloatArray
     axes: IntArray
 
 
-def surface_patches(cube: InkCube, most: int | None = None) -> Patches | None:
-    """Return the patches of all two-dimensional faces of a cut cube of at least two channels.
+def surface_patches(cube: InkCube, most: int) -> Patches | None:
+    """Return the patches of a cut cube of at least two channels; None if they are too many.
 
-    A cube of n channels without a cut has C(n, 2)·2^(n-2) patches: 860,160 for fifteen inks. More
-    than `most` patches give None.
+    A cube of n channels without a cut has C(n, 2)·2^(n-2) patches: 860,160 for fifteen inks.
     """
     corners, axes, count = [], [], 0
     for some, their_axes in chain(_clipped_faces(cube), _cutting_faces(cube) if cube.cut else ()):
         corners.append(some)
         axes.append(their_axes)
         count += len(some)
-        if most is not None and count > most:
+        if count > most:
             return None
     return Patches(np.concatenate(corners), np.concatenate(axes))
 
 
 def surface_corners(cube: InkCube) -> FloatArray:
-    """Return the corners (m, n) of a cut cube.
-
-    They are the cube's corners within the limit, and the points where its edges meet the limit.
-    """
+    """Return the cube's corners (m, n) within the limit, and where its edges meet the limit."""
     n = len(cube.lowest)
-    own = _cube_corners(cube, tuple(range(n)))
-    found = [own[own.sum(axis=1) <= _limit(cube) + _TINY]]
+    own = _cube_corners(cube)
+    found = [own[own.sum(axis=1) <= cube.limit + _TINY]]
     if cube.cut:
         for axis in range(n):
-            fixed = _cube_corners(cube, _others(cube, axis))
-            value = _limit(cube) - fixed.sum(axis=1)
+            fixed = _cube_corners(cube, axis)
+            value = cube.limit - fixed.sum(axis=1)
             low, high = cube.lowest[axis] + _TINY, cube.highest[axis] - _TINY
             crossing = (value > low) & (value < high)
             points = fixed[crossing]
@@ -295,12 +271,9 @@ def _printable(cube: InkCube, values: FloatArray) -> FloatArray:
     return printable
 
 
-def _limit(cube: InkCube) -> float:
-    return float("inf") if cube.total is None else cube.total
-
-
-def _cube_corners(cube: InkCube, axes: tuple[int, ...]) -> FloatArray:
-    """All corners of the cube in `axes`, (2^k, n), with the other channels at 0."""
+def _cube_corners(cube: InkCube, *free: int) -> FloatArray:
+    """All corners of the cube in the channels that are not free, (2^k, n), with those at 0."""
+    axes = [axis for axis in range(len(cube.lowest)) if axis not in free]
     points = np.zeros((1 << len(axes), len(cube.lowest)))
     for bit, axis in enumerate(axes):
         high = ((np.arange(len(points)) >> bit) & 1).astype(bool)
@@ -308,14 +281,11 @@ def _cube_corners(cube: InkCube, axes: tuple[int, ...]) -> FloatArray:
     return points
 
 
-def _within(cube: InkCube, fixed: FloatArray) -> FloatArray:
-    """The corners that leave room below the limit for the other channels."""
-    kept: FloatArray = fixed[fixed.sum(axis=1) < _limit(cube)]
+def _corners_within(cube: InkCube, *free: int) -> FloatArray:
+    """The corners in all other channels that leave room below the limit for the free ones."""
+    corners = _cube_corners(cube, *free)
+    kept: FloatArray = corners[corners.sum(axis=1) < cube.limit]
     return kept
-
-
-def _others(cube: InkCube, *axes: int) -> tuple[int, ...]:
-    return tuple(axis for axis in range(len(cube.lowest)) if axis not in axes)
 
 
 def _clipped_faces(cube: InkCube) -> Iterator[tuple[FloatArray, IntArray]]:
@@ -324,10 +294,10 @@ def _clipped_faces(cube: InkCube) -> Iterator[tuple[FloatArray, IntArray]]:
     A face is a rectangle, of which the limit may cut off a corner.
     """
     for a, b in combinations(range(len(cube.lowest)), 2):
-        fixed = _within(cube, _cube_corners(cube, _others(cube, a, b)))
+        fixed = _corners_within(cube, a, b)
         low_a, low_b, high_a, high_b = _ranges(cube, a, b)
-        fixed = fixed[fixed.sum(axis=1) < _limit(cube) - low_a - low_b]
-        rest = _limit(cube) - fixed.sum(axis=1)
+        fixed = fixed[fixed.sum(axis=1) < cube.limit - low_a - low_b]
+        rest = cube.limit - fixed.sum(axis=1)
         right, top = np.minimum(high_a, rest - low_b), np.minimum(high_b, rest - low_a)
         bend_b = np.clip(rest - high_a, low_b, high_b)
         bend_a = np.clip(rest - high_b, low_a, high_a)
@@ -342,23 +312,26 @@ def _clipped_faces(cube: InkCube) -> Iterator[tuple[FloatArray, IntArray]]:
 def _cutting_faces(cube: InkCube) -> Iterator[tuple[FloatArray, IntArray]]:
     """Yield the parts of the limiting plane within the cube's three-dimensional faces.
 
-    a and b are free, and the third channel c is the rest of the limit. The range of c limits the
-    sum of a and b from below and above, so the part is a hexagon or less.
+    The channels a and b are free, and c is the rest of the limit. The range of c limits the sum of
+    a and b from below and above, so the part is a hexagon or less.
     """
     for a, b, c in combinations(range(len(cube.lowest)), 3):
-        fixed = _within(cube, _cube_corners(cube, _others(cube, a, b, c)))
-        rest = _limit(cube) - fixed.sum(axis=1)
+        fixed = _corners_within(cube, a, b, c)
+        rest = cube.limit - fixed.sum(axis=1)
         low_a, low_b, high_a, high_b = _ranges(cube, a, b)
         room = (rest - cube.highest[c] < high_a + high_b) & (rest - cube.lowest[c] > low_a + low_b)
         fixed, rest = fixed[room], rest[room]
         least, most = rest - cube.highest[c], rest - cube.lowest[c]  # of a + b
         start_a, start_b = np.maximum(low_a, least - high_b), np.maximum(low_b, least - high_a)
         end_a, end_b = np.minimum(high_a, most - low_b), np.minimum(high_b, most - low_a)
-        bend_b, bend_a = (
+        bend_b, rise_b = (
             np.clip(most - high_a, start_b, high_b),
-            np.clip(most - high_b, start_a, high_a),
+            np.clip(least - low_a, low_b, end_b),
         )
-        rise_b, rise_a = np.clip(least - low_a, low_b, end_b), np.clip(least - low_b, low_a, end_a)
+        bend_a, rise_a = (
+            np.clip(most - high_b, start_a, high_a),
+            np.clip(least - low_b, low_a, end_a),
+        )
         hexagon = (
             (end_a, start_b),
             (np.minimum(high_a, most - bend_b), bend_b),
@@ -369,7 +342,7 @@ def _cutting_faces(cube: InkCube) -> Iterator[tuple[FloatArray, IntArray]]:
         )
         for half in (hexagon[:4], (*hexagon[3:], hexagon[0])):
             corners, axes = _quadrilaterals(fixed, (a, b), half, (-1, -1))
-            corners[..., c] = _limit(cube) - corners.sum(axis=-1)
+            corners[..., c] = cube.limit - corners.sum(axis=-1)
             yield corners, axes
 
 

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gamutcore.characterisation.conditions import is_reflective_condition
+from gamutcore.characterisation.samples import JSON
 from gamutcore.characterisation.spectra import reflectance_scale
 from gamutcore.colours.colorimetry import (
     ICC_D50,
@@ -30,12 +31,25 @@ from gamutcore.colours.colorimetry import (
     white_of,
     xyz_to_lab,
 )
-from gamutcore.colours.sampling import AbsoluteColours
+from gamutcore.colours.device_model import device_model
+from gamutcore.colours.ink_limits import InkLimits, limited_cube, surface_corners
+from gamutcore.colours.plausibility import (
+    extrapolation_warnings,
+    impossible_colour_warnings,
+    range_warnings,
+)
+from gamutcore.colours.sampling import (
+    AbsoluteColours,
+    SurfaceColours,
+    count_warnings,
+    device_colours,
+    surface_values,
+)
 from gamutcore.errors import InvalidPointsError, OptionError
 
 if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
-    from gamutcore.characterisation.samples import JSON, Samples
+    from gamutcore.characterisation.samples import Samples
 
 __all__ = [
     "ILLUMINANTS",
@@ -601,3 +615,111 @@ def declared_observer(text: str) -> str | None:
     angles = (float(part) for part in parts if part[0].isdigit())
     found |= {f"{angle:.0f}" for angle in angles if angle in (2.0, 10.0)}
     return found.pop() if len(found) == 1 else None
+
+
+_POOR_FIT = 5.0
+"""Mean leave-one-out ΔE*ab above which a model is called unreliable; real devices reach 0.1 to
+1.5."""
+
+
+_FIT_REMEDY = (
+    "Leave it out to use the samples' own colours. Or send at least two distinct device values "
+    "more than there are varying channels, and not all of them in one plane."
+)
+
+
+def sample_surface(
+    samples: Samples,
+    medium: MeasuredColours,
+    surface_samples: int,
+    limits: InkLimits,
+    kind: str | None,
+) -> SurfaceColours:
+    provenance: dict[str, JSON] = {**samples.provenance, **medium.provenance}
+    warnings = [*samples.warnings, *medium.warnings]
+    if samples.device is None:
+        provenance["patches"] = _patches(samples, len(medium.lab))
+        provenance["model"] = {"name": "none: the colours themselves"}
+        warnings += impossible_colour_warnings(medium.lab, lights=medium.lights)
+        provenance["warnings"] = list[JSON](warnings)
+        return SurfaceColours(medium.lab, None, provenance)
+
+    device, lab = _mean_colours(samples.device, medium.lab)
+    averaged, distinct = len(samples.device) - len(device), len(device)
+    model = device_model(device, lab, kind)
+    device, lab = model.device, model.lab
+    if len(device) < distinct:
+        warnings.append(f"The device model uses {len(device)} of {distinct} distinct samples.")
+    provenance["patches"] = _patches(
+        samples, len(device), averaged=averaged, thinned=distinct - len(device)
+    )
+    lowest, highest = device.min(axis=0), device.max(axis=0)
+    limited = limited_cube(samples.channels, lowest, highest, limits, inks=samples.inks)
+    provenance["model"] = model.provenance
+    if model.colours is None:
+        why = f"no device model can be fitted ({model.degenerate})"
+        if limits:
+            raise limits.refusal(f"{why}.")
+        if kind is not None:
+            raise OptionError.not_applicable("device_model", kind, why, _FIT_REMEDY)
+        warnings.append(f"{why[:1].upper()}{why[1:]}; the samples' colours are used.")
+        warnings += impossible_colour_warnings(lab, lights=medium.lights)
+        provenance["warnings"] = list[JSON](warnings)
+        return SurfaceColours(lab, device, provenance, channels=samples.channels)
+
+    warnings += model.warnings
+    warnings += range_warnings(samples, device, limited)
+    if model.mean_error is not None and model.mean_error > _POOR_FIT:
+        warnings.append(f"Left-out samples have a mean error of {model.mean_error:.1f} ΔE*ab.")
+    fitted = model.colours
+
+    def own_lab(values: FloatArray) -> FloatArray:
+        lab = fitted(values)
+        lab[:, 0] = np.maximum(lab[:, 0], 0.0)
+        return lab
+
+    surface = surface_values(limited, fitted, surface_samples, model.nodes)
+    density, points = surface.density, fitted(surface.device)
+    dark = points[:, 0] < 0
+    if dark.any():
+        warnings.append(f"{int(dark.sum())} colours below L* 0 were raised to 0.")
+        points[dark, 0] = 0.0
+    corners = limited.device(surface_corners(limited.cube))
+    warnings += extrapolation_warnings(corners, device, points, lab)
+    warnings += impossible_colour_warnings(points, lights=medium.lights)
+    warnings += count_warnings(len(points), surface_samples, density)
+    provenance["surface"] = {"points": len(points), "density": density}
+    provenance.update(limited.provenance)
+    provenance["warnings"] = list[JSON](warnings)
+    printable = device[limited.contains(device)]
+    return SurfaceColours(
+        points,
+        surface.device,
+        provenance,
+        channels=samples.channels,
+        faces=surface.faces,
+        own=device_colours(limited, surface, own_lab, printable),
+    )
+
+
+def _patches(samples: Samples, used: int, *, averaged: int = 0, thinned: int = 0) -> JSON:
+    """Numbers of patches that were read, dropped (in reading or here), averaged and used."""
+    read, dropped = len(samples), 0
+    counts = samples.provenance.get("patches")
+    if isinstance(counts, dict):
+        kept, lost = counts.get("read"), counts.get("dropped")
+        read = kept if isinstance(kept, int) else read
+        dropped = lost if isinstance(lost, int) else 0
+    return {"read": read, "averaged": averaged, "dropped": dropped + thinned, "used": used}
+
+
+def _mean_colours(device: FloatArray, lab: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Distinct device values with the mean of their colours."""
+    order = np.lexsort(device.T[::-1])
+    ranked = device[order]
+    first = np.ones(len(ranked), dtype=bool)
+    first[1:] = (ranked[1:] != ranked[:-1]).any(axis=1)
+    starts = np.flatnonzero(first)
+    counts = np.diff(np.append(starts, len(ranked)))
+    sums = np.add.reduceat(lab[order], starts, axis=0)
+    return ranked[starts], sums / counts[:, np.newaxis]

@@ -8,6 +8,7 @@ compensation is never applied. See ``docs/decisions/icc-evaluator.md``.
 
 from __future__ import annotations
 
+import contextlib
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -15,7 +16,15 @@ import numpy as np
 
 from gamutcore.characterisation.samples import JSON
 from gamutcore.colours.colorimetry import ICC_D50, adaptation_matrix, lab_to_xyz, xyz_to_lab
-from gamutcore.colours.sampling import AbsoluteColours
+from gamutcore.colours.ink_limits import InkLimits, limited_cube
+from gamutcore.colours.plausibility import impossible_colour_warnings
+from gamutcore.colours.sampling import (
+    AbsoluteColours,
+    SurfaceColours,
+    count_warnings,
+    device_colours,
+    surface_values,
+)
 from gamutcore.errors import MalformedProfileError
 
 if TYPE_CHECKING:
@@ -127,3 +136,83 @@ def absolute_colours(profile: IccProfile) -> AbsoluteColours | None:
         return AbsoluteColours(scaling)
     is_own = profile.device_class == "display" and np.abs(white - ICC_D50).max() > _SAME_WHITE
     return AbsoluteColours(scaling, is_own and scaled, _unadapted(profile, white))
+
+
+_LIGHTS = frozenset({"display", "colour space"})
+"""Classes of profiles whose colours are lights, which the optimal colour solid does not limit."""
+
+
+_KINDS = {
+    "mft1": "lut8",
+    "mft2": "lut16",
+    "mAB ": "lutAToB",
+    "mpet": "multi-process elements",
+}
+"""Names of the types of a profile's transforms (ICC.1:2022, clause 10)."""
+
+
+def profile_surface(
+    profile: IccProfile, intent: str, surface_samples: int, limits: InkLimits
+) -> SurfaceColours:
+    channels = len(profile.channels)
+    limited = limited_cube(
+        profile.channels, np.zeros(channels), np.ones(channels), limits, inks=profile.inks
+    )
+    nodes = profile.transform(intent)[0].nodes
+
+    def lab(values: FloatArray) -> FloatArray:
+        return profile_colours(profile, values, intent).lab
+
+    surface = surface_values(limited, lab, surface_samples, nodes)
+    density = surface.density
+    colours = profile_colours(profile, surface.device, intent)
+    points = colours.lab
+    white, white_warnings = declared_white(profile)
+    provenance: dict[str, JSON] = {
+        **profile.provenance,
+        "intent": intent,
+        "white": white,
+        "illuminant": "D50",
+        "observer": "2°",
+        "adaptation": colours.adaptation,
+        **_declared_luminance(profile),
+        **limited.provenance,
+        "model": {"name": "ICC profile", "tag": colours.tag, "kind": _kind(colours)},
+        "surface": {"points": len(points), "density": density},
+        # each warning once
+        "warnings": list[JSON](
+            dict.fromkeys(
+                [
+                    *profile.warnings,
+                    *colours.warnings,
+                    *white_warnings,
+                    *count_warnings(len(points), surface_samples, density),
+                    *impossible_colour_warnings(points, lights=profile.device_class in _LIGHTS),
+                ]
+            )
+        ),
+    }
+    absolute = absolute_colours(profile)
+    return SurfaceColours(
+        points,
+        surface.device,
+        provenance,
+        intent == "absolute" and absolute is not None and absolute.as_measured,
+        profile.channels,
+        surface.faces,
+        device_colours(limited, surface, lab),
+        absolute,
+    )
+
+
+def _kind(colours: ProfileColours) -> str:
+    return _KINDS.get(colours.kind, "matrix and curves")
+
+
+def _declared_luminance(profile: IccProfile) -> dict[str, JSON]:
+    """Luminance of a display's white in the tag `lumi`; empty if it is missing or broken."""
+    with contextlib.suppress(MalformedProfileError):
+        luminance = float(profile.xyz("lumi")[1]) if "lumi" in profile.tags else 0.0
+        if luminance > 0:
+            return {"white_luminance": round(luminance, 4)}
+    return {}

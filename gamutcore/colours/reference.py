@@ -15,6 +15,8 @@ import numpy as np
 
 from gamutcore.characterisation.samples import JSON
 from gamutcore.colours.colorimetry import (
+    ICC_D50,
+    adaptation_matrix,
     adaptation_text,
     adaptation_to_d50,
     chromaticity_xyz,
@@ -23,6 +25,16 @@ from gamutcore.colours.colorimetry import (
     xyz_to_lab,
 )
 from gamutcore.colours.formulas import hlg_luminance, pq_luminance, pq_signal
+from gamutcore.colours.ink_limits import InkLimits, limited_cube
+from gamutcore.colours.sampling import (
+    AbsoluteColours,
+    DeviceColours,
+    DeviceSurface,
+    SurfaceColours,
+    SurfaceFaces,
+    device_colours,
+    surface_values,
+)
 from gamutcore.colours.spaces import DEFAULT_LUMINANCE
 from gamutcore.errors import OptionError
 from gamutcore.references.catalogue import OPTIMAL_WAVELENGTHS
@@ -281,3 +293,56 @@ def _merged_weights(weights: FloatArray, bands: int) -> FloatArray:
     chosen = np.interp(np.linspace(0, places[-1], bands + 1), places, np.arange(len(places)))
     ends = np.stack([np.interp(chosen, np.arange(len(sums)), each) for each in sums.T], axis=1)
     return np.diff(ends, axis=0)
+
+
+_LINEAR_NODES = np.linspace(0.0, 1.0, 17) ** 2
+"""Linear values that divide the edges of an RGB space, denser in the dark as lightness is."""
+
+
+def reference_surface(
+    reference: Reference, intent: str, surface_samples: int, adaptation: str
+) -> SurfaceColours:
+    model: dict[str, JSON] = {"name": "none: the colours themselves"}
+    faces: SurfaceFaces | None
+    surface: DeviceSurface | None = None
+    own: DeviceColours | None = None
+    channels: tuple[str, ...] = ()
+    if reference.kind == "rgb":
+        channels, white = ("R", "G", "B"), reference_white(reference)
+        curve, top = reference.definition["curve"], largest_code(reference)
+        # PQ and HLG are nearly uniform, so their faces are divided evenly
+        nodes = None if reference.peak else np.tile(encode_rgb(_LINEAR_NODES, curve), (3, 1))
+        limited = limited_cube(channels, np.zeros(3), np.full(3, top), InkLimits(), inks=False)
+
+        def rgb_lab(values: FloatArray) -> FloatArray:
+            return reference_lab(rgb_xyz(reference, values), white, intent, adaptation)[0]
+
+        surface = surface_values(limited, rgb_lab, surface_samples, nodes)
+        own = device_colours(limited, surface, rgb_lab)
+        xyz, faces = rgb_xyz(reference, surface.device), surface.faces
+        encoding = curve if isinstance(curve, str) else f"γ {curve:g}"
+        model = {"name": "primaries and white", "encoding": encoding}
+    else:
+        xyz, white, corners = surface_xyz(reference, surface_samples)
+        faces = SurfaceFaces(corners, np.zeros(len(corners), np.int32), closed=True)
+    lab, adapted = reference_lab(xyz, white, intent, adaptation)
+    points: dict[str, JSON] = {"points": len(lab)}
+    provenance: dict[str, JSON] = {
+        **reference_provenance(reference, white),
+        "channels": list(channels),
+        "intent": intent,
+        "adaptation": adapted,
+        "model": model,
+        "surface": points | ({} if surface is None else {"density": surface.density}),
+        "warnings": [],
+    }
+    return SurfaceColours(
+        lab,
+        None if surface is None else surface.device,
+        provenance,
+        intent == "absolute",
+        channels,
+        faces=faces,
+        own=own,
+        absolute=AbsoluteColours(adaptation_matrix(ICC_D50, white, adaptation), as_measured=True),
+    )

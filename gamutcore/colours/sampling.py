@@ -19,7 +19,13 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from gamutcore.arrays import BooleanArray, FloatArray, IndexArray, LongArray
-from gamutcore.colours.ink_limits import InkCube, Patches, surface_corners, surface_patches
+from gamutcore.colours.ink_limits import (
+    InkCube,
+    LimitedCube,
+    Patches,
+    surface_corners,
+    surface_patches,
+)
 from gamutcore.geometry import TriangleMesh
 from gamutcore.kernels import kernel, leaf_kernel
 from gamutcore.option_types import WholeNumber
@@ -27,24 +33,21 @@ from gamutcore.option_types import WholeNumber
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from gamutcore.arrays import FloatArray, IndexArray
-    from gamutcore.characterisation.samples import JSON, IntArray
+    from gamutcore.characterisation.samples import JSON
 
 __all__ = [
-    "MAX_PATCHES",
     "SURFACE_SAMPLES",
     "AbsoluteColours",
     "DeviceColours",
     "DeviceSurface",
-    "Layout",
     "SurfaceColours",
     "SurfaceFaces",
+    "count_warnings",
+    "device_colours",
     "device_surface",
     "distinct_rows",
-    "inside_count",
-    "lattice_faces",
     "outward_faces",
-    "values_between",
+    "surface_values",
 ]
 
 SURFACE_SAMPLES = WholeNumber(8, 5_000_000)
@@ -73,15 +76,9 @@ _EVENLY = 0.1
 class SurfaceFaces:
     """Triangles that cover all two-dimensional faces of a device's cut cube, without T-junctions.
 
-    Attributes
-    ----------
-    corners : (m, 3) int32
-        Rows of device values. Corners and edges of the cube have their rows once.
-    labels : (m,) int32
-        Number of the flat patch of the cube's surface that a triangle is part of.
-    closed : bool
-        Whether the triangles are a closed, oriented surface. They are if three channels are free;
-        with more, the faces of the cube cross inside of the gamut.
+    `corners` (m, 3) are rows of device values; corners and edges of the cube have their rows once.
+    `labels` (m,) number the flat patches of the cube's surface. With three free channels, the
+    triangles are a `closed`, oriented surface. With more, the faces cross inside of the gamut.
     """
 
     corners: IndexArray
@@ -103,17 +100,10 @@ class DeviceSurface:
 
 
 class DeviceColours(NamedTuple):
-    """All colours that a device can make, as a function of its device values.
+    """All colours that a device can make.
 
-    Attributes
-    ----------
-    cube : InkCube
-        The device values, of the k channels that vary.
-    points : callable
-        From device values (m, k) to colours, as those of `SurfaceColours`.
-    tried : (j, k) float
-        Device values whose colours a boundary is likely to miss: those of `values_between`, and of
-        the samples.
+    `points` maps device values (m, k) in the cube to colours, as those of `SurfaceColours`. A
+    boundary is likely to miss the colours of the device values `tried` (j, k).
     """
 
     cube: InkCube
@@ -124,16 +114,10 @@ class DeviceColours(NamedTuple):
 class AbsoluteColours(NamedTuple):
     """What media-relative colours are with the intent absolute, and as the device's own.
 
-    Attributes
-    ----------
-    matrix : (3, 3) float
-        From tristimulus values relative to D50, Y = 1 for the white of the medium, to absolute
-        ones.
-    as_measured : bool
-        Whether absolute colours are the device's own in all spaces but ICC's CIELAB.
-    own : (3, 3) float, optional
-        From media-relative tristimulus values to the device's own, without adaptation and up to a
-        common factor; None if they are the absolute ones.
+    `matrix` (3, 3) leads from tristimulus values relative to D50, Y = 1 for the white of the
+    medium, to absolute ones. These are the device's own in all spaces but ICC's CIELAB if
+    `as_measured`. `own` (3, 3) leads to the device's own values, without adaptation and up to a
+    common factor; None if they are the absolute ones.
     """
 
     matrix: FloatArray
@@ -151,10 +135,10 @@ class AbsoluteColours(NamedTuple):
 class SurfaceColours:
     """Points that the boundary of the gamut is wrapped around.
 
-    Parameters
+    Attributes
     ----------
     points : (m, 3) float
-        CIELAB L*, a*, b*, relative to ICC's D50; coordinates of a space after `colours_in_space`.
+        CIELAB relative to ICC's D50, or coordinates of a space after `colours_in_space`.
     device : (m, k) float or None
         Their device values, or the values of pixels, 0 to 1; None for bare colours.
     provenance : dict
@@ -163,14 +147,12 @@ class SurfaceColours:
         Whether the tristimulus values are a display's or an encoding's own, without adaptation.
     channels : tuple of str
         Names of the k device channels; empty for bare colours.
-    absolute : AbsoluteColours, optional
-        What media-relative colours are with the intent absolute, and as the device's own; None if
-        it is not known.
     faces : SurfaceFaces, optional
-        Triangles between the points that cover the device's surface. None if there is no device
-        model, or its faces are too many. `colours_in_space` turns closed surfaces outwards.
+        Triangles between the points; None without a device model, or if they are too many.
     own : DeviceColours, optional
         All colours that the device can make, by its model.
+    absolute : AbsoluteColours, optional
+        The way to absolute colours, and to the device's own; None if it is not known.
     """
 
     points: FloatArray
@@ -191,9 +173,8 @@ def device_surface(
 ) -> DeviceSurface:
     """Return device values at the surface of a cut cube of n channels.
 
-    There are at most `surface_samples` points, unless the cube has more corners. `colours` maps (m,
-    n) device values to (m, 3). `nodes` (n, k) are each channel's ascending values, over its whole
-    range, between which the model is smooth. The result is deterministic.
+    There are at most `surface_samples` points, unless the cube has more corners. `nodes` (n, k) are
+    each channel's ascending values, over its whole range, between which the model is smooth.
     """
     channels = len(cube.lowest)
     if channels == 1:
@@ -204,12 +185,20 @@ def device_surface(
     if patches is None:
         return DeviceSurface(surface_corners(cube), "corners")
     cells = (isqrt(surface_samples // len(patches.corners)) - 1) // 2
+    count = len(patches.corners)
     if cells < _FEWEST:
-        return _even_surface(patches, surface_samples)
+        lattice = _Lattice(patches, np.tile([0.0, 1.0], (count, 2, 1)))
+        ones = np.ones((count, 1, 1))
+        device, faces = lattice.divided(ones, ones, surface_samples)
+        density = "corners" if len(device) == len(lattice.vertices) else "uniform"
+        return DeviceSurface(device, density, faces)
     if nodes is not None and nodes.shape[1] - 1 <= cells:
-        knots = _knots(patches, cube, nodes)
+        low, high = cube.lowest[:, np.newaxis], cube.highest[:, np.newaxis]
+        fractions = (nodes - low) / (high - low)
+        regular = np.linspace(0.0, 1.0, nodes.shape[1])
+        knots = np.concatenate([fractions, regular[np.newaxis]])[patches.axes]  # regular for -1
     else:
-        knots = _knots(patches, cube, None, min(cells, _COARSE))
+        knots = np.tile(np.linspace(0.0, 1.0, min(cells, _COARSE) + 1), (count, 2, 1))
     lattice = _Lattice(patches, knots)
     weights, aspect = _weights(lattice, colours)
     device, faces = lattice.divided(weights, aspect, surface_samples)
@@ -218,9 +207,7 @@ def device_surface(
 
 def outward_faces(points: FloatArray, faces: SurfaceFaces) -> SurfaceFaces:
     """Return closed faces so that they enclose a positive volume; other faces are unchanged."""
-    if not faces.closed:
-        return faces
-    if TriangleMesh(points, faces.corners).volume >= 0:
+    if not faces.closed or TriangleMesh(points, faces.corners).volume >= 0:
         return faces
     return replace(faces, corners=np.ascontiguousarray(faces.corners[:, [0, 2, 1]]))
 
@@ -251,27 +238,6 @@ def values_between(surface: DeviceSurface) -> FloatArray:
     return np.concatenate(parts)
 
 
-def _even_surface(patches: Patches, surface_samples: int) -> DeviceSurface:
-    lattice = _Lattice(patches, np.tile([0.0, 1.0], (len(patches.corners), 2, 1)))
-    ones = np.ones((len(patches.corners), 1, 1))
-    device, faces = lattice.divided(ones, ones, surface_samples)
-    return DeviceSurface(
-        device, "corners" if len(device) == len(lattice.vertices) else "uniform", faces
-    )
-
-
-def _knots(patches: Patches, cube: InkCube, nodes: FloatArray | None, cells: int = 0) -> FloatArray:
-    """Lines of the coarse lattice along s and t, (p, 2, k + 1), from 0 to 1."""
-    count = len(patches.corners)
-    if nodes is None:
-        return np.tile(np.linspace(0.0, 1.0, cells + 1), (count, 2, 1))
-    fractions = (nodes - cube.lowest[:, np.newaxis]) / (cube.highest - cube.lowest)[:, np.newaxis]
-    regular = np.linspace(0.0, 1.0, fractions.shape[1])
-    every = np.concatenate([fractions, regular[np.newaxis]])  # the last one is for -1
-    knots: FloatArray = every[patches.axes]
-    return knots
-
-
 class _Lattice:
     """The coarse cells of all patches, each of which can be subdivided."""
 
@@ -298,7 +264,7 @@ class _Lattice:
         along = np.where(is_reversed, 1.0 - along[..., ::-1], along)
         self.edge_knots = along.reshape(-1, self.cells + 1)[first]
 
-    def device(self, patch: IntArray, s: FloatArray, t: FloatArray) -> FloatArray:
+    def device(self, patch: LongArray, s: FloatArray, t: FloatArray) -> FloatArray:
         """Device values at the positions (s, t) of patches."""
         values = np.empty((len(patch), self.corners.shape[3]))
         for start in range(0, len(patch), _BLOCK):
@@ -310,14 +276,14 @@ class _Lattice:
             values[rows] = near * (1 - at_s) + far * at_s
         return values
 
-    def parts(self, weights: FloatArray, aspect: FloatArray, scale: float) -> IntArray:
+    def parts(self, weights: FloatArray, aspect: FloatArray, scale: float) -> LongArray:
         """Numbers of parts of each cell along s and t, (p, k, k, 2)."""
         wanted = np.maximum(weights * scale, 1.0)
         along = np.clip(np.rint(np.sqrt(wanted * aspect)), 1, None)
         across = np.clip(np.rint(wanted / along), 1, None)
         return np.stack([along, across], axis=-1).astype(np.int64)
 
-    def edge_parts(self, parts: IntArray) -> IntArray:
+    def edge_parts(self, parts: LongArray) -> LongArray:
         """Numbers of parts of the pieces of each edge, (edges, k): those of the finer cell."""
         beside = np.stack(
             [parts[:, :, 0, 0], parts[:, :, -1, 0], parts[:, 0, :, 1], parts[:, -1, :, 1]], axis=1
@@ -328,7 +294,7 @@ class _Lattice:
         most[self.collapsed] = 0
         return most
 
-    def count(self, parts: IntArray) -> int:
+    def count(self, parts: LongArray) -> int:
         """Number of points for given numbers of parts."""
         on_edges = int(self.edge_parts(parts).sum()) - int((~self.collapsed).sum())
         return len(self.vertices) + on_edges + inside_count(parts)
@@ -366,17 +332,12 @@ class _Lattice:
         patch, position, corners, labels = lattice_faces(
             layout, outside, inside, triangles, int(max(parts.max(), edge_parts.max()))
         )
-        device = np.concatenate(
-            [
-                self.vertices,
-                self._on_edges(edge_parts),
-                self.device(patch, position[:, 0], position[:, 1]),
-            ]
-        )
+        inner_values = self.device(patch, position[:, 0], position[:, 1])
+        device = np.concatenate([self.vertices, self._on_edges(edge_parts), inner_values])
         channels = device.shape[1]
         return device, SurfaceFaces(corners, labels, channels == 3) if channels > 2 else None
 
-    def _turned(self) -> np.ndarray:
+    def _turned(self) -> BooleanArray:
         """Whether s and t run clockwise around each patch, seen from outside of the cube."""
         corners = self.corners
         if corners.shape[3] != 3:
@@ -385,10 +346,12 @@ class _Lattice:
         outwards = corners.mean(axis=(1, 2)) - self.vertices.mean(axis=0)
         return np.asarray((normals * outwards).sum(axis=1) < 0)
 
-    def _on_edges(self, counts: IntArray) -> FloatArray:
-        cell, number = _points_in_cells(counts.reshape(-1))
+    def _on_edges(self, counts: LongArray) -> FloatArray:
+        counts = counts.reshape(-1)
+        cell = np.repeat(np.arange(len(counts)), counts)
+        number = np.arange(len(cell)) - (np.cumsum(counts) - counts)[cell]
         edge, piece = np.divmod(cell, self.cells)
-        fraction = number / counts.reshape(-1)[cell]
+        fraction = number / counts[cell]
         start, end = self.edge_knots[edge, piece], self.edge_knots[edge, piece + 1]
         at = (start + fraction * (end - start))[:, np.newaxis]
         kept = (piece > 0) | (number > 0)
@@ -397,12 +360,11 @@ class _Lattice:
         return values
 
 
-def distinct_rows(rows: FloatArray) -> tuple[FloatArray, IntArray]:
+def distinct_rows(rows: FloatArray) -> tuple[FloatArray, LongArray]:
     """Return the distinct rows of an array in order, and the index of each row among them.
 
-    Rows have no negative zeros and no NaN. `numpy.unique` along an axis takes two seconds for the
-    half million rows of twelve inks with a limit. A hash of the bits tells nearly all rows apart;
-    collisions are found by comparison.
+    `numpy.unique` along an axis takes two seconds for the half million rows of twelve inks with a
+    limit. A hash of the bits tells nearly all rows apart; collisions are found by comparison.
     """
     bits = np.ascontiguousarray(rows).view(np.uint64)
     # random odd factors; the low bits of short fractions are all zero, so mix in the high bits
@@ -414,13 +376,6 @@ def distinct_rows(rows: FloatArray) -> tuple[FloatArray, IntArray]:
         few, group = rows, np.arange(len(rows))
     distinct, indices = np.unique(few, axis=0, return_inverse=True)
     return distinct, indices.reshape(-1)[group]
-
-
-def _points_in_cells(counts: IntArray) -> tuple[IntArray, IntArray]:
-    """For each of sum(counts) points, its cell and its number within the cell."""
-    cell = np.repeat(np.arange(len(counts)), counts)
-    starts = np.cumsum(counts) - counts
-    return cell, np.arange(len(cell)) - starts[cell]
 
 
 def _weights(
@@ -486,15 +441,13 @@ def _outside(grid: FloatArray) -> FloatArray:
     largest = np.zeros(_BINS[0] * _BINS[1])
     np.maximum.at(largest, bins.reshape(-1), radius.reshape(-1))
     part = radius / np.maximum(largest[bins], 1e-12)
-    cells = np.maximum.reduce(
-        [part[:, i::2, j::2][:, : part.shape[1] // 2, : part.shape[2] // 2] for i, j in _NEAR]
-    )
+    near = [
+        part[:, i::2, j::2][:, : part.shape[1] // 2, : part.shape[2] // 2]
+        for i, j in ((0, 0), (0, 1), (1, 0), (1, 1))
+    ]
+    cells = np.maximum.reduce(near)
     share: FloatArray = np.clip((cells - _INSIDE) / (_OUTSIDE - _INSIDE), 0.0, 1.0)
     return share
-
-
-_NEAR = ((0, 0), (0, 1), (1, 0), (1, 1))
-"""The positions, of the nine in a cell, whose radii are compared."""
 
 
 BELOW, ABOVE, BEFORE, AFTER = range(4)
@@ -504,24 +457,12 @@ BELOW, ABOVE, BEFORE, AFTER = range(4)
 class Layout(NamedTuple):
     """How patches share edges, and how finely everything is divided.
 
-    Attributes
-    ----------
-    knots : (p, 2, k + 1) float64
-        Lines of the cells along s and t.
-    parts : (p, k, k, 2) int64
-        Numbers of parts of each cell along s and t.
-    which : (p, 4) int64
-        Edge at each side of each patch.
-    is_reversed : (p, 4) bool
-        Whether the edge runs against s or t.
-    edges : (e, 2) int64
-        Corners at the ends of each edge.
-    reached : (e, k + 1) int64
-        Number of parts of each edge before each of its coarse nodes; all 0 for an edge of length 0.
-    edge_start : (e,) int64
-        Number of the first inner point of each edge.
-    turned : (p,) bool
-        Whether the triangles of a patch are clockwise in s and t.
+    `knots` (p, 2, k + 1) are the lines of the cells along s and t, and `parts` (p, k, k, 2) the
+    numbers of parts of each cell. `which` (p, 4) is the edge at each side of a patch, and
+    `is_reversed` (p, 4) tells whether it runs against s or t. `edges` (e, 2) are corners.
+    `reached` (e, k + 1) counts the parts of an edge before each of its coarse nodes, and
+    `edge_start` (e,) numbers its first inner point. The triangles of patches that are `turned` (p,)
+    are clockwise in s and t.
     """
 
     knots: FloatArray
@@ -613,8 +554,7 @@ def _zip_ring(
     """Write the triangles between a side of a cell and the inner points next to it.
 
     `chain` (m,) has the points of the side, then the inner points on its left. The side has `outer`
-    parts; its `inner` points are at multiples of 1 ÷ (inner + 1). The result is the number of
-    triangles.
+    parts; its `inner` points are at multiples of 1 ÷ (inner + 1).
     """
     i, j, left = 0, 0, outer + 1
     while i < outer or j < inner - 1:
@@ -640,7 +580,7 @@ def _zip_chains(
     """Write the triangles between two chains of points in the same direction.
 
     `chain` (m,) has the right chain from 0 and the left one from `left`, with `rights` and `lefts`
-    parts. They may share their first and last point. The result is the number of triangles.
+    parts. They may share their first and last point.
     """
     i, j, i_end, j_end = 0, 0, rights, lefts
     if chain[0] == chain[left]:
@@ -676,12 +616,15 @@ def _fill_small_cell(
     turned: bool,
     chain: LongArray,
     sides: LongArray,
-    below: int,
-    above: int,
-    before: int,
-    after: int,
+    side_parts: LongArray,
 ) -> int:
     """Write the triangles of a cell without inner points, given the parts of its sides."""
+    below, above, before, after = (
+        side_parts[BELOW],
+        side_parts[ABOVE],
+        side_parts[BEFORE],
+        side_parts[AFTER],
+    )
     if before <= 1 and after <= 1:
         _append(chain, 0, sides, BELOW, below, False)
         _append(chain, below + 1, sides, ABOVE, above, False)
@@ -753,11 +696,9 @@ def _gather_side(
     j: int,
     side: int,
 ) -> None:
-    """Write the points of a side of the cell (i, j), in the direction of s or t.
+    """Write the points of a side of the cell (i, j), in the direction of s or t, to `sides`.
 
-    Row `side` of `sides` (4, m) and `side_parts` (4,) is written. `level` and `upright` (k, k) have
-    the first inner points of the cells' sides ABOVE and AFTER. `nodes` is the number of the patch's
-    first inner coarse node.
+    `level` and `upright` (k, k) have the first inner points of the cells' sides ABOVE and AFTER.
     """
     cells, some = layout.parts.shape[1], side_parts[side]
     if side <= ABOVE:
@@ -782,25 +723,10 @@ def _gather_side(
 def lattice_faces(  # noqa: C901, PLR0912  # one pass over all cells
     layout: Layout, outside: int, inside: int, triangles: int, longest: int
 ) -> tuple[LongArray, FloatArray, IndexArray, IndexArray]:
-    """Return the inner points of all patches, and the triangles of all patches.
+    """Return the patch (i,), s and t (i, 2) of inner points, and triangles (m, 3) with their patch.
 
-    Parameters
-    ----------
-    layout : Layout
-    outside, inside : int
-        Numbers of points: corners and on edges; and inside of patches (`inside_count`).
-    triangles, longest : int
-        Upper bound of the number of triangles; largest number of parts of any side.
-
-    Returns
-    -------
-    patch : (inside,) int64
-        Patch of each inner point.
-    position : (inside, 2) float64
-        Its s and t.
-    faces : (m, 3) int32
-    labels : (m,) int32
-        Patch of each triangle.
+    `outside` is the number of corners and points on edges, and `inside` that of the other points.
+    `triangles` bounds the number of triangles, and `longest` the number of parts of any side.
     """
     knots, parts = layout.knots, layout.parts
     cells = parts.shape[1]
@@ -852,17 +778,58 @@ def lattice_faces(  # noqa: C901, PLR0912  # one pass over all cells
                         faces, count, turned, chain, sides, side_parts, along, across, start
                     )
                 else:
-                    count = _fill_small_cell(
-                        faces,
-                        count,
-                        turned,
-                        chain,
-                        sides,
-                        side_parts[BELOW],
-                        side_parts[ABOVE],
-                        side_parts[BEFORE],
-                        side_parts[AFTER],
-                    )
+                    count = _fill_small_cell(faces, count, turned, chain, sides, side_parts)
                 labels[first:count] = patch
         owner[nodes - outside : used] = patch
     return owner, position, faces[:count].copy(), labels[:count].copy()
+
+
+def surface_values(
+    limited: LimitedCube,
+    colours: Callable[[FloatArray], FloatArray],
+    surface_samples: int,
+    nodes: FloatArray | None = None,
+) -> DeviceSurface:
+    """Device values at the surface of the printable part of a device's cube."""
+    cube = limited.cube
+    if not len(cube.lowest):
+        return DeviceSurface(limited.base[np.newaxis], "corners")
+    if not (limited.free.all() and (cube.lowest == 0).all() and (cube.highest == 1).all()):
+        nodes = None
+    surface = device_surface(
+        cube, lambda values: colours(limited.device(values)), surface_samples, nodes
+    )
+    return replace(surface, device=limited.device(surface.device))
+
+
+def device_colours(
+    limited: LimitedCube,
+    surface: DeviceSurface,
+    lab: Callable[[FloatArray], FloatArray],
+    samples: FloatArray | None = None,
+) -> DeviceColours:
+    """All colours of a device; `samples` are further device values, (m, n), to be tried."""
+    tried = values_between(surface)
+    if samples is not None:
+        tried = np.concatenate([tried, samples])
+    return DeviceColours(
+        limited.cube, lambda values: lab(limited.device(values)), tried[:, limited.free]
+    )
+
+
+def count_warnings(points: int, surface_samples: int, density: str) -> list[str]:
+    """Return a warning if only the corners of a device's cube were sampled."""
+    if density != "corners":
+        return []
+    if points > surface_samples:
+        return [
+            f"The corners of the device cube alone are {points} points, more than surface_samples."
+        ]
+    if points == 1:
+        return ["No channel of the device varies: its gamut is one colour."]
+    why = (
+        f"points on its faces as well would be more than surface_samples, {surface_samples}"
+        if surface_samples < MAX_PATCHES
+        else "its faces are too many"
+    )
+    return [f"Only the {points} corners of the device cube were sampled; {why}."]
