@@ -58,8 +58,6 @@ WHITES: Mapping[str, tuple[float, float]] = MappingProxyType(
 )
 """Chromaticities x, y for the CIE 1931 observer (CIE 15:2018, tables 11.3 and T.3)."""
 
-_ICC_D50 = (0.9642, 1.0, 0.8249)  # ICC.1:2022, 7.2.16
-
 ADAPTATIONS: Mapping[str, tuple[tuple[float, float, float], ...] | None] = MappingProxyType(
     {
         "Bradford": (
@@ -94,7 +92,7 @@ CIE 159:2004. CAT16: Li et al. 2017. von Kries: Hunt, Pointer and Estévez's con
 def white_point(name: str) -> FloatArray:
     """Return X, Y, Z (3,) of a white of `WHITES`, with Y = 1; ICC's values for D50."""
     if name == "D50":
-        return np.array(_ICC_D50)
+        return ICC_D50.copy()
     return chromaticity_xyz(*WHITES[name])
 
 
@@ -163,23 +161,16 @@ def colour_science() -> ModuleType:
 
 
 def xyz_to_lab(xyz: FloatArray, white: FloatArray = ICC_D50) -> FloatArray:
-    """Return CIELAB of tristimulus values.
+    """Return CIELAB (..., 3) of tristimulus values (CIE 15:2018, equations 8.3 to 8.8).
+
+    The linear part continues for negative tristimulus values.
 
     Parameters
     ----------
     xyz : (..., 3) float
         X, Y, Z, with Y = 1 for the white.
     white : (3,) float
-        X, Y, Z of the reference white; ICC's D50 by default.
-
-    Returns
-    -------
-    (..., 3) float
-        L* (0 to 100), a*, b*. The linear part of CIELAB continues for negative tristimulus values.
-
-    Notes
-    -----
-    CIE 15:2018, equations 8.3 to 8.8.
+        X, Y, Z of the reference white.
 
     Examples
     --------
@@ -193,24 +184,7 @@ def xyz_to_lab(xyz: FloatArray, white: FloatArray = ICC_D50) -> FloatArray:
 
 
 def lab_to_xyz(lab: FloatArray, white: FloatArray = ICC_D50) -> FloatArray:
-    """Return the tristimulus values of CIELAB colours.
-
-    Parameters
-    ----------
-    lab : (..., 3) float
-        L* (0 to 100), a*, b*.
-    white : (3,) float
-        X, Y, Z of the reference white; ICC's D50 by default.
-
-    Returns
-    -------
-    (..., 3) float
-        X, Y, Z, with Y = 1 for the white.
-
-    Notes
-    -----
-    CIE 15:2018, equations 8.9 to 8.14.
-    """
+    """Return the tristimulus values of CIELAB colours, (..., 3); the inverse of `xyz_to_lab`."""
     lightness, a, b = np.moveaxis(np.asarray(lab, np.float64), -1, 0)
     y = (lightness + 16) / 116
     values = np.stack([y + a / 500, y, y - b / 200], axis=-1)
@@ -224,10 +198,7 @@ def adaptation_to_d50(xyz: FloatArray, white: FloatArray, adaptation: str) -> Fl
 
     The white (3,) is in the scale of the colours.
     """
-    adapted: FloatArray = (
-        xyz / white[1] @ adaptation_matrix(white / white[1], ICC_D50, adaptation).T
-    )
-    return adapted
+    return xyz / white[1] @ adaptation_matrix(white / white[1], ICC_D50, adaptation).T
 
 
 def white_of(illuminant: str, observer: str) -> FloatArray | None:

@@ -58,20 +58,10 @@ themselves are a half to a quarter of the estimate."""
 class DeviceModel:
     """Device value to colour, from measured samples.
 
-    Attributes
-    ----------
-    device, lab : (n, k) and (n, 3) float
-        Device values and colours of the samples used.
-    colours : callable or None
-        (m, k) device values to (m, 3) colours; None if no model can be fitted.
-    mean_error : float or None
-        Mean ΔE*ab of left-out samples; None if none can be left out.
-    nodes : (k, l) float or None
-        Levels of each channel between which the model is smooth, if all channels have equally many.
-    degenerate : str
-        Why no model can be fitted.
-    warnings : tuple of str
-        Warnings about the accuracy of the model.
+    `device` (n, k) and `lab` (n, 3) are the samples used. `colours` maps device values (m, k) to
+    colours (m, 3); it is None if no model can be fitted, and `degenerate` tells why. `mean_error`
+    is the mean ΔE*ab of left-out samples, if some can be left out. `nodes` (k, l) are levels of
+    each channel between which the model is smooth, if all channels have equally many.
     """
 
     device: FloatArray
@@ -88,8 +78,7 @@ def device_model(device: FloatArray, lab: FloatArray, kind: str | None = None) -
     """Return the device model of samples with distinct device values (n, k), 0 to 1.
 
     Without a `kind` of `DEVICE_MODELS`, complete grids are interpolated and other samples are
-    fitted. A fit uses at most `MAX_MODEL_SAMPLES` samples. Interpolation without a complete grid is
-    refused.
+    fitted. A fit uses at most `MAX_MODEL_SAMPLES` samples.
     """
     grid = None if kind == "fit" else grid_model(device, lab)
     if grid is not None:
@@ -122,14 +111,9 @@ def _incomplete_grid(device: FloatArray) -> OptionError:
 def _fit(device: FloatArray, lab: FloatArray) -> ScatteredModel | DegenerateSamplesError:
     """Fit over the channels that vary, or the reason why there is none."""
     try:
-        return scattered_model(device[:, _varying_channels(device)], lab)
+        return scattered_model(device[:, np.ptp(device, axis=0) > _APART], lab)
     except DegenerateSamplesError as error:
         return error
-
-
-def _varying_channels(device: FloatArray) -> npt.NDArray[np.bool_]:
-    varied: npt.NDArray[np.bool_] = np.ptp(device, axis=0) > 1e-6
-    return varied
 
 
 def _interpolation(grid: GridModel, device: FloatArray, lab: FloatArray) -> DeviceModel:
@@ -182,7 +166,7 @@ def _fit_model(model: ScatteredModel, device: FloatArray, lab: FloatArray) -> De
         "samples": len(device),
         "leave_out_error": {"unit": "ΔE*ab", "mean": mean, "percentile_95": high},
     }
-    varied = _varying_channels(device)
+    varied = np.ptp(device, axis=0) > _APART
     return DeviceModel(
         device, lab, lambda values: model.colours(values[:, varied]), provenance, mean
     )
@@ -210,15 +194,10 @@ _APART = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class GridModel:
-    """Device value to colour, interpolated between the nodes of a grid.
+    """Device value to colour, interpolated as in the lookup tables of profiles.
 
-    Attributes
-    ----------
-    levels : tuple of (l,) float
-        Ascending levels of each of k channels; one level for a constant channel.
-    table : (product of levels, 3) float32
-        Colours at the nodes; the last channel varies fastest. Single precision is 10⁻⁵ ΔE, far
-        below the noise of measurements.
+    `levels` are the ascending levels of each channel, and `table` (product of levels, 3) has the
+    colours at the nodes, the last channel fastest. Single precision is 10⁻⁵ ΔE.
     """
 
     levels: tuple[FloatArray, ...]
@@ -244,13 +223,10 @@ class GridModel:
         return colours
 
     def leave_out_errors(self) -> FloatArray:
-        """Return the interpolation errors (m,) at nodes that are left out.
+        """Return the errors (m,) at left-out nodes: every second level of each channel at once.
 
-        Every second level of each channel is left out at once, except the last one. The missing
-        nodes are interpolated between the remaining ones. The errors of the whole grid are two to
-        four times smaller: halving the steps quarters the errors of smooth colours
-        (``docs/decisions/device-model.md``). The result is empty if no channel has more than two
-        levels.
+        The errors of the whole grid are two to four times smaller: halving the steps quarters the
+        errors of smooth colours. The last levels stay, so two levels per channel give no errors.
         """
         shape = self.shape
         kept = [np.unique([*range(0, count, 2), count - 1]) for count in shape]
@@ -270,10 +246,7 @@ class GridModel:
 
 
 def grid_model(device: FloatArray, colours: FloatArray) -> GridModel | None:
-    """Return the model of samples that form a complete grid; None for other samples.
-
-    `device` has distinct device values (n, k) in any order, and `colours` (n, 3) their colours.
-    """
+    """Return the model of distinct samples that form a complete grid; None for other samples."""
     count = len(device)
     if count < 2:
         return None
@@ -373,16 +346,11 @@ def add_cubic_sums(
 
 @dataclass(frozen=True, eq=False)
 class ScatteredModel:
-    """Device value to colour, fitted to scattered samples.
+    """Cubic radial basis functions with a linear part, fitted to scattered samples.
 
-    Attributes
-    ----------
-    centres, weights : (n, k) and (n, 3) float
-        Device values of the samples; weights of the cubic basis functions.
-    linear : (k + 1, 3) float
-        The constant and the linear part.
-    leave_out_errors : (n,) float
-        Distance of each sample from its prediction by the other samples (ΔE*ab in CIELAB).
+    `centres` (n, k) are the device values of the samples, `weights` (n, 3) those of the functions,
+    and `linear` (k + 1, 3) the constant and the linear part. `leave_out_errors` (n,) are the
+    distances of the samples from their predictions by the others.
     """
 
     centres: FloatArray
@@ -401,13 +369,11 @@ class ScatteredModel:
 def scattered_model(device: FloatArray, colours: FloatArray) -> ScatteredModel:
     """Return the model that fits scattered samples (n, k), 0 to 1, with its leave-one-out errors.
 
-    P has the columns (1, device) of the linear part, and Q is its null space (from a QR
-    decomposition). Qᵀ(Φ + λ)Q = LLᵀ is positive definite for the cubic kernel (Wendland, Scattered
-    Data Approximation, 2005, section 8.5). The weights are M·colours with M = Q(LLᵀ)⁻¹Qᵀ. The
-    leave-one-out error of sample i is weights_i / M_ii (Rippa, Advances in Computational
-    Mathematics 11, 1999, 193-210, equation 3).
-
-    At most k + 1 samples, or device values in a plane, raise `DegenerateSamplesError`.
+    The model is that of SciPy's ``RBFInterpolator(kernel="cubic", degree=1)``. P has the columns
+    (1, device) of the linear part, and Q is its null space. Qᵀ(Φ + λ)Q = LLᵀ is positive definite
+    (Wendland, Scattered Data Approximation, 2005, 8.5), so one Cholesky factorisation gives the
+    weights M·colours with M = Q(LLᵀ)⁻¹Qᵀ and the errors weights_i / M_ii (Rippa, Advances in
+    Computational Mathematics 11, 1999, equation 3).
     """
     # scipy.linalg takes 0.2 s and 15 MB to import, and only fits need it. Import it here first:
     # threadpool_limits affects only the BLAS libraries that are loaded already.

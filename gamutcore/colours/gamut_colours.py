@@ -18,10 +18,8 @@ from gamutcore.characterisation.samples import JSON
 from gamutcore.colours.colorimetry import (
     ICC_D50,
     lab_to_xyz,
-    white_point,
     xyz_to_lab,
 )
-from gamutcore.colours.formulas import Cielab
 from gamutcore.colours.ink_limits import InkLimits
 from gamutcore.colours.measured import measured_colours, sample_surface
 from gamutcore.colours.picture import picture_colours
@@ -128,18 +126,7 @@ def surface_colours(
 
 
 def colours_in_space(colours: SurfaceColours, space: ColourSpace) -> SurfaceColours:
-    """Return the colours of a device in a space, with the space in their provenance.
-
-    Parameters
-    ----------
-    colours : SurfaceColours
-        In ICC's CIELAB.
-    space : ColourSpace
-
-    Returns
-    -------
-    SurfaceColours
-        Its points are coordinates of the space.
+    """Return colours in ICC's CIELAB as coordinates of a space, which is in their provenance.
 
     Raises
     ------
@@ -180,8 +167,7 @@ def _coordinates(
 ) -> tuple[FloatArray, int]:
     own = _own_values(colours)
     if own is not None and not space.is_icc_cielab:
-        icc = Cielab(white_point("D50"))
-        lab, _ = icc.coordinates(icc.xyz(lab) @ own.T)
+        lab = xyz_to_lab(lab_to_xyz(lab) @ own.T)
     return space.coordinates(lab, as_measured=colours.as_measured)
 
 
@@ -197,18 +183,10 @@ _SAME = 1e-6
 
 
 def own_tristimulus(colours: SurfaceColours) -> tuple[FloatArray, FloatArray]:
-    """Return tristimulus values without adaptation, and luminances relative to the white.
+    """Return tristimulus values (n, 3) without adaptation, and luminances (n,), white 1.
 
-    Parameters
-    ----------
-    colours : SurfaceColours
-        In ICC's CIELAB.
-
-    Returns
-    -------
-    xyz : (n, 3) float
-        In an arbitrary common scale, which chromaticities do not depend on.
-    luminance : (n,) float
+    The colours are in ICC's CIELAB. The values have an arbitrary common scale, which chromaticities
+    do not depend on.
     """
     xyz = lab_to_xyz(np.asarray(colours.points, np.float64))
     absolute = colours.absolute
@@ -247,24 +225,12 @@ the error is below 0.001 % of the volume in all spaces (tests compare with 512 c
 def described_volumes(
     mesh: TriangleMesh, space: ColourSpace, intent: object, absolute: AbsoluteColours | None
 ) -> dict[str, JSON]:
-    """Return the volumes of a boundary for its description.
+    """Return the volumes of a boundary in a space for its description.
 
-    Parameters
-    ----------
-    mesh : TriangleMesh
-        The boundary, in the space.
-    space : ColourSpace
-    intent : str
-        Of its colours.
-    absolute : AbsoluteColours or None
-        The way between both intents, if there is one.
-
-    Returns
-    -------
-    dict
-        ``srgb``: the volume of sRGB in the space, relative to its white. ``relative`` and
-        ``absolute``: mappings of ``volume`` and ``times_srgb``; ``own`` instead of both for colours
-        without such intents. An intent whose colours have no coordinates in the space is left out.
+    ``srgb`` is the volume of sRGB in the space, relative to its white. ``relative`` and
+    ``absolute`` have ``volume`` and ``times_srgb``; ``own`` instead of both for colours without
+    such intents. The volume of the other intent than `intent` is that of the boundary with its
+    vertices converted; it is left out if they have no coordinates in the space.
     """
     srgb = srgb_volume(space)
     volumes = {"own": mesh.volume}

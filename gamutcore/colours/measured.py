@@ -75,20 +75,12 @@ _CONSISTENT = 2.0
 
 @dataclass(frozen=True, eq=False)
 class MeasuredColours:
-    """CIELAB colours of samples, and their reference.
+    """CIELAB colours of samples (n, 3) relative to ICC's D50, and their reference.
 
-    Attributes
-    ----------
-    lab : (n, 3) float
-        L*, a*, b*, relative to ICC's D50.
-    provenance : dict
-        ``white``, ``illuminant``, ``observer``, ``adaptation``, ``intent``, ``colours_from``.
-    as_measured : bool
-        Whether the tristimulus values are a display's own, without adaptation.
-    lights : bool
-        Whether the data states that the samples are lights.
-    absolute : AbsoluteColours, optional
-        The way from media-relative colours to absolute ones; None for bare colours.
+    The provenance has the white, illuminant, observer, adaptation and intent. `as_measured` tells
+    that the tristimulus values are a display's own, without adaptation, and `lights` that the data
+    states that the samples are lights. `absolute` is the way from media-relative colours to
+    absolute ones; None for bare colours.
     """
 
     lab: FloatArray
@@ -111,18 +103,14 @@ def measured_colours(
 
     Data with both colours and spectra is used by its colours if they are for D50 and 2° and the
     caller requests nothing else; otherwise by its spectra. The declared illuminant and observer
-    then belong to the colours, and do not restrict the spectra. In data of spectra alone, they
-    belong to the spectra.
+    belong to the colours, and to the spectra in data of spectra alone.
 
     ``"relative"`` makes the medium's white the white of D50 (L* 100). ``"absolute"`` keeps colours
     as measured; a display's luminance stays relative to its white. Unless given, observer and
     illuminant are those that data without colours declares, else 2° and D50.
     """
     OptionError.check_intent(intent, "the data is measured samples")
-    medium = _Medium(samples, intent, observer, illuminant, adaptation)
-    colours = medium.colours()
-    lights = medium.display and not medium.assumed
-    return replace(colours, as_measured=medium.as_measured, lights=lights)
+    return _Medium(samples, intent, observer, illuminant, adaptation).colours()
 
 
 class _Medium:
@@ -168,9 +156,11 @@ class _Medium:
             )
 
     def colours(self) -> MeasuredColours:
+        """Return the colours with the provenance and all warnings."""
         samples = self.samples
         if samples.device is None and samples.white is None:
-            return self._bare_colours()
+            lab, adaptation = self._bare_lab()
+            return self._result(lab, adaptation, None)
         xyz = self._tristimulus_values()
         white = self._white(xyz)
         needed = self.intent == "relative" or (self.display and samples.lab is None)
@@ -184,42 +174,49 @@ class _Medium:
             lab, adaptation = self._display_lab(xyz, white)
         else:
             lab, adaptation = self._print_lab(xyz, white)
+        return self._result(lab, adaptation, white)
+
+    def _result(
+        self, lab: FloatArray, adaptation: str, white: FloatArray | None
+    ) -> MeasuredColours:
+        samples = self.samples
+        medium = "display" if self.display else "reflective"
+        if samples.device is None and samples.white is None:
+            medium = "unknown"
+        elif self.assumed:
+            medium = "display (assumed, not stated)"
+        provenance: dict[str, JSON] = {
+            "intent": self.intent,
+            "medium": medium,
+            "white": None if white is None else _list_of(white),
+            "illuminant": self.illuminant_text,
+            "observer": self.observer_text,
+            "adaptation": adaptation,
+            "colours_from": self.colours_from,
+        }
+        # luminance of a display's white in cd/m², as Argyll's files declare it
+        stated = samples.conditions.get("LUMINANCE_XYZ_CDM2", "").split()
+        if self.display and len(stated) == 3 and _PLAIN_NUMBER.fullmatch(stated[1]):
+            provenance["white_luminance"] = round(float(stated[1]), 4)
         return MeasuredColours(
             lab,
-            self._provenance(_list_of(white), adaptation),
+            provenance,
             tuple(self.warnings),
-            absolute=self._absolute(white) if (white > 0).all() else None,
+            self.as_measured,
+            self.display and not self.assumed,
+            None if white is None or not (white > 0).all() else self._absolute(white),
         )
 
     def _absolute(self, white: FloatArray) -> AbsoluteColours:
         """Return the way from relative to absolute colours, as `_display_lab` and `_print_lab`."""
         if not self.display:
             if not np.array_equal(self.reference, ICC_D50):
-                white = self._to_d50(white[np.newaxis], self.reference)[0]
+                white = adaptation_to_d50(white[np.newaxis], self.reference, self.adaptation)[0]
             return AbsoluteColours(np.diag(white / ICC_D50))
         own = adaptation_matrix(ICC_D50, white / white[1], self.adaptation)
         if self.samples.lab is not None and np.array_equal(self.reference, ICC_D50):
             return AbsoluteColours(own * white[1])
         return AbsoluteColours(own, as_measured=True)
-
-    def _provenance(self, white: JSON, adaptation: str) -> dict[str, JSON]:
-        return {
-            "intent": self.intent,
-            "medium": self._kind(),
-            "white": white,
-            "illuminant": self.illuminant_text,
-            "observer": self.observer_text,
-            "adaptation": adaptation,
-            "colours_from": self.colours_from,
-            **self._declared_luminance(),
-        }
-
-    def _declared_luminance(self) -> dict[str, JSON]:
-        """Luminance of a display's white in cd/m², as Argyll's files declare it."""
-        stated = self.samples.conditions.get("LUMINANCE_XYZ_CDM2", "").split()
-        if self.display and len(stated) == 3 and _PLAIN_NUMBER.fullmatch(stated[1]):
-            return {"white_luminance": round(float(stated[1]), 4)}
-        return {}
 
     def _needs_spectra(self, observer: int | None, illuminant: str | None) -> bool:
         samples = self.samples
@@ -274,14 +271,7 @@ class _Medium:
             self.reference = self._reference_white()
         self.samples = replace(self.samples, lab=None, xyz=xyz, illumination=None)
 
-    def _kind(self) -> str:
-        if self.samples.device is None and self.samples.white is None:
-            return "unknown"
-        if self.assumed:
-            return "display (assumed, not stated)"
-        return "display" if self.display else "reflective"
-
-    def _bare_colours(self) -> MeasuredColours:
+    def _bare_lab(self) -> tuple[FloatArray, str]:
         """Bare colours unchanged: without device values their medium is unknown."""
         samples = self.samples
         if self.intent != "relative":
@@ -291,25 +281,19 @@ class _Medium:
                 "colours without device values or a declared white are used unchanged",
                 "Give relative, or leave it out.",
             )
-        adaptation = "none: colours without device values are taken as they are"
         self.intent = "none: the colours as given"
         self.warnings.append(
             "The data has no device values and states no white. Its colours are used as they are; "
             "they are not made relative to the white of the medium."
         )
+        as_given = "none: colours without device values are taken as they are"
         if samples.lab is not None:
-            return MeasuredColours(
-                samples.lab, self._provenance(None, adaptation), tuple(self.warnings)
-            )
+            return samples.lab, as_given
         xyz = self._tristimulus_values()
-        if not np.array_equal(self.reference, ICC_D50):
-            xyz, adaptation = (
-                self._to_d50(xyz, self.reference),
-                self._adaptation(self.illuminant),
-            )
-        return MeasuredColours(
-            xyz_to_lab(xyz), self._provenance(None, adaptation), tuple(self.warnings)
-        )
+        if np.array_equal(self.reference, ICC_D50):
+            return xyz_to_lab(xyz), as_given
+        lab = xyz_to_lab(adaptation_to_d50(xyz, self.reference, self.adaptation))
+        return lab, adaptation_text(self.adaptation, self.illuminant)
 
     def _tristimulus_values(self) -> FloatArray:
         samples = self.samples
@@ -357,19 +341,18 @@ class _Medium:
         if patches.any():
             mean: FloatArray = xyz[patches].mean(axis=0)
             return mean
+        lightest: FloatArray = xyz[np.argmax(xyz[:, 1])]
         self.warnings.append(
             "The white was not measured; the lightest sample is taken as the white: "
-            f"{_list_of(xyz[np.argmax(xyz[:, 1])])}."
+            f"{_list_of(lightest)}."
         )
-        lightest: FloatArray = xyz[np.argmax(xyz[:, 1])]
         return lightest
 
     def _display_lab(self, xyz: FloatArray, white: FloatArray) -> tuple[FloatArray, str]:
         if self.intent == "relative":
-            return (
-                xyz_to_lab(self._to_d50(xyz, white)),
-                f"{self._adaptation('the white')}, luminance relative to the white",
-            )
+            lab = xyz_to_lab(adaptation_to_d50(xyz, white, self.adaptation))
+            adaptation = adaptation_text(self.adaptation, "the white")
+            return lab, f"{adaptation}, luminance relative to the white"
         if self.samples.lab is not None and np.array_equal(self.reference, ICC_D50):
             return self.samples.lab, "none"
         self.as_measured = True
@@ -378,24 +361,16 @@ class _Medium:
     def _print_lab(self, xyz: FloatArray, white: FloatArray) -> tuple[FloatArray, str]:
         adaptation = "none"
         if not np.array_equal(self.reference, ICC_D50):
-            adaptation = self._adaptation(self.illuminant)
-            xyz = self._to_d50(xyz, self.reference)
-            white = self._to_d50(white[np.newaxis], self.reference)[0]
+            adaptation = adaptation_text(self.adaptation, self.illuminant)
+            xyz = adaptation_to_d50(xyz, self.reference, self.adaptation)
+            white = adaptation_to_d50(white[np.newaxis], self.reference, self.adaptation)[0]
         if self.intent == "relative":
+            lab = xyz_to_lab(xyz * (ICC_D50 / white))
             scaled = "ICC media-relative: XYZ scaled by D50/white"
-            return xyz_to_lab(xyz * (ICC_D50 / white)), (
-                scaled if adaptation == "none" else f"{adaptation}; {scaled}"
-            )
+            return lab, scaled if adaptation == "none" else f"{adaptation}; {scaled}"
         if self.samples.lab is not None and adaptation == "none":
             return self.samples.lab, adaptation
         return xyz_to_lab(xyz), adaptation
-
-    def _to_d50(self, xyz: FloatArray, white: FloatArray) -> FloatArray:
-        """Colours adapted to ICC's D50 by the requested adaptation, with Y = 1."""
-        return adaptation_to_d50(xyz, white, self.adaptation)
-
-    def _adaptation(self, white: str) -> str:
-        return adaptation_text(self.adaptation, white)
 
     def _illuminant(self) -> tuple[str, str]:
         conditions = self.samples.conditions
@@ -496,11 +471,8 @@ def reflectance_xyz(
 ) -> tuple[FloatArray, float]:
     """Return XYZ (n, 3) of reflecting or transmitting samples, and their scale, 1 or 100.
 
-    `wavelengths` (b,) are ascending band centres in nm. The largest value of `reflectances` (n, b)
-    shows the scale; fluorescence may exceed full scale. Y = 1 for the perfect diffuser, whose
-    values are `white_of` the illuminant.
-
-    ASTM E308-18, section 7; ISO 13655:2017, 5.
+    `wavelengths` (b,) are ascending band centres in nm. The perfect diffuser has exactly the white
+    `white_of` the illuminant, with Y = 1 (ASTM E308-18, section 7; ISO 13655:2017, 5).
     """
     scale = reflectance_scale(reflectances)
     weights = tristimulus_weights(tuple(map(float, wavelengths)), illuminant, observer)
@@ -528,9 +500,8 @@ def tristimulus_weights(
 ) -> FloatArray:
     """Return the contributions (b, 3) of the bands of a spectrum to X, Y and Z, read-only.
 
-    `wavelengths` are ascending band centres in nm, and the sum for Y is 1. The weights of
-    unmeasured wavelengths are added to those of the first and the last band (ASTM E308-18, 7.2 and
-    7.3).
+    The sum for Y is 1. Bands of 5, 10 and 20 nm get the weights of ASTM E308 and E2022; others are
+    interpolated to 1 nm. Unmeasured wavelengths count for the first and last band (7.2 and 7.3).
     """
     bands = np.array(wavelengths)
     used = (bands >= _SHORTEST) & (bands <= _LONGEST)
@@ -556,21 +527,29 @@ def _table_weights(bands: FloatArray, illuminant: str, observer: int) -> FloatAr
             colour.SDS_ILLUMINANTS[illuminant],
             method="ASTM E308",
         )
-    weights: FloatArray = np.asarray(xyz, dtype=np.float64) / 100.0
-    return weights
+    return np.asarray(xyz, dtype=np.float64) / 100.0
 
 
 def _interpolated_weights(bands: FloatArray, illuminant: str, observer: int) -> FloatArray:
     """Weights by way of 1 nm: a cubic spline between the bands, constant beyond the ends."""
-    fine, matching = _matching_functions(observer)
-    power = colour_science().SDS_ILLUMINANTS[illuminant]
-    weighted = matching * np.interp(fine, power.wavelengths, power.values)[:, np.newaxis]
+    fine, _ = _matching_functions(observer)
+    weighted = illuminated_functions(illuminant, observer)
     inside = np.clip(fine, bands[0], bands[-1])
     from scipy.interpolate import CubicSpline  # noqa: PLC0415  # 0.3 s, for uneven bands only
 
     splines: FloatArray = CubicSpline(bands, np.eye(len(bands)), axis=0)(inside)
     weights: FloatArray = splines.T @ weighted / weighted[:, 1].sum()
     return weights
+
+
+def illuminated_functions(illuminant: str, observer: int) -> FloatArray:
+    """Return the colour-matching functions (n, 3) from 360 to 780 nm by 1 nm, times the light.
+
+    Illuminants are interpolated linearly between their tables' 5 nm.
+    """
+    wavelengths, matching = _matching_functions(observer)
+    power = colour_science().SDS_ILLUMINANTS[illuminant]
+    return matching * np.interp(wavelengths, power.wavelengths, power.values)[:, np.newaxis]
 
 
 @lru_cache(maxsize=4)
@@ -598,15 +577,14 @@ _FOREIGN = frozenset(
         *("SHAW", "FAIRCHILD"),
     }
 )
-"""Years and names of other observers; Argyll has 1955_2, 1955_10, 1978_2, 2012_2, 2012_10 and
-shaw."""
+"""Years and names of other observers, which share an angle with those of CIE 15: Argyll has 1955_2,
+1955_10, 1978_2, 2012_2, 2012_10 and shaw."""
 
 
 def declared_observer(text: str) -> str | None:
-    """Return the standard observer that a text such as ``"1931_2"`` or ``"10 degree"`` names.
+    """Return the standard observer, ``"2"`` or ``"10"``, that a text names; None for any other.
 
-    ``"2"`` stands for CIE 1931 and ``"10"`` for CIE 1964 (CIE 15:2018, 6.1 and 6.2). None if the
-    text names another observer, both, or none.
+    Argyll and DisplayCAL write ``1931_2``, others ``2 degree``, ``CIE 1964``, ``TEN`` or ``D50/2``.
     """
     parts = _PART.findall(text.upper())
     if not _FOREIGN.isdisjoint(parts):

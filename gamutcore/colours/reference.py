@@ -7,9 +7,8 @@ optimal colour reflects all light of one band of wavelengths and none of the res
 
 from __future__ import annotations
 
-from functools import lru_cache
 from math import isqrt
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -26,10 +25,9 @@ from gamutcore.colours.colorimetry import (
 )
 from gamutcore.colours.formulas import hlg_luminance, pq_luminance, pq_signal
 from gamutcore.colours.ink_limits import InkLimits, limited_cube
+from gamutcore.colours.measured import illuminated_functions
 from gamutcore.colours.sampling import (
     AbsoluteColours,
-    DeviceColours,
-    DeviceSurface,
     SurfaceColours,
     SurfaceFaces,
     device_colours,
@@ -37,28 +35,12 @@ from gamutcore.colours.sampling import (
 )
 from gamutcore.colours.spaces import DEFAULT_LUMINANCE
 from gamutcore.errors import OptionError
-from gamutcore.references.catalogue import OPTIMAL_WAVELENGTHS
 
 if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray, IndexArray, LongArray
     from gamutcore.references import Reference
 
-__all__ = [
-    "RGB_CURVES",
-    "SurfaceXyz",
-    "decode_rgb",
-    "encode_rgb",
-    "largest_code",
-    "optimal_colours",
-    "optimal_faces",
-    "primary_matrix",
-    "reference_lab",
-    "reference_provenance",
-    "reference_white",
-    "rgb_xyz",
-    "spectral_weights",
-    "surface_xyz",
-]
+__all__ = ["reference_lab", "reference_surface", "reference_white", "rgb_xyz"]
 
 RGB_CURVES: dict[str, tuple[float, float, float, float, float]] = {
     "sRGB": (2.4, 1 / 1.055, 0.055 / 1.055, 1 / 12.92, 0.04045),  # IEC 61966-2-1
@@ -72,10 +54,9 @@ RGB_CURVES: dict[str, tuple[float, float, float, float, float]] = {
 
 
 def decode_rgb(values: FloatArray, curve: str | float) -> FloatArray:
-    """Return linear values of encoded ones, (..., 3), 0 to 1.
+    """Return linear values of encoded ones, 0 to 1, by a key of `RGB_CURVES` or an exponent.
 
-    `curve` is a key of `RGB_CURVES` or an exponent. Scene-referred spaces have the exponent 1:
-    their logarithmic curves reach beyond the diffuse white.
+    Scene-referred spaces have the exponent 1: their curves reach beyond the diffuse white.
     """
     if not isinstance(curve, str):
         return values**curve
@@ -131,26 +112,8 @@ def largest_code(reference: Reference) -> float:
     return float(pq_signal(np.array(float(reference.peak or 0.0))))
 
 
-class SurfaceXyz(NamedTuple):
-    """Colours (n, 3) at the surface of a reference without device values.
-
-    Y is 1 for the perfect diffuser. Faces (m, 3) are triangles between the colours, a closed
-    surface.
-    """
-
-    xyz: FloatArray
-    white: FloatArray
-    faces: IndexArray
-
-
-def surface_xyz(reference: Reference, surface_samples: int) -> SurfaceXyz:
-    """Return the surface of Pointer's gamut or of the optimal colours.
-
-    `surface_samples` limits the number of optimal colours.
-    """
-    if reference.kind == "optimal":
-        xyz = optimal_colours(reference.illuminant, reference.observer, surface_samples)
-        return SurfaceXyz(xyz, xyz[-1], optimal_faces(len(xyz)))
+def _pointer_xyz(white: FloatArray) -> tuple[FloatArray, IndexArray]:
+    """The colours of Pointer's gamut, with Y = 1 for the perfect diffuser, and their triangles."""
     colour_science()
     from colour.models.datasets import pointer_gamut  # noqa: PLC0415  # takes a second
 
@@ -158,8 +121,7 @@ def surface_xyz(reference: Reference, surface_samples: int) -> SurfaceXyz:
     angle = np.radians(hue)
     lab = np.stack([lightness, chroma * np.cos(angle), chroma * np.sin(angle)], axis=1)
     caps = [[lightness.min(), 0.0, 0.0], [lightness.max(), 0.0, 0.0]]
-    white = reference_white(reference)
-    return SurfaceXyz(lab_to_xyz(np.concatenate([lab, caps]), white), white, _ring_faces(16, 36))
+    return lab_to_xyz(np.concatenate([lab, caps]), white), _ring_faces(16, 36)
 
 
 def _ring_faces(rings: int, points: int) -> IndexArray:
@@ -191,56 +153,17 @@ def reference_lab(
     return lab, adaptation_text(adaptation, "the white")
 
 
-def reference_provenance(reference: Reference, white: FloatArray) -> dict[str, JSON]:
-    """Return the origin and the conditions of a reference, JSON-able; its white is X, Y, Z."""
-    return {
-        "format": "reference",
-        "reference": reference.slug,
-        "source": reference.source,
-        "white": [round(float(value), 6) for value in white],
-        "illuminant": reference.illuminant,
-        "observer": f"{reference.observer}°",
-        **({} if reference.peak is None else _luminances(reference.peak)),
-    }
-
-
-def _luminances(peak: float) -> dict[str, JSON]:
-    return {"peak_luminance": peak, "white_luminance": DEFAULT_LUMINANCE}
-
-
 _FEWEST_BANDS = 16
 
 
-@lru_cache(maxsize=8)
-def spectral_weights(illuminant: str, observer: int) -> FloatArray:
-    """Return the tristimulus values of the light in each nanometre, (n, 3), read-only.
-
-    The range is 360 to 780 nm by 1 nm; the sum is the white, with Y = 1 (CIE 15:2018, 7.1).
-    Illuminants are interpolated linearly between their tables' 5 nm.
-    """
-    colour = colour_science()
-    first, last = OPTIMAL_WAVELENGTHS
-    wavelengths = np.arange(first, last + 1.0)
-    year = {2: 1931, 10: 1964}[observer]
-    functions = colour.MSDS_CMFS[f"CIE {year} {observer} Degree Standard Observer"]
-    power = colour.SDS_ILLUMINANTS[illuminant]
-    matching = np.asarray(functions.values)[np.searchsorted(functions.wavelengths, wavelengths)]
-    light = np.interp(wavelengths, power.wavelengths, power.values)
-    weights: FloatArray = matching * light[:, np.newaxis]
-    weights /= weights[:, 1].sum()
-    weights.setflags(write=False)
-    return weights
-
-
 def optimal_colours(illuminant: str, observer: int, count: int) -> FloatArray:
-    """Return the tristimulus values of optimal colours (n, 3), at most `count`.
+    """Return the tristimulus values of optimal colours (n, 3), at most `count` (MacAdam 1935).
 
     They are black, white, and the b·(b − 1) bands between b wavelengths, with Y = 1 for the white.
     The wavelengths are dense where the bands that end there change fast in CIELAB.
-
-    D. L. MacAdam, The theory of the maximum visual efficiency of colored materials, JOSA 25 (1935).
     """
-    weights = spectral_weights(illuminant, observer)
+    weights = illuminated_functions(illuminant, observer)
+    weights = weights / weights[:, 1].sum()  # the sum is the white, with Y = 1
     bands = max(_FEWEST_BANDS, (1 + isqrt(max(4 * count - 7, 1))) // 2)
     if bands < len(weights):
         weights = _merged_weights(weights, bands)
@@ -255,8 +178,7 @@ def optimal_colours(illuminant: str, observer: int, count: int) -> FloatArray:
 def optimal_faces(count: int) -> IndexArray:
     """Return triangles (2·(count − 2), 3) between `count` optimal colours: the zonoid's faces.
 
-    Each face is a parallelogram: a band, the same with one more wavelength at its end, with one
-    less at its start, and with both changes.
+    Each is a parallelogram: a band, with a wavelength more at its end, less at its start, and both.
     """
     bands = (1 + isqrt(4 * count - 7)) // 2
     start, width = (
@@ -302,13 +224,15 @@ _LINEAR_NODES = np.linspace(0.0, 1.0, 17) ** 2
 def reference_surface(
     reference: Reference, intent: str, surface_samples: int, adaptation: str
 ) -> SurfaceColours:
+    """Return the colours at the surface of a reference gamut."""
+    white = reference_white(reference)
     model: dict[str, JSON] = {"name": "none: the colours themselves"}
-    faces: SurfaceFaces | None
-    surface: DeviceSurface | None = None
-    own: DeviceColours | None = None
+    density: dict[str, JSON] = {}
+    own, device = None, None
     channels: tuple[str, ...] = ()
+    faces: SurfaceFaces | None
     if reference.kind == "rgb":
-        channels, white = ("R", "G", "B"), reference_white(reference)
+        channels = ("R", "G", "B")
         curve, top = reference.definition["curve"], largest_code(reference)
         # PQ and HLG are nearly uniform, so their faces are divided evenly
         nodes = None if reference.peak else np.tile(encode_rgb(_LINEAR_NODES, curve), (3, 1))
@@ -319,26 +243,37 @@ def reference_surface(
 
         surface = surface_values(limited, rgb_lab, surface_samples, nodes)
         own = device_colours(limited, surface, rgb_lab)
-        xyz, faces = rgb_xyz(reference, surface.device), surface.faces
+        device, density, faces = surface.device, {"density": surface.density}, surface.faces
+        xyz = rgb_xyz(reference, device)
         encoding = curve if isinstance(curve, str) else f"γ {curve:g}"
         model = {"name": "primaries and white", "encoding": encoding}
     else:
-        xyz, white, corners = surface_xyz(reference, surface_samples)
+        if reference.kind == "optimal":
+            xyz = optimal_colours(reference.illuminant, reference.observer, surface_samples)
+            white, corners = xyz[-1], optimal_faces(len(xyz))
+        else:
+            xyz, corners = _pointer_xyz(white)
         faces = SurfaceFaces(corners, np.zeros(len(corners), np.int32), closed=True)
     lab, adapted = reference_lab(xyz, white, intent, adaptation)
-    points: dict[str, JSON] = {"points": len(lab)}
     provenance: dict[str, JSON] = {
-        **reference_provenance(reference, white),
+        "format": "reference",
+        "reference": reference.slug,
+        "source": reference.source,
+        "white": [round(float(value), 6) for value in white],
+        "illuminant": reference.illuminant,
+        "observer": f"{reference.observer}°",
         "channels": list(channels),
         "intent": intent,
         "adaptation": adapted,
         "model": model,
-        "surface": points | ({} if surface is None else {"density": surface.density}),
+        "surface": {"points": len(lab), **density},
         "warnings": [],
     }
+    if reference.peak is not None:
+        provenance |= {"peak_luminance": reference.peak, "white_luminance": DEFAULT_LUMINANCE}
     return SurfaceColours(
         lab,
-        None if surface is None else surface.device,
+        device,
         provenance,
         intent == "absolute",
         channels,
