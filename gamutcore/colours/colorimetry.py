@@ -198,7 +198,9 @@ def adaptation_to_d50(xyz: FloatArray, white: FloatArray, adaptation: str) -> Fl
 
     The white (3,) is in the scale of the colours.
     """
-    return xyz / white[1] @ adaptation_matrix(white / white[1], ICC_D50, adaptation).T
+    matrix = adaptation_matrix(white / white[1], ICC_D50, adaptation)
+    adapted: FloatArray = xyz / white[1] @ matrix.T
+    return adapted
 
 
 def white_of(illuminant: str, observer: str) -> FloatArray | None:

@@ -72,6 +72,15 @@ _PLAIN_NUMBER = re.compile(r"\d{1,6}(\.\d{1,12})?")
 _CONSISTENT = 2.0
 """Mean ΔE*ab up to which Lab and XYZ columns agree; XYZ with two decimals differs by 0.1."""
 
+_POOR_FIT = 5.0
+"""Mean leave-one-out ΔE*ab above which a model is called unreliable; real devices reach 0.1 to
+1.5."""
+
+_FIT_REMEDY = (
+    "Leave it out to use the samples' own colours. Or send at least two distinct device values "
+    "more than there are varying channels, and not all of them in one plane."
+)
+
 
 @dataclass(frozen=True, eq=False)
 class MeasuredColours:
@@ -549,7 +558,9 @@ def illuminated_functions(illuminant: str, observer: int) -> FloatArray:
     """
     wavelengths, matching = _matching_functions(observer)
     power = colour_science().SDS_ILLUMINANTS[illuminant]
-    return matching * np.interp(wavelengths, power.wavelengths, power.values)[:, np.newaxis]
+    light = np.interp(wavelengths, power.wavelengths, power.values)
+    weighted: FloatArray = matching * light[:, np.newaxis]
+    return weighted
 
 
 @lru_cache(maxsize=4)
@@ -595,17 +606,6 @@ def declared_observer(text: str) -> str | None:
     return found.pop() if len(found) == 1 else None
 
 
-_POOR_FIT = 5.0
-"""Mean leave-one-out ΔE*ab above which a model is called unreliable; real devices reach 0.1 to
-1.5."""
-
-
-_FIT_REMEDY = (
-    "Leave it out to use the samples' own colours. Or send at least two distinct device values "
-    "more than there are varying channels, and not all of them in one plane."
-)
-
-
 def sample_surface(
     samples: Samples,
     medium: MeasuredColours,
@@ -613,6 +613,10 @@ def sample_surface(
     limits: InkLimits,
     kind: str | None,
 ) -> SurfaceColours:
+    """Return the colours at the surface of a device by a model `kind` of its samples.
+
+    Samples without device values, or without a model, are the colours themselves.
+    """
     provenance: dict[str, JSON] = {**samples.provenance, **medium.provenance}
     warnings = [*samples.warnings, *medium.warnings]
     if samples.device is None:

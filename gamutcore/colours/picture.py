@@ -117,9 +117,8 @@ def picture_colours(
 def popular(lab: FloatArray, counts: IntArray, share: float) -> tuple[IntArray, dict[str, JSON]]:
     """Return the indices, in order, of the colours that remain without the least frequent ones.
 
-    Cells of `POPULARITY_CELL` are left out by ascending number of pixels, up to `share` of all
-    pixels. Cells with equal numbers stay or go together, so the result does not depend on their
-    order. The dictionary has the numbers of cells with pixels and of cells left out.
+    Cells are left out by ascending number of pixels, up to `share` of all pixels. Cells with equal
+    numbers stay or go together, so the result does not depend on their order.
     """
     # clip the extreme colours of broken profiles, whose cells need not be distinguished
     indices = np.floor(np.clip(lab / POPULARITY_CELL, -1e4, 1e4)).astype(np.int64)
@@ -187,7 +186,7 @@ def _light(values: FloatArray, encoding: Encoding, luminance: FloatArray) -> Flo
         return pq_luminance(values) / DEFAULT_LUMINANCE
     if encoding.transfer == "HLG":
         return hlg_luminance(values, luminance) / DEFAULT_LUMINANCE
-    # IEC 61966-2-1, 5.2.
+    # IEC 61966-2-1, 5.2
     return np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
 
 
@@ -209,11 +208,9 @@ def find_values(
 ) -> tuple[FloatArray, FloatArray]:
     """Return values (n, 3) in the range whose colours are nearest to `lab`, and the distances (n,).
 
-    `colours` maps values (m, 3) to CIELAB, and `start` is in the range. Distances are Euclidean.
-    Values that would leave the range are held at its end.
-
-    K. Levenberg, Quarterly of Applied Mathematics 2 (1944); D. W. Marquardt, SIAM Journal 11
-    (1963).
+    Profiles have no inverse transform that is exact to 16 bits. The search by Levenberg (1944) and
+    Marquardt (1963) begins at `start`, and ends at the nearest colour that it finds in the range.
+    `colours` maps values (m, 3) to CIELAB. Distances are Euclidean.
     """
     values = np.clip(start, lowest, highest)
     if len(values) == 0:

@@ -52,6 +52,11 @@ RGB_CURVES: dict[str, tuple[float, float, float, float, float]] = {
 """Transfer curves with a linear part: g, a, b, c and d of Y = (aX + b)^g from d on, cX below
 (ICC.1:2022, table 68, function 3)."""
 
+_LINEAR_NODES = np.linspace(0.0, 1.0, 17) ** 2
+"""Linear values that divide the edges of an RGB space, denser in the dark as lightness is."""
+
+_FEWEST_BANDS = 16
+
 
 def decode_rgb(values: FloatArray, curve: str | float) -> FloatArray:
     """Return linear values of encoded ones, 0 to 1, by a key of `RGB_CURVES` or an exponent.
@@ -153,9 +158,6 @@ def reference_lab(
     return lab, adaptation_text(adaptation, "the white")
 
 
-_FEWEST_BANDS = 16
-
-
 def optimal_colours(illuminant: str, observer: int, count: int) -> FloatArray:
     """Return the tristimulus values of optimal colours (n, 3), at most `count` (MacAdam 1935).
 
@@ -217,10 +219,6 @@ def _merged_weights(weights: FloatArray, bands: int) -> FloatArray:
     return np.diff(ends, axis=0)
 
 
-_LINEAR_NODES = np.linspace(0.0, 1.0, 17) ** 2
-"""Linear values that divide the edges of an RGB space, denser in the dark as lightness is."""
-
-
 def reference_surface(
     reference: Reference, intent: str, surface_samples: int, adaptation: str
 ) -> SurfaceColours:
@@ -228,6 +226,9 @@ def reference_surface(
     white = reference_white(reference)
     model: dict[str, JSON] = {"name": "none: the colours themselves"}
     density: dict[str, JSON] = {}
+    luminances: dict[str, JSON] = {}
+    if reference.peak is not None:
+        luminances = {"peak_luminance": reference.peak, "white_luminance": DEFAULT_LUMINANCE}
     own, device = None, None
     channels: tuple[str, ...] = ()
     faces: SurfaceFaces | None
@@ -262,6 +263,7 @@ def reference_surface(
         "white": [round(float(value), 6) for value in white],
         "illuminant": reference.illuminant,
         "observer": f"{reference.observer}°",
+        **luminances,
         "channels": list(channels),
         "intent": intent,
         "adaptation": adapted,
@@ -269,8 +271,6 @@ def reference_surface(
         "surface": {"points": len(lab), **density},
         "warnings": [],
     }
-    if reference.peak is not None:
-        provenance |= {"peak_luminance": reference.peak, "white_luminance": DEFAULT_LUMINANCE}
     return SurfaceColours(
         lab,
         device,
