@@ -16,7 +16,7 @@ from gamutcore.boundary import wrap_colours
 from gamutcore.boundary.radial_envelope import FINE, radial_volume
 from gamutcore.characterisation import Characterisation, characterisation
 from gamutcore.colours import surface_colours
-from gamutcore.colours.reference_colours import reference_lab, reference_white, rgb_xyz
+from gamutcore.colours.reference import reference_lab, reference_white, rgb_xyz
 from gamutcore.options import Options
 from gamutcore.references import REFERENCES, Reference
 

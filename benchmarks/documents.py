@@ -12,7 +12,7 @@ from pathlib import Path
 from benchmarks import decimation_tables, reliability
 from benchmarks.common import DOCUMENT, RESULTS, ROOT
 from benchmarks.markdown import rows_table, update_document
-from gamutcore.colours.spaces.parameters import SPACE_PARAMETERS
+from gamutcore.colours import SPACE_PARAMETERS
 from gamutcore.options import OPTIONS
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from benchmarks.common import ROOT
 from benchmarks.decimation_tables import COSTS, Results, mean_errors
 from benchmarks.devices import devices
-from gamutcore.colours.spaces.srgb import srgb
+from gamutcore.colours.spaces import srgb
 
 if TYPE_CHECKING:
     from matplotlib.typing import RcKeyType

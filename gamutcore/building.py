@@ -26,25 +26,23 @@ from gamutcore.characterisation import (
     measurements_of,
 )
 from gamutcore.colours import (
+    DEFAULT_LUMINANCE,
+    MEASURED,
     InkLimits,
+    assumption_warnings,
     colours_in_space,
+    declared_space,
     described_volumes,
     display_primaries,
     medium_white_lab,
     own_tristimulus,
+    refuse_far_vertices,
+    refuse_other_space,
     spread_values,
     surface_colours,
     values_beside,
 )
 from gamutcore.colours.spaces import ColourSpace
-from gamutcore.colours.spaces.declared import (
-    assumption_warnings,
-    declared_space,
-    refuse_far_vertices,
-    refuse_other_space,
-)
-from gamutcore.colours.spaces.definitions import DEFAULT_LUMINANCE
-from gamutcore.colours.spaces.parameters import MEASURED
 from gamutcore.decimation import decimate
 from gamutcore.errors import FlatPointsError, OptionError
 from gamutcore.history import MINIMUM_TRIANGLES, build_history
@@ -66,8 +64,7 @@ if TYPE_CHECKING:
 
     from gamutcore.arrays import FloatArray
     from gamutcore.boundary import Boundary
-    from gamutcore.colours import SurfaceColours
-    from gamutcore.colours.device.surface import AbsoluteColours
+    from gamutcore.colours import AbsoluteColours, SurfaceColours
     from gamutcore.decimation import Decimation
     from gamutcore.geometry import DeviceValues, TriangleMesh
     from gamutcore.history import History

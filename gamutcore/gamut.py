@@ -22,8 +22,8 @@ from gamutcore.answers.drawing import DrawingAnswers
 from gamutcore.answers.mapping import MappingAnswers
 from gamutcore.answers.points import PointAnswers
 from gamutcore.building import build
+from gamutcore.colours import SPACE_PARAMETERS
 from gamutcore.colours.spaces import ColourSpace
-from gamutcore.colours.spaces.parameters import SPACE_PARAMETERS
 from gamutcore.content import content_of, gamut_source, is_saved_gamut
 from gamutcore.errors import HistoryFileError, OptionError
 from gamutcore.export import mesh_file
@@ -97,7 +97,7 @@ class Gamut(PointAnswers, MappingAnswers, DrawingAnswers, ComparisonAnswers):
     -----
     Colours in arguments are arrays (..., 3) in the space of the gamut, unless `space` names another
     one: any value of the option `space`, ``LCHab`` or ``sRGB`` (0 to 1). See
-    `gamutcore.colours.spaces.conversion`. Queries are answered on a level: that of `triangles`, the
+    `gamutcore.colours.spaces`. Queries are answered on a level: that of `triangles`, the
     smallest within `max_error`, or by default the smallest within 0.1 % of the lightness of white,
     0.1 in CIELAB. ``max_error=0`` is the full boundary.
 

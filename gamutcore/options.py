@@ -41,11 +41,9 @@ from gamutcore.arguments import (
 )
 from gamutcore.boundary import BASIS, BOUNDARIES, GAMMA, SEGMENT_COUNTS, SUBDIVISIONS
 from gamutcore.characterisation.columns import condition_label
-from gamutcore.colours.device.model import DEVICE_MODELS
-from gamutcore.colours.device.surface import SURFACE_SAMPLES
-from gamutcore.colours.spaces import SPACES, ColourSpace, parameters
-from gamutcore.colours.spectral import ILLUMINANTS, OBSERVERS
-from gamutcore.colours.surface import INTENTS
+from gamutcore.colours import DEVICE_MODELS, ILLUMINANTS, INTENTS, OBSERVERS, SURFACE_SAMPLES
+from gamutcore.colours import spaces as parameters
+from gamutcore.colours.spaces import SPACES, ColourSpace
 from gamutcore.decimation import COSTS
 from gamutcore.errors import OptionError
 from gamutcore.names import near_match

@@ -25,8 +25,7 @@ from gamutcore.boundary.device_surface import hidden_area
 from gamutcore.boundary.radial_envelope import COARSE, radial_volume
 from gamutcore.characterisation import Samples, characterisation
 from gamutcore.characterisation.icc.transforms import Grid
-from gamutcore.colours import surface_colours
-from gamutcore.colours.device.surface import SurfaceFaces
+from gamutcore.colours import SurfaceFaces, surface_colours
 from gamutcore.decimation import COSTS, decimate
 from gamutcore.export import FORMATS, mesh_file
 from gamutcore.export.rendering import mesh_picture

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from gamutcore.boundary import BOUNDARIES, compute_boundary
-from gamutcore.colours.device.ink_cube import InkCube
-from gamutcore.colours.device.scattered_model import scattered_model
-from gamutcore.colours.device.surface import device_surface
-from gamutcore.colours.spaces.srgb import srgb
+from gamutcore.colours.device_model import scattered_model
+from gamutcore.colours.ink_limits import InkCube
+from gamutcore.colours.sampling import device_surface
+from gamutcore.colours.spaces import srgb
 
 ROUNDING = 12
 """Decimals that are compared where a compiler may fuse or reorder operations."""

@@ -20,7 +20,7 @@ from matplotlib.path import Path as Path2D
 import gamutcore as gc
 from gamutcore import queries
 from gamutcore.arrays import FloatArray
-from gamutcore.colours.spaces.srgb import srgb
+from gamutcore.colours.spaces import srgb
 from gamutcore.geometry import TriangleMesh
 from gamutcore.levels import Side
 

@@ -17,9 +17,8 @@ from matplotlib.figure import Figure
 
 import gamutcore as gc
 from gamutcore.arrays import FloatArray
+from gamutcore.colours import adaptation_matrix, lab_to_xyz, white_point, xyz_to_lab
 from gamutcore.colours.spaces import ColourConversion, ColourSpace
-from gamutcore.colours.spaces.cielab import lab_to_xyz, xyz_to_lab
-from gamutcore.colours.spaces.white_points import adaptation_matrix, white_point
 
 FOLDER = Path(__file__).parent
 PRESS = FOLDER.parents[1] / "examples" / "FOGRA39L.ti3"

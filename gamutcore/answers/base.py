@@ -15,8 +15,8 @@ import numpy as np
 
 from gamutcore.answers.conditions import conditions_of
 from gamutcore.colour_rows import colour_rows
-from gamutcore.colours.spaces.cielab import xyz_to_lab
-from gamutcore.colours.spaces.conversion import ColourConversion
+from gamutcore.colours import xyz_to_lab
+from gamutcore.colours.spaces import ColourConversion
 from gamutcore.errors import OptionError
 from gamutcore.levels import BoundedLevel, LevelRequest, LevelSearch
 from gamutcore.queries import LevelIndex, build_index

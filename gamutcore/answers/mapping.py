@@ -15,8 +15,7 @@ from gamutcore.answers.conditions import colour_warnings, comparison_warnings
 from gamutcore.answers.picture_mapping import BLUE_TURNS, map_picture, turns_blue
 from gamutcore.arguments import Choice, check_option
 from gamutcore.colour_rows import colour_rows
-from gamutcore.colours.black_point import compensate_black, luminance_of_black
-from gamutcore.colours.spaces.cielab import ICC_D50
+from gamutcore.colours import ICC_D50, compensate_black, luminance_of_black
 from gamutcore.content import content_of
 from gamutcore.errors import OptionError
 from gamutcore.queries import delta_e_2000

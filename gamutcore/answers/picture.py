@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gamutcore.colours.spaces.srgb import srgb
+from gamutcore.colours.spaces import srgb
 
 if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray, PositionArray

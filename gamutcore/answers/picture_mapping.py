@@ -26,10 +26,7 @@ from gamutcore.characterisation.pictures import (
     refuse_not_finite,
     refuse_too_bright,
 )
-from gamutcore.colours.black_point import luminance_of_black
-from gamutcore.colours.picture_colours import picture_colours
-from gamutcore.colours.picture_values import find_values
-from gamutcore.colours.spaces.cielab import lab_to_xyz
+from gamutcore.colours import find_values, lab_to_xyz, luminance_of_black, picture_colours
 from gamutcore.errors import MalformedFileError, UnsupportedPictureError
 from gamutcore.export.picture_file import picture_writer, with_depth
 from gamutcore.results import Shown

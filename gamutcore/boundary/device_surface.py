@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike
 
-    from gamutcore.colours.device.surface import SurfaceFaces
+    from gamutcore.colours import SurfaceFaces
 
 FLATNESS = 1e-6
 """A surface is flat if it encloses less than this share of the cube of its extent."""

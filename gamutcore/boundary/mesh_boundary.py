@@ -18,7 +18,7 @@ import numpy as np
 from gamutcore.boundary.centre import Planes, StarKernelPoint, face_planes, star_kernel_point
 from gamutcore.boundary.modified_convex_hull import Boundary
 from gamutcore.characterisation.samples import JSON
-from gamutcore.colours.spaces.cielab import xyz_to_lab
+from gamutcore.colours import xyz_to_lab
 from gamutcore.errors import CentreError, MeshError
 from gamutcore.geometry import (
     TriangleMesh,

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike
 
-    from gamutcore.colours.device.surface import SurfaceFaces
+    from gamutcore.colours import SurfaceFaces
 
 
 class Method(NamedTuple):

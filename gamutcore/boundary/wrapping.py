@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
     from gamutcore.boundary.modified_convex_hull import Boundary
     from gamutcore.characterisation.samples import JSON
-    from gamutcore.colours.device.surface import SurfaceFaces
+    from gamutcore.colours import SurfaceFaces
 
 __all__ = ["Wrapping", "wrap_colours"]
 

@@ -356,7 +356,7 @@ def _has_space(source: str, condition: str | None) -> bool:
 
 def _axes_of(table: ColourTable, gamut: Gamut) -> tuple[str, ...]:
     """Return the names of the coordinates of a table."""
-    from gamutcore.colours.spaces.conversion import ColourConversion  # noqa: PLC0415
+    from gamutcore.colours.spaces import ColourConversion  # noqa: PLC0415
 
     axes = ColourConversion(table.space, gamut.colour_space).axes
     return tuple(axis.rstrip("*") for axis in axes)

@@ -1,34 +1,103 @@
-"""Colours at the surface of a device's gamut, from characterisation data.
+"""From a source to colours: spaces, colorimetry, device models and the surface of a gamut.
 
-`surface_colours` is the entry point. `spaces` has the colour spaces, and `device` the device
-models.
+`surface_colours` is the entry point, and `colours_in_space` gives its result in a `ColourSpace`.
 """
 
-from gamutcore.colours.device.ink_cube import spread_values, values_beside
-from gamutcore.colours.device.ink_limits import InkLimits
-from gamutcore.colours.own_chromaticities import display_primaries, own_tristimulus
-from gamutcore.colours.spaces.cielab import ICC_D50, lab_to_xyz, xyz_to_lab
-from gamutcore.colours.surface import (
+from gamutcore.colours.colorimetry import (
+    ICC_D50,
+    adaptation_matrix,
+    compensate_black,
+    lab_to_xyz,
+    luminance_of_black,
+    white_point,
+    xyz_to_lab,
+)
+from gamutcore.colours.device_model import DEVICE_MODELS
+from gamutcore.colours.gamut_colours import (
     INTENTS,
-    SurfaceColours,
     colours_in_space,
+    described_volumes,
+    display_primaries,
+    medium_white_lab,
+    own_tristimulus,
     surface_colours,
 )
-from gamutcore.colours.volumes import described_volumes, medium_white_lab
+from gamutcore.colours.ink_limits import InkLimits, spread_values, values_beside
+from gamutcore.colours.measured import ILLUMINANTS, OBSERVERS, measured_colours
+from gamutcore.colours.picture import find_values, picture_colours
+from gamutcore.colours.sampling import (
+    SURFACE_SAMPLES,
+    AbsoluteColours,
+    SurfaceColours,
+    SurfaceFaces,
+)
+from gamutcore.colours.spaces import (
+    CIELAB,
+    DEFAULT_LUMINANCE,
+    GIVEN_SPACE,
+    MEASURED,
+    OTHER_AXES,
+    SPACE,
+    SPACE_PARAMETERS,
+    SPACES,
+    ColourConversion,
+    ColourSpace,
+    assumption_warnings,
+    declared_space,
+    linear_srgb,
+    measured_luminance,
+    parameter_defaults,
+    refuse_far_vertices,
+    refuse_other_space,
+    space_parameters,
+    srgb,
+)
 
 __all__ = [
+    "CIELAB",
+    "DEFAULT_LUMINANCE",
+    "DEVICE_MODELS",
+    "GIVEN_SPACE",
     "ICC_D50",
+    "ILLUMINANTS",
     "INTENTS",
+    "MEASURED",
+    "OBSERVERS",
+    "OTHER_AXES",
+    "SPACE",
+    "SPACES",
+    "SPACE_PARAMETERS",
+    "SURFACE_SAMPLES",
+    "AbsoluteColours",
+    "ColourConversion",
+    "ColourSpace",
     "InkLimits",
     "SurfaceColours",
+    "SurfaceFaces",
+    "adaptation_matrix",
+    "assumption_warnings",
     "colours_in_space",
+    "compensate_black",
+    "declared_space",
     "described_volumes",
     "display_primaries",
+    "find_values",
     "lab_to_xyz",
+    "linear_srgb",
+    "luminance_of_black",
+    "measured_colours",
+    "measured_luminance",
     "medium_white_lab",
     "own_tristimulus",
+    "parameter_defaults",
+    "picture_colours",
+    "refuse_far_vertices",
+    "refuse_other_space",
+    "space_parameters",
     "spread_values",
+    "srgb",
     "surface_colours",
     "values_beside",
+    "white_point",
     "xyz_to_lab",
 ]

@@ -12,18 +12,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gamutcore.colours.spaces.cielab import ICC_D50, lab_to_xyz
+from gamutcore.colours.colorimetry import ICC_D50, lab_to_xyz
 
 if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
     from gamutcore.characterisation import Samples
-    from gamutcore.colours.device.ink_limits import LimitedCube
+    from gamutcore.colours.ink_limits import LimitedCube
 
-__all__ = [
-    "extrapolation_warnings",
-    "impossible_colour_warnings",
-    "range_warnings",
-]
+__all__ = ["extrapolation_warnings", "impossible_colour_warnings", "range_warnings"]
 
 _FAR = 0.5
 """Distance of a corner from the nearest sample at which the corner is far: half of an edge of the
@@ -91,10 +87,9 @@ def extrapolation_warnings(
 ) -> list[str]:
     """Return warnings about the part of a gamut that no sample supports.
 
-    The rows of `corners` (c, k) are device values of the cube's corners after ink limits. Warnings
-    arise if a corner is farther than half a channel's range from all samples. They also arise if
-    the convex hull of `points` is clearly larger than that of `measured`; both are (…, 3) in
-    CIELAB.
+    Warnings arise if a corner (c, k) of the cube is farther than half a channel's range from all
+    samples `device` (n, k), or if the convex hull of `points` is clearly larger than that of
+    `measured`.
     """
     from scipy.spatial import cKDTree  # noqa: PLC0415  # slow; only device models need it
 
@@ -132,11 +127,7 @@ def _thinned(colours: FloatArray, most: int) -> FloatArray:
 
 
 def impossible_colour_warnings(lab: FloatArray, *, lights: bool) -> list[str]:
-    """Return warnings about colours (m, 3) in CIELAB that no surface, or no light, can have.
-
-    They arise for L* outside 0 to 100 and, except for lights, outside the optimal colour solid of
-    D50 and 2°.
-    """
+    """Return warnings about colours (m, 3) in CIELAB that no surface, or no light, can have."""
     warnings = []
     beyond = (lab[:, 0] < -_LIGHTNESS) | (lab[:, 0] > 100.0 + _LIGHTNESS)
     if beyond.any():
@@ -160,11 +151,10 @@ def impossible_colour_warnings(lab: FloatArray, *, lights: bool) -> list[str]:
 
 @lru_cache(maxsize=1)
 def _optimal_colour_solid() -> tuple[FloatArray, FloatArray, FloatArray]:
-    """The optimal colour solid in XYZ, which is symmetric about its middle.
+    """The middle (3,) of the optimal colour solid in XYZ, normals of its faces and their distances.
 
     Reflectances of 0 to 1 in bands of 10 nm have the colours of a zonotope: the sum of one segment
-    for each band. Two bands span each pair of opposite faces. The result is the middle (3,), and
-    for one face of each pair the normal (f, 3) and the distance from the middle (f,).
+    for each band. Two bands span each pair of opposite faces, of which one is returned.
     """
     bands = _BANDS.T * (ICC_D50 / _BANDS.sum(axis=1))
     first, second = np.triu_indices(len(bands), 1)

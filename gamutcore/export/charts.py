@@ -18,8 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gamutcore.arrays import FloatArray
-from gamutcore.colours.spaces import CIELAB, ColourSpace
-from gamutcore.colours.spaces.srgb import srgb
+from gamutcore.colours.spaces import CIELAB, ColourSpace, srgb
 from gamutcore.export.picture_file import png
 
 __all__ = [

@@ -26,8 +26,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gamutcore.characterisation.meshes import GAMUT_BOUNDARY_TAGS
+from gamutcore.colours import lab_to_xyz
 from gamutcore.colours.spaces import CIELAB, ColourSpace
-from gamutcore.colours.spaces.cielab import lab_to_xyz
 from gamutcore.errors import OptionError
 from gamutcore.export.provenance import ascii_line
 from gamutcore.history import nearest_places

@@ -17,8 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gamutcore.colours.spaces import CIELAB, ColourSpace
-from gamutcore.colours.spaces.srgb import linear_srgb
+from gamutcore.colours.spaces import CIELAB, ColourSpace, linear_srgb
 from gamutcore.export.provenance import property_names
 from gamutcore.version import __version__
 

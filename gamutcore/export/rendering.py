@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 
 from gamutcore.arguments import finite_number
 from gamutcore.arrays import Float32Array, FloatArray, PositionArray
-from gamutcore.colours.spaces import CIELAB, ColourSpace
-from gamutcore.colours.spaces.srgb import linear_srgb
+from gamutcore.colours.spaces import CIELAB, ColourSpace, linear_srgb
 from gamutcore.errors import OptionError
 from gamutcore.export.picture_file import png
 from gamutcore.geometry import TriangleMesh

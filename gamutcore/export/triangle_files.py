@@ -21,8 +21,7 @@ from xml.sax.saxutils import escape
 
 import numpy as np
 
-from gamutcore.colours.spaces import CIELAB, ColourSpace
-from gamutcore.colours.spaces.srgb import srgb
+from gamutcore.colours.spaces import CIELAB, ColourSpace, srgb
 from gamutcore.export.provenance import ascii_line, comment_lines, property_names
 from gamutcore.geometry import imported_trimesh
 from gamutcore.version import __version__

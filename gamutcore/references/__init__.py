@@ -2,7 +2,7 @@
 
 `REFERENCES` is the catalogue. A reference is built from its definition, a small JSON document, as
 any gamut is built from its data. `gamutcore.reference` builds one by name. The colours are computed
-in `gamutcore.colours.reference_colours`. See ``docs/decisions/references.md``.
+in `gamutcore.colours.reference`. See ``docs/decisions/references.md``.
 """
 
 from gamutcore.references.catalogue import (

@@ -15,8 +15,8 @@ import numpy as np
 from gamutcore.arguments import check_option
 from gamutcore.characterisation.columns import COLOUR_NAMES, LAB_LCH, spelt_out
 from gamutcore.characterisation.samples import xyz_of_xyy
-from gamutcore.colours.spaces.conversion import GIVEN_SPACE, OTHER_AXES
-from gamutcore.colours.spaces.definitions import SPACES
+from gamutcore.colours import GIVEN_SPACE, OTHER_AXES
+from gamutcore.colours.spaces import SPACES
 from gamutcore.errors import InvalidPointsError, MissingColumnError, OptionError
 from gamutcore.tables.notations import css_colour
 

@@ -34,9 +34,8 @@ from gamutcore.characterisation.icc import looks_like_icc
 from gamutcore.characterisation.pictures import picture_format
 from gamutcore.characterisation.samples import NPY_MAGIC
 from gamutcore.characterisation.text import is_number, number
-from gamutcore.colours.measured_colours import measured_colours
-from gamutcore.colours.spaces.conversion import ColourConversion
-from gamutcore.colours.spaces.definitions import CIELAB
+from gamutcore.colours import measured_colours
+from gamutcore.colours.spaces import CIELAB, ColourConversion
 from gamutcore.content import is_saved_gamut
 from gamutcore.errors import (
     InvalidPointsError,

@@ -18,7 +18,7 @@ from gamutcore.answers.mapping import METHOD, NAMES
 from gamutcore.answers.points import METRIC, TOLERANCE
 from gamutcore.arguments import Boolean, Choice, Coordinates, Number, Text, WholeNumber
 from gamutcore.arrays import FloatArray
-from gamutcore.colours.spaces.conversion import GIVEN_SPACE
+from gamutcore.colours import GIVEN_SPACE
 from gamutcore.results import SurfaceAnswer
 from service.http.parameters import LARGEST_WHOLE
 from service.queries.levels import QueryLevel

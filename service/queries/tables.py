@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from gamutcore.colours.spaces.conversion import ColourConversion
+from gamutcore.colours.spaces import ColourConversion
 from gamutcore.errors import CharacterisationError, OptionError, SampleLimitError
 from gamutcore.tables import read_table
 from service.problems.problem import Problem, ProblemError
@@ -13,7 +13,7 @@ from service.queries.parameters import refuse
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from gamutcore.colours.spaces.definitions import ColourSpace
+    from gamutcore.colours.spaces import ColourSpace
     from gamutcore.tables import ColourTable
 
 __all__ = ["TableRequest", "read_colours"]

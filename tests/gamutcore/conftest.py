@@ -16,8 +16,8 @@ import trimesh
 from gamutcore import Gamut, Options
 from gamutcore.boundary import Boundary, modified_convex_hull, wrap_colours
 from gamutcore.characterisation import characterisation
-from gamutcore.colours import surface_colours
-from gamutcore.colours.spaces.cielab import ICC_D50, colour_science
+from gamutcore.colours import ICC_D50, surface_colours
+from gamutcore.colours.colorimetry import colour_science
 from gamutcore.decimation import decimate
 from gamutcore.geometry import TriangleMesh, connected_components
 from gamutcore.history import History, build_history

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gamutcore.boundary import BOUNDARIES
+from gamutcore.colours import SPACE_PARAMETERS
 from gamutcore.colours.spaces import SPACES
-from gamutcore.colours.spaces.parameters import SPACE_PARAMETERS
 from gamutcore.decimation import COSTS
 from gamutcore.errors import OptionError
 from gamutcore.options import OPTIONS, Options, option_name, option_value

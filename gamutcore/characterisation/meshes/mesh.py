@@ -83,7 +83,7 @@ class GamutMesh:
         Centre of the radii that the file states.
     space_notes : dict of str
         Notes about the space of the vertices: names in lower case, to texts;
-        see `gamutcore.colours.spaces.declared`.
+        see `gamutcore.colours.spaces`.
     device : DeviceValues or None
         Device values of the vertices, if the file has them.
     provenance : dict

@@ -18,9 +18,8 @@ from gamutcore.characterisation import (
     measurements_of,
 )
 from gamutcore.characterisation.meshes import GAMUT_BOUNDARY_TAGS
-from gamutcore.colours import InkLimits, surface_colours
-from gamutcore.colours.measured_colours import measured_colours
-from gamutcore.colours.profile_colours import profile_colours
+from gamutcore.colours import InkLimits, measured_colours, surface_colours
+from gamutcore.colours.profile import profile_colours
 from gamutcore.errors import GamutError
 
 ANY_BYTES = re.compile(rb"[\s\S]{1,4}")

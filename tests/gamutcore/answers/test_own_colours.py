@@ -12,10 +12,9 @@ import pytest
 
 from gamutcore import Gamut, reference
 from gamutcore.characterisation import IccProfile, Samples, characterisation
-from gamutcore.colours import InkLimits, surface_colours
-from gamutcore.colours.device.model import device_model
-from gamutcore.colours.measured_colours import measured_colours
-from gamutcore.colours.reference_colours import reference_lab, reference_white, rgb_xyz
+from gamutcore.colours import InkLimits, measured_colours, surface_colours
+from gamutcore.colours.device_model import device_model
+from gamutcore.colours.reference import reference_lab, reference_white, rgb_xyz
 from gamutcore.references import REFERENCES
 
 if TYPE_CHECKING:

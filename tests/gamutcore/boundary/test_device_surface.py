@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from gamutcore import Gamut
 from gamutcore.boundary import compute_boundary, device_surface_boundary, vertex_device_values
-from gamutcore.colours.device.ink_cube import InkCube
-from gamutcore.colours.device.surface import device_surface, outward_faces
+from gamutcore.colours.ink_limits import InkCube
+from gamutcore.colours.sampling import device_surface, outward_faces
 from gamutcore.decimation import decimate
 from gamutcore.errors import CentreError, FlatPointsError, OptionError
 from gamutcore.history import build_history

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from gamutcore.boundary import mesh_boundary
 from gamutcore.characterisation import GamutMesh
-from gamutcore.colours.spaces.cielab import lab_to_xyz
+from gamutcore.colours import lab_to_xyz
 from gamutcore.decimation import decimate
 from gamutcore.errors import CentreError, MeshError
 from gamutcore.geometry import mesh_grid_step

@@ -6,8 +6,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from gamutcore.boundary.wrapping import wrap_colours
-from gamutcore.colours.device.ink_cube import InkCube
-from gamutcore.colours.device.surface import device_surface, outward_faces
+from gamutcore.colours.ink_limits import InkCube
+from gamutcore.colours.sampling import device_surface, outward_faces
 from gamutcore.errors import CentreError
 from gamutcore.geometry import faces_not_seeing_centre
 

@@ -5,8 +5,8 @@ import pytest
 
 import gamutcore
 from gamutcore.colours import surface_colours
-from gamutcore.colours.reference_colours import rgb_xyz
-from gamutcore.colours.spaces.cielab import colour_science
+from gamutcore.colours.colorimetry import colour_science
+from gamutcore.colours.reference import rgb_xyz
 from gamutcore.errors import OptionError
 from gamutcore.references import REFERENCES
 

@@ -7,14 +7,15 @@ import numpy as np
 import pytest
 
 from gamutcore.characterisation import characterisation
-from gamutcore.colours import ICC_D50, lab_to_xyz, surface_colours, xyz_to_lab
-from gamutcore.colours.spectral import (
+from gamutcore.colours import (
+    ICC_D50,
     ILLUMINANTS,
     OBSERVERS,
-    emission_xyz,
-    reflectance_xyz,
-    tristimulus_weights,
+    lab_to_xyz,
+    surface_colours,
+    xyz_to_lab,
 )
+from gamutcore.colours.measured import emission_xyz, reflectance_xyz, tristimulus_weights
 from gamutcore.errors import InvalidPointsError, OptionError
 
 D65 = np.array([0.95047, 1.0, 1.08883])

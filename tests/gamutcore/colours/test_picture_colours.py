@@ -12,8 +12,8 @@ from gamutcore.characterisation.pictures.encoding import (
     SRGB,
     code_point_encoding,
 )
-from gamutcore.colours import colours_in_space, surface_colours
-from gamutcore.colours.picture_values import ACCURACY, find_values
+from gamutcore.colours import colours_in_space, find_values, surface_colours
+from gamutcore.colours.picture import ACCURACY
 from gamutcore.colours.spaces import ColourSpace
 from gamutcore.errors import OptionError
 

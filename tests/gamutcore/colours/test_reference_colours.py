@@ -8,10 +8,10 @@ from scipy.spatial import ConvexHull, KDTree
 
 from gamutcore.characterisation import characterisation
 from gamutcore.colours import colours_in_space, plausibility, surface_colours, xyz_to_lab
+from gamutcore.colours.colorimetry import colour_science
+from gamutcore.colours.measured import tristimulus_weights
 from gamutcore.colours.plausibility import extrapolation_warnings, impossible_colour_warnings
 from gamutcore.colours.spaces import ColourSpace
-from gamutcore.colours.spaces.cielab import colour_science
-from gamutcore.colours.spectral import tristimulus_weights
 from gamutcore.errors import OptionError
 from gamutcore.geometry import TriangleMesh
 from gamutcore.references import REFERENCES

@@ -86,7 +86,7 @@ def test_a_linear_device_is_sampled_exactly():
 
 
 def test_many_samples_are_thinned_with_a_warning(monkeypatch):
-    monkeypatch.setattr("gamutcore.colours.device.model.MAX_MODEL_SAMPLES", 100)
+    monkeypatch.setattr("gamutcore.colours.device_model.MAX_MODEL_SAMPLES", 100)
     beside = np.array([[0.5, 0.5, 0.55]])
     rows = [*rgb_cube(7, lab), *np.column_stack([beside, lab(beside)])]
     data = document("R G B L a b", [row.tolist() for row in rows])

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from gamutcore import Gamut, reference
+from gamutcore.colours.gamut_colours import srgb_volume
 from gamutcore.colours.spaces import ColourSpace
-from gamutcore.colours.volumes import srgb_volume
 
 SRGB_IN_LAB = 832870
 """Cubic ΔE*ab: Lindbloom, RGB Working Space Information, brucelindbloom.com."""

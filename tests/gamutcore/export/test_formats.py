@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from gamutcore.colours.spaces import ColourSpace
-from gamutcore.colours.spaces.srgb import srgb
+from gamutcore.colours.spaces import ColourSpace, srgb
 from gamutcore.errors import OptionError
 from gamutcore.export import FORMATS, format_of_suffix, mesh_file
 

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from gamutcore.colours.spaces import SPACES, ColourSpace
-from gamutcore.colours.spaces.srgb import linear_srgb
+from gamutcore.colours.spaces import SPACES, ColourSpace, linear_srgb
 from gamutcore.errors import OptionError
 from gamutcore.export.rendering import (
     VIEWS,

@@ -5,8 +5,7 @@ import importlib.util
 import numpy as np
 import pytest
 
-from gamutcore.colours.spaces import CIELAB, ColourSpace
-from gamutcore.colours.spaces.srgb import srgb
+from gamutcore.colours.spaces import CIELAB, ColourSpace, srgb
 from gamutcore.export import mesh_file
 from gamutcore.geometry import TriangleMesh
 from tests.conftest import missing

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from gamutcore import Gamut
 from gamutcore.boundary import modified_convex_hull
 from gamutcore.characterisation import characterisation
-from gamutcore.colours.profile_colours import profile_colours
+from gamutcore.colours.profile import profile_colours
 from gamutcore.decimation import decimate
 from gamutcore.errors import HistoryFileError, MeshError
 from gamutcore.geometry import DeviceValues

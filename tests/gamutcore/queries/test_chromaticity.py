@@ -9,7 +9,7 @@ from scipy.spatial import ConvexHull
 import gamutcore
 from gamutcore import Gamut
 from gamutcore.characterisation import characterisation
-from gamutcore.colours.spaces.cielab import ICC_D50
+from gamutcore.colours import ICC_D50
 from gamutcore.queries import chromaticity_gamut
 from gamutcore.results import ChromaticityGamut
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gamutcore.colours.spaces.cielab import colour_science
+from gamutcore.colours.colorimetry import colour_science
 from gamutcore.queries import build_index, delta_e_2000, nearest, nearest_ciede2000
 from gamutcore.queries.ciede2000_bounds import (
     BOUND,

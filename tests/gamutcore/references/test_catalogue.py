@@ -9,7 +9,8 @@ import pytest
 import gamutcore
 from gamutcore import Gamut
 from gamutcore.characterisation import characterisation
-from gamutcore.colours.spaces.cielab import ICC_D50, adaptation_to_d50, colour_science, white_of
+from gamutcore.colours import ICC_D50
+from gamutcore.colours.colorimetry import adaptation_to_d50, colour_science, white_of
 from gamutcore.errors import MalformedFileError, OptionError, ReferenceNameError
 from gamutcore.levels import intersection_volume
 from gamutcore.references import (

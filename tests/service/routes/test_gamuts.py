@@ -11,8 +11,7 @@ import pytest
 import trimesh
 from PIL import Image
 
-from gamutcore.colours.spaces import SPACES, ColourSpace
-from gamutcore.colours.spaces.srgb import srgb
+from gamutcore.colours.spaces import SPACES, ColourSpace, srgb
 
 ASYNC = {"Prefer": "respond-async"}
 

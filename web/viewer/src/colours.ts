@@ -1,4 +1,4 @@
-// Appearance of colours on an sRGB display, as `gamutcore.colours.spaces.srgb` computes it.
+// Appearance of colours on an sRGB display, as `gamutcore.colours.spaces` computes it.
 
 /** XYZ relative to ICC's D50 → linear sRGB (Bradford, IEC 61966-2-1). */
 const D50_TO_LINEAR_SRGB = [

@@ -3,35 +3,63 @@
 This step decides whether two gamuts are comparable. The white, the adaptation, the illuminant and
 the observer are therefore recorded in the provenance, and every assumption is a warning. The rules
 and their sources are in ``docs/decisions/media-relative.md``.
+
+The colour of a spectrum is its product with a matrix of weights (ASTM E308). The matrix combines
+the colour-matching functions, the illuminant and the interpolation between bands.
 """
 
 from __future__ import annotations
 
 import re
+import warnings
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gamutcore.characterisation.columns import is_reflective_condition
-from gamutcore.colours.declared_observer import declared_observer
-from gamutcore.colours.device.surface import AbsoluteColours
-from gamutcore.colours.spaces.cielab import (
+from gamutcore.characterisation.samples import JSON, reflectance_scale
+from gamutcore.colours.colorimetry import (
     ICC_D50,
+    adaptation_matrix,
+    adaptation_text,
     adaptation_to_d50,
+    colour_science,
     lab_to_xyz,
     white_of,
     xyz_to_lab,
 )
-from gamutcore.colours.spaces.white_points import adaptation_matrix, adaptation_text
-from gamutcore.colours.spectral import ILLUMINANTS, emission_xyz, reflectance_xyz
+from gamutcore.colours.device_model import device_model
+from gamutcore.colours.ink_limits import InkLimits, limited_cube, surface_corners
+from gamutcore.colours.plausibility import (
+    extrapolation_warnings,
+    impossible_colour_warnings,
+    range_warnings,
+)
+from gamutcore.colours.sampling import (
+    AbsoluteColours,
+    SurfaceColours,
+    count_warnings,
+    device_colours,
+    surface_values,
+)
 from gamutcore.errors import InvalidPointsError, OptionError
 
 if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
-    from gamutcore.characterisation.samples import JSON, Samples
+    from gamutcore.characterisation.samples import Samples
 
-__all__ = ["MeasuredColours", "measured_colours"]
+__all__ = [
+    "ILLUMINANTS",
+    "OBSERVERS",
+    "MeasuredColours",
+    "declared_observer",
+    "emission_xyz",
+    "measured_colours",
+    "reflectance_xyz",
+    "tristimulus_weights",
+]
 
 _NAMED_ILLUMINANT = re.compile(r"\b(?:ILLUMINANT[,:=\s]+)?(D50|D55|D65|D75|FL?\d{1,2}|[ACE])\b")
 _DAYLIGHT = re.compile(r"\b(D50|D55|D65|D75)\b")
@@ -43,23 +71,24 @@ _PLAIN_NUMBER = re.compile(r"\d{1,6}(\.\d{1,12})?")
 _CONSISTENT = 2.0
 """Mean ΔE*ab up to which Lab and XYZ columns agree; XYZ with two decimals differs by 0.1."""
 
+_POOR_FIT = 5.0
+"""Mean leave-one-out ΔE*ab above which a model is called unreliable; real devices reach 0.1 to
+1.5."""
+
+_FIT_REMEDY = (
+    "Leave it out to use the samples' own colours. Or send at least two distinct device values "
+    "more than there are varying channels, and not all of them in one plane."
+)
+
 
 @dataclass(frozen=True, eq=False)
 class MeasuredColours:
-    """CIELAB colours of samples, and their reference.
+    """CIELAB colours of samples (n, 3) relative to ICC's D50, and their reference.
 
-    Attributes
-    ----------
-    lab : (n, 3) float
-        L*, a*, b*, relative to ICC's D50.
-    provenance : dict
-        ``white``, ``illuminant``, ``observer``, ``adaptation``, ``intent``, ``colours_from``.
-    as_measured : bool
-        Whether the tristimulus values are a display's own, without adaptation.
-    lights : bool
-        Whether the data states that the samples are lights.
-    absolute : AbsoluteColours, optional
-        The way from media-relative colours to absolute ones; None for bare colours.
+    The provenance has the white, illuminant, observer, adaptation and intent. `as_measured` tells
+    that the tristimulus values are a display's own, without adaptation, and `lights` that the data
+    states that the samples are lights. `absolute` is the way from media-relative colours to
+    absolute ones; None for bare colours.
     """
 
     lab: FloatArray
@@ -82,18 +111,14 @@ def measured_colours(
 
     Data with both colours and spectra is used by its colours if they are for D50 and 2° and the
     caller requests nothing else; otherwise by its spectra. The declared illuminant and observer
-    then belong to the colours, and do not restrict the spectra. In data of spectra alone, they
-    belong to the spectra.
+    belong to the colours, and to the spectra in data of spectra alone.
 
     ``"relative"`` makes the medium's white the white of D50 (L* 100). ``"absolute"`` keeps colours
     as measured; a display's luminance stays relative to its white. Unless given, observer and
     illuminant are those that data without colours declares, else 2° and D50.
     """
     OptionError.check_intent(intent, "the data is measured samples")
-    medium = _Medium(samples, intent, observer, illuminant, adaptation)
-    colours = medium.colours()
-    lights = medium.display and not medium.assumed
-    return replace(colours, as_measured=medium.as_measured, lights=lights)
+    return _Medium(samples, intent, observer, illuminant, adaptation).colours()
 
 
 class _Medium:
@@ -139,9 +164,11 @@ class _Medium:
             )
 
     def colours(self) -> MeasuredColours:
+        """Return the colours with the provenance and all warnings."""
         samples = self.samples
         if samples.device is None and samples.white is None:
-            return self._bare_colours()
+            lab, adaptation = self._bare_lab()
+            return self._result(lab, adaptation, None)
         xyz = self._tristimulus_values()
         white = self._white(xyz)
         needed = self.intent == "relative" or (self.display and samples.lab is None)
@@ -155,42 +182,49 @@ class _Medium:
             lab, adaptation = self._display_lab(xyz, white)
         else:
             lab, adaptation = self._print_lab(xyz, white)
+        return self._result(lab, adaptation, white)
+
+    def _result(
+        self, lab: FloatArray, adaptation: str, white: FloatArray | None
+    ) -> MeasuredColours:
+        samples = self.samples
+        medium = "display" if self.display else "reflective"
+        if samples.device is None and samples.white is None:
+            medium = "unknown"
+        elif self.assumed:
+            medium = "display (assumed, not stated)"
+        provenance: dict[str, JSON] = {
+            "intent": self.intent,
+            "medium": medium,
+            "white": None if white is None else _list_of(white),
+            "illuminant": self.illuminant_text,
+            "observer": self.observer_text,
+            "adaptation": adaptation,
+            "colours_from": self.colours_from,
+        }
+        # luminance of a display's white in cd/m², as Argyll's files declare it
+        stated = samples.conditions.get("LUMINANCE_XYZ_CDM2", "").split()
+        if self.display and len(stated) == 3 and _PLAIN_NUMBER.fullmatch(stated[1]):
+            provenance["white_luminance"] = round(float(stated[1]), 4)
         return MeasuredColours(
             lab,
-            self._provenance(_list_of(white), adaptation),
+            provenance,
             tuple(self.warnings),
-            absolute=self._absolute(white) if (white > 0).all() else None,
+            self.as_measured,
+            self.display and not self.assumed,
+            None if white is None or not (white > 0).all() else self._absolute(white),
         )
 
     def _absolute(self, white: FloatArray) -> AbsoluteColours:
         """Return the way from relative to absolute colours, as `_display_lab` and `_print_lab`."""
         if not self.display:
             if not np.array_equal(self.reference, ICC_D50):
-                white = self._to_d50(white[np.newaxis], self.reference)[0]
+                white = adaptation_to_d50(white[np.newaxis], self.reference, self.adaptation)[0]
             return AbsoluteColours(np.diag(white / ICC_D50))
         own = adaptation_matrix(ICC_D50, white / white[1], self.adaptation)
         if self.samples.lab is not None and np.array_equal(self.reference, ICC_D50):
             return AbsoluteColours(own * white[1])
         return AbsoluteColours(own, as_measured=True)
-
-    def _provenance(self, white: JSON, adaptation: str) -> dict[str, JSON]:
-        return {
-            "intent": self.intent,
-            "medium": self._kind(),
-            "white": white,
-            "illuminant": self.illuminant_text,
-            "observer": self.observer_text,
-            "adaptation": adaptation,
-            "colours_from": self.colours_from,
-            **self._declared_luminance(),
-        }
-
-    def _declared_luminance(self) -> dict[str, JSON]:
-        """Luminance of a display's white in cd/m², as Argyll's files declare it."""
-        stated = self.samples.conditions.get("LUMINANCE_XYZ_CDM2", "").split()
-        if self.display and len(stated) == 3 and _PLAIN_NUMBER.fullmatch(stated[1]):
-            return {"white_luminance": round(float(stated[1]), 4)}
-        return {}
 
     def _needs_spectra(self, observer: int | None, illuminant: str | None) -> bool:
         samples = self.samples
@@ -245,14 +279,7 @@ class _Medium:
             self.reference = self._reference_white()
         self.samples = replace(self.samples, lab=None, xyz=xyz, illumination=None)
 
-    def _kind(self) -> str:
-        if self.samples.device is None and self.samples.white is None:
-            return "unknown"
-        if self.assumed:
-            return "display (assumed, not stated)"
-        return "display" if self.display else "reflective"
-
-    def _bare_colours(self) -> MeasuredColours:
+    def _bare_lab(self) -> tuple[FloatArray, str]:
         """Bare colours unchanged: without device values their medium is unknown."""
         samples = self.samples
         if self.intent != "relative":
@@ -262,25 +289,19 @@ class _Medium:
                 "colours without device values or a declared white are used unchanged",
                 "Give relative, or leave it out.",
             )
-        adaptation = "none: colours without device values are taken as they are"
         self.intent = "none: the colours as given"
         self.warnings.append(
             "The data has no device values and states no white. Its colours are used as they are; "
             "they are not made relative to the white of the medium."
         )
+        as_given = "none: colours without device values are taken as they are"
         if samples.lab is not None:
-            return MeasuredColours(
-                samples.lab, self._provenance(None, adaptation), tuple(self.warnings)
-            )
+            return samples.lab, as_given
         xyz = self._tristimulus_values()
-        if not np.array_equal(self.reference, ICC_D50):
-            xyz, adaptation = (
-                self._to_d50(xyz, self.reference),
-                self._adaptation(self.illuminant),
-            )
-        return MeasuredColours(
-            xyz_to_lab(xyz), self._provenance(None, adaptation), tuple(self.warnings)
-        )
+        if np.array_equal(self.reference, ICC_D50):
+            return xyz_to_lab(xyz), as_given
+        lab = xyz_to_lab(adaptation_to_d50(xyz, self.reference, self.adaptation))
+        return lab, adaptation_text(self.adaptation, self.illuminant)
 
     def _tristimulus_values(self) -> FloatArray:
         samples = self.samples
@@ -328,19 +349,18 @@ class _Medium:
         if patches.any():
             mean: FloatArray = xyz[patches].mean(axis=0)
             return mean
+        lightest: FloatArray = xyz[np.argmax(xyz[:, 1])]
         self.warnings.append(
             "The white was not measured; the lightest sample is taken as the white: "
-            f"{_list_of(xyz[np.argmax(xyz[:, 1])])}."
+            f"{_list_of(lightest)}."
         )
-        lightest: FloatArray = xyz[np.argmax(xyz[:, 1])]
         return lightest
 
     def _display_lab(self, xyz: FloatArray, white: FloatArray) -> tuple[FloatArray, str]:
         if self.intent == "relative":
-            return (
-                xyz_to_lab(self._to_d50(xyz, white)),
-                f"{self._adaptation('the white')}, luminance relative to the white",
-            )
+            lab = xyz_to_lab(adaptation_to_d50(xyz, white, self.adaptation))
+            adaptation = adaptation_text(self.adaptation, "the white")
+            return lab, f"{adaptation}, luminance relative to the white"
         if self.samples.lab is not None and np.array_equal(self.reference, ICC_D50):
             return self.samples.lab, "none"
         self.as_measured = True
@@ -349,24 +369,16 @@ class _Medium:
     def _print_lab(self, xyz: FloatArray, white: FloatArray) -> tuple[FloatArray, str]:
         adaptation = "none"
         if not np.array_equal(self.reference, ICC_D50):
-            adaptation = self._adaptation(self.illuminant)
-            xyz = self._to_d50(xyz, self.reference)
-            white = self._to_d50(white[np.newaxis], self.reference)[0]
+            adaptation = adaptation_text(self.adaptation, self.illuminant)
+            xyz = adaptation_to_d50(xyz, self.reference, self.adaptation)
+            white = adaptation_to_d50(white[np.newaxis], self.reference, self.adaptation)[0]
         if self.intent == "relative":
+            lab = xyz_to_lab(xyz * (ICC_D50 / white))
             scaled = "ICC media-relative: XYZ scaled by D50/white"
-            return xyz_to_lab(xyz * (ICC_D50 / white)), (
-                scaled if adaptation == "none" else f"{adaptation}; {scaled}"
-            )
+            return lab, scaled if adaptation == "none" else f"{adaptation}; {scaled}"
         if self.samples.lab is not None and adaptation == "none":
             return self.samples.lab, adaptation
         return xyz_to_lab(xyz), adaptation
-
-    def _to_d50(self, xyz: FloatArray, white: FloatArray) -> FloatArray:
-        """Colours adapted to ICC's D50 by the requested adaptation, with Y = 1."""
-        return adaptation_to_d50(xyz, white, self.adaptation)
-
-    def _adaptation(self, white: str) -> str:
-        return adaptation_text(self.adaptation, white)
 
     def _illuminant(self) -> tuple[str, str]:
         conditions = self.samples.conditions
@@ -445,3 +457,250 @@ def _stated_display(samples: Samples) -> bool | None:
 
 def _list_of(values: FloatArray) -> list[JSON]:
     return [round(float(value), 6) for value in values]
+
+
+ILLUMINANTS = ("A", "C", "D50", "D55", "D65", "D75", "E", *(f"FL{n}" for n in range(1, 13)))
+"""CIE illuminants of reflectance spectra (CIE 15:2018)."""
+
+OBSERVERS = (2, 10)
+"""Fields of view of the CIE 1931 and CIE 1964 standard observers, in degrees."""
+
+_SHORTEST, _LONGEST = 360.0, 780.0
+"""Range of the tables of ASTM E308 in nm; wavelengths beyond it have no weight."""
+
+_TABLE_STEPS = (5.0, 10.0, 20.0)
+
+LUMINOUS_EFFICACY = 683.0
+"""Lumens per watt at the peak of V(λ) (CIE 15:2018, 7.1)."""
+
+
+def reflectance_xyz(
+    wavelengths: FloatArray, reflectances: FloatArray, illuminant: str, observer: int
+) -> tuple[FloatArray, float]:
+    """Return XYZ (n, 3) of reflecting or transmitting samples, and their scale, 1 or 100.
+
+    `wavelengths` (b,) are ascending band centres in nm. The perfect diffuser has exactly the white
+    `white_of` the illuminant, with Y = 1 (ASTM E308-18, section 7; ISO 13655:2017, 5).
+    """
+    scale = reflectance_scale(reflectances)
+    weights = tristimulus_weights(tuple(map(float, wavelengths)), illuminant, observer)
+    white = white_of(illuminant, str(observer))
+    assert white is not None  # noqa: S101 (the tables know every illuminant of ours)
+    xyz: FloatArray = (reflectances / scale) @ weights * (white / weights.sum(axis=0))
+    return xyz, scale
+
+
+def emission_xyz(wavelengths: FloatArray, radiances: FloatArray, observer: int) -> FloatArray:
+    """Return the tristimulus values (n, 3) of lights with spectral radiances (n, b).
+
+    Y is in cd/m² for radiances in W/(m² sr nm). `wavelengths` (b,) are ascending band centres in
+    nm. The weights are those of illuminant E without its normalisation (CIE 15:2018, 7.1).
+    """
+    matching = _matching_functions(observer)[1]
+    weights = tristimulus_weights(tuple(map(float, wavelengths)), "E", observer)
+    xyz: FloatArray = radiances @ weights * (LUMINOUS_EFFICACY * matching[:, 1].sum())
+    return xyz
+
+
+@lru_cache(maxsize=64)
+def tristimulus_weights(
+    wavelengths: tuple[float, ...], illuminant: str, observer: int
+) -> FloatArray:
+    """Return the contributions (b, 3) of the bands of a spectrum to X, Y and Z, read-only.
+
+    The sum for Y is 1. Bands of 5, 10 and 20 nm get the weights of ASTM E308 and E2022; others are
+    interpolated to 1 nm. Unmeasured wavelengths count for the first and last band (7.2 and 7.3).
+    """
+    bands = np.array(wavelengths)
+    used = (bands >= _SHORTEST) & (bands <= _LONGEST)
+    weights = np.zeros((len(bands), 3))
+    steps = np.unique(np.diff(bands[used]))
+    in_tables = len(steps) == 1 and steps[0] in _TABLE_STEPS and not (bands[used] % steps[0]).any()
+    make = _table_weights if in_tables else _interpolated_weights
+    weights[used] = make(bands[used], illuminant, observer)
+    weights.setflags(write=False)
+    return weights
+
+
+def _table_weights(bands: FloatArray, illuminant: str, observer: int) -> FloatArray:
+    """Weights of the standard's own steps, by colour-science from an identity matrix."""
+    colour = colour_science()
+    identity = colour.MultiSpectralDistributions(np.eye(len(bands)), bands)
+    with warnings.catch_warnings():
+        # colour-science warns of each step of the standard
+        warnings.simplefilter("ignore")
+        xyz = colour.msds_to_XYZ(
+            identity,
+            colour.MSDS_CMFS[_observer_name(observer)],
+            colour.SDS_ILLUMINANTS[illuminant],
+            method="ASTM E308",
+        )
+    return np.asarray(xyz, dtype=np.float64) / 100.0
+
+
+def _interpolated_weights(bands: FloatArray, illuminant: str, observer: int) -> FloatArray:
+    """Weights by way of 1 nm: a cubic spline between the bands, constant beyond the ends."""
+    fine, _ = _matching_functions(observer)
+    weighted = illuminated_functions(illuminant, observer)
+    inside = np.clip(fine, bands[0], bands[-1])
+    from scipy.interpolate import CubicSpline  # noqa: PLC0415  # 0.3 s, for uneven bands only
+
+    splines: FloatArray = CubicSpline(bands, np.eye(len(bands)), axis=0)(inside)
+    weights: FloatArray = splines.T @ weighted / weighted[:, 1].sum()
+    return weights
+
+
+def illuminated_functions(illuminant: str, observer: int) -> FloatArray:
+    """Return the colour-matching functions (n, 3) from 360 to 780 nm by 1 nm, times the light.
+
+    Illuminants are interpolated linearly between their tables' 5 nm.
+    """
+    wavelengths, matching = _matching_functions(observer)
+    power = colour_science().SDS_ILLUMINANTS[illuminant]
+    light = np.interp(wavelengths, power.wavelengths, power.values)
+    weighted: FloatArray = matching * light[:, np.newaxis]
+    return weighted
+
+
+@lru_cache(maxsize=4)
+def _matching_functions(observer: int) -> tuple[FloatArray, FloatArray]:
+    """Wavelengths from 360 to 780 nm and the colour-matching functions there."""
+    functions = colour_science().MSDS_CMFS[_observer_name(observer)]
+    wavelengths = np.asarray(functions.wavelengths, dtype=np.float64)
+    used = (wavelengths >= _SHORTEST) & (wavelengths <= _LONGEST)
+    return wavelengths[used], np.asarray(functions.values, dtype=np.float64)[used]
+
+
+def _observer_name(observer: int) -> str:
+    year = {2: 1931, 10: 1964}[observer]
+    return f"CIE {year} {observer} Degree Standard Observer"
+
+
+_PART = re.compile(r"[0-9]+(?:\.[0-9]+)?|[A-Z]+")
+_DEGREES = {"TWO": "2", "TEN": "10", "1931": "2", "1964": "10"}
+_FOREIGN = frozenset(
+    {
+        *("1951", "SCOTOPIC"),
+        *("1955", "1959", "STILES", "BURCH"),
+        *("1978", "JUDD", "VOS"),
+        *("2006", "2012", "2015", "170"),
+        *("SHAW", "FAIRCHILD"),
+    }
+)
+"""Years and names of other observers, which share an angle with those of CIE 15: Argyll has 1955_2,
+1955_10, 1978_2, 2012_2, 2012_10 and shaw."""
+
+
+def declared_observer(text: str) -> str | None:
+    """Return the standard observer, ``"2"`` or ``"10"``, that a text names; None for any other.
+
+    Argyll and DisplayCAL write ``1931_2``, others ``2 degree``, ``CIE 1964``, ``TEN`` or ``D50/2``.
+    """
+    parts = _PART.findall(text.upper())
+    if not _FOREIGN.isdisjoint(parts):
+        return None
+    found = {_DEGREES[part] for part in parts if part in _DEGREES}
+    angles = (float(part) for part in parts if part[0].isdigit())
+    found |= {f"{angle:.0f}" for angle in angles if angle in (2.0, 10.0)}
+    return found.pop() if len(found) == 1 else None
+
+
+def sample_surface(
+    samples: Samples,
+    medium: MeasuredColours,
+    surface_samples: int,
+    limits: InkLimits,
+    kind: str | None,
+) -> SurfaceColours:
+    """Return the colours at the surface of a device by a model `kind` of its samples.
+
+    Samples without device values, or without a model, are the colours themselves.
+    """
+    provenance: dict[str, JSON] = {**samples.provenance, **medium.provenance}
+    warnings = [*samples.warnings, *medium.warnings]
+    if samples.device is None:
+        provenance["patches"] = _patches(samples, len(medium.lab))
+        provenance["model"] = {"name": "none: the colours themselves"}
+        warnings += impossible_colour_warnings(medium.lab, lights=medium.lights)
+        provenance["warnings"] = list[JSON](warnings)
+        return SurfaceColours(medium.lab, None, provenance)
+
+    device, lab = _mean_colours(samples.device, medium.lab)
+    averaged, distinct = len(samples.device) - len(device), len(device)
+    model = device_model(device, lab, kind)
+    device, lab = model.device, model.lab
+    if len(device) < distinct:
+        warnings.append(f"The device model uses {len(device)} of {distinct} distinct samples.")
+    provenance["patches"] = _patches(
+        samples, len(device), averaged=averaged, thinned=distinct - len(device)
+    )
+    lowest, highest = device.min(axis=0), device.max(axis=0)
+    limited = limited_cube(samples.channels, lowest, highest, limits, inks=samples.inks)
+    provenance["model"] = model.provenance
+    if model.colours is None:
+        why = f"no device model can be fitted ({model.degenerate})"
+        if limits:
+            raise limits.refusal(f"{why}.")
+        if kind is not None:
+            raise OptionError.not_applicable("device_model", kind, why, _FIT_REMEDY)
+        warnings.append(f"{why[:1].upper()}{why[1:]}; the samples' colours are used.")
+        warnings += impossible_colour_warnings(lab, lights=medium.lights)
+        provenance["warnings"] = list[JSON](warnings)
+        return SurfaceColours(lab, device, provenance, channels=samples.channels)
+
+    warnings += model.warnings
+    warnings += range_warnings(samples, device, limited)
+    if model.mean_error is not None and model.mean_error > _POOR_FIT:
+        warnings.append(f"Left-out samples have a mean error of {model.mean_error:.1f} ΔE*ab.")
+    fitted = model.colours
+
+    def own_lab(values: FloatArray) -> FloatArray:
+        lab = fitted(values)
+        lab[:, 0] = np.maximum(lab[:, 0], 0.0)
+        return lab
+
+    surface = surface_values(limited, fitted, surface_samples, model.nodes)
+    density, points = surface.density, fitted(surface.device)
+    dark = points[:, 0] < 0
+    if dark.any():
+        warnings.append(f"{int(dark.sum())} colours below L* 0 were raised to 0.")
+        points[dark, 0] = 0.0
+    corners = limited.device(surface_corners(limited.cube))
+    warnings += extrapolation_warnings(corners, device, points, lab)
+    warnings += impossible_colour_warnings(points, lights=medium.lights)
+    warnings += count_warnings(len(points), surface_samples, density)
+    provenance["surface"] = {"points": len(points), "density": density}
+    provenance.update(limited.provenance)
+    provenance["warnings"] = list[JSON](warnings)
+    printable = device[limited.contains(device)]
+    return SurfaceColours(
+        points,
+        surface.device,
+        provenance,
+        channels=samples.channels,
+        faces=surface.faces,
+        own=device_colours(limited, surface, own_lab, printable),
+    )
+
+
+def _patches(samples: Samples, used: int, *, averaged: int = 0, thinned: int = 0) -> JSON:
+    """Numbers of patches that were read, dropped (in reading or here), averaged and used."""
+    read, dropped = len(samples), 0
+    counts = samples.provenance.get("patches")
+    if isinstance(counts, dict):
+        kept, lost = counts.get("read"), counts.get("dropped")
+        read = kept if isinstance(kept, int) else read
+        dropped = lost if isinstance(lost, int) else 0
+    return {"read": read, "averaged": averaged, "dropped": dropped + thinned, "used": used}
+
+
+def _mean_colours(device: FloatArray, lab: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Distinct device values with the mean of their colours."""
+    order = np.lexsort(device.T[::-1])
+    ranked = device[order]
+    first = np.ones(len(ranked), dtype=bool)
+    first[1:] = (ranked[1:] != ranked[:-1]).any(axis=1)
+    starts = np.flatnonzero(first)
+    counts = np.diff(np.append(starts, len(ranked)))
+    sums = np.add.reduceat(lab[order], starts, axis=0)
+    return ranked[starts], sums / counts[:, np.newaxis]

@@ -8,27 +8,30 @@ compensation is never applied. See ``docs/decisions/icc-evaluator.md``.
 
 from __future__ import annotations
 
+import contextlib
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gamutcore.characterisation.samples import JSON
-from gamutcore.colours.device.surface import AbsoluteColours
-from gamutcore.colours.spaces.cielab import ICC_D50, lab_to_xyz, xyz_to_lab
-from gamutcore.colours.spaces.white_points import adaptation_matrix
+from gamutcore.colours.colorimetry import ICC_D50, adaptation_matrix, lab_to_xyz, xyz_to_lab
+from gamutcore.colours.ink_limits import InkLimits, limited_cube
+from gamutcore.colours.plausibility import impossible_colour_warnings
+from gamutcore.colours.sampling import (
+    AbsoluteColours,
+    SurfaceColours,
+    count_warnings,
+    device_colours,
+    surface_values,
+)
 from gamutcore.errors import MalformedProfileError
 
 if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
     from gamutcore.characterisation.icc import IccProfile
 
-__all__ = [
-    "ProfileColours",
-    "absolute_colours",
-    "declared_white",
-    "profile_colours",
-]
+__all__ = ["ProfileColours", "absolute_colours", "declared_white", "profile_colours"]
 
 PERCEPTUAL_BLACK = np.array([0.00336, 0.0034731, 0.00287])
 """XYZ of the perceptual reference medium's black point (ICC.1:2022, 6.3.3, table 3)."""
@@ -37,19 +40,24 @@ _SAME_WHITE = 0.001
 """Largest difference in X, Y and Z of a white that counts as D50; profilers round differently."""
 
 
+_LIGHTS = frozenset({"display", "colour space"})
+"""Classes of profiles whose colours are lights, which the optimal colour solid does not limit."""
+
+_KINDS = {
+    "mft1": "lut8",
+    "mft2": "lut16",
+    "mAB ": "lutAToB",
+    "mpet": "multi-process elements",
+}
+"""Names of the types of a profile's transforms (ICC.1:2022, clause 10)."""
+
+
 @dataclass(frozen=True, eq=False)
 class ProfileColours:
-    """Colours by a profile, and the elements of the profile that produced them.
+    """Colours (m, 3) by a profile in CIELAB relative to D50, and what of it produced them.
 
-    Attributes
-    ----------
-    lab : (m, 3) float
-        L*, a*, b*, relative to D50.
-    tag, kind : str
-        The tag or tags of the transform; and their type (``"mft1"``, ``"mft2"``, ``"mAB "``,
-        ``"mpet"``), empty for curves.
-    adaptation : str
-        How the colours relate to D50, for the provenance.
+    `tag` has the tag or tags of the transform, and `kind` their type, which is empty for curves.
+    `adaptation` tells how the colours relate to D50.
     """
 
     lab: FloatArray
@@ -102,26 +110,14 @@ def declared_white(profile: IccProfile) -> tuple[JSON, list[str]]:
     return [round(float(value), 6) for value in white], warnings
 
 
-def _unadapted(profile: IccProfile, white: FloatArray) -> FloatArray:
-    """Matrix that undoes the adaptation of media-relative colours."""
-    adapting = profile.adaptation_to_d50()
-    if adapting is None:
-        matrix: FloatArray = adaptation_matrix(ICC_D50, white, "Bradford") * white[1]
-    else:
-        matrix = np.asarray(np.linalg.inv(adapting), np.float64)
-    return matrix
-
-
 def absolute_colours(profile: IccProfile) -> AbsoluteColours | None:
     """Return what media-relative colours of a profile are as absolute and as the device's own ones.
 
     None if the media white is broken. Prints are scaled by the media white (ICC.1:2022, 6.3.2.2).
     The colours of displays and of RGB spaces are adapted to D50, by the tag chad or, without it, by
-    the linear Bradford transform. Scaling by the white does not undo this adaptation.
-
-    The media white of a display profile is the display's own in version 2. It is D50 in later
-    versions, whose absolute colours stay adapted (ICC.1:2022, 9.2.36). Absolute colours of a
-    profile with a transform of their own differ a little from the scaled ones.
+    the linear Bradford transform. Scaling by the white does not undo this adaptation. The media
+    white of a display profile is the display's own in version 2, and D50 in later versions, whose
+    absolute colours stay adapted (9.2.36).
     """
     try:
         white, _ = profile.media_white()
@@ -132,4 +128,73 @@ def absolute_colours(profile: IccProfile) -> AbsoluteColours | None:
     if profile.device_class == "output":
         return AbsoluteColours(scaling)
     is_own = profile.device_class == "display" and np.abs(white - ICC_D50).max() > _SAME_WHITE
-    return AbsoluteColours(scaling, is_own and scaled, _unadapted(profile, white))
+    adapting = profile.adaptation_to_d50()
+    if adapting is None:
+        unadapted = adaptation_matrix(ICC_D50, white, "Bradford") * white[1]
+    else:
+        unadapted = np.asarray(np.linalg.inv(adapting), np.float64)
+    return AbsoluteColours(scaling, is_own and scaled, unadapted)
+
+
+def profile_surface(
+    profile: IccProfile, intent: str, surface_samples: int, limits: InkLimits
+) -> SurfaceColours:
+    """Return the colours at the surface of a profile's device within its ink limits."""
+    channels = len(profile.channels)
+    limited = limited_cube(
+        profile.channels, np.zeros(channels), np.ones(channels), limits, inks=profile.inks
+    )
+    nodes = profile.transform(intent)[0].nodes
+
+    def lab(values: FloatArray) -> FloatArray:
+        return profile_colours(profile, values, intent).lab
+
+    surface = surface_values(limited, lab, surface_samples, nodes)
+    density = surface.density
+    colours = profile_colours(profile, surface.device, intent)
+    points = colours.lab
+    white, white_warnings = declared_white(profile)
+    warnings = [
+        *profile.warnings,
+        *colours.warnings,
+        *white_warnings,
+        *count_warnings(len(points), surface_samples, density),
+        *impossible_colour_warnings(points, lights=profile.device_class in _LIGHTS),
+    ]
+    provenance: dict[str, JSON] = {
+        **profile.provenance,
+        "intent": intent,
+        "white": white,
+        "illuminant": "D50",
+        "observer": "2°",
+        "adaptation": colours.adaptation,
+        **_declared_luminance(profile),
+        **limited.provenance,
+        "model": {
+            "name": "ICC profile",
+            "tag": colours.tag,
+            "kind": _KINDS.get(colours.kind, "matrix and curves"),
+        },
+        "surface": {"points": len(points), "density": density},
+        "warnings": list[JSON](dict.fromkeys(warnings)),  # each once
+    }
+    absolute = absolute_colours(profile)
+    return SurfaceColours(
+        points,
+        surface.device,
+        provenance,
+        intent == "absolute" and absolute is not None and absolute.as_measured,
+        profile.channels,
+        surface.faces,
+        device_colours(limited, surface, lab),
+        absolute,
+    )
+
+
+def _declared_luminance(profile: IccProfile) -> dict[str, JSON]:
+    """Luminance of a display's white in the tag `lumi`; empty if it is missing or broken."""
+    with contextlib.suppress(MalformedProfileError):
+        luminance = float(profile.xyz("lumi")[1]) if "lumi" in profile.tags else 0.0
+        if luminance > 0:
+            return {"white_luminance": round(luminance, 4)}
+    return {}

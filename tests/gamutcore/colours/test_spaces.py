@@ -20,6 +20,7 @@ from gamutcore.colours import (
     surface_colours,
     xyz_to_lab,
 )
+from gamutcore.colours.colorimetry import colour_science
 from gamutcore.colours.spaces import (
     CIELAB,
     SPACES,
@@ -28,7 +29,6 @@ from gamutcore.colours.spaces import (
     linear_srgb,
     srgb,
 )
-from gamutcore.colours.spaces.cielab import colour_science
 from gamutcore.errors import GamutError, InvalidPointsError, MeshError, OptionError
 
 WHITES = ("A", "C", "D50", "D55", "D60", "D65", "D75", "DCI", "E")

@@ -1,4 +1,4 @@
-"""The colours of a picture in CIELAB, optionally without its least frequent colours.
+"""The colours of a picture in CIELAB, and the channel values of a picture for colours.
 
 The colours come from the embedded profile if there is one, else from the primaries and the transfer
 function that the file declares or that are assumed. Pictures in CIELAB have their colours already.
@@ -6,34 +6,38 @@ function that the file declares or that are assumed. Pictures in CIELAB have the
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gamutcore.arrays import FloatArray
 from gamutcore.characterisation import IccProfile
 from gamutcore.characterisation.pictures import MODELS, Encoding, Picture
 from gamutcore.characterisation.samples import JSON, IntArray
-from gamutcore.colours.device.surface import AbsoluteColours, SurfaceColours
-from gamutcore.colours.profile_colours import (
+from gamutcore.colours.colorimetry import (
+    ICC_D50,
+    adaptation_matrix,
+    adaptation_text,
+    adaptation_to_d50,
+    chromaticity_xyz,
+    rgb_to_xyz,
+    xyz_to_lab,
+)
+from gamutcore.colours.formulas import hlg_luminance, pq_luminance
+from gamutcore.colours.profile import (
     absolute_colours,
     declared_white,
     profile_colours,
 )
-from gamutcore.colours.spaces.cielab import ICC_D50, adaptation_to_d50, xyz_to_lab
-from gamutcore.colours.spaces.definitions import DEFAULT_LUMINANCE
-from gamutcore.colours.spaces.formulas import hlg_luminance, pq_luminance
-from gamutcore.colours.spaces.white_points import (
-    adaptation_matrix,
-    adaptation_text,
-    chromaticity_xyz,
-    rgb_to_xyz,
-)
+from gamutcore.colours.sampling import AbsoluteColours, SurfaceColours
+from gamutcore.colours.spaces import DEFAULT_LUMINANCE
 from gamutcore.errors import OptionError
 
 if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
 
-__all__ = ["POPULARITY_CELL", "picture_colours", "popular"]
+__all__ = ["POPULARITY_CELL", "find_values", "picture_colours", "popular"]
 
 POPULARITY_CELL = 2.0
 """Edge length in CIELAB of the cells in which pixels are counted for the popularity cut. Colours
@@ -112,9 +116,8 @@ def picture_colours(
 def popular(lab: FloatArray, counts: IntArray, share: float) -> tuple[IntArray, dict[str, JSON]]:
     """Return the indices, in order, of the colours that remain without the least frequent ones.
 
-    Cells of `POPULARITY_CELL` are left out by ascending number of pixels, up to `share` of all
-    pixels. Cells with equal numbers stay or go together, so the result does not depend on their
-    order. The dictionary has the numbers of cells with pixels and of cells left out.
+    Cells are left out by ascending number of pixels, up to `share` of all pixels. Cells with equal
+    numbers stay or go together, so the result does not depend on their order.
     """
     # clip the extreme colours of broken profiles, whose cells need not be distinguished
     indices = np.floor(np.clip(lab / POPULARITY_CELL, -1e4, 1e4)).astype(np.int64)
@@ -182,5 +185,73 @@ def _light(values: FloatArray, encoding: Encoding, luminance: FloatArray) -> Flo
         return pq_luminance(values) / DEFAULT_LUMINANCE
     if encoding.transfer == "HLG":
         return hlg_luminance(values, luminance) / DEFAULT_LUMINANCE
-    # IEC 61966-2-1, 5.2.
+    # IEC 61966-2-1, 5.2
     return np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
+
+
+ACCURACY = 1e-4
+"""Distance in CIELAB at which a search ends: a fifteenth of a step of 16 bits."""
+
+STEP = 1.0 / 1024.0
+"""Difference of values for slopes. It has a slope at black also where the curve is a power."""
+
+MOST_STEPS = 40
+
+
+def find_values(
+    lab: FloatArray,
+    start: FloatArray,
+    colours: Callable[[FloatArray], FloatArray],
+    lowest: float = 0.0,
+    highest: float = 1.0,
+) -> tuple[FloatArray, FloatArray]:
+    """Return values (n, 3) in the range whose colours are nearest to `lab`, and the distances (n,).
+
+    Profiles have no inverse transform that is exact to 16 bits. The search by Levenberg (1944) and
+    Marquardt (1963) begins at `start`, and ends at the nearest colour that it finds in the range.
+    `colours` maps values (m, 3) to CIELAB. Distances are Euclidean.
+    """
+    values = np.clip(start, lowest, highest)
+    if len(values) == 0:
+        return values, np.empty(0)
+    residual = lab - colours(values)
+    distance = np.linalg.norm(residual, axis=1)
+    damping = np.full(len(lab), 1e-3)
+    for _ in range(MOST_STEPS):
+        active = np.flatnonzero((distance > ACCURACY) & (damping < 1e6))
+        if len(active) == 0:
+            break
+        at, wanted, left = values[active], lab[active], residual[active]
+        slopes = _slopes(at, wanted - left, colours, highest)
+        pull = np.einsum("nij,ni->nj", slopes, left)
+        held = ((at <= lowest) & (pull < 0.0)) | ((at >= highest) & (pull > 0.0))
+        slopes[np.broadcast_to(held[:, np.newaxis, :], slopes.shape)] = 0.0
+        pull[held] = 0.0
+        normal = np.einsum("nij,nik->njk", slopes, slopes)
+        size = np.maximum(np.einsum("nii->n", normal) / 3.0, 1e-12)
+        normal += (damping[active] * size)[:, np.newaxis, np.newaxis] * np.eye(3)
+        step = np.linalg.solve(normal, pull[:, :, np.newaxis])[:, :, 0]
+        tried = np.clip(at + step, lowest, highest)
+        rest = wanted - colours(tried)
+        length = np.linalg.norm(rest, axis=1)
+        better = length < distance[active]
+        kept = active[better]
+        values[kept], residual[kept], distance[kept] = tried[better], rest[better], length[better]
+        damping[active] *= np.where(better, 0.1, 10.0)
+    return values, distance
+
+
+def _slopes(
+    values: FloatArray,
+    lab: FloatArray,
+    colours: Callable[[FloatArray], FloatArray],
+    highest: float,
+) -> FloatArray:
+    """Return the derivatives (n, 3 of the colour, 3 of the values) by differences."""
+    slopes = np.empty((len(values), 3, 3))
+    for channel in range(3):
+        step = np.where(values[:, channel] + STEP > highest, -STEP, STEP)
+        moved = values.copy()
+        moved[:, channel] += step
+        slopes[:, :, channel] = (colours(moved) - lab) / step[:, np.newaxis]
+    return slopes

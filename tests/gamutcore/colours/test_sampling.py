@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from gamutcore.boundary import compute_boundary
 from gamutcore.characterisation import Picture, characterisation
 from gamutcore.colours import InkLimits, colours_in_space, surface_colours
-from gamutcore.colours.device.surface import distinct_rows
+from gamutcore.colours.sampling import distinct_rows
 from gamutcore.colours.spaces import CIELAB
 from gamutcore.errors import OptionError
 from gamutcore.geometry import TriangleMesh

@@ -10,19 +10,29 @@ logarithms are undefined.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from gamutcore.colours.spaces.white_points import rgb_to_xyz, white_point
+from gamutcore.colours.colorimetry import (
+    ADAPTATIONS,
+    lab_to_xyz,
+    rgb_to_xyz,
+    white_point,
+    xyz_to_lab,
+)
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from gamutcore.arrays import FloatArray
-    from gamutcore.colours.spaces.appearance_model import AppearanceModel
 
 __all__ = [
+    "IPT",
+    "OKLAB",
+    "SURROUNDS",
+    "AppearanceModel",
     "Cielab",
     "Cieluv",
     "Ciexyz",
@@ -31,11 +41,8 @@ __all__ = [
     "Jzazbz",
     "PerceptualQuantizer",
     "PowerOpponent",
-    "UniformAppearance",
     "hlg_luminance",
     "ictcp",
-    "ipt",
-    "oklab",
     "pq_luminance",
     "pq_signal",
 ]
@@ -84,19 +91,11 @@ class Cielab:
 
     def coordinates(self, xyz: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
         """See `Formula`."""
-        ratio = xyz / self.white
-        roots = np.cbrt(ratio)
-        x, y, z = np.where(ratio > (6 / 29) ** 3, roots, ratio * (841 / 108) + 4 / 29).T
-        return np.stack([116 * y - 16, 500 * (x - y), 200 * (y - z)], axis=1), _none(xyz)
+        return xyz_to_lab(xyz, self.white), _none(xyz)
 
     def xyz(self, coordinates: FloatArray) -> FloatArray:
         """See `Formula`."""
-        lightness, a, b = coordinates.T
-        y = (lightness + 16) / 116
-        values = np.stack([y + a / 500, y, y - b / 200], axis=1)
-        decoded = np.where(values > 6 / 29, values**3, (values - 4 / 29) * (108 / 841))
-        result: FloatArray = decoded * self.white
-        return result
+        return lab_to_xyz(coordinates, self.white)
 
 
 @dataclass(frozen=True, eq=False)
@@ -199,34 +198,31 @@ class PowerOpponent:
         return result
 
 
-def oklab() -> PowerOpponent:
-    """Return Oklab (Ottosson, A perceptual color space for image processing, 2020; D65)."""
-    return PowerOpponent(
-        np.array(
-            [
-                (0.8189330101, 0.3618667424, -0.1288597137),
-                (0.0329845436, 0.9293118715, 0.0361456387),
-                (0.0482003018, 0.2643662691, 0.6338517070),
-            ]
-        ),
-        1.0 / 3.0,
-        np.array(
-            [
-                (0.2104542553, 0.7936177850, -0.0040720468),
-                (1.9779984951, -2.4285922050, 0.4505937099),
-                (0.0259040371, 0.7827717662, -0.8086757660),
-            ]
-        ),
-    )
+OKLAB = PowerOpponent(
+    np.array(
+        [
+            (0.8189330101, 0.3618667424, -0.1288597137),
+            (0.0329845436, 0.9293118715, 0.0361456387),
+            (0.0482003018, 0.2643662691, 0.6338517070),
+        ]
+    ),
+    1.0 / 3.0,
+    np.array(
+        [
+            (0.2104542553, 0.7936177850, -0.0040720468),
+            (1.9779984951, -2.4285922050, 0.4505937099),
+            (0.0259040371, 0.7827717662, -0.8086757660),
+        ]
+    ),
+)
+"""Ottosson, A perceptual color space for image processing (2020); D65."""
 
-
-def ipt() -> PowerOpponent:
-    """Return IPT (Ebner and Fairchild, 6th Color Imaging Conference, 1998; D65)."""
-    return PowerOpponent(
-        np.array([(0.4002, 0.7075, -0.0807), (-0.2280, 1.1500, 0.0612), (0.0, 0.0, 0.9184)]),
-        0.43,
-        np.array([(0.4, 0.4, 0.2), (4.4550, -4.8510, 0.3960), (0.8056, 0.3572, -1.1628)]),
-    )
+IPT = PowerOpponent(
+    np.array([(0.4002, 0.7075, -0.0807), (-0.2280, 1.1500, 0.0612), (0.0, 0.0, 0.9184)]),
+    0.43,
+    np.array([(0.4, 0.4, 0.2), (4.4550, -4.8510, 0.3960), (0.8056, 0.3572, -1.1628)]),
+)
+"""Ebner and Fairchild, 6th Color Imaging Conference (1998); D65."""
 
 
 _M1, _M2 = 2610 / 16384, 2523 / 4096 * 128
@@ -237,8 +233,7 @@ _PEAK = 10_000.0
 def pq_signal(luminance: FloatArray, exponent: float = _M2) -> FloatArray:
     """Return the signal of luminances in cd/m², 0 or more, in the perceptual quantizer.
 
-    The signal of 10,000 cd/m² is 1. Jzazbz has another outer exponent. SMPTE ST 2084:2014, equation
-    5.2; ITU-R BT.2100-2, table 4.
+    The signal of 10,000 cd/m² is 1. Jzazbz has another outer exponent. ITU-R BT.2100-2, table 4.
     """
     powers = (luminance / _PEAK) ** _M1
     signal: FloatArray = ((_C1 + _C2 * powers) / (1.0 + _C3 * powers)) ** exponent
@@ -258,22 +253,10 @@ def pq_luminance(signal: FloatArray, exponent: float = _M2) -> FloatArray:
 
 
 def hlg_luminance(signals: FloatArray, luminance: FloatArray) -> FloatArray:
-    """Return linear RGB in cd/m² of HLG signals, on a display of 1,000 cd/m².
+    """Return linear RGB (n, 3) in cd/m² of HLG signals, on a display of 1,000 cd/m².
 
-    Parameters
-    ----------
-    signals : (n, 3) float
-        R, G, B from 0 to 1.
-    luminance : (3,) float
-        Luminances of the primaries in parts of the white's.
-
-    Returns
-    -------
-    (n, 3) float
-
-    Notes
-    -----
-    ITU-R BT.2100-2, table 5, with the system gamma of 1.2 and without a black level.
+    `luminance` (3,) has the luminances of the primaries in parts of the white's. ITU-R BT.2100-2,
+    table 5, with the system gamma of 1.2 and without a black level.
     """
     a, b, c = 0.17883277, 0.28466892, 0.55991073
     scene = np.where(signals <= 0.5, signals**2 / 3, (np.exp((signals - c) / a) + b) / 12)
@@ -367,19 +350,157 @@ class Jzazbz:
         return np.stack([x, (shifted_y + (self.G - 1) * x) / self.G, z], axis=1)
 
 
-@dataclass(frozen=True, eq=False)
-class UniformAppearance:
-    """The uniform space of an appearance model; negative tristimulus values are raised to zero."""
+SURROUNDS = {"average": (1.0, 0.69, 1.0), "dim": (0.9, 0.59, 0.9), "dark": (0.8, 0.525, 0.8)}
+"""Factors F, c and N_c of surrounds (CIE 159:2004, table 1; Li et al. 2017, table A1)."""
 
-    model: AppearanceModel
+_CONES = np.array([(0.38971, 0.68898, -0.07868), (-0.22981, 1.18340, 0.04641), (0.0, 0.0, 1.0)])
+"""XYZ to the cones of Hunt, Pointer and Estévez, equal energy normalised (CIE 159:2004, 8.5)."""
+
+_LIGHTNESS_CURVE, _CHROMA_CURVE = 0.007, 0.0228
+"""Constants of the uniform spaces (Luo, Cui and Li 2006, table 2; Li et al. 2017, equation 4)."""
+
+_OFFSET = 0.305
+"""The value of 2R + G + B/20 without light, where each response is 0.1."""
+
+_LEAST_SUM = 1e-3
+"""Smallest R + G + 21/20 B, the divisor of chroma. It is 0.305 without light, and more for
+colours."""
+
+
+@dataclass(frozen=True, eq=False)
+class AppearanceModel:
+    """The uniform space CAM02-UCS or CAM16-UCS of a colour appearance model.
+
+    Responses are adapted to the white, compressed and made opponent. CIECAM02 adapts in the space
+    of CAT02 and compresses in that of the cones. CAM16 does both in the space of CAT16, which
+    avoids the failures of CIECAM02 for saturated blues. Negative tristimulus values are raised to
+    zero.
+
+    CIE 159:2004, 8 and 9; Li et al., Comprehensive color solutions: CAM16, CAT16, and CAM16-UCS,
+    Color Research and Application 42 (2017), appendices A and B.
+
+    Attributes
+    ----------
+    adaptation : str
+        ``"CAT16"`` for CAM16, or ``"CAT02"`` for CIECAM02.
+    white : (3,) float
+        X, Y, Z of the adopted white, with Y of about 1.
+    adapting_luminance, background : float
+        L_A in cd/m², usually a fifth of the white's luminance; Y_b in per cent of the white.
+    surround : str
+        A key of `SURROUNDS`.
+    """
+
+    adaptation: str
+    white: FloatArray
+    adapting_luminance: float
+    background: float
+    surround: str
 
     def coordinates(self, xyz: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
         """See `Formula`."""
-        negative = _negative(xyz)
-        coordinates, outside = self.model.uniform(np.maximum(xyz, 0.0) * 100.0)
-        return coordinates, negative | outside
+        seen = np.maximum(xyz, 0.0) * 100.0
+        red, green, blue = self._compression(seen @ self._to_adapted.T).T
+        a = red - 12.0 * green / 11.0 + blue / 11.0
+        b = (red + green - 2.0 * blue) / 9.0
+        achromatic = (2.0 * red + green + blue / 20.0 - _OFFSET) * self._background_induction
+        total = red + green + 1.05 * blue
+        outside = (achromatic < -1e-9) | (total < _LEAST_SUM)
+        hue = np.arctan2(b, a)
+        strength = self._eccentricity(hue) * np.hypot(a, b) / np.maximum(total, _LEAST_SUM)
+        relative = np.maximum(achromatic, 0.0) / self._white_response
+        lightness = 100.0 * relative**self._exponent
+        chroma = strength**0.9 * np.sqrt(lightness / 100.0) * self._chroma_factor
+        colourfulness = chroma * self._luminance_level**0.25
+        radius = np.log1p(_CHROMA_CURVE * colourfulness) / _CHROMA_CURVE
+        light = (1.0 + 100.0 * _LIGHTNESS_CURVE) * lightness / (1.0 + _LIGHTNESS_CURVE * lightness)
+        coordinates = np.stack([light, radius * np.cos(hue), radius * np.sin(hue)], axis=1)
+        return coordinates, _negative(xyz) | outside
 
     def xyz(self, coordinates: FloatArray) -> FloatArray:
-        """See `Formula`."""
-        result: FloatArray = self.model.tristimulus(coordinates) / 100.0
+        """See `Formula`. The inverse is in closed form (Li et al. 2017, appendix B)."""
+        uniform, first, second = coordinates.T
+        uniform = np.clip(uniform, 0.0, 200.0)
+        lightness = uniform / (1.0 + 100.0 * _LIGHTNESS_CURVE - _LIGHTNESS_CURVE * uniform)
+        radius = np.minimum(np.hypot(first, second), 500.0)
+        colourfulness = np.expm1(_CHROMA_CURVE * radius) / _CHROMA_CURVE
+        hue = np.arctan2(second, first)
+        root = np.sqrt(lightness / 100.0)
+        lit = root > 0.0
+        chroma = colourfulness / self._luminance_level**0.25
+        relative = chroma / (np.where(lit, root, 1.0) * self._chroma_factor)
+        strength = np.where(lit, relative, 0.0) ** (1.0 / 0.9)
+        response = self._white_response * root ** (2.0 / self._exponent)
+        level = response / self._background_induction
+        cosine, sine = np.cos(hue), np.sin(hue)
+        divisor = 23.0 * self._eccentricity(hue) + strength * (11.0 * cosine + 108.0 * sine)
+        size = 23.0 * (level + _OFFSET) * strength / np.where(divisor > 1e-6, divisor, np.inf)
+        a, b = size * cosine, size * sine
+        responses = [
+            460.0 * level + 451.0 * a + 288.0 * b,
+            460.0 * level - 891.0 * a - 261.0 * b,
+            460.0 * level - 220.0 * a - 6300.0 * b,
+        ]
+        compressed = np.stack(responses, axis=1) / 1403.0
+        # the inverse of `_compression`, without the offset of 0.1
+        sizes = np.minimum(np.abs(compressed), 399.0)
+        powers = (27.13 * sizes / (400.0 - sizes)) ** (1.0 / 0.42)
+        expanded = np.sign(compressed) * 100.0 / self._luminance_level * powers
+        xyz: FloatArray = expanded @ np.linalg.inv(self._to_adapted).T / 100.0
+        return xyz
+
+    @cached_property
+    def _luminance_level(self) -> float:
+        fifth = 5.0 * self.adapting_luminance
+        k = 1.0 / (fifth + 1.0)
+        return float(0.2 * k**4 * fifth + 0.1 * (1.0 - k**4) ** 2 * fifth ** (1.0 / 3.0))
+
+    @cached_property
+    def _ratio(self) -> float:
+        return float(self.background / self._white[1])
+
+    @cached_property
+    def _white(self) -> FloatArray:
+        return self.white * 100.0
+
+    @cached_property
+    def _background_induction(self) -> float:
+        return float(0.725 * self._ratio**-0.2)
+
+    @cached_property
+    def _exponent(self) -> float:
+        return float(SURROUNDS[self.surround][1] * (1.48 + self._ratio**0.5))
+
+    @cached_property
+    def _chroma_factor(self) -> float:
+        return float((1.64 - 0.29**self._ratio) ** 0.73)
+
+    @cached_property
+    def _to_adapted(self) -> FloatArray:
+        """Matrix from XYZ to the adapted responses before compression, (3, 3)."""
+        factor, _, _ = SURROUNDS[self.surround]
+        degree = factor * (1.0 - np.exp((-self.adapting_luminance - 42.0) / 92.0) / 3.6)
+        degree = min(max(float(degree), 0.0), 1.0)
+        sharp = np.array(ADAPTATIONS[self.adaptation])
+        gains = degree * self._white[1] / (sharp @ self._white) + 1.0 - degree
+        adapted: FloatArray = gains[:, np.newaxis] * sharp
+        if self.adaptation == "CAT16":
+            return adapted
+        cones: FloatArray = _CONES @ np.linalg.inv(sharp) @ adapted
+        return cones
+
+    @cached_property
+    def _white_response(self) -> float:
+        red, green, blue = self._compression(self._to_adapted @ self._white)
+        return float((2.0 * red + green + blue / 20.0 - _OFFSET) * self._background_induction)
+
+    def _compression(self, responses: FloatArray) -> FloatArray:
+        powers = (self._luminance_level * np.abs(responses) / 100.0) ** 0.42
+        compressed: FloatArray = np.sign(responses) * 400.0 * powers / (powers + 27.13) + 0.1
+        return compressed
+
+    def _eccentricity(self, hue: FloatArray) -> FloatArray:
+        _, _, induction = SURROUNDS[self.surround]
+        factor = 50000.0 / 13.0 * induction * self._background_induction
+        result: FloatArray = factor * 0.25 * (np.cos(hue + 2.0) + 3.8)
         return result

@@ -7,11 +7,7 @@ from threadpoolctl import threadpool_limits
 
 from gamutcore.characterisation import Picture, characterisation
 from gamutcore.colours import surface_colours
-from gamutcore.colours.device.model import device_model
-from gamutcore.colours.device.scattered_model import (
-    SMOOTHING,
-    scattered_model,
-)
+from gamutcore.colours.device_model import SMOOTHING, device_model, scattered_model
 from gamutcore.errors import OptionError
 
 N_LINEAR = "n-linear interpolation of a complete grid"

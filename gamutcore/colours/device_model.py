@@ -1,0 +1,452 @@
+"""The device model of measured samples: its kind, its evaluation, and its estimated error.
+
+Complete grids are interpolated linearly between their nodes, and scattered samples are fitted. A
+fit can be more accurate for coarse grids of smooth devices. The provenance then says so, and the
+option ``device_model`` chooses. Measurements: ``docs/decisions/device-model.md``.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from gamutcore.characterisation.icc.transforms import checked_positions, multilinear
+from gamutcore.characterisation.samples import JSON
+from gamutcore.errors import OptionError, UnsupportedProfileError
+from gamutcore.kernels import kernel
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from gamutcore.arrays import FloatArray
+
+__all__ = [
+    "DEVICE_MODELS",
+    "MAX_MODEL_SAMPLES",
+    "SMOOTHING",
+    "DegenerateSamplesError",
+    "DeviceModel",
+    "GridModel",
+    "ScatteredModel",
+    "add_cubic_sums",
+    "device_model",
+    "fill_cubed_distances",
+    "grid_model",
+    "scattered_model",
+]
+
+DEVICE_MODELS = ("interpolation", "fit")
+"""Kinds of models: multilinear interpolation of complete grids, or a fit to the samples."""
+
+_COMPARED = 1000
+"""Largest grid whose fit is estimated as well; the fit of so many nodes takes 0.1 s."""
+
+_STEPS_DOUBLED = 4.0
+"""Ratio of the errors of linear interpolation when the step is doubled, for colours of constant
+curvature. The estimate of a grid's error is too large by at most this factor."""
+
+_NOTICEABLE = 1.0
+"""Mean ΔE*ab of a grid's estimate below which the choice of the model does not matter. The errors
+themselves are a half to a quarter of the estimate."""
+
+
+@dataclass(frozen=True, eq=False)
+class DeviceModel:
+    """Device value to colour, from measured samples.
+
+    `device` (n, k) and `lab` (n, 3) are the samples used. `colours` maps device values (m, k) to
+    colours (m, 3); it is None if no model can be fitted, and `degenerate` tells why. `mean_error`
+    is the mean ΔE*ab of left-out samples, if some can be left out. `nodes` (k, l) are levels of
+    each channel between which the model is smooth, if all channels have equally many.
+    """
+
+    device: FloatArray
+    lab: FloatArray
+    colours: Callable[[FloatArray], FloatArray] | None
+    provenance: dict[str, JSON]
+    mean_error: float | None = None
+    nodes: FloatArray | None = None
+    degenerate: str = ""
+    warnings: tuple[str, ...] = ()
+
+
+def device_model(device: FloatArray, lab: FloatArray, kind: str | None = None) -> DeviceModel:
+    """Return the device model of samples with distinct device values (n, k), 0 to 1.
+
+    Without a `kind` of `DEVICE_MODELS`, complete grids are interpolated and other samples are
+    fitted. A fit uses at most `MAX_MODEL_SAMPLES` samples.
+    """
+    grid = None if kind == "fit" else grid_model(device, lab)
+    if grid is not None:
+        return _interpolation(grid, device, lab)
+    if kind == "interpolation":
+        raise _incomplete_grid(device)
+    device, lab = _sample_subset(device, lab)
+    fitted = _fit(device, lab)
+    if isinstance(fitted, DegenerateSamplesError):
+        none: dict[str, JSON] = {"name": "none: the samples' own colours"}
+        why = str(fitted) if len(device) > 1 else "there is only one distinct device value"
+        return DeviceModel(device, lab, None, none, degenerate=why)
+    return _fit_model(fitted, device, lab)
+
+
+def _incomplete_grid(device: FloatArray) -> OptionError:
+    levels = [len(np.unique(values)) for values in device.T]
+    if len(device) > 1:
+        why = (
+            f"the {len(device)} distinct device values are not a complete grid; a grid of "
+            f"{' · '.join(map(str, levels))} levels has {math.prod(levels):.6g}"
+        )
+        remedy = "Give 'fit', or send exactly all combinations of some levels of each channel."
+    else:
+        why = "there is only one distinct device value"
+        remedy = "Send all combinations of two or more levels of each channel."
+    return OptionError.not_applicable("device_model", "interpolation", why, remedy)
+
+
+def _fit(device: FloatArray, lab: FloatArray) -> ScatteredModel | DegenerateSamplesError:
+    """Fit over the channels that vary, or the reason why there is none."""
+    try:
+        return scattered_model(device[:, np.ptp(device, axis=0) > _APART], lab)
+    except DegenerateSamplesError as error:
+        return error
+
+
+def _interpolation(grid: GridModel, device: FloatArray, lab: FloatArray) -> DeviceModel:
+    errors = grid.leave_out_errors()
+    provenance: dict[str, JSON] = {
+        "name": "n-linear interpolation of a complete grid",
+        "levels": list[JSON](grid.shape),
+        "samples": len(device),
+        "leave_out_error": None,
+    }
+    warnings: list[str] = []
+    mean = None
+    if len(errors):
+        mean, high = _figures(errors)
+        provenance["leave_out_error"] = {
+            "unit": "ΔE*ab",
+            "mean": mean,
+            "percentile_95": high,
+            "of": "every second level, interpolated between the others; the whole grid's errors "
+            "are about two to four times smaller",
+        }
+        fitted = _fit(device, lab) if len(device) <= _COMPARED else None
+        if isinstance(fitted, ScatteredModel):
+            other, other_high = _figures(fitted.leave_out_errors)
+            provenance["fit"] = {
+                "leave_out_error": {"unit": "ΔE*ab", "mean": other, "percentile_95": other_high}
+            }
+            if mean > _NOTICEABLE and other * _STEPS_DOUBLED < mean:
+                warnings.append(
+                    f"The grid of {len(device)} patches is coarse for this device: a fit is likely "
+                    f"to be more accurate (patches left out are missed by {other:.2f} ΔE*ab on "
+                    f"average, by interpolation over every second level by {mean:.2f}). The option "
+                    "device_model 'fit' asks for it."
+                )
+    else:
+        warnings.append(
+            "The error of the device model is unknown: a grid of two levels per channel has no "
+            "level that could be left out."
+        )
+    nodes = np.stack(grid.levels) if len(set(grid.shape)) == 1 else None
+    return DeviceModel(device, lab, grid.colours, provenance, mean, nodes, warnings=tuple(warnings))
+
+
+def _fit_model(model: ScatteredModel, device: FloatArray, lab: FloatArray) -> DeviceModel:
+    mean, high = _figures(model.leave_out_errors)
+    provenance: dict[str, JSON] = {
+        "name": "radial basis functions",
+        "kernel": "cubic",
+        "smoothing": SMOOTHING,
+        "samples": len(device),
+        "leave_out_error": {"unit": "ΔE*ab", "mean": mean, "percentile_95": high},
+    }
+    varied = np.ptp(device, axis=0) > _APART
+    return DeviceModel(
+        device, lab, lambda values: model.colours(values[:, varied]), provenance, mean
+    )
+
+
+def _figures(errors: FloatArray) -> tuple[float, float]:
+    """Mean and 95th percentile of errors."""
+    return round(float(errors.mean()), 4), round(float(np.percentile(errors, 95)), 4)
+
+
+def _sample_subset(device: FloatArray, lab: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """At most `MAX_MODEL_SAMPLES` samples: the cube's corners and a fixed random choice."""
+    if len(device) <= MAX_MODEL_SAMPLES:
+        return device, lab
+    corners = ((device == 0) | (device == 1)).all(axis=1)
+    # a fixed seed: the same file must give the same gamut
+    rank = np.random.default_rng(0).permutation(len(device)) + len(device) * ~corners
+    kept = np.sort(np.argsort(rank, kind="stable")[:MAX_MODEL_SAMPLES])
+    return device[kept], lab[kept]
+
+
+_APART = 1e-6
+"""Distance of two levels of a channel as a fraction of its range; closer values are one level."""
+
+
+@dataclass(frozen=True, eq=False)
+class GridModel:
+    """Device value to colour, interpolated as in the lookup tables of profiles.
+
+    `levels` are the ascending levels of each channel, and `table` (product of levels, 3) has the
+    colours at the nodes, the last channel fastest. Single precision is 10⁻⁵ ΔE.
+    """
+
+    levels: tuple[FloatArray, ...]
+    table: npt.NDArray[np.float32] = field(repr=False)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Number of levels of each channel."""
+        return tuple(len(levels) for levels in self.levels)
+
+    def colours(self, device: FloatArray) -> FloatArray:
+        """Return the colours (m, 3) of device values (m, k), clipped to the outermost levels."""
+        positions = np.empty(device.shape)
+        for channel, levels in enumerate(self.levels):
+            fractions = np.linspace(0.0, 1.0, len(levels))
+            positions[:, channel] = np.interp(device[:, channel], levels, fractions)
+        try:
+            positions, steps, strides = checked_positions(positions, self.shape)
+        except UnsupportedProfileError as error:
+            raise OptionError(error.message, where=error.where, remedy=error.remedy) from None
+        colours = np.empty((len(device), 3))
+        multilinear(positions, steps, strides, self.table, colours)
+        return colours
+
+    def leave_out_errors(self) -> FloatArray:
+        """Return the errors (m,) at left-out nodes: every second level of each channel at once.
+
+        The errors of the whole grid are two to four times smaller: halving the steps quarters the
+        errors of smooth colours. The last levels stay, so two levels per channel give no errors.
+        """
+        shape = self.shape
+        kept = [np.unique([*range(0, count, 2), count - 1]) for count in shape]
+        stays = np.zeros(shape, dtype=bool)
+        stays[np.ix_(*kept)] = True
+        left_out = ~stays.reshape(-1)
+        coarse = GridModel(
+            tuple(levels[some] for levels, some in zip(self.levels, kept, strict=True)),
+            np.ascontiguousarray(self.table[~left_out]),
+        )
+        indices = np.unravel_index(np.flatnonzero(left_out), shape)
+        device = np.column_stack(
+            [levels[index] for levels, index in zip(self.levels, indices, strict=True)]
+        )
+        errors: FloatArray = np.linalg.norm(coarse.colours(device) - self.table[left_out], axis=1)
+        return errors
+
+
+def grid_model(device: FloatArray, colours: FloatArray) -> GridModel | None:
+    """Return the model of distinct samples that form a complete grid; None for other samples."""
+    count = len(device)
+    if count < 2:
+        return None
+    levels, indices = [], []
+    nodes = 1
+    for values in device.T:
+        order = np.argsort(values, kind="stable")
+        ranked = values[order]
+        first = np.concatenate([[True], np.diff(ranked) > _APART])
+        levels.append(ranked[first])
+        nodes *= len(levels[-1])
+        # scattered samples have far more combinations of levels than samples
+        if nodes > count:
+            return None
+        index = np.empty(count, dtype=np.int64)
+        index[order] = np.cumsum(first) - 1
+        indices.append(index)
+    if nodes < count:
+        return None
+    row = np.ravel_multi_index(tuple(indices), tuple(len(some) for some in levels))
+    if len(np.unique(row)) < count:
+        return None
+    table = np.empty((count, 3), dtype=np.float32)
+    table[row] = colours
+    return GridModel(tuple(levels), table)
+
+
+SMOOTHING = 1e-3
+"""Added to the diagonal for the noise of measurements. Held-out errors of presses and displays
+were 2 to 4 times lower than with polynomials or linear interpolation
+(``docs/decisions/device-model.md``)."""
+
+MAX_MODEL_SAMPLES = 5000
+"""Largest number N of samples of a fit: the matrix takes N² · 8 bytes and N³ operations."""
+
+
+_BLOCK = 64
+"""Number of points that are evaluated together: all of them stay in the first-level cache."""
+
+
+class DegenerateSamplesError(ValueError):
+    """The device values do not spread in all directions, so no model can be fitted."""
+
+
+@kernel
+def fill_cubed_distances(points: FloatArray, centres: FloatArray, out: FloatArray) -> None:
+    """Write |point - centre|³ to `out` (m, n), for points (m, k) and centres (k, n)."""
+    dimensions, count = centres.shape
+    for i in range(points.shape[0]):
+        row = out[i]
+        for j in range(count):
+            step = points[i, 0] - centres[0, j]
+            row[j] = step * step
+        for d in range(1, dimensions):
+            for j in range(count):
+                step = points[i, d] - centres[d, j]
+                row[j] += step * step
+        for j in range(count):
+            row[j] *= np.sqrt(row[j])
+
+
+@kernel
+def add_cubic_sums(
+    points: FloatArray, centres: FloatArray, weights: FloatArray, out: FloatArray
+) -> None:
+    """Add the sums Σ weights·|point - centre|³ to `out` (3, m).
+
+    Points of evaluation are (k, m), centres of the basis functions (n, k), and weights (n, 3).
+    """
+    dimensions, count = points.shape
+    squares = np.empty(_BLOCK)
+    for start in range(0, count, _BLOCK):
+        # The inner loops run over points, not centres: they become vector instructions without
+        # changing the order of any sum.
+        stop = min(start + _BLOCK, count)
+        size = stop - start
+        first, second, third = out[0, start:stop], out[1, start:stop], out[2, start:stop]
+        for j in range(centres.shape[0]):
+            x = points[0, start:stop]
+            for i in range(size):
+                step = x[i] - centres[j, 0]
+                squares[i] = step * step
+            for d in range(1, dimensions):
+                x = points[d, start:stop]
+                for i in range(size):
+                    step = x[i] - centres[j, d]
+                    squares[i] += step * step
+            for i in range(size):
+                squares[i] *= np.sqrt(squares[i])
+            for i in range(size):
+                first[i] += weights[j, 0] * squares[i]
+            for i in range(size):
+                second[i] += weights[j, 1] * squares[i]
+            for i in range(size):
+                third[i] += weights[j, 2] * squares[i]
+
+
+@dataclass(frozen=True, eq=False)
+class ScatteredModel:
+    """Cubic radial basis functions with a linear part, fitted to scattered samples.
+
+    `centres` (n, k) are the device values of the samples, `weights` (n, 3) those of the functions,
+    and `linear` (k + 1, 3) the constant and the linear part. `leave_out_errors` (n,) are the
+    distances of the samples from their predictions by the others.
+    """
+
+    centres: FloatArray
+    weights: FloatArray
+    linear: FloatArray
+    leave_out_errors: FloatArray
+
+    def colours(self, device: FloatArray) -> FloatArray:
+        """Return the colours (m, 3) of device values (m, k), 0 to 1."""
+        sums = np.zeros((3, len(device)))
+        add_cubic_sums(np.ascontiguousarray(device.T), self.centres, self.weights, sums)
+        colours: FloatArray = self.linear[0] + device @ self.linear[1:] + sums.T
+        return colours
+
+
+def scattered_model(device: FloatArray, colours: FloatArray) -> ScatteredModel:
+    """Return the model that fits scattered samples (n, k), 0 to 1, with its leave-one-out errors.
+
+    The model is that of SciPy's ``RBFInterpolator(kernel="cubic", degree=1)``. P has the columns
+    (1, device) of the linear part, and Q is its null space. Qᵀ(Φ + λ)Q = LLᵀ is positive definite
+    (Wendland, Scattered Data Approximation, 2005, 8.5), so one Cholesky factorisation gives the
+    weights M·colours with M = Q(LLᵀ)⁻¹Qᵀ and the errors weights_i / M_ii (Rippa, Advances in
+    Computational Mathematics 11, 1999, equation 3).
+    """
+    # scipy.linalg takes 0.2 s and 15 MB to import, and only fits need it. Import it here first:
+    # threadpool_limits affects only the BLAS libraries that are loaded already.
+    from scipy import linalg  # noqa: F401, PLC0415
+    from threadpoolctl import threadpool_limits  # noqa: PLC0415
+
+    # One BLAS thread: the division of a sum among threads changes its last bits, and a rerun must
+    # give the same gamut. Concurrent builds also share the cores better.
+    with threadpool_limits(limits=1, user_api="blas"):
+        return _solution(device, colours)
+
+
+def _solution(device: FloatArray, colours: FloatArray) -> ScatteredModel:
+    from scipy import linalg  # noqa: PLC0415  # see scattered_model
+
+    count, channels = device.shape
+    order = channels + 1
+    if count <= order:
+        raise DegenerateSamplesError(f"{count} samples for {channels} channels")
+    basis = np.column_stack([np.ones(count), device])
+    (packed, factors), triangle = linalg.qr(basis, mode="raw")
+    reflectors: FloatArray = np.array(packed, dtype=np.float64, order="F")
+    scales: FloatArray = np.array(factors, dtype=np.float64)
+    diagonal = np.abs(np.diag(triangle))
+    if diagonal.min() < 1e-6 * diagonal.max():
+        raise DegenerateSamplesError("the device values lie in a plane")
+
+    # All steps work in place, in one n by n matrix. Householder reflections from both sides take
+    # two passes over it; an explicit Q would take two matrix products.
+    matrix = np.empty((count, count))
+    fill_cubed_distances(np.ascontiguousarray(device), np.ascontiguousarray(device.T), matrix)
+    matrix.flat[:: count + 1] += SMOOTHING
+    matrix = _reflection(matrix.T, reflectors, scales, "L", transposed=True)
+    matrix = _reflection(matrix, reflectors, scales, "R", transposed=False)
+    head = matrix[:order].copy()
+    # rows of the linear part become rows of an identity, which the factor and its inverse keep
+    matrix[:order] = matrix[:, :order] = 0.0
+    matrix.flat[: order * count : count + 1] = 1.0
+    try:
+        matrix = linalg.cholesky(matrix, lower=True, overwrite_a=True, check_finite=False)
+    except linalg.LinAlgError:
+        raise DegenerateSamplesError("the samples' system is singular") from None
+    matrix, _ = linalg.lapack.dtrtri(matrix, lower=1, overwrite_c=1)
+    matrix[:order, :order] = 0.0
+    # spread = L⁻¹ Qᵀ, and M = spreadᵀ spread
+    spread = _reflection(matrix, reflectors, scales, "R", transposed=True)
+    weights = spread.T @ (spread @ colours)
+    errors = weights / np.einsum("ij,ij->j", spread, spread)[:, np.newaxis]
+    # The first rows of Qᵀ(Φ + λ)·weights + Qᵀ·basis·linear = Qᵀ·colours; Qᵀ·basis is a triangle.
+    rotated = _reflection(
+        np.column_stack([weights, colours]), reflectors, scales, "L", transposed=True
+    )
+    remainder = rotated[:order, 3:] - head @ rotated[:, :3]
+    linear = linalg.solve_triangular(triangle[:order], remainder, check_finite=False)
+    return ScatteredModel(
+        centres=np.ascontiguousarray(device),
+        weights=weights,
+        linear=linear,
+        leave_out_errors=np.linalg.norm(errors, axis=1),
+    )
+
+
+def _reflection(
+    matrix: FloatArray, reflectors: FloatArray, scales: FloatArray, side: str, *, transposed: bool
+) -> FloatArray:
+    from scipy.linalg import lapack  # noqa: PLC0415  # see scattered_model
+
+    matrix = np.asfortranarray(matrix)
+    product: FloatArray
+    trans = "T" if transposed else "N"
+    # without overwrite_c, even the query of the workspace size would copy the matrix
+    _, work, _ = lapack.dormqr(side, trans, reflectors, scales, matrix, lwork=-1, overwrite_c=1)
+    product, _, _ = lapack.dormqr(
+        side, trans, reflectors, scales, matrix, lwork=int(work[0]), overwrite_c=1
+    )
+    return product
