@@ -88,7 +88,7 @@ class Boundary:
     ----------
     mesh : TriangleMesh
         Closed, oriented outwards, star-shaped about `centre`. Vertices are float32, on the grid of
-        the points (`gamutcore.geometry.grid`).
+        the points (`gamutcore.geometry.mesh`).
     centre : (3,) float64
         On the same grid.
     sources : (m,) int64

@@ -99,7 +99,7 @@ def decimate(
     ----------
     mesh : TriangleMesh
         A closed, oriented mesh of genus 0. With its positions rounded to the grid of
-        `gamutcore.geometry.grid`, it is star-shaped about the centre.
+        `gamutcore.geometry.mesh`, it is star-shaped about the centre.
     centre : (3,) array_like
     cost : str, optional
         The error of a collapse; one of `gamutcore.decimation.COSTS`.

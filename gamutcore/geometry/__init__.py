@@ -3,22 +3,22 @@
 Other folders import from here, and this folder imports none of them.
 """
 
-from gamutcore.geometry.corner_table import (
-    following,
-    opposite_corners,
-    preceding,
-    swing,
-    vertex_fans,
-)
-from gamutcore.geometry.grid import grid_step, mesh_grid_step, nearest_grid_points
 from gamutcore.geometry.mesh import (
     DeviceValues,
     TriangleMesh,
     Validity,
     connected_components,
+    following,
+    grid_step,
     imported_trimesh,
+    mesh_grid_step,
+    nearest_grid_points,
+    opposite_corners,
+    preceding,
+    swing,
+    vertex_fans,
 )
-from gamutcore.geometry.star_shape import MINIMUM_DETERMINANT, faces_not_seeing_centre, sees_centre
+from gamutcore.geometry.predicates import MINIMUM_DETERMINANT, faces_not_seeing_centre, sees_centre
 from gamutcore.geometry.vectors import (
     Symmetric,
     Vector,
