@@ -1,8 +1,15 @@
-"""Geometry of triangles and star-shaped meshes: vectors, meshes, the grid and the star test.
+"""Geometry of triangles and star-shaped meshes: what several folders compute, once.
 
 Other folders import from here, and this folder imports none of them.
 """
 
+from gamutcore.geometry.curves import (
+    GOLDEN,
+    curve_order,
+    curve_positions,
+    insertion_order,
+    mixed_bits,
+)
 from gamutcore.geometry.mesh import (
     DeviceValues,
     TriangleMesh,
@@ -40,6 +47,7 @@ from gamutcore.geometry.vectors import (
 )
 
 __all__ = [
+    "GOLDEN",
     "MINIMUM_DETERMINANT",
     "DeviceValues",
     "Symmetric",
@@ -50,14 +58,18 @@ __all__ = [
     "adjugate",
     "connected_components",
     "cross",
+    "curve_order",
+    "curve_positions",
     "dot",
     "faces_not_seeing_centre",
     "following",
     "grid_step",
     "imported_trimesh",
+    "insertion_order",
     "linear_combination",
     "mesh_grid_step",
     "minus",
+    "mixed_bits",
     "nearest_grid_points",
     "opposite_corners",
     "plus",
