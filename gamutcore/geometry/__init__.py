@@ -26,6 +26,7 @@ from gamutcore.geometry.mesh import (
     vertex_fans,
 )
 from gamutcore.geometry.predicates import MINIMUM_DETERMINANT, faces_not_seeing_centre, sees_centre
+from gamutcore.geometry.triangle import clip, closest_point
 from gamutcore.geometry.vectors import (
     Symmetric,
     Vector,
@@ -56,6 +57,8 @@ __all__ = [
     "Vector",
     "add_outer",
     "adjugate",
+    "clip",
+    "closest_point",
     "connected_components",
     "cross",
     "curve_order",
