@@ -88,9 +88,9 @@ def curve_order(points: FloatArray) -> IndexArray:
             place[((position[index] >> shift) & ((1 << DIGIT) - 1)) + 1] += 1
         for digit in range(1 << DIGIT):
             place[digit + 1] += place[digit]
-        for index in order:
-            digit = (position[index] >> shift) & ((1 << DIGIT) - 1)
-            other[place[digit]] = index
+        for point in order:
+            digit = (position[point] >> shift) & ((1 << DIGIT) - 1)
+            other[place[digit]] = point
             place[digit] += 1
         order, other = other, order
     return order
