@@ -19,7 +19,6 @@ from __future__ import annotations
 import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray
-from gamutcore.geometry import closest_point, minus, row
 from gamutcore.kernels import inlined_kernel, leaf_kernel
 from gamutcore.levels.cones import INDEX, Locations, Surface
 
@@ -37,6 +36,10 @@ the latter point is on.
 
 SLACK = 1.03
 """Ratio of a bound to an attained distance at which the bound is not improved further."""
+
+DEGENERATE = 1e-12
+"""Squared sine of a face's angle below which only the edges of the face are considered. The
+quantities that separate the regions have lost half of their digits by then."""
 
 HALVINGS = 16
 """Most halvings of a piece; its bound then stays."""
@@ -121,24 +124,24 @@ def raise_bounds(
     directions. The largest distance of a corner holds for the whole triangle, also for `deviation`.
     """
     furthest, own = 0.0, reference.deviation[face]
-    for number in range(3):
-        x, y, z = triangle[number, 0], triangle[number, 1], triangle[number, 2]
-        shift = 1.0 - 1.0 / (1.0 + triangle[number, 3])
+    for row in range(3):
+        x, y, z = triangle[row, 0], triangle[row, 1], triangle[row, 2]
+        shift = 1.0 - 1.0 / (1.0 + triangle[row, 3])
         furthest = max(furthest, shift * shift * (x * x + y * y + z * z))
     furthest = np.sqrt(furthest) + own
     if furthest > deviation[through]:
         # on steep faces the distance along rays is far larger than the distance from the face
         squared = 0.0
-        for number in range(3):
-            x, y, z = triangle[number, 0], triangle[number, 1], triangle[number, 2]
+        for row in range(3):
+            x, y, z = triangle[row, 0], triangle[row, 1], triangle[row, 2]
             squared = max(squared, squared_distance(x, y, z, other, through))
-            t = 1.0 / (1.0 + triangle[number, 3])
+            t = 1.0 / (1.0 + triangle[row, 3])
             squared = max(squared, squared_distance(t * x, t * y, t * z, reference, face))
         deviation[through] = max(deviation[through], own + np.sqrt(squared))
     if furthest > bounds[FROM_UPPER]:
-        for number in range(3):
+        for row in range(3):
             for axis in range(3):
-                stack[0, 3 * number + axis] = triangle[number, axis]
+                stack[0, 3 * row + axis] = triangle[row, axis]
         before = bounds[FROM_LOWER]
         bounds[FROM_LOWER], bounds[FROM_UPPER], bounds[HALVINGS_LEFT] = raise_bound(
             stack,
@@ -153,9 +156,9 @@ def raise_bounds(
         if bounds[FROM_LOWER] > before:
             _keep_point(bounds, FROM_POINT, stack)
     if furthest > bounds[TO_UPPER]:
-        for number in range(3):
+        for row in range(3):
             for axis in range(3):
-                stack[0, 3 * number + axis] = triangle[number, axis] / (1.0 + triangle[number, 3])
+                stack[0, 3 * row + axis] = triangle[row, axis] / (1.0 + triangle[row, 3])
         before = bounds[TO_LOWER]
         bounds[TO_LOWER], bounds[TO_UPPER], bounds[HALVINGS_LEFT] = raise_bound(
             stack,
@@ -318,16 +321,69 @@ def nearest_face(x: float, y: float, z: float, surface: Surface, face: int) -> t
 
 @inlined_kernel
 def squared_distance(x: float, y: float, z: float, surface: Surface, face: int) -> float:
-    """Squared distance from a point to a face.
+    """Squared distance from a point to a face, by the region of the plane that has the point.
 
-    It is the distance to some point of the face. Rounding may miss the nearest point, but never
-    gives too small a result.
+    Source: C. Ericson, "Real-Time Collision Detection" (2005), section 5.1.5. The result is the
+    distance to some point of the face. Rounding may miss the nearest point, but never gives too
+    small a result.
     """
-    corner, position = surface.corner, surface.position
-    a = row(position, corner[3 * face], 0)
-    b = minus(row(position, corner[3 * face + 1], 0), a)
-    c = minus(row(position, corner[3 * face + 2], 0), a)
-    return closest_point(minus((x, y, z), a), b, c)[0]
+    position = surface.position
+    one = surface.corner[3 * face]
+    two = surface.corner[3 * face + 1]
+    three = surface.corner[3 * face + 2]
+    ax, ay, az = position[one, 0], position[one, 1], position[one, 2]
+    ux, uy, uz = position[two, 0] - ax, position[two, 1] - ay, position[two, 2] - az
+    vx, vy, vz = position[three, 0] - ax, position[three, 1] - ay, position[three, 2] - az
+    x, y, z = x - ax, y - ay, z - az
+    # scalar products of both edges with the vector from each corner to the point
+    u_a, v_a = ux * x + uy * y + uz * z, vx * x + vy * y + vz * z
+    if u_a <= 0.0 and v_a <= 0.0:
+        return x * x + y * y + z * z
+    uu, vv = ux * ux + uy * uy + uz * uz, vx * vx + vy * vy + vz * vz
+    uv = ux * vx + uy * vy + uz * vz
+    u_b, v_b = u_a - uu, v_a - uv
+    u_c, v_c = u_a - uv, v_a - vv
+    inside_a, inside_b = u_b * v_c - u_c * v_b, u_c * v_a - u_a * v_c
+    inside_c = u_a * v_b - u_b * v_a
+    if uu * vv - uv * uv <= DEGENERATE * uu * vv:
+        # a sliver: the nearest point is on an edge
+        along_u = min(max(u_a / uu, 0.0), 1.0)
+        along_v = min(max(v_a / vv, 0.0), 1.0)
+        ww = uu - 2.0 * uv + vv
+        along_w = min(max((v_b - u_b) / ww, 0.0), 1.0) if ww > 0.0 else 0.0
+        return min(
+            _squared(x - along_u * ux, y - along_u * uy, z - along_u * uz),
+            _squared(x - along_v * vx, y - along_v * vy, z - along_v * vz),
+            _squared(
+                x - ux - along_w * (vx - ux),
+                y - uy - along_w * (vy - uy),
+                z - uz - along_w * (vz - uz),
+            ),
+        )
+    if u_b >= 0.0 and v_b <= u_b:
+        along_u, along_v = 1.0, 0.0
+    elif v_c >= 0.0 and u_c <= v_c:
+        along_u, along_v = 0.0, 1.0
+    elif inside_c <= 0.0 and u_a >= 0.0 and u_b <= 0.0:
+        along_u, along_v = u_a / uu, 0.0
+    elif inside_b <= 0.0 and v_a >= 0.0 and v_c <= 0.0:
+        along_u, along_v = 0.0, v_a / vv
+    elif inside_a <= 0.0 and v_b >= u_b and u_c >= v_c:
+        along_v = (v_b - u_b) / ((v_b - u_b) + (u_c - v_c))
+        along_u = 1.0 - along_v
+    else:
+        scale = 1.0 / (inside_a + inside_b + inside_c)
+        along_u, along_v = inside_b * scale, inside_c * scale
+    return _squared(
+        x - along_u * ux - along_v * vx,
+        y - along_u * uy - along_v * vy,
+        z - along_u * uz - along_v * vz,
+    )
+
+
+@leaf_kernel
+def _squared(x: float, y: float, z: float) -> float:
+    return x * x + y * y + z * z
 
 
 @leaf_kernel
