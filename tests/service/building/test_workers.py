@@ -300,7 +300,7 @@ import asyncio, sys
 from pathlib import Path
 from gamutcore.export import FORMATS, mesh_file
 from gamutcore import Gamut
-from gamutcore.kernels.decorators import KERNELS
+from gamutcore.kernels import KERNELS
 from gamutcore.levels import Bounds, LevelSearch
 from service.building.kernels import Kernels
 
