@@ -128,6 +128,9 @@ def write_table(
     write_bytes(text.encode(), output)
 
 
+_FORMS = {"": "text", ".txt": "text", ".json": "json", ".csv": "csv"}
+"""Forms by the suffix of the file; a device such as /dev/stdout has none."""
+
 _ANSWERS = (".csv", ".tsv", ".txt", ".json", ".xlsx")
 """Suffixes of answers beside a table."""
 
@@ -212,10 +215,14 @@ def write_bytes(data: bytes, output: Path | None) -> None:
 def _form(output: Path | None, *, as_json: bool, as_csv: bool) -> str:
     if as_json and as_csv:
         raise typer.BadParameter("Give --json or --csv, not both.")
-    suffix = "" if output is None else output.suffix.lower().lstrip(".")
     if as_json or as_csv:
         return "json" if as_json else "csv"
-    return suffix if suffix in {"json", "csv"} else "text"
+    suffix = "" if output is None else output.suffix.lower()
+    if suffix not in _FORMS:
+        raise typer.BadParameter(
+            "Give a name that ends in .txt, .json or .csv.", param_hint="--output"
+        )
+    return _FORMS[suffix]
 
 
 def _csv(columns: Columns) -> str:
