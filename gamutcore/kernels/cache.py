@@ -279,18 +279,15 @@ def ensure_compiled(group: str) -> None:
 @contextlib.contextmanager
 def compilation_lock(group: str) -> Iterator[None]:
     """Let one process at a time compile a group."""
-    try:
-        import fcntl  # noqa: PLC0415  # not on Windows, where no service runs
-    except ImportError:
-        yield
-        return
-    if not stamps_can_be_kept():
-        yield
-        return
-    path = _stamp_file(group).with_suffix(".lock")
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with path.open("w") as file:
-        fcntl.flock(file, fcntl.LOCK_EX)
+    with contextlib.ExitStack() as held:
+        # Windows has no such lock, and no service runs there. Nothing is kept where nothing can be
+        # written, so nothing is locked.
+        with contextlib.suppress(ImportError, OSError):
+            import fcntl  # noqa: PLC0415
+
+            path = _stamp_file(group).with_suffix(".lock")
+            path.parent.mkdir(parents=True, exist_ok=True)
+            fcntl.flock(held.enter_context(path.open("w")), fcntl.LOCK_EX)
         yield
 
 

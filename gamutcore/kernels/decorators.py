@@ -59,14 +59,13 @@ class Kernel(CPUDispatcher):
             function, locals={}, targetoptions={**OPTIONS, **flags}, pipeline_class=EntryCompiler
         )
         self._cache = KernelCache(self)
-        self._flags = flags
 
     @functools.cached_property
     def _subroutine(self) -> CPUDispatcher:
         return CPUDispatcher(
             self.py_func,
             locals={},
-            targetoptions={**OPTIONS, **self._flags, "no_cpython_wrapper": True},
+            targetoptions={**self.targetoptions, "no_cpython_wrapper": True},
             pipeline_class=SubroutineCompiler,
         )
 
