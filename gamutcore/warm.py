@@ -156,26 +156,32 @@ def _use_options() -> None:
     mesh_picture(history.level(50), size=16)
 
 
-def _use_queries() -> None:
-    """Ask all questions."""
+def _use_sections() -> None:
+    """Ask for comparisons, sections and crossings."""
     gamut = Gamut(_table(), surface_samples=200)
-    colours = np.array([(50.0, 0.0, 0.0), (50.0, 90.0, 0.0)])
     gamut.compare(gamut)
     gamut.coverage_of(gamut)
-    gamut.cusps(4)
-    gamut.crossings(colours, colours[::-1])
     gamut.rings()
     gamut.leaf(0.0)
     gamut.max_chroma(50.0, 0.0)
     gamut.slice(50.0)
-    gamut.map(colours, "clip-nearest")
-    gamut.distance(colours)
-    gamut.nearest(colours, metric="CIEDE2000")
+    gamut.cusps(4)
+    gamut.crossings(_COLOURS, _COLOURS[::-1])
 
+
+def _use_distances() -> None:
+    """Ask for distances, and map colours."""
+    gamut = Gamut(_table(), surface_samples=200)
+    gamut.nearest(_COLOURS, metric="CIEDE2000")
+    gamut.distance(_COLOURS)
+    gamut.map(_COLOURS, "clip-nearest")
+
+
+_COLOURS = np.array([(50.0, 0.0, 0.0), (50.0, 90.0, 0.0)])
 
 STEPS = {
     "default": (_use_builds, _use_decimation),
-    "optional": (_use_options, _use_queries),
+    "optional": (_use_options, _use_sections, _use_distances),
 }
 """What uses the kernels of each group. The first step and the last have little in common."""
 

@@ -86,7 +86,7 @@ class Kernel(CPUDispatcher):
         """Load the cached machine code of all signatures; return whether there is any."""
         signatures = self._cache.signatures()
         for signature in signatures:
-            super().compile(signature)
+            self.compile(signature)
         return bool(signatures)
 
 
