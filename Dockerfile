@@ -33,7 +33,7 @@ RUN python3 -m venv /build/venv && \
 
 # Kernels that lie beside the sources are kept where they fit: compiled for this CPU from these sources.
 RUN packages=$(/opt/gamut/bin/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))') && \
-    find gamutcore -name '*.nb[ci]' -exec cp --parents -t "$packages" {} +
+    find gamutcore -name '*.nbc' -exec cp --parents -t "$packages" {} +
 
 # From another directory, so that the installed package is compiled and not its source.
 WORKDIR /

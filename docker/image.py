@@ -43,7 +43,7 @@ import llvmlite.binding
 llvmlite.binding.get_host_cpu_name = lambda: 'nocona'
 llvmlite.binding.get_host_cpu_features = llvmlite.binding.FeatureMap
 from numba.core import event
-from gamutcore.kernels.installation import GROUPS
+from gamutcore.kernels import GROUPS
 from gamutcore.warm import use_kernels
 with event.install_recorder('numba:compile') as compilations:
     for group in GROUPS:

@@ -1,21 +1,16 @@
 """Compile the kernels by using each of them once on small data.
 
 The build of an image does so, a service before it reports that it is ready
-(`gamutcore.kernels.installation.ensure_compiled`), and ``python -m gamutcore.warm`` from a shell.
-Two processes compile a group. Each has about half of the work.
+(`gamutcore.kernels.ensure_compiled`), and ``python -m gamutcore.warm`` from a shell.
 """
 
 from __future__ import annotations
 
 import argparse
-import gc
+import multiprocessing
 import os
-import subprocess
-import sys
 import threading
 from collections.abc import Callable
-from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -23,28 +18,15 @@ from gamutcore.boundary import BOUNDARIES, compute_boundary, device_surface_boun
 from gamutcore.boundary.centre import face_planes
 from gamutcore.boundary.device_surface import hidden_area
 from gamutcore.boundary.radial_envelope import COARSE, radial_volume
-from gamutcore.characterisation import Samples, characterisation
 from gamutcore.characterisation.icc.transforms import Grid
-from gamutcore.colours import SurfaceFaces, surface_colours
-from gamutcore.decimation import COSTS, decimate
+from gamutcore.colours import SurfaceFaces
+from gamutcore.decimation import COSTS, Decimation, decimate
 from gamutcore.export import FORMATS, mesh_file
 from gamutcore.export.rendering import mesh_picture
 from gamutcore.gamut import Gamut
-from gamutcore.geometry import DeviceValues, TriangleMesh
-from gamutcore.history import (
-    History,
-    Splits,
-    build_device_history,
-    build_history,
-    history_bytes,
-    history_from_bytes,
-)
-from gamutcore.kernels.installation import (
-    GROUPS,
-    compilation_lock,
-    is_compiled,
-    mark_compiled,
-)
+from gamutcore.geometry import TriangleMesh
+from gamutcore.history import build_history, history_bytes, history_from_bytes
+from gamutcore.kernels import GROUPS, compilation_lock, is_compiled, mark_compiled
 from gamutcore.levels import (
     LevelRequest,
     LevelSearch,
@@ -54,133 +36,57 @@ from gamutcore.levels import (
     radial_difference,
     voxel_mismatch,
 )
-from gamutcore.queries import (
-    LevelIndex,
-    build_index,
-    compare,
-    contains,
-    crossings,
-    cusp_points,
-    delta_e_2000,
-    gamut_rings,
-    leaves,
-    map_colours,
-    nearest,
-    nearest_ciede2000,
-    signed_distance,
-    slice_polygons,
-)
 
 __all__ = ["compile_kernels", "use_kernels"]
 
-COLLECTION = (100_000, 20, 100)
-"""Thresholds of the garbage collector while kernels compile. The compiler keeps most of its
-objects: with Python's own thresholds, collections take a tenth of the time and free little."""
-
 
 def compile_kernels(groups: tuple[str, ...] = GROUPS) -> None:
-    """Compile groups of kernels, and mark them as compiled."""
+    """Compile groups of kernels, and mark them as compiled.
+
+    Two processes take the same steps from both ends. Each loads what the other has compiled.
+    """
     for group in groups:
         with compilation_lock(group):
             if is_compiled(group):
                 continue
-            _compile(group)
+            spawn = multiprocessing.get_context("spawn")
+            other = spawn.Process(target=_use_kernels_backwards, args=(group,), daemon=True)
+            other.start()
+            use_kernels(group)
+            other.join()
             mark_compiled(group)
 
 
-def use_kernels(group: str) -> None:
-    """Call every kernel of a group in this process, to compile it or load it from the cache."""
-    for functions in PARTS[group]:
-        _call(functions)
+def use_kernels(group: str, order: int = 1) -> None:
+    """Call every kernel of a group in this process, to compile it or load it from the cache.
+
+    With an `order` of −1 the last step comes first.
+    """
+    for step in STEPS[group][::order]:
+        step()
 
 
-def _compile(group: str) -> None:
-    command = [sys.executable, "-m", __spec__.name, "--while-stdin-is-open", "--beside", group]
-    with subprocess.Popen(command, stdin=subprocess.PIPE) as beside:  # noqa: S603  # no input
-        _call(PARTS[group].own)
-        beside.wait()
-    _call(PARTS[group].last)
+def _use_kernels_backwards(group: str) -> None:
+    parent = multiprocessing.parent_process()
+    assert parent is not None  # noqa: S101  # `compile_kernels` starts this process
+    _exit_after(parent.join)
+    use_kernels(group, -1)
 
 
-def _call(functions: tuple[Callable[[], None], ...]) -> None:
-    for function in functions:
-        function()
+def _exit_after(wait: Callable[[], None]) -> None:
+    """End this process when a function returns."""
 
+    def end() -> None:
+        wait()
+        os._exit(1)
 
-def _use_surface() -> None:
-    """Decimate, and wrap boundaries around colours."""
-    _decimate_cube("volume")
-    compute_boundary(_device(), "modified-convex-hull")
-    # what only folded surfaces and devices with more channels use
-    corners = np.vstack([np.eye(3), np.zeros((1, 3))])
-    faces = np.array([(0, 1, 2), (0, 2, 3), (0, 3, 1), (1, 3, 2)], np.int32)
-    hidden_area(face_planes(corners, faces), np.zeros(3))
-    radial_volume(corners, faces, np.full(3, 0.1), COARSE)
-    # two tetrahedra that cross
-    cube = np.array(list(np.ndindex(2, 2, 2)), np.float64)
-    corners = cube[[0, 3, 5, 6, 7, 4, 2, 1]]
-    both = np.concatenate([faces[:, ::-1], faces + np.int32(4)])
-    labels = np.arange(len(both), dtype=np.int32)
-    device_surface_boundary(corners, SurfaceFaces(both, labels, closed=False))
-    index = _index()
-    nearest(index.vertices, index)
-    contains(index.vertices, index)
-
-
-def _decimate_cube(cost: str) -> None:
-    # small: errors by samples, of which there are as many however few the faces, take a while
-    vertices = np.stack(np.meshgrid(*[(-1.0, 1.0)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
-    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
-    faces = [corners for a, b, c, d in quads for corners in ((a, b, c), (a, c, d))]
-    decimate(TriangleMesh(vertices, np.array(faces, np.int32)), np.zeros(3), cost)
-
-
-def _use_readers() -> None:
-    """Read, search and write levels of a saved gamut."""
-    corners = np.array([(50, 0, 40), (50, 40, -20), (50, -40, -20), (90, 0, 0)], np.float32)
-    # a tetrahedron whose first vertex is split into itself and slot 4
-    splits = Splits(
-        base_positions=corners,
-        base_faces=np.array([(0, 1, 2), (0, 2, 3), (0, 3, 1), (1, 3, 2)], np.int32),
-        parent=np.zeros(1, np.int32),
-        coarse=corners[:1],
-        fine=corners[:1],
-        added=corners[:1] - np.float32(1),
-        faces=np.array([[(0, 4, 2), (4, 0, 1)]], np.int32),
-        moved_end=np.ones(1, np.int32),
-        moved=np.zeros(1, np.int32),
-        shifted_end=np.zeros(1, np.int32),
-        shifted=np.zeros(0, np.int32),
-        shifted_coarse=np.zeros((0, 3), np.float32),
-        shifted_fine=np.zeros((0, 3), np.float32),
-    )
-    ramp = DeviceValues(("R", "G", "B"), np.linspace((0.0,) * 3, (1.0,) * 3, 5))
-    device = build_device_history(ramp, np.arange(5, dtype=np.int32), splits)
-    history = History(splits, np.array([60.0, 0.0, 0.0]), 2.0**-11, device)
-    history, _ = history_from_bytes(history_bytes(history))
-    counts = curve_counts(history.triangles)
-    curve = [level.to_mapping() for level in error_curve(history, counts)]
-    search = LevelSearch(curve)
-    search.find(history, LevelRequest(max_error=1e-6))
-    search.find(history, LevelRequest(max_error=1e-6, side="inside"))
-    mesh = replace(history.level(6), device=history.device_values(6))
-    for name in FORMATS:
-        mesh_file(mesh, name)
+    threading.Thread(target=end, daemon=True).start()
 
 
 def _device() -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
     """Return a grid of device values, (125, 3)."""
     steps = np.linspace(0.0, 1.0, 5)
     return np.stack(np.meshgrid(steps, steps, steps), axis=-1).reshape(-1, 3)
-
-
-def _use_models() -> None:
-    """Evaluate models of devices."""
-    Grid((2, 2, 2), (np.zeros((8, 3), np.uint16),)).values(np.full((1, 3), 0.5))
-    samples = characterisation(_table())
-    assert isinstance(samples, Samples)  # noqa: S101  # what a table holds
-    for model in (None, "fit"):
-        surface_colours(samples, surface_samples=200, model=model)
 
 
 def _table() -> bytes:
@@ -192,12 +98,43 @@ def _table() -> bytes:
     return f"RGB_R,RGB_G,RGB_B,LAB_L,LAB_A,LAB_B\n{rows}\n".encode()
 
 
-def _use_build() -> None:
-    """Build gamuts with the default options, of a complete grid and of scattered samples."""
+def _use_builds() -> None:
+    """Build gamuts with the default options, and read, search and write their levels."""
+    Grid((2, 2, 2), (np.zeros((8, 3), np.uint16),)).values(np.full((1, 3), 0.5))
+    compute_boundary(_device(), "modified-convex-hull")
+    # what only folded surfaces and devices with more channels use: two tetrahedra that cross
+    cube = np.array(list(np.ndindex(2, 2, 2)), np.float64)
+    corners = cube[[0, 3, 5, 6, 7, 4, 2, 1]]
+    faces = np.array([(0, 1, 2), (0, 2, 3), (0, 3, 1), (1, 3, 2)], np.int32)
+    both = np.concatenate([faces[:, ::-1], faces + np.int32(4)])
+    labels = np.arange(len(both), dtype=np.int32)
+    device_surface_boundary(corners, SurfaceFaces(both, labels, closed=False))
+    corners = np.vstack([np.eye(3), np.zeros((1, 3))])
+    hidden_area(face_planes(corners, faces), np.zeros(3))
+    radial_volume(corners, faces, np.full(3, 0.1), COARSE)
     # few samples, because every process that builds waits for this; more vertices than the trials
-    built = Gamut(_table(), surface_samples=200)
     Gamut(_table(), surface_samples=200, device_model="fit")
-    Gamut.from_bytes(built.to_bytes()).level(50)
+    gamut = Gamut.from_bytes(Gamut(_table(), surface_samples=200).to_bytes())
+    for name in FORMATS:
+        mesh_file(gamut.level(50), name)
+    gamut.mesh(max_error=1e-6)
+    gamut.mesh(max_error=1e-6, side="inside")
+
+
+def _use_decimation() -> None:
+    """Decimate a cube, and write, read and search its history."""
+    record = _decimate_cube("volume")
+    history, _ = history_from_bytes(history_bytes(build_history(record)))
+    curve = [level.to_mapping() for level in error_curve(history, curve_counts(history.triangles))]
+    LevelSearch(curve).find(history, LevelRequest(max_error=1e-6))
+
+
+def _decimate_cube(cost: str) -> Decimation:
+    # small: errors by samples, of which there are as many however few the faces, take a while
+    vertices = np.stack(np.meshgrid(*[(-1.0, 1.0)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
+    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    faces = [corners for a, b, c, d in quads for corners in ((a, b, c), (a, c, d))]
+    return decimate(TriangleMesh(vertices, np.array(faces, np.int32)), np.zeros(3), cost)
 
 
 def _use_options() -> None:
@@ -218,58 +155,40 @@ def _use_options() -> None:
     mesh_picture(history.level(50), size=16)
 
 
-def _index() -> LevelIndex:
-    corners = np.array([(50, 0, 40), (50, 40, -20), (50, -40, -20), (90, 0, 0)], np.float64)
-    faces = np.array([(0, 1, 2), (0, 2, 3), (0, 3, 1), (1, 3, 2)], np.int32)
-    return build_index(corners, faces, np.array([60.0, 0.0, 0.0]))
+def _use_sections() -> None:
+    """Ask for comparisons, sections and crossings."""
+    gamut = Gamut(_table(), surface_samples=200)
+    gamut.compare(gamut)
+    gamut.coverage_of(gamut)
+    gamut.rings()
+    gamut.leaf(0.0)
+    gamut.max_chroma(50.0, 0.0)
+    gamut.slice(50.0)
+    gamut.cusps(4)
+    gamut.crossings(_COLOURS, _COLOURS[::-1])
 
 
 def _use_distances() -> None:
-    """Answer queries about distances."""
-    index = _index()
-    signed_distance(index.vertices, index)
-    delta_e_2000(index.vertices, index.vertices)
-    nearest_ciede2000(index.vertices[:2], index)
+    """Ask for distances, and map colours."""
+    gamut = Gamut(_table(), surface_samples=200)
+    gamut.nearest(_COLOURS, metric="CIEDE2000")
+    gamut.distance(_COLOURS)
+    gamut.map(_COLOURS, "clip-nearest")
 
 
-def _use_other_queries() -> None:
-    """Answer all other queries."""
-    index = _index()
-    cusp_points(np.zeros(1), index)
-    crossings(index.vertices, index.vertices[::-1], index)
-    compare(index, index)
-    gamut_rings(index)
-    leaves(index, np.zeros(1), np.full(1, 50.0))
-    slice_polygons(index, (1.0, 0.0, 0.0), 60.0)
-    # last, because it uses the nearest points of the other process
-    map_colours(2 * index.vertices, index, "clip-nearest")
+_COLOURS = np.array([(50.0, 0.0, 0.0), (50.0, 90.0, 0.0)])
 
-
-class Parts(NamedTuple):
-    """Calls that use the kernels of a group, in two processes.
-
-    `own` runs in the process that compiles the group, `beside` in another process at the same time.
-    `last` runs in the first process afterwards, and uses kernels of both.
-    """
-
-    own: tuple[Callable[[], None], ...]
-    beside: tuple[Callable[[], None], ...]
-    last: tuple[Callable[[], None], ...] = ()
-
-
-PARTS = {
-    "default": Parts((_use_readers, _use_models), (_use_surface,), (_use_build,)),
-    # the other process has compiled the index when this one needs it
-    "optional": Parts((_use_options, _use_distances), (_use_other_queries,)),
+STEPS = {
+    "default": (_use_builds, _use_decimation),
+    "optional": (_use_options, _use_sections, _use_distances),
 }
-"""The parts of each group."""
+"""What uses the kernels of each group. The first step and the last have little in common."""
 
 
-def _exit_with_stdin() -> None:
+def _wait_for_end_of_stdin() -> None:
     # not sys.stdin: at exit the interpreter wants its lock, which this thread would hold
     while os.read(0, 4096):
         pass
-    os._exit(1)
 
 
 def main() -> None:
@@ -277,21 +196,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m gamutcore.warm", description=__doc__)
     parser.add_argument("group", nargs="*", choices=[*GROUPS, []])
     parser.add_argument(
-        "--beside", action="store_true", help="do only the part that another process leaves"
-    )
-    parser.add_argument(
         "--while-stdin-is-open", action="store_true", help="exit when standard input ends"
     )
     arguments = parser.parse_args()
-    groups: list[str] = arguments.group or list(GROUPS)
-    gc.set_threshold(*COLLECTION)
     if arguments.while_stdin_is_open:
-        threading.Thread(target=_exit_with_stdin, daemon=True).start()
-    if arguments.beside:
-        for group in groups:
-            _call(PARTS[group].beside)
-    else:
-        compile_kernels(tuple(groups))
+        _exit_after(_wait_for_end_of_stdin)
+    compile_kernels(tuple(arguments.group) or GROUPS)
 
 
 if __name__ == "__main__":

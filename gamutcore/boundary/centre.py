@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray, LongArray
-from gamutcore.boundary.radial_hull import curve_positions, insertion_order, radial_hull
+from gamutcore.boundary.radial_hull import radial_hull
 from gamutcore.errors import (
     CentreError,
     FlatPointsError,
@@ -25,7 +25,7 @@ from gamutcore.errors import (
     OptionError,
     TooFewPointsError,
 )
-from gamutcore.geometry import grid_step, nearest_grid_points
+from gamutcore.geometry import curve_positions, grid_step, insertion_order, nearest_grid_points
 from gamutcore.kernels import kernel
 
 if TYPE_CHECKING:

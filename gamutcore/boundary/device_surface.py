@@ -33,9 +33,13 @@ from gamutcore.boundary.centre import (
 )
 from gamutcore.boundary.modified_convex_hull import Boundary, Cuts, coherent_order
 from gamutcore.boundary.radial_envelope import COARSE, radial_envelope, radial_volume
-from gamutcore.boundary.radial_hull import curve_positions
 from gamutcore.errors import BoundaryError, CentreError
-from gamutcore.geometry import TriangleMesh, faces_not_seeing_centre, nearest_grid_points
+from gamutcore.geometry import (
+    TriangleMesh,
+    curve_positions,
+    faces_not_seeing_centre,
+    nearest_grid_points,
+)
 from gamutcore.kernels import kernel
 
 if TYPE_CHECKING:

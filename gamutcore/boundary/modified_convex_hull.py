@@ -34,9 +34,14 @@ import numpy as np
 from gamutcore.arguments import Choice, Number, check_option
 from gamutcore.arrays import FloatArray, IndexArray, LongArray
 from gamutcore.boundary.centre import automatic_centre, bounds, centre_on_grid, points_on_grid
-from gamutcore.boundary.radial_hull import curve_positions, insertion_order, radial_hull
+from gamutcore.boundary.radial_hull import radial_hull
 from gamutcore.errors import BoundaryError, CentreError, FlatPointsError
-from gamutcore.geometry import TriangleMesh, faces_not_seeing_centre
+from gamutcore.geometry import (
+    TriangleMesh,
+    curve_positions,
+    faces_not_seeing_centre,
+    insertion_order,
+)
 from gamutcore.kernels import kernel
 
 if TYPE_CHECKING:
@@ -88,7 +93,7 @@ class Boundary:
     ----------
     mesh : TriangleMesh
         Closed, oriented outwards, star-shaped about `centre`. Vertices are float32, on the grid of
-        the points (`gamutcore.geometry.grid`).
+        the points (`gamutcore.geometry.mesh`).
     centre : (3,) float64
         On the same grid.
     sources : (m,) int64

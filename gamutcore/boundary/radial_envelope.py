@@ -27,9 +27,11 @@ from typing import NamedTuple
 import numpy as np
 
 from gamutcore.arrays import BooleanArray, FloatArray, IndexArray, LongArray
-from gamutcore.boundary.radial_hull import curve_positions, insertion_order, radial_hull
+from gamutcore.boundary.radial_hull import radial_hull
 from gamutcore.geometry import (
+    curve_positions,
     following,
+    insertion_order,
     nearest_grid_points,
     opposite_corners,
     preceding,

@@ -72,18 +72,9 @@ sections.add_to(app)
 
 
 def run(program: typer.Typer, arguments: Sequence[str] | None = None) -> int:
-    """Run a command line, and print errors as one line with the remedy.
+    """Run a command line, print errors as one line with the remedy, and return the exit status.
 
-    Parameters
-    ----------
-    program : typer.Typer
-    arguments : sequence of str, optional
-        Without the program's name; by default those of the process.
-
-    Returns
-    -------
-    int
-        The exit status.
+    The arguments are without the program's name; by default they are those of the process.
     """
     try:
         program(None if arguments is None else list(arguments), prog_name="gamut")

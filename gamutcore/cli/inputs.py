@@ -97,27 +97,8 @@ def gamut_of(
 ) -> Gamut:
     """Return the gamut of an argument, built with the options of the command.
 
-    Parameters
-    ----------
-    source : str
-        The path of a file, or the name of a reference.
-    ctx : typer.Context
-    alone : bool, optional
-        Whether the command has one gamut only. Otherwise options that do not apply to a saved gamut
-        or a reference are meant for the others.
-    space : str, optional
-        Default of the option of this name, for a command with another one.
-
-    Returns
-    -------
-    Gamut
-
-    Raises
-    ------
-    GamutError
-        There is neither such a file nor such a reference, or it cannot be read or built.
-    OSError
-        The file cannot be read.
+    Unless the gamut is `alone` in the command, options that do not apply to a saved gamut or a
+    reference are meant for the others. `space` is the default of the option of this name.
     """
     from gamutcore.content import gamut_source, is_saved_gamut  # noqa: PLC0415
     from gamutcore.errors import OptionError  # noqa: PLC0415

@@ -50,17 +50,13 @@ def write_facts(
 ) -> None:
     """Write names and values: aligned text, a JSON object, or CSV of one row.
 
-    Parameters
-    ----------
-    facts : mapping
-        JSON-able.
-    output : Path or None
-        A file; None for standard output. Its suffix chooses the form if no form is asked for.
-    as_json, as_csv : bool
+    Without an output they go to standard output. The suffix of a file chooses the form if no form
+    is asked for.
     """
-    if _form(output, as_json=as_json, as_csv=as_csv) == "json":
+    form = _form(output, as_json=as_json, as_csv=as_csv)
+    if form == "json":
         text = json.dumps(facts, ensure_ascii=False, indent=2) + "\n"
-    elif _form(output, as_json=as_json, as_csv=as_csv) == "csv":
+    elif form == "csv":
         text = _csv({name: [value] for name, value in facts.items()})
     else:
         width = max(map(len, facts), default=0) + 2
@@ -71,10 +67,7 @@ def write_facts(
 def state(*gamuts: Conditions, warnings: Sequence[str] = ()) -> dict[str, Any]:
     """Write the conditions of the gamuts that answer, and warnings, on standard error.
 
-    Returns
-    -------
-    dict
-        The same as members of JSON: ``gamut``, or ``gamuts`` of two, and ``warnings``.
+    Return the same as members of JSON: ``gamut``, or ``gamuts`` of two, and ``warnings``.
     """
     for name, gamut in zip("AB" if len(gamuts) > 1 else [""], gamuts, strict=False):
         typer.echo(f"Gamut{name and ' '}{name}: {gamut}", err=True)
@@ -99,14 +92,7 @@ def write_table(
 ) -> None:
     """Write a table: aligned text, JSON with one array for each column, or CSV.
 
-    Parameters
-    ----------
-    columns : mapping of str to sequence
-    output : Path or None
-        As for `write_facts`.
-    as_json, as_csv : bool
-    stated : mapping, optional
-        Further members of JSON, from `state`. Columns of the same names come first.
+    `stated` are further members of JSON, from `state`. Columns of the same names come first.
     """
     form = _form(output, as_json=as_json, as_csv=as_csv)
     if form == "json":
@@ -127,6 +113,9 @@ def write_table(
         )
     write_bytes(text.encode(), output)
 
+
+_FORMS = {"": "text", ".txt": "text", ".json": "json", ".csv": "csv"}
+"""Forms by the suffix of the file; a device such as /dev/stdout has none."""
 
 _ANSWERS = (".csv", ".tsv", ".txt", ".json", ".xlsx")
 """Suffixes of answers beside a table."""
@@ -155,17 +144,7 @@ def write_answer(
     """Write a table of colours with further columns.
 
     Text has the dialect of the table: separator, decimal mark, quotation, ends of lines, and in a
-    file the encoding. A .tsv file has tabs.
-
-    Parameters
-    ----------
-    table : ColourTable
-    added : mapping of str to sequence
-        One value for each row that has a colour.
-    output : Path or None
-    as_json : bool
-    stated : mapping
-        As for `write_table`.
+    file the encoding. A .tsv file has tabs. The columns have one value for each row with a colour.
     """
     suffix = "" if output is None else output.suffix.lower()
     if as_json or suffix == ".json":
@@ -212,10 +191,14 @@ def write_bytes(data: bytes, output: Path | None) -> None:
 def _form(output: Path | None, *, as_json: bool, as_csv: bool) -> str:
     if as_json and as_csv:
         raise typer.BadParameter("Give --json or --csv, not both.")
-    suffix = "" if output is None else output.suffix.lower().lstrip(".")
     if as_json or as_csv:
         return "json" if as_json else "csv"
-    return suffix if suffix in {"json", "csv"} else "text"
+    suffix = "" if output is None else output.suffix.lower()
+    if suffix not in _FORMS:
+        raise typer.BadParameter(
+            "Give a name that ends in .txt, .json or .csv.", param_hint="--output"
+        )
+    return _FORMS[suffix]
 
 
 def _csv(columns: Columns) -> str:

@@ -42,20 +42,7 @@ def cache_directory() -> Path | None:
 
 
 def cached_reference(reference: Reference, options: Options, build: Callable[[], Gamut]) -> Gamut:
-    """Return a reference gamut from the cache, or build and keep it.
-
-    Parameters
-    ----------
-    reference : Reference
-    options : Options
-        How the gamut is built.
-    build : callable
-        Builds the gamut.
-
-    Returns
-    -------
-    Gamut
-    """
+    """Return a reference gamut of these options from the cache, or build and keep it."""
     from gamutcore.building import gamut_id  # noqa: PLC0415
 
     folder = cache_directory()

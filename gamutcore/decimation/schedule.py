@@ -38,8 +38,10 @@ from gamutcore.decimation.record import Record, empty_record, extend_record, tri
 from gamutcore.decimation.surface_mesh import DEFICIT_LARGEST
 from gamutcore.errors import DecimationError, MeshError
 from gamutcore.geometry import (
+    GOLDEN,
     faces_not_seeing_centre,
     mesh_grid_step,
+    mixed_bits,
     nearest_grid_points,
     opposite_corners,
 )
@@ -99,7 +101,7 @@ def decimate(
     ----------
     mesh : TriangleMesh
         A closed, oriented mesh of genus 0. With its positions rounded to the grid of
-        `gamutcore.geometry.grid`, it is star-shaped about the centre.
+        `gamutcore.geometry.mesh`, it is star-shaped about the centre.
     centre : (3,) array_like
     cost : str, optional
         The error of a collapse; one of `gamutcore.decimation.COSTS`.
@@ -285,22 +287,14 @@ def _run_trials(state: State, trials: Trials, counter: LongArray) -> _PhaseResul
     return results[int(np.argmin(deviations))]
 
 
-GOLDEN = np.uint64(0x9E3779B97F4A7C15)
-"""2⁶⁴ ÷ the golden ratio, the increment of SplitMix64."""
-
-
 def perturbation(edges: int, trial: int) -> FloatArray:
     """Perturbation of each edge in a trial: pseudorandom, uniform in [0, 1); empty for trial 0.
 
-    SplitMix64 of the edge and the trial (Steele, Lea & Flood, "Fast Splittable Pseudorandom Number
-    Generators", 2014).
+    The hash of SplitMix64 of the edge and the trial.
     """
     if trial == 0:
         return EXACT_ERRORS
-    bits = np.arange(edges, dtype=np.uint64) + np.full(1, trial << 32, np.uint64) + GOLDEN
-    bits = (bits ^ (bits >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-    bits = (bits ^ (bits >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    bits ^= bits >> np.uint64(31)
+    bits = mixed_bits(np.arange(edges, dtype=np.uint64) + np.uint64(trial << 32) + GOLDEN)
     return (bits >> np.uint64(11)).astype(np.float64) * 2.0**-53
 
 

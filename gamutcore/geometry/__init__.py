@@ -1,24 +1,32 @@
-"""Geometry of triangles and star-shaped meshes: vectors, meshes, the grid and the star test.
+"""Geometry of triangles and star-shaped meshes: what several folders compute, once.
 
 Other folders import from here, and this folder imports none of them.
 """
 
-from gamutcore.geometry.corner_table import (
-    following,
-    opposite_corners,
-    preceding,
-    swing,
-    vertex_fans,
+from gamutcore.geometry.curves import (
+    GOLDEN,
+    curve_order,
+    curve_positions,
+    insertion_order,
+    mixed_bits,
 )
-from gamutcore.geometry.grid import grid_step, mesh_grid_step, nearest_grid_points
 from gamutcore.geometry.mesh import (
     DeviceValues,
     TriangleMesh,
     Validity,
     connected_components,
+    following,
+    grid_step,
     imported_trimesh,
+    mesh_grid_step,
+    nearest_grid_points,
+    opposite_corners,
+    preceding,
+    swing,
+    vertex_fans,
 )
-from gamutcore.geometry.star_shape import MINIMUM_DETERMINANT, faces_not_seeing_centre, sees_centre
+from gamutcore.geometry.predicates import MINIMUM_DETERMINANT, faces_not_seeing_centre, sees_centre
+from gamutcore.geometry.triangle import clip, closest_point
 from gamutcore.geometry.vectors import (
     Symmetric,
     Vector,
@@ -40,6 +48,7 @@ from gamutcore.geometry.vectors import (
 )
 
 __all__ = [
+    "GOLDEN",
     "MINIMUM_DETERMINANT",
     "DeviceValues",
     "Symmetric",
@@ -48,16 +57,22 @@ __all__ = [
     "Vector",
     "add_outer",
     "adjugate",
+    "clip",
+    "closest_point",
     "connected_components",
     "cross",
+    "curve_order",
+    "curve_positions",
     "dot",
     "faces_not_seeing_centre",
     "following",
     "grid_step",
     "imported_trimesh",
+    "insertion_order",
     "linear_combination",
     "mesh_grid_step",
     "minus",
+    "mixed_bits",
     "nearest_grid_points",
     "opposite_corners",
     "plus",

@@ -1,26 +1,54 @@
-"""Triangle meshes, the device values of their vertices, and the check of a mesh's validity.
+"""Triangle meshes: arrays, device values, validity, grid of coordinates and corner table.
 
 The surface of a gamut is a closed, oriented mesh of genus 0 whose faces all see the centre from
 inside. `TriangleMesh.validity` checks each of these properties from the arrays alone, so it can
 judge the results of all other modules.
+
+The coordinates are whole multiples of a power of two, the step of the grid. The step is below
+10⁻³ ΔE in CIELAB, and its multiples are exact in float32. A boundary rounds its points before any
+test. Decimation rounds again, without effect on rounded points. Histories, levels and the validity
+test therefore have the same numbers.
+
+The corner table is the connectivity of a mesh as two flat integer arrays. Corner ``c = 3 f + i`` is
+the i-th corner of face f, and ``vertex[c]`` is its vertex. ``opposite[c]`` is the corner of the
+neighbouring face across the edge between the other two corners (Rossignac, Safonova & Szymczak,
+"3D Compression Made Simple: Edgebreaker on a Corner-Table", 2001). Traversal is index arithmetic:
+`following` and `preceding` within a face, `swing` around a vertex.
 """
 
 from __future__ import annotations
 
+import math
 import threading
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gamutcore.arrays import FloatArray, IndexArray
 from gamutcore.errors import MeshError
+from gamutcore.kernels import kernel, leaf_kernel
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from gamutcore.arrays import FloatArray, IndexArray, PositionArray
+    from gamutcore.arrays import PositionArray
 
-__all__ = ["DeviceValues", "TriangleMesh", "Validity", "connected_components", "imported_trimesh"]
+__all__ = [
+    "DeviceValues",
+    "TriangleMesh",
+    "Validity",
+    "connected_components",
+    "following",
+    "grid_step",
+    "imported_trimesh",
+    "mesh_grid_step",
+    "nearest_grid_points",
+    "opposite_corners",
+    "preceding",
+    "swing",
+    "vertex_fans",
+]
 
 
 @dataclass(frozen=True, eq=False)
@@ -395,3 +423,173 @@ def imported_trimesh() -> Any:  # noqa: ANN401  # trimesh has no type stubs
         import trimesh.exchange.stl  # noqa: PLC0415
 
         return trimesh
+
+
+STEPS_PER_EXTENT = 18
+"""Binary logarithm of the number of steps in the power of two that is not below the extent.
+Lightness extends over 64 to 128 units in gamuts of devices, which gives a step of 2⁻¹² to 2⁻¹¹ <
+10⁻³ ΔE. Thinner sets of points have finer steps, because a shift changes their volume more."""
+
+MIDDLE = 0.9
+"""Share of the points that determines the extent along an axis. A few outliers must not coarsen the
+grid of the other points."""
+
+MANTISSA = 24
+"""Bits of the mantissa of a float32: whole numbers up to 2²⁴ are exact."""
+
+ROOM = 2
+"""Spare bits for vertices that decimation moves outside the original surface. The last four
+triangles of a sphere reach to three times its radius."""
+
+FINEST = 2.0**-149
+"""The smallest positive float32."""
+
+
+def grid_step(points: ArrayLike) -> float:
+    """Return the step of the grid for at least one finite point (n, 3).
+
+    It is 2⁻¹⁸ of the power of two that is not below the smallest extent along an axis. Where
+    float32 resolves only coarser steps at the largest coordinate, the finest of these is the step.
+    """
+    given = np.asarray(points, np.float64)
+    lowest, highest = np.quantile(given, ((1 - MIDDLE) / 2, (1 + MIDDLE) / 2), axis=0)
+    extent = float((highest - lowest).min())
+    return max(_power_of_two_above(extent) * 2.0**-STEPS_PER_EXTENT, _float32_step(given))
+
+
+def mesh_grid_step(vertices: ArrayLike) -> float:
+    """Return the step of the grid for vertices (m, 3) that may be on a grid already.
+
+    It is `grid_step`, or the largest power of two that divides all coordinates if that is smaller.
+    It is never finer than float32 resolves at four times the largest coordinate.
+    """
+    given = np.asarray(vertices, np.float64)
+    finest = _float32_step(given)
+    bits = int(np.bitwise_or.reduce(np.rint(given / finest).astype(np.int64), axis=None))
+    own = finest * (bits & -bits)
+    return min(grid_step(given), own) if own > 0 else grid_step(given)
+
+
+def nearest_grid_points(points: ArrayLike, step: float) -> FloatArray:
+    """Return the nearest points on a grid, exact in float32 if the step is that of `grid_step`.
+
+    Halves round to even, and there are no negative zeros.
+    """
+    return np.asarray(np.rint(np.asarray(points, np.float64) / step) * step + 0.0)
+
+
+def _float32_step(points: FloatArray) -> float:
+    """Finest step at which float32 is exact up to four times the largest coordinate."""
+    return max(_power_of_two_above(float(np.abs(points).max())) * 2.0 ** (ROOM - MANTISSA), FINEST)
+
+
+def _power_of_two_above(value: float) -> float:
+    """Smallest power of two that is not below a value; 0 for 0."""
+    if value == 0.0:
+        return 0.0
+    mantissa, exponent = math.frexp(value)
+    return math.ldexp(1.0, exponent - 1 if mantissa == 0.5 else exponent)
+
+
+UNKNOWN, TWICE = -1, -2
+"""Marks of an edge without a known counterpart, and of an edge with several."""
+
+ZERO, TWO, THREE = np.uint64(0), np.uint64(2), np.uint64(3)
+"""Unsigned, because the remainder of a signed number takes three times the instructions."""
+
+
+@leaf_kernel
+def following(corner: int) -> int:
+    """Return the next corner of the same face, counter-clockwise."""
+    return corner - 2 if np.uint64(corner) % THREE == TWO else corner + 1
+
+
+@leaf_kernel
+def preceding(corner: int) -> int:
+    """Return the previous corner of the same face."""
+    return corner + 2 if np.uint64(corner) % THREE == ZERO else corner - 1
+
+
+@leaf_kernel
+def swing(opposite: IndexArray, corner: int) -> int:
+    """Return the corner at the same vertex in the next face around it."""
+    return following(opposite[following(corner)])
+
+
+@leaf_kernel
+def _counterpart(end_of: IndexArray, facing: IndexArray, begin: int, end: int, start: int) -> int:
+    """Corner facing the only edge, among the edges from a vertex, that ends at `start`; or −1."""
+    found, matches = -1, 0
+    for edge in range(begin, end):
+        if end_of[edge] == start:
+            found = facing[edge]
+            matches += 1
+    return found if matches == 1 else -1
+
+
+@kernel
+def vertex_fans(corner: IndexArray, vertices: int) -> tuple[IndexArray, IndexArray]:
+    """Return the faces around each vertex, one vertex after the other, as (end, fan).
+
+    `corner` (3 F,) has the vertex of every corner. `end` (vertices,) is the end of each vertex's
+    part of `fan` (3 F,); faces ascend within a part.
+    """
+    end = np.zeros(vertices, np.int32)
+    for index in range(len(corner)):
+        end[corner[index]] += 1
+    total = 0
+    for vertex in range(vertices):
+        count = end[vertex]
+        end[vertex] = total
+        total += count
+    fan = np.empty(len(corner), np.int32)
+    for face in range(len(corner) // 3):
+        for place in range(3):
+            vertex = corner[3 * face + place]
+            fan[end[vertex]] = face
+            end[vertex] += 1
+    return end, fan
+
+
+@kernel
+def opposite_corners(faces: IndexArray, vertex_count: int) -> IndexArray:
+    """Return the opposite corner (3 n,) of every corner of a closed, oriented mesh.
+
+    It is −1 where an edge has no counterpart in the opposite direction, or several. The mesh is
+    then not a closed, oriented manifold.
+    """
+    count = 3 * len(faces)
+    # edges grouped by their start vertex: the end vertex and the corner facing the edge
+    offset = np.zeros(vertex_count + 1, np.int32)
+    for face in range(len(faces)):
+        for corner in range(3):
+            offset[faces[face, corner] + 1] += 1
+    for index in range(vertex_count):
+        offset[index + 1] += offset[index]
+    end_of, facing = np.empty(count, np.int32), np.empty(count, np.int32)
+    filled = offset[:-1].copy()
+    for face in range(len(faces)):
+        for corner in range(3):
+            start = faces[face, corner]
+            end_of[filled[start]] = faces[face, (corner + 1) % 3]
+            facing[filled[start]] = 3 * face + (corner + 2) % 3
+            filled[start] += 1
+    opposite = np.full(count, UNKNOWN, np.int32)
+    for start in range(vertex_count):
+        here = offset[start + 1] - offset[start]
+        for edge in range(offset[start], offset[start + 1]):
+            end = end_of[edge]
+            # search at the end with fewer edges: a vertex with many would be searched many times
+            there = offset[end + 1] - offset[end]
+            if there > here or (there == here and end < start):  # found from the other end
+                continue
+            found = _counterpart(end_of, facing, offset[end], offset[end + 1], start)
+            if found >= 0:
+                opposite[facing[edge]] = found
+                # an edge used twice in one direction is found twice from its counterpart
+                known = opposite[found] != UNKNOWN and found != facing[edge]
+                opposite[found] = TWICE if known else facing[edge]
+    for corner in range(count):
+        if opposite[corner] < 0 or opposite[opposite[corner]] != corner:
+            opposite[corner] = -1
+    return opposite

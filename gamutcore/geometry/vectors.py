@@ -5,6 +5,8 @@ A symmetric matrix is the tuple (a00, a01, a02, a11, a12, a22).
 
 from __future__ import annotations
 
+from typing import SupportsIndex
+
 from gamutcore.arrays import FloatArray
 from gamutcore.kernels import inlined_kernel
 
@@ -33,7 +35,7 @@ Symmetric = tuple[float, float, float, float, float, float]
 
 
 @inlined_kernel
-def row(array: FloatArray, index: int, column: int) -> Vector:
+def row(array: FloatArray, index: SupportsIndex, column: int) -> Vector:
     """Return three numbers of a row, from a column on."""
     return array[index, column], array[index, column + 1], array[index, column + 2]
 

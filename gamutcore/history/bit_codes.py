@@ -21,8 +21,7 @@ import numpy as np
 from gamutcore.arrays import ByteArray, LongArray
 from gamutcore.errors import HistoryFileError
 from gamutcore.history.splits import group_ranges
-from gamutcore.kernels import inlined_kernel, leaf_kernel
-from gamutcore.kernels.bits import bit_length
+from gamutcore.kernels import bit_length, inlined_kernel, leaf_kernel
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

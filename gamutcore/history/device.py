@@ -23,7 +23,7 @@ import numpy as np
 
 from gamutcore.arrays import ByteArray, FloatArray, IndexArray, LongArray, ShortArray
 from gamutcore.errors import HistoryFileError, MeshError
-from gamutcore.geometry import DeviceValues, vertex_fans
+from gamutcore.geometry import DeviceValues, closest_point, minus, row, vertex_fans
 from gamutcore.history.bit_codes import (
     DAMAGE_REMEDY,
     DEVICE,
@@ -47,7 +47,7 @@ from gamutcore.history.splits import (
     refine,
     undo_splits,
 )
-from gamutcore.kernels import inlined_kernel, kernel, leaf_kernel
+from gamutcore.kernels import inlined_kernel, kernel
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -566,52 +566,10 @@ def _nearest_places(
                 if tried[face] == point:
                     continue
                 tried[face] = point
-                square, v, w = _nearest_in_face(points, point, vertices, faces, face)
+                a = row(vertices, faces[face, 0], 0)
+                b = minus(row(vertices, faces[face, 1], 0), a)
+                c = minus(row(vertices, faces[face, 2], 0), a)
+                square, v, w = closest_point(minus(row(points, point, 0), a), b, c)
                 if square < best:
                     best, best_face[point], best_v[point], best_w[point] = square, face, v, w
     return best_face, best_v, best_w
-
-
-@leaf_kernel
-def _nearest_in_face(
-    points: FloatArray, point: int, vertices: FloatArray, faces: IndexArray, face: int
-) -> tuple[float, float, float]:
-    """Squared distance to a face, and the barycentric weights of its last two corners there.
-
-    Ericson, "Real-Time Collision Detection" (2005), section 5.1.5, by the nearest region of the
-    triangle.
-    """
-    one, two, three = faces[face, 0], faces[face, 1], faces[face, 2]
-    d1, d2, d3, d4, d5, d6 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for axis in range(3):
-        a, b, c = vertices[one, axis], vertices[two, axis], vertices[three, axis]
-        p = points[point, axis]
-        d1 += (b - a) * (p - a)
-        d2 += (c - a) * (p - a)
-        d3 += (b - a) * (p - b)
-        d4 += (c - a) * (p - b)
-        d5 += (b - a) * (p - c)
-        d6 += (c - a) * (p - c)
-    va, vb, vc = d3 * d6 - d5 * d4, d5 * d2 - d1 * d6, d1 * d4 - d3 * d2
-    v, w = 0.0, 0.0
-    if d1 <= 0.0 and d2 <= 0.0:
-        pass
-    elif d3 >= 0.0 and d4 <= d3:
-        v = 1.0
-    elif d6 >= 0.0 and d5 <= d6:
-        w = 1.0
-    elif vc <= 0.0 and d1 >= 0.0 and d3 <= 0.0:
-        v = d1 / (d1 - d3)
-    elif vb <= 0.0 and d2 >= 0.0 and d6 <= 0.0:
-        w = d2 / (d2 - d6)
-    elif va <= 0.0 and d4 - d3 >= 0.0 and d5 - d6 >= 0.0:
-        w = (d4 - d3) / ((d4 - d3) + (d5 - d6))
-        v = 1.0 - w
-    else:
-        v, w = vb / (va + vb + vc), vc / (va + vb + vc)
-    square = 0.0
-    for axis in range(3):
-        a, b, c = vertices[one, axis], vertices[two, axis], vertices[three, axis]
-        off = a + v * (b - a) + w * (c - a) - points[point, axis]
-        square += off * off
-    return square, v, w

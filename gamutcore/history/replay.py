@@ -343,7 +343,7 @@ def _determinant(
 ) -> float:
     """det(a, b, x).
 
-    Writers keep the determinant so far above zero (`gamutcore.geometry.star_shape`) that its sign
+    Writers keep the determinant so far above zero (`gamutcore.geometry.predicates`) that its sign
     does not depend on the order of the operations.
     """
     return x * (ay * bz - az * by) + y * (az * bx - ax * bz) + z * (ax * by - ay * bx)

@@ -1,10 +1,39 @@
 """Compiled functions over plain arrays: how they are compiled, cached and found out of date.
 
-Public names: the decorators `kernel`, `leaf_kernel` and `inlined_kernel`. With
-``NUMBA_DISABLE_JIT=1`` they return the function as it is: debuggers and coverage tools see plain
-Python.
+With ``NUMBA_DISABLE_JIT=1`` the decorators return the function as it is: debuggers and coverage
+tools see plain Python.
 """
 
-from gamutcore.kernels.decorators import inlined_kernel, kernel, leaf_kernel
+from gamutcore.kernels.cache import (
+    GROUPS,
+    compilation_lock,
+    compile_command,
+    ensure_compiled,
+    is_compiled,
+    mark_compiled,
+    stamps_can_be_kept,
+)
+from gamutcore.kernels.decorators import (
+    KERNELS,
+    bit_length,
+    inlined_kernel,
+    kernel,
+    leaf_kernel,
+    load_kernels,
+)
 
-__all__ = ["inlined_kernel", "kernel", "leaf_kernel"]
+__all__ = [
+    "GROUPS",
+    "KERNELS",
+    "bit_length",
+    "compilation_lock",
+    "compile_command",
+    "ensure_compiled",
+    "inlined_kernel",
+    "is_compiled",
+    "kernel",
+    "leaf_kernel",
+    "load_kernels",
+    "mark_compiled",
+    "stamps_can_be_kept",
+]

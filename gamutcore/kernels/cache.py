@@ -1,37 +1,224 @@
-"""The cache of machine code on disk.
+"""Machine code on disk: what it depends on, where it is, and whether all of it is there.
 
-Numba's own file cache notices a change only in the file of the kernel itself, not in the kernels
-that it calls from other files. It refuses a directory that cannot be written to, such as the
-read-only root of a container. And it fails where a file cannot be unpickled. The classes here stamp
-each entry with the `fingerprint` of the kernel. They read the cache from wherever the package lies,
-and compile again what cannot be unpickled.
+Numba's own cache notices a change only in the file of a kernel, not in the kernels that it calls
+from other files. It refuses a directory that cannot be written to, such as the read-only root of a
+container, and it fails on a damaged file. Here each kernel, signature and processor has a file,
+stamped with the `fingerprint` of the kernel. What cannot be read is compiled again.
+
+Kernels are compiled in two groups. The ``default`` group is what a build with default options and
+every reader of a gamut need; the ``optional`` group is the rest. A stamp beside the machine code
+says that a group is complete for the present source, processor and versions. Services wait for the
+first group and compile the second in the background. A kernel without machine code compiles on its
+first call, so a missing stamp costs time and nothing else.
 """
 
 from __future__ import annotations
 
+import contextlib
+import functools
+import hashlib
+import logging
 import os
-from collections.abc import Callable
-from functools import cached_property
+import pickle
+import subprocess
+import sys
+import types
+import uuid
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import numba
+import numpy as np
 from numba.core import config
-from numba.core.caching import (
-    CompileResultCacheImpl,
-    FunctionCache,
-    IndexDataCacheFile,
-    UserProvidedCacheLocator,
-    _CacheLocator,
-)
+from numba.core.caching import NullCache, UserProvidedCacheLocator
+from numba.core.compiler import CompileResult
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import cpu_target
+from numba.core.serialize import dumps
 
-from gamutcore.kernels.fingerprint import fingerprint
+__all__ = [
+    "GROUPS",
+    "KernelCache",
+    "compilation_lock",
+    "compile_command",
+    "ensure_compiled",
+    "fingerprint",
+    "is_compiled",
+    "mark_compiled",
+    "stamps_can_be_kept",
+]
 
-__all__ = ["KernelCache", "cache_folder"]
+logger = logging.getLogger(__name__)
+
+GROUPS = ("default", "optional")
+"""Names of the groups, in the order in which a service compiles them."""
+
+SECONDS_PER_BYTE = 3.0e-4
+"""Compile time per byte of Python bytecode, for estimates. Measured on `collapse_edges` and
+`radial_hull` (2 to 4 × 10⁻⁴ on one core of an AMD EPYC)."""
+
+LONG_COMPILATION = 2.0
+"""Estimates of more seconds than this are logged: shorter waits go unnoticed."""
+
+PACKAGE = Path(__file__).parents[1]
+
+VERSIONS = f"numba {numba.__version__} numpy {np.__version__} {sys.implementation.cache_tag}"
 
 
-def cache_folder(source: str) -> Path:
+# --- what the machine code of a kernel depends on ------------------------------------------------
+
+
+def fingerprint(kernel: Callable[..., Any]) -> bytes:
+    """SHA-256 of all that a kernel's machine code depends on within the package.
+
+    The code depends on the kernel's own bytecode, on the constants that it names, and on the
+    kernels that it calls and their decorators, in turn. Comments, docstrings, line numbers and
+    other functions of the module do not count: an edit compiles exactly the entry points that reach
+    the edited code.
+    """
+    return hashlib.sha256(b"".join(_described(kernel, {}))).digest()
+
+
+def _bytecode_size(kernel: Callable[..., Any]) -> int:
+    """Bytes of the Python bytecode of a kernel and of all kernels that it reaches."""
+    reached: dict[int, types.FunctionType] = {}
+    for _ in _described(kernel, reached):
+        pass
+    return sum(len(function.__code__.co_code) for function in reached.values())
+
+
+def _described(value: Any, reached: dict[int, types.FunctionType]) -> Iterator[bytes]:  # noqa: ANN401
+    """Describe a value that compiled code may depend on, and what it depends on in turn.
+
+    The functions whose code is described are added to `reached`, by their `id`.
+    """
+    function = getattr(value, "py_func", value)
+    if isinstance(function, types.FunctionType):
+        options = sorted(getattr(value, "targetoptions", {}).items())  # those of its decorator
+        yield f"function {function.__module__}.{function.__qualname__} {options};".encode()
+        if id(function) not in reached and _is_ours(function.__module__):
+            reached[id(function)] = function
+            yield from _code(function, function.__code__, reached)
+            for cell in function.__closure__ or ():
+                yield from _described(cell.cell_contents, reached)
+    elif isinstance(value, types.ModuleType):
+        yield f"module {value.__name__};".encode()
+    elif isinstance(value, type):
+        fields = getattr(value, "_fields", ())
+        yield f"class {value.__module__}.{value.__qualname__}{fields};".encode()
+    elif isinstance(value, np.ndarray | np.generic):
+        yield f"array {value.dtype} {np.shape(value)}".encode() + value.tobytes()
+    elif isinstance(value, tuple | list):
+        yield f"sequence of {len(value)}:".encode()
+        for each in value:
+            yield from _described(each, reached)
+    elif isinstance(value, str | int | float | complex | bool | None):
+        yield f"{value!r};".encode()
+    else:
+        yield f"{type(value).__qualname__} {getattr(value, '__name__', '')};".encode()
+
+
+def _code(
+    function: types.FunctionType, code: types.CodeType, reached: dict[int, types.FunctionType]
+) -> Iterator[bytes]:
+    yield code.co_code
+    yield repr((code.co_argcount, code.co_varnames, code.co_names)).encode()
+    for constant in code.co_consts:
+        if isinstance(constant, types.CodeType):
+            yield from _code(function, constant, reached)
+        elif constant is not function.__doc__:
+            yield f"{constant!r};".encode()
+    # of an attribute of a module, the module is a global and the attribute a name of its own
+    modules = [
+        value
+        for value in map(function.__globals__.get, code.co_names)
+        if isinstance(value, types.ModuleType) and _is_ours(value.__name__)
+    ]
+    for name in code.co_names:
+        for names in (function.__globals__, *(vars(module) for module in modules)):
+            if name in names:
+                yield from _described(names[name], reached)
+
+
+def _is_ours(module: str) -> bool:
+    """Whether a function's code is read: numpy's and numba's go by their versions."""
+    return module.partition(".")[0] not in {"numpy", "numba", "math"}
+
+
+def _processor() -> tuple[str, ...]:
+    """Name and features of the processor, as numba knows them."""
+    # Refreshing is not safe for threads: those of a service load kernels at the same time.
+    with global_compiler_lock:
+        cpu_target.target_context.refresh()
+    processor: tuple[str, ...] = cpu_target.target_context.codegen().magic_tuple()
+    return processor
+
+
+# --- the machine code of one kernel --------------------------------------------------------------
+
+
+class KernelCache(NullCache):
+    """The machine code of one kernel: a file for each signature and processor."""
+
+    def __init__(self, kernel: Any) -> None:  # noqa: ANN401
+        self._kernel = kernel
+        self._folder = _cache_folder(kernel.py_func.__code__.co_filename)
+        function = kernel.py_func
+        name = hashlib.sha256(f"{function.__module__}.{function.__qualname__}".encode()).hexdigest()
+        self._name = f"{function.__name__}-{name[:8]}"
+
+    @property
+    def cache_path(self) -> str:
+        """The directory."""
+        return str(self._folder)
+
+    @functools.cached_property
+    def _stamp(self) -> tuple[str, bytes]:
+        # computed on first use: when a decorator runs, later names of the module do not exist yet
+        return VERSIONS, fingerprint(self._kernel)
+
+    def _path(self, signature: object) -> Path:
+        digest = hashlib.sha256(f"{signature} {_processor()}".encode()).hexdigest()
+        return self._folder / f"{self._name}-{digest[:16]}.nbc"
+
+    def signatures(self) -> list[tuple[Any, ...]]:
+        """Return the argument types of all entries for this processor."""
+        found = []
+        for path in self._folder.glob(f"{self._name}-*.nbc"):
+            # Unpickling can raise anything: it depends on the names in the file and on the damage.
+            with contextlib.suppress(Exception), path.open("rb") as file:
+                stamp, signature = pickle.load(file)  # noqa: S301  # our own
+                if stamp == self._stamp and path == self._path(signature):
+                    found.append(signature)
+        return found
+
+    def load_overload(self, signature: object, context: Any) -> Any:  # noqa: ANN401
+        """Return compiled code. Where none can be loaded, say so if it will take long."""
+        path = self._path(signature)
+        with contextlib.suppress(Exception), path.open("rb") as file:
+            if pickle.load(file) == (self._stamp, signature):  # noqa: S301  # our own
+                return CompileResult._rebuild(context, *pickle.load(file))  # noqa: S301, SLF001
+        seconds = SECONDS_PER_BYTE * _bytecode_size(self._kernel)
+        if seconds > LONG_COMPILATION:
+            logger.warning(
+                "compiling %s.%s for this processor: about %.0f s, once; kept in %s",
+                self._kernel.py_func.__module__,
+                self._kernel.py_func.__qualname__,
+                seconds,
+                self._folder,
+            )
+        return None
+
+    def save_overload(self, signature: object, compiled: Any) -> None:  # noqa: ANN401
+        """Keep compiled code; where nothing can be written, do nothing."""
+        if compiled.library.has_dynamic_globals:  # such code holds addresses of this process
+            return
+        content = dumps((self._stamp, signature)) + dumps(compiled._reduce())  # noqa: SLF001
+        _write(self._path(signature), content)
+
+
+def _cache_folder(source: str) -> Path:
     """Directory of the machine code of a source file: beside it, or in ``NUMBA_CACHE_DIR``."""
     chosen: str = getattr(config, "CACHE_DIR", "")
     if chosen:
@@ -39,87 +226,84 @@ def cache_folder(source: str) -> Path:
     return Path(source).parent / "__pycache__"
 
 
-class KernelCacheLocator(_CacheLocator):
-    """Where the machine code of a function is."""
-
-    def __init__(self, source: str) -> None:
-        self._path = str(cache_folder(source))
-
-    def get_cache_path(self) -> str:
-        """Return the directory."""
-        return self._path
-
-    def get_source_stamp(self) -> bytes:
-        """Return nothing: the stamp is computed when a file is read or written."""
-        return b""
-
-    def get_disambiguator(self) -> str:
-        """Return the same for all functions: qualified names differ within a file."""
-        return "kernel"
-
-    @classmethod
-    def from_function(cls, function: Callable[..., Any], source: str) -> KernelCacheLocator:  # noqa: ARG003
-        """Return the locator of a function, whether or not its directory can be written to."""
-        return cls(source)
+def _write(path: Path, content: bytes) -> None:
+    """Write a file at once, so that another process reads all of it or nothing."""
+    scratch = path.with_suffix(f".{uuid.uuid4().hex}")
+    with contextlib.suppress(OSError):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        scratch.write_bytes(content)
+        scratch.replace(path)
 
 
-class _KernelCacheImpl(CompileResultCacheImpl):
-    _locator_classes: list[type[object]] = [KernelCacheLocator]  # noqa: RUF012  # as numba has it
+# --- the kernels of an installation --------------------------------------------------------------
 
 
-class _KernelCacheFile(IndexDataCacheFile):
-    # Unpickling can raise anything: it depends on the names in the file and on the damage.
-
-    def __init__(self, path: str, name: str, function: Callable[..., Any]) -> None:
-        self._function = function
-        super().__init__(cache_path=path, filename_base=name, source_stamp=b"")
-        del self._source_stamp
-
-    @cached_property
-    def _source_stamp(self) -> bytes:
-        # computed on first use: when a decorator runs, later names of the module do not exist yet
-        return fingerprint(self._function)
-
-    def load(self, key: object) -> object:
-        """Return compiled code, or None where none can be loaded."""
-        try:
-            return super().load(key)
-        except Exception:  # noqa: BLE001
-            return None
-
-    def _load_index(self) -> dict[tuple[Any, ...], str]:
-        """Return the names of the data files, or nothing where the index cannot be loaded."""
-        try:
-            index: dict[tuple[Any, ...], str] = super()._load_index()
-        except Exception:  # noqa: BLE001
-            return {}
-        return index
+def is_compiled(group: str) -> bool:
+    """Whether the machine code of a group of `GROUPS` is complete."""
+    try:
+        return _stamp_file(group).read_text() == _state()
+    except OSError:
+        return False
 
 
-class KernelCache(FunctionCache):
-    """The cached machine code of one kernel, for all of its signatures."""
+def mark_compiled(group: str) -> None:
+    """Note that all kernels of a group are compiled; where nothing can be written, do nothing."""
+    _write(_stamp_file(group), _state().encode())
 
-    _impl_class = _KernelCacheImpl
 
-    def __init__(self, function: Callable[..., Any]) -> None:
-        super().__init__(function)
-        self._cache_file = _KernelCacheFile(self._cache_path, self._impl.filename_base, function)
+def stamps_can_be_kept() -> bool:
+    """Whether machine code and stamps can be written."""
+    folders = _stamp_file(GROUPS[0]).parents
+    return os.access(next(folder for folder in folders if folder.exists()), os.W_OK)
 
-    def signatures(self) -> list[tuple[Any, ...]]:
-        """Return the argument types of all entries for this processor."""
-        # Refreshing is not safe for threads: those of a service load kernels at the same time.
-        with global_compiler_lock:
-            cpu_target.target_context.refresh()
-        codegen = cpu_target.target_context.codegen()
-        return [
-            key[0]
-            for key in self._cache_file._load_index()  # noqa: SLF001
-            if key == self._index_key(key[0], codegen)
-        ]
 
-    def save_overload(self, signature: object, data: object) -> None:
-        """Keep compiled code, unless the directory cannot be written to."""
-        path = Path(self.cache_path)
-        existing = next(folder for folder in (path, *path.parents) if folder.exists())
-        if os.access(existing, os.W_OK):
-            super().save_overload(signature, data)
+def compile_command(group: str) -> list[str]:
+    """Return the command line that compiles a group, and ends when its standard input does."""
+    return [sys.executable, "-m", "gamutcore.warm", "--while-stdin-is-open", group]
+
+
+def ensure_compiled(group: str) -> None:
+    """Compile a group of `GROUPS` in processes of its own, if it is not compiled.
+
+    A process that compiles holds some hundred megabytes until it ends, so a server does not do it
+    itself. Of several processes that call this at once, one compiles and the others wait.
+    """
+    if is_compiled(group) or not stamps_can_be_kept():
+        return
+    with subprocess.Popen(compile_command(group), stdin=subprocess.PIPE) as process:  # noqa: S603  # no input
+        process.wait()
+    if process.returncode:
+        logger.error("the %s kernels were not compiled: exit status %d", group, process.returncode)
+
+
+@contextlib.contextmanager
+def compilation_lock(group: str) -> Iterator[None]:
+    """Let one process at a time compile a group."""
+    with contextlib.ExitStack() as held:
+        # Windows has no such lock, and no service runs there. Nothing is kept where nothing can be
+        # written, so nothing is locked.
+        with contextlib.suppress(ImportError, OSError):
+            import fcntl  # noqa: PLC0415
+
+            path = _stamp_file(group).with_suffix(".lock")
+            path.parent.mkdir(parents=True, exist_ok=True)
+            fcntl.flock(held.enter_context(path.open("w")), fcntl.LOCK_EX)
+        yield
+
+
+def _stamp_file(group: str) -> Path:
+    name = f"kernels-{group}.py{sys.version_info.major}{sys.version_info.minor}.stamp"
+    return _cache_folder(str(PACKAGE / "warm.py")) / name
+
+
+@functools.cache
+def _sources() -> str:
+    digest = hashlib.sha256()
+    for path in sorted(PACKAGE.rglob("*.py")):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+def _state() -> str:
+    """Return all that machine code depends on: sources, versions and processor."""
+    return f"{_sources()} {VERSIONS} {_processor()}\n"

@@ -11,20 +11,26 @@ determinant as IEEE arithmetic gives it. Division by zero gives an infinity, not
 from __future__ import annotations
 
 import functools
-import logging
 from collections.abc import Callable
 from typing import Any, TypeVar, cast
 
-from numba.core import config, sigutils, types
+from numba.core import config, types
+from numba.core.extending import overload
 from numba.core.registry import CPUDispatcher
+from numba.cpython.unsafe.numbers import leading_zeros
 
 from gamutcore.kernels.cache import KernelCache
-from gamutcore.kernels.fingerprint import reached_functions
 from gamutcore.kernels.linking import EntryCompiler, SubroutineCompiler
 
-__all__ = ["KERNELS", "Kernel", "inlined_kernel", "kernel", "leaf_kernel"]
-
-logger = logging.getLogger(__name__)
+__all__ = [
+    "KERNELS",
+    "Kernel",
+    "bit_length",
+    "inlined_kernel",
+    "kernel",
+    "leaf_kernel",
+    "load_kernels",
+]
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -36,13 +42,7 @@ OPTIONS: dict[str, Any] = {
     "no_cfunc_wrapper": True,
 }
 
-SECONDS_PER_BYTE = 3.0e-4
-"""Compile time per byte of Python bytecode, for estimates. Measured on `collapse_edges` and
-`radial_hull` (2 to 4 × 10⁻⁴ on one core of an AMD EPYC)."""
-
-LONG_COMPILATION = 2.0
-"""Estimates of more seconds than this are logged: shorter waits go unnoticed."""
-
+_leading_zeros = cast("Callable[[int], int]", leading_zeros)
 
 KERNELS: list[Kernel] = []
 """All kernels of the modules that are imported."""
@@ -58,15 +58,14 @@ class Kernel(CPUDispatcher):
         super().__init__(
             function, locals={}, targetoptions={**OPTIONS, **flags}, pipeline_class=EntryCompiler
         )
-        self._cache = KernelCache(function)
-        self._flags = flags
+        self._cache = KernelCache(self)
 
     @functools.cached_property
     def _subroutine(self) -> CPUDispatcher:
         return CPUDispatcher(
             self.py_func,
             locals={},
-            targetoptions={**OPTIONS, **self._flags, "no_cpython_wrapper": True},
+            targetoptions={**self.targetoptions, "no_cpython_wrapper": True},
             pipeline_class=SubroutineCompiler,
         )
 
@@ -87,42 +86,14 @@ class Kernel(CPUDispatcher):
         """Load the cached machine code of all signatures; return whether there is any."""
         signatures = self._cache.signatures()
         for signature in signatures:
-            super().compile(signature)
+            self.compile(signature)
         return bool(signatures)
-
-    def compile(self, sig: Any) -> Any:  # noqa: ANN401
-        """Load the entry point for a signature from the cache, or compile it.
-
-        A compilation that takes long is logged as a warning, because the caller waits for it.
-        """
-        arguments, _ = sigutils.normalize_signature(sig)
-        if arguments not in self.overloads and arguments not in self._cache.signatures():
-            seconds = SECONDS_PER_BYTE * sum(
-                len(function.__code__.co_code) for function in reached_functions(self.py_func)
-            )
-            if seconds > LONG_COMPILATION:
-                logger.warning(
-                    "compiling %s.%s for this processor: about %.0f s, once; kept in %s",
-                    self.py_func.__module__,
-                    self.py_func.__qualname__,
-                    seconds,
-                    self._cache.cache_path,
-                )
-        return super().compile(sig)
 
 
 def kernel(function: Function) -> Function:
-    """Compile a function that Python calls.
+    """Compile a function that Python calls, on its first call for each signature.
 
-    Parameters
-    ----------
-    function : callable
-        Takes and returns NumPy arrays, scalars and tuples of these. It may allocate arrays.
-
-    Returns
-    -------
-    callable
-        The same function, compiled on its first call for each signature.
+    It takes and returns NumPy arrays, scalars and tuples of these. It may allocate arrays.
     """
     return _compiled(function)
 
@@ -132,14 +103,6 @@ def leaf_kernel(function: Function) -> Function:
 
     Such a function needs none of numba's reference counting. Its atomic operations otherwise take a
     third of the time of small functions that run millions of times (measured on decimation).
-
-    Parameters
-    ----------
-    function : callable
-
-    Returns
-    -------
-    callable
     """
     return _compiled(function, _nrt=False)
 
@@ -148,16 +111,32 @@ def inlined_kernel(function: Function) -> Function:
     """Compile as `leaf_kernel` does, and inline the function into every caller.
 
     For small functions that take several arrays and run for every number of a stream.
-
-    Parameters
-    ----------
-    function : callable
-
-    Returns
-    -------
-    callable
     """
     return _compiled(function, _nrt=False, forceinline=True)
+
+
+def load_kernels(modules: tuple[str, ...] = ("gamutcore",)) -> int:
+    """Load machine code that is cached for this processor and return how many kernels have it.
+
+    Only kernels of the given modules and packages are loaded, as far as they are imported.
+    """
+    return sum(kernel.load() for kernel in KERNELS if kernel.py_func.__module__.startswith(modules))
+
+
+def bit_length(number: int) -> int:
+    """Return the number of bits of a number from 0 to 2⁶³ − 1; 0 for 0.
+
+    Kernels compile it to one machine instruction.
+    """
+    return int(number).bit_length()
+
+
+@overload(bit_length)
+def _compiled_bit_length(number: int) -> Callable[[int], int]:  # noqa: ARG001
+    def length(number: int) -> int:
+        return 64 - _leading_zeros(int(number))
+
+    return length
 
 
 def _widened(argument: types.Type) -> types.Type:

@@ -21,7 +21,7 @@ import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray, LongArray
 from gamutcore.errors import MeshError, OptionError
-from gamutcore.geometry import opposite_corners
+from gamutcore.geometry import clip, opposite_corners
 from gamutcore.kernels import kernel, leaf_kernel
 
 if TYPE_CHECKING:
@@ -331,34 +331,6 @@ def _met_voxels(vertices: FloatArray, faces: IndexArray, *counts: int) -> LongAr
 
 
 @leaf_kernel
-def _clip(
-    polygon: FloatArray, corners: int, axis: int, border: float, sign: float, part: FloatArray
-) -> int:
-    """Clip a convex polygon to sign · (coordinate − border) ≥ 0; return the number of corners.
-
-    Source: I. E. Sutherland & G. W. Hodgman, "Reentrant polygon clipping" (1974).
-    """
-    count = 0
-    before = corners - 1
-    for corner in range(corners):
-        depth = sign * (polygon[corner, axis] - border)
-        depth_before = sign * (polygon[before, axis] - border)
-        if (depth >= 0.0) != (depth_before >= 0.0):
-            along = depth_before / (depth_before - depth)
-            for k in range(3):
-                part[count, k] = polygon[before, k] + along * (
-                    polygon[corner, k] - polygon[before, k]
-                )
-            count += 1
-        if depth >= 0.0:
-            for k in range(3):
-                part[count, k] = polygon[corner, k]
-            count += 1
-        before = corner
-    return count
-
-
-@leaf_kernel
 def _voxel_range(polygon: FloatArray, corners: int, axis: int, count: int) -> tuple[int, int]:
     """First voxel that a polygon reaches along an axis, and the first voxel behind it."""
     least = most = polygon[0, axis]
@@ -385,14 +357,14 @@ def _write_met_voxels(
                 whole[corner, k] = vertices[faces[face, corner], k]
         rows = _voxel_range(whole, 3, 2, high)
         for row in range(rows[0], rows[1]):
-            corners = _clip(whole, 3, 2, row - MARGIN, 1.0, half)
-            corners = _clip(half, corners, 2, row + 1 + MARGIN, -1.0, slice_)
+            corners = clip(whole, 3, (0.0, 0.0, 1.0), MARGIN - row, half)
+            corners = clip(half, corners, (0.0, 0.0, -1.0), row + 1 + MARGIN, slice_)
             if corners == 0:  # by rounding, at the tip of a face
                 continue
             columns = _voxel_range(slice_, corners, 1, wide)
             for column in range(columns[0], columns[1]):
-                ends = _clip(slice_, corners, 1, column - MARGIN, 1.0, half)
-                ends = _clip(half, ends, 1, column + 1 + MARGIN, -1.0, strip)
+                ends = clip(slice_, corners, (0.0, 1.0, 0.0), MARGIN - column, half)
+                ends = clip(half, ends, (0.0, -1.0, 0.0), column + 1 + MARGIN, strip)
                 if ends == 0:
                     continue
                 reach = _voxel_range(strip, ends, 0, deep)

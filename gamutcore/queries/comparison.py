@@ -48,7 +48,7 @@ from numpy.typing import ArrayLike
 
 from gamutcore.arrays import FloatArray, IndexArray
 from gamutcore.errors import InvalidPointsError, OptionError
-from gamutcore.geometry import opposite_corners
+from gamutcore.geometry import clip, opposite_corners
 from gamutcore.kernels import kernel, leaf_kernel
 from gamutcore.queries.hue_tables import WHOLE_TURN, hue_span
 from gamutcore.queries.index import Level, LevelIndex, as_index, cell_of, checked_numbers
@@ -229,6 +229,9 @@ def _neighbours(level: LevelIndex) -> IndexArray:
 CORNERS = 24
 """Most corners of a polygon: a triangle gets one more from each of at most eight planes."""
 
+UPWARDS, DOWNWARDS = (1.0, 0.0, 0.0), (-1.0, 0.0, 0.0)
+"""Directions along the axis of lightness."""
+
 BUFFERS = 9
 """Number of work polygons. The first five are free for the caller of `_add_polygon`."""
 
@@ -308,18 +311,18 @@ def _add_polygon(
         if first < last:
             a, b = directions[sector, 0], directions[sector, 1]
             constant = a * origin[2] - b * origin[1]
-            corners = _clip(polygon, count, 0.0, -b, a, constant, buffers[5])
+            corners = clip(polygon, count, (0.0, -b, a), constant, buffers[5])
             a, b = directions[sector + 1, 0], directions[sector + 1, 1]
             constant = b * origin[1] - a * origin[2]
-            corners = _clip(buffers[5], corners, 0.0, b, -a, constant, buffers[6])
+            corners = clip(buffers[5], corners, (0.0, b, -a), constant, buffers[6])
             wedge = buffers[6]
         for band in range(first_band, last_band + 1):
             part, rest = wedge, corners
             if band > first_band:
-                rest = _clip(part, rest, 1.0, 0.0, 0.0, origin[0] - bounds[band - 1], buffers[7])
+                rest = clip(part, rest, UPWARDS, origin[0] - bounds[band - 1], buffers[7])
                 part = buffers[7]
             if band < last_band:
-                rest = _clip(part, rest, -1.0, 0.0, 0.0, bounds[band] - origin[0], buffers[8])
+                rest = clip(part, rest, DOWNWARDS, bounds[band] - origin[0], buffers[8])
                 part = buffers[8]
             volumes[band, sector] += _flux(part, rest, origin)
 
@@ -349,40 +352,6 @@ def _flux(polygon: FloatArray, count: int, origin: FloatArray) -> float:
         total += (uz * vx - ux * vz) * (3.0 * (y + origin[1]) + uy + vy)
         total += (ux * vy - uy * vx) * (3.0 * (z + origin[2]) + uz + vz)
     return total / 12.0
-
-
-@leaf_kernel
-def _clip(
-    source: FloatArray,
-    count: int,
-    x: float,
-    y: float,
-    z: float,
-    constant: float,
-    target: FloatArray,
-) -> int:
-    """Clip a convex polygon to x L + y a + z b + constant ≥ 0; return the number of corners.
-
-    `source` and `target` are (`CORNERS`, 3); the part is written to `target`.
-    """
-    kept, last = 0, count - 1
-    if count == 0:
-        return 0
-    before = x * source[last, 0] + y * source[last, 1] + z * source[last, 2] + constant
-    for index in range(count):
-        here = x * source[index, 0] + y * source[index, 1] + z * source[index, 2] + constant
-        if (before < 0.0) != (here < 0.0):
-            share = before / (before - here)
-            for axis in range(3):
-                start = source[last, axis]
-                target[kept, axis] = start + share * (source[index, axis] - start)
-            kept += 1
-        if here >= 0.0:
-            for axis in range(3):
-                target[kept, axis] = source[index, axis]
-            kept += 1
-        last, before = index, here
-    return kept
 
 
 NEAR = 8.0
@@ -580,7 +549,7 @@ def _part(  # noqa: C901, PLR0912  # the time is in these branches
         if cut & (1 << side):
             x, y, z = planes[face, 3 * side], planes[face, 3 * side + 1], planes[face, 3 * side + 2]
             target = buffers[1 + side]
-            count = _clip(polygon, count, x, y, z, 0.0, target)
+            count = clip(polygon, count, (x, y, z), 0.0, target)
             polygon = target
     area = _doubled_area(polygon, count, axis) if count >= 3 else 0.0
     reached = 7 if cut & 8 else 0
@@ -600,6 +569,6 @@ def _part(  # noqa: C901, PLR0912  # the time is in these branches
     if low >= 0.0:
         _add_polygon(polygon, count, level.centre, cells, buffers, volumes)
     elif high > 0.0:
-        below = _clip(polygon, count, -x, -y, -z, offset, buffers[4])
+        below = clip(polygon, count, (-x, -y, -z), offset, buffers[4])
         _add_polygon(buffers[4], below, level.centre, cells, buffers, volumes)
     return area, reached

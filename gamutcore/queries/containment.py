@@ -20,10 +20,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gamutcore.arrays import BooleanArray, FloatArray
+from gamutcore.geometry import curve_order
 from gamutcore.kernels import kernel, leaf_kernel
 from gamutcore.queries.face_tree import STACK, WIDTH
 from gamutcore.queries.index import Level, LevelIndex, as_index, cell_of, checked_points
-from gamutcore.queries.nearest import curve_order, nearest_face
+from gamutcore.queries.nearest import nearest_face
 
 __all__ = [
     "TERMS",

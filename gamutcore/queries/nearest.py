@@ -15,19 +15,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gamutcore.arrays import FloatArray, IndexArray, LongArray
+from gamutcore.geometry import Vector, closest_point, curve_order, minus, row, write_row
 from gamutcore.kernels import kernel, leaf_kernel
 from gamutcore.queries.face_tree import STACK, WIDTH, set_lower_bounds
 from gamutcore.queries.index import Level, LevelIndex, as_index, checked_points
 
-__all__ = ["SurfacePoints", "curve_order", "nearest", "nearest_face"]
+__all__ = ["SurfacePoints", "nearest", "nearest_face"]
 
 MARGIN = 2.0**-48
 """Bound of the rounding error of a distance ÷ the magnitude of the coordinates: differences,
 weights and the sum of squares have some ten roundings of 2⁻⁵³."""
-
-THIN = 1e-6
-"""Squared sine of the angle of a face below which the face counts as thin. The weights of the
-projection are then corrected once, and the edges are tried as well."""
 
 
 class SurfacePoints(NamedTuple):
@@ -98,18 +95,18 @@ def _nearest(
     weights = np.empty((count, 3))
     nodes, bounds, squares = np.empty(STACK, np.int64), np.empty(STACK), np.empty(WIDTH)
     face = 0
-    for row in curve_order(points):
-        x, y, z = points[row, 0], points[row, 1], points[row, 2]
+    for number in curve_order(points):
+        x, y, z = row(points, number, 0)
         face, square, u, v = nearest_face(x, y, z, index, face, np.inf, nodes, bounds, squares)
         one, two, three = index.faces[face, 0], index.faces[face, 1], index.faces[face, 2]
         w = max(1.0 - u - v, 0.0)
         for axis in range(3):
-            found[row, axis] = (
+            found[number, axis] = (
                 w * vertices[one, axis] + u * vertices[two, axis] + v * vertices[three, axis]
             )
-        distance[row] = np.sqrt(square)
-        faces[row] = face
-        weights[row, 0], weights[row, 1], weights[row, 2] = w, u, v
+        distance[number] = np.sqrt(square)
+        faces[number] = face
+        write_row(weights, number, 0, (w, u, v))
     return found, distance, faces, weights
 
 
@@ -139,7 +136,7 @@ def nearest_face(
         largest = max(largest, abs(index.box[0, axis]), abs(index.box[1, axis]))
     margin = MARGIN * largest
     face = start
-    square, u, v = _point_in_face(px, py, pz, index, face)
+    square, u, v = _point_in_face((px, py, pz), index, face)
     limit = ((min(np.sqrt(square), within) + margin) * scale) ** 2
     nodes[0], bounds[0] = 0, 0.0
     height = 1
@@ -154,7 +151,7 @@ def nearest_face(
             for at in range(WIDTH):
                 if squares[at] <= limit:
                     other = tree.faces[~first + at]
-                    closer, other_u, other_v = _point_in_face(px, py, pz, index, other)
+                    closer, other_u, other_v = _point_in_face((px, py, pz), index, other)
                     if closer < square or (closer == square and other < face):
                         face, square, u, v = other, closer, other_u, other_v
                         limit = ((min(np.sqrt(square), within) + margin) * scale) ** 2
@@ -173,165 +170,13 @@ def nearest_face(
 
 
 @leaf_kernel
-def _point_in_face(
-    px: float, py: float, pz: float, index: LevelIndex, face: int
-) -> tuple[float, float, float]:
+def _point_in_face(point: Vector, index: LevelIndex, face: int) -> tuple[float, float, float]:
     """Return the squared distance of a point from a face, and the weights of two corners.
 
-    The weights are those of the second and the third corner, within rounding of the best; the point
-    at these weights has this distance. The region of the point is found as in C. Ericson,
-    "Real-Time Collision Detection" (2005), section 5.1.5, except that a point outside is projected
-    on all edges. This is also right for faces so thin that rounding errors leave their normal open.
+    The weights are those of the second and the third corner.
     """
-    vertices = index.vertices
-    row = np.uint64(face)
-    one = np.uint64(index.faces[row, 0])
-    two = np.uint64(index.faces[row, 1])
-    three = np.uint64(index.faces[row, 2])
-    ax, ay, az = vertices[one, 0], vertices[one, 1], vertices[one, 2]
-    bx, by, bz = vertices[two, 0] - ax, vertices[two, 1] - ay, vertices[two, 2] - az
-    cx, cy, cz = vertices[three, 0] - ax, vertices[three, 1] - ay, vertices[three, 2] - az
-    qx, qy, qz = px - ax, py - ay, pz - az
-    nx, ny, nz = by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx
-    bb, cc = bx * bx + by * by + bz * bz, cx * cx + cy * cy + cz * cz
-    whole = nx * nx + ny * ny + nz * nz
-    square, u, v = np.inf, 0.0, 0.0
-    # the projection on the plane, if it is inside the face
-    mx, my, mz = cy * nz - cz * ny, cz * nx - cx * nz, cx * ny - cy * nx
-    lx, ly, lz = ny * bz - nz * by, nz * bx - nx * bz, nx * by - ny * bx
-    u, v = mx * qx + my * qy + mz * qz, lx * qx + ly * qy + lz * qz
-    if u >= 0.0 and v >= 0.0 and u + v <= whole:
-        u, v = u / whole, v / whole
-        if whole > THIN * bb * cc:
-            return _square(qx, qy, qz, bx, by, bz, cx, cy, cz, u, v), u, v
-        rx, ry, rz = qx - u * bx - v * cx, qy - u * by - v * cy, qz - u * bz - v * cz
-        u = max(u + (mx * rx + my * ry + mz * rz) / whole, 0.0)
-        v = min(max(v + (lx * rx + ly * ry + lz * rz) / whole, 0.0), 1.0)
-        u = min(u, 1.0 - v)
-        square = _square(qx, qy, qz, bx, by, bz, cx, cy, cz, u, v)
-    share = min(max((bx * qx + by * qy + bz * qz) / bb, 0.0), 1.0)
-    other = _square(qx, qy, qz, bx, by, bz, cx, cy, cz, share, 0.0)
-    if other < square:
-        square, u, v = other, share, 0.0
-    share = min(max((cx * qx + cy * qy + cz * qz) / cc, 0.0), 1.0)
-    other = _square(qx, qy, qz, bx, by, bz, cx, cy, cz, 0.0, share)
-    if other < square:
-        square, u, v = other, 0.0, share
-    ex, ey, ez = cx - bx, cy - by, cz - bz
-    share = (ex * (qx - bx) + ey * (qy - by) + ez * (qz - bz)) / (ex * ex + ey * ey + ez * ez)
-    share = min(max(share, 0.0), 1.0)
-    other = _square(qx, qy, qz, bx, by, bz, cx, cy, cz, 1.0 - share, share)
-    if other < square:
-        square, u, v = other, 1.0 - share, share
-    return square, u, v
-
-
-@leaf_kernel
-def _square(
-    qx: float,
-    qy: float,
-    qz: float,
-    bx: float,
-    by: float,
-    bz: float,
-    cx: float,
-    cy: float,
-    cz: float,
-    u: float,
-    v: float,
-) -> float:
-    """Return the squared length of q − u b − v c."""
-    x, y, z = qx - u * bx - v * cx, qy - u * by - v * cy, qz - u * bz - v * cz
-    return x * x + y * y + z * z
-
-
-BITS = 10
-"""Steps of the curve along an axis are 2 to this power."""
-
-DIGIT = 11
-"""Bits per pass of the sort."""
-
-
-@kernel
-def curve_order(points: FloatArray) -> IndexArray:
-    """Return the order of points along a Hilbert curve through their bounding box.
-
-    Points in one cell of the curve keep their order.
-    """
-    count = len(points)
-    order = np.empty(count, np.int32)
-    low, scale = np.empty(3), np.empty(3)
-    for axis in range(3):
-        least, most = np.inf, -np.inf
-        for row in range(count):
-            least, most = min(least, points[row, axis]), max(most, points[row, axis])
-        low[axis] = least
-        scale[axis] = 2.0**BITS / (most - least) if most > least else 0.0
-    position = np.empty(count, np.uint32)
-    last = (1 << BITS) - 1
-    for row in range(count):
-        position[row] = _curve_position(
-            min(int((points[row, 0] - low[0]) * scale[0]), last),
-            min(int((points[row, 1] - low[1]) * scale[1]), last),
-            min(int((points[row, 2] - low[2]) * scale[2]), last),
-        )
-        order[row] = row
-    # sort by digits, stable
-    other = np.empty(count, np.int32)
-    size = 1 << DIGIT
-    shift = 0
-    while shift < 3 * BITS:
-        place = np.zeros(size + 1, np.int32)
-        for row in range(count):
-            place[((position[row] >> shift) & (size - 1)) + 1] += 1
-        for digit in range(size):
-            place[digit + 1] += place[digit]
-        for index in range(count):
-            row = order[index]
-            digit = (position[row] >> shift) & (size - 1)
-            other[place[digit]] = row
-            place[digit] += 1
-        order, other = other, order
-        shift += DIGIT
-    return order
-
-
-@leaf_kernel
-def _curve_position(x: int, y: int, z: int) -> int:
-    """Return the position, 0 to 2³⁰ − 1, of a cell (0 to 2¹⁰ − 1 each) along the curve."""
-    bit = 1 << (BITS - 1)
-    while bit > 1:
-        low = bit - 1
-        if x & bit:
-            x ^= low
-        if y & bit:
-            x ^= low
-        else:
-            swapped = (x ^ y) & low
-            x ^= swapped
-            y ^= swapped
-        if z & bit:
-            x ^= low
-        else:
-            swapped = (x ^ z) & low
-            x ^= swapped
-            z ^= swapped
-        bit >>= 1
-    y ^= x
-    z ^= y
-    turned = 0
-    bit = 1 << (BITS - 1)
-    while bit > 1:
-        if z & bit:
-            turned ^= bit - 1
-        bit >>= 1
-    return (_spread(x ^ turned) << 2) | (_spread(y ^ turned) << 1) | _spread(z ^ turned)
-
-
-@leaf_kernel
-def _spread(value: int) -> int:
-    """Return a number of 10 bits with two zeros between neighbouring bits."""
-    value = (value | (value << 16)) & 0x030000FF
-    value = (value | (value << 8)) & 0x0300F00F
-    value = (value | (value << 4)) & 0x030C30C3
-    return (value | (value << 2)) & 0x09249249
+    at = np.uint64(face)
+    a = row(index.vertices, np.uint64(index.faces[at, 0]), 0)
+    b = minus(row(index.vertices, np.uint64(index.faces[at, 1]), 0), a)
+    c = minus(row(index.vertices, np.uint64(index.faces[at, 2]), 0), a)
+    return closest_point(minus(point, a), b, c)

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gamutcore.arrays import FloatArray, IndexArray, LongArray
+from gamutcore.geometry import curve_order
 from gamutcore.kernels import inlined_kernel, kernel, leaf_kernel
 from gamutcore.queries.ciede2000 import CHROMA, SLOPE, A, B, L, ciede2000, set_slope
 from gamutcore.queries.ciede2000_bounds import (
@@ -30,7 +31,7 @@ from gamutcore.queries.ciede2000_bounds import (
 )
 from gamutcore.queries.face_tree import STACK, WIDTH
 from gamutcore.queries.index import Level, LevelIndex, as_index, checked_points
-from gamutcore.queries.nearest import SurfacePoints, curve_order
+from gamutcore.queries.nearest import SurfacePoints
 
 __all__ = ["nearest_ciede2000"]
 

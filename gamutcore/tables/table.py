@@ -415,11 +415,15 @@ def _statement(table: ColourTable, titles: Sequence[str], text: DelimitedText) -
     scale = f" with white at {table.scale:g}" if table.space in {"sRGB", "CIEXYZ"} else ""
     if table.scale != table._full and not scale:  # noqa: SLF001
         scale = f" with white at {table.scale:g}"
+    texts = len(titles) == 1  # such as #e4002b, which have no scale
+    if texts:
+        scale = ""
     shown = ", ".join(" ".join(title.split())[:_LONGEST_SHOWN] for title in titles)
     columns = f"Column {shown} is" if len(titles) == 1 else f"Columns {shown} are"
     parts = [f"{columns} read as {table.space}{scale}"]
     if table.headless:
-        parts = [f"Columns without names are read as {table.space}{scale}"]
+        unnamed = "Texts of colours" if texts else "Columns without names"
+        parts = [f"{unnamed} are read as {table.space}{scale}"]
     if text.separator not in {",", ""}:
         parts.append(f"separated by {_MARKS.get(text.separator, text.separator)}")
     if table.decimal == ",":

@@ -13,7 +13,7 @@ import logging
 import time
 from typing import TYPE_CHECKING, Literal
 
-from gamutcore.kernels.installation import (
+from gamutcore.kernels import (
     GROUPS,
     compile_command,
     is_compiled,

@@ -46,7 +46,7 @@ from typing import IO, TYPE_CHECKING, Any
 
 from gamutcore.errors import GamutError
 from gamutcore.gamut import Gamut
-from gamutcore.kernels.installation import ensure_compiled, load_kernels
+from gamutcore.kernels import ensure_compiled, load_kernels
 from gamutcore.limits import Limits
 from gamutcore.options import Options
 from service.building.confinement import confine, limit_processor_time

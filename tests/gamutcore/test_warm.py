@@ -12,7 +12,7 @@ ROOT = Path(__file__).parents[2]
 SIGNATURES = """
 import json, sys
 from pathlib import Path
-from gamutcore.kernels.decorators import KERNELS
+from gamutcore.kernels import KERNELS
 from gamutcore.warm import use_kernels
 
 def signatures():

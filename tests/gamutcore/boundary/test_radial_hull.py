@@ -7,8 +7,13 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.spatial import ConvexHull
 
-from gamutcore.boundary.radial_hull import CLEARANCE, curve_positions, insertion_order, radial_hull
-from gamutcore.geometry import TriangleMesh, faces_not_seeing_centre
+from gamutcore.boundary.radial_hull import CLEARANCE, radial_hull
+from gamutcore.geometry import (
+    TriangleMesh,
+    curve_positions,
+    faces_not_seeing_centre,
+    insertion_order,
+)
 
 ROTATION = np.linalg.qr(np.random.default_rng(5).normal(size=(3, 3)))[0]
 

@@ -62,6 +62,11 @@ class TestForms:
         assert (tmp_path / "all.csv").read_text().startswith("slug,")
         command("reference", "--json", "--csv", status=2)
 
+    def test_a_suffix_of_no_form_is_refused(self, command, saved, tmp_path):
+        _, told = command("info", saved, "-o", tmp_path / "facts.xlsx", status=2)
+        assert "Give a name that ends in .txt, .json or .csv." in told
+        assert not (tmp_path / "facts.xlsx").exists()
+
 
 @pytest.mark.parametrize(
     ("arguments", "status", "told"),

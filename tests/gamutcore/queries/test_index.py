@@ -5,7 +5,6 @@ import pytest
 
 from gamutcore.errors import InvalidPointsError, MeshError
 from gamutcore.queries.index import MARGIN, build_index, cell_of, direction_cells
-from gamutcore.queries.nearest import curve_order
 
 
 class TestBuildIndex:
@@ -62,17 +61,3 @@ def test_the_cell_of_a_direction_lists_the_face_that_it_meets(rough, count, reso
 def _tetrahedron():
     corners = np.array([(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)], np.float32)
     return corners, np.array([(0, 1, 2), (0, 3, 1), (0, 2, 3), (1, 3, 2)], np.int32), np.zeros(3)
-
-
-class TestCurveOrder:
-    def test_of_a_cube_of_cells_takes_one_step_at_a_time(self):
-        cells = np.array(list(np.ndindex(16, 16, 16)), np.float64)
-        shuffled = np.random.default_rng(0).permutation(cells)
-        steps = np.diff(shuffled[curve_order(shuffled)], axis=0)
-        assert (abs(steps).sum(axis=1) == 1).all()
-
-    def test_is_a_permutation_that_keeps_equal_points_in_order(self):
-        points = np.random.default_rng(1).normal(size=(5000, 3))
-        assert sorted(curve_order(points)) == list(range(5000))
-        assert curve_order(np.ones((7, 3))).tolist() == list(range(7))
-        assert curve_order(np.zeros((0, 3))).tolist() == []

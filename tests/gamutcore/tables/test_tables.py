@@ -319,6 +319,17 @@ def test_workbooks_have_numbers_and_texts(tmp_path):
     assert rows[-1] == ["007", 40, 1, 2, None, False]
 
 
+@pytest.mark.parametrize(
+    ("text", "reading"),
+    [
+        ("name,hex\nx,#E4002B\n", "Column hex is read as sRGB."),
+        ("#e4002b\n", "Texts of colours are read as sRGB."),
+    ],
+)
+def test_texts_of_colours_are_stated_without_a_scale(text, reading):
+    assert read(text).reading == reading
+
+
 def test_colours_that_are_not_used_are_named():
     table = read("name,X,Y,Z,L,a,b\nred,40,30,10,50,1,2\n")
     assert (table.space, table.points.tolist()) == ("CIELAB", [[50, 1, 2]])

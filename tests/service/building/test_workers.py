@@ -300,8 +300,8 @@ import asyncio, sys
 from pathlib import Path
 from gamutcore.export import FORMATS, mesh_file
 from gamutcore import Gamut
-from gamutcore.kernels.decorators import KERNELS
 from gamutcore.levels import LevelRequest, LevelSearch
+from gamutcore.kernels import KERNELS
 from service.building.kernels import Kernels
 
 async def prepare():

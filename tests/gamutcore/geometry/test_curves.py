@@ -1,0 +1,42 @@
+"""Orders of points: neighbours stay near, and every point is there once."""
+
+import numpy as np
+
+from gamutcore.geometry import curve_order, curve_positions, insertion_order
+
+
+def unit_vectors(count, seed):
+    points = np.random.default_rng(seed).normal(size=(count, 3))
+    return points / np.linalg.norm(points, axis=1)[:, np.newaxis]
+
+
+def test_of_a_cube_of_cells_takes_one_step_at_a_time():
+    cells = np.array(list(np.ndindex(16, 16, 16)), np.float64)
+    shuffled = np.random.default_rng(0).permutation(cells)
+    steps = np.diff(shuffled[curve_order(shuffled)], axis=0)
+    assert (abs(steps).sum(axis=1) == 1).all()
+
+
+def test_neighbours_along_the_curve_are_near_on_the_sphere():
+    points = unit_vectors(10_000, 0)
+    steps = np.linalg.norm(np.diff(points[np.argsort(curve_positions(points))], axis=0), axis=1)
+    # a point has 4 π ÷ 10,000 of the sphere to itself
+    assert steps.mean() < 2 * np.sqrt(4 * np.pi / len(points))
+
+
+def test_the_order_along_the_curve_has_all_points_and_keeps_equal_ones():
+    points = np.random.default_rng(1).normal(size=(5000, 3))
+    assert sorted(curve_order(points)) == list(range(5000))
+    assert curve_order(np.ones((7, 3))).tolist() == list(range(7))
+    assert curve_order(np.zeros((0, 3))).tolist() == []
+    assert sorted(curve_order(np.array([[-1e60] * 3, [1e60] * 3, [0.0] * 3]))) == [0, 1, 2]
+
+
+def test_points_are_inserted_in_rounds_of_growing_size():
+    positions = curve_positions(unit_vectors(10_000, 2))
+    order = insertion_order(positions)
+    assert sorted(order) == list(range(10_000))
+    falls = np.flatnonzero(np.diff(positions[order]) < 0)
+    sizes = np.diff([-1, *falls, len(order) - 1])
+    assert (sizes[-3:-1] * 3 < sizes[-2:]).all()
+    assert 0.7 < sizes[-1] / len(order) < 0.8
