@@ -25,24 +25,6 @@ if TYPE_CHECKING:
 
     from gamutcore.arrays import FloatArray
 
-__all__ = [
-    "ADAPTATIONS",
-    "ICC_D50",
-    "WHITES",
-    "adaptation_matrix",
-    "adaptation_text",
-    "adaptation_to_d50",
-    "chromaticity_xyz",
-    "colour_science",
-    "compensate_black",
-    "lab_to_xyz",
-    "luminance_of_black",
-    "rgb_to_xyz",
-    "white_of",
-    "white_point",
-    "xyz_to_lab",
-]
-
 WHITES: Mapping[str, tuple[float, float]] = MappingProxyType(
     {
         "A": (0.44758, 0.40745),

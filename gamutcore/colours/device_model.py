@@ -24,21 +24,6 @@ if TYPE_CHECKING:
 
     from gamutcore.arrays import FloatArray
 
-__all__ = [
-    "DEVICE_MODELS",
-    "MAX_MODEL_SAMPLES",
-    "SMOOTHING",
-    "DegenerateSamplesError",
-    "DeviceModel",
-    "GridModel",
-    "ScatteredModel",
-    "add_cubic_sums",
-    "device_model",
-    "fill_cubed_distances",
-    "grid_model",
-    "scattered_model",
-]
-
 DEVICE_MODELS = ("interpolation", "fit")
 """Kinds of models: multilinear interpolation of complete grids, or a fit to the samples."""
 

@@ -28,25 +28,6 @@ if TYPE_CHECKING:
 
     from gamutcore.arrays import FloatArray
 
-__all__ = [
-    "IPT",
-    "OKLAB",
-    "SURROUNDS",
-    "AppearanceModel",
-    "Cielab",
-    "Cieluv",
-    "Ciexyz",
-    "Din99",
-    "Formula",
-    "Jzazbz",
-    "PerceptualQuantizer",
-    "PowerOpponent",
-    "hlg_luminance",
-    "ictcp",
-    "pq_luminance",
-    "pq_signal",
-]
-
 _SLIGHT = 1e-9
 """Tristimulus values this little below zero are rounding errors, not colours outside the domain."""
 

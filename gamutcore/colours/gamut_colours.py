@@ -46,18 +46,6 @@ if TYPE_CHECKING:
     from gamutcore.characterisation import Samples
     from gamutcore.colours.spaces import ColourSpace
 
-__all__ = [
-    "INTENTS",
-    "SurfaceColours",
-    "colours_in_space",
-    "described_volumes",
-    "display_primaries",
-    "medium_white_lab",
-    "own_tristimulus",
-    "srgb_volume",
-    "surface_colours",
-]
-
 INTENTS = ("relative", "absolute", "perceptual", "saturation")
 
 

@@ -50,17 +50,6 @@ if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
     from gamutcore.characterisation.samples import Samples
 
-__all__ = [
-    "ILLUMINANTS",
-    "OBSERVERS",
-    "MeasuredColours",
-    "declared_observer",
-    "emission_xyz",
-    "measured_colours",
-    "reflectance_xyz",
-    "tristimulus_weights",
-]
-
 _NAMED_ILLUMINANT = re.compile(r"\b(?:ILLUMINANT[,:=\s]+)?(D50|D55|D65|D75|FL?\d{1,2}|[ACE])\b")
 _DAYLIGHT = re.compile(r"\b(D50|D55|D65|D75)\b")
 _OBSERVER = re.compile(r"\b(2|10)\s*(?:°|\xba|DEG|\ufffd)|OBSERVER[\w\s,:=]*?\b(2|10)\b")

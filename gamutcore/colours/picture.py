@@ -37,8 +37,6 @@ from gamutcore.errors import OptionError
 if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
 
-__all__ = ["POPULARITY_CELL", "find_values", "picture_colours", "popular"]
-
 POPULARITY_CELL = 2.0
 """Edge length in CIELAB of the cells in which pixels are counted for the popularity cut. Colours
 within a cell are hardly distinguishable (a just noticeable difference is 2.3 ΔE*ab; Mahy et al.

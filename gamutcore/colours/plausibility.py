@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from gamutcore.characterisation import Samples
     from gamutcore.colours.ink_limits import LimitedCube
 
-__all__ = ["extrapolation_warnings", "impossible_colour_warnings", "range_warnings"]
-
 _FAR = 0.5
 """Distance of a corner from the nearest sample at which the corner is far: half of an edge of the
 device cube. Charts of displays and presses measure the corners themselves."""

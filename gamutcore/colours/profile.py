@@ -31,8 +31,6 @@ if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
     from gamutcore.characterisation.icc import IccProfile
 
-__all__ = ["ProfileColours", "absolute_colours", "declared_white", "profile_colours"]
-
 PERCEPTUAL_BLACK = np.array([0.00336, 0.0034731, 0.00287])
 """XYZ of the perceptual reference medium's black point (ICC.1:2022, 6.3.3, table 3)."""
 

@@ -35,21 +35,6 @@ if TYPE_CHECKING:
 
     from gamutcore.characterisation.samples import JSON
 
-__all__ = [
-    "SURFACE_SAMPLES",
-    "AbsoluteColours",
-    "DeviceColours",
-    "DeviceSurface",
-    "SurfaceColours",
-    "SurfaceFaces",
-    "count_warnings",
-    "device_colours",
-    "device_surface",
-    "distinct_rows",
-    "outward_faces",
-    "surface_values",
-]
-
 SURFACE_SAMPLES = Annotated[int, WholeNumber(8, 5_000_000)]
 """Accepted numbers of points: from the corners of a cube of three channels to the number whose
 convex hull takes gigabytes."""
