@@ -6,6 +6,7 @@ class `gamutcore.Gamut` calls it.
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 from dataclasses import replace
 from functools import partial
@@ -60,7 +61,7 @@ from gamutcore.references import Reference
 from gamutcore.version import ALGORITHM_VERSION, __version__
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
     from gamutcore.arrays import FloatArray
     from gamutcore.boundary import Boundary
@@ -69,7 +70,7 @@ if TYPE_CHECKING:
     from gamutcore.geometry import DeviceValues, TriangleMesh
     from gamutcore.history import History
 
-__all__ = ["STAGES", "build", "gamut_id"]
+__all__ = ["STAGES", "build", "gamut_id", "report_progress"]
 
 STAGES = ("characterisation", "colours", "boundary", "decimation", "metric")
 """Stages of a build, as they are reported to `progress`. The history belongs to `decimation`."""
@@ -103,6 +104,34 @@ def gamut_id(options: Options, input_sha256: str) -> str:
     """
     question = f"gamut {ALGORITHM_VERSION}\n{options.canonical}\n{input_sha256}\n"
     return hashlib.sha256(question.encode()).hexdigest()
+
+
+@contextlib.contextmanager
+def report_progress(
+    progress: bool | Callable[[str, float], None],
+) -> Iterator[Callable[[str, float], None]]:
+    """Provide the function that a build reports to, with `progress` as for `gamutcore.Gamut`.
+
+    It takes a stage of `STAGES` and the completed fraction. Without tqdm, True shows nothing.
+    """
+    if callable(progress):
+        yield progress
+        return
+    try:
+        from tqdm.auto import tqdm  # noqa: PLC0415  # optional
+    except ImportError:
+        progress = False
+    if not progress:
+        yield lambda _stage, _fraction: None
+        return
+    form = "{desc:16} {percentage:3.0f} %|{bar}| {elapsed}"
+    with tqdm(total=len(STAGES), bar_format=form, leave=False) as bar:
+
+        def report(stage: str, fraction: float) -> None:
+            bar.set_description_str(stage, refresh=False)
+            bar.update(STAGES.index(stage) + fraction - bar.n)
+
+        yield report
 
 
 def build(
