@@ -94,6 +94,16 @@ def rgb_to_xyz(primaries: Iterable[tuple[float, float]], white: FloatArray) -> F
     return matrix
 
 
+def decode_srgb(values: FloatArray) -> FloatArray:
+    """Return linear values, 0 or more, of values encoded by sRGB (IEC 61966-2-1, 5.2)."""
+    return np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
+
+
+def encode_srgb(linear: FloatArray) -> FloatArray:
+    """Return the encoded values of linear ones; the inverse of `decode_srgb`."""
+    return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+
+
 def adaptation_matrix(source: FloatArray, target: FloatArray, adaptation: str) -> FloatArray:
     """Return the matrix (3, 3) that adapts colours from one white to another: ``matrix @ xyz``.
 

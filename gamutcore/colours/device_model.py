@@ -277,23 +277,6 @@ class DegenerateSamplesError(ValueError):
 
 
 @kernel
-def fill_cubed_distances(points: FloatArray, centres: FloatArray, out: FloatArray) -> None:
-    """Write |point - centre|³ to `out` (m, n), for points (m, k) and centres (k, n)."""
-    dimensions, count = centres.shape
-    for i in range(points.shape[0]):
-        row = out[i]
-        for j in range(count):
-            step = points[i, 0] - centres[0, j]
-            row[j] = step * step
-        for d in range(1, dimensions):
-            for j in range(count):
-                step = points[i, d] - centres[d, j]
-                row[j] += step * step
-        for j in range(count):
-            row[j] *= np.sqrt(row[j])
-
-
-@kernel
 def add_cubic_sums(
     points: FloatArray, centres: FloatArray, weights: FloatArray, out: FloatArray
 ) -> None:
@@ -373,6 +356,7 @@ def scattered_model(device: FloatArray, colours: FloatArray) -> ScatteredModel:
 
 def _solution(device: FloatArray, colours: FloatArray) -> ScatteredModel:
     from scipy import linalg  # noqa: PLC0415  # see scattered_model
+    from scipy.spatial.distance import cdist  # noqa: PLC0415
 
     count, channels = device.shape
     order = channels + 1
@@ -389,7 +373,10 @@ def _solution(device: FloatArray, colours: FloatArray) -> ScatteredModel:
     # All steps work in place, in one n by n matrix. Householder reflections from both sides take
     # two passes over it; an explicit Q would take two matrix products.
     matrix = np.empty((count, count))
-    fill_cubed_distances(np.ascontiguousarray(device), np.ascontiguousarray(device.T), matrix)
+    for start in range(0, count, _BLOCK):
+        rows = matrix[start : start + _BLOCK]
+        cdist(device[start : start + _BLOCK], device, "sqeuclidean", out=rows)
+        rows *= np.sqrt(rows)
     matrix.flat[:: count + 1] += SMOOTHING
     matrix = _reflection(matrix.T, reflectors, scales, "L", transposed=True)
     matrix = _reflection(matrix, reflectors, scales, "R", transposed=False)

@@ -21,6 +21,7 @@ from gamutcore.colours.colorimetry import (
     adaptation_text,
     adaptation_to_d50,
     chromaticity_xyz,
+    decode_srgb,
     rgb_to_xyz,
     xyz_to_lab,
 )
@@ -183,8 +184,7 @@ def _light(values: FloatArray, encoding: Encoding, luminance: FloatArray) -> Flo
         return pq_luminance(values) / DEFAULT_LUMINANCE
     if encoding.transfer == "HLG":
         return hlg_luminance(values, luminance) / DEFAULT_LUMINANCE
-    # IEC 61966-2-1, 5.2
-    return np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
+    return decode_srgb(values)
 
 
 ACCURACY = 1e-4
