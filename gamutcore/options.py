@@ -191,9 +191,7 @@ class Options(BaseModel):
     """
 
     # the validator is built on first use: pydantic then scans all distributions for plugins, 40 ms
-    model_config = ConfigDict(
-        frozen=True, extra="forbid", validate_default=True, defer_build=True
-    )
+    model_config = ConfigDict(frozen=True, extra="forbid", validate_default=True, defer_build=True)
 
     space: Annotated[parameters.SPACE, Option(common=True)] = "CIELAB"
     """Colour space of the boundary."""

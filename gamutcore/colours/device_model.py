@@ -76,7 +76,18 @@ def device_model(device: FloatArray, lab: FloatArray, kind: str | None = None) -
         none: dict[str, JSON] = {"name": "none: the samples' own colours"}
         why = str(fitted) if len(device) > 1 else "there is only one distinct device value"
         return DeviceModel(device, lab, None, none, degenerate=why)
-    return _fit_model(fitted, device, lab)
+    mean, high = _figures(fitted.leave_out_errors)
+    provenance: dict[str, JSON] = {
+        "name": "radial basis functions",
+        "kernel": "cubic",
+        "smoothing": SMOOTHING,
+        "samples": len(device),
+        "leave_out_error": {"unit": "ΔE*ab", "mean": mean, "percentile_95": high},
+    }
+    varied = np.ptp(device, axis=0) > _APART
+    return DeviceModel(
+        device, lab, lambda values: fitted.colours(values[:, varied]), provenance, mean
+    )
 
 
 def _incomplete_grid(device: FloatArray) -> OptionError:
@@ -140,21 +151,6 @@ def _interpolation(grid: GridModel, device: FloatArray, lab: FloatArray) -> Devi
         )
     nodes = np.stack(grid.levels) if len(set(grid.shape)) == 1 else None
     return DeviceModel(device, lab, grid.colours, provenance, mean, nodes, warnings=tuple(warnings))
-
-
-def _fit_model(model: ScatteredModel, device: FloatArray, lab: FloatArray) -> DeviceModel:
-    mean, high = _figures(model.leave_out_errors)
-    provenance: dict[str, JSON] = {
-        "name": "radial basis functions",
-        "kernel": "cubic",
-        "smoothing": SMOOTHING,
-        "samples": len(device),
-        "leave_out_error": {"unit": "ΔE*ab", "mean": mean, "percentile_95": high},
-    }
-    varied = np.ptp(device, axis=0) > _APART
-    return DeviceModel(
-        device, lab, lambda values: model.colours(values[:, varied]), provenance, mean
-    )
 
 
 def _figures(errors: FloatArray) -> tuple[float, float]:

@@ -16,20 +16,12 @@ import numpy as np
 from gamutcore.arguments import Choice, check_option
 from gamutcore.characterisation import IccProfile, Picture
 from gamutcore.characterisation.samples import JSON
-from gamutcore.colours.colorimetry import (
-    ICC_D50,
-    lab_to_xyz,
-    xyz_to_lab,
-)
+from gamutcore.colours.colorimetry import ICC_D50, lab_to_xyz, xyz_to_lab
 from gamutcore.colours.ink_limits import InkLimits
 from gamutcore.colours.measured import measured_colours, sample_surface
 from gamutcore.colours.picture import picture_colours
-from gamutcore.colours.profile import (
-    profile_surface,
-)
-from gamutcore.colours.reference import (
-    reference_surface,
-)
+from gamutcore.colours.profile import profile_surface
+from gamutcore.colours.reference import reference_surface
 from gamutcore.colours.sampling import (
     SURFACE_SAMPLES,
     AbsoluteColours,

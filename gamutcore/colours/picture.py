@@ -7,7 +7,6 @@ function that the file declares or that are assumed. Pictures in CIELAB have the
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -26,17 +25,10 @@ from gamutcore.colours.colorimetry import (
     xyz_to_lab,
 )
 from gamutcore.colours.formulas import hlg_luminance, pq_luminance
-from gamutcore.colours.profile import (
-    absolute_colours,
-    declared_white,
-    profile_colours,
-)
+from gamutcore.colours.profile import absolute_colours, declared_white, profile_colours
 from gamutcore.colours.sampling import AbsoluteColours, SurfaceColours
 from gamutcore.colours.spaces import DEFAULT_LUMINANCE
 from gamutcore.errors import OptionError
-
-if TYPE_CHECKING:
-    from gamutcore.arrays import FloatArray
 
 POPULARITY_CELL = 2.0
 """Edge length in CIELAB of the cells in which pixels are counted for the popularity cut. Colours

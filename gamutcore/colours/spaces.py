@@ -60,8 +60,6 @@ from gamutcore.kernels import kernel, leaf_kernel
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from gamutcore.arrays import FloatArray, PositionArray
-
 __all__ = ["CIELAB", "SPACES", "ColourConversion", "ColourSpace", "linear_srgb", "srgb"]
 
 DEFAULT_LUMINANCE = 203.0
@@ -747,7 +745,7 @@ def assumption_warnings(vertices: FloatArray, space: ColourSpace) -> list[str]:
     if space.name != "CIELAB" or extent >= SMALLEST_CIELAB * (space.scale or 1.0):
         return []
     warning = (
-        f"The file declares no colour space and was taken as CIELAB, but its extent is only "
+        "The file declares no colour space and was taken as CIELAB, but its extent is only "
         f"{extent:.3g} units. Give its space with the option space."
     )
     return [warning]
