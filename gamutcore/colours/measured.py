@@ -30,13 +30,13 @@ from gamutcore.colours.colorimetry import (
     white_of,
     xyz_to_lab,
 )
-from gamutcore.colours.device_model import device_model
-from gamutcore.colours.ink_limits import InkLimits, limited_cube, surface_corners
-from gamutcore.colours.plausibility import (
+from gamutcore.colours.device_model import (
+    device_model,
     extrapolation_warnings,
     impossible_colour_warnings,
     range_warnings,
 )
+from gamutcore.colours.ink_limits import InkLimits, limited_cube, surface_corners
 from gamutcore.colours.sampling import (
     AbsoluteColours,
     SurfaceColours,

@@ -16,8 +16,8 @@ import numpy as np
 
 from gamutcore.characterisation.samples import JSON
 from gamutcore.colours.colorimetry import ICC_D50, adaptation_matrix, lab_to_xyz, xyz_to_lab
+from gamutcore.colours.device_model import impossible_colour_warnings
 from gamutcore.colours.ink_limits import InkLimits, limited_cube
-from gamutcore.colours.plausibility import impossible_colour_warnings
 from gamutcore.colours.sampling import (
     AbsoluteColours,
     SurfaceColours,
