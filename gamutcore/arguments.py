@@ -22,24 +22,6 @@ from typing_extensions import TypeAliasType
 from gamutcore.errors import OptionError
 from gamutcore.names import folded, near_match
 
-__all__ = [
-    "Array",
-    "Boolean",
-    "Choice",
-    "Coordinates",
-    "FiniteNumber",
-    "Mark",
-    "Number",
-    "Text",
-    "WholeNumber",
-    "accepted_values",
-    "canonical",
-    "check_option",
-    "finite_number",
-    "marks",
-    "refusal",
-]
-
 
 def finite_number(value: object) -> float | None:
     """Return a number as a finite float, never -0.0.

@@ -7,17 +7,6 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = [
-    "BooleanArray",
-    "ByteArray",
-    "Float32Array",
-    "FloatArray",
-    "IndexArray",
-    "LongArray",
-    "PositionArray",
-    "ShortArray",
-]
-
 FloatArray: TypeAlias = NDArray[np.float64]
 """Colours and geometry in double precision."""
 

@@ -6,6 +6,7 @@ class `gamutcore.Gamut` calls it.
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 from dataclasses import replace
 from functools import partial
@@ -60,7 +61,7 @@ from gamutcore.references import Reference
 from gamutcore.version import ALGORITHM_VERSION, __version__
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
     from gamutcore.arrays import FloatArray
     from gamutcore.boundary import Boundary
@@ -69,7 +70,7 @@ if TYPE_CHECKING:
     from gamutcore.geometry import DeviceValues, TriangleMesh
     from gamutcore.history import History
 
-__all__ = ["STAGES", "build", "gamut_id"]
+__all__ = ["STAGES", "build", "gamut_id", "report_progress"]
 
 STAGES = ("characterisation", "colours", "boundary", "decimation", "metric")
 """Stages of a build, as they are reported to `progress`. The history belongs to `decimation`."""
@@ -103,6 +104,34 @@ def gamut_id(options: Options, input_sha256: str) -> str:
     """
     question = f"gamut {ALGORITHM_VERSION}\n{options.canonical}\n{input_sha256}\n"
     return hashlib.sha256(question.encode()).hexdigest()
+
+
+@contextlib.contextmanager
+def report_progress(
+    progress: bool | Callable[[str, float], None],
+) -> Iterator[Callable[[str, float], None]]:
+    """Provide the function that a build reports to, with `progress` as for `gamutcore.Gamut`.
+
+    It takes a stage of `STAGES` and the completed fraction. Without tqdm, True shows nothing.
+    """
+    if callable(progress):
+        yield progress
+        return
+    try:
+        from tqdm.auto import tqdm  # noqa: PLC0415  # optional
+    except ImportError:
+        progress = False
+    if not progress:
+        yield lambda _stage, _fraction: None
+        return
+    form = "{desc:16} {percentage:3.0f} %|{bar}| {elapsed}"
+    with tqdm(total=len(STAGES), bar_format=form, leave=False) as bar:
+
+        def report(stage: str, fraction: float) -> None:
+            bar.set_description_str(stage, refresh=False)
+            bar.update(STAGES.index(stage) + fraction - bar.n)
+
+        yield report
 
 
 def build(
@@ -161,7 +190,7 @@ def build(
         "volumes": described_volumes(
             boundary.mesh, full.space, full.provenance.get("intent"), full.absolute
         ),
-        **_device_volume(full),
+        **({} if full.device_volume is None else {"device_surface_volume": full.device_volume}),
         **_distinguishable_colours(full),
         **_volume_error(decimation, boundary.mesh),
         "grid_step": history.step,
@@ -173,12 +202,6 @@ def build(
         "levels": [level.to_mapping() for level in curve],
     }
     return description, history
-
-
-def _device_volume(full: _FullBoundary) -> dict[str, Any]:
-    """Return the volume of the device's own surface, if known."""
-    volume = full.device_volume
-    return {} if volume is None else {"device_surface_volume": volume}
 
 
 def _distinguishable_colours(full: _FullBoundary) -> dict[str, float]:
@@ -256,8 +279,11 @@ def _boundary_of_colours(
         popularity=options.popularity,
         model=options.device_model,
     )
-    if isinstance(parsed, Reference) and parsed.peak is not None:
-        _refuse_luminance(options)
+    states_luminance = isinstance(parsed, Reference) and parsed.peak is not None
+    if states_luminance and options.luminance not in {None, MEASURED, DEFAULT_LUMINANCE}:
+        raise OptionError.not_applicable(
+            "luminance", options.luminance, "the reference states its luminances in cd/m²"
+        )
     space = options.colour_space(colours.provenance.get("white_luminance"))
     xyz, luminance = own_tristimulus(colours)
     chromaticity = _chromaticity(xyz, luminance, display_primaries(colours))
@@ -281,8 +307,13 @@ def _boundary_of_colours(
     given = provenance["warnings"]
     if isinstance(given, list):
         stated = ink_limit_warnings(parsed, options.ink_limit)
-        large = _large_error_warnings(colours, missed, space)
-        provenance["warnings"] = [*given, *stated, *wrapping.warnings, *large]
+        warnings = [*given, *stated, *wrapping.warnings]
+        if colours.own is not None and missed > LARGE_ERROR / 100.0 * space.white_lightness:
+            warnings.append(
+                f"The device can make colours up to {missed:.3g} outside of the full boundary. The "
+                "default tolerance counts them, and others as near, as in gamut."
+            )
+        provenance["warnings"] = warnings
     if colours.absolute is not None:
         provenance["white_lab"] = medium_white_lab(colours.absolute)
     return _FullBoundary(
@@ -337,24 +368,6 @@ def _boundary_error(colours: SurfaceColours, boundary: Boundary) -> float:
         values[better] = tried.reshape(len(rows), TRIALS, -1)[rows, best][better]
         distance[better] = found[rows, best][better]
     return round_up(max(error, float(distance.max(initial=0.0))))
-
-
-def _large_error_warnings(colours: SurfaceColours, missed: float, space: ColourSpace) -> list[str]:
-    if colours.own is None or missed <= LARGE_ERROR / 100.0 * space.white_lightness:
-        return []
-    warning = (
-        f"The device can make colours up to {missed:.3g} outside of the full boundary. The default "
-        "tolerance counts them, and others as near, as in gamut."
-    )
-    return [warning]
-
-
-def _refuse_luminance(options: Options) -> None:
-    """Refuse a luminance of the white for colours whose luminances are known."""
-    if options.luminance not in {None, MEASURED, DEFAULT_LUMINANCE}:
-        raise OptionError.not_applicable(
-            "luminance", options.luminance, "the reference states its luminances in cd/m²"
-        )
 
 
 def _flat_colours(

@@ -7,6 +7,7 @@ types refer to them, so a released code never changes its meaning.
 
 from __future__ import annotations
 
+from functools import partial
 from typing import ClassVar
 
 __all__ = [
@@ -43,7 +44,7 @@ Where = dict[str, str | int | float | list[str]]
 
 
 class GamutError(Exception):
-    """Base of all errors that `gamutcore` raises on purpose.
+    """Base of all errors that `gamutcore` raises on purpose. ``str(error)`` has the remedy as well.
 
     Parameters
     ----------
@@ -54,13 +55,12 @@ class GamutError(Exception):
         ``tag``, ``row``.
     remedy : str
         What is accepted instead, as a sentence.
-
-    Notes
-    -----
-    ``str(error)`` is the message and the remedy; the attributes have each alone.
     """
 
     code: ClassVar[str] = "gamut-error"
+
+    def __init_subclass__(cls, code: str) -> None:
+        cls.code = code
 
     def __init__(self, message: str, *, where: Where | None = None, remedy: str) -> None:
         super().__init__(message)
@@ -69,42 +69,22 @@ class GamutError(Exception):
         self.remedy = remedy
 
     def __str__(self) -> str:
-        return f"{_ended(self.message)} {self.remedy}".rstrip()
+        stop = "" if self.message.endswith((".", "?", "!")) else "."
+        return f"{self.message}{stop} {self.remedy}".rstrip()
 
     def __reduce__(self) -> tuple[object, ...]:
         # a build runs in a worker process, and its parent reports the error: errors are pickled
-        return (_error_of, (type(self), self.message, self.where, self.remedy))
+        return partial(type(self), where=self.where, remedy=self.remedy), (self.message,)
 
 
-def _ended(text: str) -> str:
-    """Return a text with a full stop, unless it already ends a sentence."""
-    return text if text.endswith((".", "?", "!")) else f"{text}."
-
-
-def _error_of(kind: type[GamutError], message: str, where: Where, remedy: str) -> GamutError:
-    return kind(message, where=where, remedy=remedy)
-
-
-class OptionError(GamutError):
+class OptionError(GamutError, code="invalid-option"):
     """An option has a value that is not accepted; ``where["field"]`` names it."""
-
-    code = "invalid-option"
 
     @classmethod
     def refusal(cls, name: str, value: object, accepted: str) -> OptionError:
         """Return the error for a value that an option does not accept.
 
-        Parameters
-        ----------
-        name : str
-        value : object
-            Shown in the message up to `LONGEST_SHOWN` characters.
-        accepted : str
-            The accepted values, as an object of "Give".
-
-        Returns
-        -------
-        OptionError
+        `accepted` has the accepted values, as an object of "Give".
 
         Examples
         --------
@@ -120,17 +100,7 @@ class OptionError(GamutError):
     ) -> OptionError:
         """Return the error for an option that does not apply to the data or to another option.
 
-        Parameters
-        ----------
-        name : str
-        value : object
-        why : str
-            The reason, without a full stop.
-        remedy : str, optional
-
-        Returns
-        -------
-        OptionError
+        `why` is the reason, without a full stop.
         """
         message = f"{name} {_text_of(value)} does not apply: {why}."
         return cls(message, where={"field": name}, remedy=remedy)
@@ -144,140 +114,97 @@ class OptionError(GamutError):
 
 
 def _text_of(value: object) -> str:
-    shown = "null" if value is None else repr(value)  # as in JSON
+    """Return a rejected value as JSON shows it, cut to `LONGEST_SHOWN` characters."""
+    shown = "null" if value is None else repr(value)
     return shown if len(shown) <= LONGEST_SHOWN else f"{shown[:LONGEST_SHOWN]}…"
 
 
-class CharacterisationError(GamutError):
+class CharacterisationError(GamutError, code="invalid-characterisation"):
     """Base of the errors in characterisation data."""
 
-    code = "invalid-characterisation"
 
-
-class UnrecognisedFormatError(CharacterisationError):
+class UnrecognisedFormatError(CharacterisationError, code="unrecognised-format"):
     """The content is in none of the supported formats."""
 
-    code = "unrecognised-format"
 
-
-class MalformedFileError(CharacterisationError):
+class MalformedFileError(CharacterisationError, code="malformed-file"):
     """A text, JSON or NumPy file breaks its format; ``where`` has line and column if known."""
 
-    code = "malformed-file"
 
-
-class MissingColumnError(CharacterisationError):
+class MissingColumnError(CharacterisationError, code="missing-column"):
     """The columns have no complete colour, or an unknown name."""
 
-    code = "missing-column"
 
-
-class ConditionError(CharacterisationError):
+class ConditionError(CharacterisationError, code="measurement-condition"):
     """The data has several measurement conditions, or not the requested one.
 
     ``where["field"]`` is the option ``condition``; ``where["conditions"]`` lists the conditions.
     """
 
-    code = "measurement-condition"
 
-
-class SampleLimitError(CharacterisationError):
+class SampleLimitError(CharacterisationError, code="too-many-samples"):
     """The data has more samples, columns or channels than are accepted."""
 
-    code = "too-many-samples"
 
-
-class MalformedProfileError(CharacterisationError):
+class MalformedProfileError(CharacterisationError, code="malformed-profile"):
     """An ICC profile breaks the specification; ``where["tag"]`` names the tag."""
 
-    code = "malformed-profile"
 
-
-class UnsupportedProfileError(CharacterisationError):
+class UnsupportedProfileError(CharacterisationError, code="unsupported-profile"):
     """An ICC profile is well formed but of an unsupported kind."""
 
-    code = "unsupported-profile"
 
-
-class PictureSizeError(CharacterisationError):
+class PictureSizeError(CharacterisationError, code="picture-too-large"):
     """A picture has more pixels than are accepted."""
 
-    code = "picture-too-large"
 
-
-class PictureWorkError(CharacterisationError):
+class PictureWorkError(CharacterisationError, code="picture-too-complex"):
     """A picture takes more time to decode than its number of pixels allows."""
 
-    code = "picture-too-complex"
 
-
-class UnsupportedPictureError(CharacterisationError):
+class UnsupportedPictureError(CharacterisationError, code="unsupported-picture"):
     """A picture is well formed but of an unsupported kind, or its colours are unknown."""
 
-    code = "unsupported-picture"
 
-
-class ReferenceNameError(CharacterisationError):
+class ReferenceNameError(CharacterisationError, code="unknown-reference"):
     """There is no reference gamut of this name; the remedy names a near match."""
 
-    code = "unknown-reference"
 
-
-class InvalidPointsError(GamutError):
+class InvalidPointsError(GamutError, code="invalid-points"):
     """Points have the wrong shape, or coordinates that are not finite."""
 
-    code = "invalid-points"
 
-
-class TooFewPointsError(InvalidPointsError):
+class TooFewPointsError(InvalidPointsError, code="too-few-points"):
     """Fewer than four distinct points enclose no volume."""
 
-    code = "too-few-points"
 
-
-class FlatPointsError(InvalidPointsError):
+class FlatPointsError(InvalidPointsError, code="flat-points"):
     """All points lie nearly in one plane or on one line."""
 
-    code = "flat-points"
 
-
-class CentreError(InvalidPointsError):
+class CentreError(InvalidPointsError, code="centre-outside"):
     """The centre is not strictly inside the points' convex hull."""
 
-    code = "centre-outside"
 
-
-class BoundaryError(GamutError):
+class BoundaryError(GamutError, code="boundary-failed"):
     """No closed surface that is star-shaped about the centre exists for the points."""
 
-    code = "boundary-failed"
 
-
-class MeshError(GamutError):
+class MeshError(GamutError, code="invalid-mesh"):
     """A triangle mesh lacks a required property (closed, oriented, genus 0, star-shaped)."""
 
-    code = "invalid-mesh"
 
-
-class DecimationError(GamutError):
+class DecimationError(GamutError, code="decimation-stalled"):
     """No edge can be collapsed validly although more than four triangles are left."""
 
-    code = "decimation-stalled"
 
-
-class NeighbourLimitError(GamutError):
+class NeighbourLimitError(GamutError, code="too-many-neighbours"):
     """Vertices have so many neighbours that the history would be slow to read."""
 
-    code = "too-many-neighbours"
 
-
-class TriangleCountError(GamutError):
+class TriangleCountError(GamutError, code="triangle-count"):
     """The history has no level with the requested number of triangles."""
 
-    code = "triangle-count"
 
-
-class HistoryFileError(GamutError):
+class HistoryFileError(GamutError, code="malformed-history"):
     """A history file is damaged, has another version, or is not a history."""
-
-    code = "malformed-history"

@@ -21,7 +21,7 @@ from gamutcore.answers.comparisons import ComparisonAnswers
 from gamutcore.answers.drawing import DrawingAnswers
 from gamutcore.answers.mapping import MappingAnswers
 from gamutcore.answers.points import PointAnswers
-from gamutcore.building import build
+from gamutcore.building import build, report_progress
 from gamutcore.colours import SPACE_PARAMETERS
 from gamutcore.colours.spaces import ColourSpace
 from gamutcore.content import content_of, gamut_source, is_saved_gamut
@@ -34,7 +34,6 @@ from gamutcore.level_mesh import LevelMesh
 from gamutcore.levels import LevelRequest, LevelSearch, Side, sided_level
 from gamutcore.limits import Limits
 from gamutcore.options import Options
-from gamutcore.progress import report_progress
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -30,17 +30,10 @@ million (200 by interpolation)."""
 
 @dataclass(frozen=True)
 class Limits:
-    """Largest accepted amounts of data.
+    """Largest accepted numbers of samples and of pixels of a picture.
 
-    Attributes
-    ----------
-    samples : int
-        Samples (patches) of characterisation data.
-    pixels : int
-        Pixels of a picture.
-    overtime : callable, optional
-        Ends the process. It is called in another thread, with the error to report, when a decoder
-        of pictures takes too long. Without it, decoders have no time limit.
+    `overtime` ends the process. It is called in another thread, with the error to report, when a
+    decoder of pictures takes too long. Without it, decoders have no time limit.
     """
 
     samples: int = MAX_SAMPLES

@@ -78,15 +78,8 @@ def _words(name: str) -> tuple[str, ...]:
 def similarity(wanted: str, name: str) -> float:
     """Return how well a name fits to what was asked for; 0 if it does not.
 
-    Parameters
-    ----------
-    wanted, name : str
-
-    Returns
-    -------
-    float
-        4 for an equal name. From 3 on, the name has all the words that were asked for; from 2 on,
-        it has the text; from 0.6 on, it is spelled similarly. More is better.
+    It is 4 for an equal name. From 3 on, the name has all the words that were asked for; from 2 on,
+    it has the text; from 0.6 on, it is spelled similarly.
 
     Examples
     --------
@@ -131,34 +124,20 @@ def _similarity(wanted: str, name: str) -> float:
         return _WORDS + min(share, 0.8) + starts
     if plain_asked in plain_given and len(plain_asked) > 1:
         return _PART + min(share, 0.9)
-    return _likeness(plain_asked, plain_given)
-
-
-def _likeness(asked: str, given: str) -> float:
-    """Return the similarity of two spellings; 0 below `LIKENESS`."""
-    if max(len(asked), len(given)) > _MISSPELLED:
+    matcher = difflib.SequenceMatcher(None, plain_asked, plain_given)
+    is_long = max(len(plain_asked), len(plain_given)) > _MISSPELLED
+    # two bounds of the ratio, which are faster
+    if is_long or min(matcher.real_quick_ratio(), matcher.quick_ratio()) < LIKENESS:
         return 0.0
-    matcher = difflib.SequenceMatcher(None, asked, given)
-    if min(matcher.real_quick_ratio(), matcher.quick_ratio()) < LIKENESS:
-        return 0.0
-    ratio = matcher.ratio()
-    return ratio if ratio >= LIKENESS else 0.0
+    return matcher.ratio()  # `similarity` leaves out ratios below `LIKENESS`
 
 
 def ranked(wanted: str, things: Iterable[tuple[T, Iterable[str]]]) -> list[T]:
     """Return the things that a name may mean, the most likely first.
 
-    Parameters
-    ----------
-    wanted : str
-    things : iterable of (thing, names)
-        Of equally likely things, the first one comes first.
-
-    Returns
-    -------
-    list
-        Things of which no name is similar are left out. If a name has the words or the text that
-        were asked for, so are names that are only spelled similarly.
+    Of equally likely things, the first one comes first. Things of which no name is similar are left
+    out. If a name has the words or the text that were asked for, so are names that are only spelled
+    similarly.
 
     Examples
     --------

@@ -77,20 +77,11 @@ _SELECTED: dict[str, dict[str, Mapping[str, object]]] = {
 class Option:
     """What the declaration of an option states beside its type; `OPTIONS` adds the last three.
 
-    Attributes
-    ----------
-    data : tuple of str
-        The keys of `DATA_KINDS` that the option applies to.
-    selector : str
-        ``"boundary"`` or ``"space"`` if only some boundaries or spaces have the option; else empty.
-    unless_given : str
-        What happens without a value, for an option without a default.
-    common : bool
-        Whether a newcomer needs to know the option.
-    kind : annotation
-        The type of the values, for `gamutcore.arguments`.
-    default : object
-        None if the option has no default, or if the default depends on `selector`.
+    `data` has the keys of `DATA_KINDS` that the option applies to. `selector` is ``"boundary"`` or
+    ``"space"`` if only some of them have the option. `unless_given` says what happens without a
+    value, for an option without a default. A newcomer needs to know the `common` options. `kind` is
+    the annotation, for `gamutcore.arguments`. `default` is None if there is none, or if it depends
+    on `selector`.
     """
 
     data: tuple[str, ...] = tuple(DATA_KINDS)
@@ -190,7 +181,8 @@ class Options(BaseModel):
     'CIELAB'
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid", validate_default=True)
+    # the validator is built on first use: pydantic then scans all distributions for plugins, 40 ms
+    model_config = ConfigDict(frozen=True, extra="forbid", validate_default=True, defer_build=True)
 
     space: Annotated[parameters.SPACE, Option(common=True)] = "CIELAB"
     """Colour space of the boundary."""
@@ -434,17 +426,15 @@ def _docstrings() -> dict[str, str]:
     return found
 
 
-def _declared(name: str, kind: Any) -> Option:  # noqa: ANN401  # an annotation
-    declared = Options.model_fields[name]
-    stated = (mark for mark in declared.metadata if isinstance(mark, Option))
-    return replace(next(stated, Option()), name=name, kind=kind, default=declared.default)
+def _declarations() -> dict[str, Option]:
+    kinds, found = get_type_hints(Options, include_extras=True), {}
+    for name, field in Options.model_fields.items():
+        stated = next((mark for mark in field.metadata if isinstance(mark, Option)), Option())
+        found[name] = replace(stated, name=name, kind=kinds[name], default=field.default)
+    return found
 
 
-_KINDS = get_type_hints(Options, include_extras=True)
-
-OPTIONS: Mapping[str, Option] = MappingProxyType(
-    {name: _declared(name, _KINDS[name]) for name in Options.model_fields}
-)
+OPTIONS: Mapping[str, Option] = MappingProxyType(_declarations())
 """The declarations of all options by name, in the order of the documents."""
 
 

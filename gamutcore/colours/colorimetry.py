@@ -25,24 +25,6 @@ if TYPE_CHECKING:
 
     from gamutcore.arrays import FloatArray
 
-__all__ = [
-    "ADAPTATIONS",
-    "ICC_D50",
-    "WHITES",
-    "adaptation_matrix",
-    "adaptation_text",
-    "adaptation_to_d50",
-    "chromaticity_xyz",
-    "colour_science",
-    "compensate_black",
-    "lab_to_xyz",
-    "luminance_of_black",
-    "rgb_to_xyz",
-    "white_of",
-    "white_point",
-    "xyz_to_lab",
-]
-
 WHITES: Mapping[str, tuple[float, float]] = MappingProxyType(
     {
         "A": (0.44758, 0.40745),
@@ -110,6 +92,16 @@ def rgb_to_xyz(primaries: Iterable[tuple[float, float]], white: FloatArray) -> F
     columns = np.column_stack([chromaticity_xyz(*primary) for primary in primaries])
     matrix: FloatArray = columns * np.linalg.solve(columns, white)
     return matrix
+
+
+def decode_srgb(values: FloatArray) -> FloatArray:
+    """Return linear values, 0 or more, of values encoded by sRGB (IEC 61966-2-1, 5.2)."""
+    return np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
+
+
+def encode_srgb(linear: FloatArray) -> FloatArray:
+    """Return the encoded values of linear ones; the inverse of `decode_srgb`."""
+    return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
 
 
 def adaptation_matrix(source: FloatArray, target: FloatArray, adaptation: str) -> FloatArray:

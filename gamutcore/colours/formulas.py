@@ -10,7 +10,6 @@ logarithms are undefined.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -27,25 +26,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from gamutcore.arrays import FloatArray
-
-__all__ = [
-    "IPT",
-    "OKLAB",
-    "SURROUNDS",
-    "AppearanceModel",
-    "Cielab",
-    "Cieluv",
-    "Ciexyz",
-    "Din99",
-    "Formula",
-    "Jzazbz",
-    "PerceptualQuantizer",
-    "PowerOpponent",
-    "hlg_luminance",
-    "ictcp",
-    "pq_luminance",
-    "pq_signal",
-]
 
 _SLIGHT = 1e-9
 """Tristimulus values this little below zero are rounding errors, not colours outside the domain."""
@@ -367,7 +347,6 @@ _LEAST_SUM = 1e-3
 colours."""
 
 
-@dataclass(frozen=True, eq=False)
 class AppearanceModel:
     """The uniform space CAM02-UCS or CAM16-UCS of a colour appearance model.
 
@@ -379,7 +358,7 @@ class AppearanceModel:
     CIE 159:2004, 8 and 9; Li et al., Comprehensive color solutions: CAM16, CAT16, and CAM16-UCS,
     Color Research and Application 42 (2017), appendices A and B.
 
-    Attributes
+    Parameters
     ----------
     adaptation : str
         ``"CAT16"`` for CAM16, or ``"CAT02"`` for CIECAM02.
@@ -391,11 +370,37 @@ class AppearanceModel:
         A key of `SURROUNDS`.
     """
 
-    adaptation: str
-    white: FloatArray
-    adapting_luminance: float
-    background: float
-    surround: str
+    def __init__(
+        self,
+        adaptation: str,
+        white: FloatArray,
+        adapting_luminance: float,
+        background: float,
+        surround: str,
+    ) -> None:
+        factor, impact, induction = SURROUNDS[surround]
+        fifth = 5.0 * adapting_luminance
+        k = 1.0 / (fifth + 1.0)
+        self._luminance_level = float(
+            0.2 * k**4 * fifth + 0.1 * (1.0 - k**4) ** 2 * fifth ** (1.0 / 3.0)
+        )
+        white = white * 100.0
+        ratio = float(background / white[1])
+        self._background_induction = 0.725 * ratio**-0.2
+        self._exponent = impact * (1.48 + ratio**0.5)
+        self._chroma_factor = (1.64 - 0.29**ratio) ** 0.73
+        self._chroma_induction = 50000.0 / 13.0 * induction * self._background_induction
+        degree = factor * (1.0 - np.exp((-adapting_luminance - 42.0) / 92.0) / 3.6)
+        degree = min(max(float(degree), 0.0), 1.0)
+        sharp = np.array(ADAPTATIONS[adaptation])
+        gains = degree * white[1] / (sharp @ white) + 1.0 - degree
+        # from XYZ to the adapted responses before compression
+        self._to_adapted: FloatArray = gains[:, np.newaxis] * sharp
+        if adaptation != "CAT16":
+            self._to_adapted = _CONES @ np.linalg.inv(sharp) @ self._to_adapted
+        red, green, blue = self._compression(self._to_adapted @ white)
+        response = (2.0 * red + green + blue / 20.0 - _OFFSET) * self._background_induction
+        self._white_response = float(response)
 
     def coordinates(self, xyz: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
         """See `Formula`."""
@@ -449,58 +454,11 @@ class AppearanceModel:
         xyz: FloatArray = expanded @ np.linalg.inv(self._to_adapted).T / 100.0
         return xyz
 
-    @cached_property
-    def _luminance_level(self) -> float:
-        fifth = 5.0 * self.adapting_luminance
-        k = 1.0 / (fifth + 1.0)
-        return float(0.2 * k**4 * fifth + 0.1 * (1.0 - k**4) ** 2 * fifth ** (1.0 / 3.0))
-
-    @cached_property
-    def _ratio(self) -> float:
-        return float(self.background / self._white[1])
-
-    @cached_property
-    def _white(self) -> FloatArray:
-        return self.white * 100.0
-
-    @cached_property
-    def _background_induction(self) -> float:
-        return float(0.725 * self._ratio**-0.2)
-
-    @cached_property
-    def _exponent(self) -> float:
-        return float(SURROUNDS[self.surround][1] * (1.48 + self._ratio**0.5))
-
-    @cached_property
-    def _chroma_factor(self) -> float:
-        return float((1.64 - 0.29**self._ratio) ** 0.73)
-
-    @cached_property
-    def _to_adapted(self) -> FloatArray:
-        """Matrix from XYZ to the adapted responses before compression, (3, 3)."""
-        factor, _, _ = SURROUNDS[self.surround]
-        degree = factor * (1.0 - np.exp((-self.adapting_luminance - 42.0) / 92.0) / 3.6)
-        degree = min(max(float(degree), 0.0), 1.0)
-        sharp = np.array(ADAPTATIONS[self.adaptation])
-        gains = degree * self._white[1] / (sharp @ self._white) + 1.0 - degree
-        adapted: FloatArray = gains[:, np.newaxis] * sharp
-        if self.adaptation == "CAT16":
-            return adapted
-        cones: FloatArray = _CONES @ np.linalg.inv(sharp) @ adapted
-        return cones
-
-    @cached_property
-    def _white_response(self) -> float:
-        red, green, blue = self._compression(self._to_adapted @ self._white)
-        return float((2.0 * red + green + blue / 20.0 - _OFFSET) * self._background_induction)
-
     def _compression(self, responses: FloatArray) -> FloatArray:
         powers = (self._luminance_level * np.abs(responses) / 100.0) ** 0.42
         compressed: FloatArray = np.sign(responses) * 400.0 * powers / (powers + 27.13) + 0.1
         return compressed
 
     def _eccentricity(self, hue: FloatArray) -> FloatArray:
-        _, _, induction = SURROUNDS[self.surround]
-        factor = 50000.0 / 13.0 * induction * self._background_induction
-        result: FloatArray = factor * 0.25 * (np.cos(hue + 2.0) + 3.8)
+        result: FloatArray = self._chroma_induction * 0.25 * (np.cos(hue + 2.0) + 3.8)
         return result

@@ -16,20 +16,12 @@ import numpy as np
 from gamutcore.arguments import Choice, check_option
 from gamutcore.characterisation import IccProfile, Picture
 from gamutcore.characterisation.samples import JSON
-from gamutcore.colours.colorimetry import (
-    ICC_D50,
-    lab_to_xyz,
-    xyz_to_lab,
-)
+from gamutcore.colours.colorimetry import ICC_D50, lab_to_xyz, xyz_to_lab
 from gamutcore.colours.ink_limits import InkLimits
 from gamutcore.colours.measured import measured_colours, sample_surface
 from gamutcore.colours.picture import picture_colours
-from gamutcore.colours.profile import (
-    profile_surface,
-)
-from gamutcore.colours.reference import (
-    reference_surface,
-)
+from gamutcore.colours.profile import profile_surface
+from gamutcore.colours.reference import reference_surface
 from gamutcore.colours.sampling import (
     SURFACE_SAMPLES,
     AbsoluteColours,
@@ -45,18 +37,6 @@ if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray, IndexArray
     from gamutcore.characterisation import Samples
     from gamutcore.colours.spaces import ColourSpace
-
-__all__ = [
-    "INTENTS",
-    "SurfaceColours",
-    "colours_in_space",
-    "described_volumes",
-    "display_primaries",
-    "medium_white_lab",
-    "own_tristimulus",
-    "srgb_volume",
-    "surface_colours",
-]
 
 INTENTS = ("relative", "absolute", "perceptual", "saturation")
 

@@ -28,19 +28,6 @@ if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
     from gamutcore.characterisation.samples import JSON, IntArray
 
-__all__ = [
-    "BLACK_NAMES",
-    "InkCube",
-    "InkLimits",
-    "LimitedCube",
-    "Patches",
-    "limited_cube",
-    "spread_values",
-    "surface_corners",
-    "surface_patches",
-    "values_beside",
-]
-
 BLACK_NAMES = frozenset({"k", "black", "process black", "schwarz", "noir", "nero", "negro"})
 """Names, in lower case, of the channel of the black ink."""
 

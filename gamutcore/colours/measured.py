@@ -30,13 +30,13 @@ from gamutcore.colours.colorimetry import (
     white_of,
     xyz_to_lab,
 )
-from gamutcore.colours.device_model import device_model
-from gamutcore.colours.ink_limits import InkLimits, limited_cube, surface_corners
-from gamutcore.colours.plausibility import (
+from gamutcore.colours.device_model import (
+    device_model,
     extrapolation_warnings,
     impossible_colour_warnings,
     range_warnings,
 )
+from gamutcore.colours.ink_limits import InkLimits, limited_cube, surface_corners
 from gamutcore.colours.sampling import (
     AbsoluteColours,
     SurfaceColours,
@@ -49,17 +49,6 @@ from gamutcore.errors import InvalidPointsError, OptionError
 if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
     from gamutcore.characterisation.samples import Samples
-
-__all__ = [
-    "ILLUMINANTS",
-    "OBSERVERS",
-    "MeasuredColours",
-    "declared_observer",
-    "emission_xyz",
-    "measured_colours",
-    "reflectance_xyz",
-    "tristimulus_weights",
-]
 
 _NAMED_ILLUMINANT = re.compile(r"\b(?:ILLUMINANT[,:=\s]+)?(D50|D55|D65|D75|FL?\d{1,2}|[ACE])\b")
 _DAYLIGHT = re.compile(r"\b(D50|D55|D65|D75)\b")
@@ -165,34 +154,23 @@ class _Medium:
 
     def colours(self) -> MeasuredColours:
         """Return the colours with the provenance and all warnings."""
-        samples = self.samples
-        if samples.device is None and samples.white is None:
-            lab, adaptation = self._bare_lab()
-            return self._result(lab, adaptation, None)
-        xyz = self._tristimulus_values()
-        white = self._white(xyz)
-        needed = self.intent == "relative" or (self.display and samples.lab is None)
-        if needed and not (white > 0).all():
-            raise InvalidPointsError(
-                f"The medium's white has the tristimulus values {_list_of(white)}.",
-                where={"field": "white"},
-                remedy="Give a white with positive X, Y and Z.",
-            )
-        if self.display:
-            lab, adaptation = self._display_lab(xyz, white)
-        else:
-            lab, adaptation = self._print_lab(xyz, white)
-        return self._result(lab, adaptation, white)
-
-    def _result(
-        self, lab: FloatArray, adaptation: str, white: FloatArray | None
-    ) -> MeasuredColours:
-        samples = self.samples
+        samples, white = self.samples, None
         medium = "display" if self.display else "reflective"
         if samples.device is None and samples.white is None:
             medium = "unknown"
-        elif self.assumed:
-            medium = "display (assumed, not stated)"
+            lab, adaptation = self._bare_lab()
+        else:
+            xyz = self._tristimulus_values()
+            white = self._white(xyz)
+            needed = self.intent == "relative" or (self.display and samples.lab is None)
+            if needed and not (white > 0).all():
+                raise InvalidPointsError(
+                    f"The medium's white has the tristimulus values {_list_of(white)}.",
+                    where={"field": "white"},
+                    remedy="Give a white with positive X, Y and Z.",
+                )
+            medium = "display (assumed, not stated)" if self.assumed else medium
+            lab, adaptation = (self._display_lab if self.display else self._print_lab)(xyz, white)
         provenance: dict[str, JSON] = {
             "intent": self.intent,
             "medium": medium,

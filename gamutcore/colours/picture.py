@@ -7,7 +7,6 @@ function that the file declares or that are assumed. Pictures in CIELAB have the
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,23 +20,15 @@ from gamutcore.colours.colorimetry import (
     adaptation_text,
     adaptation_to_d50,
     chromaticity_xyz,
+    decode_srgb,
     rgb_to_xyz,
     xyz_to_lab,
 )
 from gamutcore.colours.formulas import hlg_luminance, pq_luminance
-from gamutcore.colours.profile import (
-    absolute_colours,
-    declared_white,
-    profile_colours,
-)
+from gamutcore.colours.profile import absolute_colours, declared_white, profile_colours
 from gamutcore.colours.sampling import AbsoluteColours, SurfaceColours
 from gamutcore.colours.spaces import DEFAULT_LUMINANCE
 from gamutcore.errors import OptionError
-
-if TYPE_CHECKING:
-    from gamutcore.arrays import FloatArray
-
-__all__ = ["POPULARITY_CELL", "find_values", "picture_colours", "popular"]
 
 POPULARITY_CELL = 2.0
 """Edge length in CIELAB of the cells in which pixels are counted for the popularity cut. Colours
@@ -185,8 +176,7 @@ def _light(values: FloatArray, encoding: Encoding, luminance: FloatArray) -> Flo
         return pq_luminance(values) / DEFAULT_LUMINANCE
     if encoding.transfer == "HLG":
         return hlg_luminance(values, luminance) / DEFAULT_LUMINANCE
-    # IEC 61966-2-1, 5.2
-    return np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
+    return decode_srgb(values)
 
 
 ACCURACY = 1e-4

@@ -16,8 +16,8 @@ import numpy as np
 
 from gamutcore.characterisation.samples import JSON
 from gamutcore.colours.colorimetry import ICC_D50, adaptation_matrix, lab_to_xyz, xyz_to_lab
+from gamutcore.colours.device_model import impossible_colour_warnings
 from gamutcore.colours.ink_limits import InkLimits, limited_cube
-from gamutcore.colours.plausibility import impossible_colour_warnings
 from gamutcore.colours.sampling import (
     AbsoluteColours,
     SurfaceColours,
@@ -30,8 +30,6 @@ from gamutcore.errors import MalformedProfileError
 if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
     from gamutcore.characterisation.icc import IccProfile
-
-__all__ = ["ProfileColours", "absolute_colours", "declared_white", "profile_colours"]
 
 PERCEPTUAL_BLACK = np.array([0.00336, 0.0034731, 0.00287])
 """XYZ of the perceptual reference medium's black point (ICC.1:2022, 6.3.3, table 3)."""

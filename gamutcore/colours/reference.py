@@ -40,8 +40,6 @@ if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray, IndexArray, LongArray
     from gamutcore.references import Reference
 
-__all__ = ["reference_lab", "reference_surface", "reference_white", "rgb_xyz"]
-
 RGB_CURVES: dict[str, tuple[float, float, float, float, float]] = {
     "sRGB": (2.4, 1 / 1.055, 0.055 / 1.055, 1 / 12.92, 0.04045),  # IEC 61966-2-1
     "ROMM": (1.8, 1.0, 0.0, 1 / 16, 0.03125),  # ISO 22028-2

@@ -35,21 +35,6 @@ if TYPE_CHECKING:
 
     from gamutcore.characterisation.samples import JSON
 
-__all__ = [
-    "SURFACE_SAMPLES",
-    "AbsoluteColours",
-    "DeviceColours",
-    "DeviceSurface",
-    "SurfaceColours",
-    "SurfaceFaces",
-    "count_warnings",
-    "device_colours",
-    "device_surface",
-    "distinct_rows",
-    "outward_faces",
-    "surface_values",
-]
-
 SURFACE_SAMPLES = Annotated[int, WholeNumber(8, 5_000_000)]
 """Accepted numbers of points: from the corners of a cube of three channels to the number whose
 convex hull takes gigabytes."""
@@ -312,30 +297,78 @@ class _Lattice:
                 high = middle
         parts = self.parts(weights, aspect, low)
         edge_parts = self.edge_parts(parts)
-        reached = np.zeros((len(self.edges), self.cells + 1), np.int64)
-        np.cumsum(edge_parts, axis=1, out=reached[:, 1:])
-        inner = np.maximum(reached[:, -1] - 1, 0)
-        outside = len(self.vertices) + int(inner.sum())
-        inside = inside_count(parts)
-        layout = Layout(
-            self.knots,
-            parts,
-            self.which,
-            self.is_reversed,
-            self.edges,
-            reached,
-            len(self.vertices) + np.cumsum(inner) - inner,
-            self._turned(),
-        )
+        layout, counts = self._layout(parts, edge_parts)
         # Euler's formula for each patch
-        triangles = 2 * inside + int(reached[self.which, -1].sum())
-        patch, position, corners, labels = lattice_faces(
-            layout, outside, inside, triangles, int(max(parts.max(), edge_parts.max()))
+        triangles = 2 * int(counts.sum()) + int(edge_parts[self.which].sum())
+        position, corners, labels = lattice_faces(
+            layout, counts.sum(), triangles, max(parts.max(), edge_parts.max())
         )
+        patch = np.repeat(np.arange(len(counts)), counts)
         inner_values = self.device(patch, position[:, 0], position[:, 1])
         device = np.concatenate([self.vertices, self._on_edges(edge_parts), inner_values])
         channels = device.shape[1]
         return device, SurfaceFaces(corners, labels, channels == 3) if channels > 2 else None
+
+    def _layout(self, parts: LongArray, edge_parts: LongArray) -> tuple[Layout, LongArray]:
+        """Numbers of all points for given numbers of parts, and of those inside of each patch.
+
+        The points are the corners, then the inner points of the edges, then those of the patches. A
+        patch has its nodes first, then for each cell the points on its sides ABOVE and AFTER, and
+        those inside of it.
+        """
+        count, cells = len(parts), self.cells
+        reached = np.zeros((len(self.edges), cells + 1), np.int64)  # parts before each node
+        np.cumsum(edge_parts, axis=1, out=reached[:, 1:])
+        on_edge = np.maximum(reached[:, -1:] - 1, 0)
+        start = len(self.vertices) + np.cumsum(on_edge, axis=0) - on_edge
+        outside = len(self.vertices) + int(on_edge.sum())
+
+        level = np.maximum(parts[:, :, 1:, 0], parts[:, :, :-1, 0])  # between cells, as all below
+        upright = np.maximum(parts[:, 1:, :, 1], parts[:, :-1, :, 1])
+        inner = np.zeros((count, cells, cells, 3), np.int64)
+        inner[:, :, :-1, 0], inner[:, :-1, :, 1] = level - 1, upright - 1
+        inner[..., 2] = (parts - 1).prod(axis=-1)
+        sequence = np.concatenate(
+            [np.full((count, 1), (cells - 1) ** 2), inner.reshape(count, -1)], axis=1
+        )
+        starts = (outside + np.cumsum(sequence)).reshape(sequence.shape) - sequence
+        cell_starts = starts[:, 1:].reshape(inner.shape)
+
+        nodes = np.empty((count, cells + 1, cells + 1), np.int64)
+        nodes[:, 1:-1, 1:-1] = np.arange((cells - 1) ** 2).reshape(cells - 1, cells - 1)
+        nodes[:, 1:-1, 1:-1] += starts[:, 0, np.newaxis, np.newaxis]
+        at_ends = np.where(reached == 0, self.edges[:, :1], self.edges[:, 1:])
+        is_end = (reached == 0) | (reached == reached[:, -1:])
+        on_sides = self._oriented(np.where(is_end, at_ends, start + reached - 1))
+        nodes[:, 0], nodes[:, -1] = on_sides[:, BEFORE], on_sides[:, AFTER]
+        nodes[:, :, 0], nodes[:, :, -1] = on_sides[:, BELOW], on_sides[:, ABOVE]
+
+        is_reversed = self.is_reversed[..., np.newaxis]
+        steps = np.where(is_reversed, -1, 1)
+        first = np.where(
+            is_reversed, self._oriented(reached[:, 1:]), self._oriented(reached[:, :-1])
+        )
+        layout = Layout(
+            self.knots,
+            parts,
+            nodes,
+            outside,
+            cell_starts,
+            _at_sides(level, upright, self._oriented(edge_parts)),
+            _at_sides(
+                cell_starts[:, :, :-1, 0] - 1,
+                cell_starts[:, :-1, :, 1] - 1,
+                first + start[self.which] - 1,
+            ),
+            _at_sides(np.ones_like(level), np.ones_like(upright), np.tile(steps, cells)),
+            self._turned(),
+        )
+        return layout, sequence.sum(axis=1)
+
+    def _oriented(self, values: LongArray) -> LongArray:
+        """Values (edges, m) along the edges as values (p, 4, m) along the sides of patches."""
+        found = values[self.which]
+        return np.where(self.is_reversed[..., np.newaxis], found[..., ::-1], found)
 
     def _turned(self) -> BooleanArray:
         """Whether s and t run clockwise around each patch, seen from outside of the cube."""
@@ -455,24 +488,38 @@ BELOW, ABOVE, BEFORE, AFTER = range(4)
 
 
 class Layout(NamedTuple):
-    """How patches share edges, and how finely everything is divided.
+    """How finely the cells are divided, and the numbers of all points.
 
     `knots` (p, 2, k + 1) are the lines of the cells along s and t, and `parts` (p, k, k, 2) the
-    numbers of parts of each cell. `which` (p, 4) is the edge at each side of a patch, and
-    `is_reversed` (p, 4) tells whether it runs against s or t. `edges` (e, 2) are corners.
-    `reached` (e, k + 1) counts the parts of an edge before each of its coarse nodes, and
-    `edge_start` (e,) numbers its first inner point. The triangles of patches that are `turned` (p,)
-    are clockwise in s and t.
+    numbers of parts of each cell. `nodes` (p, k + 1, k + 1) are the points where lines cross.
+    Points inside of patches have numbers from `outside` on, and `starts` (p, k, k, 3) has the first
+    point on a cell's sides ABOVE and AFTER and inside of it. The four sides of a cell have
+    `side_parts` (p, k, k, 4); point n of a side is ``before + n * step``. The triangles of patches
+    that are `turned` (p,) are clockwise in s and t.
     """
 
     knots: FloatArray
     parts: LongArray
-    which: LongArray
-    is_reversed: BooleanArray
-    edges: LongArray
-    reached: LongArray
-    edge_start: LongArray
+    nodes: LongArray
+    outside: int
+    starts: LongArray
+    side_parts: LongArray
+    before: LongArray
+    step: LongArray
     turned: BooleanArray
+
+
+def _at_sides(level: LongArray, upright: LongArray, on_edges: LongArray) -> LongArray:
+    """Values at the four sides of each cell, (p, k, k, 4).
+
+    They are given for the sides between cells, `level` (p, k, k - 1) and `upright` (p, k - 1, k),
+    and for those on the edges of patches, (p, 4, k).
+    """
+    below, above, before, after = np.moveaxis(on_edges, 1, 0)
+    level = np.concatenate([below[:, :, np.newaxis], level, above[:, :, np.newaxis]], axis=2)
+    upright = np.concatenate([before[:, np.newaxis], upright, after[:, np.newaxis]], axis=1)
+    sides = [level[:, :, :-1], level[:, :, 1:], upright[:, :-1], upright[:, 1:]]
+    return np.stack(sides, axis=-1)
 
 
 def inside_count(parts: LongArray) -> int:
@@ -485,59 +532,6 @@ def inside_count(parts: LongArray) -> int:
 
 
 @leaf_kernel
-def _side_parts(layout: Layout, patch: int, i: int, j: int, side: int) -> int:
-    """Return the number of parts of a side of the cell (i, j)."""
-    parts, last = layout.parts, layout.parts.shape[1] - 1
-    direction = 0 if side <= ABOVE else 1
-    x, y = i, j  # the cell beyond
-    if side == BELOW:
-        y -= 1
-    elif side == ABOVE:
-        y += 1
-    elif side == BEFORE:
-        x -= 1
-    else:
-        x += 1
-    if 0 <= x <= last and 0 <= y <= last:
-        return int(max(parts[patch, i, j, direction], parts[patch, x, y, direction]))
-    edge, piece = layout.which[patch, side], i if direction == 0 else j
-    if layout.is_reversed[patch, side]:
-        piece = last - piece
-    return int(layout.reached[edge, piece + 1] - layout.reached[edge, piece])
-
-
-@leaf_kernel
-def _edge_point(layout: Layout, patch: int, side: int, node: int, further: int) -> int:
-    """Return the point on an edge of a patch, by its number of parts beyond a coarse node."""
-    edge, last = layout.which[patch, side], layout.reached.shape[1] - 1
-    reached = layout.reached
-    if layout.is_reversed[patch, side]:
-        at = reached[edge, last - node] - further
-    else:
-        at = reached[edge, node] + further
-    if at == 0:
-        return int(layout.edges[edge, 0])
-    if at == reached[edge, last]:
-        return int(layout.edges[edge, 1])
-    return int(layout.edge_start[edge] + at - 1)
-
-
-@leaf_kernel
-def _node(layout: Layout, patch: int, start: int, i: int, j: int) -> int:
-    """Return the point at a coarse node of a patch, whose inner nodes have numbers from `start`."""
-    cells = layout.parts.shape[1]
-    if j == 0:
-        return _edge_point(layout, patch, BELOW, i, 0)
-    if j == cells:
-        return _edge_point(layout, patch, ABOVE, i, 0)
-    if i == 0:
-        return _edge_point(layout, patch, BEFORE, j, 0)
-    if i == cells:
-        return _edge_point(layout, patch, AFTER, j, 0)
-    return int(start + (i - 1) * (cells - 1) + j - 1)
-
-
-@leaf_kernel
 def _emit(faces: IndexArray, count: int, turned: bool, one: int, two: int, three: int) -> int:
     """Write a triangle unless two of its corners are the same; return the number of triangles."""
     if one == two or two == three or three == one:
@@ -545,26 +539,6 @@ def _emit(faces: IndexArray, count: int, turned: bool, one: int, two: int, three
     faces[count, 0] = one
     faces[count, 1], faces[count, 2] = (three, two) if turned else (two, three)
     return count + 1
-
-
-@leaf_kernel
-def _zip_ring(
-    faces: IndexArray, count: int, turned: bool, chain: LongArray, outer: int, inner: int
-) -> int:
-    """Write the triangles between a side of a cell and the inner points next to it.
-
-    `chain` (m,) has the points of the side, then the inner points on its left. The side has `outer`
-    parts; its `inner` points are at multiples of 1 ÷ (inner + 1).
-    """
-    i, j, left = 0, 0, outer + 1
-    while i < outer or j < inner - 1:
-        if j == inner - 1 or (i < outer and (i + 1) * (inner + 1) <= (j + 2) * outer):
-            count = _emit(faces, count, turned, chain[i], chain[i + 1], chain[left + j])
-            i += 1
-        else:
-            count = _emit(faces, count, turned, chain[i], chain[left + j + 1], chain[left + j])
-            j += 1
-    return count
 
 
 @leaf_kernel
@@ -588,7 +562,7 @@ def _zip_chains(
         count = _emit(faces, count, turned, chain[0], chain[1], chain[left + 1])
     joined = chain[rights] == chain[left + lefts]
     if joined:
-        i_end, j_end = rights - 1, lefts - 1
+        i_end, j_end = max(rights - 1, 0), lefts - 1  # a collapsed side has no parts
     while i < i_end or j < j_end:
         if j == j_end or (i < i_end and (i + 1) * lefts <= (j + 1) * rights):
             count = _emit(faces, count, turned, chain[i], chain[i + 1], chain[left + j])
@@ -602,78 +576,75 @@ def _zip_chains(
 
 
 @leaf_kernel
-def _append(chain: LongArray, at: int, sides: LongArray, side: int, parts: int, back: bool) -> int:
-    """Append a side of a cell to a chain, without its first point if the chain has one."""
-    for index in range(parts + 1):
-        chain[at + index] = sides[side, parts - index if back else index]
-    return at + parts
+def _append(
+    chain: LongArray, at: int, layout: Layout, cell: tuple[int, int, int], side: int, back: bool
+) -> int:
+    """Write the points of a side of a cell to a chain; return the place of the last one.
+
+    They are in the direction of s or t, or go `back` against it.
+    """
+    patch, i, j = cell
+    parts = layout.side_parts[patch, i, j, side]
+    x, y = i + (side == AFTER), j + (side == ABOVE)
+    start, step = (at + parts, -1) if back else (at, 1)
+    chain[start] = layout.nodes[patch, x, y]
+    for index in range(1, parts):
+        chain[start + step * index] = (
+            layout.before[patch, i, j, side] + index * layout.step[patch, i, j, side]
+        )
+    chain[start + step * parts] = layout.nodes[patch, x + (side <= ABOVE), y + (side > ABOVE)]
+    return int(at + parts)
 
 
 @leaf_kernel
 def _fill_small_cell(
-    faces: IndexArray,
-    count: int,
-    turned: bool,
-    chain: LongArray,
-    sides: LongArray,
-    side_parts: LongArray,
+    faces: IndexArray, count: int, chain: LongArray, layout: Layout, cell: tuple[int, int, int]
 ) -> int:
-    """Write the triangles of a cell without inner points, given the parts of its sides."""
-    below, above, before, after = (
-        side_parts[BELOW],
-        side_parts[ABOVE],
-        side_parts[BEFORE],
-        side_parts[AFTER],
-    )
-    if before <= 1 and after <= 1:
-        _append(chain, 0, sides, BELOW, below, False)
-        _append(chain, below + 1, sides, ABOVE, above, False)
-        return _zip_chains(faces, count, turned, chain, below, below + 1, above)
-    if below <= 1 and above <= 1:
-        _append(chain, 0, sides, AFTER, after, False)
-        _append(chain, after + 1, sides, BEFORE, before, False)
-        return _zip_chains(faces, count, turned, chain, after, after + 1, before)
+    """Write the triangles of a cell without inner points."""
+    patch, i, j = cell
+    sides = layout.side_parts[patch, i, j]
+    if sides[BEFORE] <= 1 and sides[AFTER] <= 1:
+        rights = _append(chain, 0, layout, cell, BELOW, False)
+        end = _append(chain, rights + 1, layout, cell, ABOVE, False)
+    elif sides[BELOW] <= 1 and sides[ABOVE] <= 1:
+        rights = _append(chain, 0, layout, cell, AFTER, False)
+        end = _append(chain, rights + 1, layout, cell, BEFORE, False)
     # along a diagonal, so that no triangle has three corners on one side
-    if before + below >= 2 and above + after >= 2:
-        at = _append(chain, 0, sides, BEFORE, before, True)
-        rights = _append(chain, at, sides, BELOW, below, False)
-        at = _append(chain, rights + 1, sides, ABOVE, above, False)
-        _append(chain, at, sides, AFTER, after, True)
-        return _zip_chains(faces, count, turned, chain, rights, rights + 1, above + after)
-    at = _append(chain, 0, sides, BELOW, below, False)
-    rights = _append(chain, at, sides, AFTER, after, False)
-    at = _append(chain, rights + 1, sides, BEFORE, before, False)
-    _append(chain, at, sides, ABOVE, above, False)
-    return _zip_chains(faces, count, turned, chain, rights, rights + 1, before + above)
+    elif sides[BEFORE] + sides[BELOW] >= 2 and sides[ABOVE] + sides[AFTER] >= 2:
+        at = _append(chain, 0, layout, cell, BEFORE, True)
+        rights = _append(chain, at, layout, cell, BELOW, False)
+        at = _append(chain, rights + 1, layout, cell, ABOVE, False)
+        end = _append(chain, at, layout, cell, AFTER, True)
+    else:
+        at = _append(chain, 0, layout, cell, BELOW, False)
+        rights = _append(chain, at, layout, cell, AFTER, False)
+        at = _append(chain, rights + 1, layout, cell, BEFORE, False)
+        end = _append(chain, at, layout, cell, ABOVE, False)
+    left = rights + 1
+    return _zip_chains(faces, count, layout.turned[patch], chain, rights, left, end - left)
 
 
 @leaf_kernel
 def _fill_cell(
-    faces: IndexArray,
-    count: int,
-    turned: bool,
-    chain: LongArray,
-    sides: LongArray,
-    side_parts: LongArray,
-    along: int,
-    across: int,
-    start: int,
+    faces: IndexArray, count: int, chain: LongArray, layout: Layout, cell: tuple[int, int, int]
 ) -> int:
-    """Write the triangles of a cell whose inner points have numbers from `start`."""
-    rows, columns = along - 1, across - 1
+    """Write the triangles of a cell with inner points: a ring along its sides, and the rest."""
+    patch, i, j = cell
+    start, turned = layout.starts[patch, i, j, 2], layout.turned[patch]
+    rows, columns = layout.parts[patch, i, j, 0] - 1, layout.parts[patch, i, j, 1] - 1
     for side in range(4):
-        outer = side_parts[side]
-        _append(chain, 0, sides, side, outer, False)
-        inner, length = outer + 1, rows if side <= ABOVE else columns
+        rights = _append(chain, 0, layout, cell, side, False)
+        left, length = rights + 1, rows if side <= ABOVE else columns
         for index in range(length):
             if side <= ABOVE:
                 x, y = index, 0 if side == BELOW else columns - 1
             else:
                 x, y = 0 if side == BEFORE else rows - 1, index
-            chain[inner + index] = start + x * columns + y
+            chain[left + 1 + index] = start + x * columns + y
+        chain[left], chain[left + length + 1] = chain[0], chain[rights]
         # the inner points are on the right of the two other sides
         is_right = side in (ABOVE, BEFORE)
-        count = _zip_ring(faces, count, turned != is_right, chain, outer, length)
+        count = _zip_chains(faces, count, turned != is_right, chain, rights, left, length + 1)
     for x in range(rows - 1):
         for y in range(columns - 1):
             one = start + x * columns + y
@@ -684,104 +655,59 @@ def _fill_cell(
 
 
 @leaf_kernel
-def _gather_side(
-    layout: Layout,
-    sides: LongArray,
-    side_parts: LongArray,
-    level: LongArray,
-    upright: LongArray,
-    nodes: int,
-    patch: int,
-    i: int,
-    j: int,
-    side: int,
+def _place_points(
+    position: FloatArray, layout: Layout, cell: tuple[int, int, int], along: int, across: int
 ) -> None:
-    """Write the points of a side of the cell (i, j), in the direction of s or t, to `sides`.
-
-    `level` and `upright` (k, k) have the first inner points of the cells' sides ABOVE and AFTER.
-    """
-    cells, some = layout.parts.shape[1], side_parts[side]
-    if side <= ABOVE:
-        line, piece = (j if side == BELOW else j + 1), i
-        sides[side, 0] = _node(layout, patch, nodes, i, line)
-        sides[side, some] = _node(layout, patch, nodes, i + 1, line)
-        start = level[i, line - 1]
-    else:
-        line, piece = (i if side == BEFORE else i + 1), j
-        sides[side, 0] = _node(layout, patch, nodes, line, j)
-        sides[side, some] = _node(layout, patch, nodes, line, j + 1)
-        start = upright[line - 1, j]
-    on_edge = line in (0, cells)
-    for index in range(1, some):
-        if on_edge:
-            sides[side, index] = _edge_point(layout, patch, side, piece, index)
-        else:
-            sides[side, index] = start + index - 1
+    """Write s and t of a cell's first node, its sides ABOVE and AFTER, and its inside."""
+    patch, i, j = cell
+    s, t = layout.knots[patch, 0], layout.knots[patch, 1]
+    wide, high, last = s[i + 1] - s[i], t[j + 1] - t[j], layout.parts.shape[1] - 1
+    if i > 0 and j > 0:
+        at = layout.nodes[patch, i, j] - layout.outside
+        position[at, 0], position[at, 1] = s[i], t[j]
+    if j < last:
+        at, parts = layout.starts[patch, i, j, 0], layout.side_parts[patch, i, j, ABOVE]
+        for index in range(1, parts):
+            row = at - layout.outside + index - 1
+            position[row, 0], position[row, 1] = s[i] + index / parts * wide, t[j + 1]
+    if i < last:
+        at, parts = layout.starts[patch, i, j, 1], layout.side_parts[patch, i, j, AFTER]
+        for index in range(1, parts):
+            row = at - layout.outside + index - 1
+            position[row, 0], position[row, 1] = s[i + 1], t[j] + index / parts * high
+    row = layout.starts[patch, i, j, 2] - layout.outside
+    for x in range(1, along):
+        for y in range(1, across):
+            position[row, 0] = s[i] + x / along * wide
+            position[row, 1] = t[j] + y / across * high
+            row += 1
 
 
 @kernel
-def lattice_faces(  # noqa: C901, PLR0912  # one pass over all cells
-    layout: Layout, outside: int, inside: int, triangles: int, longest: int
-) -> tuple[LongArray, FloatArray, IndexArray, IndexArray]:
-    """Return the patch (i,), s and t (i, 2) of inner points, and triangles (m, 3) with their patch.
+def lattice_faces(
+    layout: Layout, inside: int, triangles: int, longest: int
+) -> tuple[FloatArray, IndexArray, IndexArray]:
+    """Return s and t (i, 2) of the points inside of patches, and triangles (m, 3) with their patch.
 
-    `outside` is the number of corners and points on edges, and `inside` that of the other points.
-    `triangles` bounds the number of triangles, and `longest` the number of parts of any side.
+    `inside` is the number of points. `triangles` bounds the number of triangles, and `longest` the
+    number of parts of any side.
     """
-    knots, parts = layout.knots, layout.parts
-    cells = parts.shape[1]
-    owner, position = np.empty(inside, np.int64), np.empty((inside, 2))
+    position = np.empty((inside, 2))
     faces, labels = np.empty((triangles, 3), np.int32), np.empty(triangles, np.int32)
-    side_parts, sides = np.empty(4, np.int64), np.empty((4, longest + 1), np.int64)
     chain = np.empty(4 * longest + 8, np.int64)
-    level, upright = np.zeros((cells, cells), np.int64), np.zeros((cells, cells), np.int64)
-    count, used = 0, 0
-    for patch in range(len(parts)):
-        nodes = outside + used
-        for i in range(1, cells):
-            for j in range(1, cells):
-                position[used, 0], position[used, 1] = knots[patch, 0, i], knots[patch, 1, j]
-                used += 1
+    count, cells = 0, layout.parts.shape[1]
+    for patch in range(len(layout.parts)):
         for i in range(cells):
             for j in range(cells):
-                low_s, low_t = knots[patch, 0, i], knots[patch, 1, j]
-                wide, high = knots[patch, 0, i + 1] - low_s, knots[patch, 1, j + 1] - low_t
-                for side in range(4):
-                    side_parts[side] = _side_parts(layout, patch, i, j, side)
-                # points of the sides towards lower cells exist already
-                if j + 1 < cells:
-                    level[i, j] = outside + used
-                    for index in range(1, side_parts[ABOVE]):
-                        position[used, 0] = low_s + index / side_parts[ABOVE] * wide
-                        position[used, 1] = knots[patch, 1, j + 1]
-                        used += 1
-                if i + 1 < cells:
-                    upright[i, j] = outside + used
-                    for index in range(1, side_parts[AFTER]):
-                        position[used, 0] = knots[patch, 0, i + 1]
-                        position[used, 1] = low_t + index / side_parts[AFTER] * high
-                        used += 1
-                for side in range(4):
-                    _gather_side(
-                        layout, sides, side_parts, level, upright, nodes, patch, i, j, side
-                    )
-                along, across = parts[patch, i, j, 0], parts[patch, i, j, 1]
-                first, turned = count, layout.turned[patch]
+                cell, first = (patch, i, j), count
+                along, across = layout.parts[patch, i, j]
+                _place_points(position, layout, cell, along, across)
                 if along > 1 and across > 1:
-                    start = outside + used
-                    for x in range(1, along):
-                        for y in range(1, across):
-                            position[used, 0] = low_s + x / along * wide
-                            position[used, 1] = low_t + y / across * high
-                            used += 1
-                    count = _fill_cell(
-                        faces, count, turned, chain, sides, side_parts, along, across, start
-                    )
+                    count = _fill_cell(faces, count, chain, layout, cell)
                 else:
-                    count = _fill_small_cell(faces, count, turned, chain, sides, side_parts)
+                    count = _fill_small_cell(faces, count, chain, layout, cell)
                 labels[first:count] = patch
-        owner[nodes - outside : used] = patch
-    return owner, position, faces[:count].copy(), labels[:count].copy()
+    return position, faces[:count].copy(), labels[:count].copy()
 
 
 def surface_values(

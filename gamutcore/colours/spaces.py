@@ -34,6 +34,8 @@ from gamutcore.colours.colorimetry import (
     ICC_D50,
     WHITES,
     adaptation_matrix,
+    decode_srgb,
+    encode_srgb,
     lab_to_xyz,
     rgb_to_xyz,
     white_point,
@@ -57,8 +59,6 @@ from gamutcore.kernels import kernel, leaf_kernel
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
-
-    from gamutcore.arrays import FloatArray, PositionArray
 
 __all__ = ["CIELAB", "SPACES", "ColourConversion", "ColourSpace", "linear_srgb", "srgb"]
 
@@ -599,17 +599,14 @@ class ColourConversion:
         return xyz
 
     def _xyz_of_srgb(self, colours: FloatArray) -> FloatArray:
-        size = np.abs(colours)
         with np.errstate(over="ignore"):
-            light = np.where(size <= 0.04045, size / 12.92, ((size + 0.055) / 1.055) ** 2.4)
+            light = decode_srgb(np.abs(colours))
         xyz: FloatArray = np.copysign(light, colours) @ self._srgb_matrix.T
         return xyz
 
     def _srgb_of_xyz(self, xyz: FloatArray) -> FloatArray:
         light = xyz @ np.linalg.inv(self._srgb_matrix).T
-        size = np.abs(light)
-        encoded = np.where(size <= 0.0031308, 12.92 * size, 1.055 * size ** (1 / 2.4) - 0.055)
-        return np.copysign(encoded, light)
+        return np.copysign(encode_srgb(np.abs(light)), light)
 
     @property
     def _srgb_matrix(self) -> FloatArray:
@@ -748,7 +745,7 @@ def assumption_warnings(vertices: FloatArray, space: ColourSpace) -> list[str]:
     if space.name != "CIELAB" or extent >= SMALLEST_CIELAB * (space.scale or 1.0):
         return []
     warning = (
-        f"The file declares no colour space and was taken as CIELAB, but its extent is only "
+        "The file declares no colour space and was taken as CIELAB, but its extent is only "
         f"{extent:.3g} units. Give its space with the option space."
     )
     return [warning]
@@ -807,16 +804,4 @@ def _linear_srgb(lab: FloatArray) -> FloatArray:
 
 def srgb(lab: PositionArray) -> FloatArray:
     """Return `linear_srgb` encoded by the transfer function of sRGB (IEC 61966-2-1)."""
-    return _encoded_srgb(linear_srgb(lab))
-
-
-@kernel
-def _encoded_srgb(linear: FloatArray) -> FloatArray:
-    result = np.empty(linear.shape)
-    for row in range(len(result)):
-        for channel in range(3):
-            value = linear[row, channel]
-            result[row, channel] = (
-                12.92 * value if value <= 0.0031308 else 1.055 * value ** (1.0 / 2.4) - 0.055
-            )
-    return result
+    return encode_srgb(linear_srgb(lab))

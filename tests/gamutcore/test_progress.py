@@ -4,8 +4,7 @@ import sys
 
 import tqdm.auto
 
-from gamutcore.building import STAGES
-from gamutcore.progress import report_progress
+from gamutcore.building import STAGES, report_progress
 
 
 def test_nobody_is_told_without_tqdm(monkeypatch, capsys):

@@ -7,10 +7,10 @@ import pytest
 from scipy.spatial import ConvexHull, KDTree
 
 from gamutcore.characterisation import characterisation
-from gamutcore.colours import colours_in_space, plausibility, surface_colours, xyz_to_lab
+from gamutcore.colours import colours_in_space, device_model, surface_colours, xyz_to_lab
 from gamutcore.colours.colorimetry import colour_science
+from gamutcore.colours.device_model import extrapolation_warnings, impossible_colour_warnings
 from gamutcore.colours.measured import tristimulus_weights
-from gamutcore.colours.plausibility import extrapolation_warnings, impossible_colour_warnings
 from gamutcore.colours.spaces import ColourSpace
 from gamutcore.errors import OptionError
 from gamutcore.geometry import TriangleMesh
@@ -155,7 +155,7 @@ def test_samples_in_a_plane_have_no_hull_to_exceed():
 
 def test_the_bands_are_those_of_astm_e308():
     weights = tristimulus_weights(tuple(np.arange(400.0, 701.0, 10.0)), "D50", 2)
-    np.testing.assert_allclose(plausibility._BANDS.T, weights / weights[:, 1].sum(), atol=1e-3)
+    np.testing.assert_allclose(device_model._BANDS.T, weights / weights[:, 1].sum(), atol=1e-3)
 
 
 def test_optimal_colours_are_inside_their_solid_and_lighter_ones_are_not():
