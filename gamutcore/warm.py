@@ -7,10 +7,12 @@ The build of an image does so, a service before it reports that it is ready
 from __future__ import annotations
 
 import argparse
+import gc
 import multiprocessing
 import os
 import threading
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -18,14 +20,22 @@ from gamutcore.boundary import BOUNDARIES, compute_boundary, device_surface_boun
 from gamutcore.boundary.centre import face_planes
 from gamutcore.boundary.device_surface import hidden_area
 from gamutcore.boundary.radial_envelope import COARSE, radial_volume
+from gamutcore.characterisation import Samples, characterisation
 from gamutcore.characterisation.icc.transforms import Grid
-from gamutcore.colours import SurfaceFaces
-from gamutcore.decimation import COSTS, Decimation, decimate
+from gamutcore.colours import SurfaceFaces, surface_colours
+from gamutcore.decimation import COSTS, decimate
 from gamutcore.export import FORMATS, mesh_file
 from gamutcore.export.rendering import mesh_picture
 from gamutcore.gamut import Gamut
-from gamutcore.geometry import TriangleMesh
-from gamutcore.history import build_history, history_bytes, history_from_bytes
+from gamutcore.geometry import DeviceValues, TriangleMesh
+from gamutcore.history import (
+    History,
+    Splits,
+    build_device_history,
+    build_history,
+    history_bytes,
+    history_from_bytes,
+)
 from gamutcore.kernels import GROUPS, compilation_lock, is_compiled, mark_compiled
 from gamutcore.levels import (
     LevelRequest,
@@ -36,41 +46,45 @@ from gamutcore.levels import (
     radial_difference,
     voxel_mismatch,
 )
+from gamutcore.queries import build_index, contains, nearest
 
 __all__ = ["compile_kernels", "use_kernels"]
 
+COLLECTION = (100_000, 20, 100)
+"""Thresholds of the garbage collector while kernels compile. The compiler keeps most of its
+objects: with Python's own thresholds, collections take a tenth of the time and free little."""
+
 
 def compile_kernels(groups: tuple[str, ...] = GROUPS) -> None:
-    """Compile groups of kernels, and mark them as compiled.
-
-    Two processes take the same steps from both ends. Each loads what the other has compiled.
-    """
+    """Compile groups of kernels, each in two processes at once, and mark them as compiled."""
     for group in groups:
         with compilation_lock(group):
             if is_compiled(group):
                 continue
+            first, second, *rest = STEPS[group]
             spawn = multiprocessing.get_context("spawn")
-            other = spawn.Process(target=_use_kernels_backwards, args=(group,), daemon=True)
+            other = spawn.Process(target=_use_beside, args=(second,), daemon=True)
             other.start()
-            use_kernels(group)
+            first()
             other.join()
+            for step in rest:
+                step()
             mark_compiled(group)
 
 
-def use_kernels(group: str, order: int = 1) -> None:
-    """Call every kernel of a group in this process, to compile it or load it from the cache.
-
-    With an `order` of −1 the last step comes first.
-    """
-    for step in STEPS[group][::order]:
+def use_kernels(group: str) -> None:
+    """Call every kernel of a group in this process, to compile it or load it from the cache."""
+    for step in STEPS[group]:
         step()
 
 
-def _use_kernels_backwards(group: str) -> None:
+def _use_beside(step: Callable[[], None]) -> None:
+    """Take a step in a process that ends with the one that started it."""
     parent = multiprocessing.parent_process()
     assert parent is not None  # noqa: S101  # `compile_kernels` starts this process
     _exit_after(parent.join)
-    use_kernels(group, -1)
+    gc.set_threshold(*COLLECTION)
+    step()
 
 
 def _exit_after(wait: Callable[[], None]) -> None:
@@ -81,6 +95,73 @@ def _exit_after(wait: Callable[[], None]) -> None:
         os._exit(1)
 
     threading.Thread(target=end, daemon=True).start()
+
+
+def _use_surface() -> None:
+    """Decimate, and wrap boundaries around colours."""
+    _decimate_cube("volume")
+    compute_boundary(_device(), "modified-convex-hull")
+    # what only folded surfaces and devices with more channels use
+    corners = np.vstack([np.eye(3), np.zeros((1, 3))])
+    faces = np.array([(0, 1, 2), (0, 2, 3), (0, 3, 1), (1, 3, 2)], np.int32)
+    hidden_area(face_planes(corners, faces), np.zeros(3))
+    radial_volume(corners, faces, np.full(3, 0.1), COARSE)
+    # two tetrahedra that cross
+    cube = np.array(list(np.ndindex(2, 2, 2)), np.float64)
+    corners = cube[[0, 3, 5, 6, 7, 4, 2, 1]]
+    both = np.concatenate([faces[:, ::-1], faces + np.int32(4)])
+    labels = np.arange(len(both), dtype=np.int32)
+    device_surface_boundary(corners, SurfaceFaces(both, labels, closed=False))
+    points = np.array([(50, 0, 40), (50, 40, -20), (50, -40, -20), (90, 0, 0)], np.float64)
+    index = build_index(points, faces, np.array([60.0, 0.0, 0.0]))
+    nearest(index.vertices, index)
+    contains(index.vertices, index)
+
+
+def _decimate_cube(cost: str) -> None:
+    # small: errors by samples, of which there are as many however few the faces, take a while
+    vertices = np.stack(np.meshgrid(*[(-1.0, 1.0)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
+    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    faces = [corners for a, b, c, d in quads for corners in ((a, b, c), (a, c, d))]
+    decimate(TriangleMesh(vertices, np.array(faces, np.int32)), np.zeros(3), cost)
+
+
+def _use_readers_and_models() -> None:
+    """Read, search and write levels of a saved gamut, and evaluate models of devices."""
+    corners = np.array([(50, 0, 40), (50, 40, -20), (50, -40, -20), (90, 0, 0)], np.float32)
+    # a tetrahedron whose first vertex is split into itself and slot 4
+    splits = Splits(
+        base_positions=corners,
+        base_faces=np.array([(0, 1, 2), (0, 2, 3), (0, 3, 1), (1, 3, 2)], np.int32),
+        parent=np.zeros(1, np.int32),
+        coarse=corners[:1],
+        fine=corners[:1],
+        added=corners[:1] - np.float32(1),
+        faces=np.array([[(0, 4, 2), (4, 0, 1)]], np.int32),
+        moved_end=np.ones(1, np.int32),
+        moved=np.zeros(1, np.int32),
+        shifted_end=np.zeros(1, np.int32),
+        shifted=np.zeros(0, np.int32),
+        shifted_coarse=np.zeros((0, 3), np.float32),
+        shifted_fine=np.zeros((0, 3), np.float32),
+    )
+    ramp = DeviceValues(("R", "G", "B"), np.linspace((0.0,) * 3, (1.0,) * 3, 5))
+    device = build_device_history(ramp, np.arange(5, dtype=np.int32), splits)
+    history = History(splits, np.array([60.0, 0.0, 0.0]), 2.0**-11, device)
+    history, _ = history_from_bytes(history_bytes(history))
+    counts = curve_counts(history.triangles)
+    curve = [level.to_mapping() for level in error_curve(history, counts)]
+    search = LevelSearch(curve)
+    search.find(history, LevelRequest(max_error=1e-6))
+    search.find(history, LevelRequest(max_error=1e-6, side="inside"))
+    mesh = replace(history.level(6), device=history.device_values(6))
+    for name in FORMATS:
+        mesh_file(mesh, name)
+    Grid((2, 2, 2), (np.zeros((8, 3), np.uint16),)).values(np.full((1, 3), 0.5))
+    samples = characterisation(_table())
+    assert isinstance(samples, Samples)  # noqa: S101  # what a table holds
+    for model in (None, "fit"):
+        surface_colours(samples, surface_samples=200, model=model)
 
 
 def _device() -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
@@ -98,47 +179,16 @@ def _table() -> bytes:
     return f"RGB_R,RGB_G,RGB_B,LAB_L,LAB_A,LAB_B\n{rows}\n".encode()
 
 
-def _use_builds() -> None:
-    """Build gamuts with the default options, and read, search and write their levels."""
-    Grid((2, 2, 2), (np.zeros((8, 3), np.uint16),)).values(np.full((1, 3), 0.5))
-    compute_boundary(_device(), "modified-convex-hull")
-    # what only folded surfaces and devices with more channels use: two tetrahedra that cross
-    cube = np.array(list(np.ndindex(2, 2, 2)), np.float64)
-    corners = cube[[0, 3, 5, 6, 7, 4, 2, 1]]
-    faces = np.array([(0, 1, 2), (0, 2, 3), (0, 3, 1), (1, 3, 2)], np.int32)
-    both = np.concatenate([faces[:, ::-1], faces + np.int32(4)])
-    labels = np.arange(len(both), dtype=np.int32)
-    device_surface_boundary(corners, SurfaceFaces(both, labels, closed=False))
-    corners = np.vstack([np.eye(3), np.zeros((1, 3))])
-    hidden_area(face_planes(corners, faces), np.zeros(3))
-    radial_volume(corners, faces, np.full(3, 0.1), COARSE)
+def _use_build() -> None:
+    """Build gamuts with the default options, of a complete grid and of scattered samples."""
     # few samples, because every process that builds waits for this; more vertices than the trials
+    built = Gamut(_table(), surface_samples=200)
     Gamut(_table(), surface_samples=200, device_model="fit")
-    gamut = Gamut.from_bytes(Gamut(_table(), surface_samples=200).to_bytes())
-    for name in FORMATS:
-        mesh_file(gamut.level(50), name)
-    gamut.mesh(max_error=1e-6)
-    gamut.mesh(max_error=1e-6, side="inside")
-
-
-def _use_decimation() -> None:
-    """Decimate a cube, and write, read and search its history."""
-    record = _decimate_cube("volume")
-    history, _ = history_from_bytes(history_bytes(build_history(record)))
-    curve = [level.to_mapping() for level in error_curve(history, curve_counts(history.triangles))]
-    LevelSearch(curve).find(history, LevelRequest(max_error=1e-6))
-
-
-def _decimate_cube(cost: str) -> Decimation:
-    # small: errors by samples, of which there are as many however few the faces, take a while
-    vertices = np.stack(np.meshgrid(*[(-1.0, 1.0)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
-    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
-    faces = [corners for a, b, c, d in quads for corners in ((a, b, c), (a, c, d))]
-    return decimate(TriangleMesh(vertices, np.array(faces, np.int32)), np.zeros(3), cost)
+    Gamut.from_bytes(built.to_bytes()).level(50)
 
 
 def _use_options() -> None:
-    """Use the costs and boundaries other than the default, pictures and all metrics."""
+    """Use the costs and boundaries other than the default, pictures, metrics and distances."""
     Grid((2, 2, 2), (np.zeros((8, 3), np.float32),)).values(np.full((1, 3), 0.5))
     for cost in COSTS:
         _decimate_cube(cost)
@@ -153,10 +203,13 @@ def _use_options() -> None:
         function(history.full(), history.level(50))
     radial_difference(history.full(), history.level(50), history.centre)
     mesh_picture(history.level(50), size=16)
+    gamut = Gamut(_table(), surface_samples=200)
+    gamut.distance(_COLOURS)
+    gamut.nearest(_COLOURS, metric="CIEDE2000")
 
 
-def _use_sections() -> None:
-    """Ask for comparisons, sections and crossings."""
+def _use_queries() -> None:
+    """Ask for comparisons, sections, crossings and mapping."""
     gamut = Gamut(_table(), surface_samples=200)
     gamut.compare(gamut)
     gamut.coverage_of(gamut)
@@ -166,23 +219,17 @@ def _use_sections() -> None:
     gamut.slice(50.0)
     gamut.cusps(4)
     gamut.crossings(_COLOURS, _COLOURS[::-1])
-
-
-def _use_distances() -> None:
-    """Ask for distances, and map colours."""
-    gamut = Gamut(_table(), surface_samples=200)
-    gamut.nearest(_COLOURS, metric="CIEDE2000")
-    gamut.distance(_COLOURS)
     gamut.map(_COLOURS, "clip-nearest")
 
 
 _COLOURS = np.array([(50.0, 0.0, 0.0), (50.0, 90.0, 0.0)])
 
 STEPS = {
-    "default": (_use_builds, _use_decimation),
-    "optional": (_use_options, _use_sections, _use_distances),
+    "default": (_use_readers_and_models, _use_surface, _use_build),
+    "optional": (_use_options, _use_queries),
 }
-"""What uses the kernels of each group. The first step and the last have little in common."""
+"""What uses the kernels of each group. The first two steps take about as long, have few kernels in
+common, and run at the same time. A third one uses the kernels of both."""
 
 
 def _wait_for_end_of_stdin() -> None:
@@ -199,6 +246,7 @@ def main() -> None:
         "--while-stdin-is-open", action="store_true", help="exit when standard input ends"
     )
     arguments = parser.parse_args()
+    gc.set_threshold(*COLLECTION)
     if arguments.while_stdin_is_open:
         _exit_after(_wait_for_end_of_stdin)
     compile_kernels(tuple(arguments.group) or GROUPS)

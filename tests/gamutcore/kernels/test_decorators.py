@@ -7,8 +7,10 @@ import sys
 import numpy as np
 import pytest
 from numba.core import config
+from numba.core.compiler import Flags
 
 from gamutcore.kernels import bit_length, cache, inlined_kernel, kernel, leaf_kernel
+from gamutcore.kernels.linking import ComparedFlags
 
 DECORATORS = pytest.mark.parametrize("decorator", [kernel, leaf_kernel, inlined_kernel])
 
@@ -108,6 +110,19 @@ def test_a_subroutine_has_no_machine_code_until_python_calls_it():
     assert not third.overloads
     assert third(6.0) == 2.0
     assert third.overloads
+
+
+@pytest.mark.parametrize("changed", [{}, {"error_model": "numpy"}, {"nrt": True}])
+@pytest.mark.parametrize("stated", [{}, {"error_model": "python"}, {"error_model": "numpy"}])
+def test_options_are_compared_as_numba_compares_them(stated, changed):
+    """An option that is left out has its default."""
+    one, other = Flags(), Flags()
+    for flags, values in ((one, stated), (other, changed)):
+        for name, value in values.items():
+            setattr(flags, name, value)
+    for first, second in ((ComparedFlags(one), ComparedFlags(other)), (ComparedFlags(one), other)):
+        assert (first == second) == (second == first) == (one == other)
+        assert hash(first) == hash(second) == hash(one)
 
 
 @kernel
