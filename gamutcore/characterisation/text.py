@@ -39,7 +39,6 @@ __all__ = [
     "DelimitedText",
     "NumberTable",
     "bounded_lines",
-    "decoded_text",
     "delimited_samples",
     "is_number",
     "mentions",
@@ -118,18 +117,6 @@ def text_and_encoding(data: bytes) -> tuple[str, str] | None:
     """Return a text and the name of its encoding; None if the content is binary."""
     encoding = text_encoding(data)
     return None if encoding is None else (data.decode(encoding), encoding)
-
-
-def decoded_text(data: bytes) -> str | None:
-    r"""Return the text in UTF-8, UTF-16 or Windows-1252; None if the content is binary.
-
-    Examples
-    --------
-    >>> decoded_text("Grün".encode("cp1252"))
-    'Grün'
-    """
-    found = text_and_encoding(data)
-    return None if found is None else found[0]
 
 
 class DelimitedText:

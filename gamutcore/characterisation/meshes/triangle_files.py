@@ -51,8 +51,8 @@ _HEADER = 84
 _FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attributes", "<u2")])
 _TEXT = re.compile(rb"\s*solid\b[^\r\n]*[\r\n]+\s*facet\b")
 _CORNER = re.compile(rb"\bvertex[ \t]+([^\r\n]{1,1200})")
-_OBJ_VERTEX = re.compile(rb"^[ \t]*v[ \t]+[-+.\d]", re.MULTILINE)
-_OBJ_FACE = re.compile(rb"^[ \t]*f[ \t]+[-\d]", re.MULTILINE)
+_OBJ_VERTEX = re.compile(r"^[ \t]*v[ \t]+[-+.0-9]", re.MULTILINE)
+_OBJ_FACE = re.compile(r"^[ \t]*f[ \t]+[-0-9]", re.MULTILINE)
 _NOTE = re.compile(r"#\s*([\w ./-]{1,80}):\s+(.*)")
 _REFERENCE = re.compile(rb"(-?\d{1,10})(?:/-?\d{0,10}){0,2}")
 MAX_NOTES = 200
@@ -66,7 +66,7 @@ MAX_LINES = 6_000_000
 MAX_LINE = 1_000_000
 """Maximum number of lines, and maximum length of a line in bytes."""
 
-_OBJ_WORDS = {b"v", b"vn", b"vt", b"vp", b"o", b"g", b"s", b"mtllib", b"usemtl", b"f"}
+_OBJ_WORDS = {"v", "vn", "vt", "vp", "o", "g", "s", "mtllib", "usemtl", "f"}
 
 
 def looks_like_stl(data: bytes) -> bool:
@@ -105,22 +105,23 @@ def stl_mesh(data: bytes) -> GamutMesh:
     return gamut_mesh("stl", vertices, faces)
 
 
-def looks_like_obj(data: bytes) -> bool:
-    """Return whether bytes have lines of vertices and faces, as OBJ files do."""
+def looks_like_obj(text: str) -> bool:
+    """Return whether a text has lines of vertices and faces, as OBJ files do."""
     # The first line excludes nearly all other texts without a search through them.
-    for line in data[:100_000].splitlines():
+    for line in text[:100_000].splitlines():
         words = line.split(None, 1)
-        if words and not words[0].startswith(b"#"):
+        if words and not words[0].startswith("#"):
             return (
                 words[0] in _OBJ_WORDS
-                and _OBJ_VERTEX.search(data) is not None
-                and _OBJ_FACE.search(data) is not None
+                and _OBJ_VERTEX.search(text) is not None
+                and _OBJ_FACE.search(text) is not None
             )
     return False
 
 
-def obj_mesh(data: bytes) -> GamutMesh:
-    """Return the mesh in an OBJ file."""
+def obj_mesh(text: str) -> GamutMesh:
+    """Return the mesh in the text of an OBJ file."""
+    data = text.encode("utf-8", "replace")
     vertices, sides, corners = array("d"), array("q"), array("q")
     said: dict[str, str] = {}
     for line, content in _lines(data):
