@@ -310,16 +310,18 @@ def ink_limit_warnings(data: Characterisation, ink_limit: float | None) -> list[
     """
     stated = stated_ink_limit(data) if ink_limit is None else None
     if stated is not None:
-        return [
+        warning = (
             f"The data states an ink limit of {stated.total:g} % ({stated.source}), which is not "
             f"applied. Give ink_limit {stated.total:g} (--ink-limit {stated.total:g}) for the "
             "colours that are printed."
-        ]
+        )
+        return [warning]
     if ink_limit is not None and ink_limit < IN_PER_CENT:
-        return [
+        warning = (
             f"The ink limit is {ink_limit:g} % of one full ink. ink_limit is in per cent: 300 "
             "stands for three full inks."
-        ]
+        )
+        return [warning]
     return []
 
 

@@ -14,15 +14,15 @@ from typing import TypeAlias
 from gamutcore.characterisation.cgats import cgats_samples, looks_like_cgats
 from gamutcore.characterisation.cxf import cxf_samples, looks_like_cxf, looks_like_xml
 from gamutcore.characterisation.icc import IccProfile, icc_profile, looks_like_icc
-from gamutcore.characterisation.meshes.gamut_surfaces import argyll_mesh, looks_like_argyll
 from gamutcore.characterisation.meshes.gltf import gltf_mesh, looks_like_glb, looks_like_gltf
-from gamutcore.characterisation.meshes.mesh import GamutMesh
-from gamutcore.characterisation.meshes.ply import looks_like_ply, ply_mesh
+from gamutcore.characterisation.meshes.mesh import GamutMesh, argyll_mesh, looks_like_argyll
 from gamutcore.characterisation.meshes.triangle_files import (
     looks_like_obj,
+    looks_like_ply,
     looks_like_stl,
     looks_like_threemf,
     obj_mesh,
+    ply_mesh,
     stl_mesh,
     threemf_mesh,
 )

@@ -1,11 +1,14 @@
 """A table of colours: read from the bytes of a file, and written back with an answer.
 
+Workbooks (.xlsx) are written by openpyxl, which is the extra ``excel``.
+
 The text of a table is read twice: for the colours, and for the cells while the answer is written.
 The cells of a large table are therefore never in memory all at once.
 """
 
 from __future__ import annotations
 
+import importlib.util
 import io
 import math
 import re
@@ -46,21 +49,24 @@ from gamutcore.errors import (
     UnrecognisedFormatError,
 )
 from gamutcore.tables.columns import (
+    PALETTE_MAGIC,
     axes_of,
+    css_colour,
     find_columns,
     on_full_scale,
     space_named,
+    swatches,
     unused_columns,
 )
-from gamutcore.tables.notations import PALETTE_MAGIC, css_colour, swatches
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
+    from pathlib import Path
 
     from gamutcore.arrays import FloatArray
     from gamutcore.errors import Where
 
-__all__ = ["ColourTable", "read_table"]
+__all__ = ["ColourTable", "read_table", "write_workbook"]
 
 _DAMAGED = (
     *(ValueError, EOFError, TypeError, SyntaxError, KeyError, MemoryError, RecursionError),
@@ -829,3 +835,65 @@ def _no_table(data: bytes) -> UnrecognisedFormatError:
         kind = "binary data of an unknown format"
         remedy = f"Give a CSV or .npy file of colours, or for gamut map a picture: {pictures}."
     return UnrecognisedFormatError(f"The content is {kind}, not a table of colours.", remedy=remedy)
+
+
+_CONTROLS = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f]")
+"""Characters that XML 1.0, 2.2, does not have."""
+
+_LONGEST_CELL = 32_767
+"""Characters of a cell, by Excel's specifications."""
+
+
+def write_workbook(table: ColourTable, columns: Mapping[str, Sequence[Any]], path: Path) -> None:
+    """Write a table with further columns as a workbook of one sheet.
+
+    The colours of the table and the added numbers are numbers. Other cells are texts, also if they
+    look like numbers or formulas.
+
+    Raises
+    ------
+    ModuleNotFoundError
+        openpyxl is not installed.
+    """
+    if importlib.util.find_spec("openpyxl") is None:
+        raise ModuleNotFoundError(
+            "Workbooks need openpyxl, which is not installed. Install it with "
+            "pip install 'gamut-boundary-service[excel]', or write a .csv file.",
+            name="openpyxl",
+        )
+    from openpyxl import Workbook  # noqa: PLC0415
+    from openpyxl.cell import WriteOnlyCell  # noqa: PLC0415
+
+    book = Workbook(write_only=True)
+    sheet = book.create_sheet("colours")
+
+    def text(value: str) -> Any:  # noqa: ANN401  # openpyxl has no types
+        cell = WriteOnlyCell(sheet, value=None)
+        cell.value = _CONTROLS.sub("", value)[:_LONGEST_CELL]
+        cell.data_type = "s"
+        return cell
+
+    sheet.append([text(name) for name in (*table.header, *table.added_names(list(columns)))])
+    numbers = set(table.colour_places)
+    answers = zip(*columns.values(), strict=True) if columns else iter(())
+    for cells, known in table.rows():
+        row = [
+            _cell_number(cell) if known and at in numbers else (text(cell) if cell else None)
+            for at, cell in enumerate(cells)
+        ]
+        if known:
+            row += [_plain(value) for value in next(answers)]
+        sheet.append([text(each) if isinstance(each, str) else each for each in row])
+    book.save(path)
+
+
+def _cell_number(cell: str) -> float | str:
+    try:
+        return number(cell.strip())
+    except ValueError:
+        return cell
+
+
+def _plain(value: Any) -> Any:  # noqa: ANN401
+    value = value.item() if hasattr(value, "item") else value
+    return None if value != value else value  # noqa: PLR0124  # NaN is unequal to itself

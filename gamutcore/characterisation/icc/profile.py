@@ -26,7 +26,6 @@ from gamutcore.characterisation.samples import JSON
 from gamutcore.errors import MalformedProfileError, UnsupportedProfileError
 
 if TYPE_CHECKING:
-
     from gamutcore.arrays import FloatArray
 
 __all__ = ["IccProfile", "icc_profile", "looks_like_icc"]

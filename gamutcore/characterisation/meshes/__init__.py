@@ -4,10 +4,10 @@ Each reader checks the sizes in a file against the length of the file, and again
 `meshes.mesh`, before it allocates memory.
 """
 
-from gamutcore.characterisation.meshes.gamut_surfaces import (
+from gamutcore.characterisation.meshes.mesh import (
     GAMUT_BOUNDARY_TAGS,
+    GamutMesh,
     described_boundary,
 )
-from gamutcore.characterisation.meshes.mesh import GamutMesh
 
 __all__ = ["GAMUT_BOUNDARY_TAGS", "GamutMesh", "described_boundary"]
