@@ -20,7 +20,6 @@ from gamutcore.characterisation.samples import Samples
 from gamutcore.characterisation.text import (
     DelimitedText,
     mentions,
-    text_and_encoding,
     text_encoding,
 )
 
@@ -38,6 +37,5 @@ __all__ = [
     "ink_limit_warnings",
     "measurements_of",
     "mentions",
-    "text_and_encoding",
     "text_encoding",
 ]

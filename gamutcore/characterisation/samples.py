@@ -520,12 +520,16 @@ def _with_condition_number(
         )
     number = labels.setdefault(condition_label(text or ""), len(labels))
     if number >= MAX_ROW_CONDITIONS:
-        raise SampleLimitError(
-            f"The samples have more than {MAX_ROW_CONDITIONS} measurement conditions.",
-            where={"row": row + 1, "field": f"samples[{row}][{column}]"},
-            remedy=f"Send the samples of at most {MAX_ROW_CONDITIONS} conditions at a time.",
-        )
+        raise _too_many_conditions({"row": row + 1, "field": f"samples[{row}][{column}]"})
     return [*cells[:column], number, *cells[column + 1 :]]
+
+
+def _too_many_conditions(where: Where) -> SampleLimitError:
+    return SampleLimitError(
+        f"The samples have more than {MAX_ROW_CONDITIONS} measurement conditions.",
+        where=where,
+        remedy=f"Send the samples of at most {MAX_ROW_CONDITIONS} conditions at a time.",
+    )
 
 
 def _not_a_number(cells: list[Any], row: int, roles: ColumnRoles) -> MalformedFileError:
@@ -648,11 +652,7 @@ def _condition_numbers(field: npt.NDArray[Any]) -> tuple[FloatArray, tuple[str, 
         )
     found, places = np.unique(texts, return_inverse=True)
     if len(found) > MAX_ROW_CONDITIONS:
-        raise SampleLimitError(
-            f"The samples have more than {MAX_ROW_CONDITIONS} measurement conditions.",
-            where={"field": "descr"},
-            remedy=f"Send the samples of at most {MAX_ROW_CONDITIONS} conditions at a time.",
-        )
+        raise _too_many_conditions({"field": "descr"})
     labels: dict[str, int] = {}
     numbers = [labels.setdefault(condition_label(str(text)), len(labels)) for text in found]
     return np.array(numbers, dtype=np.float64)[places.ravel()], tuple(labels)

@@ -27,7 +27,6 @@ from gamutcore.characterisation import (
     Samples,
     characterisation,
     mentions,
-    text_and_encoding,
     text_encoding,
 )
 from gamutcore.characterisation.cgats import cgats_rows, looks_like_cgats
@@ -798,11 +797,12 @@ def _of_samples(data: bytes) -> ColourTable:
     points = np.ascontiguousarray(found.lab, np.float64)
     header: list[str] = []
     cells: list[list[str]] | None = None
-    text = text_and_encoding(data)
-    if text is not None and looks_like_cgats(text[0]):
-        header, cells = cgats_rows(text[0])
-    elif text is not None and not looks_like_xml(data):
-        lines = DelimitedText(data, text[1]).rows()
+    encoding = text_encoding(data)
+    text = "" if encoding is None else data.decode(encoding)
+    if looks_like_cgats(text):
+        header, cells = cgats_rows(text)
+    elif encoding is not None and not looks_like_xml(data):
+        lines = DelimitedText(data, encoding).rows()
         rows = [cells for _, cells in lines if any(cell.strip() for cell in cells)]
         header, cells = rows[0], [row[: len(rows[0])] for row in rows[1:]]
     if cells is None or len(cells) != len(points):

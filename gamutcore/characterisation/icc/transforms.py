@@ -569,13 +569,12 @@ def largest_output_sum(element: Element, channels: int) -> float | None:
         start = clut + 20
         after = _curves(element, curves, channels) if curves else None
     else:
-        size, start = (2, 52) if kind == "mft2" else (1, 48)
-        entries = [element.unsigned(offset, 2) if size == 2 else 256 for offset in (48, 50)]
-        if entries[1] < 2:
+        size, start, before, entries = _lut_layout(element)
+        if entries < 2:
             raise element.malformed("has tables of fewer than 2 entries")
-        start += 3 * entries[0] * size
+        start += 3 * before * size
         count = element.unsigned(10, 1) ** 3
-        after = _tables(element, start + count * channels * size, channels, entries[1], size)
+        after = _tables(element, start + count * channels * size, channels, entries, size)
     if size not in {1, 2} or count == 0:
         raise element.malformed(f"has a grid of {count} nodes of {size} bytes per value")
     if count * channels > MAX_SEPARATION_VALUES:
@@ -591,6 +590,13 @@ def _grid(element: Element, offset: int, nodes: tuple[int, ...], size: int) -> G
     return Grid(nodes, (values.reshape(-1, 3),), full=65535.0)
 
 
+def _lut_layout(element: Element) -> tuple[int, int, int, int]:
+    """Return bytes per value, offset, and entries of the input and output tables of lut8, lut16."""
+    if element.kind == "mft1":
+        return 1, 48, 256, 256
+    return 2, 52, element.unsigned(48, 2), element.unsigned(50, 2)
+
+
 def _lut_stages(element: Element, inputs: int) -> tuple[Stage, ...]:
     """Return the stages of lut8 and lut16 (ICC.1:2022, 10.11 and 10.12).
 
@@ -598,12 +604,7 @@ def _lut_stages(element: Element, inputs: int) -> tuple[Stage, ...]:
     device values, errors would be up to 35 ΔE*ab.
     """
     grid_points = element.unsigned(10, 1)
-    if element.kind == "mft2":
-        size, offset = 2, 52
-        input_entries, output_entries = element.unsigned(48, 2), element.unsigned(50, 2)
-    else:
-        size, offset = 1, 48
-        input_entries = output_entries = 256
+    size, offset, input_entries, output_entries = _lut_layout(element)
     if min(input_entries, output_entries) < 2:
         raise element.malformed("has tables of fewer than 2 entries")
     before = _tables(element, offset, inputs, input_entries, size)

@@ -117,19 +117,8 @@ class Element:
         return prop.name in _WANTED or (self.reads_device and prop.name in self.device)
 
 
-@dataclass
-class Header:
-    """A header: byte order (empty for text), elements, notes, number of lines, and size."""
-
-    order: str
-    elements: list[Element]
-    said: dict[str, str]
-    lines: int
-    size: int
-
-
-def ply_header(data: bytes) -> Header:
-    """Return the header of a PLY file, whose counts of rows are within limits."""
+def _ply_rows(data: bytes) -> _Rows:
+    """Read the header of a PLY file, whose counts of rows must be within limits."""
     end = _END.search(data, 0, MAX_HEADER)
     if end is None:
         raise MalformedFileError(
@@ -160,7 +149,7 @@ def ply_header(data: bytes) -> Header:
     if order is None:
         raise _broken(1, "The header has no format.")
     _check(elements)
-    return Header(order, elements, said, len(lines) + 1, end.end())
+    return _Rows(data, order, end.end(), elements, said, len(lines) + 2)
 
 
 def _check(elements: list[Element]) -> None:
@@ -219,22 +208,23 @@ def looks_like_ply(data: bytes) -> bool:
 
 def ply_mesh(data: bytes) -> GamutMesh:
     """Return the mesh in a PLY file. Errors state the line of the header, or of the text."""
-    header = ply_header(data)
-    reader = _Rows(data if header.order else _as_binary(data, header), header)
+    rows = _ply_rows(data)
+    if not rows.order:
+        rows.convert_text()
     vertices: FloatArray | None = None
     faces: LongArray | None = None
     device: dict[str, FloatArray] = {}
     unread = False
-    for element in header.elements:
+    for element in rows.elements:
         if vertices is not None and faces is not None:
             break
-        columns = reader.columns(element)
+        columns = rows.columns(element)
         if element.name == "vertex" and vertices is None:
             vertices = _positions(element, columns)
             unread = not element.reads_device
             device = by_channel(
                 (
-                    unescaped(header.said.pop(name, name.removeprefix(DEVICE))),
+                    unescaped(rows.said.pop(name, name.removeprefix(DEVICE))),
                     columns.values.get(name, np.empty(0)),
                 )
                 for name in ([] if unread else element.device)
@@ -252,7 +242,7 @@ def ply_mesh(data: bytes) -> GamutMesh:
         "ply",
         vertices,
         faces,
-        stated=header.said,
+        stated=rows.said,
         device=device,
         warnings=[TOO_MANY_DEVICE_VALUES] * unread,
     )
@@ -265,27 +255,34 @@ class _Columns(NamedTuple):
     lengths: dict[str, LongArray]
 
 
-def _as_binary(data: bytes, header: Header) -> bytes:
-    """Return the numbers of a text as 64-bit floats, and change the header to say so."""
-    numbers = numbers_of(data[header.size :], header.lines + 1, MAX_NUMBERS + 1)
-    if len(numbers) > MAX_NUMBERS:
-        raise SampleLimitError(
-            f"The file has more than {MAX_NUMBERS} numbers.",
-            remedy="Send the mesh alone, without further elements.",
-        )
-    for element in header.elements:
-        for prop in element.properties:
-            prop.kind, prop.length = "f8", prop.length and "f8"
-    header.order, header.size = "<", 0
-    return np.asarray(numbers, "<f8").tobytes()
-
-
+@dataclass
 class _Rows:
-    """Rows of the elements of a binary file, in their order."""
+    """Rows of the elements of a file, in their order: the header, and the place of the next row.
 
-    def __init__(self, data: bytes, header: Header) -> None:
-        self.data, self.order, self.place = data, header.order, header.size
-        self.walked = 0
+    The byte `order` is empty for text. `line` is that of the first row of a text, and `walked` the
+    number of values that were read one by one.
+    """
+
+    data: bytes
+    order: str
+    place: int
+    elements: list[Element]
+    said: dict[str, str]
+    line: int
+    walked: int = 0
+
+    def convert_text(self) -> None:
+        """Convert the numbers of a text to 64-bit floats."""
+        numbers = numbers_of(self.data[self.place :], self.line, MAX_NUMBERS + 1)
+        if len(numbers) > MAX_NUMBERS:
+            raise SampleLimitError(
+                f"The file has more than {MAX_NUMBERS} numbers.",
+                remedy="Send the mesh alone, without further elements.",
+            )
+        for element in self.elements:
+            for prop in element.properties:
+                prop.kind, prop.length = "f8", prop.length and "f8"
+        self.data, self.order, self.place = np.asarray(numbers, "<f8").tobytes(), "<", 0
 
     def columns(self, element: Element) -> _Columns:
         """Return the values of the next element."""
