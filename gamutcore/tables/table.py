@@ -318,7 +318,10 @@ def read_table(
                 where={"limit": most_bytes},
                 remedy=f"Send at most {most_bytes} bytes, or the colours as CSV.",
             )
-        table = _other(data, given or own, scale)
+        if data.startswith(NPY_MAGIC):
+            table = _of_array(data, given or own, scale)
+        else:
+            table = _of_swatches(data) if data.startswith(PALETTE_MAGIC) else _of_samples(data)
     if most is not None and len(table.points) > most:
         raise _too_many(most)
     return table
@@ -338,15 +341,6 @@ def _delimited(data: bytes, most_bytes: int | None) -> DelimitedText | None:
         if too_long or looks_like_cgats(data.decode(encoding)):
             return None
     return DelimitedText(data, encoding)
-
-
-def _other(data: bytes, space: str | None, scale: float | None) -> ColourTable:
-    """Return the table in a file that is recognised by its content, and says its space itself."""
-    if data.startswith(NPY_MAGIC):
-        return _of_array(data, space, scale)
-    if data.startswith(PALETTE_MAGIC):
-        return _of_swatches(data)
-    return _of_samples(data)
 
 
 def _of_text(
