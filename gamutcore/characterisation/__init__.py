@@ -2,9 +2,8 @@
 
 `characterisation` recognises a format by content. It returns `Samples` (measured colours, with or
 without device values), an `IccProfile`, a `Picture`, a `GamutMesh` or a `Reference`.
-`measurements_of` and `described_boundary` return further content of a profile, and `decoded_text`
-is the one decoder of text. `FORMATS` lists all formats. Readers check every size and value in a
-file; `gamutcore.colours` computes colours.
+`measurements_of` and `described_boundary` return further content of a profile. `FORMATS` lists all
+formats. Readers check every size and value in a file; `gamutcore.colours` computes colours.
 """
 
 from gamutcore.characterisation.embedded import ink_limit_warnings, measurements_of
@@ -20,9 +19,7 @@ from gamutcore.characterisation.recognition import (
 from gamutcore.characterisation.samples import Samples
 from gamutcore.characterisation.text import (
     DelimitedText,
-    decoded_text,
     mentions,
-    text_and_encoding,
     text_encoding,
 )
 
@@ -36,11 +33,9 @@ __all__ = [
     "Picture",
     "Samples",
     "characterisation",
-    "decoded_text",
     "described_boundary",
     "ink_limit_warnings",
     "measurements_of",
     "mentions",
-    "text_and_encoding",
     "text_encoding",
 ]

@@ -36,10 +36,6 @@ if TYPE_CHECKING:
     from gamutcore.characterisation.recognition import Characterisation
 
 __all__ = [
-    "MEASUREMENT_TAGS",
-    "StatedLimit",
-    "embedded_samples",
-    "embedded_text",
     "ink_limit_warnings",
     "measurements_of",
     "stated_ink_limit",
@@ -72,6 +68,9 @@ _IDENTITIES = ("SAMPLE_ID", "SAMPLEID", "SAMPLE_NAME", "SAMPLE_NO", "SAMPLE_LOC"
 def measurements_of(data: Characterisation, *, condition: str | None = None) -> Samples:
     """Return the measurements embedded in a profile.
 
+    The profile's names of inks apply where the text only numbers them, and its device class where
+    the text has none. The provenance has the tag and the profile's name.
+
     Parameters
     ----------
     data : IccProfile
@@ -86,32 +85,23 @@ def measurements_of(data: Characterisation, *, condition: str | None = None) -> 
     CharacterisationError, InvalidPointsError
     The measurements are malformed; ``where["tag"]`` names the tag.
     """
-    if isinstance(data, IccProfile):
-        return embedded_samples(data, condition=condition)
-    raise OptionError(
-        "source is 'measurements', but the data is not an ICC profile.",
-        where={"field": "source"},
-        remedy="Leave it out: only profiles have measurements besides their own content.",
-    )
-
-
-def embedded_samples(profile: IccProfile, *, condition: str | None = None) -> Samples:
-    """Return the measurements that a profile carries; errors name the tag in ``where["tag"]``.
-
-    The profile's names of inks apply where the text only numbers them, and its device class where
-    the text has none. The provenance has the tag and the profile's name.
-    """
-    tags = [tag for tag in MEASUREMENT_TAGS if tag in profile.tags]
-    data_set = _registered_data_set(profile) if "targ" in tags else None
+    if not isinstance(data, IccProfile):
+        raise OptionError(
+            "source is 'measurements', but the data is not an ICC profile.",
+            where={"field": "source"},
+            remedy="Leave it out: only profiles have measurements besides their own content.",
+        )
+    tags = [tag for tag in MEASUREMENT_TAGS if tag in data.tags]
+    data_set = _registered_data_set(data) if "targ" in tags else None
     if data_set is not None:
         tags.remove("targ")
     if not tags:
         raise _no_measurements(data_set)
     tag = tags[0]
-    text = embedded_text(profile, tag)
+    text = embedded_text(data, tag)
     try:
-        if tag == "CIED" and DEVICE_TAG in profile.tags:
-            text = _with_device_values(text, profile)
+        if tag == "CIED" and DEVICE_TAG in data.tags:
+            text = _with_device_values(text, data)
         samples = characterisation(text, condition=condition)
     except GamutError as error:
         if isinstance(error, CharacterisationError | InvalidPointsError):
@@ -123,7 +113,7 @@ def embedded_samples(profile: IccProfile, *, condition: str | None = None) -> Sa
             where={"tag": tag},
             remedy="It is a text with columns of device values and colours.",
         )
-    return _described(samples, profile, tag)
+    return _described(samples, data, tag)
 
 
 def _no_measurements(data_set: str | None) -> OptionError:
@@ -300,7 +290,11 @@ def stated_ink_limit(data: Characterisation) -> StatedLimit | None:
     """
     if not isinstance(data, Samples | IccProfile) or not data.inks:
         return None
-    found = _of_samples(data) if isinstance(data, Samples) else _of_profile(data)
+    if isinstance(data, Samples):
+        text = data.conditions.get(KEYWORD, "").strip()
+        found = StatedLimit(float(text), KEYWORD) if _PER_CENT.fullmatch(text) else None
+    else:
+        found = _of_profile(data)
     all_inks = 100.0 * len(data.channels)
     return found if found is not None and 0.0 < found.total < all_inks - 0.5 else None
 
@@ -314,28 +308,21 @@ def ink_limit_warnings(data: Characterisation, ink_limit: float | None) -> list[
     ink_limit : float or None
     In per cent, as given.
     """
-    if ink_limit is None:
-        stated = stated_ink_limit(data)
-        if stated is None:
-            return []
-        total = f"{stated.total:g}"
+    stated = stated_ink_limit(data) if ink_limit is None else None
+    if stated is not None:
         warning = (
-            f"The data states an ink limit of {total} % ({stated.source}), which is not applied. "
-            f"Give ink_limit {total} (--ink-limit {total}) for the colours that are printed."
+            f"The data states an ink limit of {stated.total:g} % ({stated.source}), which is not "
+            f"applied. Give ink_limit {stated.total:g} (--ink-limit {stated.total:g}) for the "
+            "colours that are printed."
         )
         return [warning]
-    if ink_limit < IN_PER_CENT:
+    if ink_limit is not None and ink_limit < IN_PER_CENT:
         warning = (
             f"The ink limit is {ink_limit:g} % of one full ink. ink_limit is in per cent: 300 "
             "stands for three full inks."
         )
         return [warning]
     return []
-
-
-def _of_samples(samples: Samples) -> StatedLimit | None:
-    text = samples.conditions.get(KEYWORD, "").strip()
-    return StatedLimit(float(text), KEYWORD) if _PER_CENT.fullmatch(text) else None
 
 
 def _of_profile(profile: IccProfile) -> StatedLimit | None:

@@ -7,16 +7,28 @@ other text is a table if its first line has column names.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeAlias
 
 from gamutcore.characterisation.cgats import cgats_samples, looks_like_cgats
 from gamutcore.characterisation.cxf import cxf_samples, looks_like_cxf, looks_like_xml
 from gamutcore.characterisation.icc import IccProfile, icc_profile, looks_like_icc
-from gamutcore.characterisation.meshes import GamutMesh, binary_mesh, text_mesh
+from gamutcore.characterisation.meshes.gltf import gltf_mesh, looks_like_glb, looks_like_gltf
+from gamutcore.characterisation.meshes.mesh import GamutMesh, argyll_mesh, looks_like_argyll
+from gamutcore.characterisation.meshes.triangle_files import (
+    looks_like_obj,
+    looks_like_ply,
+    looks_like_stl,
+    looks_like_threemf,
+    obj_mesh,
+    ply_mesh,
+    stl_mesh,
+    threemf_mesh,
+)
 from gamutcore.characterisation.pictures import Picture, picture_format, read_picture
 from gamutcore.characterisation.samples import NPY_MAGIC, Samples, json_samples, npy_samples
-from gamutcore.characterisation.text import DelimitedText, delimited_samples, text_and_encoding
+from gamutcore.characterisation.text import DelimitedText, delimited_samples, text_encoding
 from gamutcore.errors import OptionError, UnrecognisedFormatError
 from gamutcore.references import Reference, parse_definition
 
@@ -106,14 +118,7 @@ FORMATS = (
         "`#?RADIANCE`, `#?RGBE`",
     ),
     Format("jpeg-xl", "JPEG XL", "picture", (".jxl",), ("image/jxl",), "its signature"),
-    Format(
-        "jpeg-2000",
-        "JPEG 2000",
-        "picture",
-        (".jp2", ".j2k"),
-        ("image/jp2",),
-        "its signature",
-    ),
+    Format("jpeg-2000", "JPEG 2000", "picture", (".jp2", ".j2k"), ("image/jp2",), "its signature"),
     Format("webp", "WebP", "picture", (".webp",), ("image/webp",), "`RIFF` and `WEBP`"),
     Format("gif", "GIF", "picture", (".gif",), ("image/gif",), "`GIF87a`, `GIF89a`"),
     Format(
@@ -185,9 +190,28 @@ def format_summary() -> str:
 Characterisation: TypeAlias = Samples | IccProfile | Picture | GamutMesh | Reference
 
 
-def characterisation(  # noqa: PLR0911 (one return for each kind)
-    data: bytes, *, condition: str | None = None
-) -> Characterisation:
+_NONE_OF_COLOURS = "profiles and pictures have no measurement condition"
+_NONE_OF_SHAPES = "meshes and reference gamuts have no measurement condition"
+_OF_BYTES: tuple[
+    tuple[Callable[[bytes], object], Callable[[bytes], Characterisation], str], ...
+] = (
+    (picture_format, lambda data: read_picture(data, picture_format(data) or ""), _NONE_OF_COLOURS),
+    (looks_like_icc, icc_profile, _NONE_OF_COLOURS),
+    (looks_like_ply, ply_mesh, _NONE_OF_SHAPES),
+    (looks_like_glb, gltf_mesh, _NONE_OF_SHAPES),
+    (looks_like_threemf, threemf_mesh, _NONE_OF_SHAPES),
+    (looks_like_stl, stl_mesh, _NONE_OF_SHAPES),
+)
+_OF_TEXT: tuple[tuple[Callable[[str], bool], Callable[[str], GamutMesh]], ...] = (
+    (looks_like_gltf, lambda text: gltf_mesh(text.encode())),
+    (looks_like_argyll, argyll_mesh),
+    (looks_like_obj, obj_mesh),
+)
+"""Formats without a measurement condition, in the order in which they are tried: whether a file has
+the format, and the reader."""
+
+
+def characterisation(data: bytes, *, condition: str | None = None) -> Characterisation:
     """Return the characterisation data in the bytes of a file or message.
 
     Parameters
@@ -206,56 +230,45 @@ def characterisation(  # noqa: PLR0911 (one return for each kind)
     CharacterisationError, InvalidPointsError, MeshError
         The format is known, but the content is malformed. ``where`` has the location.
     """
-    picture = picture_format(data)
-    if looks_like_icc(data) or picture is not None:
-        if condition is not None:
-            raise OptionError.not_applicable(
-                "condition",
-                condition,
-                "profiles and pictures have no measurement condition",
-            )
-        return icc_profile(data) if picture is None else read_picture(data, picture)
+    for fits, read, reason in _OF_BYTES:
+        if fits(data):
+            _refuse_condition(condition, reason)
+            return read(data)
     if data.startswith(NPY_MAGIC):
         return npy_samples(data, condition=condition)
-    mesh = binary_mesh(data)
-    if mesh is not None:
-        return _without_condition(mesh, condition)
     if looks_like_xml(data):
         if not looks_like_cxf(data):
             raise _unrecognised("The content is XML or HTML, but not CxF3.")
         return cxf_samples(data, condition=condition)
-    found = text_and_encoding(data)
-    if found is None:
+    encoding = text_encoding(data)
+    if encoding is None:
         raise _unrecognised("The content is binary, and its format is unknown.")
-    text, encoding = found
+    return _of_text(data, encoding, condition)
+
+
+def _of_text(data: bytes, encoding: str, condition: str | None) -> Characterisation:
+    text = data.decode(encoding)
     if not text.strip("\0 \t\r\n"):
         raise _unrecognised("The content is empty.")
-    mesh = text_mesh(text)
-    if mesh is not None:
-        return _without_condition(mesh, condition)
-    start = text[:1000].lstrip()
-    if start.startswith(("{", "[")):
+    for fits, read in _OF_TEXT:
+        if fits(text):
+            _refuse_condition(condition, _NONE_OF_SHAPES)
+            return read(text)
+    if text[:1000].lstrip().startswith(("{", "[")):
         reference = parse_definition(text)
-        if reference is not None:
-            return _without_condition(reference, condition)
-        return json_samples(text, condition=condition)
+        if reference is None:
+            return json_samples(text, condition=condition)
+        _refuse_condition(condition, _NONE_OF_SHAPES)
+        return reference
     if looks_like_cgats(text):
         return cgats_samples(text, condition=condition)
     return delimited_samples(DelimitedText(data, encoding), condition=condition)
 
 
-def _without_condition(
-    device: GamutMesh | Reference, condition: str | None
-) -> GamutMesh | Reference:
+def _refuse_condition(condition: str | None, reason: str) -> None:
     if condition is not None:
-        raise OptionError.not_applicable(
-            "condition", condition, "meshes and reference gamuts have no measurement condition"
-        )
-    return device
+        raise OptionError.not_applicable("condition", condition, reason)
 
 
 def _unrecognised(message: str) -> UnrecognisedFormatError:
-    return UnrecognisedFormatError(
-        message,
-        remedy=f"Send {format_summary()}.",
-    )
+    return UnrecognisedFormatError(message, remedy=f"Send {format_summary()}.")

@@ -187,7 +187,11 @@ def samples_from_values(
         )
     read = len(values) + dropped
     _refuse_numbers_beyond(values, roles, lines)
-    kept_conditions = _bounded_conditions(conditions or {})
+    # Every description of the gamut contains the conditions, so their size is limited.
+    kept_conditions = {
+        name[:80]: text[:MAX_CONDITION_LENGTH]
+        for name, text in list((conditions or {}).items())[:MAX_CONDITIONS]
+    }
     if roles.condition_column is None:
         stated = roles.condition or stated_condition(kept_conditions)
         label = chosen_condition([stated], condition)
@@ -287,14 +291,6 @@ def _described(spectra: Spectra) -> JSON:
         "to": float(spectra.wavelengths[-1]),
         "bands": len(spectra.wavelengths),
         "step": float(steps[0]) if len(steps) == 1 else None,
-    }
-
-
-def _bounded_conditions(conditions: Mapping[str, str]) -> dict[str, str]:
-    # Every description of the gamut contains the conditions, so their size is limited.
-    return {
-        name[:80]: text[:MAX_CONDITION_LENGTH]
-        for name, text in list(conditions.items())[:MAX_CONDITIONS]
     }
 
 
@@ -520,12 +516,16 @@ def _with_condition_number(
         )
     number = labels.setdefault(condition_label(text or ""), len(labels))
     if number >= MAX_ROW_CONDITIONS:
-        raise SampleLimitError(
-            f"The samples have more than {MAX_ROW_CONDITIONS} measurement conditions.",
-            where={"row": row + 1, "field": f"samples[{row}][{column}]"},
-            remedy=f"Send the samples of at most {MAX_ROW_CONDITIONS} conditions at a time.",
-        )
+        raise _too_many_conditions({"row": row + 1, "field": f"samples[{row}][{column}]"})
     return [*cells[:column], number, *cells[column + 1 :]]
+
+
+def _too_many_conditions(where: Where) -> SampleLimitError:
+    return SampleLimitError(
+        f"The samples have more than {MAX_ROW_CONDITIONS} measurement conditions.",
+        where=where,
+        remedy=f"Send the samples of at most {MAX_ROW_CONDITIONS} conditions at a time.",
+    )
 
 
 def _not_a_number(cells: list[Any], row: int, roles: ColumnRoles) -> MalformedFileError:
@@ -648,11 +648,7 @@ def _condition_numbers(field: npt.NDArray[Any]) -> tuple[FloatArray, tuple[str, 
         )
     found, places = np.unique(texts, return_inverse=True)
     if len(found) > MAX_ROW_CONDITIONS:
-        raise SampleLimitError(
-            f"The samples have more than {MAX_ROW_CONDITIONS} measurement conditions.",
-            where={"field": "descr"},
-            remedy=f"Send the samples of at most {MAX_ROW_CONDITIONS} conditions at a time.",
-        )
+        raise _too_many_conditions({"field": "descr"})
     labels: dict[str, int] = {}
     numbers = [labels.setdefault(condition_label(str(text)), len(labels)) for text in found]
     return np.array(numbers, dtype=np.float64)[places.ravel()], tuple(labels)
@@ -677,7 +673,14 @@ def _array(data: bytes) -> npt.NDArray[Any]:
         raise _malformed_npy("has a broken header") from None
     if not isinstance(tree, dict) or set(tree) != {"descr", "fortran_order", "shape"}:
         raise _malformed_npy("has a header without descr, fortran_order and shape")
-    shape, dtype = _shape(tree["shape"]), _dtype(tree["descr"])
+    shape = tree["shape"]
+    if (
+        not isinstance(shape, tuple)
+        or len(shape) > 4
+        or not all(type(size) is int and 0 <= size < 2**40 for size in shape)
+    ):
+        raise _malformed_npy("has a broken shape")
+    dtype = _dtype(tree["descr"])
     if math.prod(shape) * dtype.itemsize != len(data) - start:
         raise _malformed_npy(
             f"holds {len(data) - start} bytes of data where its header says shape {shape} of "
@@ -712,16 +715,6 @@ def _header(data: bytes) -> tuple[str, int]:
         raise _malformed_npy("has a header that is no text") from None
 
 
-def _shape(shape: object) -> tuple[int, ...]:
-    if (
-        not isinstance(shape, tuple)
-        or len(shape) > 4
-        or not all(type(size) is int and 0 <= size < 2**40 for size in shape)
-    ):
-        raise _malformed_npy("has a broken shape")
-    return shape
-
-
 def _dtype(description: Any) -> np.dtype[Any]:  # noqa: ANN401 (a literal of unknown shape)
     if isinstance(description, list) and len(description) > MAX_COLUMNS:
         raise SampleLimitError(
@@ -731,15 +724,7 @@ def _dtype(description: Any) -> np.dtype[Any]:  # noqa: ANN401 (a literal of unk
         )
     try:
         dtype: np.dtype[Any] = np.lib.format.descr_to_dtype(description)
-    except (
-        ValueError,
-        TypeError,
-        KeyError,
-        SyntaxError,
-        IndexError,
-        RecursionError,
-        OverflowError,
-    ):
+    except (ValueError, TypeError, LookupError, SyntaxError, RecursionError, OverflowError):
         raise _malformed_npy("has data of an unknown type") from None
     parts = [dtype] if dtype.fields is None else [entry[0] for entry in dtype.fields.values()]
     kinds = "fiu" if dtype.fields is None else "fiuSU"  # fields of texts are names of patches

@@ -39,12 +39,10 @@ __all__ = [
     "DelimitedText",
     "NumberTable",
     "bounded_lines",
-    "decoded_text",
     "delimited_samples",
     "is_number",
     "mentions",
     "number",
-    "text_and_encoding",
     "text_encoding",
     "text_lines",
 ]
@@ -114,24 +112,6 @@ def mentions(data: bytes, encoding: str, word: str) -> bool:
     return False
 
 
-def text_and_encoding(data: bytes) -> tuple[str, str] | None:
-    """Return a text and the name of its encoding; None if the content is binary."""
-    encoding = text_encoding(data)
-    return None if encoding is None else (data.decode(encoding), encoding)
-
-
-def decoded_text(data: bytes) -> str | None:
-    r"""Return the text in UTF-8, UTF-16 or Windows-1252; None if the content is binary.
-
-    Examples
-    --------
-    >>> decoded_text("Grün".encode("cp1252"))
-    'Grün'
-    """
-    found = text_and_encoding(data)
-    return None if found is None else found[0]
-
-
 class DelimitedText:
     """A text table, which is read row by row as often as needed.
 
@@ -139,7 +119,7 @@ class DelimitedText:
     ----------
     data : bytes
     encoding : str
-        As `text_and_encoding` finds it.
+        As `text_encoding` finds it.
 
     Attributes
     ----------
@@ -214,29 +194,26 @@ class DelimitedText:
     def write(self, rows: Iterable[Sequence[str]], separator: str | None = None) -> Iterator[str]:
         """Yield rows as text, in the dialect of the table or with another separator."""
         mark = separator or self.separator or ","
-        sink = _Lines()
         # csv quotes a cell with a line break only if the break is part of the line's end
         writer = csv.writer(
-            sink,
+            _Echo(),
             delimiter=mark,
             quoting=csv.QUOTE_ALL if self.all_quoted else csv.QUOTE_MINIMAL,
             lineterminator="\r\n",
         )
         for cells in rows:
             if cells:
-                writer.writerow(cells)
-                yield sink.line.removesuffix("\r\n") + self.newline
+                line: str = writer.writerow(cells)
+                yield line.removesuffix("\r\n") + self.newline
             else:
                 yield self.newline
 
 
-class _Lines:
-    """A file that keeps the last line alone."""
+class _Echo:
+    """A file that returns what is written."""
 
-    line = ""
-
-    def write(self, line: str) -> None:
-        self.line = line
+    def write(self, line: str) -> str:
+        return line
 
 
 def _separator(line: str) -> str:

@@ -6,7 +6,6 @@ a workbook.
 """
 
 from gamutcore.tables.columns import frame_colours
-from gamutcore.tables.table import ColourTable, read_table
-from gamutcore.tables.workbook import write_workbook
+from gamutcore.tables.table import ColourTable, read_table, write_workbook
 
 __all__ = ["ColourTable", "frame_colours", "read_table", "write_workbook"]

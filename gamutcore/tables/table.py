@@ -1,11 +1,14 @@
 """A table of colours: read from the bytes of a file, and written back with an answer.
 
+Workbooks (.xlsx) are written by openpyxl, which is the extra ``excel``.
+
 The text of a table is read twice: for the colours, and for the cells while the answer is written.
 The cells of a large table are therefore never in memory all at once.
 """
 
 from __future__ import annotations
 
+import importlib.util
 import io
 import math
 import re
@@ -14,7 +17,7 @@ from array import array
 from dataclasses import dataclass, replace
 from itertools import chain, islice
 from operator import itemgetter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -24,7 +27,6 @@ from gamutcore.characterisation import (
     Samples,
     characterisation,
     mentions,
-    text_and_encoding,
     text_encoding,
 )
 from gamutcore.characterisation.cgats import cgats_rows, looks_like_cgats
@@ -46,21 +48,24 @@ from gamutcore.errors import (
     UnrecognisedFormatError,
 )
 from gamutcore.tables.columns import (
+    PALETTE_MAGIC,
     axes_of,
+    css_colour,
     find_columns,
     on_full_scale,
     space_named,
+    swatches,
     unused_columns,
 )
-from gamutcore.tables.notations import PALETTE_MAGIC, css_colour, swatches
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
+    from pathlib import Path
 
     from gamutcore.arrays import FloatArray
     from gamutcore.errors import Where
 
-__all__ = ["ColourTable", "read_table"]
+__all__ = ["ColourTable", "read_table", "write_workbook"]
 
 _DAMAGED = (
     *(ValueError, EOFError, TypeError, SyntaxError, KeyError, MemoryError, RecursionError),
@@ -313,7 +318,10 @@ def read_table(
                 where={"limit": most_bytes},
                 remedy=f"Send at most {most_bytes} bytes, or the colours as CSV.",
             )
-        table = _other(data, given or own, scale)
+        if data.startswith(NPY_MAGIC):
+            table = _of_array(data, given or own, scale)
+        else:
+            table = _of_swatches(data) if data.startswith(PALETTE_MAGIC) else _of_samples(data)
     if most is not None and len(table.points) > most:
         raise _too_many(most)
     return table
@@ -333,15 +341,6 @@ def _delimited(data: bytes, most_bytes: int | None) -> DelimitedText | None:
         if too_long or looks_like_cgats(data.decode(encoding)):
             return None
     return DelimitedText(data, encoding)
-
-
-def _other(data: bytes, space: str | None, scale: float | None) -> ColourTable:
-    """Return the table in a file that is recognised by its content, and says its space itself."""
-    if data.startswith(NPY_MAGIC):
-        return _of_array(data, space, scale)
-    if data.startswith(PALETTE_MAGIC):
-        return _of_swatches(data)
-    return _of_samples(data)
 
 
 def _of_text(
@@ -390,9 +389,10 @@ def _of_text(
     table.space = found[0].space
     table.colour_places = tuple(place for each in found for place in each.places)
     if any(each.kind == "TEXT" for each in found):
-        _read_texts(table, first, most)
+        table.inputs = [_in_one_space(table, *_Colours(table, first, most).texts())]
+        table.reading = _statement(table, [first[place] for place in table.colour_places], text)
         return table
-    values = _Numbers(table, first, most).read()
+    values = _Colours(table, first, most).numbers()
     for at, each in enumerate(found):
         titles = [first[place] for place in each.places]
         points, table.scale = on_full_scale(
@@ -530,7 +530,10 @@ def _made_up(cells: list[str], space: str | None, columns: str | None, line: int
     )
 
 
-class _Numbers:
+T = TypeVar("T")
+
+
+class _Colours:
     """Reader of the columns of colours of a text, in blocks of rows."""
 
     def __init__(self, table: ColourTable, titles: Sequence[str], most: int | None) -> None:
@@ -538,23 +541,31 @@ class _Numbers:
         self._titles = titles
         self._most = most
         self._places = table.colour_places
-        self._pick = itemgetter(*self._places)
-        self._blocks: list[FloatArray] = []
         self._end = 0
         self._comma: int | None = None
         self._point: int | None = None
 
-    def read(self) -> FloatArray:
-        """Return the numbers (n, c) of the rows with a colour."""
+    def _rows(self) -> Iterator[list[tuple[int, list[str]]]]:
+        """Yield blocks of rows, which the caller notes by their lines."""
         lines, coloured = self._table._lines, self._table._coloured  # noqa: SLF001
         rows = self._table._numbered()  # noqa: SLF001
         while block := list(islice(rows, _BLOCK)):
-            numbers, cells = zip(*block, strict=True)
-            values = self._plain(cells, len(lines))
+            yield block
+            if self._most is not None and len(lines) > self._most:
+                raise _too_many(self._most)
+        del coloured[self._end :]  # empty lines at the end are no rows
+
+    def numbers(self) -> FloatArray:
+        """Return the numbers (n, c) of the rows with a colour."""
+        lines, coloured = self._table._lines, self._table._coloured  # noqa: SLF001
+        blocks = [np.empty((0, len(self._places)))]
+        for block in self._rows():
+            values = self._plain([cells for _, cells in block], len(lines))
             if values is None:
-                values = self._one_by_one(block)
+                found = self._one_by_one(block, self._number)
+                values = np.array(found, np.float64).reshape(-1, len(self._places))
             else:
-                lines.extend(numbers)
+                lines.extend(line for line, _ in block)
                 coloured.extend(b"\1" * len(block))
                 self._end = len(coloured)
             if self._comma is not None and self._point is not None:
@@ -563,21 +574,24 @@ class _Numbers:
                     where=self._table.place(max(self._comma, self._point)),
                     remedy="Write all numbers with the same decimal mark, and none of thousands.",
                 )
-            self._blocks.append(values)
-            if self._most is not None and len(lines) > self._most:
-                raise _too_many(self._most)
-        del coloured[self._end :]  # empty lines at the end are no rows
+            blocks.append(values)
         if self._comma is not None:
             self._table.decimal = ","
-        if not self._blocks:
-            return np.empty((0, len(self._places)))
-        return np.concatenate(self._blocks)
+        return np.concatenate(blocks)
+
+    def texts(self) -> tuple[list[str], FloatArray]:
+        """Return the spaces and coordinates (n, 3) of a column of texts such as #e4002b."""
+        found = [
+            colour for block in self._rows() for (colour,) in self._one_by_one(block, self._text)
+        ]
+        values = np.array([values for _, values in found]).reshape(-1, 3)
+        return [space for space, _ in found], values
 
     def _plain(self, cells: Sequence[list[str]], start: int) -> FloatArray | None:
         """Return the numbers of rows that all have a colour and a usual form; None for others."""
         if set(map(len, cells)) != {len(self._titles)}:
             return None
-        picked = list(map(self._pick, cells))
+        picked = list(map(itemgetter(*self._places), cells))
         if not all(map(all, picked)):
             return None
         joined = "\0".join(chain.from_iterable(picked))
@@ -600,23 +614,26 @@ class _Numbers:
         if comma and self._comma is None:
             self._comma = row
 
-    def _one_by_one(self, block: Sequence[tuple[int, list[str]]]) -> FloatArray:
+    def _one_by_one(
+        self, block: Sequence[tuple[int, list[str]]], convert: Callable[[str, int, int, int], T]
+    ) -> list[list[T]]:
+        """Return the converted cells of rows with a colour, and note all rows."""
         lines, coloured = self._table._lines, self._table._coloured  # noqa: SLF001
         width, last, found = len(self._titles), max(self._places), []
         for line, cells in block:
             row = len(lines)
             if len(cells) != width:
                 cells = _fitted(cells, width, last, line, row)  # noqa: PLW2901
-            picked = self._pick(cells) if cells else ()
-            known = bool("".join(picked).strip()) and not _is_remark(cells)
+            picked = [cells[place] for place in self._places] if cells else []
+            known = bool("".join(picked).strip()) and not (len(picked) > 1 and _is_remark(cells))
             coloured.append(known)
             self._end = len(coloured) if cells else self._end
             if known:
                 lines.append(line)
-                found.append([self._number(cell, row, at) for at, cell in enumerate(picked)])
-        return np.array(found, np.float64).reshape(-1, len(self._places))
+                found.append([convert(cell, line, row, at) for at, cell in enumerate(picked)])
+        return found
 
-    def _number(self, cell: str, row: int, at: int) -> float:
+    def _number(self, cell: str, line: int, row: int, at: int) -> float:
         stripped = cell.strip()
         try:
             found = number(stripped)
@@ -624,10 +641,23 @@ class _Numbers:
             title = self._titles[self._places[at]][:_LONGEST_SHOWN]
             raise InvalidPointsError(
                 f"{cell[:_LONGEST_SHOWN]!r} in the column {title} is not a number.",
-                where={**self._table.place(row), "field": title},
+                where={"line": line, "row": row, "field": title},
                 remedy="Give three numbers for each colour, or leave all three cells empty.",
             ) from None
         self._note(row, point="." in stripped, comma="," in stripped)
+        return found
+
+    def _text(
+        self, cell: str, line: int, row: int, at: int
+    ) -> tuple[str, tuple[float, float, float]]:
+        text, title = cell.strip(), self._titles[self._places[at]]
+        found = css_colour(text, bare_hex=True)
+        if found is None:
+            raise InvalidPointsError(
+                f"{text[:_LONGEST_SHOWN]!r} in the column {title} is not a colour.",
+                where={"line": line, "row": row, "field": title},
+                remedy="Give colours as #e4002b, rgb(), hsl(), lab(), lch(), oklab() or oklch().",
+            )
         return found
 
 
@@ -660,39 +690,6 @@ def _too_many(most: int) -> SampleLimitError:
         where={"limit": most},
         remedy=f"Send at most {most} rows at once.",
     )
-
-
-def _read_texts(table: ColourTable, titles: Sequence[str], most: int | None) -> None:
-    """Read a column of texts such as #e4002b."""
-    (place,) = table.colour_places
-    lines, coloured = table._lines, table._coloured  # noqa: SLF001
-    spaces, values, end = [], [], 0
-    for line, given in table._numbered():  # noqa: SLF001
-        cells = given
-        if len(given) != len(titles):
-            cells = _fitted(given, len(titles), place, line, len(lines))
-        text = cells[place].strip() if cells else ""
-        coloured.append(bool(text))
-        end = len(coloured) if cells else end
-        if not text:
-            continue
-        found = css_colour(text, bare_hex=True)
-        if found is None:
-            raise InvalidPointsError(
-                f"{text[:_LONGEST_SHOWN]!r} in the column {titles[place]} is not a colour.",
-                where={"line": line, "row": len(lines), "field": titles[place]},
-                remedy="Give colours as #e4002b, rgb(), hsl(), lab(), lch(), oklab() or oklch().",
-            )
-        lines.append(line)
-        spaces.append(found[0])
-        values.append(found[1])
-        if most is not None and len(lines) > most:
-            raise _too_many(most)
-    del coloured[end:]
-    table.inputs = [_in_one_space(table, spaces, np.array(values).reshape(-1, 3))]
-    text_of = table._text  # noqa: SLF001
-    assert text_of is not None  # noqa: S101  # a table of texts is a text
-    table.reading = _statement(table, [titles[place]], text_of)
 
 
 def _in_one_space(table: ColourTable, spaces: Sequence[str], values: FloatArray) -> FloatArray:
@@ -798,11 +795,12 @@ def _of_samples(data: bytes) -> ColourTable:
     points = np.ascontiguousarray(found.lab, np.float64)
     header: list[str] = []
     cells: list[list[str]] | None = None
-    text = text_and_encoding(data)
-    if text is not None and looks_like_cgats(text[0]):
-        header, cells = cgats_rows(text[0])
-    elif text is not None and not looks_like_xml(data):
-        lines = DelimitedText(data, text[1]).rows()
+    encoding = text_encoding(data)
+    text = "" if encoding is None else data.decode(encoding)
+    if looks_like_cgats(text):
+        header, cells = cgats_rows(text)
+    elif encoding is not None and not looks_like_xml(data):
+        lines = DelimitedText(data, encoding).rows()
         rows = [cells for _, cells in lines if any(cell.strip() for cell in cells)]
         header, cells = rows[0], [row[: len(rows[0])] for row in rows[1:]]
     if cells is None or len(cells) != len(points):
@@ -835,3 +833,65 @@ def _no_table(data: bytes) -> UnrecognisedFormatError:
         kind = "binary data of an unknown format"
         remedy = f"Give a CSV or .npy file of colours, or for gamut map a picture: {pictures}."
     return UnrecognisedFormatError(f"The content is {kind}, not a table of colours.", remedy=remedy)
+
+
+_CONTROLS = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f]")
+"""Characters that XML 1.0, 2.2, does not have."""
+
+_LONGEST_CELL = 32_767
+"""Characters of a cell, by Excel's specifications."""
+
+
+def write_workbook(table: ColourTable, columns: Mapping[str, Sequence[Any]], path: Path) -> None:
+    """Write a table with further columns as a workbook of one sheet.
+
+    The colours of the table and the added numbers are numbers. Other cells are texts, also if they
+    look like numbers or formulas.
+
+    Raises
+    ------
+    ModuleNotFoundError
+        openpyxl is not installed.
+    """
+    if importlib.util.find_spec("openpyxl") is None:
+        raise ModuleNotFoundError(
+            "Workbooks need openpyxl, which is not installed. Install it with "
+            "pip install 'gamut-boundary-service[excel]', or write a .csv file.",
+            name="openpyxl",
+        )
+    from openpyxl import Workbook  # noqa: PLC0415
+    from openpyxl.cell import WriteOnlyCell  # noqa: PLC0415
+
+    book = Workbook(write_only=True)
+    sheet = book.create_sheet("colours")
+
+    def text(value: str) -> Any:  # noqa: ANN401  # openpyxl has no types
+        cell = WriteOnlyCell(sheet, value=None)
+        cell.value = _CONTROLS.sub("", value)[:_LONGEST_CELL]
+        cell.data_type = "s"
+        return cell
+
+    sheet.append([text(name) for name in (*table.header, *table.added_names(list(columns)))])
+    numbers = set(table.colour_places)
+    answers = zip(*columns.values(), strict=True) if columns else iter(())
+    for cells, known in table.rows():
+        row = [
+            _cell_number(cell) if known and at in numbers else (text(cell) if cell else None)
+            for at, cell in enumerate(cells)
+        ]
+        if known:
+            row += [_plain(value) for value in next(answers)]
+        sheet.append([text(each) if isinstance(each, str) else each for each in row])
+    book.save(path)
+
+
+def _cell_number(cell: str) -> float | str:
+    try:
+        return number(cell.strip())
+    except ValueError:
+        return cell
+
+
+def _plain(value: Any) -> Any:  # noqa: ANN401
+    value = value.item() if hasattr(value, "item") else value
+    return None if value != value else value  # noqa: PLR0124  # NaN is unequal to itself

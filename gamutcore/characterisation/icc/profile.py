@@ -26,50 +26,16 @@ from gamutcore.characterisation.samples import JSON
 from gamutcore.errors import MalformedProfileError, UnsupportedProfileError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from gamutcore.arrays import FloatArray
 
-__all__ = ["IccProfile", "colorant_names", "icc_profile", "looks_like_icc", "profile_description"]
+__all__ = ["IccProfile", "icc_profile", "looks_like_icc"]
 
 LONGEST_NAME = 200
 """Maximum length of a name; longer names are cut."""
 
 
-def profile_description(element: Callable[[str], Element]) -> str:
-    """Return the description of a profile; empty without one.
-
-    The tag `desc` has the type textDescription (version 2) or multiLocalizedUnicode.
-    """
-    try:
-        tag = element("desc")
-        if tag.kind == "mluc":
-            length, offset = tag.unsigned(20, 4), tag.unsigned(24, 4)
-            return _printable(tag.raw(offset, length).decode("utf-16-be", "replace"))
-        if tag.kind == "desc":
-            length = tag.unsigned(8, 4)
-            return _printable(tag.raw(12, length).decode("latin-1").partition("\0")[0])
-    except MalformedProfileError:
-        pass
-    return ""
-
-
-def colorant_names(element: Callable[[str], Element], count: int) -> tuple[str, ...]:
-    """Return the names of the inks from the tag `clrt` (ICC.1:2022, 10.5).
-
-    The result is empty if a name is missing or repeated.
-    """
-    try:
-        tag = element("clrt")
-        if tag.kind != "clrt" or tag.unsigned(8, 4) != count:
-            return ()
-        names = tuple(
-            _printable(tag.raw(12 + 38 * i, 32).decode("latin-1").partition("\0")[0])
-            for i in range(count)
-        )
-    except MalformedProfileError:
-        return ()
-    return names if all(names) and len(set(names)) == count else ()
+def _c_string(data: bytes) -> str:
+    return data.decode("latin-1").partition("\0")[0]
 
 
 def _printable(text: str) -> str:
@@ -186,6 +152,35 @@ class IccProfile:
                 remedy="Send the whole profile, or make it again.",
             )
         return Element(tag, self.data[offset : offset + size])
+
+    @property
+    def description(self) -> str:
+        """Text of `desc`: textDescription (version 2) or multiLocalizedUnicode; empty without."""
+        try:
+            tag = self.element("desc")
+            if tag.kind == "mluc":
+                length, offset = tag.unsigned(20, 4), tag.unsigned(24, 4)
+                return _printable(tag.raw(offset, length).decode("utf-16-be", "replace"))
+            if tag.kind == "desc":
+                return _printable(_c_string(tag.raw(12, tag.unsigned(8, 4))))
+        except MalformedProfileError:
+            pass
+        return ""
+
+    def colorant_names(self) -> tuple[str, ...]:
+        """Return the names of the inks from the tag `clrt` (ICC.1:2022, 10.5).
+
+        The result is empty if a name is missing or repeated.
+        """
+        count = len(self.channels)
+        try:
+            tag = self.element("clrt")
+            if tag.kind != "clrt" or tag.unsigned(8, 4) != count:
+                return ()
+            names = tuple(_printable(_c_string(tag.raw(12 + 38 * i, 32))) for i in range(count))
+        except MalformedProfileError:
+            return ()
+        return names if all(names) and len(set(names)) == count else ()
 
     def xyz(self, tag: str) -> FloatArray:
         """Return the X, Y, Z (3,) of a tag of the type XYZ, such as ``wtpt``."""
@@ -430,7 +425,7 @@ def _described(profile: IccProfile, space: str) -> IccProfile:
         )
     channels = profile.channels
     if channels[:1] == ("1",):
-        channels = colorant_names(profile.element, len(channels)) or channels
+        channels = profile.colorant_names() or channels
     provenance: dict[str, JSON] = {
         "format": "icc",
         "version": "{}.{}.{}".format(*profile.version),
@@ -438,7 +433,7 @@ def _described(profile: IccProfile, space: str) -> IccProfile:
         "colour_space": space.strip() if space.isprintable() else f"nc{ord(space[3]):04X}",
         "connection_space": profile.pcs,
         "channels": list[JSON](channels),
-        "description": profile_description(profile.element),
+        "description": profile.description,
     }
     adapted, said = profile.native_white()
     warnings += said

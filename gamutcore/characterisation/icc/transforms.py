@@ -10,32 +10,22 @@ limited when a tag is read. Sizes are checked against the length of the tag.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol, TypeAlias
+from typing import Protocol, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
+from gamutcore.arrays import FloatArray
 from gamutcore.errors import MalformedProfileError, UnsupportedProfileError
 from gamutcore.kernels import kernel
 
-if TYPE_CHECKING:
-    import numpy.typing as npt
-
-    from gamutcore.arrays import FloatArray
-
 __all__ = [
-    "Curve",
     "CurveSet",
     "Element",
-    "Encoding",
-    "FormulaSegment",
     "Grid",
     "Matrix",
-    "ParametricCurve",
-    "SampledCurve",
-    "SampledSegment",
-    "SegmentedCurve",
     "Stage",
     "Transform",
     "checked_positions",
@@ -44,7 +34,6 @@ __all__ = [
     "lut_transform",
     "multilinear",
     "process_elements_transform",
-    "segmented_curve_at",
 ]
 
 
@@ -135,12 +124,11 @@ class Element:
             return raw.astype(np.float64)
 
 
-FORMULA_PARAMETERS = (4, 5, 5, 5, 5, 6, 7, 6)
-"""Parameters of the function types: 0 to 2 in ICC.1:2022, table 60, 3 to 7 in ICC.2:2023, table
-111."""
-
 MAX_SEGMENTS = 256
 """Maximum number of segments. Each needs a pass over the colours. Real curves have 1 to 5."""
+
+Curve: TypeAlias = Callable[[FloatArray], FloatArray]
+"""The values of a curve, or of a segment of one. Hostile parameters give infinite values or NaN."""
 
 
 def _real_power(base: FloatArray | float, exponent: FloatArray | float) -> FloatArray:
@@ -154,85 +142,67 @@ def _real_power(base: FloatArray | float, exponent: FloatArray | float) -> Float
     return result
 
 
-@dataclass(frozen=True, eq=False)
-class FormulaSegment:
-    """A segment of function type 0 to 7, with parameters in the specification's order.
+def _sixth(x: FloatArray, p: Sequence[float]) -> FloatArray:
+    inner = _real_power(x, p[1])
+    ratio = np.maximum(p[6] * inner - p[2], 0.0) / (p[3] - p[4] * inner)
+    return p[5] * _real_power(ratio, p[0])
 
-    Sources are ICC.1:2022, table 60, for types 0 to 2, and ICC.2:2023, table 111, for all types.
-    """
 
-    function: int
-    parameters: FloatArray
+def _seventh(x: FloatArray, p: Sequence[float]) -> FloatArray:
+    inner = _real_power(x, p[1])
+    return p[5] * _real_power((p[2] + p[3] * inner) / (1.0 + p[4] * inner), p[0])
 
-    def values(self, x: FloatArray) -> FloatArray:
-        """Return the formula at `x`; infinite or NaN for hostile parameters."""
-        p = self.parameters.tolist()
+
+_FORMULAS: tuple[tuple[int, Callable[[FloatArray, Sequence[float]], FloatArray]], ...] = (
+    (4, lambda x, p: _real_power(p[1] * x + p[2], p[0]) + p[3]),
+    (5, lambda x, p: p[1] * np.log10(p[2] * _real_power(x, p[0]) + p[3]) + p[4]),
+    (5, lambda x, p: p[0] * _real_power(p[1], p[2] * x + p[3]) + p[4]),
+    (5, lambda x, p: p[1] * _real_power(np.maximum(p[2] * x + p[3], 0.0), p[0]) + p[4]),
+    (5, lambda x, p: p[1] * np.log(p[4] * _real_power(x, p[0]) - p[2]) + p[3]),
+    (6, lambda x, p: p[5] * np.exp((p[4] * _real_power(x, p[0]) - p[3]) / np.float64(p[1])) + p[2]),
+    (7, _sixth),
+    (6, _seventh),
+)
+"""Number of parameters and formula of the function types 0 to 2 (ICC.1:2022, table 60), and 3 to 7
+(ICC.2:2023, table 111), with parameters in the specification's order."""
+
+
+def _formula(function: int, parameters: FloatArray) -> Curve:
+    """Return a segment of a function type of `_FORMULAS`."""
+    formula, numbers = _FORMULAS[function][1], parameters.tolist()
+
+    def values(x: FloatArray) -> FloatArray:
         with np.errstate(all="ignore"):
-            if self.function == 0:
-                y = _real_power(p[1] * x + p[2], p[0]) + p[3]
-            elif self.function == 1:
-                y = p[1] * np.log10(p[2] * _real_power(x, p[0]) + p[3]) + p[4]
-            elif self.function == 2:
-                y = p[0] * _real_power(p[1], p[2] * x + p[3]) + p[4]
-            elif self.function == 3:
-                y = p[1] * _real_power(np.maximum(p[2] * x + p[3], 0.0), p[0]) + p[4]
-            elif self.function == 4:
-                y = p[1] * np.log(p[4] * _real_power(x, p[0]) - p[2]) + p[3]
-            elif self.function == 5:
-                ratio = (p[4] * _real_power(x, p[0]) - p[3]) / np.float64(p[1])
-                y = p[5] * np.exp(ratio) + p[2]
-            elif self.function == 6:
-                inner = _real_power(x, p[1])
-                y = p[5] * _real_power(
-                    np.maximum(p[6] * inner - p[2], 0.0) / (p[3] - p[4] * inner), p[0]
-                )
-            else:
-                inner = _real_power(x, p[1])
-                y = p[5] * _real_power((p[2] + p[3] * inner) / (1.0 + p[4] * inner), p[0])
-        return np.asarray(y, dtype=np.float64)
+            return np.asarray(formula(x, numbers), dtype=np.float64)
+
+    return values
 
 
-@dataclass(frozen=True, eq=False)
-class SampledSegment:
-    """A segment through n ≥ 2 equally spaced samples, from break point `start` to `end`."""
-
-    start: float
-    end: float
-    samples: FloatArray
-
-    def values(self, x: FloatArray) -> FloatArray:
-        """Return the segment at `x`, by linear interpolation."""
-        return np.interp(x, np.linspace(self.start, self.end, len(self.samples)), self.samples)
+def _through(positions: FloatArray, samples: FloatArray) -> Curve:
+    """Return the segment through samples (n,) at rising positions (n,)."""
+    return lambda x: np.interp(x, positions, samples)
 
 
-Segment: TypeAlias = FormulaSegment | SampledSegment
-
-
-@dataclass(frozen=True, eq=False)
-class SegmentedCurve:
-    """A curve of n segments with n - 1 rising break points between them.
+def _segmented(breaks: FloatArray, segments: Sequence[Curve]) -> Curve:
+    """Return a curve of n segments with n - 1 rising break points between them.
 
     A break point belongs to the segment before it. The first segment starts at minus infinity, and
     the last ends at infinity.
     """
 
-    breaks: FloatArray
-    segments: tuple[Segment, ...]
-
-    def values(self, x: FloatArray) -> FloatArray:
-        """Return the curve at `x`."""
-        if len(self.segments) == 1:
-            return self.segments[0].values(x)
-        places = np.searchsorted(self.breaks, x, side="left")
+    def values(x: FloatArray) -> FloatArray:
+        places = np.searchsorted(breaks, x, side="left")
         y = np.empty_like(x)
-        for number, segment in enumerate(self.segments):
+        for number, segment in enumerate(segments):
             here = places == number
             if here.any():
-                y[here] = segment.values(x[here])
+                y[here] = segment(x[here])
         return y
 
+    return segments[0] if len(segments) == 1 else values
 
-def segmented_curve_at(element: Element, offset: int = 0) -> tuple[SegmentedCurve, int]:
+
+def _segmented_curve_at(element: Element, offset: int = 0) -> tuple[Curve, int]:
     """Return the segmented curve (`curf`) at an offset of a tag, and its length in bytes.
 
     The offset is that of the type signature. The source is ICC.1:2022, 10.18.3, tables 58 to 61.
@@ -253,26 +223,27 @@ def segmented_curve_at(element: Element, offset: int = 0) -> tuple[SegmentedCurv
     if not (np.isfinite(breaks).all() and (np.diff(breaks) > 0).all()):
         raise element.malformed("has a curve whose break points do not rise")
     start, place = offset, offset + 12 + 4 * (count - 1)
-    segments: list[Segment] = []
+    segments: list[Curve] = []
     for number in range(count):
         sampled = element.raw(place, 4)
         if sampled == b"parf":
             function = element.unsigned(place + 8, 2)
-            if function >= len(FORMULA_PARAMETERS):
+            if function >= len(_FORMULAS):
                 raise element.unsupported(
                     f"has the formula type {function}", "Supported: types 0 to 7."
                 )
-            size = FORMULA_PARAMETERS[function]
-            segments.append(FormulaSegment(function, element.floats(place + 12, size)))
+            size = _FORMULAS[function][0]
+            segments.append(_formula(function, element.floats(place + 12, size)))
         elif sampled == b"samf":
             size = element.unsigned(place + 8, 4)
             if number in {0, count - 1} or size < 1:
                 raise element.malformed("has a sampled segment that lacks an end or samples")
             low, high = breaks[number - 1], breaks[number]
             # The segment before gives the value at the start (ICC.1:2022, 10.18.3.4).
-            first = segments[-1].values(breaks[number - 1 : number])
+            first = segments[-1](breaks[number - 1 : number])
             samples = np.concatenate([first, element.floats(place + 12, size)])
-            segments.append(SampledSegment(float(low), float(high), samples))
+            positions = np.linspace(float(low), float(high), size + 1)
+            segments.append(_through(positions, samples))
         else:
             kind = sampled.decode("latin-1")
             raise element.unsupported(
@@ -280,67 +251,41 @@ def segmented_curve_at(element: Element, offset: int = 0) -> tuple[SegmentedCurv
                 "Supported: formulas (parf), samples (samf).",
             )
         place += 12 + 4 * size
-    return SegmentedCurve(breaks, tuple(segments)), place - start
+    return _segmented(breaks, segments), place - start
 
 
 PARAMETER_COUNTS = (1, 3, 4, 5, 7)
 """Parameters of the function types 0 to 4 (ICC.1:2022, table 68)."""
 
 
-@dataclass(frozen=True, eq=False)
-class SampledCurve:
-    """A curve through n ≥ 2 equally spaced samples: outputs, 0 to 1, for inputs from 0 to 1."""
-
-    samples: FloatArray
-
-    def values(self, x: FloatArray) -> FloatArray:
-        """Return the curve at `x`; outside 0 to 1 the curve is constant."""
-        last = len(self.samples) - 1
-        return np.interp(x * last, np.arange(last + 1), self.samples)
+def _sampled(samples: FloatArray) -> Curve:
+    """Return the curve through n ≥ 2 equally spaced samples, for inputs from 0 to 1."""
+    last = len(samples) - 1
+    curve = _through(np.arange(last + 1.0), samples)
+    return lambda x: curve(x * last)
 
 
-@dataclass(frozen=True, eq=False)
-class ParametricCurve:
-    """A curve of function type 0 to 4 (ICC.1:2022, 10.18, table 68).
+def _parametric(function: int, parameters: FloatArray) -> Curve:
+    """Return a curve of function type 0 to 4. Parameters are the first of g, a, b, c, d, e, f.
 
-    `parameters` are the first of g, a, b, c, d, e, f, as many as the function has.
+    Domain and range are 0 to 1, and values outside are clipped (ICC.1:2022, 10.18, table 68).
     """
+    g, a, b, c, d, e, f = np.append(parameters, np.zeros(7 - len(parameters))).tolist()
 
-    function: int
-    parameters: FloatArray
-
-    def values(self, x: FloatArray) -> FloatArray:
-        """Return the curve at `x`, clipped to 0 to 1.
-
-        Results are 0 to 1, but infinite or NaN for hostile parameters. Transforms check their
-        results.
-        """
-        # Domain and range are 0 to 1, and values outside are clipped (ICC.1:2022, 10.18).
-        y = self._formula(np.clip(x, 0.0, 1.0))
-        return np.where(np.isfinite(y), np.clip(y, 0.0, 1.0), y)
-
-    def _formula(self, x: FloatArray) -> FloatArray:
-        g, a, b, c, d, e, f = np.append(
-            self.parameters, np.zeros(7 - len(self.parameters))
-        ).tolist()
-        if self.function == 0:
-            return _power(x, g)
-        base = a * x + b
-        power = _power(base, g)
+    def values(x: FloatArray) -> FloatArray:
+        x = np.clip(x, 0.0, 1.0)
+        base = x if function == 0 else a * x + b
+        with np.errstate(all="ignore"):
+            y = np.maximum(base, 0.0) ** g
         # Types 1 and 2 start at x = -b/a, where the base becomes positive. Type 1 is type 2 with
         # c = 0; type 3 is type 4 with e = f = 0.
-        if self.function in {1, 2}:
-            return np.asarray(np.where(base >= 0, power, 0.0) + c, dtype=np.float64)
-        return np.asarray(np.where(x >= d, power + e, c * x + f), dtype=np.float64)
+        if function in {1, 2}:
+            y = np.where(base >= 0, y, 0.0) + c
+        elif function > 2:
+            y = np.where(x >= d, y + e, c * x + f)
+        return np.where(np.isfinite(y), np.clip(y, 0.0, 1.0), y)
 
-
-Curve: TypeAlias = SampledCurve | ParametricCurve | SegmentedCurve
-
-
-def _power(base: FloatArray, exponent: float) -> FloatArray:
-    with np.errstate(all="ignore"):
-        power: FloatArray = np.maximum(base, 0.0) ** exponent
-        return power
+    return values
 
 
 def curve_at(element: Element, offset: int = 0) -> tuple[Curve, int]:
@@ -352,11 +297,11 @@ def curve_at(element: Element, offset: int = 0) -> tuple[Curve, int]:
     if kind == b"curv":
         count = element.unsigned(offset + 8, 4)
         if count == 0:
-            return ParametricCurve(0, np.ones(1)), 12
+            return _parametric(0, np.ones(1)), 12
         if count == 1:
             # One value is an exponent of the type u8Fixed8Number (ICC.1:2022, 10.6).
-            return ParametricCurve(0, np.array([element.unsigned(offset + 12, 2) / 256.0])), 14
-        return SampledCurve(element.integers(offset + 12, count, 2) / 65535.0), 12 + 2 * count
+            return _parametric(0, np.array([element.unsigned(offset + 12, 2) / 256.0])), 14
+        return _sampled(element.integers(offset + 12, count, 2) / 65535.0), 12 + 2 * count
     if kind == b"para":
         function = element.unsigned(offset + 8, 2)
         if function >= len(PARAMETER_COUNTS):
@@ -364,9 +309,9 @@ def curve_at(element: Element, offset: int = 0) -> tuple[Curve, int]:
                 f"has a parametric curve of the unknown function type {function}"
             )
         count = PARAMETER_COUNTS[function]
-        return ParametricCurve(function, element.fixed(offset + 12, count)), 12 + 4 * count
+        return _parametric(function, element.fixed(offset + 12, count)), 12 + 4 * count
     if kind == b"curf":
-        return segmented_curve_at(element, offset)
+        return _segmented_curve_at(element, offset)
     raise element.malformed(
         f"has {kind.decode('latin-1')!r} in place of a curve",
         "Curves are of the type curv or para, or curf in iccMAX profiles.",
@@ -494,7 +439,7 @@ class CurveSet:
 
     def values(self, x: FloatArray) -> FloatArray:
         """Return (m, n) for (m, n): the curve of each channel."""
-        return np.column_stack([c.values(x[:, i]) for i, c in enumerate(self.curves)])
+        return np.column_stack([c(x[:, i]) for i, c in enumerate(self.curves)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -510,23 +455,17 @@ class Matrix:
         return mapped
 
 
-@dataclass(frozen=True, eq=False)
-class Encoding:
-    """Encoding of colours as numbers from 0 to 1, with scale and offset (3,)."""
-
-    scale: FloatArray
-    offset: FloatArray
-
-    def values(self, x: FloatArray) -> FloatArray:
-        """Return the colours (m, 3) of encoded numbers (m, 3)."""
-        return x * self.scale + self.offset
+def _encoding(scale: FloatArray, offset: FloatArray) -> Matrix:
+    """Return the stage from numbers from 0 to 1 to the colours that they encode."""
+    return Matrix(np.diag(scale), offset)
 
 
-_XYZ_ENCODING = Encoding(np.full(3, 1 + 32767 / 32768), np.zeros(3))
+_LAB_SCALE, _LAB_OFFSET = np.array([100.0, 255.0, 255.0]), np.array([0.0, -128.0, -128.0])
+_XYZ_ENCODING = _encoding(np.full(3, 1 + 32767 / 32768), np.zeros(3))
 """PCSXYZ, 16 bits: 1.0 is 8000h (ICC.1:2022, table 12)."""
-_LAB_ENCODING = Encoding(np.array([100.0, 255.0, 255.0]), np.array([0.0, -128.0, -128.0]))
+_LAB_ENCODING = _encoding(_LAB_SCALE, _LAB_OFFSET)
 """PCSLAB: L* 100 and a*, b* 127 are full scale (ICC.1:2022, table 13)."""
-_LEGACY_LAB_ENCODING = Encoding(_LAB_ENCODING.scale * 65535 / 65280, _LAB_ENCODING.offset)
+_LEGACY_LAB_ENCODING = _encoding(_LAB_SCALE * 65535 / 65280, _LAB_OFFSET)
 """lut16's PCSLAB in versions 2 and 4: L* 100 is FF00h (ICC.1:2022, 10.12, tables 42 and 43)."""
 
 
@@ -630,13 +569,12 @@ def largest_output_sum(element: Element, channels: int) -> float | None:
         start = clut + 20
         after = _curves(element, curves, channels) if curves else None
     else:
-        size, start = (2, 52) if kind == "mft2" else (1, 48)
-        entries = [element.unsigned(offset, 2) if size == 2 else 256 for offset in (48, 50)]
-        if entries[1] < 2:
+        size, start, before, entries = _lut_layout(element)
+        if entries < 2:
             raise element.malformed("has tables of fewer than 2 entries")
-        start += 3 * entries[0] * size
+        start += 3 * before * size
         count = element.unsigned(10, 1) ** 3
-        after = _tables(element, start + count * channels * size, channels, entries[1], size)
+        after = _tables(element, start + count * channels * size, channels, entries, size)
     if size not in {1, 2} or count == 0:
         raise element.malformed(f"has a grid of {count} nodes of {size} bytes per value")
     if count * channels > MAX_SEPARATION_VALUES:
@@ -652,6 +590,13 @@ def _grid(element: Element, offset: int, nodes: tuple[int, ...], size: int) -> G
     return Grid(nodes, (values.reshape(-1, 3),), full=65535.0)
 
 
+def _lut_layout(element: Element) -> tuple[int, int, int, int]:
+    """Return bytes per value, offset, and entries of the input and output tables of lut8, lut16."""
+    if element.kind == "mft1":
+        return 1, 48, 256, 256
+    return 2, 52, element.unsigned(48, 2), element.unsigned(50, 2)
+
+
 def _lut_stages(element: Element, inputs: int) -> tuple[Stage, ...]:
     """Return the stages of lut8 and lut16 (ICC.1:2022, 10.11 and 10.12).
 
@@ -659,12 +604,7 @@ def _lut_stages(element: Element, inputs: int) -> tuple[Stage, ...]:
     device values, errors would be up to 35 ΔE*ab.
     """
     grid_points = element.unsigned(10, 1)
-    if element.kind == "mft2":
-        size, offset = 2, 52
-        input_entries, output_entries = element.unsigned(48, 2), element.unsigned(50, 2)
-    else:
-        size, offset = 1, 48
-        input_entries = output_entries = 256
+    size, offset, input_entries, output_entries = _lut_layout(element)
     if min(input_entries, output_entries) < 2:
         raise element.malformed("has tables of fewer than 2 entries")
     before = _tables(element, offset, inputs, input_entries, size)
@@ -676,7 +616,7 @@ def _lut_stages(element: Element, inputs: int) -> tuple[Stage, ...]:
 
 def _tables(element: Element, offset: int, channels: int, entries: int, size: int) -> CurveSet:
     samples = element.integers(offset, channels * entries, size).reshape(channels, -1) / 65535.0
-    return CurveSet(tuple(SampledCurve(row) for row in samples))
+    return CurveSet(tuple(map(_sampled, samples)))
 
 
 def _lut_a_to_b_stages(element: Element, inputs: int) -> tuple[Stage, ...]:
@@ -787,7 +727,7 @@ def _curve_set(step: Element, before: int, after: int) -> CurveSet:
         raise step.malformed(f"has a curve set from {before} to {after} channels")
     places = [tuple(step.unsigned(12 + 8 * i + part, 4) for part in (0, 4)) for i in range(before)]
     known = {
-        place: segmented_curve_at(Element(step.tag, step.raw(*place)))[0] for place in set(places)
+        place: _segmented_curve_at(Element(step.tag, step.raw(*place)))[0] for place in set(places)
     }
     return CurveSet(tuple(known[place] for place in places))
 

@@ -13,7 +13,7 @@ import re
 import struct
 import warnings
 import zlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -237,11 +237,11 @@ def text_attribute(spec: Any, name: str) -> str:  # noqa: ANN401 (an ImageSpec)
 
 def is_narrow_range(spec: Any, file_format: str) -> bool:  # noqa: ANN401 (an ImageSpec)
     """Return whether code points state that integers use the narrow range, 16 to 235 of 8 bits."""
-    code_points = spec.getattribute("CICP")
-    if file_format != "png" or code_points is None or code_points[3]:
+    if file_format != "png" or spec.getattribute("CICP") is None:
         return False
-    primaries, transfer, matrix, _ = (int(number) for number in code_points)
-    return not matrix and code_point_encoding(primaries, transfer) is not None
+    primaries, transfer, matrix, is_full = map(int, spec.getattribute("CICP"))
+    known = code_point_encoding(primaries, transfer) is not None
+    return known and not (matrix or is_full)
 
 
 def refuse_film_densities(spec: Any) -> None:  # noqa: ANN401 (an ImageSpec)
@@ -257,7 +257,7 @@ def refuse_film_densities(spec: Any) -> None:  # noqa: ANN401 (an ImageSpec)
 
 def _png_encoding(data: bytes) -> tuple[Encoding | None, list[str]]:
     """Return the encoding of the chunks sRGB, gAMA and cHRM (W3C PNG, third edition, 11.3.2)."""
-    chunks = dict(_png_chunks(data))
+    chunks = _png_chunks(data)
     if b"sRGB" in chunks:
         return SRGB, []
     gamma = chromaticities = None
@@ -276,15 +276,16 @@ def _png_encoding(data: bytes) -> tuple[Encoding | None, list[str]]:
     return encoding, []
 
 
-def _png_chunks(data: bytes) -> Iterator[tuple[bytes, bytes]]:
-    """Yield the chunks before the pixels."""
-    place = 8
+def _png_chunks(data: bytes) -> dict[bytes, bytes]:
+    """Return the chunks before the pixels by their names."""
+    chunks, place = {}, 8
     while place + 8 <= len(data):
         size, name = struct.unpack_from(">I4s", data, place)
         if name == b"IDAT":
-            return
-        yield name, data[place + 8 : place + 8 + size]
+            break
+        chunks[name] = data[place + 8 : place + 8 + size]
         place += size + 12
+    return chunks
 
 
 def _exr_encoding(spec: Any) -> tuple[Encoding | None, list[str]]:  # noqa: ANN401
@@ -377,7 +378,7 @@ def embedded_profile(spec: Any, data: bytes, file_format: str) -> bytes:  # noqa
         return np.asarray(profile, np.uint8).tobytes()
     damaged = False
     if file_format == "png":
-        content = dict(_png_chunks(data)).get(b"iCCP")
+        content = _png_chunks(data).get(b"iCCP")
         if content is None:
             return b""
         unpacker = zlib.decompressobj()

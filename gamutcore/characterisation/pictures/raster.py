@@ -234,13 +234,15 @@ def _openimageio_raster(data: bytes, file_format: str, time_limit: _TimeLimit) -
         channels, model = _colour_channels(spec, raw_model)
         if file_format == "tiff" and photometric in {_TIFF_WHITE_IS_ZERO, _TIFF_BLACK_IS_ZERO}:
             channels, model = [0], "gray"  # OpenImageIO takes further channels for RGB
+        dtype = _sample_type(spec, model)
+        bits = int(spec.get_int_attribute("oiio:BitsPerSample", 8 * spec.format.size()))
         raster = Raster(
             file_format,
             model,
             spec.width,
             spec.height,
-            _sample_type(spec, model),
-            _bits(spec, data, file_format),
+            dtype,
+            data[24] if file_format == "png" else bits,
             iter(()),
             profile=embedded_profile(spec, data, file_format),
         )
@@ -272,7 +274,7 @@ def _openimageio_raster(data: bytes, file_format: str, time_limit: _TimeLimit) -
             convert = _inverted if raster.dtype != np.uint8 else None
         elif is_narrow_range(spec, file_format):
             convert, raster.dtype = _full_range, np.dtype(np.uint16)
-        blocks = _blocks(source, spec, _sample_type(spec, model), path, raster.warnings)
+        blocks = _blocks(source, spec, dtype, path, raster.warnings)
         raster.bands = _bands(blocks, channels, alpha, convert)
         if source.seek_subimage(1, 0):
             raster.warnings.append(_SEVERAL)
@@ -472,12 +474,6 @@ def _sample_type(spec: Any, model: str) -> np.dtype[Any]:  # noqa: ANN401 (an Im
     if stored not in known:
         raise _unsupported(f"The samples of the picture have the type {stored}.", "bits")
     return np.dtype(known[stored])
-
-
-def _bits(spec: Any, data: bytes, file_format: str) -> int:  # noqa: ANN401 (an ImageSpec)
-    if file_format == "png":
-        return data[24]
-    return int(spec.get_int_attribute("oiio:BitsPerSample", 8 * spec.format.size()))
 
 
 def _blocks(

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gamutcore.characterisation.meshes.gamut_surfaces import argyll_mesh
+from gamutcore.characterisation.meshes.mesh import argyll_mesh
 from gamutcore.export import mesh_file
 from gamutcore.geometry import DeviceValues, TriangleMesh
 from gamutcore.levels import intersection_volume

@@ -223,7 +223,7 @@ def test_too_many_triangles_are_refused_before_their_coordinates_are_read(monkey
         "meshes.mesh.MAX_TRIANGLES",
         "meshes.triangle_files.MAX_TRIANGLES",
         "meshes.triangle_files.MAX_TEXT_TRIANGLES",
-        "meshes.triangle_files.MAX_VERTICES",
+        "meshes.triangle_files.MAX_SHARED_VERTICES",
     ):
         monkeypatch.setattr(f"gamutcore.characterisation.{limit}", 1000)
     for data in (

@@ -103,7 +103,7 @@ def test_what_unpacks_to_too_much_is_refused_before_it_is_all_unpacked(monkeypat
 
 
 @pytest.mark.parametrize(
-    ("limit", "most"), [("MAX_ELEMENTS", 9), ("MAX_VERTICES", 3), ("MAX_TRIANGLES", 3)]
+    ("limit", "most"), [("MAX_ELEMENTS", 9), ("MAX_SHARED_VERTICES", 3), ("MAX_TRIANGLES", 3)]
 )
 def test_numbers_of_elements_are_limited(monkeypatch, limit, most):
     monkeypatch.setattr(triangle_files, limit, most)
