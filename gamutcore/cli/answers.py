@@ -307,8 +307,8 @@ def map_colours(
 
 
 def _check_source(method: str, source: str | None) -> None:
-    from gamutcore.answers.mapping import METHOD  # noqa: PLC0415
     from gamutcore.arguments import check_option  # noqa: PLC0415
+    from gamutcore.questions import METHOD  # noqa: PLC0415
 
     if (check_option("method", method, METHOD) == "sgck") != (source is not None):
         raise typer.BadParameter(
@@ -330,7 +330,7 @@ def _is_picture(path: str) -> bool:
 
 def _space_for_picture(ctx: typer.Context, gamuts: list[str]) -> str | None:
     """Return the space to build gamuts in for a picture; None if it is given in some way."""
-    from gamutcore.answers.picture_mapping import PICTURE_SPACE  # noqa: PLC0415
+    from gamutcore.questions import PICTURE_SPACE  # noqa: PLC0415
 
     chosen = chosen_options(ctx)
     if "space" in chosen or chosen.get("source") == "boundary":
@@ -434,7 +434,7 @@ _DRAWINGS = (".png", ".svg", ".pdf")
 
 
 def _axes(gamut: Gamut, triangles: int | None, max_error: float | None) -> Any:  # noqa: ANN401
-    from gamutcore.answers.drawing import figure  # noqa: PLC0415
+    from gamutcore.questions import figure  # noqa: PLC0415
 
     axes = figure().add_subplot(projection="3d")
     return gamut.plot(axes, triangles=triangles, max_error=max_error)

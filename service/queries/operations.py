@@ -13,12 +13,12 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gamutcore.answers.conditions import colour_warnings, comparison_warnings
-from gamutcore.answers.mapping import METHOD, NAMES
-from gamutcore.answers.points import METRIC, TOLERANCE
 from gamutcore.arguments import Boolean, Choice, Coordinates, Number, Text, WholeNumber
 from gamutcore.arrays import FloatArray
 from gamutcore.colours import GIVEN_SPACE
+from gamutcore.questions.conditions import colour_warnings
+from gamutcore.questions.mapping import MAP, METHOD
+from gamutcore.questions.points import METRIC, TOLERANCE
 from gamutcore.results import SurfaceAnswer
 from service.http.parameters import LARGEST_WHOLE
 from service.queries.levels import QueryLevel
@@ -214,7 +214,7 @@ class Operation:
         if self.inputs == ("colours",):
             found = colour_warnings(conditions, values["space"] or "")
         if source is not None:
-            found += comparison_warnings(conditions, source.conditions, NAMES)
+            found += MAP.compared(conditions, source.conditions)
         return found
 
 

@@ -15,10 +15,10 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gamutcore.answers.conditions import comparison_warnings
-from gamutcore.answers.sections import MOST_HUES
 from gamutcore.arguments import Array, FiniteNumber, Number, Text, WholeNumber
 from gamutcore.queries import MOST_SECTORS
+from gamutcore.questions.conditions import comparison_warnings
+from gamutcore.questions.shape import MOST_HUES
 from service.queries.levels import QueryLevel
 from service.queries.operations import LEVEL_PARAMETERS
 from service.queries.parameters import Parameter, refuse
