@@ -918,7 +918,7 @@ class Gamut:
         options = Options.from_mapping({name: chosen[name] for name in names})
         if isinstance(found, bytes):
             return type(self)(found, options)
-        kind: type[Gamut] = type(self)
+        kind: Any = type(self)  # mypy takes a class for unhashable
         return cast("Self", _reference(kind, found, options))
 
     # --- pictures ---------------------------------------------------------------------------------

@@ -83,7 +83,7 @@ def rings(
     The result is a table of radii by lightness and hue, or a picture if the output is a .svg file,
     or a .png or .pdf file, which needs matplotlib.
     """
-    from gamutcore.questions import comparison_warnings  # noqa: PLC0415
+    from gamutcore.questions import RINGS, comparison_warnings  # noqa: PLC0415
 
     alone = reference is None
     gamut = gamut_of(source, ctx, alone=alone)
@@ -104,15 +104,9 @@ def rings(
         axes.figure.savefig(output)
         return
     found = gamut.rings(other, sectors=sectors, **level)
-    columns: dict[str, Any] = {
-        "lightness": found.lightness.repeat(len(found.hues)),
-        "hue": found.hues.tolist() * len(found.lightness),
-        "radius": found.radius.reshape(-1),
-    }
-    if found.reference_radius is not None and found.intersection_radius is not None:
-        columns["reference_radius"] = found.reference_radius.reshape(-1)
-        columns["intersection_radius"] = found.intersection_radius.reshape(-1)
-    write_table(columns, output, as_json=as_json, as_csv=as_csv, stated=stated)
+    write_table(
+        RINGS.tabulate(found).columns, output, as_json=as_json, as_csv=as_csv, stated=stated
+    )
 
 
 def picture(

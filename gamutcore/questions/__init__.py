@@ -73,6 +73,7 @@ __all__ = [
     "PICTURE_SPACE",
     "PNG_KEYWORD",
     "QUESTIONS",
+    "RINGS",
     "SECTORS",
     "SPACE",
     "Answer",

@@ -170,7 +170,7 @@ COMPARISON = Question(
             "additionalProperties": _NUMBERS,
         },
     },
-    tabulate=_answer,
+    shape=_answer,
     answered={
         "volume_a": 402000.0,
         "volume_b": 832000.0,

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 from gamutcore.arguments import Number, Text, WholeNumber
 from gamutcore.colours import GIVEN_SPACE
 from gamutcore.questions.conditions import colour_warnings, comparison_warnings
+from gamutcore.questions.levels import check_space
 
 if TYPE_CHECKING:
     import numpy as np
@@ -76,13 +77,14 @@ class Answer(NamedTuple):
     `columns` are arrays (n,) or (n, k) by name; (m,) or (m, k) if rows have several entries, where
     `offsets` (n + 1,) has the first entry of each row. `channels` are the names of the k device
     values. `document` has the members of the JSON of a question about the shape, as arrays or
-    lists.
+    lists. `stated` has the values of parameters that the answer states.
     """
 
     columns: dict[str, NDArray[Any]]
     offsets: NDArray[np.integer[Any]] | None = None
     channels: tuple[str, ...] = ()
     document: Mapping[str, Any] = {}
+    stated: Mapping[str, float] = {}
 
 
 NUMBER = {"type": "number"}
@@ -157,7 +159,7 @@ class Question:
         All that an answer to rows may have; parameters and gamut decide which it has.
     members : mapping
         JSON schemas of the members of an answer about the shape.
-    tabulate : callable, optional
+    shape : callable, optional
         From the result to the answer, for answers about the shape.
     example, answered : mapping
         Members of an exemplary question and of its answer.
@@ -167,7 +169,7 @@ class Question:
         Parameter of `function` that is another gamut.
     compared : callable, optional
         From the conditions of the gamut and of the other one to warnings.
-    stated : callable, optional
+    stated : callable
         From a gamut and the values of parameters to the values that the answer states.
     picture : callable, optional
         As `function`; returns the answer as SVG.
@@ -185,13 +187,13 @@ class Question:
     function: Callable[..., Any]
     columns: tuple[Column, ...] = ()
     members: Mapping[str, Any] = field(default_factory=dict)
-    tabulate: Callable[[Any], Answer] | None = None
+    shape: Callable[[Any], Answer] | None = None
     example: Mapping[str, Any] = field(default_factory=dict)
     answered: Mapping[str, Any] = field(default_factory=dict)
     inputs: tuple[str, ...] = ()
     other: str = ""
     compared: Callable[[Conditions, Conditions], tuple[str, ...]] = comparison_warnings
-    stated: Callable[[AskedGamut, Mapping[str, Any]], dict[str, float]] | None = None
+    stated: Callable[[AskedGamut, Mapping[str, Any]], dict[str, float]] = lambda _gamut, _values: {}
     picture: Callable[..., bytes] | None = None
     alternatives: tuple[str, ...] = ()
     level: tuple[Parameter, ...] = LEVEL_PARAMETERS
@@ -206,8 +208,12 @@ class Question:
     ) -> Answer:
         """Return the answer of a gamut, perhaps with another one, as columns."""
         found = self.function(gamuts[0], *inputs, **self._named(gamuts, values))
-        if self.tabulate is not None:
-            return self.tabulate(found)
+        return self.tabulate(found)._replace(stated=self.stated(gamuts[0], values))
+
+    def tabulate(self, found: Any) -> Answer:  # noqa: ANN401  # of `function`
+        """Return a result as columns."""
+        if self.shape is not None:
+            return self.shape(found)
         columns = {each.name: getattr(found, each.attribute or each.name) for each in self.columns}
         return Answer(
             {name: array for name, array in columns.items() if array is not None},
@@ -221,6 +227,8 @@ class Question:
         return self.picture(gamuts[0], **self._named(gamuts, values))
 
     def _named(self, gamuts: Sequence[AskedGamut], values: Mapping[str, Any]) -> dict[str, Any]:
+        for other in gamuts[1:]:
+            check_space(gamuts[0], other)
         named = {each.name: values[each.name] for each in self.all_parameters}
         return named | ({self.other: gamuts[1] if len(gamuts) > 1 else None} if self.other else {})
 

@@ -130,7 +130,7 @@ CUSPS = Question(
         "point": described(_ROWS, "The cusp in the space of the gamut."),
         "device": described(_ROWS, "Its device values from 0 to 1, if the gamut has any."),
     },
-    tabulate=_cusps_answer,
+    shape=_cusps_answer,
     answered={
         "channels": ["C", "M", "Y", "K"],
         "hue": [0],
@@ -270,7 +270,7 @@ SLICE = Question(
         "polygons": described(list_of(_ROWS), "Corners of each polygon in the space of the gamut."),
         "device": described(list_of(_ROWS), "Device values of the corners, if the gamut has any."),
     },
-    tabulate=_section_answer,
+    shape=_section_answer,
     answered={
         "channels": ["C", "M", "Y", "K"],
         "polygons": [[[50, 70, 0], [50, 0, 60], [50, -60, 0]]],
@@ -357,7 +357,7 @@ LEAVES = Question(
             "By hue and lightness: the pairs of smallest and largest chroma.",
         ),
     },
-    tabulate=_leaves_answer,
+    shape=_leaves_answer,
     answered={"hue": [0], "lightness": [0, 50], "intervals": [[[], [[0, 77.1]]]]},
 )
 
@@ -477,7 +477,7 @@ RINGS = Question(
         "reference_radius": described(_ROWS, "The same of the reference."),
         "intersection_radius": described(_ROWS, "Outer end of the intersection in each band."),
     },
-    tabulate=_rings_answer,
+    shape=_rings_answer,
     answered={
         "volume": 402000.0,
         "lightness": [50, 100],
