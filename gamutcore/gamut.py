@@ -9,18 +9,14 @@ from __future__ import annotations
 
 import json
 import os
+import warnings
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import cached_property, lru_cache
 from math import inf
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self, cast
+from typing import TYPE_CHECKING, Any, Literal, Self, cast
 
-from gamutcore.answers.base import INDEX_BYTES, IndexedLevels
-from gamutcore.answers.comparisons import ComparisonAnswers
-from gamutcore.answers.drawing import DrawingAnswers
-from gamutcore.answers.mapping import MappingAnswers
-from gamutcore.answers.points import PointAnswers
 from gamutcore.building import build, report_progress
 from gamutcore.colours import SPACE_PARAMETERS
 from gamutcore.colours.spaces import ColourSpace
@@ -28,18 +24,72 @@ from gamutcore.content import content_of, gamut_source, is_saved_gamut
 from gamutcore.errors import HistoryFileError, OptionError
 from gamutcore.export import mesh_file
 from gamutcore.export.provenance import mesh_provenance
+from gamutcore.export.rendering import DEFAULT_SIZE
 from gamutcore.export.viewer_page import HTML_SUFFIXES, viewer_page
 from gamutcore.history import History, history_bytes, history_from_bytes, history_metadata
 from gamutcore.level_mesh import LevelMesh
 from gamutcore.levels import LevelRequest, LevelSearch, Side, sided_level
 from gamutcore.limits import Limits
 from gamutcore.options import Options
+from gamutcore.questions import (
+    DEFAULT_EDGE_WIDTH,
+    DEFAULT_ERROR,
+    INDEX_BYTES,
+    SECTORS,
+    IndexedLevels,
+    check_space,
+    chromaticity,
+    colours_in,
+    compare,
+    compared_conditions,
+    comparison_warnings,
+    conditions_of,
+    crossings,
+    cusps,
+    distance,
+    draw_rings,
+    draw_section,
+    leaf,
+    leaves,
+    map_colours,
+    map_picture_file,
+    max_chroma,
+    nearest,
+    notebook_html,
+    picture,
+    plot,
+    plot_rings,
+    plot_slice,
+    positions,
+    rings,
+    section,
+    tolerance_of,
+)
+from gamutcore.results import Intersection
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
+    from numpy.typing import ArrayLike, NDArray
+
+    from gamutcore.arrays import BooleanArray, FloatArray
+    from gamutcore.colour_rows import Colours
+    from gamutcore.export.picture_file import Depth
     from gamutcore.geometry import TriangleMesh
+    from gamutcore.questions import MappedPicture
     from gamutcore.references import Reference
+    from gamutcore.results import (
+        ChromaTable,
+        ChromaticityGamut,
+        ColourCrossings,
+        ColourCusps,
+        ColourSection,
+        Conditions,
+        GamutComparison,
+        GamutRings,
+        MappedColours,
+        NearestColours,
+    )
 
 __all__ = ["Gamut", "read_description"]
 
@@ -50,7 +100,7 @@ COLOURED_TRIANGLES = 4000
 """Triangles of the level from which the viewer takes colours, in spaces that it cannot convert."""
 
 
-class Gamut(PointAnswers, MappingAnswers, DrawingAnswers, ComparisonAnswers):
+class Gamut:
     """The gamut of a device, a picture or a set of colours.
 
     Parameters
@@ -94,11 +144,27 @@ class Gamut(PointAnswers, MappingAnswers, DrawingAnswers, ComparisonAnswers):
 
     Notes
     -----
-    Colours in arguments are arrays (..., 3) in the space of the gamut, unless `space` names another
-    one: any value of the option `space`, ``LCHab`` or ``sRGB`` (0 to 1). See
-    `gamutcore.colours.spaces`. Queries are answered on a level: that of `triangles`, the
-    smallest within `max_error`, or by default the smallest within 0.1 % of the lightness of white,
-    0.1 in CIELAB. ``max_error=0`` is the full boundary.
+    **Questions.** Methods that ask the gamut have these parameters in common, and name only their
+    own ones. They are declared in `gamutcore.questions`, as the service and the command line have
+    them.
+
+    `colours`
+        Arrays (..., 3), or tables of named columns. Results have the same shape.
+    `space`
+        Space of the colours, and of those in the result; that of the gamut by default. Any value of
+        the option `space`, ``LCHab`` or ``sRGB`` (0 to 1). See `gamutcore.colours.spaces`.
+    `triangles`, `max_error`
+        The level that answers: that of a count, or the smallest within an error; by default the
+        smallest within 0.1 % of the lightness of white, 0.1 in CIELAB. ``max_error=0`` is the full
+        boundary.
+    `other`, `reference`, `source`
+        Another gamut in the same colour space. The name of a reference or a file is built in it,
+        with the default options otherwise, unless the file is a saved gamut.
+
+    They raise `InvalidPointsError` if a row is not three finite numbers; ``where["row"]`` names it.
+    `OptionError`: a parameter is not accepted, a count and a limit are given, the gamuts are in
+    different spaces, or the space has no hue, as CIEXYZ. `TriangleCountError`: there is no such
+    level.
 
     Examples
     --------
@@ -157,10 +223,686 @@ class Gamut(PointAnswers, MappingAnswers, DrawingAnswers, ComparisonAnswers):
         """Memory of the history and of the levels that queries have used, in bytes."""
         return self.history.nbytes + self.levels.nbytes
 
-    def _same_space(self, other: Self | str | os.PathLike[str]) -> Self:
+    @cached_property
+    def conditions(self) -> Conditions:
+        """What the colours are relative to: intent, ink limits, white and space."""
+        return conditions_of(self.description)
+
+    @cached_property
+    def default_error(self) -> float:
+        """Error limit of the level that answers unless another one is asked for."""
+        return DEFAULT_ERROR / 100.0 * self.colour_space.white_lightness
+
+    @cached_property
+    def default_edge_width(self) -> float:
+        """Largest distance from the surface of a colour at the edge, unless another is given."""
+        return DEFAULT_EDGE_WIDTH / 100.0 * self.colour_space.white_lightness
+
+    def __repr__(self) -> str:
+        space, volume = self.colour_space.name, self.volume
+        device = self.description.get("provenance", {}).get("channels")
+        of = f" of {' '.join(map(str, device))}" if device else ""
+        return (
+            f"<Gamut {self.id[:12]}{of} in {space}: volume {volume:.4g}, "
+            f"{self.history.triangles} triangles>"
+        )
+
+    # --- questions about colours ------------------------------------------------------------------
+
+    def contains(
+        self,
+        colours: Colours,
+        *,
+        tolerance: float | None = None,
+        space: str | None = None,
+        triangles: int | None = None,
+        max_error: float | None = None,
+    ) -> BooleanArray:
+        """Whether colours are in gamut: inside the level, or within a tolerance of it.
+
+        Parameters
+        ----------
+        tolerance : float, optional
+            Largest distance of a colour outside, in units of the gamut's space; by default that of
+            `tolerance`, so that no colour of the device itself is outside. 0 asks for colours
+            inside or on the surface of the level, without rounding errors.
+
+        Returns
+        -------
+        (...) bool
+
+        Examples
+        --------
+        >>> colours = [(20, 0, 0), (90, 0, 0), (50, 60, 0), (50, -40, 50), (50, -40, -50)]
+        >>> Gamut(colours).contains((50, 0, 300), space="LCHab").item()
+        True
+        """
+        return positions(
+            self,
+            colours,
+            tolerance=tolerance,
+            space=space,
+            triangles=triangles,
+            max_error=max_error,
+        ).inside
+
+    def tolerance(self, *, triangles: int | None = None, max_error: float | None = None) -> float:
+        """Return the distance up to which a colour outside of a level counts as in gamut.
+
+        Returns
+        -------
+        float
+            In units of the gamut's space: the error bound of the level, the rounding of
+            coordinates to the grid, and the largest distance by which the full boundary misses the
+            device's own colours, ``description["boundary_error"]``. A colour that the device can
+            make is not farther outside.
+
+        Examples
+        --------
+        >>> colours = [(20, 0, 0), (90, 0, 0), (50, 60, 0), (50, -40, 50), (50, -40, -50)]
+        >>> 0 < Gamut(colours).tolerance() < 0.1
+        True
+        """
+        return tolerance_of(self, triangles, max_error)
+
+    def convert(self, colours: Colours, space: str) -> FloatArray:
+        """Return colours of another space in the space of the gamut.
+
+        Returns
+        -------
+        (..., 3) float64
+
+        Examples
+        --------
+        >>> colours = [(20, 0, 0), (90, 0, 0), (50, 60, 0), (50, -40, 50), (50, -40, -50)]
+        >>> Gamut(colours).convert((50, 20, 90), "LCHab").round(3).tolist()
+        [50.0, 0.0, 20.0]
+        """
+        rows, _ = colours_in(self, colours, space)
+        return rows.in_shape(rows.points)
+
+    def distance(
+        self,
+        colours: Colours,
+        *,
+        space: str | None = None,
+        triangles: int | None = None,
+        max_error: float | None = None,
+    ) -> FloatArray:
+        """Return the distances of colours from the surface, negative inside.
+
+        Returns
+        -------
+        (...) float64
+            Euclidean, in units of the gamut's space.
+
+        Examples
+        --------
+        >>> cube = [(l, a, b) for l in (40, 60) for a in (-10, 10) for b in (-10, 10)]
+        >>> Gamut(cube).distance([(50, 0, 0), (50, 0, 25)]).round(3).tolist()
+        [-10.0, 15.0]
+        """
+        return distance(self, colours, space=space, triangles=triangles, max_error=max_error)
+
+    def classify(
+        self,
+        colours: Colours,
+        *,
+        edge_width: float | None = None,
+        tolerance: float | None = None,
+        space: str | None = None,
+        triangles: int | None = None,
+        max_error: float | None = None,
+    ) -> NDArray[Any]:
+        """Say where colours are: inside, at the edge or outside.
+
+        Parameters
+        ----------
+        edge_width : float, optional
+            Largest distance from the surface of a colour at the edge, in units of the gamut's
+            space. By default `tolerance` if that is given, else `default_edge_width`: 1 in CIELAB.
+        tolerance : float, optional
+            As for `contains`. Colours within it are at the edge as well.
+
+        Returns
+        -------
+        (...) str
+            ``"inside"``, ``"edge"`` or ``"outside"``. `contains` is true for colours inside, false
+            for colours outside, and decides by `tolerance` at the edge.
+
+        Examples
+        --------
+        >>> cube = [(l, a, b) for l in (40, 60) for a in (-10, 10) for b in (-10, 10)]
+        >>> Gamut(cube).classify([(50, 0, 0), (50, 0, 11), (50, 0, 25)], edge_width=2).tolist()
+        ['inside', 'edge', 'outside']
+        """
+        found = positions(
+            self,
+            colours,
+            position=True,
+            tolerance=tolerance,
+            edge_width=edge_width,
+            space=space,
+            triangles=triangles,
+            max_error=max_error,
+        )
+        return cast("NDArray[Any]", found.position)
+
+    def nearest(
+        self,
+        colours: Colours,
+        *,
+        metric: str = "CIE 1976",
+        space: str | None = None,
+        triangles: int | None = None,
+        max_error: float | None = None,
+    ) -> NearestColours:
+        """Find the nearest points of the surface, for colours inside and outside.
+
+        Parameters
+        ----------
+        metric : str, optional
+            ``"CIE 1976"``: the smallest Euclidean distance. ``"CIE 2000"``: the smallest colour
+            difference CIE 2000, for gamuts in CIELAB.
+
+        Returns
+        -------
+        NearestColours
+            With `points`, `distance`, `delta_e` and `device`.
+
+        Examples
+        --------
+        >>> cube = [(l, a, b) for l in (40, 60) for a in (-10, 10) for b in (-10, 10)]
+        >>> near = Gamut(cube).nearest((50, 0, 25))
+        >>> near.points.round(3).tolist(), round(near.distance.item(), 3)
+        ([50.0, 0.0, 10.0], 15.0)
+        """
+        return nearest(
+            self, colours, metric=metric, space=space, triangles=triangles, max_error=max_error
+        )
+
+    def map(
+        self,
+        colours: Colours,
+        method: str = "clip-hue",
+        *,
+        focus: Colours | Literal["cusp"] | None = None,
+        source: Self | str | os.PathLike[str] | None = None,
+        black_point_compensation: bool = False,
+        space: str | None = None,
+        triangles: int | None = None,
+        max_error: float | None = None,
+    ) -> MappedColours:
+        """Map colours into the gamut.
+
+        Parameters
+        ----------
+        method : str, optional
+            ``"clip-nearest"``: to the nearest colour. ``"clip-hue"``: to the nearest colour of the
+            same hue (HPMINDE, CIE 156:2004). ``"clip-lightness"``: the chroma stays.
+            ``"clip-chroma"``: the lightness stays. ``"clip-focal"``: towards a focal point.
+            ``"sgck"``: compression from a source gamut (CIE 156:2004).
+        focus : (3,) array_like or "cusp", optional
+            Focal point of ``"clip-focal"``, in the space of the colours; ``"cusp"``, the default,
+            is the lightness of the cusp on the neutral axis.
+        source : Gamut, str or path, optional
+            The gamut that ``"sgck"`` maps from.
+        black_point_compensation : bool, optional
+            Whether colours are first scaled in CIEXYZ, so that black, L* = 0, becomes the darkest
+            neutral colour of the gamut, and white stays (ISO 18619). Not for ``"sgck"``, which maps
+            black itself.
+
+        Returns
+        -------
+        MappedColours
+            With `points`, `moved`, `delta_e` and `device`. Colours inside, and outside within the
+            tolerance of `contains` if it is not above `default_error`, stay as they are, except by
+            ``"sgck"`` and with black-point compensation.
+
+        Raises
+        ------
+        OptionError
+            Also if `focus`, `source` or `black_point_compensation` does not apply.
+
+        Examples
+        --------
+        >>> cube = [(l, a, b) for l in (40, 60) for a in (-10, 10) for b in (-10, 10)]
+        >>> Gamut(cube).map((50, 30, 0), "clip-chroma").points.round(3).tolist()
+        [50.0, 10.0, 0.0]
+        """
+        return map_colours(
+            self,
+            colours,
+            method,
+            focus=focus,
+            source=self._other(source),
+            black_point_compensation=black_point_compensation,
+            space=space,
+            triangles=triangles,
+            max_error=max_error,
+        )
+
+    def map_picture(
+        self,
+        picture: str | os.PathLike[str] | bytes,
+        output: str | os.PathLike[str],
+        method: str = "clip-hue",
+        *,
+        focus: Colours | Literal["cusp"] | None = None,
+        source: Self | str | os.PathLike[str] | None = None,
+        black_point_compensation: bool = False,
+        depth: Depth | None = None,
+        triangles: int | None = None,
+        max_error: float | None = None,
+    ) -> MappedPicture:
+        """Map the colours of a picture file into the gamut, and write the result.
+
+        Parameters
+        ----------
+        picture : path or bytes
+            A file of gray or RGB. An embedded profile, or the encoding that the file declares,
+            gives the colours, relative to its white; sRGB is assumed without one.
+        output : path
+            A .png, .tif, .exr or .jpg file. It has the encoding, the depth, the profile and the
+            alpha of the picture.
+        depth : {"8", "16", "half", "float"}, optional
+            Another depth: 8 or 16 bits, or floats of 16 or 32 bits. PNG has no floats, and TIFF no
+            half floats, which become floats there by default. Integers of a picture in linear light
+            are sRGB, with straight alpha.
+        method, focus, source : optional
+            As for `map`; a focal point is in CIELAB.
+        black_point_compensation : bool, optional
+            As for `map`, from the black of the picture's profile or encoding.
+        triangles, max_error : optional
+            The level; by default the full boundary.
+
+        Returns
+        -------
+        MappedPicture
+            Numbers of pixels: all, moved, and those whose mapped colour the encoding cannot store.
+
+        Raises
+        ------
+        GamutError
+            The picture cannot be read, or is neither gray nor RGB; the output cannot store it; or
+            as for `map`.
+        OSError
+            A file cannot be read or written.
+
+        Notes
+        -----
+        Rows are read, mapped and written in parts, so memory is bounded by the size of the file
+        and some ten megabytes. Pixels in gamut keep their values exactly. Transparent pixels stay.
+        """
+        return map_picture_file(
+            self,
+            content_of(picture),
+            output,
+            method,
+            focus=focus,
+            source=self._other(source),
+            black_point_compensation=black_point_compensation,
+            depth=depth,
+            triangles=triangles,
+            max_error=max_error,
+        )
+
+    def crossings(
+        self,
+        starts: Colours,
+        ends: Colours,
+        *,
+        kind: Literal["segment", "ray", "line"] = "segment",
+        space: str | None = None,
+        triangles: int | None = None,
+        max_error: float | None = None,
+    ) -> ColourCrossings:
+        """Find all crossings of lines with the surface, in order.
+
+        Parameters
+        ----------
+        starts, ends : (..., 3) array_like
+            Two colours of each line, which is straight in the space of the gamut. They are
+            broadcast against each other.
+        kind : {'segment', 'ray', 'line'}, optional
+            A ray begins at the start and goes beyond the end; a line goes beyond both.
+
+        Returns
+        -------
+        ColourCrossings
+            Flat, with `offsets` for the rows, `t`, `entering`, `points` and `device`.
+
+        Raises
+        ------
+        InvalidPointsError
+            Also for a ray or line with two equal points.
+
+        Examples
+        --------
+        >>> cube = [(l, a, b) for l in (40, 60) for a in (-10, 10) for b in (-10, 10)]
+        >>> found = Gamut(cube).crossings((50, 0, 0), (50, 0, 40))
+        >>> found.t.round(3).tolist(), found.entering.tolist()
+        ([0.25], [False])
+        """
+        return crossings(
+            self, starts, ends, kind=kind, space=space, triangles=triangles, max_error=max_error
+        )
+
+    # --- questions about the shape ----------------------------------------------------------------
+
+    def cusps(
+        self,
+        hues: int | ArrayLike = 360,
+        *,
+        triangles: int | None = None,
+        max_error: float | None = None,
+    ) -> ColourCusps:
+        """Return the cusps: the points of largest chroma at some hues.
+
+        Parameters
+        ----------
+        hues : int or (n,) array_like, optional
+            Number of equidistant hues from 0° on, or hues in degrees.
+
+        Returns
+        -------
+        ColourCusps
+            With `hue`, `lightness`, `chroma`, `points` and `device`. NaN where a hue has no colour.
+
+        Examples
+        --------
+        >>> cube = [(l, a, b) for l in (40, 60) for a in (-10, 10) for b in (-10, 10)]
+        >>> Gamut(cube).cusps([0, 45]).chroma.round(2).tolist()
+        [10.0, 14.14]
+        """
+        return cusps(self, hues, triangles=triangles, max_error=max_error)
+
+    def max_chroma(
+        self,
+        lightness: ArrayLike,
+        hue: ArrayLike,
+        *,
+        triangles: int | None = None,
+        max_error: float | None = None,
+    ) -> FloatArray:
+        """Return the largest chroma at lightnesses and hues.
+
+        Parameters
+        ----------
+        lightness, hue : array_like
+            Broadcast against each other. The hue is in degrees.
+
+        Returns
+        -------
+        (...) float64
+            NaN where no colour is in gamut.
+
+        Examples
+        --------
+        >>> cube = [(l, a, b) for l in (40, 60) for a in (-10, 10) for b in (-10, 10)]
+        >>> Gamut(cube).max_chroma(50, [0, 45]).round(2).tolist()
+        [10.0, 14.14]
+        """
+        return max_chroma(self, lightness, hue, triangles=triangles, max_error=max_error)
+
+    def slice(
+        self,
+        L: float | None = None,
+        *,
+        hue: float | None = None,
+        plane: ArrayLike | None = None,
+        triangles: int | None = None,
+        max_error: float | None = None,
+    ) -> ColourSection:
+        """Return the section by a plane of constant lightness, by a hue, or by any plane.
+
+        Parameters
+        ----------
+        L : float, optional
+            Lightness, the first coordinate (the second in CIEXYZ).
+        hue : float, optional
+            Hue in degrees: the half-plane of `leaf`.
+        plane : (4,) array_like, optional
+            a, b, c, d: the points with a x + b y + c z = d.
+
+        Returns
+        -------
+        ColourSection
+            With `polygons`, `points` and `device`.
+
+        Raises
+        ------
+        InvalidPointsError
+            A number is not finite, or the plane has no direction.
+        OptionError
+            Not exactly one of `L`, `hue` and `plane` is given, or the space has no hue.
+
+        Examples
+        --------
+        >>> cube = [(l, a, b) for l in (40, 60) for a in (-10, 10) for b in (-10, 10)]
+        >>> (square,) = Gamut(cube).slice(L=50).polygons
+        >>> abs(square[:, 1:]).max().round(3).item()
+        10.0
+        """
+        return section(self, L, hue=hue, plane=plane, triangles=triangles, max_error=max_error)
+
+    def leaf(
+        self, hue: float, *, triangles: int | None = None, max_error: float | None = None
+    ) -> ColourSection:
+        """Return the hue leaf: the section by the half-plane of a hue.
+
+        Parameters
+        ----------
+        hue : float
+            In degrees.
+
+        Returns
+        -------
+        ColourSection
+            A leaf may have several polygons, and need not contain the neutral axis. Device values
+            of corners on the axis, which are inside, are those of the surface above or below.
+
+        Examples
+        --------
+        >>> cube = [(l, a, b) for l in (40, 60) for a in (-10, 10) for b in (-10, 10)]
+        >>> len(Gamut(cube).leaf(hue=0).polygons)
+        1
+        """
+        return leaf(self, hue, triangles=triangles, max_error=max_error)
+
+    def leaves(
+        self,
+        hues: int | ArrayLike = 360,
+        lightness: int | ArrayLike = 101,
+        *,
+        triangles: int | None = None,
+        max_error: float | None = None,
+    ) -> ChromaTable:
+        """Return the table of chroma: the intervals in gamut for every hue and lightness.
+
+        Parameters
+        ----------
+        hues : int or (h,) array_like, optional
+            As for `cusps`.
+        lightness : int or (l,) array_like, optional
+            Number of equidistant lightnesses from 0 to that of white, or lightnesses.
+
+        Returns
+        -------
+        ChromaTable
+            With `largest`, the largest chroma as an array, beside all intervals.
+
+        Examples
+        --------
+        >>> cube = [(l, a, b) for l in (40, 60) for a in (-10, 10) for b in (-10, 10)]
+        >>> Gamut(cube).leaves([0, 45], [50, 70]).largest.round(2).tolist()
+        [[10.0, nan], [14.14, nan]]
+        """
+        return leaves(self, hues, lightness, triangles=triangles, max_error=max_error)
+
+    def rings(
+        self,
+        reference: Self | str | os.PathLike[str] | None = None,
+        *,
+        lightness: ArrayLike | None = None,
+        sectors: int = 360,
+        triangles: int | None = None,
+        max_error: float | None = None,
+    ) -> GamutRings:
+        """Return the gamut rings, alone or with those of a reference and the intersection.
+
+        Parameters
+        ----------
+        reference : Gamut, str or path, optional
+        lightness : (n,) array_like, optional
+            Of the rings, in increasing order; tenths of the lightness of white by default, which
+            are those of the standard, 10 to 100, in CIELAB.
+        sectors : int, optional
+            Number of equal sectors of hue.
+
+        Returns
+        -------
+        GamutRings
+            The area within a ring is the volume of the gamut up to its lightness. Warnings name
+            differences of intent or white from the reference.
+
+        Notes
+        -----
+        IDMS 1.1, section 5.32; Smith and Masaoka.
+
+        Examples
+        --------
+        >>> cube = [(l, a, b) for l in (40, 60) for a in (-10, 10) for b in (-10, 10)]
+        >>> round(Gamut(cube).rings().volume)
+        8000
+        """
+        return rings(
+            self,
+            self._other(reference),
+            lightness=lightness,
+            sectors=sectors,
+            triangles=triangles,
+            max_error=max_error,
+        )
+
+    # --- questions about two gamuts ---------------------------------------------------------------
+
+    def compare(
+        self,
+        other: Self | str | os.PathLike[str],
+        *,
+        sectors: int = SECTORS,
+        triangles: int | None = None,
+        max_error: float | None = None,
+    ) -> GamutComparison:
+        """Compare this gamut, A, with another one, B.
+
+        Parameters
+        ----------
+        other : Gamut, str or path
+        sectors : int, optional
+            Number of equal sectors of hue.
+
+        Returns
+        -------
+        GamutComparison
+            With `volume_a`, `volume_b`, `intersection`, `union`, `a_covers_b`, `b_covers_a`,
+            `jaccard`, `symmetric_difference`, the same by sector of hue, the lightest and darkest
+            colours, areas and coverage of the chromaticities, and warnings.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> cube = np.array([(l, a, b) for l in (-1, 1) for a in (-1, 1) for b in (-1, 1)])
+        >>> whole, part = Gamut(20 * cube + (50, 0, 0)), Gamut(10 * cube + (50, 0, 0))
+        >>> round(whole.compare(part).b_covers_a, 3)
+        0.125
+        """
+        two = self._in_same_space(other)
+        return compare(self, two, sectors=sectors, triangles=triangles, max_error=max_error)
+
+    def chromaticity(self) -> ChromaticityGamut | None:
+        """Return the chromaticities of the gamut: a polygon in CIE 1931 xy and CIE 1976 u′v′.
+
+        Returns
+        -------
+        ChromaticityGamut or None
+            The triangle of the primaries of a display or an RGB space, else the convex hull of the
+            gamut's own colours. None if they have no area, or the gamut is from an earlier version.
+
+        Examples
+        --------
+        >>> from gamutcore import reference
+        >>> found = reference("sRGB", surface_samples=1000).chromaticity()
+        >>> found.basis, len(found.xy)
+        ('primaries', 3)
+        """
+        return chromaticity(self)
+
+    def coverage_of(self, other: Self | str | os.PathLike[str]) -> float:
+        """Return the share of another gamut's volume that this gamut covers.
+
+        Parameters
+        ----------
+        other : Gamut, str or path
+
+        Returns
+        -------
+        float
+            Volume of the intersection ÷ volume of the other gamut, from 0 to 1.
+
+        Warns
+        -----
+        UserWarning
+            The gamuts have different intents, whites or conditions of measurement.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> cube = np.array([(l, a, b) for l in (-1, 1) for a in (-1, 1) for b in (-1, 1)])
+        >>> Gamut(20 * cube + (50, 0, 0)).coverage_of(Gamut(10 * cube + (50, 0, 0)))
+        1.0
+        """
+        other = self._in_same_space(other)
+        for warning in comparison_warnings(self.conditions, other.conditions):
+            warnings.warn(warning, stacklevel=2)
+        return self.compare(other, sectors=1).a_covers_b
+
+    def warnings_about(self, other: Gamut) -> tuple[str, ...]:
+        """Return reasons why a comparison with another gamut may mislead, as `compare` does."""
+        return compared_conditions(self.conditions, other.conditions)
+
+    def __and__(self, other: object) -> Intersection:
+        """Return the intersection with another gamut: its volume, and its shares of both.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> cube = np.array([(l, a, b) for l in (-1, 1) for a in (-1, 1) for b in (-1, 1)])
+        >>> common = Gamut(20 * cube + (50, 0, 0)) & Gamut(10 * cube + (50, 0, 0))
+        >>> round(common.volume), round(common.of_first, 3)
+        (8000, 0.125)
+        """
+        if not isinstance(other, type(self) | str | os.PathLike):
+            return NotImplemented
+        found = self.compare(other, sectors=1)
+        return Intersection(
+            found.intersection,
+            found.b_covers_a,
+            found.a_covers_b,
+            found.jaccard,
+            found.gamuts,
+            found.warnings,
+        )
+
+    def _other(self, given: Self | str | os.PathLike[str] | None) -> Self | None:
+        return None if given is None else self._in_same_space(given)
+
+    def _in_same_space(self, other: Self | str | os.PathLike[str]) -> Self:
+        """Return another gamut, or the one of a name or file, in the space of this one."""
         if not isinstance(other, type(self)):
             other = self._opened(cast("str | os.PathLike[str]", other))
-        self._check_space(other)
+        check_space(self, other)
         return other
 
     def _opened(self, given: str | os.PathLike[str]) -> Self:
@@ -175,16 +917,228 @@ class Gamut(PointAnswers, MappingAnswers, DrawingAnswers, ComparisonAnswers):
         options = Options.from_mapping({name: chosen[name] for name in names})
         if isinstance(found, bytes):
             return type(self)(found, options)
-        return cast("Self", _reference(type(self), found, options))
+        kind: Any = type(self)  # mypy takes a class for unhashable
+        return cast("Self", _reference(kind, found, options))
 
-    def __repr__(self) -> str:
-        space, volume = self.colour_space.name, self.volume
-        device = self.description.get("provenance", {}).get("channels")
-        of = f" of {' '.join(map(str, device))}" if device else ""
-        return (
-            f"<Gamut {self.id[:12]}{of} in {space}: volume {volume:.4g}, "
-            f"{self.history.triangles} triangles>"
+    # --- pictures ---------------------------------------------------------------------------------
+
+    def _repr_html_(self) -> str:
+        """Return a picture and the key figures, for notebooks."""
+        return notebook_html(self)
+
+    def picture(
+        self,
+        size: int = DEFAULT_SIZE,
+        view: str | Sequence[float] = "standard",
+        *,
+        background: str = "white",
+        axes: bool = True,
+        triangles: int | None = None,
+        max_error: float | None = None,
+    ) -> bytes:
+        """Return a picture of the gamut as PNG, drawn without matplotlib.
+
+        Parameters
+        ----------
+        size : int, optional
+            Width and height in pixels, 16 to 2048.
+        view : str or (float, float), optional
+            ``standard``, ``front``, ``right``, ``back``, ``left``, ``top`` or ``bottom``; or the
+            hue and the elevation in degrees from which the camera looks.
+        background : {'white', 'transparent'}, optional
+        axes : bool, optional
+            Whether there are axes with labels.
+        triangles, max_error : optional
+            The level, of 20,000 triangles by default.
+
+        Returns
+        -------
+        bytes
+            The text `Gamut` in the file has the conditions of the gamut.
+
+        Examples
+        --------
+        >>> colours = [(20, 0, 0), (90, 0, 0), (50, 60, 0), (50, -40, 50), (50, -40, -50)]
+        >>> Gamut(colours).picture(100)[1:4]
+        b'PNG'
+        """
+        return picture(
+            self,
+            size,
+            view,
+            background=background,
+            axes=axes,
+            triangles=triangles,
+            max_error=max_error,
         )
+
+    def plot(
+        self,
+        ax: Any = None,  # noqa: ANN401  # of matplotlib, which is optional
+        *,
+        triangles: int | None = None,
+        max_error: float | None = None,
+        **style: Any,  # noqa: ANN401
+    ) -> Any:  # noqa: ANN401
+        """Draw the gamut in three dimensions with its own colours.
+
+        Parameters
+        ----------
+        ax : mpl_toolkits.mplot3d.Axes3D, optional
+            New axes unless given.
+        triangles, max_error : optional
+            The level, of 2,000 triangles by default.
+        **style
+            For `mpl_toolkits.mplot3d.art3d.Poly3DCollection`, such as ``alpha=0.5``.
+
+        Returns
+        -------
+        mpl_toolkits.mplot3d.Axes3D
+
+        Raises
+        ------
+        ModuleNotFoundError
+            matplotlib is not installed.
+        """
+        return plot(self, ax, triangles=triangles, max_error=max_error, **style)
+
+    def plot_slice(
+        self,
+        L: float | None = None,
+        ax: Any = None,  # noqa: ANN401  # of matplotlib
+        *,
+        hue: float | None = None,
+        triangles: int | None = None,
+        max_error: float | None = None,
+        **style: Any,  # noqa: ANN401
+    ) -> Any:  # noqa: ANN401
+        """Draw a section by a lightness, or a hue leaf.
+
+        Parameters
+        ----------
+        L : float, optional
+            Lightness.
+        ax : matplotlib.axes.Axes, optional
+            New axes unless given. Gamuts on the same axes are compared.
+        hue : float, optional
+            Hue in degrees, instead of a lightness.
+        **style
+            For `matplotlib.axes.Axes.fill`.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+
+        Raises
+        ------
+        ModuleNotFoundError
+            matplotlib is not installed.
+        """
+        return plot_slice(self, L, ax, hue=hue, triangles=triangles, max_error=max_error, **style)
+
+    def plot_rings(
+        self,
+        reference: Self | str | os.PathLike[str] | None = None,
+        ax: Any = None,  # noqa: ANN401  # of matplotlib
+        *,
+        sectors: int = 360,
+        triangles: int | None = None,
+        max_error: float | None = None,
+        **style: Any,  # noqa: ANN401
+    ) -> Any:  # noqa: ANN401
+        """Draw the gamut rings, with those of a reference dashed.
+
+        Parameters
+        ----------
+        reference : Gamut, str or path, optional
+        ax : matplotlib.axes.Axes, optional
+            New axes unless given.
+        sectors : int, optional
+            Number of equal sectors of hue.
+        **style
+            For `matplotlib.axes.Axes.plot`.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+
+        Raises
+        ------
+        ModuleNotFoundError
+            matplotlib is not installed.
+        """
+        return plot_rings(
+            self,
+            self._other(reference),
+            ax,
+            sectors=sectors,
+            triangles=triangles,
+            max_error=max_error,
+            **style,
+        )
+
+    def slice_svg(
+        self,
+        L: float | None = None,
+        *,
+        hue: float | None = None,
+        plane: ArrayLike | None = None,
+        name: str = "",
+        triangles: int | None = None,
+        max_error: float | None = None,
+    ) -> bytes:
+        """Return a picture of a section as SVG, in the colours that it shows.
+
+        Parameters
+        ----------
+        L, hue, plane : optional
+            One of them, as for `slice`.
+        name : str, optional
+            Of the gamut, for the title.
+
+        Returns
+        -------
+        bytes
+            The same arguments give the same bytes. matplotlib is not needed.
+        """
+        return draw_section(
+            self, L, hue=hue, plane=plane, name=name, triangles=triangles, max_error=max_error
+        )
+
+    def rings_svg(
+        self,
+        reference: Self | str | os.PathLike[str] | None = None,
+        *,
+        names: tuple[str, str] = ("", "reference"),
+        sectors: int = 360,
+        triangles: int | None = None,
+        max_error: float | None = None,
+    ) -> bytes:
+        """Return a picture of the gamut rings as SVG.
+
+        Parameters
+        ----------
+        reference : Gamut, str or path, optional
+        names : (str, str), optional
+            Of the gamut and of the reference, for the title and the legend.
+        sectors : int, optional
+            Number of equal sectors of hue.
+
+        Returns
+        -------
+        bytes
+            The same arguments give the same bytes. matplotlib is not needed.
+        """
+        return draw_rings(
+            self,
+            self._other(reference),
+            names=names,
+            sectors=sectors,
+            triangles=triangles,
+            max_error=max_error,
+        )
+
+    # --- levels and files -------------------------------------------------------------------------
 
     def level(self, triangles: int, *, side: Side = "both") -> TriangleMesh:
         """Return the level of a triangle count, with the device values of its vertices if known.

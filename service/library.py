@@ -28,11 +28,11 @@ from weakref import WeakValueDictionary
 
 from starlette.responses import Response
 
-from gamutcore.answers.base import INDEX_BYTES
 from gamutcore.colours.spaces import ColourSpace
 from gamutcore.errors import HistoryFileError
 from gamutcore.export.provenance import mesh_provenance
 from gamutcore.gamut import Gamut
+from gamutcore.questions import INDEX_BYTES
 from service.caching.byte_bounded_cache import ByteBoundedCache
 from service.caching.single_flight import SingleFlight
 from service.problems.problem import Problem, ProblemError

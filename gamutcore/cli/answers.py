@@ -307,8 +307,8 @@ def map_colours(
 
 
 def _check_source(method: str, source: str | None) -> None:
-    from gamutcore.answers.mapping import METHOD  # noqa: PLC0415
     from gamutcore.arguments import check_option  # noqa: PLC0415
+    from gamutcore.questions import METHOD  # noqa: PLC0415
 
     if (check_option("method", method, METHOD) == "sgck") != (source is not None):
         raise typer.BadParameter(
@@ -330,7 +330,7 @@ def _is_picture(path: str) -> bool:
 
 def _space_for_picture(ctx: typer.Context, gamuts: list[str]) -> str | None:
     """Return the space to build gamuts in for a picture; None if it is given in some way."""
-    from gamutcore.answers.picture_mapping import PICTURE_SPACE  # noqa: PLC0415
+    from gamutcore.questions import PICTURE_SPACE  # noqa: PLC0415
 
     chosen = chosen_options(ctx)
     if "space" in chosen or chosen.get("source") == "boundary":
@@ -374,25 +374,22 @@ def compare(
     as_csv: AsCsv = False,
 ) -> None:
     """Compare gamuts A and B by volume, coverage and chromaticity."""
+    from gamutcore.questions import COMPARISON  # noqa: PLC0415
+
     one, two = (gamut_of(source, ctx, alone=False) for source in (first, second))
     found = one.compare(two, sectors=sectors, triangles=triangles, max_error=max_error)
     stated = state(one.conditions, two.conditions, warnings=found.warnings)
-    names = [
-        *("volume_a", "volume_b", "intersection", "union", "a_covers_b", "b_covers_a", "jaccard"),
-        "symmetric_difference",
-    ]
-    by_hue: dict[str, Any] = {
-        "hue_from": found.hues[:-1].tolist(),
-        "hue_to": found.hues[1:].tolist(),
-        **{name: getattr(found.sectors, name).tolist() for name in names},
-    }
+    answer = COMPARISON.tabulate(found)
+    by_hue: dict[str, Any] = {name: values.tolist() for name, values in answer.columns.items()}
     if as_csv or (output is not None and output.suffix.lower() == ".csv"):
         write_table(by_hue, output, as_json=False, as_csv=True)
         return
-    facts: dict[str, Any] = {name: getattr(found, name) for name in names}
-    for name in ("white_a", "white_b", "black_a", "black_b"):
-        facts[name] = getattr(found, name).tolist()
-    chromaticity = None if found.chromaticity is None else found.chromaticity.to_mapping()
+    facts = {
+        name: value.tolist() if hasattr(value, "tolist") else value
+        for name, value in answer.document.items()
+        if name != "sectors"
+    }
+    chromaticity = facts.pop("chromaticity")
     if as_json or (output is not None and output.suffix.lower() == ".json"):
         facts |= {"chromaticity": chromaticity, "sectors": by_hue, **stated}
         write_facts(facts, output, as_json=True)
@@ -434,7 +431,7 @@ _DRAWINGS = (".png", ".svg", ".pdf")
 
 
 def _axes(gamut: Gamut, triangles: int | None, max_error: float | None) -> Any:  # noqa: ANN401
-    from gamutcore.answers.drawing import figure  # noqa: PLC0415
+    from gamutcore.questions import figure  # noqa: PLC0415
 
     axes = figure().add_subplot(projection="3d")
     return gamut.plot(axes, triangles=triangles, max_error=max_error)

@@ -41,7 +41,7 @@ Output = Annotated[
     typer.Option("--output", "-o", metavar="FILE", help="Write to this file."),
 ]
 
-Columns: TypeAlias = Mapping[str, Sequence[Any]]
+Columns: TypeAlias = Mapping[str, Any]
 """A table: values of each column, in the order of the rows. None is an empty cell."""
 
 

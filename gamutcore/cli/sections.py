@@ -49,7 +49,7 @@ def cut(
     if output is not None and output.suffix.lower() in {".png", ".pdf"}:
         if plane is not None:
             raise typer.BadParameter("Pictures show a lightness or a hue.", param_hint="--plane")
-        from gamutcore.answers.drawing import figure  # noqa: PLC0415
+        from gamutcore.questions import figure  # noqa: PLC0415
 
         axes = gamut.plot_slice(lightness, figure().add_subplot(), hue=hue, **level)
         axes.figure.savefig(output)
@@ -83,7 +83,7 @@ def rings(
     The result is a table of radii by lightness and hue, or a picture if the output is a .svg file,
     or a .png or .pdf file, which needs matplotlib.
     """
-    from gamutcore.answers.conditions import comparison_warnings  # noqa: PLC0415
+    from gamutcore.questions import RINGS, comparison_warnings  # noqa: PLC0415
 
     alone = reference is None
     gamut = gamut_of(source, ctx, alone=alone)
@@ -98,21 +98,15 @@ def rings(
         write_bytes(gamut.rings_svg(other, sectors=sectors, **level), output)
         return
     if output is not None and output.suffix.lower() in {".png", ".pdf"}:
-        from gamutcore.answers.drawing import figure  # noqa: PLC0415
+        from gamutcore.questions import figure  # noqa: PLC0415
 
         axes = gamut.plot_rings(other, figure().add_subplot(), sectors=sectors, **level)
         axes.figure.savefig(output)
         return
     found = gamut.rings(other, sectors=sectors, **level)
-    columns: dict[str, Any] = {
-        "lightness": found.lightness.repeat(len(found.hues)),
-        "hue": found.hues.tolist() * len(found.lightness),
-        "radius": found.radius.reshape(-1),
-    }
-    if found.reference_radius is not None and found.intersection_radius is not None:
-        columns["reference_radius"] = found.reference_radius.reshape(-1)
-        columns["intersection_radius"] = found.intersection_radius.reshape(-1)
-    write_table(columns, output, as_json=as_json, as_csv=as_csv, stated=stated)
+    write_table(
+        RINGS.tabulate(found).columns, output, as_json=as_json, as_csv=as_csv, stated=stated
+    )
 
 
 def picture(

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from starlette.responses import Response
 
-from gamutcore.answers.drawing import PNG_KEYWORD
 from gamutcore.export import FORMATS, mesh_file
 from gamutcore.export.rendering import mesh_picture
 from gamutcore.levels import Bounds, Side
+from gamutcore.questions import PNG_KEYWORD
 from service.http.compression import IDENTITY, compress
 from service.http.conditional import IMMUTABLE, entity_tag, matches
 from service.http.file_names import content_disposition

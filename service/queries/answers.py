@@ -15,18 +15,16 @@ import numpy as np
 from pydantic_core import to_json
 
 from service.queries.bodies import CSV, JSON, NPY
-from service.queries.operations import Result
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from numpy.typing import NDArray
 
+    from gamutcore.questions import Answer, Question
     from gamutcore.tables import ColourTable
     from service.queries.bodies import Body
     from service.queries.levels import QueryLevel
-    from service.queries.operations import Operation
-    from service.queries.views import Answered
 
 __all__ = [
     "WRITERS",
@@ -34,7 +32,7 @@ __all__ = [
     "condition_headers",
     "level_document",
     "reading_header",
-    "view_file",
+    "shape_file",
 ]
 
 _AT_ONCE = 2000
@@ -52,19 +50,19 @@ class Writer(Protocol):
     """Writes an answer from its first row to its last."""
 
     def __init__(
-        self, operation: Operation, level: QueryLevel, body: Body, warnings: Sequence[str]
+        self, question: Question, level: QueryLevel, body: Body, warnings: Sequence[str]
     ) -> None: ...
 
-    def piece(self, start: int, result: Result) -> bytes:
+    def piece(self, start: int, result: Answer) -> bytes:
         """Return the bytes of the rows from `start` on."""
 
-    def head(self, first: Result, entries: int) -> bytes:
+    def head(self, first: Answer, entries: int) -> bytes:
         """Return what comes before the rows.
 
         Parameters
         ----------
-        first : Result
-            Result of the first rows, which has the columns of all others.
+        first : Answer
+            Answer of the first rows, which has the columns of all others.
         entries : int
             Number of rows of the answer: more than those of the body if rows have several entries.
         """
@@ -108,16 +106,16 @@ class JsonWriter:
     """One object: the level, the conditions of the gamut, warnings, and one array per column."""
 
     def __init__(
-        self, operation: Operation, level: QueryLevel, body: Body, warnings: Sequence[str]
+        self, question: Question, level: QueryLevel, body: Body, warnings: Sequence[str]
     ) -> None:
         self._level, self._warnings = level, list(warnings)
-        self._operation, self._body = operation, body
+        self._question, self._body = question, body
 
-    def head(self, _first: Result, _entries: int) -> bytes:
+    def head(self, _first: Answer, _entries: int) -> bytes:
         """Return nothing."""
         return b""
 
-    def piece(self, start: int, result: Result) -> bytes:
+    def piece(self, start: int, result: Answer) -> bytes:
         """Return the document."""
         assert start == 0  # noqa: S101 - rows of JSON fit into one piece
         document: dict[str, Any] = {
@@ -142,7 +140,7 @@ class JsonWriter:
         if table is None:
             return {}
         convert = self._level.gamut.convert
-        named = zip(self._operation.inputs, table.inputs, strict=True)
+        named = zip(self._question.inputs, table.inputs, strict=True)
         return {
             "reading": table.reading,
             "labels": [label[:LONGEST_LABEL] for label in table.labels()],
@@ -158,11 +156,11 @@ class NpyWriter:
     """
 
     def __init__(
-        self, _operation: Operation, _level: QueryLevel, _body: Body, _warnings: Sequence[str]
+        self, _question: Question, _level: QueryLevel, _body: Body, _warnings: Sequence[str]
     ) -> None:
         pass
 
-    def head(self, first: Result, entries: int) -> bytes:
+    def head(self, first: Answer, entries: int) -> bytes:
         """Return the header of the file."""
         file = io.BytesIO()
         header = {
@@ -173,7 +171,7 @@ class NpyWriter:
         np.lib.format.write_array_header_1_0(file, header)
         return file.getvalue()
 
-    def piece(self, start: int, result: Result) -> bytes:
+    def piece(self, start: int, result: Answer) -> bytes:
         """Return the records of some rows."""
         length = len(next(iter(result.columns.values())))
         records = np.empty(length, _record(result))
@@ -193,23 +191,23 @@ class CsvWriter:
     """
 
     def __init__(
-        self, operation: Operation, level: QueryLevel, body: Body, _warnings: Sequence[str]
+        self, question: Question, level: QueryLevel, body: Body, _warnings: Sequence[str]
     ) -> None:
-        self._operation = operation
+        self._question = question
         self._level = level
         self._inputs = body.inputs
         self._axes = body.axes or level.axes
         self._table = body.table
         self._own = None if body.table is None else body.table.rows()
-        self._column_parts = {column.name: column.parts for column in operation.columns}
+        self._column_parts = {column.name: column.parts for column in question.columns}
 
-    def head(self, first: Result, _entries: int) -> bytes:
+    def head(self, first: Answer, _entries: int) -> bytes:
         """Return the line with the names of the columns."""
         if self._table is not None:
             mark = "\ufeff" if self._table.encoding == "utf-8-sig" else ""
             head = self._table.head(self._table.added_names(self._names(first)))
             return (mark + head).encode()
-        prefixes = [f"{name}_" for name in self._operation.inputs]
+        prefixes = [f"{name}_" for name in self._question.inputs]
         prefixes = prefixes if len(prefixes) > 1 else [""]
         own = [prefix + axis for prefix in prefixes for axis in self._axes]
         return _lines([own + self._names(first)])
@@ -219,7 +217,7 @@ class CsvWriter:
         is_colour = self._column_parts[name] == "axes"
         return self._table.own_values(values) if is_colour and self._table else values
 
-    def _names(self, result: Result) -> list[str]:
+    def _names(self, result: Answer) -> list[str]:
         """Return the names of the appended columns."""
         parts = self._column_parts
         names = {
@@ -229,7 +227,7 @@ class CsvWriter:
         }
         return [name + part for name in result.columns for part in names[parts[name]]]
 
-    def piece(self, start: int, result: Result) -> bytes:
+    def piece(self, start: int, result: Answer) -> bytes:
         """Return the lines of some rows."""
         columns = [
             part
@@ -290,22 +288,19 @@ WRITERS: dict[str, type[JsonWriter | NpyWriter | CsvWriter]] = {
 """Writers by media type."""
 
 
-def view_file(media_type: str, levels: dict[str, Any], answered: Answered) -> bytes:
-    """Return the answer to a view as a file.
+def shape_file(
+    media_type: str, levels: dict[str, Any], answer: Answer, axes: Sequence[str]
+) -> bytes:
+    """Return the answer to a question about a shape as a file of a media type of `WRITERS`.
 
-    Parameters
-    ----------
-    media_type : str
-        A key of `WRITERS`.
-    levels : dict
-        Members of the JSON document about the levels, their gamuts, and warnings.
-    answered : Answered
+    `levels` has the members of the JSON document about the levels, their gamuts, and warnings.
+    `axes` are the names of the coordinates.
     """
     if media_type == JSON:
-        return to_json(_lists({**levels, **answered.document}), inf_nan_mode="null") + b"\n"
-    table = answered.table
+        return to_json(_lists({**levels, **answer.document}), inf_nan_mode="null") + b"\n"
+    table = answer.columns
     if media_type == NPY:
-        records = np.empty(len(next(iter(table.values()))), _record(Result(table)))
+        records = np.empty(len(next(iter(table.values()))), _record(answer))
         for name, values in table.items():
             records[name] = values
         file = io.BytesIO()
@@ -313,7 +308,7 @@ def view_file(media_type: str, levels: dict[str, Any], answered: Answered) -> by
         return file.getvalue()
     names = []
     for name, values in table.items():
-        parts = answered.parts.get(name, ())
+        parts = answer.channels if name == "device" else axes
         names += [f"{name}_{part}" for part in parts] if values.ndim > 1 else [name]
     columns = [_texts(part) for values in table.values() for part in _parts(values)]
     rows = zip(*columns, strict=True)
@@ -334,7 +329,7 @@ def _empty_if_nan(cell: object) -> object:
     return "" if cell != cell else cell  # noqa: PLR0124 - NaN is unequal to itself
 
 
-def _record(result: Result) -> np.dtype[Any]:
+def _record(result: Answer) -> np.dtype[Any]:
     """Return the type of the records of a result, without gaps."""
     fields: list[Any] = [] if result.offsets is None else [("row", "<i4")]
     for name, values in result.columns.items():

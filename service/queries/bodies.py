@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from gamutcore.arrays import FloatArray
+    from gamutcore.questions import Question
     from gamutcore.tables import ColourTable
-    from service.queries.operations import Operation
 
 __all__ = ["CSV", "FORMS", "JSON", "NPY", "SVG", "TABLES", "Body", "Form", "parse_body"]
 
@@ -81,7 +81,7 @@ class Body(NamedTuple):
     Attributes
     ----------
     inputs : list of (n, 3) float64
-        One array for each name of the operation's inputs.
+        One array for each name of the question's inputs.
     members : dict
         Parameters in a JSON body, not checked.
     table : ColourTable or None
@@ -102,7 +102,7 @@ class Body(NamedTuple):
 
 
 def parse_body(
-    content: bytes | bytearray, media_type: str, operation: Operation, asked: TableRequest
+    content: bytes | bytearray, media_type: str, question: Question, asked: TableRequest
 ) -> Body:
     """Return the content of a body.
 
@@ -112,7 +112,7 @@ def parse_body(
         A table is not copied if it is bytes.
     media_type : str
         A key of `FORMS`.
-    operation : Operation
+    question : Question
     asked : TableRequest
 
     Raises
@@ -123,14 +123,14 @@ def parse_body(
         A row is not three finite numbers.
     """
     if media_type == JSON:
-        body = _json(content, operation)
+        body = _json(content, question)
     elif media_type == NPY:
-        body = Body(_npy(content, operation.inputs), {})
+        body = Body(_npy(content, question.inputs), {})
     else:
-        table = read_colours(bytes(content), operation.inputs, asked, FORMS[CSV].most_rows)
+        table = read_colours(bytes(content), question.inputs, asked, FORMS[CSV].most_rows)
         body = Body(table.inputs, {}, table)
     checked = []
-    for name, points in zip(operation.inputs, body.inputs, strict=True):
+    for name, points in zip(question.inputs, body.inputs, strict=True):
         try:
             checked.append(checked_points(points, name))
         except InvalidPointsError as error:
@@ -140,25 +140,25 @@ def parse_body(
     return body._replace(inputs=checked)
 
 
-def _json(content: bytes | bytearray, operation: Operation) -> Body:
+def _json(content: bytes | bytearray, question: Question) -> Body:
     most = FORMS[JSON].most_rows
     # Decoding makes an object of two bytes, so the number is limited before.
-    if content.count(b"[") > most * len(operation.inputs) + 100:
+    if content.count(b"[") > most * len(question.inputs) + 100:
         raise _too_many(f"more than {most}", most)
     document = _decoded(content)
-    known = [*operation.inputs, *(each.name for each in operation.all_parameters)]
+    known = [*question.inputs, *(each.name for each in question.all_parameters)]
     if not isinstance(document, dict):
-        raise _invalid("The JSON is not an object.", operation.inputs[0])
+        raise _invalid("The JSON is not an object.", question.inputs[0])
     for name in document:
         if name not in known:
             detail = f"There is a member {name[:40]!r}."
             raise _invalid(detail, name[:40], f"Members are {', '.join(known)}.")
     inputs = []
-    for name in operation.inputs:
+    for name in question.inputs:
         if name not in document:
             raise _invalid(f"The JSON object has no member {name}.", name)
         inputs.append(_points(document.pop(name), name, most))
-    _same_rows(operation.inputs, inputs)
+    _same_rows(question.inputs, inputs)
     return Body(inputs, document)
 
 

@@ -1,4 +1,4 @@
-"""The OpenAPI description of queries: bodies, answers and examples, from the table."""
+"""The OpenAPI description of queries: bodies, answers and examples, from the declarations."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any
 from service.http.conditional import IMMUTABLE
 from service.openapi.documentation import binary_content, header
 from service.queries.bodies import CSV, FORMS, JSON, NPY, SVG, TABLES
-from service.queries.operations import stated_header
+from service.queries.parameters import description
+from service.queries.parameters import schema as schema_of
 
 if TYPE_CHECKING:
-    from service.queries.operations import Operation
-    from service.queries.views import View
+    from gamutcore.questions import Question
 
-__all__ = ["picture_response", "query_response", "request_body", "view_response"]
+__all__ = ["picture_response", "query_response", "request_body", "stated_header", "view_response"]
 
 _COLOURS = {
     "type": "array",
@@ -128,15 +128,29 @@ _IMMUTABLE_HEADERS = {
 _EXAMPLE_LEVEL = {"triangles": 1000, "max_error": 0.268516}
 
 
-def request_body(operation: Operation) -> dict[str, Any]:
-    """Return the description of the body of an operation."""
-    names = operation.inputs
+def stated_header(name: str) -> str:
+    """Return the header field that states the value of a parameter.
+
+    Examples
+    --------
+    >>> stated_header("edge_width")
+    'Gamut-Edge-Width'
+    """
+    return f"Gamut-{name.replace('_', '-').title()}"
+
+
+def request_body(question: Question) -> dict[str, Any]:
+    """Return the description of the body of an question."""
+    names = question.inputs
     colours = {
         name: {**_COLOURS, "description": "Colours, in the space of the gamut."} for name in names
     }
-    members = {each.name: each.member() for each in operation.all_parameters}
+    members = {
+        each.name: {**schema_of(each), "description": description(each)}
+        for each in question.all_parameters
+    }
     schema = {
-        "title": f"{_title(operation)}Query",
+        "title": f"{_title(question)}Query",
         "type": "object",
         "properties": {**colours, **members},
         "required": list(names),
@@ -151,7 +165,7 @@ def request_body(operation: Operation) -> dict[str, Any]:
         "content": {
             JSON: {
                 "schema": schema,
-                "examples": {"colours": {"value": dict(operation.example)}},
+                "examples": {"colours": {"value": dict(question.example)}},
             },
             NPY: {
                 "schema": {"type": "string", "format": "binary"},
@@ -160,30 +174,30 @@ def request_body(operation: Operation) -> dict[str, Any]:
             CSV: {
                 # client generators pass other types of body as a file
                 "schema": {"type": "string", "format": "binary"},
-                "examples": {"table": {"value": _table(operation, operation.example)}},
+                "examples": {"table": {"value": _table(question)}},
             },
         },
     }
 
 
-def query_response(operation: Operation) -> dict[str, Any]:
-    """Return the description of the answer of an operation."""
+def query_response(question: Question) -> dict[str, Any]:
+    """Return the description of the answer of an question."""
     columns = {
         column.name: {
             "type": "array",
             "items": dict(column.schema),
             "description": column.description,
         }
-        for column in operation.columns
+        for column in question.columns
     }
     stated = {
         name: {"type": "number", "description": f"Value of the parameter `{name}`, or its default."}
-        for name in operation.answered
+        for name in question.answered
         if name not in columns
     }
-    of_tables = {name: {**_COLOURS, "description": _OWN_SPACE} for name in operation.inputs}
+    of_tables = {name: {**_COLOURS, "description": _OWN_SPACE} for name in question.inputs}
     answer = {
-        "title": f"{_title(operation)}Answer",
+        "title": f"{_title(question)}Answer",
         "type": "object",
         "properties": {
             "level": _LEVEL,
@@ -200,7 +214,7 @@ def query_response(operation: Operation) -> dict[str, Any]:
         "level": _EXAMPLE_LEVEL,
         "gamut": _EXAMPLE_CONDITIONS,
         "warnings": [],
-        **operation.answered,
+        **question.answered,
     }
     return {
         "description": "One entry per row, in the order of the rows.",
@@ -224,7 +238,7 @@ def query_response(operation: Operation) -> dict[str, Any]:
                 "0.268516",
             ),
             **{
-                stated_header(name): header(schema["description"], operation.answered[name])
+                stated_header(name): header(schema["description"], question.answered[name])
                 for name, schema in stated.items()
             },
             "Cache-Control": header("Answers to POST are not cached.", "no-store"),
@@ -238,10 +252,10 @@ def query_response(operation: Operation) -> dict[str, Any]:
     }
 
 
-def view_response(view: View) -> dict[str, Any]:
-    """Return the description of the answer to a view."""
-    members = dict(view.members)
-    if view.name == "comparisons":
+def view_response(question: Question) -> dict[str, Any]:
+    """Return the description of the answer to a question."""
+    members = dict(question.members)
+    if question.name == "comparisons":
         both = {"type": "object", "properties": {"a": _LEVEL, "b": _LEVEL}, "required": ["a", "b"]}
         stated = dict.fromkeys("ab", _CONDITIONS)
         first: dict[str, Any] = {
@@ -262,14 +276,14 @@ def view_response(view: View) -> dict[str, Any]:
         example = {"level": _EXAMPLE_LEVEL, "gamut": _EXAMPLE_CONDITIONS}
     first["warnings"], example["warnings"] = _WARNINGS, []
     answer = {
-        "title": f"{_title(view)}Answer",
+        "title": f"{_title(question)}Answer",
         "type": "object",
         "properties": {**first, **members},
         "required": list(first),
     }
-    example = {**example, **view.example}
+    example = {**example, **question.answered}
     return {
-        "description": view.summary,
+        "description": question.summary,
         "content": {
             JSON: {"schema": answer, "examples": {"answer": {"value": example}}},
             NPY: {
@@ -291,15 +305,15 @@ def picture_response() -> dict[str, Any]:
     }
 
 
-def _title(operation: Operation | View) -> str:
-    return operation.operation_id[:1].upper() + operation.operation_id[1:]
+def _title(question: Question) -> str:
+    return question.operation_id[:1].upper() + question.operation_id[1:]
 
 
-def _table(operation: Operation, example: Any) -> str:  # noqa: ANN401 - JSON
+def _table(question: Question) -> str:
     """Return the rows of an example as CSV in CIELAB."""
-    names = operation.inputs
+    names = question.inputs
     prefixes = [f"{name}_" for name in names] if len(names) > 1 else [""]
     header_line = ",".join(prefix + axis for prefix in prefixes for axis in "Lab")
-    rows = zip(*(example[name] for name in names), strict=True)
+    rows = zip(*(question.example[name] for name in names), strict=True)
     lines = [",".join(str(part) for colour in row for part in colour) for row in rows]
     return "\n".join([header_line, *lines, ""])

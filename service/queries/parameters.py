@@ -1,13 +1,13 @@
-"""Parameters of queries: one declaration for the query string, the JSON body and OpenAPI.
+"""Parameters of questions in HTTP: texts of query strings, members of bodies, OpenAPI, problems.
 
-A parameter may be given in the query string or, for a JSON body, as a member beside the colours.
+`gamutcore.questions` declares them. A parameter may be given in the query string or, for a JSON
+body, as a member beside the colours.
 """
 
 from __future__ import annotations
 
 import re
 from collections import Counter
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any
 
 from gamutcore.arguments import (
@@ -29,66 +29,76 @@ from service.problems.problem import Problem, ProblemError
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-__all__ = ["Parameter", "query_values", "refuse", "values_of"]
+    from gamutcore.questions import Parameter, Question
+
+__all__ = [
+    "check_alternatives",
+    "description",
+    "documentation",
+    "query_values",
+    "refuse",
+    "schema",
+    "values_of",
+]
 
 _NUMBER = re.compile(rf"-?{DECIMAL_PATTERN}\Z")
 _LONGEST_SHOWN = 40
 
 
-@dataclass(frozen=True)
-class Parameter:
-    """The declaration of a parameter.
+_NOTES = {
+    "space": " In the query string of a slug, `space` is the option of the build instead.",
+}
+"""What is particular to HTTP about a parameter."""
 
-    Attributes
-    ----------
-    name : str
-    kind : annotation
-        The type of the values, as `gamutcore.arguments` has them.
-    description : str
-    default : object
-        None if the parameter has no default.
-    example : object
-        As in JSON; None for no example.
-    """
 
-    name: str
-    kind: Any
-    description: str
-    default: object = None
-    example: object = None
+def checked(parameter: Parameter, value: object, place: str) -> object:
+    """Return the canonical form of a value; raises ``invalid-parameter`` if it has none."""
+    name = parameter.name
+    try:
+        return check_option(name, value, parameter.kind)
+    except OptionError as error:
+        detail = f"{name} is {repr(value)[:_LONGEST_SHOWN]}, which is not accepted."
+        raise refuse(detail, place, name, error.remedy) from None
 
-    def checked(self, value: object, place: str) -> object:
-        """Return the canonical form of a value; raises ``invalid-parameter`` if it has none."""
-        try:
-            return check_option(self.name, value, self.kind)
-        except OptionError as error:
-            detail = f"{self.name} is {repr(value)[:_LONGEST_SHOWN]}, which is not accepted."
-            raise refuse(detail, place, self.name, error.remedy) from None
 
-    def schema(self) -> dict[str, Any]:
-        """Return the JSON schema of the values."""
-        schemas = [_schema(each) for each in marks(self.kind)]
-        schema = schemas[0] if len(schemas) == 1 else {"anyOf": schemas}
-        if self.default is not None:
-            schema = {**schema, "default": self.default}
-        return schema
+def check_alternatives(question: Question, values: Mapping[str, object]) -> None:
+    """Refuse none or several of parameters of which one is needed."""
+    names = question.alternatives
+    given = [name for name in names if values[name] is not None]
+    if names and len(given) != 1:
+        verb = "are" if len(given) > 1 else "is"
+        fault = f"{' and '.join(given) or f'No {names[-1]}'} {verb} given."
+        remedy = f"Give one of {', '.join(names[:-1])} and {names[-1]}."
+        raise refuse(fault, "query", given[1] if given else names[0], remedy)
 
-    def member(self) -> dict[str, Any]:
-        """Return the JSON schema of the member of a JSON body."""
-        return {**self.schema(), "description": self.description}
 
-    def documentation(self) -> dict[str, Any]:
-        """Return the parameter of the query string as OpenAPI describes it."""
-        entry: dict[str, Any] = {
-            "name": self.name,
+def schema(parameter: Parameter) -> dict[str, Any]:
+    """Return the JSON schema of the values."""
+    schemas = [_schema(each) for each in marks(parameter.kind)]
+    found = schemas[0] if len(schemas) == 1 else {"anyOf": schemas}
+    if parameter.default is not None:
+        found = {**found, "default": parameter.default}
+    return found
+
+
+def description(parameter: Parameter) -> str:
+    """Return the description for clients of the service."""
+    return parameter.description + _NOTES.get(parameter.name, "")
+
+
+def documentation(parameters: Iterable[Parameter]) -> list[dict[str, Any]]:
+    """Return the parameters of a query string as OpenAPI describes them."""
+    return [
+        {
+            "name": each.name,
             "in": "query",
             "required": False,
-            "description": self.description,
-            "schema": self.schema(),
+            "description": description(each),
+            "schema": schema(each),
+            **({} if each.example is None else {"example": each.example}),
         }
-        if self.example is not None:
-            entry["example"] = self.example
-        return entry
+        for each in parameters
+    ]
 
 
 def values_of(
@@ -117,7 +127,7 @@ def values_of(
         if each.name in query:
             values[each.name] = query[each.name]
         elif each.name in body:
-            values[each.name] = each.checked(body[each.name], "body")
+            values[each.name] = checked(each, body[each.name], "body")
         else:
             values[each.name] = each.default
     return values
@@ -152,7 +162,7 @@ def query_values(
             fault = f"The parameter {shown!r} is given {count} times."
             raise refuse(fault, "query", shown, f"Give each at most once: {names}.")
     for name, text in items:
-        values[name] = known[name].checked(_from_text(text, known[name].kind), "query")
+        values[name] = checked(known[name], _from_text(text, known[name].kind), "query")
     return values
 
 

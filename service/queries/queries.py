@@ -17,28 +17,28 @@ from gamutcore.errors import InvalidPointsError
 from service.library import Cost
 from service.problems.problem import Problem, ProblemError
 from service.queries.admission import Admission
-from service.queries.answers import WRITERS, level_document, view_file
+from service.queries.answers import WRITERS, level_document, shape_file
 from service.queries.bodies import CSV, FORMS, JSON, SVG, parse_body
 from service.queries.levels import QueryLevels
+from service.queries.parameters import check_alternatives
 from service.queries.threads import DeadlineThreads
 from service.telemetry.server_timing import timed
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Callable, Mapping
+    from collections.abc import AsyncIterator, Callable, Mapping, Sequence
 
     from gamutcore.arrays import FloatArray
+    from gamutcore.questions import Answer, Question
     from service.http.spool import Body as Sent
     from service.library import Library
     from service.meshes.requested_levels import RequestedLevels
     from service.queries.answers import Writer
     from service.queries.bodies import Body
     from service.queries.levels import QueryLevel
-    from service.queries.operations import Operation, Result
     from service.queries.tables import TableRequest
-    from service.queries.views import View
     from service.telemetry.metrics import QueryFigures
 
-__all__ = ["Queries", "Question"]
+__all__ = ["Queries", "Query", "level_values"]
 
 PIECE = 65_536
 """Rows that are answered at once: tens of milliseconds, and some megabytes."""
@@ -53,27 +53,28 @@ INLINE_BYTES = 2048
 """Largest body that is parsed on the event loop."""
 
 
-class Question(NamedTuple):
-    """A query with its level and its rows.
+class Query(NamedTuple):
+    """A question with its levels and its rows.
 
-    Attributes
-    ----------
-    operation : Operation
-    level : QueryLevel
-    body : Body
-    values : mapping
-        Values of the parameters.
-    media_type : str
-        Form of the answer.
-    warnings : tuple of str
+    `levels` has the level of the gamut, and that of another gamut if the question names one.
+    `media_type` is the form of the answer.
     """
 
-    operation: Operation
-    level: QueryLevel
+    question: Question
+    levels: Sequence[QueryLevel]
     body: Body
     values: Mapping[str, Any]
     media_type: str
     warnings: tuple[str, ...]
+
+
+def level_values(levels: Sequence[QueryLevel], values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the values of parameters, with the count of the level that was found.
+
+    The levels of two gamuts are chosen by the same values.
+    """
+    found = {"triangles": levels[0].triangles, "max_error": None} if len(levels) == 1 else {}
+    return {**values, **found}
 
 
 class Queries:
@@ -115,7 +116,7 @@ class Queries:
         self._threads = DeadlineThreads(threads)
 
     async def parse(
-        self, sent: Sent, media_type: str, operation: Operation, asked: TableRequest
+        self, sent: Sent, media_type: str, question: Question, asked: TableRequest
     ) -> Body:
         """Return the content of a body that has arrived; see `parse_body`.
 
@@ -125,7 +126,7 @@ class Queries:
         def parse() -> Body:
             # The text of a table is kept for its answer, so it is read as bytes at once.
             content = sent.read(0, sent.size) if media_type == CSV else sent.content()
-            return parse_body(content, media_type, operation, asked)
+            return parse_body(content, media_type, question, asked)
 
         with timed("body"):
             if media_type == JSON and sent.size <= INLINE_BYTES:
@@ -138,7 +139,7 @@ class Queries:
         rows = min(body.rows, (1 + ahead) * PIECE)
         return lambda _triangles: rows * Cost.ROW[media_type]
 
-    async def answer(self, question: Question) -> tuple[bytes, AsyncIterator[bytes] | None]:
+    async def answer(self, query: Query) -> tuple[bytes, AsyncIterator[bytes] | None]:
         """Return the first part of an answer, and the others if there are any.
 
         Raises
@@ -148,101 +149,106 @@ class Queries:
         GamutError
             A row cannot be answered. Only the first part can raise it.
         """
-        rows = question.body.rows
-        if question.media_type == JSON and rows > FORMS[JSON].most_rows:
+        rows = query.body.rows
+        if query.media_type == JSON and rows > FORMS[JSON].most_rows:
             most = FORMS[JSON].most_rows
             detail = f"There are {rows} rows. An answer in JSON has at most {most}."
             where = {"header": "Accept", "limit": most}
             remedy = "Accept application/x-npy or text/csv."
             raise ProblemError(Problem("too-many-rows", detail, where, remedy))
-        writer = WRITERS[question.media_type](
-            question.operation, question.level, question.body, question.warnings
+        writer = WRITERS[query.media_type](
+            query.question, query.levels[0], query.body, query.warnings
         )
         # A table of a few colours may have any number of other rows and cells.
-        if rows <= INLINE_ROWS and question.body.table is None:
-            return self._first(question, writer), None
-        first = await self._threads.run(rows, self._first, question, writer)
-        return first, self._others(question, writer) if rows > PIECE else None
+        if rows <= INLINE_ROWS and query.body.table is None:
+            return self._first(query, writer), None
+        first = await self._threads.run(rows, self._first, query, writer)
+        return first, self._others(query, writer) if rows > PIECE else None
 
-    async def view(
+    async def shape(
         self,
-        view: View,
+        question: Question,
         levels: list[QueryLevel],
         values: Mapping[str, Any],
         media_type: str,
         client: str,
     ) -> bytes:
-        """Return the answer to a view as a file."""
+        """Return the answer to a question about the shape of gamuts as a file."""
         with self.admission.held(client, VIEW_ROWS):
             return await self._threads.run(
-                VIEW_ROWS, self._view_file, view, levels, values, media_type
+                VIEW_ROWS, self._shape_file, question, levels, values, media_type
             )
 
-    def _view_file(
-        self, view: View, levels: list[QueryLevel], values: Mapping[str, Any], media_type: str
+    def _shape_file(
+        self,
+        question: Question,
+        levels: list[QueryLevel],
+        values: Mapping[str, Any],
+        media_type: str,
     ) -> bytes:
         clock = time.perf_counter()
+        check_alternatives(question, values)
+        gamuts, values = [level.gamut for level in levels], level_values(levels, values)
         if media_type == SVG:
-            assert view.picture is not None  # noqa: S101 - others have no such route
-            picture = view.picture(levels, values)
-            self._figures.count(f"{view.name}.svg", 1, time.perf_counter() - clock)
+            picture = question.draw(gamuts, values)
+            self._figures.count(f"{question.name}.svg", 1, time.perf_counter() - clock)
             return picture
         with timed("query"):
-            answered = view.answer(levels, values)
-        rows = len(next(iter(answered.table.values())))
-        self._figures.count(view.name, rows, time.perf_counter() - clock)
+            answer = question.answer(gamuts, (), values)
+        rows = len(next(iter(answer.columns.values())))
+        self._figures.count(question.name, rows, time.perf_counter() - clock)
         documents = [level_document(level) for level in levels]
-        gamuts = [level.gamut.conditions.to_dict() for level in levels]
+        conditions = [gamut.conditions.to_dict() for gamut in gamuts]
         named: dict[str, Any]
-        if view.name == "comparisons":
+        if question.name == "comparisons":
             named = {
                 "levels": dict(zip("ab", documents, strict=True)),
-                "gamuts": dict(zip("ab", gamuts, strict=True)),
+                "gamuts": dict(zip("ab", conditions, strict=True)),
             }
         else:
             named = dict(zip(("level", "reference_level"), documents, strict=False))
-            named |= dict(zip(("gamut", "reference_gamut"), gamuts, strict=False))
-        named["warnings"] = list(view.warnings(levels))
+            named |= dict(zip(("gamut", "reference_gamut"), conditions, strict=False))
+        named["warnings"] = list(question.warnings(gamuts, None))
         with timed("encode"):
-            return view_file(media_type, named, answered)
+            return shape_file(media_type, named, answer, levels[0].axes)
 
     def close(self) -> None:
         """End the threads."""
         self._threads.close()
 
-    def _first(self, question: Question, writer: Writer) -> bytes:
-        result = self._result(question, 0)
-        entries = question.body.rows
-        if question.values.get("space") is not None:
+    def _first(self, query: Query, writer: Writer) -> bytes:
+        result = self._result(query, 0)
+        entries = query.body.rows
+        if query.values.get("space") is not None:
             # Conversion may refuse a row. Later, the answer would have begun.
             for start in range(PIECE, entries, PIECE):
-                self._check_conversion(question, start)
+                self._check_conversion(query, start)
         if result.offsets is not None:
             entries = int(result.offsets[-1])
-            for start in range(PIECE, question.body.rows, PIECE):
-                counted = self._result(question, start).offsets
+            for start in range(PIECE, query.body.rows, PIECE):
+                counted = self._result(query, start).offsets
                 entries += 0 if counted is None else int(counted[-1])
         with timed("encode"):
             return writer.head(result, entries) + writer.piece(0, result)
 
-    def _check_conversion(self, question: Question, start: int) -> None:
+    def _check_conversion(self, query: Query, start: int) -> None:
         """Raise the error of a colour that has no coordinates in the space of the gamut."""
-        level, space = question.level, question.values["space"]
+        level, space = query.levels[0], query.values["space"]
         try:
-            for points in question.body.inputs:
+            for points in query.body.inputs:
                 rows = points[start : start + PIECE]
                 level.gamut.convert(rows, space)
         except InvalidPointsError as error:
             _shift_row(error, start)
             raise
 
-    async def _others(self, question: Question, writer: Writer) -> AsyncIterator[bytes]:
+    async def _others(self, query: Query, writer: Writer) -> AsyncIterator[bytes]:
         # The cells of a client's table are read in order; other pieces use all threads.
-        ahead = self._ahead if question.body.table is None else 1
+        ahead = self._ahead if query.body.table is None else 1
         pieces: deque[asyncio.Task[bytes]] = deque()
         try:
-            for start in range(PIECE, question.body.rows, PIECE):
-                work = self._threads.run(question.body.rows, self._piece, question, writer, start)
+            for start in range(PIECE, query.body.rows, PIECE):
+                work = self._threads.run(query.body.rows, self._piece, query, writer, start)
                 pieces.append(asyncio.create_task(work))
                 if len(pieces) == ahead:
                     yield await pieces.popleft()
@@ -252,20 +258,21 @@ class Queries:
             for piece in pieces:
                 piece.cancel()
 
-    def _piece(self, question: Question, writer: Writer, start: int) -> bytes:
-        return writer.piece(start, self._result(question, start))
+    def _piece(self, query: Query, writer: Writer, start: int) -> bytes:
+        return writer.piece(start, self._result(query, start))
 
-    def _result(self, question: Question, start: int) -> Result:
-        rows: list[FloatArray] = [each[start : start + PIECE] for each in question.body.inputs]
+    def _result(self, query: Query, start: int) -> Answer:
+        rows: list[FloatArray] = [each[start : start + PIECE] for each in query.body.inputs]
+        gamuts = [level.gamut for level in query.levels]
         clock = time.perf_counter()
         try:
             with timed("query"):
-                result = question.operation.answer(question.level, rows, question.values)
+                result = query.question.answer(gamuts, rows, query.values)
         except InvalidPointsError as error:
             _shift_row(error, start)
             raise
         seconds = time.perf_counter() - clock
-        self._figures.count(question.operation.name, len(rows[0]), seconds)
+        self._figures.count(query.question.name, len(rows[0]), seconds)
         return result
 
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
+from gamutcore.arguments import Number, Text
 from gamutcore.colours.spaces import ColourConversion
 from gamutcore.errors import CharacterisationError, OptionError, SampleLimitError
+from gamutcore.questions import Parameter
 from gamutcore.tables import read_table
 from service.problems.problem import Problem, ProblemError
 from service.queries.parameters import refuse
@@ -16,7 +18,25 @@ if TYPE_CHECKING:
     from gamutcore.colours.spaces import ColourSpace
     from gamutcore.tables import ColourTable
 
-__all__ = ["TableRequest", "read_colours"]
+__all__ = ["TABLE_PARAMETERS", "TableRequest", "read_colours"]
+
+TABLE_PARAMETERS = (
+    Parameter(
+        "columns",
+        Annotated[str, Text(200, "names or numbers of columns, separated by commas")],
+        "For tables: names or numbers of the three columns of the colours, or of the one with "
+        "texts such as `#e4002b`. By default, the names of the columns decide.",
+        example="L,a,b",
+    ),
+    Parameter(
+        "table_scale",
+        Annotated[float, Number(0.0, 1e6, above_least=True, below_most=True)],
+        "For tables: the value of white, such as 1, 100 or 255. By default, the values decide, and "
+        "with `space` it is 1 for `sRGB` and `CIEXYZ`.",
+        example=255,
+    ),
+)
+"""Parameters of queries whose body is a table."""
 
 _SCALED = frozenset({"sRGB", "CIEXYZ"})
 """Spaces that tables have on several scales. That of the API is 0 to 1."""

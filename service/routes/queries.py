@@ -1,4 +1,4 @@
-"""Routes of queries that are posted, one per entry of the table of operations.
+"""Routes of queries that are posted, one for each question about colours.
 
 FastAPI documents these routes, and the endpoint reads the request itself: FastAPI's own reading of
 parameters would take longer than the answer to a single colour.
@@ -18,6 +18,7 @@ from fastapi.routing import APIRoute
 from pydantic import TypeAdapter, ValidationError
 
 from gamutcore.colours.spaces import ColourConversion
+from gamutcore.questions import QUESTIONS, Question
 from service.access.clients import client_of
 from service.container import ServiceContainer, service_of
 from service.http.negotiation import OCTET_STREAM, preferred_media_type
@@ -28,17 +29,10 @@ from service.openapi.documentation import problems
 from service.problems.problem import Problem, ProblemError
 from service.queries.answers import condition_headers, reading_header
 from service.queries.bodies import CSV, FORMS, NPY, TABLES
-from service.queries.documentation import query_response, request_body
-from service.queries.operations import (
-    OPERATIONS,
-    SOURCE_GAMUT,
-    TABLE_PARAMETERS,
-    Operation,
-    stated_header,
-)
-from service.queries.parameters import query_values, refuse, values_of
-from service.queries.queries import Question
-from service.queries.tables import TableRequest
+from service.queries.documentation import query_response, request_body, stated_header
+from service.queries.parameters import documentation, query_values, refuse, values_of
+from service.queries.queries import Query, level_values
+from service.queries.tables import TABLE_PARAMETERS, TableRequest
 from service.routes.gamuts import GamutId
 from service.routes.reference_slugs import named_gamut
 from service.telemetry.server_timing import timed
@@ -51,8 +45,10 @@ if TYPE_CHECKING:
 
 __all__ = ["READING_POSTS", "QueryRoute", "checked_id", "levels_of", "router", "wait_for_kernels"]
 
-READING_POSTS = re.compile(rf"/v1/gamuts/[^/]+/(?:{'|'.join(OPERATIONS)})\Z")
-"""Paths of operations that are POST, because they have a body, and change nothing."""
+_POSTED = {question.name: question for question in QUESTIONS.values() if question.inputs}
+
+READING_POSTS = re.compile(rf"/v1/gamuts/[^/]+/(?:{'|'.join(_POSTED)})\Z")
+"""Paths of questions that are POST, because they have a body, and change nothing."""
 
 _ID = re.compile(ID_PATTERN + r"\Z")
 _GAMUT_ID: TypeAdapter[str] = TypeAdapter(GamutId)
@@ -98,29 +94,29 @@ class QueryRoute(APIRoute):
 router = APIRouter(prefix="/v1/gamuts", tags=["queries"], route_class=QueryRoute)
 
 
-def _add_route(operation: Operation) -> None:
+def _add_route(question: Question) -> None:
     async def endpoint(request: Request, gamut_id: GamutId) -> Response:
-        return await _answer(request, gamut_id, operation)
+        return await _answer(request, gamut_id, question)
 
-    endpoint.__doc__ = operation.description
+    endpoint.__doc__ = question.description
     router.add_api_route(
-        f"/{{gamut_id}}/{operation.name}",
+        f"/{{gamut_id}}/{question.name}",
         endpoint,
         methods=["POST"],
-        operation_id=operation.operation_id,
-        summary=operation.summary,
-        description=operation.description,
+        operation_id=question.operation_id,
+        summary=question.summary,
+        description=question.description,
         response_class=Response,
-        responses={200: query_response(operation), **problems(*_PROBLEMS)},
+        responses={200: query_response(question), **problems(*_PROBLEMS)},
         openapi_extra={
-            "requestBody": request_body(operation),
-            "parameters": [each.documentation() for each in operation.query_parameters],
+            "requestBody": request_body(question),
+            "parameters": documentation((*question.all_parameters, *TABLE_PARAMETERS)),
         },
     )
 
 
-for _operation in OPERATIONS.values():
-    _add_route(_operation)
+for _question in _POSTED.values():
+    _add_route(_question)
 
 
 class _Answer(Response):
@@ -152,10 +148,11 @@ class _Answer(Response):
             await send({"type": "http.response.body", "body": b""})
 
 
-async def _answer(request: Request, gamut_id: str, operation: Operation) -> Response:
+async def _answer(request: Request, gamut_id: str, question: Question) -> Response:
     service = service_of(request)
     queries = service.queries
-    given = query_values(operation.query_parameters, request.query_params.multi_items())
+    parameters = (*question.all_parameters, *TABLE_PARAMETERS)
+    given = query_values(parameters, request.query_params.multi_items())
     sent = _sent_form(request)
     _check_table_parameters(given, sent)
     accepted = _accepted_form(request, sent)
@@ -169,9 +166,9 @@ async def _answer(request: Request, gamut_id: str, operation: Operation) -> Resp
             await wait_for_kernels(service)
             opened = service.library.find_open(gamut_id) or await service.library.gamut(gamut_id)
             asked = TableRequest.of(opened.space, given)
-            body = await queries.parse(arriving, sent, operation, asked)
+            body = await queries.parse(arriving, sent, question, asked)
         correct(body.rows)
-        values = values_of(operation.query_parameters, given, body.members)
+        values = values_of(parameters, given, body.members)
         if body.table is not None and (values["space"] or opened.space.name) != body.table.space:
             values["space"] = body.table.space
         body = body._replace(axes=ColourConversion(values["space"], opened.space).axes)
@@ -184,28 +181,27 @@ async def _answer(request: Request, gamut_id: str, operation: Operation) -> Resp
                 return response
             ids.append(checked_id(source_id, place, "source"))
         answer_bytes = queries.answer_bytes(body, accepted)
-        (level, *sources), charge = await levels_of(service, ids, values, answer_bytes)
-        if sources:
-            values[SOURCE_GAMUT] = sources[0].gamut
-        warnings = operation.warnings(level, values)
-        question = Question(operation, level, body, values, accepted, warnings)
-        first, others = await queries.answer(question)
+        levels, charge = await levels_of(service, ids, values, answer_bytes)
+        values = level_values(levels, values)
+        level, gamuts = levels[0], [each.gamut for each in levels]
+        warnings = question.warnings(gamuts, values["space"])
+        stated = question.stated(level.gamut, values)
+        del gamuts
+        query = Query(question, levels, body, values, accepted, warnings)
+        first, others = await queries.answer(query)
         headers = {
             "Cache-Control": "no-store",
             "Vary": "Accept",
             "Gamut-Triangles": str(level.triangles),
             "Gamut-Max-Error": f"{level.max_error:g}",
-            **{
-                stated_header(name): f"{value:g}"
-                for name, value in operation.stated(level, values).items()
-            },
+            **{stated_header(name): f"{value:g}" for name, value in stated.items()},
             **condition_headers([level], warnings),
             **reading_header(body.table),
         }
         if others is None:
             return ChargedResponse(Response(first, 200, headers, accepted), charge)
         held.enter_context(charge)
-        held.callback(sources.clear)  # their memory stays charged until then
+        held.callback(levels.clear)  # their memory stays charged until then
         return _Answer(first, others, request, held.pop_all(), headers, accepted)
 
 

@@ -1,13 +1,15 @@
-"""Routes of views: questions about whole gamuts, which are immutable and answered to GET."""
+"""Routes of questions about the shape of gamuts, which are immutable and answered to GET."""
 
 from __future__ import annotations
 
 import asyncio
+import math
 from typing import TYPE_CHECKING, Any
 
 from fastapi import APIRouter, Request
 from fastapi.responses import Response
 
+from gamutcore.questions import COMPARISON, QUESTIONS, Question
 from service.access.clients import client_of
 from service.container import service_of
 from service.http.compression import compress_response
@@ -20,13 +22,12 @@ from service.problems.problem import Problem, ProblemError
 from service.queries.answers import condition_headers
 from service.queries.bodies import FORMS, NPY, SVG
 from service.queries.documentation import picture_response, view_response
-from service.queries.parameters import query_values, refuse, values_of
-from service.queries.views import COMPARISON, VIEWS, View
+from service.queries.parameters import documentation, query_values, refuse, values_of
 from service.routes.gamuts import GamutId
 from service.routes.queries import QueryRoute, checked_id, levels_of, wait_for_kernels
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
 __all__ = ["comparisons", "router"]
 
@@ -52,46 +53,47 @@ router = APIRouter(prefix="/v1/gamuts", tags=["queries"], route_class=QueryRoute
 comparisons = APIRouter(prefix="/v1/comparisons", tags=["queries"])
 
 
-def _add_route(view: View) -> None:
+def _add_route(question: Question) -> None:
     async def endpoint(request: Request, gamut_id: GamutId) -> Response:
-        values = _values(view, request.query_params.multi_items())
-        return await _answer(request, view, [gamut_id], values, _accepted_form(request))
+        values = _values(question, request.query_params.multi_items())
+        return await _answer(request, question, [gamut_id], values, _accepted_form(request))
 
     router.add_api_route(
-        f"/{{gamut_id}}/{view.name}",
+        f"/{{gamut_id}}/{question.name}",
         endpoint,
         methods=["GET"],
-        operation_id=view.operation_id,
-        summary=view.summary,
-        description=view.description,
+        operation_id=question.operation_id,
+        summary=question.summary,
+        description=question.description,
         response_class=Response,
-        responses={200: view_response(view), 304: _NOT_MODIFIED, **problems(*_PROBLEMS)},
-        openapi_extra={"parameters": [each.documentation() for each in view.all_parameters]},
+        responses={200: view_response(question), 304: _NOT_MODIFIED, **problems(*_PROBLEMS)},
+        openapi_extra={"parameters": documentation(question.all_parameters)},
     )
 
 
-def _add_picture(view: View) -> None:
+def _add_picture(question: Question) -> None:
     async def endpoint(request: Request, gamut_id: GamutId) -> Response:
         items = request.query_params.multi_items()
-        return await _answer(request, view, [gamut_id], _values(view, items), SVG)
+        return await _answer(request, question, [gamut_id], _values(question, items), SVG)
 
     router.add_api_route(
-        f"/{{gamut_id}}/{view.name}.svg",
+        f"/{{gamut_id}}/{question.name}.svg",
         endpoint,
         methods=["GET"],
-        operation_id=f"{view.operation_id}Picture",
-        summary=f"{view.summary}, as a picture",
-        description=f"{view.description} As SVG; `Accept` is ignored.",
+        operation_id=f"{question.operation_id}Picture",
+        summary=f"{question.summary}, as a picture",
+        description=f"{question.description} As SVG; `Accept` is ignored.",
         response_class=Response,
         responses={200: picture_response(), 304: _NOT_MODIFIED, **problems(*_PROBLEMS)},
-        openapi_extra={"parameters": [each.documentation() for each in view.all_parameters]},
+        openapi_extra={"parameters": documentation(question.all_parameters)},
     )
 
 
-for _view in VIEWS.values():
-    _add_route(_view)
-    if _view.picture is not None:
-        _add_picture(_view)
+for _question in QUESTIONS.values():
+    if _question.members and _question is not COMPARISON:
+        _add_route(_question)
+        if _question.picture is not None:
+            _add_picture(_question)
 
 
 def _compared(name: str) -> dict[str, object]:
@@ -115,7 +117,7 @@ def _compared(name: str) -> dict[str, object]:
     openapi_extra={
         "parameters": [
             *map(_compared, "ab"),
-            *(each.documentation() for each in COMPARISON.all_parameters),
+            *documentation(COMPARISON.all_parameters),
         ]
     },
 )
@@ -137,12 +139,16 @@ def _only(items: Sequence[tuple[str, str]], name: str) -> str:
     return values[0]
 
 
-def _values(view: View, items: Sequence[tuple[str, str]]) -> dict[str, Any]:
-    return values_of(view.all_parameters, query_values(view.all_parameters, items), {})
+def _values(question: Question, items: Sequence[tuple[str, str]]) -> dict[str, Any]:
+    return values_of(question.all_parameters, query_values(question.all_parameters, items), {})
 
 
 async def _answer(
-    request: Request, view: View, ids: Sequence[str], values: dict[str, Any], media_type: str
+    request: Request,
+    question: Question,
+    ids: Sequence[str],
+    values: dict[str, Any],
+    media_type: str,
 ) -> Response:
     service = service_of(request)
     if values.get("reference") is not None:
@@ -152,21 +158,29 @@ async def _answer(
         service,
         ids,
         values,
-        lambda triangles: Cost.COMPARISON * triangles + Cost.CELL * view.cells(values),
+        lambda triangles: Cost.COMPARISON * triangles + Cost.CELL * _cells(values),
     )
-    body = await service.queries.view(view, levels, values, media_type, client_of(request.scope))
+    body = await service.queries.shape(
+        question, levels, values, media_type, client_of(request.scope)
+    )
     headers = {
         "Cache-Control": IMMUTABLE,
         "Vary": "Accept",
         "X-Content-Type-Options": "nosniff",
         "Gamut-Triangles": ", ".join(str(level.triangles) for level in levels),
         "Gamut-Max-Error": ", ".join(f"{level.max_error:g}" for level in levels),
-        **condition_headers(levels, view.warnings(levels)),
+        **condition_headers(levels, question.warnings([level.gamut for level in levels], None)),
     }
     answer = Response(body, 200, headers, media_type)
     accepted = request.headers.getlist("accept-encoding")
     answer = await asyncio.to_thread(compress_response, answer, accepted)
     return ChargedResponse(conditional(answer, request.headers), charge)
+
+
+def _cells(values: Mapping[str, Any]) -> int:
+    """Return the number of cells of an answer by the parameters that multiply them."""
+    counts = [values.get(name, 1) for name in ("hues", "lightness", "sectors")]
+    return math.prod(count for count in counts if isinstance(count, int))
 
 
 def _accepted_form(request: Request) -> str:

@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 
 from gamutcore import Gamut
+from gamutcore.questions import QUESTIONS
 from gamutcore.tables import read_table
 from service.library import Charge, Ledger
 from service.problems.problem import ProblemError
 from service.queries.answers import WRITERS
 from service.queries.bodies import CSV, JSON, NPY, parse_body
 from service.queries.levels import QueryLevel
-from service.queries.operations import OPERATIONS
 from service.queries.parameters import values_of
 from service.queries.tables import TableRequest
 from targets.checks import Target, refused_by_name
@@ -195,20 +195,23 @@ _BODIES_TOKENS = [
 def check_body(data):
     """Raise unless each operation refuses the body by name, or answers every row."""
     form = NPY if data.startswith(b"\x93NUMPY") else JSON if data.startswith(b"{") else CSV
-    for operation in OPERATIONS.values():
+    for question in QUESTIONS.values():
+        if not question.inputs:
+            continue
         with refused_by_name(ProblemError):
             asked = TableRequest(CUBE.colour_space)
-            body = parse_body(bytearray(data), form, operation, asked)
-            values = values_of(operation.all_parameters, {}, body.members)
+            body = parse_body(bytearray(data), form, question, asked)
+            values = values_of(question.all_parameters, {}, body.members)
+            values |= {"triangles": LEVEL.triangles, "max_error": None}
             if body.table is not None:
                 values["space"] = body.table.space
-                written = WRITERS[JSON](operation, LEVEL, body, ())
-                understood = written.piece(0, operation.answer(LEVEL, body.inputs, values))
+                written = WRITERS[JSON](question, LEVEL, body, ())
+                understood = written.piece(0, question.answer([LEVEL.gamut], body.inputs, values))
                 assert len(json.loads(understood)["labels"]) == body.rows
             if values.get("source") is not None:
                 continue
-            result = operation.answer(LEVEL, body.inputs, values)
-            written = WRITERS[form](operation, LEVEL, body, ())
+            result = question.answer([LEVEL.gamut], body.inputs, values)
+            written = WRITERS[form](question, LEVEL, body, ())
             content = written.head(result, body.rows) + written.piece(0, result)
             assert all(np.isfinite(points).all() for points in body.inputs)
             if form == JSON:

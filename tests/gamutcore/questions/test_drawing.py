@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from gamutcore import Gamut
-from gamutcore.answers.drawing import figure
-from gamutcore.answers.picture import face_colours, svg_picture
+from gamutcore.questions.plotting import face_colours, figure, svg_picture
 
 CUBE = 20 * (2.0 * np.array(list(np.ndindex(2, 2, 2))) - 1) + (50, 0, 0)
 

@@ -147,7 +147,7 @@ class TestPictures:
     @pytest.mark.slow
     def test_plots(self, press):
         pytest.importorskip("matplotlib")
-        from gamutcore.answers.drawing import figure
+        from gamutcore.questions.plotting import figure
 
         axes = press.plot_slice(50, figure().add_subplot())
         press.plot_slice(60, axes)

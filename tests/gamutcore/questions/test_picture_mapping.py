@@ -11,7 +11,6 @@ import trimesh
 from PIL import Image
 
 from gamutcore import Gamut
-from gamutcore.answers.picture_mapping import VISIBLE
 from gamutcore.characterisation.pictures import raster
 from gamutcore.errors import (
     InvalidPointsError,
@@ -19,6 +18,7 @@ from gamutcore.errors import (
     OptionError,
     UnsupportedPictureError,
 )
+from gamutcore.questions.picture_mapping import VISIBLE
 
 PROFILES = Path("tests/data")
 CORNERS = 2.0 * np.array(list(np.ndindex(2, 2, 2))) - 1

@@ -1,0 +1,122 @@
+"""Questions to a gamut: each is declared once, beside the function that answers it.
+
+A function takes a gamut, finds the level that answers, converts the colours, asks
+`gamutcore.queries`, and interpolates device values. The methods of `gamutcore.Gamut` call these
+functions. `QUESTIONS` has the declarations, from which the service makes its routes and forms.
+"""
+
+from collections.abc import Mapping
+
+from gamutcore.questions.comparison import (
+    COMPARISON,
+    SECTORS,
+    chromaticity,
+    compare,
+    compared_conditions,
+)
+from gamutcore.questions.conditions import comparison_warnings, conditions_of
+from gamutcore.questions.declarations import SPACE, Answer, Parameter, Question
+from gamutcore.questions.levels import (
+    DEFAULT_EDGE_WIDTH,
+    DEFAULT_ERROR,
+    INDEX_BYTES,
+    IndexedLevels,
+    check_space,
+    colours_in,
+    tolerance_of,
+)
+from gamutcore.questions.mapping import MAP, METHOD, map_colours, map_picture_file
+from gamutcore.questions.picture_mapping import PICTURE_SPACE, MappedPicture
+from gamutcore.questions.plotting import (
+    MOST_DRAWN_TRIANGLES,
+    PICTURE,
+    PNG_KEYWORD,
+    figure,
+    notebook_html,
+    picture,
+    plot,
+    plot_rings,
+    plot_slice,
+)
+from gamutcore.questions.points import (
+    CONTAINS,
+    CROSSINGS,
+    NEAREST,
+    crossings,
+    distance,
+    nearest,
+    positions,
+)
+from gamutcore.questions.shape import (
+    CUSPS,
+    LEAVES,
+    RINGS,
+    SLICE,
+    cusps,
+    draw_rings,
+    draw_section,
+    leaf,
+    leaves,
+    max_chroma,
+    rings,
+    section,
+)
+
+__all__ = [
+    "COMPARISON",
+    "DEFAULT_EDGE_WIDTH",
+    "DEFAULT_ERROR",
+    "INDEX_BYTES",
+    "METHOD",
+    "MOST_DRAWN_TRIANGLES",
+    "PICTURE",
+    "PICTURE_SPACE",
+    "PNG_KEYWORD",
+    "QUESTIONS",
+    "RINGS",
+    "SECTORS",
+    "SPACE",
+    "Answer",
+    "IndexedLevels",
+    "MappedPicture",
+    "Parameter",
+    "Question",
+    "check_space",
+    "chromaticity",
+    "colours_in",
+    "compare",
+    "compared_conditions",
+    "comparison_warnings",
+    "conditions_of",
+    "crossings",
+    "cusps",
+    "distance",
+    "draw_rings",
+    "draw_section",
+    "figure",
+    "leaf",
+    "leaves",
+    "map_colours",
+    "map_picture_file",
+    "max_chroma",
+    "nearest",
+    "notebook_html",
+    "picture",
+    "plot",
+    "plot_rings",
+    "plot_slice",
+    "positions",
+    "rings",
+    "section",
+    "tolerance_of",
+]
+
+QUESTIONS: Mapping[str, Question] = {
+    each.name: each
+    for each in (
+        *(CONTAINS, NEAREST, MAP, CROSSINGS),
+        *(CUSPS, LEAVES, SLICE, RINGS),
+        *(COMPARISON, PICTURE),
+    )
+}
+"""The declarations of all questions by name."""

@@ -1,0 +1,316 @@
+"""Questions about single colours: in gamut, distance, nearest, crossings."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
+
+import numpy as np
+
+from gamutcore import queries
+from gamutcore.arguments import Boolean, Choice, Number, check_option
+from gamutcore.errors import OptionError
+from gamutcore.queries import delta_e_2000
+from gamutcore.questions.conditions import colour_warnings
+from gamutcore.questions.declarations import (
+    BOOLEAN,
+    COLOUR,
+    DEVICE,
+    NUMBER,
+    Column,
+    Parameter,
+    Question,
+    list_of,
+)
+from gamutcore.questions.levels import (
+    answering_level,
+    colours_in,
+    lab_of,
+    surface_facts,
+    tolerance_of,
+)
+from gamutcore.results import ColourCrossings, NearestColours
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from typing import Any
+
+    from numpy.typing import NDArray
+
+    from gamutcore.arrays import BooleanArray, FloatArray
+    from gamutcore.colour_rows import Colours
+    from gamutcore.questions.levels import AskedGamut
+
+__all__ = ["CONTAINS", "CROSSINGS", "NEAREST", "crossings", "distance", "nearest", "positions"]
+
+METRIC = Annotated[
+    str,
+    Choice(
+        ("CIE 1976", "CIE 2000"),
+        {"euclidean": "CIE 1976", "ciede2000": "CIE 2000", "deltae2000": "CIE 2000"},
+    ),
+]
+"""Measures of nearness, named as in colour-science. CIE 1976 is the Euclidean distance."""
+
+TOLERANCE = Annotated[float, Number(0.0, 1e6)]
+"""A largest distance from the surface, in units of the space."""
+
+
+class Positions(NamedTuple):
+    """Where colours are; the distance and the position if they were asked for."""
+
+    inside: BooleanArray
+    distance: FloatArray | None
+    position: NDArray[Any] | None
+
+
+def positions(
+    gamut: AskedGamut,
+    colours: Colours,
+    *,
+    distance: bool = False,
+    position: bool = False,
+    tolerance: float | None = None,
+    edge_width: float | None = None,
+    space: str | None = None,
+    triangles: int | None = None,
+    max_error: float | None = None,
+) -> Positions:
+    """Return where colours are. A tolerance or an edge width implies the position."""
+    rows, _ = colours_in(gamut, colours, space)
+    level = answering_level(gamut, triangles, max_error)
+    given = {
+        name: None if value is None else check_option(name, value, TOLERANCE)
+        for name, value in (("tolerance", tolerance), ("edge_width", edge_width))
+    }
+    limits = _limits(gamut, {**given, "triangles": level.triangles})
+    position = position or tolerance is not None or edge_width is not None
+    inside = queries.contains(rows.points, level.index, limits["tolerance"])
+    if not (distance or position):
+        return Positions(rows.in_shape(inside), None, None)
+    away = queries.signed_distance(rows.points, level.index)
+    far = np.where(away < 0.0, "inside", "outside")
+    places = np.where(np.abs(away) <= max(limits.values()), "edge", far)
+    return Positions(
+        rows.in_shape(inside),
+        rows.in_shape(away) if distance else None,
+        rows.in_shape(places) if position else None,
+    )
+
+
+def _limits(gamut: AskedGamut, values: Mapping[str, Any]) -> dict[str, float]:
+    """Return the tolerance and the edge width, with their defaults."""
+    tolerance, width = values["tolerance"], values["edge_width"]
+    if width is None:
+        width = gamut.default_edge_width if tolerance is None else tolerance
+    if tolerance is None:
+        tolerance = tolerance_of(gamut, values["triangles"])
+    return {"tolerance": tolerance, "edge_width": width}
+
+
+CONTAINS = Question(
+    "contains",
+    "containsColours",
+    "Whether colours are in gamut",
+    "Whether each colour is inside the gamut, on its surface, or outside by the tolerance at most; "
+    "optionally the distance from the surface, or whether the colour is at the edge. The answer "
+    "states `tolerance` and `edge_width` in units of the space.",
+    (
+        Parameter(
+            "distance",
+            Annotated[bool, Boolean()],
+            "Whether to answer with the distances from the surface as well.",
+            default=False,
+        ),
+        Parameter(
+            "position",
+            Annotated[bool, Boolean()],
+            "Whether to answer with the positions as well: inside, edge or outside. `tolerance` "
+            "and `edge_width` imply it.",
+            default=False,
+        ),
+        Parameter(
+            "tolerance",
+            TOLERANCE,
+            "Largest distance outside of a colour that is in gamut. 0: exactly inside or on the "
+            "surface. Default: the error of the level and of the full boundary, so that no colour "
+            "of the device itself is outside. Adds `position`.",
+            example=0.5,
+        ),
+        Parameter(
+            "edge_width",
+            TOLERANCE,
+            "Largest distance from the surface of a colour at the edge. Default: `tolerance` if "
+            "that is given, else 1 in CIELAB, and the same share of the lightness of white in "
+            "other spaces. Adds `position`.",
+            example=1.0,
+        ),
+    ),
+    positions,
+    inputs=("colours",),
+    columns=(
+        Column("inside", "Whether the colour is in gamut.", BOOLEAN),
+        Column(
+            "distance",
+            "Distance from the surface in units of the space, negative inside. With "
+            "`distance=true`.",
+            NUMBER,
+        ),
+        Column(
+            "position",
+            "Where the colour is. With `position=true`, `tolerance` or `edge_width`.",
+            {"type": "string", "enum": ["inside", "edge", "outside"]},
+        ),
+    ),
+    example={"colours": [[50, 0, 0], [50, 90, 0]], "distance": True, "tolerance": 0.5},
+    answered={
+        "inside": [True, False],
+        "distance": [-38.5, 18.5],
+        "position": ["inside", "outside"],
+        "tolerance": 0.5,
+        "edge_width": 0.5,
+    },
+    stated=_limits,
+)
+
+
+def distance(
+    gamut: AskedGamut,
+    colours: Colours,
+    *,
+    space: str | None = None,
+    triangles: int | None = None,
+    max_error: float | None = None,
+) -> FloatArray:
+    """Return the distances of colours from the surface, negative inside."""
+    rows, _ = colours_in(gamut, colours, space)
+    level = answering_level(gamut, triangles, max_error)
+    return rows.in_shape(queries.signed_distance(rows.points, level.index))
+
+
+def nearest(
+    gamut: AskedGamut,
+    colours: Colours,
+    *,
+    metric: str = "CIE 1976",
+    space: str | None = None,
+    triangles: int | None = None,
+    max_error: float | None = None,
+) -> NearestColours:
+    """Return the nearest points of the surface."""
+    name = check_option("metric", metric, METRIC)
+    rows, conversion = colours_in(gamut, colours, space)
+    level = answering_level(gamut, triangles, max_error)
+    if name == "CIE 1976":
+        found = queries.nearest(rows.points, level.index)
+    elif gamut.colour_space.is_icc_cielab:
+        found = queries.nearest_ciede2000(rows.points, level.index)
+    else:
+        raise OptionError.not_applicable(
+            "metric",
+            metric,
+            f"the gamut is in {gamut.colour_space.name}, and CIE 2000 is defined in CIELAB",
+            "Build the gamut in CIELAB, or give the metric CIE 1976.",
+        )
+    difference = delta_e_2000(lab_of(gamut, rows.points), lab_of(gamut, found.points))
+    away = np.linalg.norm(found.points - rows.points, axis=1)
+    return NearestColours(
+        points=rows.in_shape(conversion.from_gamut(found.points)),
+        warnings=colour_warnings(gamut.conditions, conversion.name),
+        distance=rows.in_shape(away),
+        delta_e=rows.in_shape(difference),
+        **surface_facts(gamut, level, found, rows),
+    )
+
+
+NEAREST = Question(
+    "nearest",
+    "findNearest",
+    "Find the nearest colours of the surface",
+    "For each colour inside or outside, the nearest colour of the gamut's surface.",
+    (
+        Parameter(
+            "metric",
+            METRIC,
+            "What nearest means. `CIE 1976` or `euclidean`: the smallest Euclidean distance in the "
+            "space of the gamut.",
+            default="CIE 1976",
+        ),
+    ),
+    nearest,
+    inputs=("colours",),
+    columns=(
+        Column("point", "Nearest colour, in the space of the colours.", COLOUR, "axes", "points"),
+        Column("distance", "Euclidean distance in the space of the gamut.", NUMBER),
+        Column("delta_e_2000", "Colour difference CIEDE2000.", NUMBER, "", "delta_e"),
+        DEVICE,
+    ),
+    example={"colours": [[50, 90, 0]], "metric": "CIE 1976"},
+    answered={
+        "point": [[50.9, 76.9, 1.2]],
+        "distance": [13.2],
+        "delta_e_2000": [3.1],
+        "device": [[0.0, 1.0, 0.05, 0.0]],
+    },
+)
+
+
+def crossings(
+    gamut: AskedGamut,
+    starts: Colours,
+    ends: Colours,
+    *,
+    kind: Literal["segment", "ray", "line"] = "segment",
+    space: str | None = None,
+    triangles: int | None = None,
+    max_error: float | None = None,
+) -> ColourCrossings:
+    """Return all crossings of lines with the surface, in order."""
+    (first, conversion), (second, _) = (
+        colours_in(gamut, starts, space, "starts"),
+        colours_in(gamut, ends, space, "ends"),
+    )
+    lines = np.broadcast_arrays(first.in_shape(first.points), second.in_shape(second.points))
+    level = answering_level(gamut, triangles, max_error)
+    # Copies, because kernels take arrays that may be written to.
+    one, two = (np.array(each, order="C").reshape(-1, 3) for each in lines)
+    found = queries.crossings(one, two, level.index, kind)
+    return ColourCrossings(
+        points=conversion.from_gamut(found.points),
+        offsets=found.offsets,
+        t=found.t,
+        entering=found.entering,
+        **surface_facts(gamut, level, found),
+    )
+
+
+CROSSINGS = Question(
+    "crossings",
+    "findCrossings",
+    "Find the crossings of lines with the surface",
+    "All crossings of each line with the surface of the gamut, in order. A line is straight in the "
+    "space of the gamut. Columns have one list per row.",
+    (
+        Parameter(
+            "kind",
+            Annotated[str, Choice(("segment", "ray", "line"))],
+            "`segment`: from `from` to `to`. `ray`: on beyond `to`. `line`: beyond both.",
+            default="segment",
+        ),
+    ),
+    crossings,
+    inputs=("from", "to"),
+    columns=(
+        Column("t", "Places on the line: 0 at `from`, 1 at `to`.", list_of(NUMBER)),
+        Column("entering", "Whether the line enters the gamut.", list_of(BOOLEAN)),
+        Column("point", "Colours, in the space of the rows.", list_of(COLOUR), "axes", "points"),
+        replace(DEVICE, schema=list_of(DEVICE.schema)),
+    ),
+    example={"from": [[50, 0, 0]], "to": [[50, 100, 0]]},
+    answered={
+        "t": [[0.75]],
+        "entering": [[False]],
+        "point": [[[50, 75, 0]]],
+        "device": [[[0.0, 1.0, 0.1, 0.0]]],
+    },
+)

@@ -1,0 +1,490 @@
+"""Questions about the shape of a gamut: cusps, slices, hue leaves, tables of chroma, rings."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+from itertools import pairwise
+from typing import TYPE_CHECKING, Annotated, Any
+
+import numpy as np
+
+from gamutcore import queries
+from gamutcore.arguments import Array, FiniteNumber, Number, WholeNumber, check_option
+from gamutcore.colour_rows import colour_rows
+from gamutcore.errors import OptionError
+from gamutcore.export import leaf_axes, lightness_axes, plane_axes, rings_svg, section_svg
+from gamutcore.queries import MOST_SECTORS, RING_LIGHTNESSES
+from gamutcore.questions.conditions import comparison_warnings
+from gamutcore.questions.declarations import (
+    NULLABLE_NUMBER,
+    OTHER_GAMUT,
+    Answer,
+    Parameter,
+    Question,
+    described,
+    list_of,
+)
+from gamutcore.questions.levels import answering_level, level_with_hue, surface_facts
+from gamutcore.results import ChromaTable, ColourCusps, ColourSection, GamutRings
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from gamutcore.arrays import FloatArray
+    from gamutcore.questions.levels import AskedGamut
+
+__all__ = [
+    "CUSPS",
+    "LEAVES",
+    "RINGS",
+    "SLICE",
+    "cusps",
+    "draw_rings",
+    "draw_section",
+    "hue_angles",
+    "leaf",
+    "leaves",
+    "max_chroma",
+    "rings",
+    "rings_caption",
+    "section",
+]
+
+MOST_HUES = 36_000
+"""Largest number of equidistant hues: hundredths of a degree."""
+
+_NUMBERS = list_of(NULLABLE_NUMBER)
+_ROWS = list_of(_NUMBERS)
+
+_CHANNELS = {"type": "array", "items": {"type": "string"}}
+
+
+def hue_angles(hues: int | ArrayLike) -> FloatArray:
+    """Return hues in degrees: those given, or a number of equidistant ones from 0° on.
+
+    Examples
+    --------
+    >>> hue_angles(4).tolist(), hue_angles([40]).tolist()
+    ([0.0, 90.0, 180.0, 270.0], [40.0])
+    """
+    if isinstance(hues, int | np.integer):
+        check_option("hues", int(hues), Annotated[int, WholeNumber(1, MOST_HUES)])
+        return np.linspace(0.0, 360.0, int(hues), endpoint=False)
+    return np.atleast_1d(np.asarray(hues, np.float64))
+
+
+def cusps(
+    gamut: AskedGamut,
+    hues: int | ArrayLike = 360,
+    *,
+    triangles: int | None = None,
+    max_error: float | None = None,
+) -> ColourCusps:
+    """Return the points of largest chroma at some hues."""
+    angles = hue_angles(hues)
+    level = level_with_hue(gamut, triangles, max_error)
+    found = queries.cusp_points(angles, level.index)
+    return ColourCusps(
+        points=found.points,
+        hue=angles,
+        lightness=found.points[:, 0],
+        chroma=found.chroma,
+        **surface_facts(gamut, level, found),
+    )
+
+
+def _cusps_answer(found: ColourCusps) -> Answer:
+    table = {
+        "hue": found.hue,
+        "lightness": found.lightness,
+        "chroma": found.chroma,
+        "point": found.points,
+    }
+    if found.device is not None:
+        table["device"] = found.device
+    document = {"channels": list(found.channels), **table}
+    return Answer(table, channels=found.channels, document=document)
+
+
+CUSPS = Question(
+    "cusps",
+    "listCusps",
+    "List the cusps",
+    "The colour of largest chroma at each of a number of equidistant hues, from 0° on.",
+    (
+        Parameter(
+            "hues",
+            Annotated[int, WholeNumber(1, MOST_HUES)],
+            "Number of hues.",
+            default=360,
+            example=12,
+        ),
+    ),
+    cusps,
+    members={
+        "channels": _CHANNELS,
+        "hue": described(_NUMBERS, "Hue in degrees."),
+        "lightness": described(_NUMBERS, "Lightness of the cusp; null if the hue has no colour."),
+        "chroma": described(_NUMBERS, "Chroma of the cusp."),
+        "point": described(_ROWS, "The cusp in the space of the gamut."),
+        "device": described(_ROWS, "Its device values from 0 to 1, if the gamut has any."),
+    },
+    shape=_cusps_answer,
+    answered={
+        "channels": ["C", "M", "Y", "K"],
+        "hue": [0],
+        "lightness": [48.1],
+        "chroma": [73.9],
+        "point": [[48.1, 73.9, 0.0]],
+        "device": [[0.0, 1.0, 0.2, 0.0]],
+    },
+)
+
+
+def max_chroma(
+    gamut: AskedGamut,
+    lightness: ArrayLike,
+    hue: ArrayLike,
+    *,
+    triangles: int | None = None,
+    max_error: float | None = None,
+) -> FloatArray:
+    """Return the largest chroma at lightnesses and hues; NaN where no colour is in gamut."""
+    level = level_with_hue(gamut, triangles, max_error)
+    light, angle = np.broadcast_arrays(*(np.asarray(each, float) for each in (lightness, hue)))
+    turn = np.radians(angle)
+    ends = np.stack([light, np.cos(turn), np.sin(turn)], axis=-1)
+    rows = colour_rows(ends, "lightness and hue")
+    starts = rows.points * (1.0, 0.0, 0.0)
+    found = queries.crossings(starts, rows.points, level.index, "ray")
+    chroma = np.full(len(starts), np.nan)
+    crossed = found.offsets[1:] > found.offsets[:-1]
+    chroma[crossed] = found.t[found.offsets[1:][crossed] - 1]
+    return rows.in_shape(chroma)
+
+
+def section(
+    gamut: AskedGamut,
+    lightness: float | None = None,
+    *,
+    hue: float | None = None,
+    plane: ArrayLike | None = None,
+    triangles: int | None = None,
+    max_error: float | None = None,
+) -> ColourSection:
+    """Return the section by a lightness, by the half-plane of a hue, or by any plane."""
+    values = {"L": lightness, "hue": hue, "plane": plane}
+    given = [name for name, value in values.items() if value is not None]
+    if len(given) != 1:
+        raise OptionError(
+            f"{' and '.join(given) or 'Nothing'} is given.",
+            where={"field": given[1] if given else "L"},
+            remedy="Give one of L, hue and plane.",
+        )
+    if hue is not None:
+        return leaf(gamut, hue, triangles=triangles, max_error=max_error)
+    level = answering_level(gamut, triangles, max_error)
+    numbers = np.asarray(plane, np.float64)
+    if lightness is not None:
+        numbers = np.append(np.eye(3)[gamut.colour_space.definition.lightness], lightness)
+    elif numbers.shape != (4,):
+        raise OptionError.refusal("plane", plane, "four numbers a, b, c, d")
+    found = queries.slice_polygons(level.index, numbers[:3], numbers[3])
+    facts = surface_facts(gamut, level, found)
+    return ColourSection(points=found.points, offsets=found.offsets, **facts)
+
+
+def leaf(
+    gamut: AskedGamut,
+    hue: float,
+    *,
+    triangles: int | None = None,
+    max_error: float | None = None,
+) -> ColourSection:
+    """Return the section by the half-plane of a hue."""
+    level = level_with_hue(gamut, triangles, max_error)
+    found = queries.hue_leaf(level.index, hue)
+    facts = surface_facts(gamut, level, found)
+    return ColourSection(points=found.points, offsets=found.offsets, **facts)
+
+
+def _section_answer(found: ColourSection) -> Answer:
+    counts = np.diff(found.offsets)
+    table = {"polygon": np.repeat(np.arange(len(counts)), counts), "point": found.points}
+    document: dict[str, Any] = {"channels": list(found.channels), "polygons": found.polygons}
+    if found.device is not None:
+        table["device"] = found.device
+        document["device"] = np.split(found.device, found.offsets[1:-1]) if len(counts) else []
+    return Answer(table, channels=found.channels, document=document)
+
+
+def draw_section(
+    gamut: AskedGamut,
+    lightness: float | None = None,
+    *,
+    hue: float | None = None,
+    plane: ArrayLike | None = None,
+    name: str = "",
+    triangles: int | None = None,
+    max_error: float | None = None,
+) -> bytes:
+    """Return a picture of a section as SVG, titled with the name of the gamut."""
+    found = section(
+        gamut, lightness, hue=hue, plane=plane, triangles=triangles, max_error=max_error
+    )
+    space = gamut.colour_space
+    if lightness is not None:
+        axes = lightness_axes(lightness, space)
+    elif hue is not None:
+        axes = leaf_axes(hue, space)
+    else:
+        numbers = np.asarray(plane, np.float64)
+        axes = plane_axes(numbers[:3], float(numbers[3]), space)
+    return section_svg(found.polygons, axes, space, name, str(found.gamut))
+
+
+_FINITE = Annotated[float, Number(-1e6, 1e6)]
+
+SLICE = Question(
+    "slice",
+    "sliceGamut",
+    "Cut the gamut by a plane",
+    "The section by a plane of constant lightness, by the half-plane of a hue, or by any plane, as "
+    "closed polygons. Polygons inside others are holes.",
+    (
+        Parameter("lightness", _FINITE, "Lightness of the plane.", example=50),
+        Parameter("hue", _FINITE, "Hue of the half-plane in degrees."),
+        Parameter(
+            "plane",
+            Annotated[
+                tuple[FiniteNumber, FiniteNumber, FiniteNumber, FiniteNumber],
+                Array("4 numbers", 4),
+            ],
+            "a,b,c,d: the points with a x + b y + c z = d.",
+        ),
+    ),
+    section,
+    members={
+        "channels": _CHANNELS,
+        "polygons": described(list_of(_ROWS), "Corners of each polygon in the space of the gamut."),
+        "device": described(list_of(_ROWS), "Device values of the corners, if the gamut has any."),
+    },
+    shape=_section_answer,
+    answered={
+        "channels": ["C", "M", "Y", "K"],
+        "polygons": [[[50, 70, 0], [50, 0, 60], [50, -60, 0]]],
+        "device": [[[0, 1, 0, 0], [0, 0.4, 1, 0.2], [1, 0, 0.6, 0]]],
+    },
+    picture=draw_section,
+    alternatives=("lightness", "hue", "plane"),
+)
+
+
+def leaves(
+    gamut: AskedGamut,
+    hues: int | ArrayLike = 360,
+    lightness: int | ArrayLike = 101,
+    *,
+    triangles: int | None = None,
+    max_error: float | None = None,
+) -> ChromaTable:
+    """Return the intervals of chroma in gamut for every hue and lightness."""
+    if isinstance(lightness, int | np.integer):
+        check_option("lightness", int(lightness), Annotated[int, WholeNumber(2, MOST_HUES)])
+        heights = np.linspace(0.0, gamut.colour_space.white_lightness, int(lightness))
+    else:
+        heights = np.atleast_1d(np.asarray(lightness, np.float64))
+    level = level_with_hue(gamut, triangles, max_error)
+    found = queries.leaves(level.index, hue_angles(hues), heights)
+    ends = found._replace(faces=found.faces.reshape(-1), weights=found.weights.reshape(-1, 3))
+    facts = surface_facts(gamut, level, ends)
+    if facts["device"] is not None:
+        facts["device"] = facts["device"].reshape(len(found.chroma), 2, len(facts["channels"]))
+    return ChromaTable(
+        hue=found.hues,
+        lightness=found.lightness,
+        offsets=found.offsets,
+        chroma=found.chroma,
+        **facts,
+    )
+
+
+def _leaves_answer(found: ChromaTable) -> Answer:
+    counts = np.diff(found.offsets)
+    intervals = found.chroma.tolist()
+    cells = [intervals[start:end] for start, end in pairwise(found.offsets.tolist())]
+    across = len(found.lightness)
+    document = {
+        "hue": found.hue,
+        "lightness": found.lightness,
+        "intervals": [cells[at : at + across] for at in range(0, len(cells), across)],
+    }
+    table = {
+        "hue": np.repeat(np.repeat(found.hue, across), counts),
+        "lightness": np.repeat(np.tile(found.lightness, len(found.hue)), counts),
+        "chroma_from": found.chroma[:, 0],
+        "chroma_to": found.chroma[:, 1],
+    }
+    return Answer(table, document=document)
+
+
+LEAVES = Question(
+    "leaves",
+    "listLeaves",
+    "List the intervals of chroma",
+    "The intervals of chroma that are in gamut, for each of a number of equidistant hues and "
+    "lightnesses. A hue and lightness can have several intervals, and none needs to begin at the "
+    "neutral axis.",
+    (
+        Parameter(
+            "hues", Annotated[int, WholeNumber(1, 720)], "Number of hues.", default=360, example=12
+        ),
+        Parameter(
+            "lightness",
+            Annotated[int, WholeNumber(2, 501)],
+            "Number of lightnesses, from 0 to that of white.",
+            default=101,
+            example=11,
+        ),
+    ),
+    leaves,
+    members={
+        "hue": described(_NUMBERS, "Hues in degrees."),
+        "lightness": described(_NUMBERS, "Lightnesses."),
+        "intervals": described(
+            list_of(list_of(_ROWS)),
+            "By hue and lightness: the pairs of smallest and largest chroma.",
+        ),
+    },
+    shape=_leaves_answer,
+    answered={"hue": [0], "lightness": [0, 50], "intervals": [[[], [[0, 77.1]]]]},
+)
+
+
+_warnings = partial(comparison_warnings, names=("the gamut", "the reference"))
+
+
+def rings(
+    gamut: AskedGamut,
+    reference: AskedGamut | None = None,
+    *,
+    lightness: ArrayLike | None = None,
+    sectors: int = 360,
+    triangles: int | None = None,
+    max_error: float | None = None,
+) -> GamutRings:
+    """Return the gamut rings, alone or with those of a reference and the intersection."""
+    level = level_with_hue(gamut, triangles, max_error)
+    if lightness is None:
+        # the white of Oklab has the lightness 0.999999 by the published matrices
+        white = float(f"{gamut.colour_space.white_lightness:.5g}")
+        lightness = np.asarray(RING_LIGHTNESSES) / 100.0 * white
+    if reference is None:
+        found = queries.gamut_rings(level.index, None, lightness, sectors)
+        return replace(found, gamut=gamut.conditions)
+    other = answering_level(reference, triangles, max_error)
+    found = queries.gamut_rings(level.index, other.index, lightness, sectors)
+    one, two = gamut.conditions, reference.conditions
+    return replace(found, gamut=one, reference_gamut=two, warnings=_warnings(one, two))
+
+
+def _rings_answer(found: GamutRings) -> Answer:
+    radii = {
+        name: radius
+        for name in ("radius", "reference_radius", "intersection_radius")
+        if (radius := getattr(found, name)) is not None
+    }
+    document = {
+        "volume": found.volume,
+        "lightness": found.lightness,
+        "hue": found.hues,
+        **radii,
+    }
+    table = {
+        "lightness": np.repeat(found.lightness, len(found.hues)),
+        "hue": np.tile(found.hues, len(found.lightness)),
+        **{name: radius.reshape(-1) for name, radius in radii.items()},
+    }
+    return Answer(table, document=document)
+
+
+def draw_rings(
+    gamut: AskedGamut,
+    reference: AskedGamut | None = None,
+    *,
+    names: tuple[str, str] = ("", "reference"),
+    sectors: int = 360,
+    triangles: int | None = None,
+    max_error: float | None = None,
+) -> bytes:
+    """Return a picture of the gamut rings as SVG, with the names of the gamuts."""
+    found = rings(gamut, reference, sectors=sectors, triangles=triangles, max_error=max_error)
+    return rings_svg(
+        found.lightness,
+        found.hues,
+        found.radius,
+        reference_radius=found.reference_radius,
+        intersection_radius=found.intersection_radius,
+        names=names,
+        axes=gamut.colour_space.axes,
+        volume=found.volume,
+        caption=rings_caption(found),
+    )
+
+
+def rings_caption(found: GamutRings) -> str:
+    """Return the conditions of one or two gamuts, and the warnings about them."""
+    parts = [str(found.gamut)]
+    if found.reference_gamut is not None:
+        parts.append(f"reference: {found.reference_gamut}")
+    return " ".join(["; ".join(parts), *(f"Warning: {each}" for each in found.warnings)])
+
+
+RINGS = Question(
+    "rings",
+    "listRings",
+    "List the gamut rings",
+    "Gamut rings (IDMS 1.1, 5.32): the area within the ring of a lightness is the volume of the "
+    "gamut up to this lightness, by sector of hue. With a reference, also its rings and the outer "
+    "end of the intersection in each band.",
+    (
+        Parameter(
+            "reference",
+            OTHER_GAMUT,
+            "Id of a gamut in the same space, or slug of a reference gamut.",
+            example="srgb",
+        ),
+        Parameter(
+            "sectors",
+            Annotated[int, WholeNumber(1, MOST_SECTORS)],
+            "Number of equal sectors of hue.",
+            default=360,
+            example=12,
+        ),
+    ),
+    rings,
+    members={
+        "reference_level": {"type": "object"},
+        "reference_gamut": {"type": "object"},
+        "volume": {
+            "type": "number",
+            "description": "Volume up to the last lightness: the area of the outer ring.",
+        },
+        "lightness": described(_NUMBERS, "Lightnesses of the rings: tenths of that of white."),
+        "hue": described(_NUMBERS, "Middles of the sectors in degrees."),
+        "radius": described(_ROWS, "Radius by ring and sector."),
+        "reference_radius": described(_ROWS, "The same of the reference."),
+        "intersection_radius": described(_ROWS, "Outer end of the intersection in each band."),
+    },
+    shape=_rings_answer,
+    answered={
+        "volume": 402000.0,
+        "lightness": [50, 100],
+        "hue": [90, 270],
+        "radius": [[320.1, 300.2], [380.3, 340.4]],
+    },
+    other="reference",
+    compared=_warnings,
+    picture=draw_rings,
+)
