@@ -190,25 +190,18 @@ def format_summary() -> str:
 Characterisation: TypeAlias = Samples | IccProfile | Picture | GamutMesh | Reference
 
 
-_NONE_OF_COLOURS = "profiles and pictures have no measurement condition"
-_NONE_OF_SHAPES = "meshes and reference gamuts have no measurement condition"
-_OF_BYTES: tuple[
-    tuple[Callable[[bytes], object], Callable[[bytes], Characterisation], str], ...
-] = (
-    (picture_format, lambda data: read_picture(data, picture_format(data) or ""), _NONE_OF_COLOURS),
-    (looks_like_icc, icc_profile, _NONE_OF_COLOURS),
-    (looks_like_ply, ply_mesh, _NONE_OF_SHAPES),
-    (looks_like_glb, gltf_mesh, _NONE_OF_SHAPES),
-    (looks_like_threemf, threemf_mesh, _NONE_OF_SHAPES),
-    (looks_like_stl, stl_mesh, _NONE_OF_SHAPES),
+_MESHES_IN_BYTES: tuple[tuple[Callable[[bytes], bool], Callable[[bytes], GamutMesh]], ...] = (
+    (looks_like_ply, ply_mesh),
+    (looks_like_glb, gltf_mesh),
+    (looks_like_threemf, threemf_mesh),
+    (looks_like_stl, stl_mesh),
 )
-_OF_TEXT: tuple[tuple[Callable[[str], bool], Callable[[str], GamutMesh]], ...] = (
+_MESHES_IN_TEXT: tuple[tuple[Callable[[str], bool], Callable[[str], GamutMesh]], ...] = (
     (looks_like_gltf, lambda text: gltf_mesh(text.encode())),
     (looks_like_argyll, argyll_mesh),
     (looks_like_obj, obj_mesh),
 )
-"""Formats without a measurement condition, in the order in which they are tried: whether a file has
-the format, and the reader."""
+"""Whether a file has the format, and the reader, in the order in which they are tried."""
 
 
 def characterisation(data: bytes, *, condition: str | None = None) -> Characterisation:
@@ -230,10 +223,14 @@ def characterisation(data: bytes, *, condition: str | None = None) -> Characteri
     CharacterisationError, InvalidPointsError, MeshError
         The format is known, but the content is malformed. ``where`` has the location.
     """
-    for fits, read, reason in _OF_BYTES:
-        if fits(data):
-            _refuse_condition(condition, reason)
-            return read(data)
+    picture = picture_format(data)
+    if picture is not None or looks_like_icc(data):
+        _refuse_condition(condition, "profiles and pictures")
+        return icc_profile(data) if picture is None else read_picture(data, picture)
+    mesh = next((read(data) for fits, read in _MESHES_IN_BYTES if fits(data)), None)
+    if mesh is not None:
+        _refuse_condition(condition, "meshes and reference gamuts")
+        return mesh
     if data.startswith(NPY_MAGIC):
         return npy_samples(data, condition=condition)
     if looks_like_xml(data):
@@ -250,24 +247,26 @@ def _of_text(data: bytes, encoding: str, condition: str | None) -> Characterisat
     text = data.decode(encoding)
     if not text.strip("\0 \t\r\n"):
         raise _unrecognised("The content is empty.")
-    for fits, read in _OF_TEXT:
-        if fits(text):
-            _refuse_condition(condition, _NONE_OF_SHAPES)
-            return read(text)
+    mesh = next((read(text) for fits, read in _MESHES_IN_TEXT if fits(text)), None)
+    if mesh is not None:
+        _refuse_condition(condition, "meshes and reference gamuts")
+        return mesh
     if text[:1000].lstrip().startswith(("{", "[")):
         reference = parse_definition(text)
         if reference is None:
             return json_samples(text, condition=condition)
-        _refuse_condition(condition, _NONE_OF_SHAPES)
+        _refuse_condition(condition, "meshes and reference gamuts")
         return reference
     if looks_like_cgats(text):
         return cgats_samples(text, condition=condition)
     return delimited_samples(DelimitedText(data, encoding), condition=condition)
 
 
-def _refuse_condition(condition: str | None, reason: str) -> None:
+def _refuse_condition(condition: str | None, what: str) -> None:
     if condition is not None:
-        raise OptionError.not_applicable("condition", condition, reason)
+        raise OptionError.not_applicable(
+            "condition", condition, f"{what} have no measurement condition"
+        )
 
 
 def _unrecognised(message: str) -> UnrecognisedFormatError:
