@@ -25,7 +25,17 @@ from gamutcore.geometry.mesh import (
     swing,
     vertex_fans,
 )
-from gamutcore.geometry.predicates import MINIMUM_DETERMINANT, faces_not_seeing_centre, sees_centre
+from gamutcore.geometry.predicates import (
+    MINIMUM_DETERMINANT,
+    TERMS,
+    add_product,
+    area,
+    faces_not_seeing_centre,
+    moved_orientation,
+    orientation,
+    sees_centre,
+    sign_of,
+)
 from gamutcore.geometry.triangle import clip, closest_point
 from gamutcore.geometry.vectors import (
     Symmetric,
@@ -50,13 +60,16 @@ from gamutcore.geometry.vectors import (
 __all__ = [
     "GOLDEN",
     "MINIMUM_DETERMINANT",
+    "TERMS",
     "DeviceValues",
     "Symmetric",
     "TriangleMesh",
     "Validity",
     "Vector",
     "add_outer",
+    "add_product",
     "adjugate",
+    "area",
     "clip",
     "closest_point",
     "connected_components",
@@ -73,8 +86,10 @@ __all__ = [
     "mesh_grid_step",
     "minus",
     "mixed_bits",
+    "moved_orientation",
     "nearest_grid_points",
     "opposite_corners",
+    "orientation",
     "plus",
     "preceding",
     "product",
@@ -82,6 +97,7 @@ __all__ = [
     "row",
     "scaled",
     "sees_centre",
+    "sign_of",
     "swing",
     "symmetric_row",
     "triple",

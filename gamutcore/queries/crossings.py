@@ -24,8 +24,9 @@ from numpy.typing import ArrayLike
 
 from gamutcore.arrays import BooleanArray, FloatArray, IndexArray, LongArray
 from gamutcore.errors import InvalidPointsError, OptionError
+from gamutcore.geometry import TERMS, area, moved_orientation, orientation
 from gamutcore.kernels import kernel, leaf_kernel
-from gamutcore.queries.containment import TERMS, area, is_inside, moved_orientation, orientation
+from gamutcore.queries.containment import is_inside
 from gamutcore.queries.face_tree import STACK, WIDTH, set_box_gaps
 from gamutcore.queries.index import Level, LevelIndex, as_index, checked_points
 
@@ -416,28 +417,16 @@ def _exact_side(
     start: Point, end: Point, p: Point, q: Point, index: LevelIndex, terms: FloatArray
 ) -> tuple[float, int]:
     """Return det(end − start, p − start, q − start), and its sign, which is not 0."""
-    sx, sy, sz = start
-    ex, ey, ez = end
-    px, py, pz = p
-    qx, qy, qz = q
-    side = orientation(ex, ey, ez, px, py, pz, qx, qy, qz, sx, sy, sz, terms)
+    side = orientation(end, p, q, start, terms)
     found = side
     if found == 0.0:
         # the coefficients of ε; δ, δ², δ³; ε δ, ε δ², ε δ³, of which one is not 0
-        cx, cy, cz = index.centre[0], index.centre[1], index.centre[2]
-        found = moved_orientation(ex, ey, ez, sx, sy, sz, px, py, pz, qx, qy, qz, cx, cy, cz, terms)
-        if found == 0.0:
-            found = area(py, pz, qy, qz, sy, sz, terms)
-        if found == 0.0:
-            found = area(pz, px, qz, qx, sz, sx, terms)
-        if found == 0.0:
-            found = area(px, py, qx, qy, sx, sy, terms)
-        if found == 0.0:
-            found = area(py, pz, qy, qz, cy, cz, terms)
-        if found == 0.0:
-            found = area(pz, px, qz, qx, cz, cx, terms)
-        if found == 0.0:
-            found = area(px, py, qx, qy, cx, cy, terms)
+        centre = index.centre[0], index.centre[1], index.centre[2]
+        found = moved_orientation(end, start, p, q, centre, terms)
+        for origin in (start, centre):
+            for axis in range(3):
+                if found == 0.0:
+                    found = area(p, q, origin, axis, terms)
     return side, (1 if found > 0.0 else -1)
 
 
@@ -452,10 +441,8 @@ def _is_below(point: Point, index: LevelIndex, face: int, terms: FloatArray) -> 
     if abs(height) > 1.0 + (abs(x) + abs(y) + abs(z)) * index.tree.scale:
         return height < 0.0
     one, two, three = index.faces[face, 0], index.faces[face, 1], index.faces[face, 2]
-    ax, ay, az = _vertex(index, one)
-    bx, by, bz = _vertex(index, two)
-    cx, cy, cz = _vertex(index, three)
-    return orientation(ax, ay, az, bx, by, bz, cx, cy, cz, px, py, pz, terms) >= 0.0
+    a, b, c = _vertex(index, one), _vertex(index, two), _vertex(index, three)
+    return orientation(a, b, c, point, terms) >= 0.0
 
 
 @leaf_kernel
