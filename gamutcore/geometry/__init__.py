@@ -3,6 +3,7 @@
 Other folders import from here, and this folder imports none of them.
 """
 
+from gamutcore.geometry.cones import add_cells, cell_of, direction_cells
 from gamutcore.geometry.curves import (
     GOLDEN,
     curve_order,
@@ -66,16 +67,19 @@ __all__ = [
     "TriangleMesh",
     "Validity",
     "Vector",
+    "add_cells",
     "add_outer",
     "add_product",
     "adjugate",
     "area",
+    "cell_of",
     "clip",
     "closest_point",
     "connected_components",
     "cross",
     "curve_order",
     "curve_positions",
+    "direction_cells",
     "dot",
     "faces_not_seeing_centre",
     "following",

@@ -19,7 +19,7 @@ from __future__ import annotations
 import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray
-from gamutcore.geometry.vectors import Vector, minus, scaled, triple
+from gamutcore.geometry.vectors import Vector, dot, minus, row, scaled, triple
 from gamutcore.kernels import inlined_kernel, kernel, leaf_kernel
 
 __all__ = [
@@ -42,17 +42,13 @@ With this margin, the sign is the same in any order of evaluation."""
 
 
 @leaf_kernel
-def sees_centre(
-    ax: float, ay: float, az: float, bx: float, by: float, bz: float, x: float, y: float, z: float
-) -> bool:
-    """Whether the face (a, b, x), relative to the centre, sees it from inside beyond rounding.
+def sees_centre(a: Vector, b: Vector, c: Vector) -> bool:
+    """Whether the face (a, b, c), relative to the centre, sees it from inside beyond rounding.
 
     Corners are in counter-clockwise order. The answer for NaN is False.
     """
-    determinant = x * (ay * bz - az * by) + y * (az * bx - ax * bz) + z * (ax * by - ay * bx)
-    lengths = (
-        (x * x + y * y + z * z) * (ax * ax + ay * ay + az * az) * (bx * bx + by * by + bz * bz)
-    )
+    determinant = triple(a, b, c)
+    lengths = dot(c, c) * dot(a, a) * dot(b, b)
     return (
         determinant > 0.0
         and determinant * determinant > MINIMUM_DETERMINANT * MINIMUM_DETERMINANT * lengths
@@ -68,11 +64,8 @@ def faces_not_seeing_centre(position: FloatArray, faces: IndexArray) -> IndexArr
     found = np.empty(len(faces), np.int32)
     count = 0
     for face in range(len(faces)):
-        one, two, three = faces[face, 0], faces[face, 1], faces[face, 2]
-        ax, ay, az = position[one, 0], position[one, 1], position[one, 2]
-        bx, by, bz = position[two, 0], position[two, 1], position[two, 2]
-        x, y, z = position[three, 0], position[three, 1], position[three, 2]
-        if not sees_centre(ax, ay, az, bx, by, bz, x, y, z):
+        a, b = row(position, faces[face, 0], 0), row(position, faces[face, 1], 0)
+        if not sees_centre(a, b, row(position, faces[face, 2], 0)):
             found[count] = face
             count += 1
     return found[:count].copy()

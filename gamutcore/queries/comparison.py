@@ -48,10 +48,10 @@ from numpy.typing import ArrayLike
 
 from gamutcore.arrays import FloatArray, IndexArray
 from gamutcore.errors import InvalidPointsError, OptionError
-from gamutcore.geometry import clip, opposite_corners
+from gamutcore.geometry import cell_of, clip, opposite_corners
 from gamutcore.kernels import kernel, leaf_kernel
 from gamutcore.queries.hue_tables import WHOLE_TURN, hue_span
-from gamutcore.queries.index import Level, LevelIndex, as_index, cell_of, checked_numbers
+from gamutcore.queries.index import Level, LevelIndex, as_index, checked_numbers
 from gamutcore.results import Comparison, GamutRings, Overlap
 
 __all__ = [
@@ -493,7 +493,7 @@ def _doubled_area(polygon: FloatArray, count: int, axis: int) -> float:
 def _face_towards(x: float, y: float, z: float, level: LevelIndex) -> int:
     """Return the face whose cone a point relative to the centre is in, up to rounding."""
     planes = level.planes
-    cell = cell_of(x, y, z, level.resolution)
+    cell = cell_of((x, y, z), level.resolution)
     found, best = 0, -np.inf
     for place in range(level.cell_start[cell], level.cell_start[cell + 1]):
         face = level.cell_faces[place]

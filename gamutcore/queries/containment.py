@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gamutcore.arrays import BooleanArray, FloatArray
-from gamutcore.geometry import TERMS, curve_order, orientation, row
+from gamutcore.geometry import TERMS, cell_of, curve_order, orientation, row
 from gamutcore.kernels import kernel, leaf_kernel
 from gamutcore.queries.face_tree import STACK, WIDTH
-from gamutcore.queries.index import Level, LevelIndex, as_index, cell_of, checked_points
+from gamutcore.queries.index import Level, LevelIndex, as_index, checked_points
 from gamutcore.queries.nearest import nearest_face
 
 __all__ = ["contains", "is_inside", "signed_distance"]
@@ -151,7 +151,7 @@ def is_inside(px: float, py: float, pz: float, index: LevelIndex, terms: FloatAr
     x, y, z = px - index.centre[0], py - index.centre[1], pz - index.centre[2]
     if x * x + y * y + z * z < index.inner * index.inner:
         return True
-    cell = cell_of(x, y, z, index.resolution)
+    cell = cell_of((x, y, z), index.resolution)
     for place in range(index.cell_start[cell], index.cell_start[cell + 1]):
         face = np.uint64(index.cell_faces[place])
         if (
