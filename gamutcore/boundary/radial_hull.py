@@ -37,10 +37,14 @@ from gamutcore.arrays import FloatArray, IndexArray, LongArray
 from gamutcore.geometry import (
     MINIMUM_DETERMINANT,
     TERMS,
+    cross,
+    dot,
     following,
+    minus,
     orientation,
     preceding,
     row,
+    triple,
 )
 from gamutcore.kernels import kernel, leaf_kernel
 
@@ -214,10 +218,7 @@ def _insert(
 @leaf_kernel
 def _side(position: FloatArray, one: int, two: int, three: int) -> float:
     """det(p1, p2, p3): positive for three directions that are counter-clockwise from outside."""
-    ax, ay, az = position[one, 0], position[one, 1], position[one, 2]
-    bx, by, bz = position[two, 0], position[two, 1], position[two, 2]
-    x, y, z = position[three, 0], position[three, 1], position[three, 2]
-    return x * (ay * bz - az * by) + y * (az * bx - ax * bz) + z * (ax * by - ay * bx)
+    return triple(row(position, one, 0), row(position, two, 0), row(position, three, 0))
 
 
 @leaf_kernel
@@ -358,13 +359,10 @@ def _widen_cavity(
 @leaf_kernel
 def _height(position: FloatArray, vertex: IndexArray, face: int, point: int) -> float:
     """Height of a point above the plane of a face, in double precision."""
-    one, two, three = vertex[3 * face], vertex[3 * face + 1], vertex[3 * face + 2]
-    x, y, z = position[one, 0], position[one, 1], position[one, 2]
-    ux, uy, uz = position[two, 0] - x, position[two, 1] - y, position[two, 2] - z
-    vx, vy, vz = position[three, 0] - x, position[three, 1] - y, position[three, 2] - z
-    px, py, pz = position[point, 0] - x, position[point, 1] - y, position[point, 2] - z
-    nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-    return (px * nx + py * ny + pz * nz) / np.sqrt(nx * nx + ny * ny + nz * nz)
+    a = row(position, vertex[3 * face], 0)
+    b, c = row(position, vertex[3 * face + 1], 0), row(position, vertex[3 * face + 2], 0)
+    normal = cross(minus(b, a), minus(c, a))
+    return dot(minus(row(position, point, 0), a), normal) / np.sqrt(dot(normal, normal))
 
 
 @leaf_kernel

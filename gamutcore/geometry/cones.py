@@ -12,13 +12,15 @@ A triangle may be degenerate: an edge is a triangle with two equal corners.
 
 from __future__ import annotations
 
+from typing import SupportsIndex
+
 import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray
-from gamutcore.geometry.vectors import Vector, cross, row
-from gamutcore.kernels import kernel, leaf_kernel
+from gamutcore.geometry.vectors import Vector, cross, dot, row
+from gamutcore.kernels import inlined_kernel, kernel, leaf_kernel
 
-__all__ = ["add_cells", "cell_of", "direction_cells"]
+__all__ = ["add_cells", "cell_of", "cone_products", "direction_cells"]
 
 WIDENING = 2.0**-40
 """How far the cells and triangles of a side reach beyond their edges. Directions are rounded by
@@ -202,3 +204,17 @@ def direction_cells(
             faces[start[free]] = face
             start[free] += 1
     return start[:-1].copy(), faces
+
+
+@inlined_kernel
+def cone_products(planes: FloatArray, face: SupportsIndex, point: Vector) -> Vector:
+    """Return the products of a point with three planes through the centre, in a row of `planes`.
+
+    The planes of a cone (a, b, c) are multiples of b × c, c × a and a × b. Products are positive on
+    the side of the cone.
+    """
+    return (
+        dot(row(planes, face, 0), point),
+        dot(row(planes, face, 3), point),
+        dot(row(planes, face, 6), point),
+    )

@@ -14,9 +14,21 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gamutcore.arrays import BooleanArray, FloatArray
-from gamutcore.geometry import TERMS, cell_of, curve_order, orientation, row
+from gamutcore.geometry import (
+    TERMS,
+    Vector,
+    cell_of,
+    cone_products,
+    curve_order,
+    dot,
+    minus,
+    orientation,
+    plus,
+    row,
+    scaled,
+)
 from gamutcore.kernels import kernel, leaf_kernel
-from gamutcore.queries.face_tree import STACK, WIDTH
+from gamutcore.queries.face_tree import Search, new_search
 from gamutcore.queries.index import Level, LevelIndex, as_index, checked_points
 from gamutcore.queries.nearest import nearest_face
 
@@ -61,7 +73,7 @@ def contains(points: ArrayLike, level: Level, tolerance: float = 0.0) -> Boolean
     >>> contains(points, tetrahedron).tolist(), contains(points, tetrahedron, 0.1).tolist()
     ([True, True, False], [True, True, True])
     """
-    return _contains(checked_points(points), as_index(level), float(tolerance))
+    return _contains(checked_points(points), as_index(level), float(tolerance), new_search())
 
 
 def signed_distance(points: ArrayLike, level: Level) -> FloatArray:
@@ -90,44 +102,43 @@ def signed_distance(points: ArrayLike, level: Level) -> FloatArray:
     >>> signed_distance([(0.25, 0.25, 0.125), (0.25, 0.25, -0.125)], tetrahedron).tolist()
     [-0.125, 0.125]
     """
-    return _signed_distance(checked_points(points), as_index(level))
+    return _signed_distance(checked_points(points), as_index(level), new_search())
 
 
 @kernel
-def _contains(points: FloatArray, index: LevelIndex, tolerance: float) -> BooleanArray:
+def _contains(
+    points: FloatArray, index: LevelIndex, tolerance: float, search: Search
+) -> BooleanArray:
     inside = np.empty(len(points), np.bool_)
-    nodes, bounds, squares = np.empty(STACK, np.int64), np.empty(STACK), np.empty(WIDTH)
     terms = np.empty(TERMS)
     # A level is star-shaped about each point of the ball with the radius `inner`. If the surface
     # is within the tolerance of a point, the point is therefore inside after it is moved towards
     # the centre by this factor. The test of the moved point is much faster than the distance.
     centre, share, face = index.centre, index.inner / max(index.inner + SAFE * tolerance, TINY), 0
+    middle = centre[0], centre[1], centre[2]
     for number in range(len(points)):
-        x, y, z = row(points, number, 0)
-        inside[number] = is_inside(x, y, z, index, terms)
+        point = row(points, number, 0)
+        inside[number] = is_inside(point, index, terms)
         if inside[number] or tolerance == 0.0:
             continue
-        moved_x = centre[0] + share * (x - centre[0])
-        moved_y = centre[1] + share * (y - centre[1])
-        moved_z = centre[2] + share * (z - centre[2])
-        if not is_inside(moved_x, moved_y, moved_z, index, terms):
+        moved = plus(middle, scaled(share, minus(point, middle)))
+        if not is_inside(moved, index, terms):
             continue
-        face, square, _, _ = nearest_face(x, y, z, index, face, tolerance, nodes, bounds, squares)
+        face, square, _, _ = nearest_face(point, index, face, tolerance, search)
         inside[number] = square <= tolerance * tolerance
     return inside
 
 
 @kernel
-def _signed_distance(points: FloatArray, index: LevelIndex) -> FloatArray:
+def _signed_distance(points: FloatArray, index: LevelIndex, search: Search) -> FloatArray:
     distance = np.empty(len(points))
-    nodes, bounds, squares = np.empty(STACK, np.int64), np.empty(STACK), np.empty(WIDTH)
     terms = np.empty(TERMS)
     face = 0
     for number in curve_order(points):
-        x, y, z = row(points, number, 0)
-        face, square, _, _ = nearest_face(x, y, z, index, face, np.inf, nodes, bounds, squares)
+        point = row(points, number, 0)
+        face, square, _, _ = nearest_face(point, index, face, np.inf, search)
         length = np.sqrt(square)
-        distance[number] = 0.0 - length if is_inside(x, y, z, index, terms) else length
+        distance[number] = 0.0 - length if is_inside(point, index, terms) else length
     return distance
 
 
@@ -136,52 +147,45 @@ NEAR = 2.0**-10
 
 
 @leaf_kernel
-def is_inside(px: float, py: float, pz: float, index: LevelIndex, terms: FloatArray) -> bool:
+def is_inside(point: Vector, index: LevelIndex, terms: FloatArray) -> bool:
     """Whether a point is inside a level, or on its surface. `terms` (TERMS,) is a work array."""
-    box, planes = index.box, index.planes
+    (x, y, z), box, planes = point, index.box, index.planes
     if (
-        px < box[0, 0]
-        or px > box[1, 0]
-        or py < box[0, 1]
-        or py > box[1, 1]
-        or pz < box[0, 2]
-        or pz > box[1, 2]
+        x < box[0, 0]
+        or x > box[1, 0]
+        or y < box[0, 1]
+        or y > box[1, 1]
+        or z < box[0, 2]
+        or z > box[1, 2]
     ):
         return False
-    x, y, z = px - index.centre[0], py - index.centre[1], pz - index.centre[2]
-    if x * x + y * y + z * z < index.inner * index.inner:
+    relative = minus(point, (index.centre[0], index.centre[1], index.centre[2]))
+    if dot(relative, relative) < index.inner * index.inner:
         return True
-    cell = cell_of((x, y, z), index.resolution)
+    cell = cell_of(relative, index.resolution)
     for place in range(index.cell_start[cell], index.cell_start[cell + 1]):
         face = np.uint64(index.cell_faces[place])
-        if (
-            planes[face, 0] * x + planes[face, 1] * y + planes[face, 2] * z > 1.0
-            and planes[face, 3] * x + planes[face, 4] * y + planes[face, 5] * z > 1.0
-            and planes[face, 6] * x + planes[face, 7] * y + planes[face, 8] * z > 1.0
-        ):
-            below = planes[face, 12] - (
-                planes[face, 9] * x + planes[face, 10] * y + planes[face, 11] * z
-            )
+        one, two, three = cone_products(planes, face, relative)
+        if one > 1.0 and two > 1.0 and three > 1.0:
+            below = planes[face, 12] - dot(row(planes, face, 9), relative)
             if below > 1.0:
                 return True
             if below < -1.0:
                 return False
-            return _height(px, py, pz, index, index.cell_faces[place], terms) >= 0.0
-    return _is_inside_exactly(px, py, pz, index, cell, terms)
+            return _height(point, index, index.cell_faces[place], terms) >= 0.0
+    return _is_inside_exactly(point, index, cell, terms)
 
 
 @leaf_kernel
-def _is_inside_exactly(
-    px: float, py: float, pz: float, index: LevelIndex, cell: int, terms: FloatArray
-) -> bool:
-    x, y, z = px - index.centre[0], py - index.centre[1], pz - index.centre[2]
-    if x * x + y * y + z * z > (NEAR / index.tree.scale) ** 2:
+def _is_inside_exactly(point: Vector, index: LevelIndex, cell: int, terms: FloatArray) -> bool:
+    relative = minus(point, (index.centre[0], index.centre[1], index.centre[2]))
+    if dot(relative, relative) > (NEAR / index.tree.scale) ** 2:
         # the signs of the cones do not matter if the heights of all possible faces agree
         below = above = 0
         for place in range(index.cell_start[cell], index.cell_start[cell + 1]):
             face = index.cell_faces[place]
-            if _may_be_in_cone(x, y, z, index, face):
-                if _height(px, py, pz, index, face, terms) >= 0.0:
+            if min(cone_products(index.planes, face, relative)) >= -1.0:
+                if _height(point, index, face, terms) >= 0.0:
                     below += 1
                 else:
                     above += 1
@@ -191,46 +195,31 @@ def _is_inside_exactly(
             return False
     for place in range(index.cell_start[cell], index.cell_start[cell + 1]):
         face = index.cell_faces[place]
-        if _in_cone(px, py, pz, index, face, terms):
-            return _height(px, py, pz, index, face, terms) >= 0.0
+        if _in_cone(point, index, face, terms):
+            return _height(point, index, face, terms) >= 0.0
     # rounding has moved the direction out of the cell: the point is very near the centre
     for face in range(len(index.faces)):
-        if _in_cone(px, py, pz, index, face, terms):
-            return _height(px, py, pz, index, face, terms) >= 0.0
+        if _in_cone(point, index, face, terms):
+            return _height(point, index, face, terms) >= 0.0
     return False
 
 
 @leaf_kernel
-def _may_be_in_cone(x: float, y: float, z: float, index: LevelIndex, face: int) -> bool:
-    """Whether a point relative to the centre may be in the cone of a face, within rounding."""
-    planes = index.planes
-    return (
-        planes[face, 0] * x + planes[face, 1] * y + planes[face, 2] * z >= -1.0
-        and planes[face, 3] * x + planes[face, 4] * y + planes[face, 5] * z >= -1.0
-        and planes[face, 6] * x + planes[face, 7] * y + planes[face, 8] * z >= -1.0
-    )
-
-
-@leaf_kernel
-def _in_cone(
-    px: float, py: float, pz: float, index: LevelIndex, face: int, terms: FloatArray
-) -> bool:
+def _in_cone(point: Vector, index: LevelIndex, face: int, terms: FloatArray) -> bool:
     """Whether a point is in the closed cone of a face. Every point is in one at least."""
     centre = index.centre[0], index.centre[1], index.centre[2]
     for at in range(3):
         one = row(index.vertices, index.faces[face, at], 0)
         two = row(index.vertices, index.faces[face, (at + 1) % 3], 0)
-        if orientation(one, two, (px, py, pz), centre, terms) < 0.0:
+        if orientation(one, two, point, centre, terms) < 0.0:
             return False
     return True
 
 
 @leaf_kernel
-def _height(
-    px: float, py: float, pz: float, index: LevelIndex, face: int, terms: FloatArray
-) -> float:
+def _height(point: Vector, index: LevelIndex, face: int, terms: FloatArray) -> float:
     """Return a positive number below the plane of a face, 0 on it, a negative one above."""
     a = row(index.vertices, index.faces[face, 0], 0)
     b = row(index.vertices, index.faces[face, 1], 0)
     c = row(index.vertices, index.faces[face, 2], 0)
-    return orientation(a, b, c, (px, py, pz), terms)
+    return orientation(a, b, c, point, terms)

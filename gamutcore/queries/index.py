@@ -28,9 +28,15 @@ from gamutcore.arrays import Float32Array, FloatArray, IndexArray
 from gamutcore.errors import InvalidPointsError, MeshError
 from gamutcore.geometry import (
     TriangleMesh,
+    cross,
     direction_cells,
+    dot,
     faces_not_seeing_centre,
     opposite_corners,
+    plus,
+    row,
+    scaled,
+    write_row,
 )
 from gamutcore.kernels import kernel
 from gamutcore.queries.face_tree import FaceTree, build_face_tree, face_boxes
@@ -229,35 +235,24 @@ def _cones(
     angle = 0.0
     inner = np.inf
     for face in range(len(faces)):
-        one, two, three = faces[face, 0], faces[face, 1], faces[face, 2]
-        ax, ay, az = position[one, 0], position[one, 1], position[one, 2]
-        bx, by, bz = position[two, 0], position[two, 1], position[two, 2]
-        cx, cy, cz = position[three, 0], position[three, 1], position[three, 2]
-        a = np.sqrt(ax * ax + ay * ay + az * az)
-        b = np.sqrt(bx * bx + by * by + bz * bz)
-        c = np.sqrt(cx * cx + cy * cy + cz * cz)
-        ux, uy, uz = by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx
-        vx, vy, vz = cy * az - cz * ay, cz * ax - cx * az, cx * ay - cy * ax
-        wx, wy, wz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
-        determinant = ax * ux + ay * uy + az * uz
-        nx, ny, nz = ux + vx + wx, uy + vy + wy, uz + vz + wz
+        a, b = row(position, faces[face, 0], 0), row(position, faces[face, 1], 0)
+        c = row(position, faces[face, 2], 0)
+        to_a, to_b, to_c = np.sqrt(dot(a, a)), np.sqrt(dot(b, b)), np.sqrt(dot(c, c))
+        u, v, w = cross(b, c), cross(c, a), cross(a, b)
+        determinant = dot(a, u)
         # Van Oosterom & Strackee, "The solid angle of a plane triangle", IEEE Trans. Biomedical
         # Engineering 30 (1983), equation 8
-        cosines = a * b * c + (ax * bx + ay * by + az * bz) * c
-        cosines += (bx * cx + by * cy + bz * cz) * a + (cx * ax + cy * ay + cz * az) * b
+        cosines = to_a * to_b * to_c + dot(a, b) * to_c
+        cosines += dot(b, c) * to_a + dot(c, a) * to_b
         angle += 2.0 * np.arctan2(determinant, cosines)
-        rounding = 4.0 * MARGIN * reach * (a * b + b * c + c * a)
-        length = np.sqrt(nx * nx + ny * ny + nz * nz)
-        inner = min(inner, (determinant - rounding) / length)
-        scale = 1.0 / (MARGIN * reach * b * c)
-        planes[face, 0], planes[face, 1], planes[face, 2] = scale * ux, scale * uy, scale * uz
-        scale = 1.0 / (MARGIN * reach * c * a)
-        planes[face, 3], planes[face, 4], planes[face, 5] = scale * vx, scale * vy, scale * vz
-        scale = 1.0 / (MARGIN * reach * a * b)
-        planes[face, 6], planes[face, 7], planes[face, 8] = scale * wx, scale * wy, scale * wz
-        scale = 1.0 / rounding
-        planes[face, 9], planes[face, 10], planes[face, 11] = scale * nx, scale * ny, scale * nz
-        planes[face, 12] = scale * determinant
+        rounding = 4.0 * MARGIN * reach * (to_a * to_b + to_b * to_c + to_c * to_a)
+        normal = plus(plus(u, v), w)
+        inner = min(inner, (determinant - rounding) / np.sqrt(dot(normal, normal)))
+        write_row(planes, face, 0, scaled(1.0 / (MARGIN * reach * to_b * to_c), u))
+        write_row(planes, face, 3, scaled(1.0 / (MARGIN * reach * to_c * to_a), v))
+        write_row(planes, face, 6, scaled(1.0 / (MARGIN * reach * to_a * to_b), w))
+        write_row(planes, face, 9, scaled(1.0 / rounding, normal))
+        planes[face, 12] = (1.0 / rounding) * determinant
     return planes, angle, max(inner, 0.0)
 
 
