@@ -25,8 +25,21 @@ from gamutcore.errors import (
     OptionError,
     TooFewPointsError,
 )
-from gamutcore.geometry import curve_positions, grid_step, insertion_order, nearest_grid_points
-from gamutcore.kernels import kernel
+from gamutcore.geometry import (
+    Vector,
+    cross,
+    curve_positions,
+    dot,
+    grid_step,
+    insertion_order,
+    minus,
+    nearest_grid_points,
+    plus,
+    row,
+    triple,
+    write_row,
+)
+from gamutcore.kernels import inlined_kernel, kernel
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -240,16 +253,22 @@ def _moments(points: FloatArray, faces: IndexArray) -> tuple[float, float, float
     """Volume of a closed surface around the origin, and its integrals of x, y and z."""
     volume, along_x, along_y, along_z = 0.0, 0.0, 0.0, 0.0
     for face in range(len(faces)):
-        one, two, three = faces[face, 0], faces[face, 1], faces[face, 2]
-        ax, ay, az = points[one, 0], points[one, 1], points[one, 2]
-        bx, by, bz = points[two, 0], points[two, 1], points[two, 2]
-        x, y, z = points[three, 0], points[three, 1], points[three, 2]
-        part = (x * (ay * bz - az * by) + y * (az * bx - ax * bz) + z * (ax * by - ay * bx)) / 6.0
+        a, b = row(points, faces[face, 0], 0), row(points, faces[face, 1], 0)
+        c = row(points, faces[face, 2], 0)
+        part = triple(a, b, c) / 6.0
+        x, y, z = plus(plus(a, b), c)
         volume += part
-        along_x += part * (ax + bx + x) / 4.0
-        along_y += part * (ay + by + y) / 4.0
-        along_z += part * (az + bz + z) / 4.0
+        along_x += part * x / 4.0
+        along_y += part * y / 4.0
+        along_z += part * z / 4.0
     return volume, along_x, along_y, along_z
+
+
+@inlined_kernel
+def _corner_and_normal(points: FloatArray, faces: IndexArray, face: int) -> tuple[Vector, Vector]:
+    """Return the first corner of a face, and its normal, twice as long as the area."""
+    a, b = row(points, faces[face, 0], 0), row(points, faces[face, 1], 0)
+    return a, cross(minus(b, a), minus(row(points, faces[face, 2], 0), a))
 
 
 @kernel
@@ -257,13 +276,9 @@ def _depth(points: FloatArray, faces: IndexArray, point: FloatArray) -> float:
     """Smallest distance of a point from the planes of a convex surface; negative outside."""
     depth = np.inf
     for face in range(len(faces)):
-        one, two, three = faces[face, 0], faces[face, 1], faces[face, 2]
-        x, y, z = points[one, 0], points[one, 1], points[one, 2]
-        ux, uy, uz = points[two, 0] - x, points[two, 1] - y, points[two, 2] - z
-        vx, vy, vz = points[three, 0] - x, points[three, 1] - y, points[three, 2] - z
-        nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-        below = nx * (x - point[0]) + ny * (y - point[1]) + nz * (z - point[2])
-        depth = min(depth, below / np.sqrt(nx * nx + ny * ny + nz * nz))
+        corner, normal = _corner_and_normal(points, faces, face)
+        below = dot(normal, minus(corner, (point[0], point[1], point[2])))
+        depth = min(depth, below / np.sqrt(dot(normal, normal)))
     return depth
 
 
@@ -322,17 +337,14 @@ def face_planes(points: FloatArray, faces: IndexArray) -> Planes:
     count = len(faces)
     normals, offsets, areas = np.zeros((count, 3)), np.empty(count), np.empty(count)
     for face in range(count):
-        one, two, three = faces[face, 0], faces[face, 1], faces[face, 2]
-        x, y, z = points[one, 0], points[one, 1], points[one, 2]
-        ux, uy, uz = points[two, 0] - x, points[two, 1] - y, points[two, 2] - z
-        vx, vy, vz = points[three, 0] - x, points[three, 1] - y, points[three, 2] - z
-        nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-        length = np.sqrt(nx * nx + ny * ny + nz * nz)
+        corner, normal = _corner_and_normal(points, faces, face)
+        length = np.sqrt(dot(normal, normal))
         areas[face], offsets[face] = length / 2.0, np.inf
         if length > 0.0:
-            normals[face, 0], normals[face, 1] = nx / length, ny / length
-            normals[face, 2] = nz / length
-            offsets[face] = (nx * x + ny * y + nz * z) / length
+            write_row(
+                normals, face, 0, (normal[0] / length, normal[1] / length, normal[2] / length)
+            )
+            offsets[face] = dot(normal, corner) / length
     return Planes(normals, offsets, areas)
 
 
@@ -340,11 +352,9 @@ def face_planes(points: FloatArray, faces: IndexArray) -> Planes:
 def _nearest_plane(planes: Planes, point: FloatArray) -> tuple[int, float]:
     """The plane with the least room between itself and a point, and this room."""
     nearest, least = 0, np.inf
-    normals, offsets = planes.normals, planes.offsets
-    for face in range(len(offsets)):
-        room = offsets[face] - (
-            normals[face, 0] * point[0] + normals[face, 1] * point[1] + normals[face, 2] * point[2]
-        )
+    for face in range(len(planes.offsets)):
+        along = dot(row(planes.normals, face, 0), (point[0], point[1], point[2]))
+        room = planes.offsets[face] - along
         if room < least:
             nearest, least = face, room
     return nearest, least

@@ -7,9 +7,8 @@ triangles are left between these lines, or walls where the outermost surface end
 result is star-shaped because the hull is, and because flips keep it so.
 
 Which points are outermost: the directions from the centre are divided into cells, a grid on each
-face of a cube around the centre. A cell lists the triangles that rays through it may meet. A
-central projection maps triangles to triangles, so the bounding box of the projected corners covers
-all of these cells.
+face of a cube around the centre. A cell lists the triangles that rays through it may meet
+(`gamutcore.geometry.cones`).
 
 Flips: Sloan, "A fast algorithm for generating constrained Delaunay triangulations" (1993), on the
 sphere of directions. An edge is flipped only if both new faces see the centre, so the mesh stays
@@ -29,14 +28,26 @@ import numpy as np
 from gamutcore.arrays import BooleanArray, FloatArray, IndexArray, LongArray
 from gamutcore.boundary.radial_hull import radial_hull
 from gamutcore.geometry import (
+    Vector,
+    add_cells,
+    cell_of,
+    cross,
     curve_positions,
+    direction_cells,
+    dot,
     following,
     insertion_order,
+    minus,
     nearest_grid_points,
     opposite_corners,
+    plus,
     preceding,
+    row,
+    scaled,
     sees_centre,
     swing,
+    triple,
+    write_row,
 )
 from gamutcore.kernels import kernel, leaf_kernel
 
@@ -52,10 +63,6 @@ TRIANGLES_PER_CELL = 2
 
 MOST_CELLS = 400
 """Largest number of cells along a side of the cube."""
-
-STEEP = 1e-3
-"""Smallest distance of a corner from the plane through the centre that is parallel to a side of
-the cube, as a share of its radius, for the projection on this side."""
 
 RIM = 1e-12
 """Distance from a triangle, as a share of the largest possible, that counts as within it."""
@@ -235,7 +242,7 @@ class _Sheets(NamedTuple):
     corner: IndexArray  # (m, 3) counter-clockwise, seen from outside
     plane: FloatArray  # (m, 5) unit normal, distance from the centre, largest radius of a corner
     cells: int  # number of cells along a side of the cube
-    start: LongArray  # (6 cells² + 1,) first entry of each cell in `listed`
+    start: IndexArray  # (6 cells² + 1,) first entry of each cell in `listed`
     listed: IndexArray  # (k,) triangles of the cells
     tolerance: float  # radial distance that does not hide a point
 
@@ -254,33 +261,10 @@ def _arrange(position: FloatArray, corner: IndexArray, tolerance: float) -> _She
 
     Triangles seen from the centre on edge, or with a corner there, hide nothing.
     """
-    count = len(corner)
-    cells = min(max(int(np.sqrt(count / (6.0 * TRIANGLES_PER_CELL))), 4), MOST_CELLS)
-    turned, plane = corner.copy(), np.zeros((count, 5))
+    cells = min(max(int(np.sqrt(len(corner) / (6.0 * TRIANGLES_PER_CELL))), 4), MOST_CELLS)
+    turned, plane = corner.copy(), np.zeros((len(corner), 5))
     _set_planes(position, turned, plane)
-    start = np.zeros(6 * cells * cells + 1, np.int64)
-    box = np.empty(4, np.int64)
-    listed = np.empty(0, np.int32)
-    for fill in range(2):
-        for face in range(count):
-            if plane[face, 4] == 0.0:
-                continue
-            one, two, three = corner[face, 0], corner[face, 1], corner[face, 2]
-            first, last = _sides_of(position, one, two, three)
-            for side in range(first, last):
-                if _project(position, one, two, three, side, cells, box):
-                    for u in range(box[0], box[1] + 1):
-                        for v in range(box[2], box[3] + 1):
-                            cell = (side * cells + u) * cells + v
-                            if fill:
-                                start[cell] -= 1
-                                listed[start[cell]] = face
-                            else:
-                                start[cell] += 1
-        if not fill:
-            for cell in range(len(start) - 1):
-                start[cell + 1] += start[cell]
-            listed = np.empty(start[-1], np.int32)
+    start, listed = direction_cells(position, turned, cells)
     return _Sheets(position, turned, plane, cells, start, listed, tolerance)
 
 
@@ -292,47 +276,43 @@ def _is_hidden(sheets: _Sheets, points: FloatArray) -> BooleanArray:
     """
     hidden = np.empty(len(points), np.bool_)
     for index in range(len(points)):
-        hidden[index] = _point_is_hidden(
-            sheets, points[index, 0], points[index, 1], points[index, 2]
-        )
+        hidden[index] = _point_is_hidden(sheets, row(points, index, 0))
     return hidden
 
 
 @leaf_kernel
-def _point_is_hidden(sheets: _Sheets, x: float, y: float, z: float) -> bool:
+def _point_is_hidden(sheets: _Sheets, point: Vector) -> bool:
     """Whether a triangle is further out than a point, on the same ray."""
-    plane, radius = sheets.plane, np.sqrt(x * x + y * y + z * z)
+    plane, radius = sheets.plane, np.sqrt(dot(point, point))
     if radius == 0.0:
         return True
-    cell = _cell_of(x, y, z, sheets.cells)
+    cell = cell_of(point, sheets.cells)
     for entry in range(sheets.start[cell], sheets.start[cell + 1]):
         face = sheets.listed[entry]
         if plane[face, 4] <= radius + sheets.tolerance:
             continue
-        slope = plane[face, 0] * x + plane[face, 1] * y + plane[face, 2] * z
+        slope = dot(row(plane, face, 0), point)
         # further out than the point: distance ÷ slope > 1 + tolerance ÷ radius
         if (
             slope > 0.0
             and plane[face, 3] * radius > slope * (radius + sheets.tolerance)
-            and _is_within(sheets, face, x, y, z)
+            and _is_within(sheets, face, point)
         ):
             return True
     return False
 
 
 @leaf_kernel
-def _is_within(sheets: _Sheets, face: int, x: float, y: float, z: float) -> bool:
+def _is_within(sheets: _Sheets, face: int, point: Vector) -> bool:
     """Whether the ray through a point meets a triangle."""
     position, corner = sheets.position, sheets.corner
-    radius = np.sqrt(x * x + y * y + z * z)
-    for index in range(3):
-        one, two = corner[face, index], corner[face, (index + 1) % 3]
-        ax, ay, az = position[one, 0], position[one, 1], position[one, 2]
-        bx, by, bz = position[two, 0], position[two, 1], position[two, 2]
-        side = x * (ay * bz - az * by) + y * (az * bx - ax * bz) + z * (ax * by - ay * bx)
-        if side < -RIM * radius * sheets.plane[face, 4] * sheets.plane[face, 4]:
-            return False
-    return True
+    tolerance = RIM * np.sqrt(dot(point, point)) * sheets.plane[face, 4] * sheets.plane[face, 4]
+    a, b, c = (
+        row(position, corner[face, 0], 0),
+        row(position, corner[face, 1], 0),
+        row(position, corner[face, 2], 0),
+    )
+    return min(triple(a, b, point), triple(b, c, point), triple(c, a, point)) >= -tolerance
 
 
 @kernel
@@ -340,46 +320,36 @@ def _edge_crossings(sheets: _Sheets, edges: IndexArray, room: int) -> tuple[int,
     """Return the number of crossings of edges and triangles, and the first `room` crossings."""
     position, plane = sheets.position, sheets.plane
     found_edge, found_face = np.empty(room, np.int32), np.empty(room, np.int32)
-    found_share, box, count = np.empty(room), np.empty(4, np.int64), 0
+    found_share, count = np.empty(room), 0
+    cells = np.empty(len(sheets.start) - 1, np.int32)
     for edge in range(len(edges)):
         one, two = edges[edge, 0], edges[edge, 1]
-        ax, ay, az = position[one, 0], position[one, 1], position[one, 2]
-        bx, by, bz = position[two, 0], position[two, 1], position[two, 2]
-        ux, uy, uz = bx - ax, by - ay, bz - az
-        share = -(ax * ux + ay * uy + az * uz) / (ux * ux + uy * uy + uz * uz)
-        share = min(max(share, 0.0), 1.0)
-        x, y, z = ax + share * ux, ay + share * uy, az + share * uz
-        nearest = np.sqrt(x * x + y * y + z * z)
-        first, last = _sides_of(position, one, two, two)
-        for side in range(first, last):
-            if not _project(position, one, two, two, side, sheets.cells, box):
-                continue
-            for u in range(box[0], box[1] + 1):
-                for v in range(box[2], box[3] + 1):
-                    cell = (side * sheets.cells + u) * sheets.cells + v
-                    for entry in range(sheets.start[cell], sheets.start[cell + 1]):
-                        face = sheets.listed[entry]
-                        nx, ny, nz = plane[face, 0], plane[face, 1], plane[face, 2]
-                        if plane[face, 4] < nearest:
-                            continue
-                        over_a = nx * ax + ny * ay + nz * az - plane[face, 3]
-                        over_b = nx * bx + ny * by + nz * bz - plane[face, 3]
-                        if (over_a > 0.0) == (over_b > 0.0) or (
-                            abs(over_a) <= sheets.tolerance and abs(over_b) <= sheets.tolerance
-                        ):
-                            continue
-                        if _has_corner(sheets.corner, face, one, two):
-                            continue
-                        share = over_a / (over_a - over_b)
-                        x, y, z = ax + share * ux, ay + share * uy, az + share * uz
-                        # each crossing once: in its own cell
-                        if _cell_of(x, y, z, sheets.cells) == cell and _is_within(
-                            sheets, face, x, y, z
-                        ):
-                            if count < room:
-                                found_edge[count], found_face[count] = edge, face
-                                found_share[count] = share
-                            count += 1
+        a, b = row(position, one, 0), row(position, two, 0)
+        along = minus(b, a)
+        share = min(max(-dot(a, along) / dot(along, along), 0.0), 1.0)
+        closest = plus(a, scaled(share, along))
+        nearest = np.sqrt(dot(closest, closest))
+        for cell in cells[: add_cells(a, b, b, sheets.cells, cells, 0)]:
+            for entry in range(sheets.start[cell], sheets.start[cell + 1]):
+                face = sheets.listed[entry]
+                if plane[face, 4] < nearest:
+                    continue
+                over_a = dot(row(plane, face, 0), a) - plane[face, 3]
+                over_b = dot(row(plane, face, 0), b) - plane[face, 3]
+                if (over_a > 0.0) == (over_b > 0.0) or (
+                    abs(over_a) <= sheets.tolerance and abs(over_b) <= sheets.tolerance
+                ):
+                    continue
+                if _has_corner(sheets.corner, face, one, two):
+                    continue
+                share = over_a / (over_a - over_b)
+                point = plus(a, scaled(share, along))
+                # each crossing once: in its own cell
+                if cell_of(point, sheets.cells) == cell and _is_within(sheets, face, point):
+                    if count < room:
+                        found_edge[count], found_face[count] = edge, face
+                        found_share[count] = share
+                    count += 1
     kept = min(count, room)
     return count, _EdgeCrossings(
         found_edge[:kept].copy(), found_face[:kept].copy(), found_share[:kept].copy()
@@ -397,91 +367,17 @@ def _set_planes(position: FloatArray, corner: IndexArray, plane: FloatArray) -> 
     """Turn triangles outwards, and write their planes; 0 for those seen on edge."""
     for face in range(len(corner)):
         one, two, three = corner[face, 0], corner[face, 1], corner[face, 2]
-        ax, ay, az = position[one, 0], position[one, 1], position[one, 2]
-        ux, uy, uz = position[two, 0] - ax, position[two, 1] - ay, position[two, 2] - az
-        vx, vy, vz = position[three, 0] - ax, position[three, 1] - ay, position[three, 2] - az
-        x, y, z = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-        length = np.sqrt(x * x + y * y + z * z)
-        distance = ax * x + ay * y + az * z
+        a, b, c = row(position, one, 0), row(position, two, 0), row(position, three, 0)
+        normal = cross(minus(b, a), minus(c, a))
+        length, distance = np.sqrt(dot(normal, normal)), dot(a, normal)
         if distance < 0.0:
             corner[face, 1], corner[face, 2] = three, two
             length = -length
-        reach = 0.0
-        for index in range(3):
-            vertex = corner[face, index]
-            px, py, pz = position[vertex, 0], position[vertex, 1], position[vertex, 2]
-            reach = max(reach, px * px + py * py + pz * pz)
-        reach = np.sqrt(reach)
+        reach = np.sqrt(max(dot(a, a), dot(b, b), dot(c, c)))
         if abs(distance) > RIM * abs(length) * reach:
-            plane[face, 0], plane[face, 1], plane[face, 2] = x / length, y / length, z / length
+            x, y, z = normal
+            write_row(plane, face, 0, (x / length, y / length, z / length))
             plane[face, 3], plane[face, 4] = distance / length, reach
-
-
-@leaf_kernel
-def _project(
-    position: FloatArray, one: int, two: int, three: int, side: int, cells: int, box: LongArray
-) -> bool:
-    """Write the range of cells of a triangle on a side of the cube; return whether there is any."""
-    axis, sign = side // 2, 1.0 - 2.0 * (side % 2)
-    low_u, low_v, high_u, high_v = np.inf, np.inf, -np.inf, -np.inf
-    beyond_0, beyond_1, beyond_2, beyond_3, behind, flat = True, True, True, True, True, False
-    for corner in range(3):
-        vertex = one if corner == 0 else (two if corner == 1 else three)
-        w = sign * position[vertex, axis]
-        u, v = position[vertex, (axis + 1) % 3], position[vertex, (axis + 2) % 3]
-        beyond_0, beyond_1 = beyond_0 and u > w, beyond_1 and -u > w
-        beyond_2, beyond_3 = beyond_2 and v > w, beyond_3 and -v > w
-        behind = behind and w <= 0.0
-        flat = flat or w <= STEEP * (abs(u) + abs(v) + abs(w))
-        if not flat:
-            low_u, high_u = min(low_u, u / w), max(high_u, u / w)
-            low_v, high_v = min(low_v, v / w), max(high_v, v / w)
-    if behind or beyond_0 or beyond_1 or beyond_2 or beyond_3:
-        return False
-    if flat:  # a triangle of a wide angle
-        low_u, low_v, high_u, high_v = -1.0, -1.0, 1.0, 1.0
-    box[0], box[1] = _cell(low_u, cells), _cell(high_u, cells)
-    box[2], box[3] = _cell(low_v, cells), _cell(high_v, cells)
-    return True
-
-
-@leaf_kernel
-def _sides_of(position: FloatArray, one: int, two: int, three: int) -> tuple[int, int]:
-    """Return the range of sides of the cube that a triangle may meet: one, or all six."""
-    first = _side_of(position[one, 0], position[one, 1], position[one, 2])
-    second = _side_of(position[two, 0], position[two, 1], position[two, 2])
-    third = _side_of(position[three, 0], position[three, 1], position[three, 2])
-    return (first, first + 1) if first == second == third else (0, 6)
-
-
-@leaf_kernel
-def _side_of(x: float, y: float, z: float) -> int:
-    """Return the side of the cube that a direction meets."""
-    if abs(x) >= abs(y) and abs(x) >= abs(z):
-        return 0 if x > 0 else 1
-    if abs(y) >= abs(z):
-        return 2 if y > 0 else 3
-    return 4 if z > 0 else 5
-
-
-@leaf_kernel
-def _cell_of(x: float, y: float, z: float, cells: int) -> int:
-    """Return the cell of a direction."""
-    side = _side_of(x, y, z)
-    if side < 2:
-        u, v, w = y, z, abs(x)
-    elif side < 4:
-        u, v, w = z, x, abs(y)
-    else:
-        u, v, w = x, y, abs(z)
-    return (side * cells + _cell(u / w, cells)) * cells + _cell(v / w, cells)
-
-
-@leaf_kernel
-def _cell(value: float, cells: int) -> int:
-    """Return the row or column of a projected coordinate."""
-    scaled = (min(max(value, -1.0), 1.0) + 1.0) * 0.5 * cells
-    return min(int(scaled), cells - 1)
 
 
 class _Flipping(NamedTuple):
@@ -547,10 +443,7 @@ def _edge(mesh: _Flipping, start: int, end: int) -> int:
 def _side(mesh: _Flipping, start: int, end: int, vertex: int) -> float:
     """Return the side of the plane through the centre and two vertices that a vertex is on."""
     position = mesh.position
-    ax, ay, az = position[start, 0], position[start, 1], position[start, 2]
-    bx, by, bz = position[end, 0], position[end, 1], position[end, 2]
-    x, y, z = position[vertex, 0], position[vertex, 1], position[vertex, 2]
-    return float(x * (ay * bz - az * by) + y * (az * bx - ax * bz) + z * (ax * by - ay * bx))
+    return triple(row(position, start, 0), row(position, end, 0), row(position, vertex, 0))
 
 
 @leaf_kernel
@@ -641,17 +534,7 @@ def _flip(mesh: _Flipping, corner: int) -> bool:
 
 @leaf_kernel
 def _sees(position: FloatArray, one: int, two: int, three: int) -> bool:
-    return sees_centre(
-        position[one, 0],
-        position[one, 1],
-        position[one, 2],
-        position[two, 0],
-        position[two, 1],
-        position[two, 2],
-        position[three, 0],
-        position[three, 1],
-        position[three, 2],
-    )
+    return sees_centre(row(position, one, 0), row(position, two, 0), row(position, three, 0))
 
 
 class RadialVolume(NamedTuple):
@@ -680,11 +563,11 @@ def radial_volume(
             _draw(radius, side, corners)
     volume, uncovered, depth = 0.0, 0, np.inf
     for side in range(6):
-        for row in range(pixels):
-            u = (row + 0.5) * 2.0 / pixels - 1.0
+        for line in range(pixels):
+            u = (line + 0.5) * 2.0 / pixels - 1.0
             for column in range(pixels):
                 v = (column + 0.5) * 2.0 / pixels - 1.0
-                along = radius[side, row, column]
+                along = radius[side, line, column]
                 volume += along**3
                 uncovered += along == 0.0
                 depth = min(depth, along * np.sqrt(1.0 + u * u + v * v))
@@ -727,8 +610,8 @@ def _draw(radius: FloatArray, side: int, corners: FloatArray) -> None:
     height = aw * bc_w + au * bc_u + av * bc_v
     if height == 0.0:
         return
-    for row in range(first_row, last_row + 1):
-        u = (row + 0.5) * 2.0 / pixels - 1.0
+    for line in range(first_row, last_row + 1):
+        u = (line + 0.5) * 2.0 / pixels - 1.0
         for column in range(first_column, last_column + 1):
             v = (column + 0.5) * 2.0 / pixels - 1.0
             ab = ab_w + ab_u * u + ab_v * v
@@ -738,8 +621,8 @@ def _draw(radius: FloatArray, side: int, corners: FloatArray) -> None:
             if (
                 (height > 0.0 and min(ab, bc, ca) >= 0.0)
                 or (height < 0.0 and max(ab, bc, ca) <= 0.0)
-            ) and height / along > radius[side, row, column]:
-                radius[side, row, column] = height / along
+            ) and height / along > radius[side, line, column]:
+                radius[side, line, column] = height / along
 
 
 @leaf_kernel

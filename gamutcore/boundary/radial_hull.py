@@ -23,11 +23,7 @@ one is begun. No order of the input makes the work quadratic (Amenta, Choi & Rot
 Constructions con BRIO", 2003). The random choice is a hash of the point's number, so the order is
 the same in every run.
 
-The side of a plane on which a point lies is nearly always certain in double precision. The error
-bound of Shewchuk, "Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric
-Predicates" (1997), tells when it is not. It is then computed with pairs of doubles (Dekker, "A
-floating-point technique for extending the available precision", 1971), in about 100 bits. A volume
-below some 10⁻³⁰ of the product of the sides counts as zero: the point is then on the plane.
+The side of a plane on which a point lies is exact (`gamutcore.geometry.predicates`).
 """
 
 from __future__ import annotations
@@ -38,7 +34,18 @@ from typing import NamedTuple
 import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray, LongArray
-from gamutcore.geometry import MINIMUM_DETERMINANT, following, preceding
+from gamutcore.geometry import (
+    MINIMUM_DETERMINANT,
+    TERMS,
+    cross,
+    dot,
+    following,
+    minus,
+    orientation,
+    preceding,
+    row,
+    triple,
+)
 from gamutcore.kernels import kernel, leaf_kernel
 
 CLEARANCE = 2.0**-30
@@ -61,20 +68,6 @@ WIDENINGS = 32
 
 FORCED = 256
 """Largest number of faces that widening adds to a cavity."""
-
-ROUNDING = 2.0**-53
-"""Relative error of one operation in float64."""
-
-DOUBLE_ERROR = 8.0 * ROUNDING
-"""Error of the determinant ÷ its permanent: (7 + 56 u) u (Shewchuk, 1997, bound A of ORIENT3D)."""
-
-PAIR_ERROR = 2.0**-98
-"""The same bound with pairs: 31 u² < 2⁻¹⁰¹ for two products (7 u² each) and three sums (3 u²
-each) by the bounds of Joldes, Muller & Popescu, "Tight and rigorous error bounds for basic
-building blocks of double-word arithmetic" (2017), with a margin."""
-
-SPLITTER = 2.0**27 + 1.0
-"""Splits a float64 into halves with exact products (Dekker, 1971)."""
 
 USED, FREE, CAVITIES = 0, 1, 2
 """Indices of `_Slots.counts`: faces ever used, faces on the stack, number of the last cavity."""
@@ -100,6 +93,7 @@ class _Cavity(NamedTuple):
     outer: IndexArray  # (F,) the corner outside of the cavity that faces each edge of the rim
     ahead: IndexArray  # (3 F,) corners of the cavity whose edges are still to be examined
     forced: IndexArray  # (FORCED,) faces in the cavity although the point is not above them
+    terms: FloatArray  # (TERMS,) for exact signs
 
 
 class _Slots(NamedTuple):
@@ -127,6 +121,7 @@ def radial_hull(points: FloatArray) -> IndexArray:
         np.empty(room, np.int32),
         np.empty(3 * room, np.int32),
         np.empty(FORCED, np.int32),
+        np.empty(TERMS),
     )
     slots = _Slots(np.empty(room, np.int32), np.array([4, 0, 0], np.int64))
     queue = np.arange(4, count)
@@ -206,7 +201,7 @@ def _insert(
     face = _face_in_direction(hull, point, face, slots.counts[USED])
     first = 3 * face
     one, two, three = hull.vertex[first], hull.vertex[first + 1], hull.vertex[first + 2]
-    if not is_above(hull.position, one, two, three, point):
+    if not is_above(hull.position, one, two, three, point, cavity.terms):
         return face, True
     slots.counts[CAVITIES] += 1
     removed, edges = _open_cavity(hull, cavity, face, point, slots.counts[CAVITIES])
@@ -223,10 +218,7 @@ def _insert(
 @leaf_kernel
 def _side(position: FloatArray, one: int, two: int, three: int) -> float:
     """det(p1, p2, p3): positive for three directions that are counter-clockwise from outside."""
-    ax, ay, az = position[one, 0], position[one, 1], position[one, 2]
-    bx, by, bz = position[two, 0], position[two, 1], position[two, 2]
-    x, y, z = position[three, 0], position[three, 1], position[three, 2]
-    return x * (ay * bz - az * by) + y * (az * bx - ax * bz) + z * (ax * by - ay * bx)
+    return triple(row(position, one, 0), row(position, two, 0), row(position, three, 0))
 
 
 @leaf_kernel
@@ -287,7 +279,7 @@ def _open_cavity(
             continue
         first = 3 * beyond
         if mark[beyond] == -number or is_above(
-            hull.position, vertex[first], vertex[first + 1], vertex[first + 2], point
+            hull.position, vertex[first], vertex[first + 1], vertex[first + 2], point, cavity.terms
         ):
             mark[beyond] = number
             cavity.face[removed] = beyond
@@ -367,13 +359,10 @@ def _widen_cavity(
 @leaf_kernel
 def _height(position: FloatArray, vertex: IndexArray, face: int, point: int) -> float:
     """Height of a point above the plane of a face, in double precision."""
-    one, two, three = vertex[3 * face], vertex[3 * face + 1], vertex[3 * face + 2]
-    x, y, z = position[one, 0], position[one, 1], position[one, 2]
-    ux, uy, uz = position[two, 0] - x, position[two, 1] - y, position[two, 2] - z
-    vx, vy, vz = position[three, 0] - x, position[three, 1] - y, position[three, 2] - z
-    px, py, pz = position[point, 0] - x, position[point, 1] - y, position[point, 2] - z
-    nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-    return (px * nx + py * ny + pz * nz) / np.sqrt(nx * nx + ny * ny + nz * nz)
+    a = row(position, vertex[3 * face], 0)
+    b, c = row(position, vertex[3 * face + 1], 0), row(position, vertex[3 * face + 2], 0)
+    normal = cross(minus(b, a), minus(c, a))
+    return dot(minus(row(position, point, 0), a), normal) / np.sqrt(dot(normal, normal))
 
 
 @leaf_kernel
@@ -411,87 +400,12 @@ def _close_cavity(
 
 
 @leaf_kernel
-def is_above(position: FloatArray, one: int, two: int, three: int, point: int) -> bool:
+def is_above(
+    position: FloatArray, one: int, two: int, three: int, point: int, terms: FloatArray
+) -> bool:
     """Whether a point is above the plane of a triangle, on its counter-clockwise side.
 
-    A point on the plane is not above it. The answer is the same for any cyclic order of the
-    corners. Coordinates must be so far from the limits of float64 that products of three neither
-    overflow nor underflow.
+    A point on the plane is not above it. The answer is exact; `terms` is as for `orientation`.
     """
-    x, y, z = position[point, 0], position[point, 1], position[point, 2]
-    ax, ay, az = position[one, 0] - x, position[one, 1] - y, position[one, 2] - z
-    bx, by, bz = position[two, 0] - x, position[two, 1] - y, position[two, 2] - z
-    cx, cy, cz = position[three, 0] - x, position[three, 1] - y, position[three, 2] - z
-    by_cz, bz_cy = by * cz, bz * cy
-    bz_cx, bx_cz = bz * cx, bx * cz
-    bx_cy, by_cx = bx * cy, by * cx
-    determinant = ax * (by_cz - bz_cy) + ay * (bz_cx - bx_cz) + az * (bx_cy - by_cx)
-    permanent = (
-        abs(ax) * (abs(by_cz) + abs(bz_cy))
-        + abs(ay) * (abs(bz_cx) + abs(bx_cz))
-        + abs(az) * (abs(bx_cy) + abs(by_cx))
-    )
-    if abs(determinant) > DOUBLE_ERROR * permanent:
-        return determinant < 0.0
-    return _is_above_in_pairs(position, one, two, three, point)
-
-
-@leaf_kernel
-def _is_above_in_pairs(position: FloatArray, one: int, two: int, three: int, point: int) -> bool:
-    """As `is_above`, with every number the sum of two float64 numbers."""
-    if two < one and two < three:  # the same rounding in any cyclic order
-        one, two, three = two, three, one
-    elif three < one:
-        one, two, three = three, one, two
-    determinant, permanent = (0.0, 0.0), 0.0
-    for axis in range(3):
-        second, third = (axis + 1) % 3, (axis + 2) % 3
-        forwards = _product(
-            _sum(position[two, second], -position[point, second]),
-            _sum(position[three, third], -position[point, third]),
-        )
-        backwards = _product(
-            _sum(position[two, third], -position[point, third]),
-            _sum(position[three, second], -position[point, second]),
-        )
-        along = _sum(position[one, axis], -position[point, axis])
-        minor = _pair_sum(forwards, (-backwards[0], -backwards[1]))
-        determinant = _pair_sum(determinant, _product(along, minor))
-        permanent += abs(along[0]) * (abs(forwards[0]) + abs(backwards[0]))
-    return determinant[0] < -PAIR_ERROR * permanent
-
-
-@leaf_kernel
-def _sum(a: float, b: float) -> tuple[float, float]:
-    """Sum of two numbers and its rounding error (two-sum of Knuth)."""
-    total = a + b
-    part = total - a
-    return total, (a - (total - part)) + (b - part)
-
-
-@leaf_kernel
-def _pair_sum(a: tuple[float, float], b: tuple[float, float]) -> tuple[float, float]:
-    """Sum of two pairs."""
-    high, error = _sum(a[0], b[0])
-    low, rest = _sum(a[1], b[1])
-    error += low
-    total = high + error
-    error = error - (total - high) + rest
-    result = total + error
-    return result, error - (result - total)
-
-
-@leaf_kernel
-def _product(a: tuple[float, float], b: tuple[float, float]) -> tuple[float, float]:
-    """Product of two pairs."""
-    product = a[0] * b[0]
-    scaled = SPLITTER * a[0]
-    a_high = scaled - (scaled - a[0])
-    a_low = a[0] - a_high
-    scaled = SPLITTER * b[0]
-    b_high = scaled - (scaled - b[0])
-    b_low = b[0] - b_high
-    error = a_low * b_low - (((product - a_high * b_high) - a_low * b_high) - a_high * b_low)
-    error += a[0] * b[1] + a[1] * b[0]
-    result = product + error
-    return result, error - (result - product)
+    a, b, c = row(position, one, 0), row(position, two, 0), row(position, three, 0)
+    return orientation(a, b, c, row(position, point, 0), terms) < 0.0

@@ -161,9 +161,8 @@ def keeps_star_shape(
 ) -> bool:
     """Whether all faces between a new vertex at (x, y, z) and its link see the centre."""
     for pair in range(count):
-        ax, ay, az = row(position, link[pair, 0], 0)
-        bx, by, bz = row(position, link[pair, 1], 0)
-        if not sees_centre(ax, ay, az, bx, by, bz, x, y, z):
+        a, b = row(position, link[pair, 0], 0), row(position, link[pair, 1], 0)
+        if not sees_centre(a, b, (x, y, z)):
             return False
     return True
 

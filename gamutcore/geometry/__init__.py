@@ -3,6 +3,7 @@
 Other folders import from here, and this folder imports none of them.
 """
 
+from gamutcore.geometry.cones import add_cells, cell_of, cone_products, direction_cells
 from gamutcore.geometry.curves import (
     GOLDEN,
     curve_order,
@@ -25,7 +26,17 @@ from gamutcore.geometry.mesh import (
     swing,
     vertex_fans,
 )
-from gamutcore.geometry.predicates import MINIMUM_DETERMINANT, faces_not_seeing_centre, sees_centre
+from gamutcore.geometry.predicates import (
+    MINIMUM_DETERMINANT,
+    TERMS,
+    add_product,
+    area,
+    faces_not_seeing_centre,
+    moved_orientation,
+    orientation,
+    sees_centre,
+    sign_of,
+)
 from gamutcore.geometry.triangle import clip, closest_point
 from gamutcore.geometry.vectors import (
     Symmetric,
@@ -50,19 +61,26 @@ from gamutcore.geometry.vectors import (
 __all__ = [
     "GOLDEN",
     "MINIMUM_DETERMINANT",
+    "TERMS",
     "DeviceValues",
     "Symmetric",
     "TriangleMesh",
     "Validity",
     "Vector",
+    "add_cells",
     "add_outer",
+    "add_product",
     "adjugate",
+    "area",
+    "cell_of",
     "clip",
     "closest_point",
+    "cone_products",
     "connected_components",
     "cross",
     "curve_order",
     "curve_positions",
+    "direction_cells",
     "dot",
     "faces_not_seeing_centre",
     "following",
@@ -73,8 +91,10 @@ __all__ = [
     "mesh_grid_step",
     "minus",
     "mixed_bits",
+    "moved_orientation",
     "nearest_grid_points",
     "opposite_corners",
+    "orientation",
     "plus",
     "preceding",
     "product",
@@ -82,6 +102,7 @@ __all__ = [
     "row",
     "scaled",
     "sees_centre",
+    "sign_of",
     "swing",
     "symmetric_row",
     "triple",

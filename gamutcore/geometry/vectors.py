@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import SupportsIndex
 
-from gamutcore.arrays import FloatArray
+from gamutcore.arrays import FloatArray, IndexArray
 from gamutcore.kernels import inlined_kernel
 
 __all__ = [
@@ -35,7 +35,7 @@ Symmetric = tuple[float, float, float, float, float, float]
 
 
 @inlined_kernel
-def row(array: FloatArray, index: SupportsIndex, column: int) -> Vector:
+def row(array: FloatArray | IndexArray, index: SupportsIndex, column: int) -> Vector:
     """Return three numbers of a row, from a column on."""
     return array[index, column], array[index, column + 1], array[index, column + 2]
 

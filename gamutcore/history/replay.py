@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray, LongArray
-from gamutcore.geometry import following, preceding
+from gamutcore.geometry import following, minus, preceding, row, triple
 from gamutcore.history.splits import copy_row, extended_copy
 from gamutcore.kernels import inlined_kernel, leaf_kernel
 
@@ -320,30 +320,13 @@ def star_sees_centre(replay: Replay, slot: int, centre: FloatArray) -> bool:
     """
     copy_ring(replay, slot, 0)
     ring, degree = replay.ring, replay.span[slot, DEGREE]
-    ax, ay, az = _relative_position(replay, slot, centre)
-    x, y, z = _relative_position(replay, int(ring[degree - 1, NEIGHBOUR]), centre)
+    middle = centre[0], centre[1], centre[2]
+    a = minus(row(replay.position, slot, 0), middle)
+    c = minus(row(replay.position, ring[degree - 1, NEIGHBOUR], 0), middle)
     valid = True
     for index in range(degree):
-        bx, by, bz = x, y, z
-        x, y, z = _relative_position(replay, int(ring[index, NEIGHBOUR]), centre)
-        valid &= _determinant(ax, ay, az, bx, by, bz, x, y, z) > 0.0
+        b, c = c, minus(row(replay.position, ring[index, NEIGHBOUR], 0), middle)
+        # writers keep the determinant so far above zero that its sign is the same in any order
+        # of the operations
+        valid &= triple(a, b, c) > 0.0
     return valid
-
-
-@inlined_kernel
-def _relative_position(replay: Replay, slot: int, centre: FloatArray) -> tuple[float, float, float]:
-    """Position of a slot relative to the centre."""
-    x, y, z = replay.position[slot, 0], replay.position[slot, 1], replay.position[slot, 2]
-    return x - centre[0], y - centre[1], z - centre[2]
-
-
-@inlined_kernel
-def _determinant(
-    ax: float, ay: float, az: float, bx: float, by: float, bz: float, x: float, y: float, z: float
-) -> float:
-    """det(a, b, x).
-
-    Writers keep the determinant so far above zero (`gamutcore.geometry.predicates`) that its sign
-    does not depend on the order of the operations.
-    """
-    return x * (ay * bz - az * by) + y * (az * bx - ax * bz) + z * (ax * by - ay * bx)

@@ -21,7 +21,18 @@ import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray
 from gamutcore.errors import MeshError
-from gamutcore.geometry import faces_not_seeing_centre, opposite_corners, vertex_fans
+from gamutcore.geometry import (
+    Vector,
+    cone_products,
+    cross,
+    dot,
+    faces_not_seeing_centre,
+    minus,
+    opposite_corners,
+    row,
+    vertex_fans,
+    write_row,
+)
 from gamutcore.kernels import inlined_kernel, kernel, leaf_kernel
 
 if TYPE_CHECKING:
@@ -133,28 +144,18 @@ def _cones(
     planes, normal = np.empty((faces, 9)), np.empty((faces, 3))
     slope, rounding = np.empty(faces), np.empty(faces)
     for face in range(faces):
-        one, two, three = corner[3 * face], corner[3 * face + 1], corner[3 * face + 2]
-        ax, ay, az = position[one, 0], position[one, 1], position[one, 2]
-        bx, by, bz = position[two, 0], position[two, 1], position[two, 2]
-        cx, cy, cz = position[three, 0], position[three, 1], position[three, 2]
-        planes[face, 0] = by * cz - bz * cy
-        planes[face, 1] = bz * cx - bx * cz
-        planes[face, 2] = bx * cy - by * cx
-        planes[face, 3] = cy * az - cz * ay
-        planes[face, 4] = cz * ax - cx * az
-        planes[face, 5] = cx * ay - cy * ax
-        planes[face, 6] = ay * bz - az * by
-        planes[face, 7] = az * bx - ax * bz
-        planes[face, 8] = ax * by - ay * bx
-        rounding[face] = ROUNDING * max(
-            ax * ax + ay * ay + az * az, bx * bx + by * by + bz * bz, cx * cx + cy * cy + cz * cz
-        )
+        a = row(position, corner[3 * face], 0)
+        b = row(position, corner[3 * face + 1], 0)
+        c = row(position, corner[3 * face + 2], 0)
+        write_row(planes, face, 0, cross(b, c))
+        write_row(planes, face, 3, cross(c, a))
+        write_row(planes, face, 6, cross(a, b))
+        rounding[face] = ROUNDING * max(dot(a, a), dot(b, b), dot(c, c))
         # from the edges: a sum of the three planes would lose digits
-        bx, by, bz, cx, cy, cz = bx - ax, by - ay, bz - az, cx - ax, cy - ay, cz - az
-        x, y, z = by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx
-        height = ax * x + ay * y + az * z
-        normal[face, 0], normal[face, 1], normal[face, 2] = x / height, y / height, z / height
-        slope[face] = np.sqrt(x * x + y * y + z * z) / height
+        x, y, z = cross(minus(b, a), minus(c, a))
+        height = dot(a, (x, y, z))
+        write_row(normal, face, 0, (x / height, y / height, z / height))
+        slope[face] = np.sqrt(dot((x, y, z), (x, y, z))) / height
     return planes, normal, slope, rounding
 
 
@@ -179,28 +180,22 @@ def locate(
     face, beyond, along = np.empty(count, np.int32), np.empty(count), np.empty(count)
     for index in range(count):
         point = order[INDEX(index)]
-        x, y, z = position[INDEX(point), 0], position[INDEX(point), 1], position[INDEX(point), 2]
-        radius = np.sqrt(x * x + y * y + z * z)
+        place = row(position, INDEX(point), 0)
+        radius = np.sqrt(dot(place, place))
         start = face[INDEX(near[INDEX(point)])] if index > 0 else 0
-        found = _walk(x, y, z, radius, start, cones, moves)
-        ratio = (
-            cones.normal[INDEX(found), 0] * x
-            + cones.normal[INDEX(found), 1] * y
-            + cones.normal[INDEX(found), 2] * z
-        )
+        found = _walk(place, radius, start, cones, moves)
+        ratio = dot(row(cones.normal, INDEX(found), 0), place)
         face[INDEX(point)], beyond[INDEX(point)] = found, ratio - 1.0
         along[INDEX(point)] = abs(1.0 - 1.0 / ratio) * radius
     return Locations(face, beyond, along)
 
 
 @inlined_kernel
-def _walk(x: float, y: float, z: float, radius: float, face: int, cones: Cones, moves: int) -> int:
+def _walk(point: Vector, radius: float, face: int, cones: Cones, moves: int) -> int:
     """Walk to the face whose cone has a point, across the plane the point is furthest behind."""
     planes = cones.planes
     for _ in range(moves):
-        one = planes[INDEX(face), 0] * x + planes[INDEX(face), 1] * y + planes[INDEX(face), 2] * z
-        two = planes[INDEX(face), 3] * x + planes[INDEX(face), 4] * y + planes[INDEX(face), 5] * z
-        three = planes[INDEX(face), 6] * x + planes[INDEX(face), 7] * y + planes[INDEX(face), 8] * z
+        one, two, three = cone_products(planes, INDEX(face), point)
         through, least = 0, one
         if two < least:
             through, least = 1, two
@@ -211,9 +206,7 @@ def _walk(x: float, y: float, z: float, radius: float, face: int, cones: Cones, 
         face = cones.neighbour[INDEX(face), through]
     chosen, best = face, -np.inf
     for face in range(len(planes)):
-        one = planes[INDEX(face), 0] * x + planes[INDEX(face), 1] * y + planes[INDEX(face), 2] * z
-        two = planes[INDEX(face), 3] * x + planes[INDEX(face), 4] * y + planes[INDEX(face), 5] * z
-        three = planes[INDEX(face), 6] * x + planes[INDEX(face), 7] * y + planes[INDEX(face), 8] * z
+        one, two, three = cone_products(planes, INDEX(face), point)
         least = min(one, two, three) / (abs(one) + abs(two) + abs(three))
         if least > best:
             chosen, best = face, least
@@ -236,37 +229,23 @@ def find_crossing(
             side = candidate
     if side < 0:
         return False, 0.0, 0.0
-    planes = cones.planes
-    start_one = _plane_product(planes, face, side, position, one)
-    start_two = _plane_product(planes, face, side, position, two)
-    end = _plane_product(planes, face, side, position, three)
+    planes, at = cones.planes, INDEX(face)
+    a, b = row(position, INDEX(one), 0), row(position, INDEX(two), 0)
+    c = row(position, INDEX(three), 0)
+    plane = row(planes, at, 3 * side)
+    start_one, start_two, end = dot(plane, a), dot(plane, b), dot(plane, c)
     if not (start_one > 0.0 and start_two > 0.0 and end < 0.0):
         return False, 0.0, 0.0
     from_one, from_two = start_one / (start_one - end), start_two / (start_two - end)
     for turn in range(1, 3):
-        other = (side + turn) % 3
-        start_one = _plane_product(planes, face, other, position, one)
-        start_two = _plane_product(planes, face, other, position, two)
-        end = _plane_product(planes, face, other, position, three)
+        plane = row(planes, at, 3 * ((side + turn) % 3))
+        start_one, start_two, end = dot(plane, a), dot(plane, b), dot(plane, c)
         if (
             start_one + from_one * (end - start_one) < 0.0
             or start_two + from_two * (end - start_two) < 0.0
         ):
             return False, 0.0, 0.0
     return True, from_two, from_one
-
-
-@inlined_kernel
-def _plane_product(
-    planes: FloatArray, face: int, side: int, position: FloatArray, vertex: int
-) -> float:
-    """Product of a vertex with a plane of a cone, positive on the side of the cone."""
-    product: float = (
-        planes[INDEX(face), INDEX(3 * side)] * position[INDEX(vertex), 0]
-        + planes[INDEX(face), INDEX(3 * side + 1)] * position[INDEX(vertex), 1]
-        + planes[INDEX(face), INDEX(3 * side + 2)] * position[INDEX(vertex), 2]
-    )
-    return product
 
 
 class Clipping(NamedTuple):
@@ -329,6 +308,8 @@ def pop_piece(  # noqa: C901, PLR0912  # the time is in these branches
     """
     part, value, frame, planes = work.part, work.value, work.frame, cones.planes
     source, neighbour = work.source, cones.neighbour
+    a, b = (frame[0], frame[1], frame[2]), (frame[3], frame[4], frame[5])
+    c = frame[6], frame[7], frame[8]
     while top > 0:
         base = top - 1
         face, count, moved = (
@@ -348,7 +329,7 @@ def pop_piece(  # noqa: C901, PLR0912  # the time is in these branches
         if moved != TRY_ALL and (moved > moves or top >= PARTS):
             face, moved = 0, TRY_ALL
         exhaustive = moved == TRY_ALL
-        row, came = base, work.came[INDEX(base)]
+        at, came = base, work.came[INDEX(base)]
         if exhaustive:
             came = -1
             # the part stays on the stack until all cones are tried
@@ -356,21 +337,17 @@ def pop_piece(  # noqa: C901, PLR0912  # the time is in these branches
                 top = base
                 continue
             work.face[base], work.moves[base] = face + 1, moved
-            row = top
-            _copy(part, base, 0, count, row, 0)
+            at = top
+            _copy(part, base, 0, count, at, 0)
         tolerance = cones.rounding[INDEX(face)] * reach
         for side in range(3):
             # this plane has clipped the part on its other side
             if neighbour[INDEX(face), side] == came:
                 continue
-            x = planes[INDEX(face), 3 * side]
-            y = planes[INDEX(face), 3 * side + 1]
-            z = planes[INDEX(face), 3 * side + 2]
-            constant = x * frame[0] + y * frame[1] + z * frame[2]
-            along_u = x * frame[3] + y * frame[4] + z * frame[5]
-            along_v = x * frame[6] + y * frame[7] + z * frame[8]
+            plane = row(planes, INDEX(face), 3 * side)
+            constant, along_u, along_v = dot(plane, a), dot(plane, b), dot(plane, c)
             lowest, highest = np.inf, -np.inf
-            start = ROW * row
+            start = ROW * at
             for index in range(count):
                 u, v = part[INDEX(start + 2 * index)], part[INDEX(start + 2 * index + 1)]
                 height = constant + along_u * u + along_v * v
@@ -379,26 +356,24 @@ def pop_piece(  # noqa: C901, PLR0912  # the time is in these branches
                 value[INDEX(index)] = height if abs(height) > tolerance else 0.0
                 source[INDEX(2 * index)], source[INDEX(2 * index + 1)] = u, v
             if lowest < -tolerance:
-                work.face[INDEX(row)] = neighbour[INDEX(face), side]
-                work.came[INDEX(row)], work.moves[INDEX(row)] = face, moved + 1
+                work.face[INDEX(at)] = neighbour[INDEX(face), side]
+                work.came[INDEX(at)], work.moves[INDEX(at)] = face, moved + 1
                 if highest <= tolerance:
-                    work.corners[INDEX(row)] = count
+                    work.corners[INDEX(at)] = count
                     count = 0
-                    row += 1
+                    at += 1
                     break
-                count, work.corners[INDEX(row)] = _split(part, source, value, row, count)
-                row += 1
-        top = base + 1 if exhaustive else row
+                count, work.corners[INDEX(at)] = _split(part, source, value, at, count)
+                at += 1
+        top = base + 1 if exhaustive else at
         if count >= 3:
             for waiting in range(base, top):
                 if not exhaustive:
                     work.moves[INDEX(waiting)] = 0
             normal, piece = cones.normal, work.piece
-            x, y, z = normal[INDEX(face), 0], normal[INDEX(face), 1], normal[INDEX(face), 2]
-            constant = x * frame[0] + y * frame[1] + z * frame[2] - 1.0
-            along_u = x * frame[3] + y * frame[4] + z * frame[5]
-            along_v = x * frame[6] + y * frame[7] + z * frame[8]
-            start = ROW * row
+            plane = row(normal, INDEX(face), 0)
+            constant, along_u, along_v = dot(plane, a) - 1.0, dot(plane, b), dot(plane, c)
+            start = ROW * at
             for index in range(count):
                 u, v = part[INDEX(start + 2 * index)], part[INDEX(start + 2 * index + 1)]
                 piece[INDEX(index), 0], piece[INDEX(index), 1] = u, v

@@ -19,6 +19,7 @@ from __future__ import annotations
 import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray
+from gamutcore.geometry import Vector, dot, minus, row, scaled, write_row
 from gamutcore.kernels import inlined_kernel, leaf_kernel
 from gamutcore.levels.cones import INDEX, Locations, Surface
 
@@ -86,21 +87,20 @@ def raise_lower_bounds(
     position, deviation = reference.position, reference.deviation
     for index in range(len(points)):
         vertex = points[index]
-        x, y, z = position[vertex, 0], position[vertex, 1], position[vertex, 2]
+        point = row(position, vertex, 0)
         face = reference.fan[INDEX(reference.fan_end[vertex] - 1)]
         own = deviation[INDEX(face)]
         if locations.along[vertex] + own > bounds[FROM_LOWER]:
-            _, squared = nearest_face(x, y, z, other, locations.face[vertex])
+            _, squared = nearest_face(point, other, locations.face[vertex])
             if np.sqrt(squared) + own > bounds[FROM_LOWER]:
                 bounds[FROM_LOWER] = np.sqrt(squared) + own
-                bounds[FROM_POINT], bounds[FROM_POINT + 1], bounds[FROM_POINT + 2] = x, y, z
+                bounds[FROM_POINT], bounds[FROM_POINT + 1], bounds[FROM_POINT + 2] = point
         if locations.along[vertex] + own > bounds[TO_LOWER]:
-            t = 1.0 / (1.0 + locations.beyond[vertex])
-            x, y, z = t * x, t * y, t * z
-            face, squared = nearest_face(x, y, z, reference, face)
+            point = scaled(1.0 / (1.0 + locations.beyond[vertex]), point)
+            face, squared = nearest_face(point, reference, face)
             if np.sqrt(squared) + deviation[face] > bounds[TO_LOWER]:
                 bounds[TO_LOWER] = np.sqrt(squared) + deviation[face]
-                bounds[TO_POINT], bounds[TO_POINT + 1], bounds[TO_POINT + 2] = x, y, z
+                bounds[TO_POINT], bounds[TO_POINT + 1], bounds[TO_POINT + 2] = point
                 bounds[TO_FACE] = locations.face[vertex]
     slack = bounds[SLACK_USED]
     bounds[FROM_UPPER] = max(bounds[FROM_UPPER], slack * bounds[FROM_LOWER])
@@ -124,24 +124,23 @@ def raise_bounds(
     directions. The largest distance of a corner holds for the whole triangle, also for `deviation`.
     """
     furthest, own = 0.0, reference.deviation[face]
-    for row in range(3):
-        x, y, z = triangle[row, 0], triangle[row, 1], triangle[row, 2]
-        shift = 1.0 - 1.0 / (1.0 + triangle[row, 3])
-        furthest = max(furthest, shift * shift * (x * x + y * y + z * z))
+    for index in range(3):
+        point = row(triangle, index, 0)
+        shift = 1.0 - 1.0 / (1.0 + triangle[index, 3])
+        furthest = max(furthest, shift * shift * dot(point, point))
     furthest = np.sqrt(furthest) + own
     if furthest > deviation[through]:
         # on steep faces the distance along rays is far larger than the distance from the face
         squared = 0.0
-        for row in range(3):
-            x, y, z = triangle[row, 0], triangle[row, 1], triangle[row, 2]
-            squared = max(squared, squared_distance(x, y, z, other, through))
-            t = 1.0 / (1.0 + triangle[row, 3])
-            squared = max(squared, squared_distance(t * x, t * y, t * z, reference, face))
+        for index in range(3):
+            point = row(triangle, index, 0)
+            squared = max(squared, squared_distance(point, other, through))
+            point = scaled(1.0 / (1.0 + triangle[index, 3]), point)
+            squared = max(squared, squared_distance(point, reference, face))
         deviation[through] = max(deviation[through], own + np.sqrt(squared))
     if furthest > bounds[FROM_UPPER]:
-        for row in range(3):
-            for axis in range(3):
-                stack[0, 3 * row + axis] = triangle[row, axis]
+        for index in range(3):
+            write_row(stack, 0, 3 * index, row(triangle, index, 0))
         before = bounds[FROM_LOWER]
         bounds[FROM_LOWER], bounds[FROM_UPPER], bounds[HALVINGS_LEFT] = raise_bound(
             stack,
@@ -156,9 +155,9 @@ def raise_bounds(
         if bounds[FROM_LOWER] > before:
             _keep_point(bounds, FROM_POINT, stack)
     if furthest > bounds[TO_UPPER]:
-        for row in range(3):
+        for index in range(3):
             for axis in range(3):
-                stack[0, 3 * row + axis] = triangle[row, axis] / (1.0 + triangle[row, 3])
+                stack[0, 3 * index + axis] = triangle[index, axis] / (1.0 + triangle[index, 3])
         before = bounds[TO_LOWER]
         bounds[TO_LOWER], bounds[TO_UPPER], bounds[HALVINGS_LEFT] = raise_bound(
             stack,
@@ -216,8 +215,7 @@ def raise_bound(
         # a half shares two corners with the whole; their nearest faces are known
         for corner in range(3):
             if stack[top, NEAREST + corner] < 0.0:
-                x, y = stack[top, 3 * corner], stack[top, 3 * corner + 1]
-                near, squared = nearest_face(x, y, stack[top, 3 * corner + 2], surface, face)
+                near, squared = nearest_face(row(stack, top, 3 * corner), surface, face)
                 stack[top, NEAREST + corner], stack[top, SQUARED + corner] = near, squared
         one, two = int(stack[top, NEAREST]), int(stack[top, NEAREST + 1])
         three = int(stack[top, NEAREST + 2])
@@ -242,12 +240,9 @@ def raise_bound(
         # halve the longest edge; each half starts from the face nearest to its own end
         longest, greatest = 0, -1.0
         for edge in range(3):
-            i, j = 3 * edge, 3 * ((edge + 1) % 3)
-            x = stack[top, i] - stack[top, j]
-            y = stack[top, i + 1] - stack[top, j + 1]
-            z = stack[top, i + 2] - stack[top, j + 2]
-            if x * x + y * y + z * z > greatest:
-                longest, greatest = edge, x * x + y * y + z * z
+            along = minus(row(stack, top, 3 * edge), row(stack, top, 3 * ((edge + 1) % 3)))
+            if dot(along, along) > greatest:
+                longest, greatest = edge, dot(along, along)
         first, second = 3 * longest, 3 * ((longest + 1) % 3)
         for column in range(COLUMNS):
             stack[top + 1, column] = stack[top, column]
@@ -266,38 +261,37 @@ def raise_bound(
 
 
 @inlined_kernel
-def _raised(lower: float, attained: float, stack: FloatArray, row: int) -> float:
+def _raised(lower: float, attained: float, stack: FloatArray, top: int) -> float:
     """Return the larger bound; keep the furthest corner as `ATTAINED` if `attained` is larger."""
     if attained <= lower:
         return lower
     furthest = 0
     for corner in range(1, 3):
-        if stack[row, SQUARED + corner] > stack[row, SQUARED + furthest]:
+        if stack[top, SQUARED + corner] > stack[top, SQUARED + furthest]:
             furthest = corner
-    for axis in range(3):
-        stack[ATTAINED, axis] = stack[row, 3 * furthest + axis]
+    write_row(stack, ATTAINED, 0, row(stack, top, 3 * furthest))
     return attained
 
 
 @inlined_kernel
-def _bound(piece: FloatArray, row: int, surface: Surface, face: int) -> float:
+def _bound(piece: FloatArray, top: int, surface: Surface, face: int) -> float:
     """Largest squared distance from the corners of a piece to a face."""
     return max(
-        squared_distance(piece[row, 0], piece[row, 1], piece[row, 2], surface, face),
-        squared_distance(piece[row, 3], piece[row, 4], piece[row, 5], surface, face),
-        squared_distance(piece[row, 6], piece[row, 7], piece[row, 8], surface, face),
+        squared_distance(row(piece, top, 0), surface, face),
+        squared_distance(row(piece, top, 3), surface, face),
+        squared_distance(row(piece, top, 6), surface, face),
     )
 
 
 @leaf_kernel
-def nearest_face(x: float, y: float, z: float, surface: Surface, face: int) -> tuple[int, float]:
+def nearest_face(point: Vector, surface: Surface, face: int) -> tuple[int, float]:
     """Return a face near a point and its squared distance, by descent from a face.
 
     No face that shares a vertex with the result is nearer. On concave surfaces the result may be a
     local minimum; its distance is then an upper bound.
     """
     corner, fan_end, fan = surface.corner, surface.fan_end, surface.fan
-    least = squared_distance(x, y, z, surface, face)
+    least = squared_distance(point, surface, face)
     before_one, before_two, before_three = -1, -1, -1
     while True:
         best = face
@@ -309,7 +303,7 @@ def nearest_face(x: float, y: float, z: float, surface: Surface, face: int) -> t
             for index in range(fan_end[vertex - 1] if vertex > 0 else 0, fan_end[vertex]):
                 other = fan[index]
                 if other != face:
-                    distance = squared_distance(x, y, z, surface, other)
+                    distance = squared_distance(point, surface, other)
                     if distance < least:
                         least, best = distance, other
         if best == face:
@@ -320,7 +314,7 @@ def nearest_face(x: float, y: float, z: float, surface: Surface, face: int) -> t
 
 
 @inlined_kernel
-def squared_distance(x: float, y: float, z: float, surface: Surface, face: int) -> float:
+def squared_distance(point: Vector, surface: Surface, face: int) -> float:
     """Squared distance from a point to a face, by the region of the plane that has the point.
 
     Source: C. Ericson, "Real-Time Collision Detection" (2005), section 5.1.5. The result is the
@@ -328,19 +322,15 @@ def squared_distance(x: float, y: float, z: float, surface: Surface, face: int) 
     small a result.
     """
     position = surface.position
-    one = surface.corner[3 * face]
-    two = surface.corner[3 * face + 1]
-    three = surface.corner[3 * face + 2]
-    ax, ay, az = position[one, 0], position[one, 1], position[one, 2]
-    ux, uy, uz = position[two, 0] - ax, position[two, 1] - ay, position[two, 2] - az
-    vx, vy, vz = position[three, 0] - ax, position[three, 1] - ay, position[three, 2] - az
-    x, y, z = x - ax, y - ay, z - az
+    a = row(position, surface.corner[3 * face], 0)
+    u = ux, uy, uz = minus(row(position, surface.corner[3 * face + 1], 0), a)
+    v = vx, vy, vz = minus(row(position, surface.corner[3 * face + 2], 0), a)
+    p = x, y, z = minus(point, a)
     # scalar products of both edges with the vector from each corner to the point
-    u_a, v_a = ux * x + uy * y + uz * z, vx * x + vy * y + vz * z
+    u_a, v_a = dot(u, p), dot(v, p)
     if u_a <= 0.0 and v_a <= 0.0:
-        return x * x + y * y + z * z
-    uu, vv = ux * ux + uy * uy + uz * uz, vx * vx + vy * vy + vz * vz
-    uv = ux * vx + uy * vy + uz * vz
+        return dot(p, p)
+    uu, vv, uv = dot(u, u), dot(v, v), dot(u, v)
     u_b, v_b = u_a - uu, v_a - uv
     u_c, v_c = u_a - uv, v_a - vv
     inside_a, inside_b = u_b * v_c - u_c * v_b, u_c * v_a - u_a * v_c
@@ -387,19 +377,18 @@ def _squared(x: float, y: float, z: float) -> float:
 
 
 @leaf_kernel
-def set_corner(triangle: FloatArray, row: int, position: FloatArray, vertex: int, d: float) -> None:
+def set_corner(triangle: FloatArray, at: int, position: FloatArray, vertex: int, d: float) -> None:
     """Set a corner of a triangle to a vertex, where N · p − 1 is `d`."""
-    for axis in range(3):
-        triangle[row, axis] = position[vertex, axis]
-    triangle[row, 3] = d
+    write_row(triangle, at, 0, row(position, vertex, 0))
+    triangle[at, 3] = d
 
 
 @leaf_kernel
 def set_crossing(
-    triangle: FloatArray, row: int, position: FloatArray, one: int, two: int, share: float, d: float
+    triangle: FloatArray, at: int, position: FloatArray, one: int, two: int, share: float, d: float
 ) -> None:
     """Set a corner of a triangle to the point at a share of an edge, where N · p − 1 is `d`."""
     for axis in range(3):
         start = position[one, axis]
-        triangle[row, axis] = start + share * (position[two, axis] - start)
-    triangle[row, 3] = d
+        triangle[at, axis] = start + share * (position[two, axis] - start)
+    triangle[at, 3] = d

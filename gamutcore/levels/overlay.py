@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray
+from gamutcore.geometry import cross, dot, minus, row
 from gamutcore.kernels import inlined_kernel, leaf_kernel
 from gamutcore.levels.cones import (
     INDEX,
@@ -214,11 +215,9 @@ def _volume_and_area(surface: Surface) -> tuple[float, float]:
 @leaf_kernel
 def _face_extent(position: FloatArray, one: int, two: int, three: int) -> tuple[float, float]:
     """Volume between a face and the centre, and the area of the face."""
-    ax, ay, az = position[one, 0], position[one, 1], position[one, 2]
-    bx, by, bz = position[two, 0] - ax, position[two, 1] - ay, position[two, 2] - az
-    cx, cy, cz = position[three, 0] - ax, position[three, 1] - ay, position[three, 2] - az
-    x, y, z = by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx
-    return (ax * x + ay * y + az * z) / 6.0, 0.5 * np.sqrt(x * x + y * y + z * z)
+    a = row(position, one, 0)
+    across = cross(minus(row(position, two, 0), a), minus(row(position, three, 0), a))
+    return dot(a, across) / 6.0, 0.5 * np.sqrt(dot(across, across))
 
 
 @inlined_kernel
@@ -226,12 +225,6 @@ def _corners(corner: IndexArray, face: int) -> tuple[Any, Any, Any]:
     """Vertices of a face, as `INDEX`."""
     at = INDEX(3 * face)
     return INDEX(corner[at]), INDEX(corner[at + INDEX(1)]), INDEX(corner[at + INDEX(2)])
-
-
-@leaf_kernel
-def _squared_radius(position: FloatArray, vertex: int) -> float:
-    x, y, z = position[vertex, 0], position[vertex, 1], position[vertex, 2]
-    return x * x + y * y + z * z
 
 
 class _Queue(NamedTuple):
@@ -306,22 +299,15 @@ def _integrate_surfaces(  # noqa: C901, PLR0912  # the time is in these branches
             else:
                 deviation[INDEX(through)] = max(deviation[INDEX(through)], pending)
             continue
-        radius = np.sqrt(
-            max(
-                _squared_radius(position, one),
-                _squared_radius(position, two),
-                _squared_radius(position, three),
-            )
-        )
+        a, b, c = row(position, one, 0), row(position, two, 0), row(position, three, 0)
+        radius = np.sqrt(max(dot(a, a), dot(b, b), dot(c, c)))
         if through == locations.face[two]:
             single, from_two, from_one = find_crossing(
                 position, one, two, three, through, last, cones
             )
             if single:
                 at, beside = INDEX(through), INDEX(last)
-                x, y, z = position[three, 0], position[three, 1], position[three, 2]
-                normal = cones.normal
-                d = normal[at, 0] * x + normal[at, 1] * y + normal[at, 2] * z - 1.0
+                d = dot(row(cones.normal, at, 0), c) - 1.0
                 d4, d5 = d2 + from_two * (d - d2), d1 + from_one * (d - d1)
                 away = own + radius * max(abs(d4) / (1.0 + d4), abs(d5) / (1.0 + d5))
                 close = max(pending, away) <= min(bounds[FROM_UPPER], bounds[TO_UPPER])
@@ -383,14 +369,14 @@ def _integrate_surfaces(  # noqa: C901, PLR0912  # the time is in these branches
                 corners = (piece[0, 2], piece[index, 2], piece[index + 1, 2])
                 queued = _push_part(waiting, queued, through, corners, share, weights, slope[at])
                 if pending > min(bounds[FROM_UPPER], bounds[TO_UPPER]):
-                    for row in range(3):
-                        number = 0 if row == 0 else index + row - 1
+                    for side in range(3):
+                        number = 0 if side == 0 else index + side - 1
                         u, v = piece[number, 0], piece[number, 1]
                         for axis in range(3):
-                            triangle[row, axis] = (
+                            triangle[side, axis] = (
                                 frame[axis] + u * frame[3 + axis] + v * frame[6 + axis]
                             )
-                        triangle[row, 3] = piece[number, 2]
+                        triangle[side, 3] = piece[number, 2]
                     raise_bounds(
                         triangle, stack, reference, face, other, through, bounds, deviation
                     )

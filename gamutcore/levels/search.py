@@ -24,6 +24,7 @@ import numpy as np
 from gamutcore.arguments import finite_number
 from gamutcore.arrays import Float32Array, FloatArray, IndexArray
 from gamutcore.errors import OptionError
+from gamutcore.geometry import Vector, row, scaled
 from gamutcore.history import MINIMUM_TRIANGLES, apply_splits, fine_columns
 from gamutcore.kernels import kernel
 from gamutcore.levels.cones import INDEX, Locations, Surface, compute_cones
@@ -469,13 +470,13 @@ def _find_evidence(
         vertex = furthest[face]
         if vertex < 0 or locations.along[vertex] <= limit:
             continue
-        x, y, z = full.position[vertex, 0], full.position[vertex, 1], full.position[vertex, 2]
-        _, squared = nearest_face(x, y, z, level, face)
+        point = row(full.position, vertex, 0)
+        _, squared = nearest_face(point, level, face)
         is_far[face] = np.sqrt(squared) > limit
         if not is_far[face]:
             t = 1.0 / (1.0 + locations.beyond[vertex])
             start = full.fan[INDEX(full.fan_end[vertex] - 1)]
-            _, squared = nearest_face(t * x, t * y, t * z, full, start)
+            _, squared = nearest_face(scaled(t, point), full, start)
             is_beyond[face] = np.sqrt(squared) > limit
     return furthest[is_far != 0], np.nonzero(is_beyond)[0].astype(np.int32)
 
@@ -550,7 +551,7 @@ def _walk(  # noqa: C901, PLR0912  # one pass, so that nothing is copied
         present = counts[index]
         if left == 0 and not stop:
             while not is_far and point < len(points):
-                is_far = _is_far(points[point], level, present, limit)
+                is_far = _is_far(row(points, point, 0), level, present, limit)
                 point += 0 if is_far else 1
             if not is_far:
                 return index
@@ -577,17 +578,18 @@ def _walk(  # noqa: C901, PLR0912  # one pass, so that nothing is copied
                 left -= kept[face]
                 kept[face] = 0
                 if is_far:
-                    x, y, z = points[point, 0], points[point, 1], points[point, 2]
-                    is_far = np.sqrt(squared_distance(x, y, z, level, face)) > limit
+                    squared = squared_distance(row(points, point, 0), level, face)
+                    is_far = np.sqrt(squared) > limit
         changed[:end] = 0
         if stop:
             return index
 
 
 @kernel
-def _is_far(point: FloatArray, level: Surface, faces: int, limit: float) -> bool:
+def _is_far(point: Vector, level: Surface, faces: int, limit: float) -> bool:
     """Whether a point is further than the limit from all of the first `faces` faces."""
     for face in range(faces):
-        if np.sqrt(squared_distance(point[0], point[1], point[2], level, face)) <= limit:
+        squared = squared_distance(point, level, face)
+        if np.sqrt(squared) <= limit:
             return False
     return True

@@ -29,7 +29,7 @@ import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray
 from gamutcore.errors import TriangleCountError
-from gamutcore.geometry import TriangleMesh, faces_not_seeing_centre
+from gamutcore.geometry import TriangleMesh, dot, faces_not_seeing_centre, row
 from gamutcore.history import MINIMUM_TRIANGLES
 from gamutcore.kernels import kernel
 from gamutcore.levels.cones import (
@@ -423,8 +423,8 @@ def _crossings(
             continue
         reach = 0.0
         for vertex in (one, two, three):
-            x, y, z = position[vertex, 0], position[vertex, 1], position[vertex, 2]
-            reach = max(reach, np.sqrt(x * x + y * y + z * z))
+            point = row(position, vertex, 0)
+            reach = max(reach, np.sqrt(dot(point, point)))
         top = push_face(work, position, one, two, three, through)
         while True:
             through, count, top = pop_piece(work, top, cones, reach, moves)

@@ -48,10 +48,22 @@ from numpy.typing import ArrayLike
 
 from gamutcore.arrays import FloatArray, IndexArray
 from gamutcore.errors import InvalidPointsError, OptionError
-from gamutcore.geometry import clip, opposite_corners
+from gamutcore.geometry import (
+    Vector,
+    cell_of,
+    clip,
+    cone_products,
+    cross,
+    dot,
+    minus,
+    opposite_corners,
+    plus,
+    row,
+    scaled,
+)
 from gamutcore.kernels import kernel, leaf_kernel
 from gamutcore.queries.hue_tables import WHOLE_TURN, hue_span
-from gamutcore.queries.index import Level, LevelIndex, as_index, cell_of, checked_numbers
+from gamutcore.queries.index import Level, LevelIndex, as_index, checked_numbers
 from gamutcore.results import Comparison, GamutRings, Overlap
 
 __all__ = [
@@ -343,14 +355,16 @@ def _band(bounds: FloatArray, lightness: float) -> int:
 @leaf_kernel
 def _flux(polygon: FloatArray, count: int, origin: FloatArray) -> float:
     """Return the flux of F through a polygon."""
-    x, y, z = polygon[0, 0], polygon[0, 1], polygon[0, 2]
+    first = row(polygon, 0, 0)
+    _, y, z = first
     total = 0.0
     for index in range(1, count - 1):
-        ux, uy, uz = polygon[index, 0] - x, polygon[index, 1] - y, polygon[index, 2] - z
-        vx, vy, vz = polygon[index + 1, 0] - x, polygon[index + 1, 1] - y, polygon[index + 1, 2] - z
+        u = minus(row(polygon, index, 0), first)
+        v = minus(row(polygon, index + 1, 0), first)
         # the mean of F over a triangle is that of its corners; the vector area is u × v ÷ 2
-        total += (uz * vx - ux * vz) * (3.0 * (y + origin[1]) + uy + vy)
-        total += (ux * vy - uy * vx) * (3.0 * (z + origin[2]) + uz + vz)
+        _, across, along = cross(u, v)
+        total += across * (3.0 * (y + origin[1]) + u[1] + v[1])
+        total += along * (3.0 * (z + origin[2]) + u[2] + v[2])
     return total / 12.0
 
 
@@ -398,12 +412,8 @@ def _overlap_cells(
         near, least = NEAR * max(1.0, np.sqrt(largest / reach)), FLAT * size[1]
         # an inner point, as corners often lie between cones; the weights keep it off the centre
         one, two, three = farthest, (farthest + 1) % 3, (farthest + 2) % 3
-        start = _face_towards(
-            0.6 * triangle[one, 0] + 0.25 * triangle[two, 0] + 0.15 * triangle[three, 0],
-            0.6 * triangle[one, 1] + 0.25 * triangle[two, 1] + 0.15 * triangle[three, 1],
-            0.6 * triangle[one, 2] + 0.25 * triangle[two, 2] + 0.15 * triangle[three, 2],
-            level,
-        )
+        inner = plus(scaled(0.6, row(triangle, one, 0)), scaled(0.25, row(triangle, two, 0)))
+        start = _face_towards(plus(inner, scaled(0.15, row(triangle, three, 0))), level)
         seen[start], queue[0], waiting, done = face, start, 1, 0
         while done < waiting:
             part, reached = _part(
@@ -451,8 +461,7 @@ def _set_triangle(
         return -1, 0.0
     farthest, largest = 0, -1.0
     for corner in range(3):
-        x, y, z = triangle[corner, 0], triangle[corner, 1], triangle[corner, 2]
-        square = x * x + y * y + z * z
+        square = dot(row(triangle, corner, 0), row(triangle, corner, 0))
         if square > largest:
             farthest, largest = corner, square
     return farthest, largest
@@ -490,18 +499,13 @@ def _doubled_area(polygon: FloatArray, count: int, axis: int) -> float:
 
 
 @leaf_kernel
-def _face_towards(x: float, y: float, z: float, level: LevelIndex) -> int:
+def _face_towards(point: Vector, level: LevelIndex) -> int:
     """Return the face whose cone a point relative to the centre is in, up to rounding."""
-    planes = level.planes
-    cell = cell_of(x, y, z, level.resolution)
+    cell = cell_of(point, level.resolution)
     found, best = 0, -np.inf
     for place in range(level.cell_start[cell], level.cell_start[cell + 1]):
         face = level.cell_faces[place]
-        least = min(
-            planes[face, 0] * x + planes[face, 1] * y + planes[face, 2] * z,
-            planes[face, 3] * x + planes[face, 4] * y + planes[face, 5] * z,
-            planes[face, 6] * x + planes[face, 7] * y + planes[face, 8] * z,
-        )
+        least = min(cone_products(level.planes, face, point))
         if least > best:
             found, best = face, least
     return found
@@ -530,10 +534,9 @@ def _part(  # noqa: C901, PLR0912  # the time is in these branches
     planes, triangle = level.planes, buffers[0]
     cut = 0
     for side in range(3):
-        x, y, z = planes[face, 3 * side], planes[face, 3 * side + 1], planes[face, 3 * side + 2]
-        low, high = np.inf, -np.inf
+        plane, low, high = row(planes, face, 3 * side), np.inf, -np.inf
         for corner in range(3):
-            value = x * triangle[corner, 0] + y * triangle[corner, 1] + z * triangle[corner, 2]
+            value = dot(plane, row(triangle, corner, 0))
             low, high = min(low, value), max(high, value)
         if high < -near:
             return 0.0, 0
@@ -547,28 +550,27 @@ def _part(  # noqa: C901, PLR0912  # the time is in these branches
     polygon, count = triangle, 3
     for side in range(3):
         if cut & (1 << side):
-            x, y, z = planes[face, 3 * side], planes[face, 3 * side + 1], planes[face, 3 * side + 2]
             target = buffers[1 + side]
-            count = clip(polygon, count, (x, y, z), 0.0, target)
+            count = clip(polygon, count, row(planes, face, 3 * side), 0.0, target)
             polygon = target
     area = _doubled_area(polygon, count, axis) if count >= 3 else 0.0
     reached = 7 if cut & 8 else 0
     if abs(area) <= least:
         return 0.0, reached
     for side in range(3):
-        x, y, z = planes[face, 3 * side], planes[face, 3 * side + 1], planes[face, 3 * side + 2]
+        plane = row(planes, face, 3 * side)
         for index in range(count):
-            if x * polygon[index, 0] + y * polygon[index, 1] + z * polygon[index, 2] <= near:
+            if dot(plane, row(polygon, index, 0)) <= near:
                 reached |= 1 << side
-    x, y, z = planes[face, 9], planes[face, 10], planes[face, 11]
+    plane = row(planes, face, 9)
     offset = stretch * planes[face, 12]
     low, high = np.inf, -np.inf
     for index in range(count):
-        value = offset - x * polygon[index, 0] - y * polygon[index, 1] - z * polygon[index, 2]
+        value = offset - dot(plane, row(polygon, index, 0))
         low, high = min(low, value), max(high, value)
     if low >= 0.0:
         _add_polygon(polygon, count, level.centre, cells, buffers, volumes)
     elif high > 0.0:
-        below = clip(polygon, count, (-x, -y, -z), offset, buffers[4])
+        below = clip(polygon, count, scaled(-1.0, plane), offset, buffers[4])
         _add_polygon(buffers[4], below, level.centre, cells, buffers, volumes)
     return area, reached

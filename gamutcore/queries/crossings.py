@@ -17,15 +17,30 @@ of Simplicity", ACM Transactions on Graphics 9 (1990).
 
 from __future__ import annotations
 
-from typing import Literal, NamedTuple, TypeAlias, get_args
+from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from gamutcore.arrays import BooleanArray, FloatArray, IndexArray, LongArray
 from gamutcore.errors import InvalidPointsError, OptionError
+from gamutcore.geometry import (
+    TERMS,
+    Vector,
+    area,
+    cross,
+    dot,
+    minus,
+    moved_orientation,
+    orientation,
+    plus,
+    row,
+    scaled,
+    triple,
+    write_row,
+)
 from gamutcore.kernels import kernel, leaf_kernel
-from gamutcore.queries.containment import TERMS, area, is_inside, moved_orientation, orientation
+from gamutcore.queries.containment import is_inside
 from gamutcore.queries.face_tree import STACK, WIDTH, set_box_gaps
 from gamutcore.queries.index import Level, LevelIndex, as_index, checked_points
 
@@ -35,12 +50,9 @@ __all__ = [
     "Crossings",
     "Kind",
     "LineWorkspace",
-    "Point",
     "crossings",
     "find_crossings",
 ]
-
-Point: TypeAlias = tuple[float, float, float]
 
 Kind = Literal["segment", "ray", "line"]
 
@@ -192,20 +204,19 @@ def _cross(
     ends: FloatArray,
     kind: int,
     index: LevelIndex,
-    row: int,
+    number: int,
     offsets: LongArray,
     work: LineWorkspace,
 ) -> int:
     """Find the crossings of rows until the arrays are full, and return the first row without."""
-    while row < len(starts):
-        start = starts[row, 0], starts[row, 1], starts[row, 2]
-        end = ends[row, 0], ends[row, 1], ends[row, 2]
-        found = find_crossings(start, end, kind, index, offsets[row], work)
+    while number < len(starts):
+        start, end = row(starts, number, 0), row(ends, number, 0)
+        found = find_crossings(start, end, kind, index, offsets[number], work)
         if found < 0:
             break
-        row += 1
-        offsets[row] = found
-    return row
+        number += 1
+        offsets[number] = found
+    return number
 
 
 @kernel
@@ -213,48 +224,58 @@ def _surface_points(index: LevelIndex, faces: IndexArray, weights: FloatArray) -
     """Return the points (n, 3) of barycentric coordinates in faces."""
     vertices = index.vertices
     points = np.empty((len(faces), 3))
-    for row in range(len(faces)):
-        face = faces[row]
+    for number in range(len(faces)):
+        face = faces[number]
         one, two, three = index.faces[face, 0], index.faces[face, 1], index.faces[face, 2]
         for axis in range(3):
-            points[row, axis] = (
-                weights[row, 0] * vertices[one, axis]
-                + weights[row, 1] * vertices[two, axis]
-                + weights[row, 2] * vertices[three, axis]
+            points[number, axis] = (
+                weights[number, 0] * vertices[one, axis]
+                + weights[number, 1] * vertices[two, axis]
+                + weights[number, 2] * vertices[three, axis]
             )
     return points
 
 
+class Line(NamedTuple):
+    """A line for which crossings are searched."""
+
+    start: Vector
+    end: Vector
+    along: Vector  # from start to end
+    kind: int  # SEGMENT, RAY or LINE
+    origin: Vector  # the start or the end, whichever is nearer to the centre
+    shift: float  # t of the origin: 0 or 1
+    uncertain: float  # determinants up to this may have the wrong sign
+
+
 @leaf_kernel
 def find_crossings(
-    start: Point, end: Point, kind: int, index: LevelIndex, begin: int, work: LineWorkspace
+    start: Vector, end: Vector, kind: int, index: LevelIndex, begin: int, work: LineWorkspace
 ) -> int:
     """Write the crossings of one line in order from index `begin`; return the end, or −1 if full.
 
     `kind` is SEGMENT, RAY or LINE. Equal points have no crossing.
     """
-    tree, centre, nodes, gaps = index.tree, index.centre, work.nodes, work.gaps
-    dx, dy, dz = end[0] - start[0], end[1] - start[1], end[2] - start[2]
-    square = dx * dx + dy * dy + dz * dz
+    tree, nodes, gaps = index.tree, work.nodes, work.gaps
+    along = minus(end, start)
+    square = dot(along, along)
     if square == 0.0:
         return begin
     # coordinates are relative to the point that is nearer to the centre, for less rounding
-    x, y, z = start[0] - centre[0], start[1] - centre[1], start[2] - centre[2]
-    u, v, w = end[0] - centre[0], end[1] - centre[1], end[2] - centre[2]
-    origin, shift = start, 0.0
-    if x * x + y * y + z * z > u * u + v * v + w * w:
-        origin, shift = end, 1.0
-        x, y, z = u, v, w
+    centre = index.centre[0], index.centre[1], index.centre[2]
+    origin, shift, near = start, 0.0, minus(start, centre)
+    other = minus(end, centre)
+    if dot(near, near) > dot(other, other):
+        origin, shift, near = end, 1.0, other
     length, scale = np.sqrt(square), tree.scale
-    reach = np.sqrt(x * x + y * y + z * z) + 1.0 / scale
-    uncertain = SIDE_ROUNDING * length * reach * reach
-    least = length / STEEPEST
+    reach = np.sqrt(dot(near, near)) + 1.0 / scale
+    line = Line(start, end, along, kind, origin, shift, SIDE_ROUNDING * length * reach * reach)
+    (dx, dy, dz), least = along, length / STEEPEST
     slope = (
         1.0 / (scale * (dx if abs(dx) > least else least)),
         1.0 / (scale * (dy if abs(dy) > least else least)),
         1.0 / (scale * (dz if abs(dz) > least else least)),
     )
-    scaled = scale * x, scale * y, scale * z
     low = -shift if kind != LINE else -np.inf
     high = 1.0 - shift if kind == SEGMENT else np.inf
     margin = BOX_ROUNDING * scale * reach
@@ -265,7 +286,7 @@ def find_crossings(
     while waiting > 0:
         waiting -= 1
         node = nodes[waiting]
-        set_box_gaps(scaled, slope, low, high, margin, index.boxes, node, gaps)
+        set_box_gaps(scaled(scale, near), slope, low, high, margin, index.boxes, node, gaps)
         child = tree.first[node]
         first = child if child >= 0 else ~child
         above = waiting
@@ -276,10 +297,7 @@ def find_crossings(
             waiting = above
             continue
         for at in range(waiting, above):
-            face = tree.faces[nodes[at]]
-            found = _add_crossing(
-                start, end, kind, index, face, origin, shift, uncertain, begin, found, work
-            )
+            found = _add_crossing(line, index, tree.faces[nodes[at]], begin, found, work)
             if found < 0:
                 return -1
     if found - begin > 1:
@@ -289,28 +307,16 @@ def find_crossings(
 
 @leaf_kernel
 def _add_crossing(
-    start: Point,
-    end: Point,
-    kind: int,
-    index: LevelIndex,
-    face: int,
-    origin: Point,
-    shift: float,
-    uncertain: float,
-    begin: int,
-    found: int,
-    work: LineWorkspace,
+    line: Line, index: LevelIndex, face: int, begin: int, found: int, work: LineWorkspace
 ) -> int:
     """Add the crossing of a line with a face, if any; return the new end of crossings."""
-    dx, dy, dz = end[0] - start[0], end[1] - start[1], end[2] - start[2]
-    ax, ay, az = _corner(index, face, 0, origin)
-    bx, by, bz = _corner(index, face, 1, origin)
-    cx, cy, cz = _corner(index, face, 2, origin)
-    ux, uy, uz = dy * az - dz * ay, dz * ax - dx * az, dx * ay - dy * ax
-    side_c = ux * bx + uy * by + uz * bz
-    side_b = -(ux * cx + uy * cy + uz * cz)
-    ux, uy, uz = dy * bz - dz * by, dz * bx - dx * bz, dx * by - dy * bx
-    side_a = ux * cx + uy * cy + uz * cz
+    start, end, direction, kind, origin, shift, uncertain = line
+    at, vertices = np.uint64(face), index.vertices
+    a = minus(row(vertices, np.uint64(index.faces[at, 0]), 0), origin)
+    b = minus(row(vertices, np.uint64(index.faces[at, 1]), 0), origin)
+    c = minus(row(vertices, np.uint64(index.faces[at, 2]), 0), origin)
+    across = cross(direction, a)
+    side_a, side_b, side_c = triple(direction, b, c), -dot(across, c), dot(across, b)
     smallest, largest = min(side_a, side_b, side_c), max(side_a, side_b, side_c)
     if smallest < -uncertain and largest > uncertain:
         return found
@@ -327,10 +333,9 @@ def _add_crossing(
     if found == len(work.t):
         return -1
     share = 1.0 / (side_a + side_b + side_c)
-    wa, wb, wc = share * side_a, share * side_b, share * side_c
-    along = (wa * ax + wb * bx + wc * cx) * dx
-    along += (wa * ay + wb * by + wc * cy) * dy + (wa * az + wb * bz + wc * cz) * dz
-    time = shift + along / (dx * dx + dy * dy + dz * dz)
+    weights = share * side_a, share * side_b, share * side_c
+    point = plus(plus(scaled(weights[0], a), scaled(weights[1], b)), scaled(weights[2], c))
+    time = shift + dot(point, direction) / dot(direction, direction)
     if kind != LINE:
         time = max(time, 0.0)
     if kind == SEGMENT:
@@ -341,18 +346,8 @@ def _add_crossing(
         _copy(work, place - 1, place)
         place -= 1
     work.t[place], work.faces[place], work.entering[place] = time, face, not outwards
-    work.weights[place, 0], work.weights[place, 1], work.weights[place, 2] = wa, wb, wc
+    write_row(work.weights, place, 0, weights)
     return found + 1
-
-
-@leaf_kernel
-def _corner(index: LevelIndex, face: int, corner: int, origin: Point) -> Point:
-    vertex = np.uint64(index.faces[face, corner])
-    return (
-        index.vertices[vertex, 0] - origin[0],
-        index.vertices[vertex, 1] - origin[1],
-        index.vertices[vertex, 2] - origin[2],
-    )
 
 
 @leaf_kernel
@@ -366,14 +361,14 @@ def _copy(work: LineWorkspace, source: int, target: int) -> None:
 
 @leaf_kernel
 def _alternate(
-    start: Point, kind: int, index: LevelIndex, begin: int, end: int, work: LineWorkspace
+    start: Vector, kind: int, index: LevelIndex, begin: int, end: int, work: LineWorkspace
 ) -> None:
     """Reorder crossings whose t differ by rounding, so that entering and leaving alternate."""
     entries = 0
     for place in range(begin, end):
         entries += work.entering[place]
     if 2 * entries == end - begin:
-        expected = kind != SEGMENT or not is_inside(start[0], start[1], start[2], index, work.terms)
+        expected = kind != SEGMENT or not is_inside(start, index, work.terms)
     else:
         expected = 2 * entries > end - begin
     for place in range(begin, end):
@@ -393,7 +388,7 @@ def _alternate(
 
 @leaf_kernel
 def _exact_sides(
-    start: Point, end: Point, index: LevelIndex, face: int, terms: FloatArray
+    start: Vector, end: Vector, index: LevelIndex, face: int, terms: FloatArray
 ) -> tuple[int, float, float, float]:
     """Return the direction in which a line crosses a face, and its determinants with the edges.
 
@@ -401,8 +396,7 @@ def _exact_sides(
     the edge p, q opposite to each corner, the determinant is det(end − start, p − start, q −
     start).
     """
-    one, two, three = index.faces[face, 0], index.faces[face, 1], index.faces[face, 2]
-    a, b, c = _vertex(index, one), _vertex(index, two), _vertex(index, three)
+    a, b, c = _corners(index, face)
     side_a, sign_a = _exact_side(start, end, b, c, index, terms)
     side_b, sign_b = _exact_side(start, end, c, a, index, terms)
     if sign_a != sign_b:
@@ -413,51 +407,36 @@ def _exact_sides(
 
 @leaf_kernel
 def _exact_side(
-    start: Point, end: Point, p: Point, q: Point, index: LevelIndex, terms: FloatArray
+    start: Vector, end: Vector, p: Vector, q: Vector, index: LevelIndex, terms: FloatArray
 ) -> tuple[float, int]:
     """Return det(end − start, p − start, q − start), and its sign, which is not 0."""
-    sx, sy, sz = start
-    ex, ey, ez = end
-    px, py, pz = p
-    qx, qy, qz = q
-    side = orientation(ex, ey, ez, px, py, pz, qx, qy, qz, sx, sy, sz, terms)
+    side = orientation(end, p, q, start, terms)
     found = side
     if found == 0.0:
         # the coefficients of ε; δ, δ², δ³; ε δ, ε δ², ε δ³, of which one is not 0
-        cx, cy, cz = index.centre[0], index.centre[1], index.centre[2]
-        found = moved_orientation(ex, ey, ez, sx, sy, sz, px, py, pz, qx, qy, qz, cx, cy, cz, terms)
-        if found == 0.0:
-            found = area(py, pz, qy, qz, sy, sz, terms)
-        if found == 0.0:
-            found = area(pz, px, qz, qx, sz, sx, terms)
-        if found == 0.0:
-            found = area(px, py, qx, qy, sx, sy, terms)
-        if found == 0.0:
-            found = area(py, pz, qy, qz, cy, cz, terms)
-        if found == 0.0:
-            found = area(pz, px, qz, qx, cz, cx, terms)
-        if found == 0.0:
-            found = area(px, py, qx, qy, cx, cy, terms)
+        centre = index.centre[0], index.centre[1], index.centre[2]
+        found = moved_orientation(end, start, p, q, centre, terms)
+        for origin in (start, centre):
+            for axis in range(3):
+                if found == 0.0:
+                    found = area(p, q, origin, axis, terms)
     return side, (1 if found > 0.0 else -1)
 
 
 @leaf_kernel
-def _is_below(point: Point, index: LevelIndex, face: int, terms: FloatArray) -> bool:
+def _is_below(point: Vector, index: LevelIndex, face: int, terms: FloatArray) -> bool:
     """Whether a point is on the plane of a face, or on its inner side."""
-    planes, centre = index.planes, index.centre
-    px, py, pz = point
-    x, y, z = px - centre[0], py - centre[1], pz - centre[2]
-    height = planes[face, 9] * x + planes[face, 10] * y + planes[face, 11] * z - planes[face, 12]
+    relative = minus(point, (index.centre[0], index.centre[1], index.centre[2]))
+    height = dot(row(index.planes, face, 9), relative) - index.planes[face, 12]
     # the planes are scaled for points in the box
-    if abs(height) > 1.0 + (abs(x) + abs(y) + abs(z)) * index.tree.scale:
+    size = abs(relative[0]) + abs(relative[1]) + abs(relative[2])
+    if abs(height) > 1.0 + size * index.tree.scale:
         return height < 0.0
-    one, two, three = index.faces[face, 0], index.faces[face, 1], index.faces[face, 2]
-    ax, ay, az = _vertex(index, one)
-    bx, by, bz = _vertex(index, two)
-    cx, cy, cz = _vertex(index, three)
-    return orientation(ax, ay, az, bx, by, bz, cx, cy, cz, px, py, pz, terms) >= 0.0
+    a, b, c = _corners(index, face)
+    return orientation(a, b, c, point, terms) >= 0.0
 
 
 @leaf_kernel
-def _vertex(index: LevelIndex, vertex: int) -> Point:
-    return index.vertices[vertex, 0], index.vertices[vertex, 1], index.vertices[vertex, 2]
+def _corners(index: LevelIndex, face: int) -> tuple[Vector, Vector, Vector]:
+    one, two, three = index.faces[face, 0], index.faces[face, 1], index.faces[face, 2]
+    return row(index.vertices, one, 0), row(index.vertices, two, 0), row(index.vertices, three, 0)

@@ -17,15 +17,18 @@ from typing import NamedTuple
 import numpy as np
 
 from gamutcore.arrays import Float32Array, FloatArray, IndexArray, LongArray
-from gamutcore.kernels import kernel, leaf_kernel
+from gamutcore.geometry import Vector, cross, dot, minus, plus, row, scaled, write_row
+from gamutcore.kernels import inlined_kernel, kernel, leaf_kernel
 
 __all__ = [
     "ROUNDING",
     "STACK",
     "WIDTH",
     "FaceTree",
+    "Search",
     "build_face_tree",
     "face_boxes",
+    "new_search",
     "set_box_gaps",
     "set_lower_bounds",
 ]
@@ -129,8 +132,8 @@ def _compact_order(points: FloatArray) -> IndexArray:
     """
     count = len(points)
     order = np.empty(count, np.int32)
-    for row in range(count):
-        order[row] = row
+    for point in range(count):
+        order[point] = point
     keys = np.empty(count, np.int64)
     begins, ends = np.empty(64, np.int64), np.empty(64, np.int64)
     begins[0], ends[0] = 0, count
@@ -143,8 +146,7 @@ def _compact_order(points: FloatArray) -> IndexArray:
         least_x = least_y = least_z = np.inf
         most_x = most_y = most_z = -np.inf
         for place in range(begin, end):
-            row = order[place]
-            x, y, z = points[row, 0], points[row, 1], points[row, 2]
+            x, y, z = row(points, order[place], 0)
             least_x, most_x = min(least_x, x), max(most_x, x)
             least_y, most_y = min(least_y, y), max(most_y, y)
             least_z, most_z = min(least_z, z), max(most_z, z)
@@ -208,35 +210,40 @@ def _set_face(
     at: int,
 ) -> None:
     """Set the cylinder of a face, and add its normal, twice as long as its area, to the node's."""
-    one, two, three = faces[face, 0], faces[face, 1], faces[face, 2]
-    ax, ay, az = position[one, 0], position[one, 1], position[one, 2]
-    bx, by, bz = position[two, 0], position[two, 1], position[two, 2]
-    cx, cy, cz = position[three, 0], position[three, 1], position[three, 2]
-    nx = (by - ay) * (cz - az) - (bz - az) * (cy - ay)
-    ny = (bz - az) * (cx - ax) - (bx - ax) * (cz - az)
-    nz = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
-    normals[node, 0] += nx
-    normals[node, 1] += ny
-    normals[node, 2] += nz
-    share = 1.0 / np.sqrt(nx * nx + ny * ny + nz * nz)
-    nx, ny, nz = (
-        float(np.float32(share * nx)),
-        float(np.float32(share * ny)),
-        float(np.float32(share * nz)),
-    )
-    x = float(np.float32((ax + bx + cx) / 3.0))
-    y = float(np.float32((ay + by + cy) / 3.0))
-    z = float(np.float32((az + bz + cz) / 3.0))
+    a, b = row(position, faces[face, 0], 0), row(position, faces[face, 1], 0)
+    c = row(position, faces[face, 2], 0)
+    normal = cross(minus(b, a), minus(c, a))
+    write_row(normals, node, 0, plus(row(normals, node, 0), normal))
+    axis = _in_float32(scaled(1.0 / np.sqrt(dot(normal, normal)), normal))
+    x, y, z = plus(plus(a, b), c)
+    middle = _in_float32((x / 3.0, y / 3.0, z / 3.0))
     square = height = 0.0
-    for u, v, w in ((ax - x, ay - y, az - z), (bx - x, by - y, bz - z), (cx - x, cy - y, cz - z)):
-        square = max(square, u * u + v * v + w * w)
-        height = max(height, abs(u * nx + v * ny + w * nz))
-    cylinders[node, MIDDLE, at] = x
-    cylinders[node, MIDDLE + 1, at] = y
-    cylinders[node, MIDDLE + 2, at] = z
-    cylinders[node, AXIS, at] = nx
-    cylinders[node, AXIS + 1, at] = ny
-    cylinders[node, AXIS + 2, at] = nz
+    for corner in (minus(a, middle), minus(b, middle), minus(c, middle)):
+        square = max(square, dot(corner, corner))
+        height = max(height, abs(dot(corner, axis)))
+    _set_cylinder(cylinders, node, at, middle, axis, square, height)
+
+
+@inlined_kernel
+def _in_float32(a: Vector) -> Vector:
+    """Return a vector rounded to float32."""
+    return float(np.float32(a[0])), float(np.float32(a[1])), float(np.float32(a[2]))
+
+
+@leaf_kernel
+def _set_cylinder(
+    cylinders: Float32Array,
+    node: int,
+    at: int,
+    middle: Vector,
+    axis: Vector,
+    square: float,
+    height: float,
+) -> None:
+    """Set a child's cylinder, given the square of its radius and half its height."""
+    for coordinate in range(3):
+        cylinders[node, MIDDLE + coordinate, at] = middle[coordinate]
+        cylinders[node, AXIS + coordinate, at] = axis[coordinate]
     cylinders[node, RADIUS, at] = np.sqrt(square) * (1.0 + ROUNDING)
     cylinders[node, HEIGHT, at] = height * (1.0 + ROUNDING)
 
@@ -256,77 +263,72 @@ def _set_node(
     It encloses the corners, and its middle is that of a box with one side along the axis. Cylinders
     of cylinders would be up to twice as wide at the root.
     """
-    nx, ny, nz = normal[0], normal[1], normal[2]
-    length = max(np.sqrt(nx * nx + ny * ny + nz * nz), 1e-300)
-    nx = float(np.float32(nx / length))
-    ny = float(np.float32(ny / length))
-    nz = float(np.float32(nz / length))
-    if nx * nx + ny * ny + nz * nz < 0.5:  # a whole closed surface
-        nx, ny, nz = 1.0, 0.0, 0.0
-    ux, uy, uz = (0.0, nz, -ny) if abs(nx) < 0.6 else (-nz, 0.0, nx)
-    share = 1.0 / np.sqrt(ux * ux + uy * uy + uz * uz)
-    ux, uy, uz = share * ux, share * uy, share * uz
-    vx, vy, vz = ny * uz - nz * uy, nz * ux - nx * uz, nx * uy - ny * ux
+    mean = normal[0], normal[1], normal[2]
+    axis = _in_float32(scaled(1.0 / max(np.sqrt(dot(mean, mean)), 1e-300), mean))
+    if dot(axis, axis) < 0.5:  # a whole closed surface
+        axis = 1.0, 0.0, 0.0
+    across = (0.0, axis[2], -axis[1]) if abs(axis[0]) < 0.6 else (-axis[2], 0.0, axis[0])
+    across = scaled(1.0 / np.sqrt(dot(across, across)), across)
+    third = cross(axis, across)
     low_n = low_u = low_v = np.inf
     high_n = high_u = high_v = -np.inf
     for face in held:
         for corner in range(3):
-            vertex = faces[face, corner]
-            x, y, z = position[vertex, 0], position[vertex, 1], position[vertex, 2]
-            along = x * nx + y * ny + z * nz
-            low_n, high_n = min(low_n, along), max(high_n, along)
-            along = x * ux + y * uy + z * uz
-            low_u, high_u = min(low_u, along), max(high_u, along)
-            along = x * vx + y * vy + z * vz
-            low_v, high_v = min(low_v, along), max(high_v, along)
+            point = row(position, faces[face, corner], 0)
+            n, u, v = dot(point, axis), dot(point, across), dot(point, third)
+            low_n, high_n = min(low_n, n), max(high_n, n)
+            low_u, high_u = min(low_u, u), max(high_u, u)
+            low_v, high_v = min(low_v, v), max(high_v, v)
     n, u, v = 0.5 * (low_n + high_n), 0.5 * (low_u + high_u), 0.5 * (low_v + high_v)
-    x0 = float(np.float32(n * nx + u * ux + v * vx))
-    y0 = float(np.float32(n * ny + u * uy + v * vy))
-    z0 = float(np.float32(n * nz + u * uz + v * vz))
+    middle = _in_float32(plus(plus(scaled(n, axis), scaled(u, across)), scaled(v, third)))
     square = height = 0.0
     for face in held:
         for corner in range(3):
-            vertex = faces[face, corner]
-            x, y, z = position[vertex, 0] - x0, position[vertex, 1] - y0, position[vertex, 2] - z0
-            along = x * nx + y * ny + z * nz
-            whole = x * x + y * y + z * z
-            square = max(square, (1.0 + ROUNDING) * whole - along * along)
+            point = minus(row(position, faces[face, corner], 0), middle)
+            along = dot(point, axis)
+            square = max(square, (1.0 + ROUNDING) * dot(point, point) - along * along)
             height = max(height, abs(along))
-    cylinders[node, MIDDLE, at] = x0
-    cylinders[node, MIDDLE + 1, at] = y0
-    cylinders[node, MIDDLE + 2, at] = z0
-    cylinders[node, AXIS, at] = nx
-    cylinders[node, AXIS + 1, at] = ny
-    cylinders[node, AXIS + 2, at] = nz
-    cylinders[node, RADIUS, at] = np.sqrt(square) * (1.0 + ROUNDING)
-    cylinders[node, HEIGHT, at] = height * (1.0 + ROUNDING)
+    _set_cylinder(cylinders, node, at, middle, axis, square, height)
+
+
+class Search(NamedTuple):
+    """Work arrays of a search in a tree."""
+
+    nodes: LongArray  # (STACK,) the nodes still to be searched
+    bounds: FloatArray  # (STACK,) lower bounds of their squared distances
+    squares: FloatArray  # (WIDTH,) those of the children of a node
+
+
+def new_search() -> Search:
+    """Return work arrays for a search."""
+    return Search(np.empty(STACK, np.int64), np.empty(STACK), np.empty(WIDTH))
 
 
 @leaf_kernel
 def set_lower_bounds(
-    x: float, y: float, z: float, cylinders: Float32Array, node: int, squares: FloatArray
+    point: Vector, cylinders: Float32Array, node: int, squares: FloatArray
 ) -> None:
     """Set `squares` (8,) to lower bounds of a point's squared distances to the children of a node.
 
     The point is relative to the centre, and scaled, as the bounds are. They are infinite without a
     child.
     """
-    row = np.uint64(node)
+    (x, y, z), parent = point, np.uint64(node)
     # a loop whose length the compiler knows is unrolled first, and then not vectorised
     for each in range(cylinders.shape[1] // PARTS):
         at = np.uint64(each)
-        u = x - cylinders[row, at]
-        v = y - cylinders[row, at + np.uint64(8)]
-        w = z - cylinders[row, at + np.uint64(16)]
+        u = x - cylinders[parent, at]
+        v = y - cylinders[parent, at + np.uint64(8)]
+        w = z - cylinders[parent, at + np.uint64(16)]
         along = (
-            u * cylinders[row, at + np.uint64(24)]
-            + v * cylinders[row, at + np.uint64(32)]
-            + w * cylinders[row, at + np.uint64(40)]
+            u * cylinders[parent, at + np.uint64(24)]
+            + v * cylinders[parent, at + np.uint64(32)]
+            + w * cylinders[parent, at + np.uint64(40)]
         )
         whole = u * u + v * v + w * w
         across = np.sqrt(max(whole - along * along - ROUNDING * whole, 0.0))
-        across = max(across - cylinders[row, at + np.uint64(48)], 0.0)
-        above = max(abs(along) * (1.0 - ROUNDING) - cylinders[row, at + np.uint64(56)], 0.0)
+        across = max(across - cylinders[parent, at + np.uint64(48)], 0.0)
+        above = max(abs(along) * (1.0 - ROUNDING) - cylinders[parent, at + np.uint64(56)], 0.0)
         squares[at] = across * across + above * above
 
 
@@ -379,8 +381,8 @@ def _rounded_down(value: float) -> np.float32:
 
 @leaf_kernel
 def set_box_gaps(
-    origin: tuple[float, float, float],
-    slope: tuple[float, float, float],
+    origin: Vector,
+    slope: Vector,
     low: float,
     high: float,
     margin: float,
@@ -396,7 +398,7 @@ def set_box_gaps(
     """
     x, y, z = origin
     u, v, w = slope
-    row = np.uint64(node)
+    parent = np.uint64(node)
     a, d = (0, 3 * WIDTH) if u > 0.0 else (3 * WIDTH, 0)
     b, e = (WIDTH, 4 * WIDTH) if v > 0.0 else (4 * WIDTH, WIDTH)
     c, f = (2 * WIDTH, 5 * WIDTH) if w > 0.0 else (5 * WIDTH, 2 * WIDTH)
@@ -407,15 +409,15 @@ def set_box_gaps(
     for each in range(boxes.shape[1] // SIDES):
         at = np.uint64(each)
         first = max(
-            (boxes[row, near_x + at] - (x + p)) * u,
-            (boxes[row, near_y + at] - (y + q)) * v,
-            (boxes[row, near_z + at] - (z + r)) * w,
+            (boxes[parent, near_x + at] - (x + p)) * u,
+            (boxes[parent, near_y + at] - (y + q)) * v,
+            (boxes[parent, near_z + at] - (z + r)) * w,
             low,
         )
         last = min(
-            (boxes[row, far_x + at] - (x - p)) * u,
-            (boxes[row, far_y + at] - (y - q)) * v,
-            (boxes[row, far_z + at] - (z - r)) * w,
+            (boxes[parent, far_x + at] - (x - p)) * u,
+            (boxes[parent, far_y + at] - (y - q)) * v,
+            (boxes[parent, far_z + at] - (z - r)) * w,
             high,
         )
         gaps[at] = last - first

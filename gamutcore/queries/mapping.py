@@ -47,13 +47,13 @@ from numpy.typing import ArrayLike
 
 from gamutcore.arrays import BooleanArray, Float32Array, FloatArray, IndexArray, LongArray
 from gamutcore.errors import MeshError, OptionError
+from gamutcore.geometry import Vector, dot, minus, plus, row, scaled, write_row
 from gamutcore.kernels import kernel, leaf_kernel
 from gamutcore.queries.containment import is_inside
 from gamutcore.queries.crossings import (
     LINE,
     SEGMENT,
     LineWorkspace,
-    Point,
     crossings,
     find_crossings,
 )
@@ -213,35 +213,29 @@ def _move_inwards(
 ) -> None:
     """Move points on the surface inwards along directions."""
     for place in range(len(rows)):
-        row = rows[place]
-        point = points[row, 0], points[row, 1], points[row, 2]
-        direction = towards[place, 0], towards[place, 1], towards[place, 2]
-        points[row, 0], points[row, 1], points[row, 2] = _inwards(point, direction, index, terms)
+        point, direction = row(points, rows[place], 0), row(towards, place, 0)
+        write_row(points, rows[place], 0, _inwards(point, direction, index, terms))
 
 
 @leaf_kernel
-def _inwards(point: Point, direction: Point, index: LevelIndex, terms: FloatArray) -> Point:
+def _inwards(point: Vector, direction: Vector, index: LevelIndex, terms: FloatArray) -> Vector:
     """Return a point in gamut near a point on the surface: along a direction, or to the centre."""
-    x, y, z = point
-    u, v, w = direction
-    length = np.sqrt(u * u + v * v + w * w)
+    (x, y, z), length = point, np.sqrt(dot(direction, direction))
     step = INWARDS * (1.0 / index.tree.scale + abs(x) + abs(y) + abs(z))
     if length > 0.0:
         along = step / length
         for _ in range(TRIES):
-            px, py, pz = x + along * u, y + along * v, z + along * w
-            if is_inside(px, py, pz, index, terms):
-                return px, py, pz
+            moved = plus(point, scaled(along, direction))
+            if is_inside(moved, index, terms):
+                return moved
             along *= 4.0
-    share = INWARDS
+    centre, share = (index.centre[0], index.centre[1], index.centre[2]), INWARDS
     while share < 1.0:
-        px = x + share * (index.centre[0] - x)
-        py = y + share * (index.centre[1] - y)
-        pz = z + share * (index.centre[2] - z)
-        if is_inside(px, py, pz, index, terms):
-            return px, py, pz
+        moved = plus(point, scaled(share, minus(centre, point)))
+        if is_inside(moved, index, terms):
+            return moved
         share *= 4.0
-    return index.centre[0], index.centre[1], index.centre[2]
+    return centre
 
 
 @kernel
@@ -259,12 +253,11 @@ def _clip(  # noqa: PLR0912  # a branch for each method
 ) -> None:
     bounds = np.empty(STACK)
     order = _order_by_hue(given)
-    for turn in range(len(given)):
-        row = order[turn]
-        start = given[row, 0], given[row, 1], given[row, 2]
-        if is_inside(start[0], start[1], start[2], index, work.terms):
+    for number in order:
+        start = row(given, number, 0)
+        if is_inside(start, index, work.terms):
             continue
-        moved[row] = True
+        moved[number] = True
         if method == NEAREST:
             continue
         chroma = np.sqrt(start[1] * start[1] + start[2] * start[2])
@@ -289,12 +282,12 @@ def _clip(  # noqa: PLR0912  # a branch for each method
                 end = find_cusp(ca, cb, index.cusps)[1], 0.0, 0.0
             target, place = _towards(start, end, index, work)
         if place >= 0:
-            faces[row] = work.faces[place]
+            faces[number] = work.faces[place]
             for corner in range(3):
-                weights[row, corner] = work.weights[place, corner]
+                weights[number, corner] = work.weights[place, corner]
         else:
             face, lightness, found = _nearest_of_hue(
-                given[row, 0],
+                start[0],
                 chroma,
                 ca,
                 cb,
@@ -302,49 +295,45 @@ def _clip(  # noqa: PLR0912  # a branch for each method
                 work.nodes,
                 bounds,
                 work.gaps,
-                weights[row],
+                weights[number],
             )
             if face < 0:
                 continue
-            faces[row] = face
+            faces[number] = face
             target = lightness, found * ca, found * cb
-        direction = target[0] - given[row, 0], target[1] - given[row, 1], target[2] - given[row, 2]
-        points[row, 0], points[row, 1], points[row, 2] = _inwards(
-            target, direction, index, work.terms
-        )
+        inwards = _inwards(target, minus(target, start), index, work.terms)
+        write_row(points, number, 0, inwards)
 
 
 @kernel
 def _order_by_hue(points: FloatArray) -> IndexArray:
     """Return an order of points by hue, in which consecutive searches share cached data."""
     sectors, place = np.empty(len(points), np.int32), np.zeros(HUES + 1, np.int32)
-    for row in range(len(points)):
-        sectors[row] = hue_sector(points[row, 1], points[row, 2], HUES)
-        place[sectors[row] + 1] += 1
+    for number in range(len(points)):
+        sectors[number] = hue_sector(points[number, 1], points[number, 2], HUES)
+        place[sectors[number] + 1] += 1
     for sector in range(HUES):
         place[sector + 1] += place[sector]
     order = np.empty(len(points), np.int32)
-    for row in range(len(points)):
-        order[place[sectors[row]]] = row
-        place[sectors[row]] += 1
+    for number in range(len(points)):
+        order[place[sectors[number]]] = number
+        place[sectors[number]] += 1
     return order
 
 
 @leaf_kernel
-def _towards(start: Point, end: Point, index: LevelIndex, work: LineWorkspace) -> tuple[Point, int]:
+def _towards(
+    start: Vector, end: Vector, index: LevelIndex, work: LineWorkspace
+) -> tuple[Vector, int]:
     """Return the first crossing of a segment, and its index in `work`; −1 without one."""
     if not (np.isfinite(end[0]) and find_crossings(start, end, SEGMENT, index, 0, work) > 0):
         return start, -1
     t = work.t[0]
-    return (
-        start[0] + t * (end[0] - start[0]),
-        start[1] + t * (end[1] - start[1]),
-        start[2] + t * (end[2] - start[2]),
-    ), 0
+    return plus(start, scaled(t, minus(end, start))), 0
 
 
 @leaf_kernel
-def _by_lightness(start: Point, index: LevelIndex, work: LineWorkspace) -> tuple[Point, int]:
+def _by_lightness(start: Vector, index: LevelIndex, work: LineWorkspace) -> tuple[Vector, int]:
     """Return the crossing of nearest lightness, and its index in `work`; −1 without one."""
     size = 1.0 / index.tree.scale
     end = start[0] + size, start[1], start[2]
@@ -363,7 +352,7 @@ def _by_lightness(start: Point, index: LevelIndex, work: LineWorkspace) -> tuple
 @leaf_kernel
 def _to_cusp(
     chroma: float, ca: float, cb: float, index: LevelIndex, work: LineWorkspace
-) -> tuple[Point, int]:
+) -> tuple[Vector, int]:
     """Return the cusp of a hue, and its index, if the chroma is larger; otherwise −1."""
     most, lightness, edge, share = find_cusp(ca, cb, index.cusps)
     if edge < 0 or chroma < most:

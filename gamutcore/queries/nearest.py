@@ -14,10 +14,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gamutcore.arrays import FloatArray, IndexArray, LongArray
-from gamutcore.geometry import Vector, closest_point, curve_order, minus, row, write_row
+from gamutcore.arrays import FloatArray, IndexArray
+from gamutcore.geometry import Vector, closest_point, curve_order, minus, row, scaled, write_row
 from gamutcore.kernels import kernel, leaf_kernel
-from gamutcore.queries.face_tree import STACK, WIDTH, set_lower_bounds
+from gamutcore.queries.face_tree import WIDTH, Search, new_search, set_lower_bounds
 from gamutcore.queries.index import Level, LevelIndex, as_index, checked_points
 
 __all__ = ["SurfacePoints", "nearest", "nearest_face"]
@@ -80,12 +80,12 @@ def nearest(points: ArrayLike, level: Level) -> SurfacePoints:
     >>> found.weights.tolist()
     [[0.25, 0.5, 0.25]]
     """
-    return SurfacePoints(*_nearest(checked_points(points), as_index(level)))
+    return SurfacePoints(*_nearest(checked_points(points), as_index(level), new_search()))
 
 
 @kernel
 def _nearest(
-    points: FloatArray, index: LevelIndex
+    points: FloatArray, index: LevelIndex, search: Search
 ) -> tuple[FloatArray, FloatArray, IndexArray, FloatArray]:
     vertices = index.vertices
     count = len(points)
@@ -93,11 +93,10 @@ def _nearest(
     distance = np.empty(count)
     faces = np.empty(count, np.int32)
     weights = np.empty((count, 3))
-    nodes, bounds, squares = np.empty(STACK, np.int64), np.empty(STACK), np.empty(WIDTH)
     face = 0
     for number in curve_order(points):
-        x, y, z = row(points, number, 0)
-        face, square, u, v = nearest_face(x, y, z, index, face, np.inf, nodes, bounds, squares)
+        point = row(points, number, 0)
+        face, square, u, v = nearest_face(point, index, face, np.inf, search)
         one, two, three = index.faces[face, 0], index.faces[face, 1], index.faces[face, 2]
         w = max(1.0 - u - v, 0.0)
         for axis in range(3):
@@ -112,31 +111,22 @@ def _nearest(
 
 @leaf_kernel
 def nearest_face(
-    px: float,
-    py: float,
-    pz: float,
-    index: LevelIndex,
-    start: int,
-    within: float,
-    nodes: LongArray,
-    bounds: FloatArray,
-    squares: FloatArray,
+    point: Vector, index: LevelIndex, start: int, within: float, search: Search
 ) -> tuple[int, float, float, float]:
     """Return the face nearest to a point, the squared distance, and two weights.
 
     The weights are those of the second and the third corner. Only the time depends on the face
-    `start`. Faces farther than `within` need not be found; the answer may then be `start`. `nodes`
-    and `bounds` (STACK,) and `squares` (WIDTH,) are work arrays.
+    `start`. Faces farther than `within` need not be found; the answer may then be `start`.
     """
-    tree, centre = index.tree, index.centre
+    tree, centre, (nodes, bounds, squares) = index.tree, index.centre, search
     scale = tree.scale
-    x, y, z = (px - centre[0]) * scale, (py - centre[1]) * scale, (pz - centre[2]) * scale
-    largest = max(abs(px), abs(py), abs(pz))
+    here = scaled(scale, minus(point, (centre[0], centre[1], centre[2])))
+    largest = max(abs(point[0]), abs(point[1]), abs(point[2]))
     for axis in range(3):
         largest = max(largest, abs(index.box[0, axis]), abs(index.box[1, axis]))
     margin = MARGIN * largest
     face = start
-    square, u, v = _point_in_face((px, py, pz), index, face)
+    square, u, v = _point_in_face(point, index, face)
     limit = ((min(np.sqrt(square), within) + margin) * scale) ** 2
     nodes[0], bounds[0] = 0, 0.0
     height = 1
@@ -145,13 +135,13 @@ def nearest_face(
         if bounds[height] > limit:
             continue
         node = nodes[height]
-        set_lower_bounds(x, y, z, tree.cylinders, node, squares)
+        set_lower_bounds(here, tree.cylinders, node, squares)
         first = tree.first[node]
         if first < 0:
             for at in range(WIDTH):
                 if squares[at] <= limit:
                     other = tree.faces[~first + at]
-                    closer, other_u, other_v = _point_in_face((px, py, pz), index, other)
+                    closer, other_u, other_v = _point_in_face(point, index, other)
                     if closer < square or (closer == square and other < face):
                         face, square, u, v = other, closer, other_u, other_v
                         limit = ((min(np.sqrt(square), within) + margin) * scale) ** 2

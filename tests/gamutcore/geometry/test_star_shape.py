@@ -24,7 +24,7 @@ def exact(one, two, three):
 @given(POINT, POINT, POINT)
 def test_agrees_with_the_exact_determinant(one, two, three):
     determinant, squares = exact(one, two, three)
-    seen = sees_centre(*one, *two, *three)
+    seen = sees_centre(one, two, three)
     if seen:
         assert determinant > 0
     if determinant > 0 and determinant**2 > 4 * Fraction(MINIMUM_DETERMINANT) ** 2 * squares:
@@ -40,27 +40,27 @@ def test_is_not_fooled_by_rounding_of_flat_faces(one, two, s, t, nudge):
     third[2] += nudge * np.spacing(np.abs(third[2]))
     determinant, _ = exact(one, two, third.tolist())
     if determinant <= 0:
-        assert not sees_centre(*one, *two, *third)
+        assert not sees_centre(one, two, third)
 
 
 @given(POINT, POINT, POINT)
 def test_turning_the_corners_changes_nothing_and_swapping_two_denies(one, two, three):
-    seen = sees_centre(*one, *two, *three)
+    seen = sees_centre(one, two, three)
     determinant, squares = exact(one, two, three)
     if abs(determinant) ** 2 > 4 * Fraction(MINIMUM_DETERMINANT) ** 2 * squares:
-        assert sees_centre(*two, *three, *one) == seen
-        assert sees_centre(*two, *one, *three) != seen
+        assert sees_centre(two, three, one) == seen
+        assert sees_centre(two, one, three) != seen
     else:
-        assert not (seen and sees_centre(*two, *one, *three))
+        assert not (seen and sees_centre(two, one, three))
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
 @pytest.mark.parametrize("place", range(9))
 def test_what_is_not_finite_does_not_see_it(value, place):
     corners = [1.0, 0, 0, 0, 1.0, 0, 0, 0, 1.0]
-    assert sees_centre(*corners)
+    assert sees_centre(*np.reshape(corners, (3, 3)))
     corners[place] = value
-    assert not sees_centre(*corners)
+    assert not sees_centre(*np.reshape(corners, (3, 3)))
 
 
 def test_faces_that_do_not_see_the_centre_are_named(icosphere):

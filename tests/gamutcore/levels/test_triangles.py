@@ -37,7 +37,7 @@ class TestSquaredDistance:
         ):
             return  # slivers have a test of their own
         surface = make_surface(triangle, np.arange(3, dtype=np.int32))
-        found = np.sqrt(squared_distance(*point, surface, 0))
+        found = np.sqrt(squared_distance(tuple(point), surface, 0))
         assert found == pytest.approx(distance_to_triangle(point, triangle), rel=1e-6, abs=1e-6)
 
     @given(
@@ -54,7 +54,9 @@ class TestSquaredDistance:
         surface = make_surface(corners, np.arange(3, dtype=np.int32))
         along = np.clip((point - start) @ (end - start) / np.sum((end - start) ** 2), 0, 1)
         expected = np.linalg.norm(start + along * (end - start) - point)
-        assert np.sqrt(squared_distance(*point, surface, 0)) == pytest.approx(expected, abs=1e-5)
+        assert np.sqrt(squared_distance(tuple(point), surface, 0)) == pytest.approx(
+            expected, abs=1e-5
+        )
 
 
 class TestRaiseBound:

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from gamutcore.geometry import TERMS, add_product, orientation, sign_of
 from gamutcore.queries import build_index, contains
-from gamutcore.queries.containment import TERMS, add_product, orientation, sign_of
 
 COORDINATE = st.one_of(
     st.sampled_from([-1.0, 1.0, 0.0, np.nextafter(1.0, 2.0), -np.nextafter(1.0, 2.0)]),
@@ -122,7 +122,7 @@ class TestAddProduct:
 class TestOrientation:
     def check(self, orientation_of, a, b, c, p):
         terms = np.empty(TERMS)
-        found = orientation(*map(float, (*a, *b, *c, *p)), terms)
+        found = orientation(*(tuple(map(float, each)) for each in (a, b, c, p)), terms)
         assert sign(found) == sign(orientation_of(a, b, c, p))
 
     def test_of_points_in_a_plane_and_beside_it(self, orientation_of):
@@ -139,7 +139,7 @@ class TestOrientation:
         terms = np.empty(TERMS)
         for point in (a, b, (a + b) / 2, a + b + c, 2**20 * b + c):
             assert orientation_of(a, b, c, point) == 0
-            assert orientation(*a, *b, *c, *point, terms) == 0
+            assert orientation(tuple(a), tuple(b), tuple(c), tuple(point), terms) == 0
 
     def test_of_magnitudes_far_apart(self, orientation_of):
         corners = np.array([(1e20, 0, 1), (0, 1e-20, 1), (1, 1, 1e-30)])

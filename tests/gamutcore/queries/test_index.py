@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from gamutcore.errors import InvalidPointsError, MeshError
-from gamutcore.queries.index import MARGIN, build_index, cell_of, direction_cells
+from gamutcore.geometry import cell_of, direction_cells
+from gamutcore.queries.index import MARGIN, build_index
 
 
 class TestBuildIndex:
@@ -54,7 +55,7 @@ def test_the_cell_of_a_direction_lists_the_face_that_it_meets(rough, count, reso
     edges = np.vstack([np.eye(3), -np.eye(3), list(np.ndindex(3, 3, 3))]) - 1e-9
     for direction in np.vstack([random.normal(size=(300, 3)), edges, position]):
         face = np.einsum("fij,j->fi", inverse, direction).min(axis=1).argmax()
-        cell = cell_of(*direction, resolution)
+        cell = cell_of(tuple(direction), resolution)
         assert face in listed[start[cell] : start[cell + 1]]
 
 
