@@ -104,9 +104,8 @@ def rings(
         axes.figure.savefig(output)
         return
     found = gamut.rings(other, sectors=sectors, **level)
-    write_table(
-        RINGS.tabulate(found).columns, output, as_json=as_json, as_csv=as_csv, stated=stated
-    )
+    columns: dict[str, Any] = {**RINGS.tabulate(found).columns}
+    write_table(columns, output, as_json=as_json, as_csv=as_csv, stated=stated)
 
 
 def picture(
