@@ -19,7 +19,7 @@ from __future__ import annotations
 import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray
-from gamutcore.geometry import Vector, dot, minus, row, scaled, write_row
+from gamutcore.geometry import Vector, closest_point, dot, minus, row, scaled, write_row
 from gamutcore.kernels import inlined_kernel, leaf_kernel
 from gamutcore.levels.cones import INDEX, Locations, Surface
 
@@ -37,10 +37,6 @@ the latter point is on.
 
 SLACK = 1.03
 """Ratio of a bound to an attained distance at which the bound is not improved further."""
-
-DEGENERATE = 1e-12
-"""Squared sine of a face's angle below which only the edges of the face are considered. The
-quantities that separate the regions have lost half of their digits by then."""
 
 HALVINGS = 16
 """Most halvings of a piece; its bound then stays."""
@@ -315,65 +311,12 @@ def nearest_face(point: Vector, surface: Surface, face: int) -> tuple[int, float
 
 @inlined_kernel
 def squared_distance(point: Vector, surface: Surface, face: int) -> float:
-    """Squared distance from a point to a face, by the region of the plane that has the point.
-
-    Source: C. Ericson, "Real-Time Collision Detection" (2005), section 5.1.5. The result is the
-    distance to some point of the face. Rounding may miss the nearest point, but never gives too
-    small a result.
-    """
+    """Squared distance from a point to a face; rounding never makes it too small."""
     position = surface.position
     a = row(position, surface.corner[3 * face], 0)
-    u = ux, uy, uz = minus(row(position, surface.corner[3 * face + 1], 0), a)
-    v = vx, vy, vz = minus(row(position, surface.corner[3 * face + 2], 0), a)
-    p = x, y, z = minus(point, a)
-    # scalar products of both edges with the vector from each corner to the point
-    u_a, v_a = dot(u, p), dot(v, p)
-    if u_a <= 0.0 and v_a <= 0.0:
-        return dot(p, p)
-    uu, vv, uv = dot(u, u), dot(v, v), dot(u, v)
-    u_b, v_b = u_a - uu, v_a - uv
-    u_c, v_c = u_a - uv, v_a - vv
-    inside_a, inside_b = u_b * v_c - u_c * v_b, u_c * v_a - u_a * v_c
-    inside_c = u_a * v_b - u_b * v_a
-    if uu * vv - uv * uv <= DEGENERATE * uu * vv:
-        # a sliver: the nearest point is on an edge
-        along_u = min(max(u_a / uu, 0.0), 1.0)
-        along_v = min(max(v_a / vv, 0.0), 1.0)
-        ww = uu - 2.0 * uv + vv
-        along_w = min(max((v_b - u_b) / ww, 0.0), 1.0) if ww > 0.0 else 0.0
-        return min(
-            _squared(x - along_u * ux, y - along_u * uy, z - along_u * uz),
-            _squared(x - along_v * vx, y - along_v * vy, z - along_v * vz),
-            _squared(
-                x - ux - along_w * (vx - ux),
-                y - uy - along_w * (vy - uy),
-                z - uz - along_w * (vz - uz),
-            ),
-        )
-    if u_b >= 0.0 and v_b <= u_b:
-        along_u, along_v = 1.0, 0.0
-    elif v_c >= 0.0 and u_c <= v_c:
-        along_u, along_v = 0.0, 1.0
-    elif inside_c <= 0.0 and u_a >= 0.0 and u_b <= 0.0:
-        along_u, along_v = u_a / uu, 0.0
-    elif inside_b <= 0.0 and v_a >= 0.0 and v_c <= 0.0:
-        along_u, along_v = 0.0, v_a / vv
-    elif inside_a <= 0.0 and v_b >= u_b and u_c >= v_c:
-        along_v = (v_b - u_b) / ((v_b - u_b) + (u_c - v_c))
-        along_u = 1.0 - along_v
-    else:
-        scale = 1.0 / (inside_a + inside_b + inside_c)
-        along_u, along_v = inside_b * scale, inside_c * scale
-    return _squared(
-        x - along_u * ux - along_v * vx,
-        y - along_u * uy - along_v * vy,
-        z - along_u * uz - along_v * vz,
-    )
-
-
-@leaf_kernel
-def _squared(x: float, y: float, z: float) -> float:
-    return x * x + y * y + z * z
+    b = minus(row(position, surface.corner[3 * face + 1], 0), a)
+    c = minus(row(position, surface.corner[3 * face + 2], 0), a)
+    return closest_point(minus(point, a), b, c)[0]
 
 
 @leaf_kernel
