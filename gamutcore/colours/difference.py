@@ -25,7 +25,6 @@ __all__ = [
     "COS_275",
     "ROTATION",
     "SIN_275",
-    "TINY",
     "Jet",
     "chroma_and_hue",
     "ciede2000",
@@ -34,10 +33,8 @@ __all__ = [
     "half_square",
     "half_square_without_lightness",
     "half_squared",
-    "hue_factors",
     "lightness_term",
     "plus",
-    "saturation",
 ]
 
 SEVENTH = 25.0**7
@@ -74,7 +71,7 @@ def ciede2000(l1: float, a1: float, b1: float, l2: float, a2: float, b2: float) 
     """Return ΔE00 of two colours in CIELAB."""
     light = lightness_term(l1, l2)[0]
     u, v, root, _, cosine, sine = chroma_and_hue(a1, b1, a2, b2)
-    rotation = -2.0 * root[0] * hue_rotation(cosine, sine)[0]
+    rotation = -2.0 * root[0] * _hue_rotation(cosine, sine)[0]
     square = light * light + u[0] * u[0] + v[0] * v[0] + rotation * u[0] * v[0]
     return np.sqrt(max(square, 0.0))
 
@@ -89,7 +86,7 @@ def half_square(
     """
     light = lightness_term(l1, l2)
     u, v, root, hue, cosine, sine = chroma_and_hue(a1, b1, a2, b2)
-    turn = hue_rotation(cosine, sine)
+    turn = _hue_rotation(cosine, sine)
     chroma = half_square_without_lightness(u, v, root, composed(hue, turn[0], turn[1], turn[2]))
     return half_squared(light), chroma, u, v
 
@@ -100,16 +97,17 @@ Jet = tuple[float, float, float, float, float, float]
 
 @inlined_kernel
 def plus(p: Jet, q: Jet) -> Jet:
+    """Return the sum of two jets."""
     return p[0] + q[0], p[1] + q[1], p[2] + q[2], p[3] + q[3], p[4] + q[4], p[5] + q[5]
 
 
 @inlined_kernel
-def shifted(p: Jet, number: float) -> Jet:
+def _shifted(p: Jet, number: float) -> Jet:
     return p[0] + number, p[1], p[2], p[3], p[4], p[5]
 
 
 @inlined_kernel
-def scaled(p: Jet, factor: float) -> Jet:
+def _scaled(p: Jet, factor: float) -> Jet:
     return (
         factor * p[0],
         factor * p[1],
@@ -121,7 +119,7 @@ def scaled(p: Jet, factor: float) -> Jet:
 
 
 @inlined_kernel
-def times(p: Jet, q: Jet) -> Jet:
+def _times(p: Jet, q: Jet) -> Jet:
     return (
         p[0] * q[0],
         p[1] * q[0] + p[0] * q[1],
@@ -133,7 +131,7 @@ def times(p: Jet, q: Jet) -> Jet:
 
 
 @inlined_kernel
-def divided(p: Jet, q: Jet) -> Jet:
+def _divided(p: Jet, q: Jet) -> Jet:
     share, value = 1.0 / q[0], p[0] / q[0]
     y, z = share * (p[1] - value * q[1]), share * (p[2] - value * q[2])
     return (
@@ -160,7 +158,7 @@ def composed(p: Jet, value: float, first: float, second: float) -> Jet:
 
 
 @inlined_kernel
-def square_root(p: Jet) -> Jet:
+def _square_root(p: Jet) -> Jet:
     root = np.sqrt(p[0])
     first = 0.5 / root
     return composed(p, root, first, -0.5 * first / p[0])
@@ -168,17 +166,18 @@ def square_root(p: Jet) -> Jet:
 
 @inlined_kernel
 def half_squared(p: Jet) -> Jet:
-    return scaled(times(p, p), 0.5)
+    """Return ½ p²."""
+    return _scaled(_times(p, p), 0.5)
 
 
 @inlined_kernel
 def lightness_term(l1: float, l2: float) -> Jet:
     """Return ΔL' ÷ S_L, a jet by the second lightness."""
     second = l2, 1.0, 0.0, 0.0, 0.0, 0.0
-    middle = shifted(scaled(shifted(second, l1), 0.5), -50.0)
-    middle = times(middle, middle)
-    weight = divided(scaled(middle, 0.015), square_root(shifted(middle, 20.0)))
-    return divided(shifted(second, -l1), shifted(weight, 1.0))
+    middle = _shifted(_scaled(_shifted(second, l1), 0.5), -50.0)
+    middle = _times(middle, middle)
+    weight = _divided(_scaled(middle, 0.015), _square_root(_shifted(middle, 20.0)))
+    return _divided(_shifted(second, -l1), _shifted(weight, 1.0))
 
 
 @inlined_kernel
@@ -191,44 +190,44 @@ def chroma_and_hue(
     cosine and the sine of the mean hue follow.
     """
     second_a, second_b = (a2, 1.0, 0.0, 0.0, 0.0, 0.0), (b2, 0.0, 1.0, 0.0, 0.0, 0.0)
-    square = plus(times(second_a, second_a), times(second_b, second_b))
-    chroma = square_root(shifted(square, TINY))
-    chroma = scaled(shifted(chroma, np.sqrt(a1 * a1 + b1 * b1)), 0.5)
-    stretch = shifted(scaled(saturation(chroma), -0.5), 1.5)  # 1 + G
-    x1, x2 = scaled(stretch, a1), times(stretch, second_a)
-    c1 = square_root(shifted(times(x1, x1), b1 * b1 + TINY))
-    c2 = square_root(shifted(plus(times(x2, x2), times(second_b, second_b)), TINY))
-    mean = scaled(plus(c1, c2), 0.5)
+    square = plus(_times(second_a, second_a), _times(second_b, second_b))
+    chroma = _square_root(_shifted(square, TINY))
+    chroma = _scaled(_shifted(chroma, np.sqrt(a1 * a1 + b1 * b1)), 0.5)
+    stretch = _shifted(_scaled(_saturation(chroma), -0.5), 1.5)  # 1 + G
+    x1, x2 = _scaled(stretch, a1), _times(stretch, second_a)
+    c1 = _square_root(_shifted(_times(x1, x1), b1 * b1 + TINY))
+    c2 = _square_root(_shifted(plus(_times(x2, x2), _times(second_b, second_b)), TINY))
+    mean = _scaled(plus(c1, c2), 0.5)
     # unit vectors of the hues; a neutral colour takes the hue of the other one
-    unit_x1, unit_y1 = divided(x1, c1), divided((b1, 0.0, 0.0, 0.0, 0.0, 0.0), c1)
-    unit_x2, unit_y2 = divided(x2, c2), divided(second_b, c2)
-    h1 = plus(scaled(unit_y1, unit_x1[0]), scaled(unit_x1, -unit_y1[0]))
-    h2 = plus(scaled(unit_y2, unit_x2[0]), scaled(unit_x2, -unit_y2[0]))
+    unit_x1, unit_y1 = _divided(x1, c1), _divided((b1, 0.0, 0.0, 0.0, 0.0, 0.0), c1)
+    unit_x2, unit_y2 = _divided(x2, c2), _divided(second_b, c2)
+    h1 = plus(_scaled(unit_y1, unit_x1[0]), _scaled(unit_x1, -unit_y1[0]))
+    h2 = plus(_scaled(unit_y2, unit_x2[0]), _scaled(unit_x2, -unit_y2[0]))
     u1, v1, u2, v2 = unit_x1[0], unit_y1[0], unit_x2[0], unit_y2[0]
     neutral_1, neutral_2 = (u1 == 0.0) & (v1 == 0.0), (u2 == 0.0) & (v2 == 0.0)
     u2, v2 = (u1, v1) if neutral_2 else (u2, v2)
     u1, v1 = (u2, v2) if neutral_1 else (u1, v1)
     cosine, sine, half_cosine, double_half_sine = _mean_hue(u1, v1, u2, v2)
-    hue, turn = scaled(plus(h1, h2), 0.5), plus(h2, scaled(h1, -1.0))
+    hue, turn = _scaled(plus(h1, h2), 0.5), plus(h2, _scaled(h1, -1.0))
     d_hue = composed(turn, double_half_sine, half_cosine, -0.25 * double_half_sine)
-    d_hue = times(square_root(times(c1, c2)), d_hue)
+    d_hue = _times(_square_root(_times(c1, c2)), d_hue)
 
-    even, odd, t_1, t_2 = hue_factors(cosine, sine)
-    t = composed(hue, even + odd, t_1, t_2)
-    u = divided(plus(c2, scaled(c1, -1.0)), shifted(scaled(mean, 0.045), 1.0))
-    v = divided(d_hue, shifted(times(scaled(mean, 0.015), t), 1.0))
-    return u, v, saturation(mean), hue, cosine, sine
+    t, t_1, t_2 = _hue_weight(cosine, sine)
+    weight = composed(hue, t, t_1, t_2)
+    u = _divided(plus(c2, _scaled(c1, -1.0)), _shifted(_scaled(mean, 0.045), 1.0))
+    v = _divided(d_hue, _shifted(_times(_scaled(mean, 0.015), weight), 1.0))
+    return u, v, _saturation(mean), hue, cosine, sine
 
 
 @inlined_kernel
 def half_square_without_lightness(u: Jet, v: Jet, root: Jet, turn: Jet) -> Jet:
     """Return ½ (u² + v² + R_T u v), where `turn` is sin 2Δθ."""
-    both = scaled(plus(times(u, u), times(v, v)), 0.5)
-    return plus(both, scaled(times(times(root, turn), times(u, v)), -1.0))
+    both = _scaled(plus(_times(u, u), _times(v, v)), 0.5)
+    return plus(both, _scaled(_times(_times(root, turn), _times(u, v)), -1.0))
 
 
 @inlined_kernel
-def saturation(chroma: Jet) -> Jet:
+def _saturation(chroma: Jet) -> Jet:
     """Return √(C⁷ ÷ (C⁷ + 25⁷))."""
     square = chroma[0] * chroma[0]
     seventh = square * square * square * chroma[0]
@@ -262,11 +261,8 @@ def _mean_hue(u1: float, v1: float, u2: float, v2: float) -> tuple[float, float,
 
 
 @inlined_kernel
-def hue_factors(cosine: float, sine: float) -> tuple[float, float, float, float]:
-    """Return two terms of T for a mean hue (equation 15), and two derivatives of their sum.
-
-    At the opposite hue the second term changes its sign.
-    """
+def _hue_weight(cosine: float, sine: float) -> tuple[float, float, float]:
+    """Return T for a mean hue (equation 15), and two derivatives by the hue."""
     double, double_sine = 2.0 * cosine * cosine - 1.0, 2.0 * cosine * sine
     triple = double * cosine - double_sine * sine
     triple_sine = double_sine * cosine + double * sine
@@ -278,11 +274,11 @@ def hue_factors(cosine: float, sine: float) -> tuple[float, float, float, float]
     slope -= 0.96 * (triple_sine * COS_6 + triple * SIN_6)
     slope += 0.80 * (fourfold_sine * COS_63 - fourfold * SIN_63)
     bend = first - 0.96 * double - 9.0 * third + 16.0 * fourth
-    return 1.0 + 0.24 * double - fourth, third - first, slope, bend
+    return (1.0 + 0.24 * double - fourth) + (third - first), slope, bend
 
 
 @leaf_kernel
-def hue_rotation(cosine: float, sine: float) -> tuple[float, float, float]:
+def _hue_rotation(cosine: float, sine: float) -> tuple[float, float, float]:
     """Return sin 2Δθ for a mean hue (equations 16 and 19), and two derivatives by the hue."""
     if sine >= 0.0 and cosine >= COS_95:
         return 0.0, 0.0, 0.0
