@@ -73,7 +73,7 @@ def ciede2000(l1: float, a1: float, b1: float, l2: float, a2: float, b2: float) 
     u, v, root, _, cosine, sine = chroma_and_hue(a1, b1, a2, b2)
     rotation = -2.0 * root[0] * _hue_rotation(cosine, sine)[0]
     square = light * light + u[0] * u[0] + v[0] * v[0] + rotation * u[0] * v[0]
-    return np.sqrt(max(square, 0.0))
+    return float(np.sqrt(max(square, 0.0)))
 
 
 @leaf_kernel

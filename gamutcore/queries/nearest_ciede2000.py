@@ -547,10 +547,12 @@ RELATIVE = 3e-5
 
 
 @leaf_kernel
-def set_bounds(colour: FloatArray, cylinders: FloatArray, lanes: int, found: FloatArray) -> None:
+def set_bounds(
+    colour: FloatArray, cylinders: FloatArray, lanes: np.uint64, found: FloatArray
+) -> None:
     """Set `found` to lower bounds of F in eight cylinders, and to F in their middles.
 
-    F is infinite for a cylinder with a negative radius. `lanes` is 8, unsigned.
+    F is infinite for a cylinder with a negative radius. `lanes` is 8.
     """
     l, a, b = colour[0], colour[1], colour[2]  # noqa: E741
     own = np.sqrt(a * a + b * b)
