@@ -9,6 +9,7 @@ from gamutcore.queries.chromaticity import (
     chromaticity_description,
     chromaticity_gamut,
 )
+from gamutcore.queries.ciede2000 import delta_e_2000
 from gamutcore.queries.comparison import (
     MOST_SECTORS,
     RING_LIGHTNESSES,
@@ -27,7 +28,7 @@ from gamutcore.queries.index import (
 )
 from gamutcore.queries.mapping import Mapped, MappingMethod, map_colours
 from gamutcore.queries.nearest import SurfacePoints, nearest
-from gamutcore.queries.nearest_ciede2000 import delta_e_2000, nearest_ciede2000
+from gamutcore.queries.nearest_ciede2000 import nearest_ciede2000
 from gamutcore.queries.sections import (
     Cusps,
     Leaves,
