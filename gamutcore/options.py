@@ -8,20 +8,17 @@ follow from them. The canonical form of the options is part of a gamut's id.
 
 from __future__ import annotations
 
-import ast
-import inspect
-import itertools
 import json
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import cache
 from types import MappingProxyType
 from typing import Annotated, Any, Self, TypeAlias, get_type_hints
 
 from pydantic import (
     BaseModel,
     ConfigDict,
+    Field,
     ValidationError,
     ValidationInfo,
     ValidatorFunctionWrapHandler,
@@ -75,7 +72,7 @@ _SELECTED: dict[str, dict[str, Mapping[str, object]]] = {
 
 @dataclass(frozen=True)
 class Option:
-    """What the declaration of an option states beside its type; `OPTIONS` adds the last three.
+    """What the declaration of an option states beside its type; `OPTIONS` adds the last four.
 
     `data` has the keys of `DATA_KINDS` that the option applies to. `selector` is ``"boundary"`` or
     ``"space"`` if only some of them have the option. `unless_given` says what happens without a
@@ -89,13 +86,9 @@ class Option:
     unless_given: str = ""
     common: bool = False
     name: str = ""
+    description: str = ""
     kind: Any = None
     default: object = None
-
-    @property
-    def description(self) -> str:
-        """The docstring of the field, for people."""
-        return _docstrings()[self.name]
 
     @property
     def defaults(self) -> dict[str, object]:
@@ -184,45 +177,72 @@ class Options(BaseModel):
     # the validator is built on first use: pydantic then scans all distributions for plugins, 40 ms
     model_config = ConfigDict(frozen=True, extra="forbid", validate_default=True, defer_build=True)
 
-    space: Annotated[parameters.SPACE, Option(common=True)] = "CIELAB"
-    """Colour space of the boundary."""
-    boundary: Annotated[str, Choice(tuple(BOUNDARIES)), Option(data=_WRAPPED_DATA)] = "auto"
-    """Method that wraps the colours in a closed surface. `device-surface` takes the outermost faces
-    of the device's own cube, and needs a profile or samples with a device model. `auto` is
-    `device-surface` where it is possible and no `gamma` is given, else `modified-convex-hull`."""
-    gamma: Annotated[GAMMA | Absent, _OF_BOUNDARY] = None
-    """Power that radii are raised to before the convex hull is taken. 1 gives the convex hull;
-    small values follow the colours into concave regions. `auto` chooses by the data: 0.2 for
-    scattered colours, a small value for the sampled surface of a device."""
-    segments: Annotated[SEGMENT_COUNTS | Absent, _OF_BOUNDARY] = None
-    """Numbers of polar and azimuth segments."""
-    basis: Annotated[BASIS | Absent, _OF_BOUNDARY] = None
-    """Regular polyhedron whose faces are subdivided into segments."""
-    subdivisions: Annotated[SUBDIVISIONS | Absent, _OF_BOUNDARY] = None
-    """Number of times that each face of the polyhedron is split into four. With a coarse
-    subdivision, the outermost colours of the segments may not surround the centre."""
-    centre: Annotated[str, Choice(("auto",))] | Coordinates = "auto"
-    """Point that radii are taken from, in coordinates of the colour space. It must be inside the
-    gamut. `auto` takes the deepest point that sees the whole surface of a device with three
-    channels, and the middle of other colours."""
-    cost: Annotated[str, Choice(COSTS), Option(common=True)] = "volume"
-    """Order of the edge collapses. `volume` preserves the volume at every level. `finest` orders by
-    the mismatch and also moves vertices: coarse levels are more accurate, and the decimation takes
-    several times as long. `quadric` is the published quadric error metric."""
+    space: Annotated[parameters.SPACE, Option(common=True)] = Field(
+        default="CIELAB",
+        description="Colour space of the boundary.",
+    )
+    boundary: Annotated[str, Choice(tuple(BOUNDARIES)), Option(data=_WRAPPED_DATA)] = Field(
+        default="auto",
+        description="Method that wraps the colours in a closed surface. `device-surface` takes "
+        "the outermost faces of the device's own cube, and needs a profile or samples with a "
+        "device model. `auto` is `device-surface` where it is possible and no `gamma` is given, "
+        "else `modified-convex-hull`.",
+    )
+    gamma: Annotated[GAMMA | Absent, _OF_BOUNDARY] = Field(
+        default=None,
+        description="Power that radii are raised to before the convex hull is taken. 1 gives the "
+        "convex hull; small values follow the colours into concave regions. `auto` chooses by the "
+        "data: 0.2 for scattered colours, a small value for the sampled surface of a device.",
+    )
+    segments: Annotated[SEGMENT_COUNTS | Absent, _OF_BOUNDARY] = Field(
+        default=None,
+        description="Numbers of polar and azimuth segments.",
+    )
+    basis: Annotated[BASIS | Absent, _OF_BOUNDARY] = Field(
+        default=None,
+        description="Regular polyhedron whose faces are subdivided into segments.",
+    )
+    subdivisions: Annotated[SUBDIVISIONS | Absent, _OF_BOUNDARY] = Field(
+        default=None,
+        description="Number of times that each face of the polyhedron is split into four. With a "
+        "coarse subdivision, the outermost colours of the segments may not surround the centre.",
+    )
+    centre: Annotated[str, Choice(("auto",))] | Coordinates = Field(
+        default="auto",
+        description="Point that radii are taken from, in coordinates of the colour space. It must "
+        "be inside the gamut. `auto` takes the deepest point that sees the whole surface of a "
+        "device with three channels, and the middle of other colours.",
+    )
+    cost: Annotated[str, Choice(COSTS), Option(common=True)] = Field(
+        default="volume",
+        description="Order of the edge collapses. `volume` preserves the volume at every level. "
+        "`finest` orders by the mismatch and also moves vertices: coarse levels are more "
+        "accurate, and the decimation takes several times as long. `quadric` is the published "
+        "quadric error metric.",
+    )
     surface_samples: Annotated[
         SURFACE_SAMPLES, Option(data=("profile", "measurements", "reference"), common=True)
-    ] = 100_000
-    """Largest number of points on the device's surface that the device model is evaluated at."""
-    intent: Annotated[str, Choice(INTENTS), Option(data=_WRAPPED_DATA, common=True)] = "relative"
-    """Rendering intent. `relative` maps the medium's white to the white of the space, `absolute`
-    keeps its colour. `perceptual` and `saturation` exist in ICC profiles only."""
+    ] = Field(
+        default=100_000,
+        description="Largest number of points on the device's surface that the device model is "
+        "evaluated at.",
+    )
+    intent: Annotated[str, Choice(INTENTS), Option(data=_WRAPPED_DATA, common=True)] = Field(
+        default="relative",
+        description="Rendering intent. `relative` maps the medium's white to the white of the "
+        "space, `absolute` keeps its colour. `perceptual` and `saturation` exist in ICC profiles "
+        "only.",
+    )
     source: Annotated[
         str | None,
         Choice(("transforms", "measurements", "boundary")),
         Option(data=("profile",), unless_given="the transforms"),
-    ] = None
-    """Content of an ICC profile that is used: its transforms, the measurements it carries (tags
-    targ, or CIED with DevD), or the gamut boundary of an iccMAX profile (tags gbd0 to gbd3)."""
+    ] = Field(
+        default=None,
+        description="Content of an ICC profile that is used: its transforms, the measurements it "
+        "carries (tags targ, or CIED with DevD), or the gamut boundary of an iccMAX profile (tags "
+        "gbd0 to gbd3).",
+    )
     device_model: Annotated[
         str | None,
         Choice(DEVICE_MODELS),
@@ -230,21 +250,28 @@ class Options(BaseModel):
             data=("measurements",),
             unless_given="interpolation of complete grids, a fit to other samples",
         ),
-    ] = None
-    """Device model of measured samples with device values. `interpolation` is n-linear and needs a
-    complete grid. `fit` uses radial basis functions."""
+    ] = Field(
+        default=None,
+        description="Device model of measured samples with device values. `interpolation` is "
+        "n-linear and needs a complete grid. `fit` uses radial basis functions.",
+    )
     ink_limit: Annotated[
         float | None,
         Number(0, 1500, above_least=True, unit="per cent"),
         Option(data=("profile", "measurements"), unless_given="no limit", common=True),
-    ] = None
-    """Largest sum of all inks in per cent, such as 300. For devices with inks only."""
+    ] = Field(
+        default=None,
+        description="Largest sum of all inks in per cent, such as 300. For devices with inks only.",
+    )
     black_limit: Annotated[
         float | None,
         Number(0, 100, unit="per cent"),
         Option(data=("profile", "measurements"), unless_given="no limit"),
-    ] = None
-    """Largest amount of the black ink in per cent. For devices with a black ink only."""
+    ] = Field(
+        default=None,
+        description="Largest amount of the black ink in per cent. For devices with a black ink "
+        "only.",
+    )
     observer: Annotated[
         int | None,
         Choice(OBSERVERS),
@@ -252,9 +279,11 @@ class Options(BaseModel):
             data=_SPECTRAL_DATA,
             unless_given="the observer that data of spectra alone declares, else 2",
         ),
-    ] = None
-    """Standard observer that spectra are integrated with, in degrees. Data without spectra accepts
-    only its own observer."""
+    ] = Field(
+        default=None,
+        description="Standard observer that spectra are integrated with, in degrees. Data without "
+        "spectra accepts only its own observer.",
+    )
     illuminant: Annotated[
         str | None,
         Choice(ILLUMINANTS, _FLUORESCENT),
@@ -262,35 +291,56 @@ class Options(BaseModel):
             data=_SPECTRAL_DATA,
             unless_given="the illuminant that data of spectra alone declares, else D50",
         ),
-    ] = None
-    """Illuminant of reflectance spectra. Data without spectra accepts only its own illuminant."""
-    condition: Annotated[str | None, _CONDITION, Option(data=_SPECTRAL_DATA)] = None
-    """Measurement condition to use from data that has several, such as `M0`, `M1` or `M2` of ISO
-    13655. Without it, such data is refused with the code `measurement-condition`, and the error
-    names the conditions."""
-    reference_white: Annotated[parameters.REFERENCE_WHITE | Absent, _OF_SPACE] = None
-    """White that colours are adapted to: a name, or X, Y, Z in any scale."""
-    adaptation: Annotated[parameters.ADAPTATION | Absent, _OF_SPACE] = None
-    """Chromatic adaptation transform from one white to another."""
-    scale: Annotated[parameters.SCALE | Absent, _OF_SPACE] = None
-    """Factor of all coordinates of the space."""
-    luminance: Annotated[parameters.LUMINANCE | Absent, _OF_SPACE] = None
-    """Luminance of the white in cd/m², or `measured` for the luminance that the data of a display
-    declares."""
-    adapting_luminance: Annotated[parameters.ADAPTING_LUMINANCE | Absent, _OF_SPACE] = None
-    """Luminance in cd/m² that the eye is adapted to, L_A: a fifth of the white's. The default
-    corresponds to sRGB's ambient illumination of 64 lx."""
-    background: Annotated[parameters.BACKGROUND | Absent, _OF_SPACE] = None
-    """Luminance of the background in per cent of the white's, Y_b."""
-    surround: Annotated[parameters.SURROUND | Absent, _OF_SPACE] = None
-    """Surround of the background in the appearance model."""
+    ] = Field(
+        default=None,
+        description="Illuminant of reflectance spectra. Data without spectra accepts only its own "
+        "illuminant.",
+    )
+    condition: Annotated[str | None, _CONDITION, Option(data=_SPECTRAL_DATA)] = Field(
+        default=None,
+        description="Measurement condition to use from data that has several, such as `M0`, `M1` "
+        "or `M2` of ISO 13655. Without it, such data is refused with the code "
+        "`measurement-condition`, and the error names the conditions.",
+    )
+    reference_white: Annotated[parameters.REFERENCE_WHITE | Absent, _OF_SPACE] = Field(
+        default=None,
+        description="White that colours are adapted to: a name, or X, Y, Z in any scale.",
+    )
+    adaptation: Annotated[parameters.ADAPTATION | Absent, _OF_SPACE] = Field(
+        default=None,
+        description="Chromatic adaptation transform from one white to another.",
+    )
+    scale: Annotated[parameters.SCALE | Absent, _OF_SPACE] = Field(
+        default=None,
+        description="Factor of all coordinates of the space.",
+    )
+    luminance: Annotated[parameters.LUMINANCE | Absent, _OF_SPACE] = Field(
+        default=None,
+        description="Luminance of the white in cd/m², or `measured` for the luminance that the "
+        "data of a display declares.",
+    )
+    adapting_luminance: Annotated[parameters.ADAPTING_LUMINANCE | Absent, _OF_SPACE] = Field(
+        default=None,
+        description="Luminance in cd/m² that the eye is adapted to, L_A: a fifth of the white's. "
+        "The default corresponds to sRGB's ambient illumination of 64 lx.",
+    )
+    background: Annotated[parameters.BACKGROUND | Absent, _OF_SPACE] = Field(
+        default=None,
+        description="Luminance of the background in per cent of the white's, Y_b.",
+    )
+    surround: Annotated[parameters.SURROUND | Absent, _OF_SPACE] = Field(
+        default=None,
+        description="Surround of the background in the appearance model.",
+    )
     popularity: Annotated[
         float | None,
         Number(0, 1, above_least=True, below_most=True),
         Option(data=("picture",), unless_given="all pixels count"),
-    ] = None
-    """Share of a picture's pixels that is left out, those of its least frequent colours, such as
-    0.01."""
+    ] = Field(
+        default=None,
+        description="Share of a picture's pixels that is left out, those of its least frequent "
+        "colours, such as 0.01.",
+    )
 
     @model_validator(mode="before")
     @classmethod
@@ -411,26 +461,17 @@ class Options(BaseModel):
         return json.dumps(self.to_mapping(), sort_keys=True, separators=(",", ":"))
 
 
-@cache
-def _docstrings() -> dict[str, str]:
-    """Docstrings by field. They are read on demand: pydantic would do so on import, in 50 ms."""
-    (model,) = ast.parse(inspect.getsource(Options)).body
-    found = {}
-    for declared, text in itertools.pairwise(model.body):  # type: ignore[attr-defined]
-        match declared, text:
-            case (
-                ast.AnnAssign(target=ast.Name(id=name)),
-                ast.Expr(value=ast.Constant(value=str(written))),
-            ):
-                found[name] = " ".join(written.split())
-    return found
-
-
 def _declarations() -> dict[str, Option]:
     kinds, found = get_type_hints(Options, include_extras=True), {}
     for name, field in Options.model_fields.items():
         stated = next((mark for mark in field.metadata if isinstance(mark, Option)), Option())
-        found[name] = replace(stated, name=name, kind=kinds[name], default=field.default)
+        found[name] = replace(
+            stated,
+            name=name,
+            description=str(field.description),
+            kind=kinds[name],
+            default=field.default,
+        )
     return found
 
 

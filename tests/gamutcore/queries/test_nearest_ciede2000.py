@@ -155,6 +155,24 @@ class TestNearestCiede2000:
         for row, colour in enumerate(colours):
             assert found.distance[row] <= smallest(colour, points) + tolerance[row]
 
+    def test_of_large_faces_beside_the_neutral_axis(self):
+        """Faces of coarse RGB gamuts reach from black to saturated colours."""
+        hues = np.radians([25, 85, 140, 200, 290, 330])
+        ring = np.stack([np.full(6, 55), 90 * np.cos(hues), 90 * np.sin(hues)], axis=1)
+        vertices = np.concatenate([[(0, 0, 0), (100, 0, 0)], ring])
+        sides = [(2 + at, 2 + (at + 1) % 6) for at in range(6)]
+        faces = [(0, two, one) for one, two in sides] + [(1, one, two) for one, two in sides]
+        level = vertices, faces, (50, 0, 0)
+        random = np.random.default_rng(9)
+        neutral = np.where(random.random(150) < 0.5, 0, 100) + random.normal(0, 4, 150)
+        colours = np.stack([neutral, *random.normal(0, 4, (2, 150))], axis=1)
+        found = nearest_ciede2000(colours, level)
+        samples = surface(level, 80)
+        along = (found.points[:, 1:] * colours[:, 1:]).sum(axis=1)
+        tolerance = np.where(along >= 0, 1e-6, 0.1)
+        smallest_of = np.array([smallest(colour, samples) for colour in colours])
+        assert (found.distance <= smallest_of + tolerance).all()
+
     def test_fields_describe_one_point_of_the_surface(self, rough):
         vertices, faces, _ = level = rough(32, 200, 0.2)
         colours = np.random.default_rng(1).uniform((0, -110, -110), (110, 110, 110), (60, 3))
