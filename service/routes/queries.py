@@ -35,7 +35,7 @@ from service.queries.queries import Query, level_values
 from service.queries.tables import TABLE_PARAMETERS, TableRequest
 from service.routes.gamuts import GamutId
 from service.routes.reference_slugs import named_gamut
-from service.telemetry.server_timing import timed
+from service.telemetry.request_context import timed
 
 if TYPE_CHECKING:
     from starlette.types import Receive, Scope, Send
