@@ -305,7 +305,8 @@ def _add_polygon(
         low = high = polygon[0, 0]
         for index in range(1, count):
             low, high = min(low, polygon[index, 0]), max(high, polygon[index, 0])
-        first_band, last_band = _band(bounds, low + origin[0]), _band(bounds, high + origin[0])
+        first_band = np.searchsorted(bounds, low + origin[0])
+        last_band = np.searchsorted(bounds, high + origin[0])
     first = last = 0
     if sectors > 1:
         begin, span = hue_span(polygon, count, origin)
@@ -337,19 +338,6 @@ def _add_polygon(
                 rest = clip(part, rest, DOWNWARDS, bounds[band] - origin[0], buffers[8])
                 part = buffers[8]
             volumes[band, sector] += _flux(part, rest, origin)
-
-
-@leaf_kernel
-def _band(bounds: FloatArray, lightness: float) -> int:
-    """Return the band of a lightness."""
-    low, high = 0, len(bounds)
-    while low < high:
-        middle = (low + high) // 2
-        if bounds[middle] < lightness:
-            low = middle + 1
-        else:
-            high = middle
-    return low
 
 
 @leaf_kernel
