@@ -341,12 +341,9 @@ def _weights(
         face = location[point]
         for place in range(3):
             vertex = corner[3 * face + place]
-            product, height = 0.0, 0.0
-            for axis in range(3):
-                plane = cones.planes[face, 3 * place + axis]
-                product += plane * points[point, axis]
-                height += plane * position[vertex, axis]
-            weights[point, place] = max(product / height, 0.0)
+            plane = row(cones.planes, face, 3 * place)
+            height = dot(plane, row(position, vertex, 0))
+            weights[point, place] = max(dot(plane, row(points, point, 0)) / height, 0.0)
     return weights
 
 
@@ -433,9 +430,7 @@ def _extremes(
     """Return the extremes of N · p − 1 over the points in the cone of each face of a level."""
     lowest, highest = np.full(len(cones.slope), np.inf), np.full(len(cones.slope), -np.inf)
     for point in range(len(points)):
-        face, product = location[point], 0.0
-        for axis in range(3):
-            product += cones.normal[face, axis] * points[point, axis]
-        lowest[face] = min(lowest[face], product - 1.0)
-        highest[face] = max(highest[face], product - 1.0)
+        face = location[point]
+        beyond = dot(row(cones.normal, face, 0), row(points, point, 0)) - 1.0
+        lowest[face], highest[face] = min(lowest[face], beyond), max(highest[face], beyond)
     return lowest, highest

@@ -21,6 +21,8 @@ from gamutcore.geometry import clip, opposite_corners
 from gamutcore.kernels import kernel, leaf_kernel
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from gamutcore.geometry import TriangleMesh
 
 VOXELS = 256
@@ -100,7 +102,8 @@ def voxel_mismatch(
     lowest = np.floor(bounds[:, 0].min(axis=0) / length)
     counts = (np.ceil(bounds[:, 1].max(axis=0) / length) - lowest).astype(np.int64) + 1
     meshes = [_in_voxels(mesh, length, lowest) for mesh in (reference, other)]
-    cuts = [_cuts(mesh, faces, *counts) for mesh, faces in meshes]
+    columns = int(counts[1] * counts[2])
+    cuts = [_written(_write_cuts, *mesh, counts, 4 * columns + len(mesh[1])) for mesh in meshes]
     inside = _between_pairs(cuts[0])
     if inside == 0:
         raise MeshError(
@@ -108,7 +111,10 @@ def voxel_mismatch(
             remedy="Give a closed mesh that encloses a volume, and voxels much smaller than it.",
         )
     differing = _between_pairs(np.concatenate(cuts))
-    met = [_met_voxels(mesh, faces, *counts) for mesh, faces in meshes]
+    met = [
+        _written(_write_met_voxels, *mesh, counts, 4 * columns + 8 * len(mesh[1]))
+        for mesh in meshes
+    ]
     own, either = _count_distinct(met[0]), _count_distinct(np.concatenate(met))
     volume = abs(reference.volume) / length**3
     most = (differing + either) / volume if volume > 0 else math.inf
@@ -167,17 +173,20 @@ def _count_distinct(numbers: LongArray) -> int:
     return 1 + int(np.count_nonzero(np.diff(np.sort(numbers))))
 
 
-def _cuts(vertices: FloatArray, faces: IndexArray, *counts: int) -> LongArray:
-    """Return the cuts of the surface with columns of voxel centres, an even number for each column.
-
-    A cut is the number of the first voxel behind it; voxels are numbered column by column.
-    """
-    cuts = np.empty(4 * counts[1] * counts[2] + len(faces), np.int64)
-    needed = _write_cuts(vertices, faces, counts[0], counts[1], counts[2], cuts)
-    if needed > len(cuts):
-        cuts = np.empty(needed, np.int64)
-        _write_cuts(vertices, faces, counts[0], counts[1], counts[2], cuts)
-    return cuts[:needed]
+def _written(
+    write: Callable[..., int],
+    vertices: FloatArray,
+    faces: IndexArray,
+    counts: LongArray,
+    room: int,
+) -> LongArray:
+    """Return the numbers that a kernel writes; it is called again if `room` was too small."""
+    numbers = np.empty(room, np.int64)
+    needed = write(vertices, faces, *counts, numbers)
+    if needed > room:
+        numbers = np.empty(needed, np.int64)
+        write(vertices, faces, *counts, numbers)
+    return numbers[:needed]
 
 
 @leaf_kernel
@@ -206,6 +215,7 @@ def _write_cuts(
 ) -> int:
     """Write the cuts of all columns while there is room; return the number of all cuts.
 
+    A cut is the number of the first voxel behind it; voxels are numbered column by column.
     A plane of voxel centres crosses an edge if it is above exactly one end, so it crosses a closed
     surface along closed polygons. A column of centres crosses a side of a polygon if it is behind
     exactly one end. These half-open intervals give every column an even number of cuts, whatever
@@ -239,17 +249,6 @@ def _write_cuts(
     return count
 
 
-def _met_voxels(vertices: FloatArray, faces: IndexArray, *counts: int) -> LongArray:
-    """Numbers of the voxels that the faces of a surface meet, once per face."""
-    room = 8 * len(faces) + 4 * counts[1] * counts[2]
-    voxels = np.empty(room, np.int64)
-    needed = _write_met_voxels(vertices, faces, counts[0], counts[1], counts[2], voxels)
-    if needed > room:
-        voxels = np.empty(needed, np.int64)
-        _write_met_voxels(vertices, faces, counts[0], counts[1], counts[2], voxels)
-    return voxels[:needed]
-
-
 @leaf_kernel
 def _voxel_range(polygon: FloatArray, corners: int, axis: int, count: int) -> tuple[int, int]:
     """First voxel that a polygon reaches along an axis, and the first voxel behind it."""
@@ -263,7 +262,7 @@ def _voxel_range(polygon: FloatArray, corners: int, axis: int, count: int) -> tu
 def _write_met_voxels(
     vertices: FloatArray, faces: IndexArray, deep: int, wide: int, high: int, voxels: LongArray
 ) -> int:
-    """Write the voxels that each face meets while there is room; return their number.
+    """Write the numbers of the voxels that each face meets while there is room; return how many.
 
     Planes of the third axis cut a face into slices, and planes of the second axis cut slices into
     strips. A strip covers a contiguous range of voxels along the first axis.

@@ -64,8 +64,6 @@ def contains(points: ArrayLike, level: Level, tolerance: float = 0.0) -> Boolean
     ------
     InvalidPointsError
         A point is not three finite numbers; ``where["row"]`` names it.
-    MeshError
-        As for `build_index`.
 
     Examples
     --------

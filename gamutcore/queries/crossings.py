@@ -162,8 +162,6 @@ def crossings(
         ``where["row"]`` names them. Or the numbers of starts and ends differ.
     OptionError
         There is no such kind.
-    MeshError
-        As for `build_index`.
 
     Examples
     --------

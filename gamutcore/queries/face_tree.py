@@ -77,11 +77,6 @@ class FaceTree(NamedTuple):
     faces: IndexArray  # (F,) in the order of the leaves
     scale: float  # 1 ÷ the reach of the level, so that no coordinate is too large for float32
 
-    @property
-    def nbytes(self) -> int:
-        """Memory of the arrays in bytes."""
-        return self.cylinders.nbytes + self.first.nbytes + self.faces.nbytes
-
 
 def build_face_tree(position: FloatArray, faces: IndexArray, reach: float) -> FaceTree:
     """Return the tree over faces with vertices `position` (V, 3) relative to the centre.

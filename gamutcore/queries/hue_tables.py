@@ -101,11 +101,6 @@ class CuspTable(NamedTuple):
     sector_start: IndexArray  # (sectors + 1,)
     sector_edges: IndexArray  # (k,) the edges of each sector
 
-    @property
-    def nbytes(self) -> int:
-        """Memory of the arrays in bytes."""
-        return sum(field.nbytes for field in self)
-
 
 def cusp_table(vertices: FloatArray, faces: IndexArray, opposite: IndexArray) -> CuspTable:
     """Return the table of cusps of a closed mesh; `opposite` (3 F,) is that of its corner table."""
@@ -253,11 +248,6 @@ class HueTable(NamedTuple):
     first: IndexArray  # (N,) first child, before the others; in leaves ~first is an index of faces
     faces: IndexArray  # (m,)
     spans: ByteArray  # (m, 2) first and last part of the sector that the face meets (`hue_part`)
-
-    @property
-    def nbytes(self) -> int:
-        """Memory of the arrays in bytes."""
-        return sum(field.nbytes for field in self)
 
 
 def hue_table(vertices: FloatArray, faces: IndexArray, middle: float, scale: float) -> HueTable:

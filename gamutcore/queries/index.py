@@ -115,12 +115,8 @@ class LevelIndex(NamedTuple):
     @property
     def nbytes(self) -> int:
         """Memory of the arrays in bytes."""
-        fields = (
-            field
-            for field in self
-            if isinstance(field, np.ndarray | FaceTree | CuspTable | HueTable)
-        )
-        return sum(field.nbytes for field in fields)
+        fields = (*self, *self.tree, *self.cusps, *self.hues)
+        return sum(field.nbytes for field in fields if isinstance(field, np.ndarray))
 
 
 Level: TypeAlias = LevelIndex | tuple[ArrayLike, ArrayLike, ArrayLike]
@@ -128,21 +124,7 @@ Level: TypeAlias = LevelIndex | tuple[ArrayLike, ArrayLike, ArrayLike]
 
 
 def as_index(level: Level) -> LevelIndex:
-    """Return the index of a level, computed unless given.
-
-    Parameters
-    ----------
-    level : LevelIndex or (vertices, faces, centre)
-
-    Returns
-    -------
-    LevelIndex
-
-    Raises
-    ------
-    MeshError, InvalidPointsError
-        As for `build_index`.
-    """
+    """Return the index of a level, computed unless given; errors are those of `build_index`."""
     return level if isinstance(level, LevelIndex) else build_index(*level)
 
 

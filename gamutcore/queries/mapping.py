@@ -151,8 +151,6 @@ def map_colours(
         A point is not three finite numbers; ``where["row"]`` names it.
     OptionError
         There is no such method, or `focus` or `source` does not apply or is missing.
-    MeshError
-        As for `build_index`.
 
     Examples
     --------

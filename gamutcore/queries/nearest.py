@@ -77,8 +77,6 @@ def nearest(points: ArrayLike, level: Level) -> SurfacePoints:
     ------
     InvalidPointsError
         A point is not three finite numbers; ``where["row"]`` names it.
-    MeshError
-        As for `build_index`.
 
     Examples
     --------

@@ -74,8 +74,6 @@ def nearest_ciede2000(points: ArrayLike, level: Level) -> SurfacePoints:
     ------
     InvalidPointsError
         A point is not three finite numbers; ``where["row"]`` names it.
-    MeshError
-        As for `build_index`.
 
     Examples
     --------

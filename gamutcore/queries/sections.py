@@ -28,6 +28,7 @@ from numpy.typing import ArrayLike
 
 from gamutcore.arrays import FloatArray, IndexArray, LongArray
 from gamutcore.errors import InvalidPointsError
+from gamutcore.geometry import row, write_row
 from gamutcore.kernels import kernel, leaf_kernel
 from gamutcore.queries.hue_tables import WHOLE_TURN, CuspTable, find_cusp, hue_span, write_cusp
 from gamutcore.queries.index import Level, LevelIndex, as_index, checked_numbers, checked_points
@@ -82,8 +83,6 @@ def slice_polygons(level: Level, normal: ArrayLike, offset: float) -> Section:
     ------
     InvalidPointsError
         The normal or the offset is not finite, or the normal has no direction.
-    MeshError
-        As for `build_index`.
 
     Examples
     --------
@@ -124,8 +123,6 @@ def hue_leaf(level: Level, hue: float) -> Section:
     ------
     InvalidPointsError
         The hue is not finite.
-    MeshError
-        As for `build_index`.
 
     Examples
     --------
@@ -378,8 +375,6 @@ def leaves(level: Level, hues: ArrayLike, lightness: ArrayLike) -> Leaves:
     ------
     InvalidPointsError
         A number is not finite; ``where["row"]`` names it.
-    MeshError
-        As for `build_index`.
 
     Examples
     --------
@@ -466,12 +461,12 @@ def _visit(
             continue
         low = np.searchsorted(lightness, min(l_one, l_two), "right")
         high = np.searchsorted(lightness, max(l_one, l_two), "right")
-        for row in range(low, high):
-            part = (lightness[row] - l_one) / (l_two - l_one)
+        for line in range(low, high):
+            part = (lightness[line] - l_one) / (l_two - l_one)
             distance = c_one + part * (c_two - c_one)
             if distance < 0.0:
                 continue
-            cell = hue_cells[hue] + lightness_cells[row]
+            cell = hue_cells[hue] + lightness_cells[line]
             place = slots[cell]
             slots[cell] += 1
             if writing:
@@ -507,8 +502,7 @@ def _crossings(
     for _ in range(2):
         for face in range(len(mesh)):
             for corner in range(3):
-                for axis in range(3):
-                    triangle[corner, axis] = vertices[mesh[face, corner], axis]
+                write_row(triangle, corner, 0, row(vertices, mesh[face, corner], 0))
             _visit(
                 face,
                 triangle,
@@ -606,8 +600,6 @@ def cusp_points(hues: ArrayLike, level: Level) -> Cusps:
     ------
     InvalidPointsError
         A hue is not a finite number; ``where["row"]`` names it.
-    MeshError
-        As for `build_index`.
 
     Examples
     --------
@@ -627,12 +619,12 @@ def _cusps(
     count = len(cosines)
     points, chromas = np.full((count, 3), np.nan), np.full(count, np.nan)
     faces, weights = np.full(count, -1, np.int32), np.full((count, 3), np.nan)
-    for row in range(count):
-        ca, cb = cosines[row], sines[row]
+    for number in range(count):
+        ca, cb = cosines[number], sines[number]
         chroma, lightness, edge, share = find_cusp(ca, cb, table)
         if edge < 0:
             continue
-        points[row, 0], points[row, 1], points[row, 2] = lightness, chroma * ca, chroma * cb
-        chromas[row] = chroma
-        faces[row] = write_cusp(table, edge, share, weights, row)
+        write_row(points, number, 0, (lightness, chroma * ca, chroma * cb))
+        chromas[number] = chroma
+        faces[number] = write_cusp(table, edge, share, weights, number)
     return points, chromas, faces, weights
