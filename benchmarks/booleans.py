@@ -15,6 +15,8 @@ from gamutcore.arrays import FloatArray
 from gamutcore.errors import MeshError
 from gamutcore.geometry import TriangleMesh
 
+REMEDY = "Give a closed mesh whose faces are all oriented outwards."
+
 
 def mismatch(reference: TriangleMesh, other: TriangleMesh) -> float:
     """Return the volume of the symmetric difference ÷ the volume of the reference.
@@ -37,7 +39,7 @@ def _volumes(one: TriangleMesh, other: TriangleMesh) -> tuple[float, float, floa
     origin, scale = (lowest + highest) / 2, float(np.max(highest - lowest)) / 2
     first, second = _solid(one, origin, scale), _solid(other, origin, scale)
     if not first.volume() > 0:
-        raise MeshError("the reference encloses no volume")
+        raise MeshError("the reference encloses no volume", remedy=REMEDY)
     common = (first ^ second).volume()
     return first.volume() * scale**3, second.volume() * scale**3, common * scale**3
 
@@ -50,5 +52,5 @@ def _solid(mesh: TriangleMesh, origin: FloatArray, scale: float) -> Any:  # noqa
         )
     )
     if solid.status() != manifold3d.Error.NoError:
-        raise MeshError(f"the mesh bounds no solid: {solid.status().name}")
+        raise MeshError(f"the mesh bounds no solid: {solid.status().name}", remedy=REMEDY)
     return solid

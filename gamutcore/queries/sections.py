@@ -407,11 +407,11 @@ def _hues_of(triangle: FloatArray, origin: FloatArray, hues: FloatArray) -> tupl
     if span >= WHOLE_TURN:
         return 0, len(hues)
     begin %= WHOLE_TURN
-    first = np.searchsorted(hues, begin)
+    first = int(np.searchsorted(hues, begin))
     end = begin + span
     if end < WHOLE_TURN:
-        return first, np.searchsorted(hues, end, "right") - first
-    return first, len(hues) - first + np.searchsorted(hues, end - WHOLE_TURN, "right")
+        return first, int(np.searchsorted(hues, end, "right")) - first
+    return first, len(hues) - first + int(np.searchsorted(hues, end - WHOLE_TURN, "right"))
 
 
 @leaf_kernel
