@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.booleans import mismatch
 from benchmarks.common import (
     FOGRA39L,
     SHARED,
@@ -28,7 +29,7 @@ from gamutcore.decimation import COSTS
 from gamutcore.errors import MeshError
 from gamutcore.geometry import TriangleMesh
 from gamutcore.history import History
-from gamutcore.levels import mismatch, radial_difference
+from gamutcore.levels import radial_difference
 
 
 @dataclass(frozen=True)

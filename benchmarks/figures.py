@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks import pictures
+from benchmarks.booleans import mismatch
 from benchmarks.common import (
     SRGB,
     Rows,
@@ -40,7 +41,7 @@ from gamutcore.boundary import Boundary, modified_convex_hull, segment_maxima, u
 from gamutcore.errors import BoundaryError, InvalidPointsError
 from gamutcore.geometry import TriangleMesh
 from gamutcore.history import history_bytes
-from gamutcore.levels import LevelRequest, LevelSearch, curve_counts, error_curve, mismatch
+from gamutcore.levels import LevelRequest, LevelSearch, curve_counts, error_curve
 from gamutcore.version import ALGORITHM_VERSION
 from gamutcore.warm import compile_kernels
 

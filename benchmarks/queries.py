@@ -15,10 +15,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import gamutcore
+from benchmarks.booleans import intersection_volume
 from benchmarks.common import FOGRA39L, FloatArray, Rows
 from gamutcore import Gamut
 from gamutcore.geometry import TriangleMesh
-from gamutcore.levels import intersection_volume
 from gamutcore.queries import (
     LevelIndex,
     build_index,

@@ -42,7 +42,6 @@ from gamutcore.levels import (
     LevelSearch,
     curve_counts,
     error_curve,
-    mismatch,
     radial_difference,
     voxel_mismatch,
 )
@@ -199,8 +198,7 @@ def _use_options() -> None:
     cursor = history.cursor(100)
     cursor.finer()
     cursor.coarser()
-    for function in (mismatch, voxel_mismatch):
-        function(history.full(), history.level(50))
+    voxel_mismatch(history.full(), history.level(50))
     radial_difference(history.full(), history.level(50), history.centre)
     mesh_picture(history.level(50), size=16)
     gamut = Gamut(_table(), surface_samples=200)

@@ -98,7 +98,7 @@ def cgats_samples(text: str, *, condition: str | None = None) -> Samples:
     in one header are joined by "; ". Of keywords with a single value, such as DEVICE_CLASS, the
     last one counts.
     """
-    reader = _Reader(condition)
+    reader = _Parser(condition)
     for line, content in text_lines(text):
         reader.read(content, line)
     return reader.samples()
@@ -106,14 +106,14 @@ def cgats_samples(text: str, *, condition: str | None = None) -> Samples:
 
 def cgats_rows(text: str, *, condition: str | None = None) -> tuple[list[str], list[list[str]]]:
     """Return the names of the columns and the cells of the table that `cgats_samples` reads."""
-    reader = _Reader(condition)
+    reader = _Parser(condition)
     reader.cells = []
     for line, content in text_lines(text):
         reader.read(content, line)
     return [] if reader.table is None else list(reader.table.roles.names), reader.cells
 
 
-class _Reader:
+class _Parser:
     """State machine over the tokens of lines, in linear time."""
 
     def __init__(self, condition: str | None) -> None:

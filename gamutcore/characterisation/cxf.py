@@ -97,7 +97,7 @@ def looks_like_cxf(data: bytes) -> bool:
     return _ROOT.search(text) is not None
 
 
-class _Reader:
+class _TreeParser:
     """Expat handlers that build an element tree, without namespaces, and enforce the limits.
 
     A fault of the XML or an exceeded limit raises an error with line and column in ``where``.
@@ -497,7 +497,7 @@ def cxf_samples(data: bytes, *, condition: str | None = None) -> Samples:
     Device values and measurements are joined by SampleID, else by page, row and column, else by
     name. Without any device values, all colours are samples. Errors have the line in ``where``.
     """
-    root = _Reader().read(data)
+    root = _TreeParser().read(data)
     specified = specifications(root)
     objects = list(cxf_objects(root, specified))
     # If some objects are named measurements, the colours of targets are aims or previews.

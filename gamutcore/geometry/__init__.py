@@ -8,6 +8,7 @@ from gamutcore.geometry.curves import (
     GOLDEN,
     curve_order,
     curve_positions,
+    grouped,
     insertion_order,
     mixed_bits,
 )
@@ -37,7 +38,7 @@ from gamutcore.geometry.predicates import (
     sees_centre,
     sign_of,
 )
-from gamutcore.geometry.triangle import clip, closest_point
+from gamutcore.geometry.triangle import clip, closest_point, face_corners
 from gamutcore.geometry.vectors import (
     Symmetric,
     Vector,
@@ -54,6 +55,7 @@ from gamutcore.geometry.vectors import (
     scaled,
     symmetric_row,
     triple,
+    vector,
     write_row,
     write_symmetric_row,
 )
@@ -82,9 +84,11 @@ __all__ = [
     "curve_positions",
     "direction_cells",
     "dot",
+    "face_corners",
     "faces_not_seeing_centre",
     "following",
     "grid_step",
+    "grouped",
     "imported_trimesh",
     "insertion_order",
     "linear_combination",
@@ -106,6 +110,7 @@ __all__ = [
     "swing",
     "symmetric_row",
     "triple",
+    "vector",
     "vertex_fans",
     "write_row",
     "write_symmetric_row",

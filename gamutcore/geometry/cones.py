@@ -17,6 +17,8 @@ from typing import SupportsIndex
 import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray
+from gamutcore.geometry.curves import grouped
+from gamutcore.geometry.triangle import face_corners
 from gamutcore.geometry.vectors import Vector, cross, dot, row
 from gamutcore.kernels import inlined_kernel, kernel, leaf_kernel
 
@@ -167,9 +169,7 @@ def direction_cells(
     cells = np.empty(ROOM * count, np.int32)
     face = 0
     while face < count:
-        a = row(position, mesh[face, 0], 0)
-        b = row(position, mesh[face, 1], 0)
-        c = row(position, mesh[face, 2], 0)
+        a, b, c = face_corners(position, mesh, face)
         end = add_cells(a, b, c, resolution, cells, ends[face])
         if end < 0:
             longer = np.empty(2 * len(cells), np.int32)
@@ -178,17 +178,11 @@ def direction_cells(
         else:
             face += 1
             ends[face] = end
-    # sort the faces by their number of cells, most first
-    place = np.zeros(SPANS + 2, np.int32)
+    # the faces by their number of cells, most first
+    span = np.empty(count, np.int32)
     for face in range(count):
-        place[SPANS - min(ends[face + 1] - ends[face], SPANS) + 1] += 1
-    for span in range(SPANS + 1):
-        place[span + 1] += place[span]
-    order = np.empty(count, np.int32)
-    for face in range(count):
-        group = SPANS - min(ends[face + 1] - ends[face], SPANS)
-        order[place[group]] = face
-        place[group] += 1
+        span[face] = SPANS - min(ends[face + 1] - ends[face], SPANS)
+    order = grouped(span, SPANS + 1)[1]
 
     # where the list of each cell begins, one place further for the next loop
     start = np.zeros(6 * resolution * resolution + 2, np.int32)

@@ -1,4 +1,4 @@
-"""Orders of points along Hilbert curves, in space and on the sphere of directions, and at random.
+"""Orders: by group, along Hilbert curves in space and on the sphere of directions, and at random.
 
 The curve is that of Hilbert, "Ueber die stetige Abbildung einer Linie auf ein Flächenstück" (1891).
 For directions, the sphere is unfolded into a square by way of an octahedron. Points that follow
@@ -16,7 +16,14 @@ from gamutcore.arrays import FloatArray, IndexArray, LongArray
 from gamutcore.geometry.vectors import row
 from gamutcore.kernels import kernel, leaf_kernel
 
-__all__ = ["GOLDEN", "curve_order", "curve_positions", "insertion_order", "mixed_bits"]
+__all__ = [
+    "GOLDEN",
+    "curve_order",
+    "curve_positions",
+    "grouped",
+    "insertion_order",
+    "mixed_bits",
+]
 
 SPHERE_BITS = 15
 """Steps along an axis of the square are 2 to this power. The curve has 4¹⁵ = 10⁹ cells, a thousand
@@ -37,6 +44,25 @@ LAST_ROUND = 15
 
 GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 """2⁶⁴ ÷ the golden ratio, the increment of SplitMix64."""
+
+
+@kernel
+def grouped(group: IndexArray, groups: int) -> tuple[IndexArray, IndexArray]:
+    """Return the items of each group, as start (groups + 1,) and items (n,), ascending in a group.
+
+    `group` (n,) has the group of each item. The items of group g are
+    ``items[start[g]:start[g + 1]]``.
+    """
+    start, items = np.zeros(groups + 2, np.int32), np.empty(len(group), np.int32)
+    for item in range(len(group)):  # one place further for the next loop
+        start[group[item] + 2] += 1
+    for each in range(2, groups + 2):
+        start[each] += start[each - 1]
+    for item in range(len(group)):
+        free = group[item] + 1
+        items[start[free]] = item
+        start[free] += 1
+    return start[:-1].copy(), items
 
 
 @kernel
@@ -72,27 +98,17 @@ def curve_order(points: FloatArray) -> IndexArray:
             least, most = min(least, points[index, axis]), max(most, points[index, axis])
         low[axis] = least
         scale[axis] = 2.0**SPACE_BITS / (most - least) if most > least else 0.0
-    position, order = np.empty(count, np.int64), np.empty(count, np.int32)
-    cell = np.empty(3, np.int64)
+    position, cell = np.empty(count, np.int64), np.empty(3, np.int64)
     for index in range(count):
         for axis in range(3):
             step = int((points[index, axis] - low[axis]) * scale[axis])
             cell[axis] = min(step, (1 << SPACE_BITS) - 1)
         position[index] = _hilbert_position(cell, SPACE_BITS)
-        order[index] = index
-    # sort by digits, stable
-    other = np.empty(count, np.int32)
+    order, digit = np.arange(count).astype(np.int32), np.empty(count, np.int32)
     for shift in range(0, 3 * SPACE_BITS, DIGIT):
-        place = np.zeros((1 << DIGIT) + 1, np.int32)
-        for index in range(count):
-            place[((position[index] >> shift) & ((1 << DIGIT) - 1)) + 1] += 1
-        for digit in range(1 << DIGIT):
-            place[digit + 1] += place[digit]
-        for point in order:
-            digit = (position[point] >> shift) & ((1 << DIGIT) - 1)
-            other[place[digit]] = point
-            place[digit] += 1
-        order, other = other, order
+        for place in range(count):
+            digit[place] = (position[order[place]] >> shift) & ((1 << DIGIT) - 1)
+        order = order[grouped(digit, 1 << DIGIT)[1]]
     return order
 
 

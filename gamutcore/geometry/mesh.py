@@ -27,6 +27,7 @@ import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray
 from gamutcore.errors import MeshError
+from gamutcore.geometry.curves import grouped
 from gamutcore.kernels import kernel, leaf_kernel
 
 if TYPE_CHECKING:
@@ -529,26 +530,12 @@ def _counterpart(end_of: IndexArray, facing: IndexArray, begin: int, end: int, s
 
 @kernel
 def vertex_fans(corner: IndexArray, vertices: int) -> tuple[IndexArray, IndexArray]:
-    """Return the faces around each vertex, one vertex after the other, as (end, fan).
+    """Return the faces around each vertex as start (vertices + 1,) and faces (3 F,), ascending.
 
-    `corner` (3 F,) has the vertex of every corner. `end` (vertices,) is the end of each vertex's
-    part of `fan` (3 F,); faces ascend within a part.
+    `corner` (3 F,) has the vertex of every corner.
     """
-    end = np.zeros(vertices, np.int32)
-    for index in range(len(corner)):
-        end[corner[index]] += 1
-    total = 0
-    for vertex in range(vertices):
-        count = end[vertex]
-        end[vertex] = total
-        total += count
-    fan = np.empty(len(corner), np.int32)
-    for face in range(len(corner) // 3):
-        for place in range(3):
-            vertex = corner[3 * face + place]
-            fan[end[vertex]] = face
-            end[vertex] += 1
-    return end, fan
+    start, corners = grouped(corner, vertices)
+    return start, corners // np.int32(3)
 
 
 @kernel
@@ -558,22 +545,13 @@ def opposite_corners(faces: IndexArray, vertex_count: int) -> IndexArray:
     It is −1 where an edge has no counterpart in the opposite direction, or several. The mesh is
     then not a closed, oriented manifold.
     """
-    count = 3 * len(faces)
+    count, vertex = 3 * len(faces), np.ascontiguousarray(faces).reshape(-1)
     # edges grouped by their start vertex: the end vertex and the corner facing the edge
-    offset = np.zeros(vertex_count + 1, np.int32)
-    for face in range(len(faces)):
-        for corner in range(3):
-            offset[faces[face, corner] + 1] += 1
-    for index in range(vertex_count):
-        offset[index + 1] += offset[index]
-    end_of, facing = np.empty(count, np.int32), np.empty(count, np.int32)
-    filled = offset[:-1].copy()
-    for face in range(len(faces)):
-        for corner in range(3):
-            start = faces[face, corner]
-            end_of[filled[start]] = faces[face, (corner + 1) % 3]
-            facing[filled[start]] = 3 * face + (corner + 2) % 3
-            filled[start] += 1
+    offset, facing = grouped(vertex, vertex_count)
+    end_of = np.empty(count, np.int32)
+    for edge in range(count):
+        end_of[edge] = vertex[following(facing[edge])]
+        facing[edge] = preceding(facing[edge])
     opposite = np.full(count, UNKNOWN, np.int32)
     for start in range(vertex_count):
         here = offset[start + 1] - offset[start]

@@ -19,7 +19,8 @@ from __future__ import annotations
 import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray
-from gamutcore.geometry.vectors import Vector, dot, minus, row, scaled, triple
+from gamutcore.geometry.triangle import face_corners
+from gamutcore.geometry.vectors import Vector, dot, minus, scaled, triple
 from gamutcore.kernels import inlined_kernel, kernel, leaf_kernel
 
 __all__ = [
@@ -64,8 +65,8 @@ def faces_not_seeing_centre(position: FloatArray, faces: IndexArray) -> IndexArr
     found = np.empty(len(faces), np.int32)
     count = 0
     for face in range(len(faces)):
-        a, b = row(position, faces[face, 0], 0), row(position, faces[face, 1], 0)
-        if not sees_centre(a, b, row(position, faces[face, 2], 0)):
+        a, b, c = face_corners(position, faces, face)
+        if not sees_centre(a, b, c):
             found[count] = face
             count += 1
     return found[:count].copy()

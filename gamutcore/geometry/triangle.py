@@ -2,17 +2,32 @@
 
 from __future__ import annotations
 
+from typing import SupportsIndex
+
 import numpy as np
 
-from gamutcore.arrays import FloatArray
+from gamutcore.arrays import FloatArray, IndexArray
 from gamutcore.geometry.vectors import Vector, cross, dot, minus, row, scaled
 from gamutcore.kernels import inlined_kernel, leaf_kernel
 
-__all__ = ["clip", "closest_point"]
+__all__ = ["clip", "closest_point", "face_corners"]
 
 THIN = 1e-6
 """Squared sine of the angle of a triangle below which it counts as thin. The weights of the
 projection are then corrected once, and the edges are tried as well."""
+
+
+@inlined_kernel
+def face_corners(
+    position: FloatArray, faces: IndexArray, face: SupportsIndex
+) -> tuple[Vector, Vector, Vector]:
+    """Return the corners of a face of a mesh with vertices (V, 3) and faces (F, 3)."""
+    one, two, three = row(faces, np.uint64(face), 0)
+    return (
+        row(position, np.uint64(one), 0),
+        row(position, np.uint64(two), 0),
+        row(position, np.uint64(three), 0),
+    )
 
 
 @inlined_kernel

@@ -26,12 +26,19 @@ __all__ = [
     "scaled",
     "symmetric_row",
     "triple",
+    "vector",
     "write_row",
     "write_symmetric_row",
 ]
 
 Vector = tuple[float, float, float]
 Symmetric = tuple[float, float, float, float, float, float]
+
+
+@inlined_kernel
+def vector(array: FloatArray) -> Vector:
+    """Return the first three numbers of an array."""
+    return array[0], array[1], array[2]
 
 
 @inlined_kernel

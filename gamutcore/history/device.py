@@ -553,7 +553,7 @@ def nearest_places(
 def _nearest_places(
     points: FloatArray, near: LongArray, vertices: FloatArray, faces: IndexArray
 ) -> tuple[LongArray, FloatArray, FloatArray]:
-    fan_end, fan = vertex_fans(faces.reshape(-1), len(vertices))
+    fan_start, fan = vertex_fans(faces.reshape(-1), len(vertices))
     tried = np.full(len(faces), -1, np.int32)
     count = len(points)
     best_face, best_v, best_w = np.zeros(count, np.int64), np.zeros(count), np.zeros(count)
@@ -561,7 +561,7 @@ def _nearest_places(
         best = np.inf
         for candidate in range(near.shape[1]):
             vertex = near[point, candidate]
-            for index in range(fan_end[vertex - 1] if vertex > 0 else 0, fan_end[vertex]):
+            for index in range(fan_start[vertex], fan_start[vertex + 1]):
                 face = fan[index]
                 if tried[face] == point:
                     continue

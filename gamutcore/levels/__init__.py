@@ -12,12 +12,7 @@ from gamutcore.levels.error_curve import (
 from gamutcore.levels.overlay import Distances, RadialDifference, radial_difference
 from gamutcore.levels.search import DEFAULT_TRIANGLES, LevelRequest, LevelSearch, error_bounds
 from gamutcore.levels.sides import SIDES, Side, sided_level
-from gamutcore.levels.volume_difference import (
-    VoxelMismatch,
-    intersection_volume,
-    mismatch,
-    voxel_mismatch,
-)
+from gamutcore.levels.voxel_mismatch import VoxelMismatch, voxel_mismatch
 
 __all__ = [
     "DEFAULT_TRIANGLES",
@@ -35,8 +30,6 @@ __all__ = [
     "curve_counts",
     "error_bounds",
     "error_curve",
-    "intersection_volume",
-    "mismatch",
     "radial_difference",
     "round_up",
     "sided_level",

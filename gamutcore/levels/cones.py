@@ -68,7 +68,7 @@ class Surface(NamedTuple):
 
     position: FloatArray  # (V, 3)
     corner: IndexArray  # (3 F,) vertices at the corners of all faces
-    fan_end: IndexArray  # (V,) end of each vertex's part of `fan`; it begins where the last ends
+    fan_start: IndexArray  # (V + 1,) where the faces of each vertex begin in `fan`
     fan: IndexArray  # (3 F,) the faces at each vertex
     # (F,) upper bound of the distance from any point of the face to the reference surface; each
     # point of the reference surface is within this distance of some face, too
@@ -77,8 +77,9 @@ class Surface(NamedTuple):
 
 def make_surface(position: FloatArray, corner: IndexArray) -> Surface:
     """Return a surface that is its own reference: without deviation."""
-    fan_end, fan = vertex_fans(corner, len(position))
-    return Surface(position, corner, fan_end, fan, np.zeros(len(corner) // 3))
+    return Surface(
+        position, corner, *vertex_fans(corner, len(position)), np.zeros(len(corner) // 3)
+    )
 
 
 def star_shaped_surface(mesh: TriangleMesh, centre: FloatArray) -> Surface:
@@ -106,9 +107,7 @@ def breadth_first(surface: Surface) -> tuple[IndexArray, IndexArray]:
     filled = 1
     for index in range(count):
         vertex = order[index]
-        for entry in range(
-            surface.fan_end[vertex - 1] if vertex > 0 else 0, surface.fan_end[vertex]
-        ):
+        for entry in range(surface.fan_start[vertex], surface.fan_start[vertex + 1]):
             for place in range(3):
                 beside = surface.corner[3 * surface.fan[entry] + place]
                 if near[beside] < 0:

@@ -84,7 +84,7 @@ def raise_lower_bounds(
     for index in range(len(points)):
         vertex = points[index]
         point = row(position, vertex, 0)
-        face = reference.fan[INDEX(reference.fan_end[vertex] - 1)]
+        face = reference.fan[INDEX(reference.fan_start[vertex + 1] - 1)]
         own = deviation[INDEX(face)]
         if locations.along[vertex] + own > bounds[FROM_LOWER]:
             _, squared = nearest_face(point, other, locations.face[vertex])
@@ -286,7 +286,7 @@ def nearest_face(point: Vector, surface: Surface, face: int) -> tuple[int, float
     No face that shares a vertex with the result is nearer. On concave surfaces the result may be a
     local minimum; its distance is then an upper bound.
     """
-    corner, fan_end, fan = surface.corner, surface.fan_end, surface.fan
+    corner, fan_start, fan = surface.corner, surface.fan_start, surface.fan
     least = squared_distance(point, surface, face)
     before_one, before_two, before_three = -1, -1, -1
     while True:
@@ -296,7 +296,7 @@ def nearest_face(point: Vector, surface: Surface, face: int) -> tuple[int, float
             # all faces at the vertices of the previous face have been visited
             if vertex in (before_one, before_two, before_three):
                 continue
-            for index in range(fan_end[vertex - 1] if vertex > 0 else 0, fan_end[vertex]):
+            for index in range(fan_start[vertex], fan_start[vertex + 1]):
                 other = fan[index]
                 if other != face:
                     distance = squared_distance(point, surface, other)

@@ -475,7 +475,7 @@ def _find_evidence(
         is_far[face] = np.sqrt(squared) > limit
         if not is_far[face]:
             t = 1.0 / (1.0 + locations.beyond[vertex])
-            start = full.fan[INDEX(full.fan_end[vertex] - 1)]
+            start = full.fan[INDEX(full.fan_start[vertex + 1] - 1)]
             _, squared = nearest_face(scaled(t, point), full, start)
             is_beyond[face] = np.sqrt(squared) > limit
     return furthest[is_far != 0], np.nonzero(is_beyond)[0].astype(np.int32)

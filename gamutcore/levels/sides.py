@@ -29,7 +29,7 @@ import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray
 from gamutcore.errors import TriangleCountError
-from gamutcore.geometry import TriangleMesh, dot, faces_not_seeing_centre, row
+from gamutcore.geometry import TriangleMesh, dot, faces_not_seeing_centre, grouped, row
 from gamutcore.history import MINIMUM_TRIANGLES
 from gamutcore.kernels import kernel
 from gamutcore.levels.cones import (
@@ -293,7 +293,7 @@ class _SidedLevels(FullBoundary):
         cones = compute_cones(surface)
         corners, location = self._piece_corners(cones)
         weights = _weights(corners, location, cones, position, corner)
-        end, points = _by_face(location, len(corner) // 3)
+        start, points = grouped(location, len(corner) // 3)
         # every face is moved by its furthest point; then all points are on the side
         extremes = _extremes(corners, location, cones)
         u = _moved(np.ones(len(position)), corner, sign, *extremes)
@@ -301,7 +301,7 @@ class _SidedLevels(FullBoundary):
             if number > 0:
                 u *= 1.0 + (u - 1.0).mean()
             for share, most in sweeps:
-                _descend(u, surface, end, points, weights, sign, share, most, CONVERGED)
+                _descend(u, surface, start, points, weights, sign, share, most, CONVERGED)
         return u
 
     def _extremes(self, surface: Surface) -> tuple[FloatArray, FloatArray]:
@@ -332,22 +332,6 @@ def _moved(
 
 
 @kernel
-def _by_face(location: IndexArray, faces: int) -> tuple[IndexArray, IndexArray]:
-    """Return the points in the cone of each face: the ends of its part, and the points."""
-    end = np.zeros(faces + 1, np.int32)
-    for point in range(len(location)):
-        end[location[point] + 1] += 1
-    for face in range(faces):
-        end[face + 1] += end[face]
-    points, filled = np.empty(len(location), np.int32), end.copy()
-    for point in range(len(location)):
-        face = location[point]
-        points[filled[face]] = point
-        filled[face] += 1
-    return end, points
-
-
-@kernel
 def _weights(
     points: FloatArray, location: IndexArray, cones: Cones, position: FloatArray, corner: IndexArray
 ) -> FloatArray:
@@ -357,12 +341,9 @@ def _weights(
         face = location[point]
         for place in range(3):
             vertex = corner[3 * face + place]
-            product, height = 0.0, 0.0
-            for axis in range(3):
-                plane = cones.planes[face, 3 * place + axis]
-                product += plane * points[point, axis]
-                height += plane * position[vertex, axis]
-            weights[point, place] = max(product / height, 0.0)
+            plane = row(cones.planes, face, 3 * place)
+            height = dot(plane, row(position, vertex, 0))
+            weights[point, place] = max(dot(plane, row(points, point, 0)) / height, 0.0)
     return weights
 
 
@@ -370,7 +351,7 @@ def _weights(
 def _descend(
     u: FloatArray,
     level: Surface,
-    end: IndexArray,
+    start: IndexArray,
     points: IndexArray,
     weights: FloatArray,
     sign: float,
@@ -379,19 +360,19 @@ def _descend(
     converged: float,
 ) -> None:
     """Move each u in turn by a share of what the points in the cones around it allow."""
-    corner, fan_end, fan = level.corner, level.fan_end, level.fan
+    corner, fan_start, fan = level.corner, level.fan_start, level.fan
     for _ in range(sweeps):
         largest = 0.0
         for vertex in range(len(u)):
             best = 0.0 if sign > 0.0 else np.inf
-            for entry in range(fan_end[vertex - 1] if vertex > 0 else 0, fan_end[vertex]):
+            for entry in range(fan_start[vertex], fan_start[vertex + 1]):
                 face = fan[entry]
                 place = 0
                 while corner[3 * face + place] != vertex:
                     place += 1
                 one, two = (place + 1) % 3, (place + 2) % 3
                 u_one, u_two = u[corner[3 * face + one]], u[corner[3 * face + two]]
-                for index in range(end[face], end[face + 1]):
+                for index in range(start[face], start[face + 1]):
                     point = points[index]
                     weight = weights[point, place]
                     if weight < 1e-6:
@@ -449,9 +430,7 @@ def _extremes(
     """Return the extremes of N · p − 1 over the points in the cone of each face of a level."""
     lowest, highest = np.full(len(cones.slope), np.inf), np.full(len(cones.slope), -np.inf)
     for point in range(len(points)):
-        face, product = location[point], 0.0
-        for axis in range(3):
-            product += cones.normal[face, axis] * points[point, axis]
-        lowest[face] = min(lowest[face], product - 1.0)
-        highest[face] = max(highest[face], product - 1.0)
+        face = location[point]
+        beyond = dot(row(cones.normal, face, 0), row(points, point, 0)) - 1.0
+        lowest[face], highest[face] = min(lowest[face], beyond), max(highest[face], beyond)
     return lowest, highest

@@ -1,7 +1,7 @@
 """Queries: what a level answers about colours.
 
 Every query takes a level as its vertices, faces and centre, or as an index that `build_index` has
-computed once.
+computed once. Without an index, the errors of `build_index` are raised as well.
 """
 
 from gamutcore.queries.chromaticity import (

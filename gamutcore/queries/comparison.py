@@ -60,6 +60,7 @@ from gamutcore.geometry import (
     plus,
     row,
     scaled,
+    write_row,
 )
 from gamutcore.kernels import kernel, leaf_kernel
 from gamutcore.queries.hue_tables import WHOLE_TURN, hue_span
@@ -97,8 +98,6 @@ def compare(level_a: Level, level_b: Level, sectors: int = 36) -> Comparison:
     ------
     OptionError
         The number of sectors is not accepted.
-    MeshError, InvalidPointsError
-        As for `build_index`.
 
     Notes
     -----
@@ -161,8 +160,6 @@ def gamut_rings(
         The lightnesses are not increasing numbers; ``where["row"]`` names the first that is not.
     OptionError
         The number of sectors is not accepted.
-    MeshError
-        As for `build_index`.
 
     Examples
     --------
@@ -215,22 +212,16 @@ STRETCH = 1.0 + 2.0**-36
 thousand times the rounding errors. Volumes change by less than 5 × 10⁻¹¹ of the second volume."""
 
 
-class _CellVolumes(NamedTuple):
-    """Volumes of two gamuts and of their intersection, (bands, sectors) by lightness and hue."""
-
-    a: FloatArray
-    b: FloatArray
-    intersection: FloatArray
-
-
-def _cell_volumes(one: LevelIndex, other: LevelIndex, cells: _Cells) -> _CellVolumes:
-    """Return the volumes of two levels in one colour space, and of their intersection, in cells."""
+def _cell_volumes(
+    one: LevelIndex, other: LevelIndex, cells: _Cells
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the volumes of two levels and of their intersection in cells, (bands, sectors)."""
     stretched = other.centre + STRETCH * (other.vertices - other.centre)
     common = _overlap_cells(one.vertices, one.faces, other, _neighbours(other), STRETCH, cells)
     common += _overlap_cells(stretched, other.faces, one, _neighbours(one), 1.0, cells)
     a = _enclosed_cells(one.vertices, one.faces, cells)
     b = _enclosed_cells(other.vertices, other.faces, cells)
-    return _CellVolumes(a, b, np.clip(common, 0.0, np.minimum(a, b)))
+    return a, b, np.clip(common, 0.0, np.minimum(a, b))
 
 
 def _neighbours(level: LevelIndex) -> IndexArray:
@@ -249,18 +240,11 @@ BUFFERS = 9
 
 
 class _Cells(NamedTuple):
-    """Planes that divide a colour space into sectors of hue and bands of lightness.
+    """Planes that divide a colour space into sectors of hue and bands of lightness."""
 
-    Attributes
-    ----------
-    directions : (sectors + 1, 2) float64
-        Cosine and sine of the hues between the sectors. The last repeats the first.
-    bounds : (bands − 1,) float64
-        Lightnesses between the bands, in increasing order.
-    """
-
+    # (sectors + 1, 2) cosine and sine of the hues between the sectors; the last repeats the first
     directions: FloatArray
-    bounds: FloatArray
+    bounds: FloatArray  # (bands − 1,) lightnesses between the bands, in increasing order
 
 
 def _cells_of(sectors: int, bounds: FloatArray) -> _Cells:
@@ -276,8 +260,7 @@ def _enclosed_cells(vertices: FloatArray, faces: IndexArray, cells: _Cells) -> F
     buffers, origin = np.empty((BUFFERS, CORNERS, 3)), np.zeros(3)
     for face in range(len(faces)):
         for corner in range(3):
-            for axis in range(3):
-                buffers[0, corner, axis] = vertices[faces[face, corner], axis]
+            write_row(buffers[0], corner, 0, row(vertices, faces[face, corner], 0))
         _add_polygon(buffers[0], 3, origin, cells, buffers, volumes)
     return volumes
 
@@ -305,7 +288,8 @@ def _add_polygon(
         low = high = polygon[0, 0]
         for index in range(1, count):
             low, high = min(low, polygon[index, 0]), max(high, polygon[index, 0])
-        first_band, last_band = _band(bounds, low + origin[0]), _band(bounds, high + origin[0])
+        first_band = np.searchsorted(bounds, low + origin[0])
+        last_band = np.searchsorted(bounds, high + origin[0])
     first = last = 0
     if sectors > 1:
         begin, span = hue_span(polygon, count, origin)
@@ -337,19 +321,6 @@ def _add_polygon(
                 rest = clip(part, rest, DOWNWARDS, bounds[band] - origin[0], buffers[8])
                 part = buffers[8]
             volumes[band, sector] += _flux(part, rest, origin)
-
-
-@leaf_kernel
-def _band(bounds: FloatArray, lightness: float) -> int:
-    """Return the band of a lightness."""
-    low, high = 0, len(bounds)
-    while low < high:
-        middle = (low + high) // 2
-        if bounds[middle] < lightness:
-            low = middle + 1
-        else:
-            high = middle
-    return low
 
 
 @leaf_kernel

@@ -21,18 +21,20 @@ from gamutcore.geometry import (
     cone_products,
     curve_order,
     dot,
+    face_corners,
     minus,
     orientation,
     plus,
     row,
     scaled,
+    vector,
 )
 from gamutcore.kernels import kernel, leaf_kernel
 from gamutcore.queries.face_tree import Search, new_search
 from gamutcore.queries.index import Level, LevelIndex, as_index, checked_points
 from gamutcore.queries.nearest import nearest_face
 
-__all__ = ["contains", "is_inside", "signed_distance"]
+__all__ = ["contains", "height_of", "is_inside", "signed_distance"]
 
 SAFE = 1.001
 """Factor of a tolerance that covers the rounding of a point that is moved towards the centre."""
@@ -62,8 +64,6 @@ def contains(points: ArrayLike, level: Level, tolerance: float = 0.0) -> Boolean
     ------
     InvalidPointsError
         A point is not three finite numbers; ``where["row"]`` names it.
-    MeshError
-        As for `build_index`.
 
     Examples
     --------
@@ -114,14 +114,14 @@ def _contains(
     # A level is star-shaped about each point of the ball with the radius `inner`. If the surface
     # is within the tolerance of a point, the point is therefore inside after it is moved towards
     # the centre by this factor. The test of the moved point is much faster than the distance.
-    centre, share, face = index.centre, index.inner / max(index.inner + SAFE * tolerance, TINY), 0
-    middle = centre[0], centre[1], centre[2]
+    share, face = index.inner / max(index.inner + SAFE * tolerance, TINY), 0
+    centre = vector(index.centre)
     for number in range(len(points)):
         point = row(points, number, 0)
         inside[number] = is_inside(point, index, terms)
         if inside[number] or tolerance == 0.0:
             continue
-        moved = plus(middle, scaled(share, minus(point, middle)))
+        moved = plus(centre, scaled(share, minus(point, centre)))
         if not is_inside(moved, index, terms):
             continue
         face, square, _, _ = nearest_face(point, index, face, tolerance, search)
@@ -159,7 +159,7 @@ def is_inside(point: Vector, index: LevelIndex, terms: FloatArray) -> bool:
         or z > box[1, 2]
     ):
         return False
-    relative = minus(point, (index.centre[0], index.centre[1], index.centre[2]))
+    relative = minus(point, vector(index.centre))
     if dot(relative, relative) < index.inner * index.inner:
         return True
     cell = cell_of(relative, index.resolution)
@@ -172,20 +172,20 @@ def is_inside(point: Vector, index: LevelIndex, terms: FloatArray) -> bool:
                 return True
             if below < -1.0:
                 return False
-            return _height(point, index, index.cell_faces[place], terms) >= 0.0
+            return height_of(point, index, index.cell_faces[place], terms) >= 0.0
     return _is_inside_exactly(point, index, cell, terms)
 
 
 @leaf_kernel
 def _is_inside_exactly(point: Vector, index: LevelIndex, cell: int, terms: FloatArray) -> bool:
-    relative = minus(point, (index.centre[0], index.centre[1], index.centre[2]))
+    relative = minus(point, vector(index.centre))
     if dot(relative, relative) > (NEAR / index.tree.scale) ** 2:
         # the signs of the cones do not matter if the heights of all possible faces agree
         below = above = 0
         for place in range(index.cell_start[cell], index.cell_start[cell + 1]):
             face = index.cell_faces[place]
             if min(cone_products(index.planes, face, relative)) >= -1.0:
-                if _height(point, index, face, terms) >= 0.0:
+                if height_of(point, index, face, terms) >= 0.0:
                     below += 1
                 else:
                     above += 1
@@ -196,30 +196,26 @@ def _is_inside_exactly(point: Vector, index: LevelIndex, cell: int, terms: Float
     for place in range(index.cell_start[cell], index.cell_start[cell + 1]):
         face = index.cell_faces[place]
         if _in_cone(point, index, face, terms):
-            return _height(point, index, face, terms) >= 0.0
+            return height_of(point, index, face, terms) >= 0.0
     # rounding has moved the direction out of the cell: the point is very near the centre
     for face in range(len(index.faces)):
         if _in_cone(point, index, face, terms):
-            return _height(point, index, face, terms) >= 0.0
+            return height_of(point, index, face, terms) >= 0.0
     return False
 
 
 @leaf_kernel
 def _in_cone(point: Vector, index: LevelIndex, face: int, terms: FloatArray) -> bool:
     """Whether a point is in the closed cone of a face. Every point is in one at least."""
-    centre = index.centre[0], index.centre[1], index.centre[2]
-    for at in range(3):
-        one = row(index.vertices, index.faces[face, at], 0)
-        two = row(index.vertices, index.faces[face, (at + 1) % 3], 0)
-        if orientation(one, two, point, centre, terms) < 0.0:
+    a, b, c = face_corners(index.vertices, index.faces, face)
+    for one, two in ((a, b), (b, c), (c, a)):
+        if orientation(one, two, point, vector(index.centre), terms) < 0.0:
             return False
     return True
 
 
 @leaf_kernel
-def _height(point: Vector, index: LevelIndex, face: int, terms: FloatArray) -> float:
+def height_of(point: Vector, index: LevelIndex, face: int, terms: FloatArray) -> float:
     """Return a positive number below the plane of a face, 0 on it, a negative one above."""
-    a = row(index.vertices, index.faces[face, 0], 0)
-    b = row(index.vertices, index.faces[face, 1], 0)
-    c = row(index.vertices, index.faces[face, 2], 0)
+    a, b, c = face_corners(index.vertices, index.faces, face)
     return orientation(a, b, c, point, terms)

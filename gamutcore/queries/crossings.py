@@ -30,6 +30,7 @@ from gamutcore.geometry import (
     area,
     cross,
     dot,
+    face_corners,
     minus,
     moved_orientation,
     orientation,
@@ -37,12 +38,19 @@ from gamutcore.geometry import (
     row,
     scaled,
     triple,
+    vector,
     write_row,
 )
 from gamutcore.kernels import kernel, leaf_kernel
-from gamutcore.queries.containment import is_inside
+from gamutcore.queries.containment import height_of, is_inside
 from gamutcore.queries.face_tree import STACK, WIDTH, set_box_gaps
-from gamutcore.queries.index import Level, LevelIndex, as_index, checked_points
+from gamutcore.queries.index import (
+    Level,
+    LevelIndex,
+    as_index,
+    checked_points,
+    surface_points,
+)
 
 __all__ = [
     "LINE",
@@ -154,8 +162,6 @@ def crossings(
         ``where["row"]`` names them. Or the numbers of starts and ends differ.
     OptionError
         There is no such kind.
-    MeshError
-        As for `build_index`.
 
     Examples
     --------
@@ -194,7 +200,7 @@ def crossings(
     # views: memory that nothing was written to is not occupied
     last = offsets[-1]
     faces, weights = work.faces[:last], work.weights[:last]
-    points = _surface_points(index, faces, weights)
+    points = surface_points(index, faces, weights)
     return Crossings(offsets, work.t[:last], work.entering[:last], points, faces, weights)
 
 
@@ -217,23 +223,6 @@ def _cross(
         number += 1
         offsets[number] = found
     return number
-
-
-@kernel
-def _surface_points(index: LevelIndex, faces: IndexArray, weights: FloatArray) -> FloatArray:
-    """Return the points (n, 3) of barycentric coordinates in faces."""
-    vertices = index.vertices
-    points = np.empty((len(faces), 3))
-    for number in range(len(faces)):
-        face = faces[number]
-        one, two, three = index.faces[face, 0], index.faces[face, 1], index.faces[face, 2]
-        for axis in range(3):
-            points[number, axis] = (
-                weights[number, 0] * vertices[one, axis]
-                + weights[number, 1] * vertices[two, axis]
-                + weights[number, 2] * vertices[three, axis]
-            )
-    return points
 
 
 class Line(NamedTuple):
@@ -262,7 +251,7 @@ def find_crossings(
     if square == 0.0:
         return begin
     # coordinates are relative to the point that is nearer to the centre, for less rounding
-    centre = index.centre[0], index.centre[1], index.centre[2]
+    centre = vector(index.centre)
     origin, shift, near = start, 0.0, minus(start, centre)
     other = minus(end, centre)
     if dot(near, near) > dot(other, other):
@@ -311,10 +300,8 @@ def _add_crossing(
 ) -> int:
     """Add the crossing of a line with a face, if any; return the new end of crossings."""
     start, end, direction, kind, origin, shift, uncertain = line
-    at, vertices = np.uint64(face), index.vertices
-    a = minus(row(vertices, np.uint64(index.faces[at, 0]), 0), origin)
-    b = minus(row(vertices, np.uint64(index.faces[at, 1]), 0), origin)
-    c = minus(row(vertices, np.uint64(index.faces[at, 2]), 0), origin)
+    a, b, c = face_corners(index.vertices, index.faces, face)
+    a, b, c = minus(a, origin), minus(b, origin), minus(c, origin)
     across = cross(direction, a)
     side_a, side_b, side_c = triple(direction, b, c), -dot(across, c), dot(across, b)
     smallest, largest = min(side_a, side_b, side_c), max(side_a, side_b, side_c)
@@ -396,7 +383,7 @@ def _exact_sides(
     the edge p, q opposite to each corner, the determinant is det(end − start, p − start, q −
     start).
     """
-    a, b, c = _corners(index, face)
+    a, b, c = face_corners(index.vertices, index.faces, face)
     side_a, sign_a = _exact_side(start, end, b, c, index, terms)
     side_b, sign_b = _exact_side(start, end, c, a, index, terms)
     if sign_a != sign_b:
@@ -414,7 +401,7 @@ def _exact_side(
     found = side
     if found == 0.0:
         # the coefficients of ε; δ, δ², δ³; ε δ, ε δ², ε δ³, of which one is not 0
-        centre = index.centre[0], index.centre[1], index.centre[2]
+        centre = vector(index.centre)
         found = moved_orientation(end, start, p, q, centre, terms)
         for origin in (start, centre):
             for axis in range(3):
@@ -426,17 +413,10 @@ def _exact_side(
 @leaf_kernel
 def _is_below(point: Vector, index: LevelIndex, face: int, terms: FloatArray) -> bool:
     """Whether a point is on the plane of a face, or on its inner side."""
-    relative = minus(point, (index.centre[0], index.centre[1], index.centre[2]))
+    relative = minus(point, vector(index.centre))
     height = dot(row(index.planes, face, 9), relative) - index.planes[face, 12]
     # the planes are scaled for points in the box
     size = abs(relative[0]) + abs(relative[1]) + abs(relative[2])
     if abs(height) > 1.0 + size * index.tree.scale:
         return height < 0.0
-    a, b, c = _corners(index, face)
-    return orientation(a, b, c, point, terms) >= 0.0
-
-
-@leaf_kernel
-def _corners(index: LevelIndex, face: int) -> tuple[Vector, Vector, Vector]:
-    one, two, three = index.faces[face, 0], index.faces[face, 1], index.faces[face, 2]
-    return row(index.vertices, one, 0), row(index.vertices, two, 0), row(index.vertices, three, 0)
+    return height_of(point, index, face, terms) >= 0.0

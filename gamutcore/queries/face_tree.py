@@ -17,7 +17,18 @@ from typing import NamedTuple
 import numpy as np
 
 from gamutcore.arrays import Float32Array, FloatArray, IndexArray, LongArray
-from gamutcore.geometry import Vector, cross, dot, minus, plus, row, scaled, write_row
+from gamutcore.geometry import (
+    Vector,
+    cross,
+    dot,
+    face_corners,
+    minus,
+    plus,
+    row,
+    scaled,
+    vector,
+    write_row,
+)
 from gamutcore.kernels import inlined_kernel, kernel, leaf_kernel
 
 __all__ = [
@@ -65,11 +76,6 @@ class FaceTree(NamedTuple):
     first: IndexArray  # (N,) first child, before the others; in leaves ~first is an index of faces
     faces: IndexArray  # (F,) in the order of the leaves
     scale: float  # 1 ÷ the reach of the level, so that no coordinate is too large for float32
-
-    @property
-    def nbytes(self) -> int:
-        """Memory of the arrays in bytes."""
-        return self.cylinders.nbytes + self.first.nbytes + self.faces.nbytes
 
 
 def build_face_tree(position: FloatArray, faces: IndexArray, reach: float) -> FaceTree:
@@ -210,8 +216,7 @@ def _set_face(
     at: int,
 ) -> None:
     """Set the cylinder of a face, and add its normal, twice as long as its area, to the node's."""
-    a, b = row(position, faces[face, 0], 0), row(position, faces[face, 1], 0)
-    c = row(position, faces[face, 2], 0)
+    a, b, c = face_corners(position, faces, face)
     normal = cross(minus(b, a), minus(c, a))
     write_row(normals, node, 0, plus(row(normals, node, 0), normal))
     axis = _in_float32(scaled(1.0 / np.sqrt(dot(normal, normal)), normal))
@@ -263,7 +268,7 @@ def _set_node(
     It encloses the corners, and its middle is that of a box with one side along the axis. Cylinders
     of cylinders would be up to twice as wide at the root.
     """
-    mean = normal[0], normal[1], normal[2]
+    mean = vector(normal)
     axis = _in_float32(scaled(1.0 / max(np.sqrt(dot(mean, mean)), 1e-300), mean))
     if dot(axis, axis) < 0.5:  # a whole closed surface
         axis = 1.0, 0.0, 0.0

@@ -21,7 +21,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from gamutcore.arrays import ByteArray, Float32Array, FloatArray, IndexArray
-from gamutcore.geometry import following, preceding
+from gamutcore.geometry import following, grouped, preceding
 from gamutcore.kernels import kernel, leaf_kernel
 from gamutcore.queries.face_tree import WIDTH
 
@@ -37,6 +37,7 @@ __all__ = [
     "hue_span",
     "hue_table",
     "hue_turn",
+    "write_cusp",
 ]
 
 WHOLE_TURN = 2.0 * np.pi
@@ -99,11 +100,6 @@ class CuspTable(NamedTuple):
     corners: IndexArray  # (m,) corner that faces the edge: 3 · face + its place in the face
     sector_start: IndexArray  # (sectors + 1,)
     sector_edges: IndexArray  # (k,) the edges of each sector
-
-    @property
-    def nbytes(self) -> int:
-        """Memory of the arrays in bytes."""
-        return sum(field.nbytes for field in self)
 
 
 def cusp_table(vertices: FloatArray, faces: IndexArray, opposite: IndexArray) -> CuspTable:
@@ -207,6 +203,15 @@ def find_cusp(ca: float, cb: float, table: CuspTable) -> tuple[float, float, int
     return largest, lightness, best, part
 
 
+@leaf_kernel
+def write_cusp(table: CuspTable, edge: int, share: float, weights: FloatArray, number: int) -> int:
+    """Write the barycentric coordinates of a point on an edge to a row; return the face."""
+    face, at = divmod(table.corners[edge], 3)
+    weights[number, at] = 0.0
+    weights[number, (at + 1) % 3], weights[number, (at + 2) % 3] = 1.0 - share, share
+    return face
+
+
 RECTANGLE = 4
 """Numbers of a rectangle: smallest lightness and chroma, largest lightness and chroma."""
 
@@ -243,11 +248,6 @@ class HueTable(NamedTuple):
     first: IndexArray  # (N,) first child, before the others; in leaves ~first is an index of faces
     faces: IndexArray  # (m,)
     spans: ByteArray  # (m, 2) first and last part of the sector that the face meets (`hue_part`)
-
-    @property
-    def nbytes(self) -> int:
-        """Memory of the arrays in bytes."""
-        return sum(field.nbytes for field in self)
 
 
 def hue_table(vertices: FloatArray, faces: IndexArray, middle: float, scale: float) -> HueTable:
@@ -397,21 +397,14 @@ def _order_by_direction(
     vertices: FloatArray, faces: IndexArray, chromas: FloatArray, middle: float
 ) -> IndexArray:
     """Return an order of faces by the approximate direction from the neutral axis."""
-    steps, place = np.empty(len(faces), np.int32), np.zeros(DIRECTIONS + 1, np.int32)
+    steps = np.empty(len(faces), np.int32)
     for face in range(len(faces)):
         one, two, three = faces[face, 0], faces[face, 1], faces[face, 2]
         up = vertices[one, 0] + vertices[two, 0] + vertices[three, 0] - 3.0 * middle
         out = chromas[one] + chromas[two] + chromas[three]
         slope = up / (abs(up) + out) if out > 0.0 else 0.0
         steps[face] = min(int((0.5 + 0.5 * slope) * DIRECTIONS), DIRECTIONS - 1)
-        place[steps[face] + 1] += 1
-    for step in range(DIRECTIONS):
-        place[step + 1] += place[step]
-    order = np.empty(len(faces), np.int32)
-    for face in range(len(faces)):
-        order[place[steps[face]]] = face
-        place[steps[face]] += 1
-    return order
+    return grouped(steps, DIRECTIONS)[1]
 
 
 @leaf_kernel

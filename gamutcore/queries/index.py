@@ -31,6 +31,7 @@ from gamutcore.geometry import (
     cross,
     direction_cells,
     dot,
+    face_corners,
     faces_not_seeing_centre,
     opposite_corners,
     plus,
@@ -50,6 +51,7 @@ __all__ = [
     "build_index",
     "checked_numbers",
     "checked_points",
+    "surface_points",
 ]
 
 CELLS_PER_FACE = 2.0
@@ -113,12 +115,8 @@ class LevelIndex(NamedTuple):
     @property
     def nbytes(self) -> int:
         """Memory of the arrays in bytes."""
-        fields = (
-            field
-            for field in self
-            if isinstance(field, np.ndarray | FaceTree | CuspTable | HueTable)
-        )
-        return sum(field.nbytes for field in fields)
+        fields = (*self, *self.tree, *self.cusps, *self.hues)
+        return sum(field.nbytes for field in fields if isinstance(field, np.ndarray))
 
 
 Level: TypeAlias = LevelIndex | tuple[ArrayLike, ArrayLike, ArrayLike]
@@ -126,21 +124,7 @@ Level: TypeAlias = LevelIndex | tuple[ArrayLike, ArrayLike, ArrayLike]
 
 
 def as_index(level: Level) -> LevelIndex:
-    """Return the index of a level, computed unless given.
-
-    Parameters
-    ----------
-    level : LevelIndex or (vertices, faces, centre)
-
-    Returns
-    -------
-    LevelIndex
-
-    Raises
-    ------
-    MeshError, InvalidPointsError
-        As for `build_index`.
-    """
+    """Return the index of a level, computed unless given; errors are those of `build_index`."""
     return level if isinstance(level, LevelIndex) else build_index(*level)
 
 
@@ -235,8 +219,7 @@ def _cones(
     angle = 0.0
     inner = np.inf
     for face in range(len(faces)):
-        a, b = row(position, faces[face, 0], 0), row(position, faces[face, 1], 0)
-        c = row(position, faces[face, 2], 0)
+        a, b, c = face_corners(position, faces, face)
         to_a, to_b, to_c = np.sqrt(dot(a, a)), np.sqrt(dot(b, b)), np.sqrt(dot(c, c))
         u, v, w = cross(b, c), cross(c, a), cross(a, b)
         determinant = dot(a, u)
@@ -254,6 +237,17 @@ def _cones(
         write_row(planes, face, 9, scaled(1.0 / rounding, normal))
         planes[face, 12] = (1.0 / rounding) * determinant
     return planes, angle, max(inner, 0.0)
+
+
+@kernel
+def surface_points(index: LevelIndex, faces: IndexArray, weights: FloatArray) -> FloatArray:
+    """Return the points (n, 3) of barycentric coordinates (n, 3) in faces."""
+    points = np.empty((len(faces), 3))
+    for number in range(len(faces)):
+        a, b, c = face_corners(index.vertices, index.faces, faces[number])
+        u, v, w = row(weights, number, 0)
+        write_row(points, number, 0, plus(plus(scaled(u, a), scaled(v, b)), scaled(w, c)))
+    return points
 
 
 LARGEST_COORDINATE = 1e60
@@ -283,10 +277,10 @@ def checked_points(points: ArrayLike, name: str = "points") -> FloatArray:
     found = np.require(found, np.float64, ["C", "ALIGNED", "WRITEABLE"])
     valid = np.abs(found) <= LARGEST_COORDINATE  # false for NaN
     if not valid.all():
-        row = int(np.argmin(valid.all(axis=1)))
+        at = int(np.argmin(valid.all(axis=1)))
         raise InvalidPointsError(
-            f"Row {row} of {name} is {found[row].tolist()}.",
-            where={"field": name, "row": row},
+            f"Row {at} of {name} is {found[at].tolist()}.",
+            where={"field": name, "row": at},
             remedy=f"Give finite coordinates within ±{LARGEST_COORDINATE:g}.",
         )
     return found
@@ -309,10 +303,10 @@ def checked_numbers(numbers: ArrayLike, name: str) -> FloatArray:
         )
     found = np.ascontiguousarray(found, np.float64)
     if not np.isfinite(found).all():
-        row = int(np.argmin(np.isfinite(found)))
+        at = int(np.argmin(np.isfinite(found)))
         raise InvalidPointsError(
-            f"Row {row} of {name} is {found[row]}.",
-            where={"field": name, "row": row},
+            f"Row {at} of {name} is {found[at]}.",
+            where={"field": name, "row": at},
             remedy="Give finite numbers.",
         )
     return found

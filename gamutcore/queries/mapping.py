@@ -47,7 +47,17 @@ from numpy.typing import ArrayLike
 
 from gamutcore.arrays import BooleanArray, Float32Array, FloatArray, IndexArray, LongArray
 from gamutcore.errors import MeshError, OptionError
-from gamutcore.geometry import Vector, dot, minus, plus, row, scaled, write_row
+from gamutcore.geometry import (
+    Vector,
+    dot,
+    grouped,
+    minus,
+    plus,
+    row,
+    scaled,
+    vector,
+    write_row,
+)
 from gamutcore.kernels import kernel, leaf_kernel
 from gamutcore.queries.containment import is_inside
 from gamutcore.queries.crossings import (
@@ -58,7 +68,14 @@ from gamutcore.queries.crossings import (
     find_crossings,
 )
 from gamutcore.queries.face_tree import STACK, WIDTH
-from gamutcore.queries.hue_tables import RECTANGLE, find_cusp, hue_part, hue_sector, hue_turn
+from gamutcore.queries.hue_tables import (
+    RECTANGLE,
+    find_cusp,
+    hue_part,
+    hue_sector,
+    hue_turn,
+    write_cusp,
+)
 from gamutcore.queries.index import Level, LevelIndex, as_index, build_index, checked_points
 from gamutcore.queries.nearest import nearest
 from gamutcore.queries.sections import cusp_points
@@ -134,8 +151,6 @@ def map_colours(
         A point is not three finite numbers; ``where["row"]`` names it.
     OptionError
         There is no such method, or `focus` or `source` does not apply or is missing.
-    MeshError
-        As for `build_index`.
 
     Examples
     --------
@@ -229,7 +244,7 @@ def _inwards(point: Vector, direction: Vector, index: LevelIndex, terms: FloatAr
             if is_inside(moved, index, terms):
                 return moved
             along *= 4.0
-    centre, share = (index.centre[0], index.centre[1], index.centre[2]), INWARDS
+    centre, share = vector(index.centre), INWARDS
     while share < 1.0:
         moved = plus(point, scaled(share, minus(centre, point)))
         if is_inside(moved, index, terms):
@@ -252,8 +267,7 @@ def _clip(  # noqa: PLR0912  # a branch for each method
     moved: BooleanArray,
 ) -> None:
     bounds = np.empty(STACK)
-    order = _order_by_hue(given)
-    for number in order:
+    for number in _order_by_hue(given):
         start = row(given, number, 0)
         if is_inside(start, index, work.terms):
             continue
@@ -277,7 +291,7 @@ def _clip(  # noqa: PLR0912  # a branch for each method
             elif ends[0] <= ends[1]:
                 target, place = _by_lightness(grey, index, work)
         elif rule == FOCAL:
-            end = focus[0], focus[1], focus[2]
+            end = vector(focus)
             if np.isnan(end[0]):
                 end = find_cusp(ca, cb, index.cusps)[1], 0.0, 0.0
             target, place = _towards(start, end, index, work)
@@ -308,17 +322,10 @@ def _clip(  # noqa: PLR0912  # a branch for each method
 @kernel
 def _order_by_hue(points: FloatArray) -> IndexArray:
     """Return an order of points by hue, in which consecutive searches share cached data."""
-    sectors, place = np.empty(len(points), np.int32), np.zeros(HUES + 1, np.int32)
+    sector = np.empty(len(points), np.int32)
     for number in range(len(points)):
-        sectors[number] = hue_sector(points[number, 1], points[number, 2], HUES)
-        place[sectors[number] + 1] += 1
-    for sector in range(HUES):
-        place[sector + 1] += place[sector]
-    order = np.empty(len(points), np.int32)
-    for number in range(len(points)):
-        order[place[sectors[number]]] = number
-        place[sectors[number]] += 1
-    return order
+        sector[number] = hue_sector(points[number, 1], points[number, 2], HUES)
+    return grouped(sector, HUES)[1]
 
 
 @leaf_kernel
@@ -357,10 +364,7 @@ def _to_cusp(
     most, lightness, edge, share = find_cusp(ca, cb, index.cusps)
     if edge < 0 or chroma < most:
         return (lightness, 0.0, 0.0), -1
-    face, at = divmod(index.cusps.corners[edge], 3)
-    work.faces[0] = face
-    work.weights[0, at] = 0.0
-    work.weights[0, (at + 1) % 3], work.weights[0, (at + 2) % 3] = 1.0 - share, share
+    work.faces[0] = write_cusp(index.cusps, edge, share, work.weights, 0)
     return (lightness, most * ca, most * cb), 0
 
 

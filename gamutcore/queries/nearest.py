@@ -15,10 +15,20 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gamutcore.arrays import FloatArray, IndexArray
-from gamutcore.geometry import Vector, closest_point, curve_order, minus, row, scaled, write_row
+from gamutcore.geometry import (
+    Vector,
+    closest_point,
+    curve_order,
+    face_corners,
+    minus,
+    row,
+    scaled,
+    vector,
+    write_row,
+)
 from gamutcore.kernels import kernel, leaf_kernel
 from gamutcore.queries.face_tree import WIDTH, Search, new_search, set_lower_bounds
-from gamutcore.queries.index import Level, LevelIndex, as_index, checked_points
+from gamutcore.queries.index import Level, LevelIndex, as_index, checked_points, surface_points
 
 __all__ = ["SurfacePoints", "nearest", "nearest_face"]
 
@@ -67,8 +77,6 @@ def nearest(points: ArrayLike, level: Level) -> SurfacePoints:
     ------
     InvalidPointsError
         A point is not three finite numbers; ``where["row"]`` names it.
-    MeshError
-        As for `build_index`.
 
     Examples
     --------
@@ -80,33 +88,25 @@ def nearest(points: ArrayLike, level: Level) -> SurfacePoints:
     >>> found.weights.tolist()
     [[0.25, 0.5, 0.25]]
     """
-    return SurfacePoints(*_nearest(checked_points(points), as_index(level), new_search()))
+    index = as_index(level)
+    distance, faces, weights = _nearest(checked_points(points), index, new_search())
+    return SurfacePoints(surface_points(index, faces, weights), distance, faces, weights)
 
 
 @kernel
 def _nearest(
     points: FloatArray, index: LevelIndex, search: Search
-) -> tuple[FloatArray, FloatArray, IndexArray, FloatArray]:
-    vertices = index.vertices
-    count = len(points)
-    found = np.empty((count, 3))
-    distance = np.empty(count)
-    faces = np.empty(count, np.int32)
-    weights = np.empty((count, 3))
+) -> tuple[FloatArray, IndexArray, FloatArray]:
+    """Return the distance, the face and the barycentric coordinates of each nearest point."""
+    distance, faces = np.empty(len(points)), np.empty(len(points), np.int32)
+    weights = np.empty((len(points), 3))
     face = 0
     for number in curve_order(points):
         point = row(points, number, 0)
         face, square, u, v = nearest_face(point, index, face, np.inf, search)
-        one, two, three = index.faces[face, 0], index.faces[face, 1], index.faces[face, 2]
-        w = max(1.0 - u - v, 0.0)
-        for axis in range(3):
-            found[number, axis] = (
-                w * vertices[one, axis] + u * vertices[two, axis] + v * vertices[three, axis]
-            )
-        distance[number] = np.sqrt(square)
-        faces[number] = face
-        write_row(weights, number, 0, (w, u, v))
-    return found, distance, faces, weights
+        distance[number], faces[number] = np.sqrt(square), face
+        write_row(weights, number, 0, (max(1.0 - u - v, 0.0), u, v))
+    return distance, faces, weights
 
 
 @leaf_kernel
@@ -118,9 +118,9 @@ def nearest_face(
     The weights are those of the second and the third corner. Only the time depends on the face
     `start`. Faces farther than `within` need not be found; the answer may then be `start`.
     """
-    tree, centre, (nodes, bounds, squares) = index.tree, index.centre, search
+    tree, (nodes, bounds, squares) = index.tree, search
     scale = tree.scale
-    here = scaled(scale, minus(point, (centre[0], centre[1], centre[2])))
+    here = scaled(scale, minus(point, vector(index.centre)))
     largest = max(abs(point[0]), abs(point[1]), abs(point[2]))
     for axis in range(3):
         largest = max(largest, abs(index.box[0, axis]), abs(index.box[1, axis]))
@@ -165,8 +165,5 @@ def _point_in_face(point: Vector, index: LevelIndex, face: int) -> tuple[float, 
 
     The weights are those of the second and the third corner.
     """
-    at = np.uint64(face)
-    a = row(index.vertices, np.uint64(index.faces[at, 0]), 0)
-    b = minus(row(index.vertices, np.uint64(index.faces[at, 1]), 0), a)
-    c = minus(row(index.vertices, np.uint64(index.faces[at, 2]), 0), a)
-    return closest_point(minus(point, a), b, c)
+    a, b, c = face_corners(index.vertices, index.faces, face)
+    return closest_point(minus(point, a), minus(b, a), minus(c, a))

@@ -18,9 +18,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gamutcore.arrays import FloatArray, IndexArray, LongArray
-from gamutcore.geometry import curve_order
+from gamutcore.geometry import Vector, curve_order, face_corners, minus, write_row
 from gamutcore.kernels import inlined_kernel, kernel, leaf_kernel
-from gamutcore.queries.ciede2000 import CHROMA, SLOPE, A, B, L, ciede2000, set_slope
+from gamutcore.queries.ciede2000 import CHROMA, SLOPE, A, B, L, ciede2000, delta_e_2000, set_slope
 from gamutcore.queries.ciede2000_bounds import (
     BOUND,
     ESTIMATE,
@@ -30,7 +30,7 @@ from gamutcore.queries.ciede2000_bounds import (
     set_triangle_bounds,
 )
 from gamutcore.queries.face_tree import STACK, WIDTH
-from gamutcore.queries.index import Level, LevelIndex, as_index, checked_points
+from gamutcore.queries.index import Level, LevelIndex, as_index, checked_points, surface_points
 from gamutcore.queries.nearest import SurfacePoints
 
 __all__ = ["nearest_ciede2000"]
@@ -74,8 +74,6 @@ def nearest_ciede2000(points: ArrayLike, level: Level) -> SurfacePoints:
     ------
     InvalidPointsError
         A point is not three finite numbers; ``where["row"]`` names it.
-    MeshError
-        As for `build_index`.
 
     Examples
     --------
@@ -86,11 +84,14 @@ def nearest_ciede2000(points: ArrayLike, level: Level) -> SurfacePoints:
     >>> found.points.round(3).tolist(), found.distance.round(4).tolist()
     ([[100.0, 0.0, 0.0]], [5.4876])
     """
-    return SurfacePoints(*_nearest(checked_points(points), as_index(level)))
+    colours, index = checked_points(points), as_index(level)
+    faces, weights = _nearest(colours, index)
+    found = surface_points(index, faces, weights)
+    return SurfacePoints(found, delta_e_2000(colours, found), faces, weights)
 
 
 class _SearchWorkspace(NamedTuple):
-    """_SearchWorkspace arrays of a search.
+    """Work arrays of a search.
 
     `best` has ΔE00 and weights of the best point, the relative improvement that a better point
     needs, and the number of divisions. For `triangles`, `found`, `shape` and `expansions` see
@@ -112,14 +113,9 @@ class _SearchWorkspace(NamedTuple):
 
 
 @kernel
-def _nearest(
-    points: FloatArray, index: LevelIndex
-) -> tuple[FloatArray, FloatArray, IndexArray, FloatArray]:
-    vertices = index.vertices
-    count = len(points)
-    found, weights = np.empty((count, 3)), np.empty((count, 3))
-    distance = np.empty(count)
-    faces = np.empty(count, np.int32)
+def _nearest(points: FloatArray, index: LevelIndex) -> tuple[IndexArray, FloatArray]:
+    """Return the face and the barycentric coordinates of each nearest point."""
+    faces, weights = np.empty(len(points), np.int32), np.empty((len(points), 3))
     work = _SearchWorkspace(
         np.empty(4),
         np.empty(9),
@@ -138,26 +134,17 @@ def _nearest(
     best[1] = best[2] = 1.0 / 3.0
     reach = np.abs(index.box).max()
     face = 0
-    for row in curve_order(points):
+    for number in curve_order(points):
         for axis in range(3):
-            colour[axis] = points[row, axis]
+            colour[axis] = points[number, axis]
         colour[CHROMA] = np.sqrt(colour[A] ** 2 + colour[B] ** 2)
         far = max(reach, abs(colour[L]), colour[CHROMA]) > ORDINARY
         best[3], best[4] = FLAT if far else 0.0, 0.0
         face = _search(index, face, work)
-        one, two, three = index.faces[face, 0], index.faces[face, 1], index.faces[face, 2]
         u, v = best[1], best[2]
-        w = max(1.0 - u - v, 0.0)
-        for axis in range(3):
-            found[row, axis] = (
-                w * vertices[one, axis] + u * vertices[two, axis] + v * vertices[three, axis]
-            )
-        distance[row] = ciede2000(
-            colour[L], colour[A], colour[B], found[row, 0], found[row, 1], found[row, 2]
-        )
-        faces[row] = face
-        weights[row, 0], weights[row, 1], weights[row, 2] = w, u, v
-    return found, distance, faces, weights
+        faces[number] = face
+        write_row(weights, number, 0, (max(1.0 - u - v, 0.0), u, v))
+    return faces, weights
 
 
 @leaf_kernel
@@ -248,7 +235,7 @@ def _search_face(
         work.best,
         work.found,
     )
-    ax, ay, az, bx, by, bz, cx, cy, cz = _set_corners(index, face, work.corners)
+    (ax, ay, az), (bx, by, bz), (cx, cy, cz) = _set_corners(index, face, work.corners)
     # the distances of the corners from the centroid, three times as long
     long = (bx + cx) ** 2 + (by + cy) ** 2 + (bz + cz) ** 2
     long = max(long, (2.0 * bx - cx) ** 2 + (2.0 * by - cy) ** 2 + (2.0 * bz - cz) ** 2)
@@ -361,25 +348,13 @@ def _search_cliff(work: _SearchWorkspace, u: float, v: float, side: float) -> bo
 @leaf_kernel
 def _set_corners(
     index: LevelIndex, face: int, corners: FloatArray
-) -> tuple[float, float, float, float, float, float, float, float, float]:
+) -> tuple[Vector, Vector, Vector]:
     """Set the first corner of a face and the two sides from it, and return them."""
-    vertices = index.vertices
-    one, two, three = index.faces[face, 0], index.faces[face, 1], index.faces[face, 2]
+    a, b, c = face_corners(index.vertices, index.faces, face)
+    b, c = minus(b, a), minus(c, a)
     for axis in range(3):
-        corners[axis] = vertices[one, axis]
-        corners[3 + axis] = vertices[two, axis] - vertices[one, axis]
-        corners[6 + axis] = vertices[three, axis] - vertices[one, axis]
-    return (
-        corners[0],
-        corners[1],
-        corners[2],
-        corners[3],
-        corners[4],
-        corners[5],
-        corners[6],
-        corners[7],
-        corners[8],
-    )
+        corners[axis], corners[3 + axis], corners[6 + axis] = a[axis], b[axis], c[axis]
+    return a, b, c
 
 
 TOLERANCE = 1e-7

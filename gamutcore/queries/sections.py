@@ -28,8 +28,9 @@ from numpy.typing import ArrayLike
 
 from gamutcore.arrays import FloatArray, IndexArray, LongArray
 from gamutcore.errors import InvalidPointsError
+from gamutcore.geometry import row, write_row
 from gamutcore.kernels import kernel, leaf_kernel
-from gamutcore.queries.hue_tables import WHOLE_TURN, CuspTable, find_cusp, hue_span
+from gamutcore.queries.hue_tables import WHOLE_TURN, CuspTable, find_cusp, hue_span, write_cusp
 from gamutcore.queries.index import Level, LevelIndex, as_index, checked_numbers, checked_points
 
 __all__ = ["Cusps", "Leaves", "Section", "cusp_points", "hue_leaf", "leaves", "slice_polygons"]
@@ -82,8 +83,6 @@ def slice_polygons(level: Level, normal: ArrayLike, offset: float) -> Section:
     ------
     InvalidPointsError
         The normal or the offset is not finite, or the normal has no direction.
-    MeshError
-        As for `build_index`.
 
     Examples
     --------
@@ -101,9 +100,7 @@ def slice_polygons(level: Level, normal: ArrayLike, offset: float) -> Section:
             remedy="Give three numbers that are not all 0.",
         )
     index = as_index(level)
-    walk = _walk(index, direction, distance)
-    kept, offsets = _without_repetitions(walk.points, walk.ends)
-    return Section(walk.points[kept], offsets, walk.faces[kept], walk.entries[kept])
+    return _section(_walk(index, direction, distance))
 
 
 def hue_leaf(level: Level, hue: float) -> Section:
@@ -126,8 +123,6 @@ def hue_leaf(level: Level, hue: float) -> Section:
     ------
     InvalidPointsError
         The hue is not finite.
-    MeshError
-        As for `build_index`.
 
     Examples
     --------
@@ -139,9 +134,7 @@ def hue_leaf(level: Level, hue: float) -> Section:
     angle = math.radians(float(checked_numbers([hue], "hue")[0]) % 360.0)
     cosine, sine = math.cos(angle), math.sin(angle)
     walk = _walk(as_index(level), np.array([0.0, sine, -cosine]), 0.0)
-    clipped = _half(walk, walk.points @ (0.0, cosine, sine))
-    kept, offsets = _without_repetitions(clipped.points, clipped.ends)
-    return Section(clipped.points[kept], offsets, clipped.faces[kept], clipped.entries[kept])
+    return _section(_half(walk, walk.points @ (0.0, cosine, sine)))
 
 
 class _Walk(NamedTuple):
@@ -309,22 +302,28 @@ def _cuts(walk: _Walk, chroma: FloatArray, following: LongArray, before: list[in
     return _Walk(points, walk.faces[here], weights, weights, [])
 
 
-def _without_repetitions(points: FloatArray, ends: list[int]) -> tuple[LongArray, IndexArray]:
-    """Return the corners that differ from the corner before, and the offsets of their polygons.
+def _section(walk: _Walk) -> Section:
+    """Return the corners that differ from the corner before.
 
     Polygons with fewer than three different corners are dropped: the plane touches the level.
     """
     kept: list[LongArray] = [np.zeros(0, np.int64)]
     offsets = [0]
     begin = 0
-    for end in ends:
-        corners = points[begin:end]
+    for end in walk.ends:
+        corners = walk.points[begin:end]
         different = (corners != np.roll(corners, 1, axis=0)).any(axis=1)
         if different.sum() >= 3:
             kept.append(begin + np.flatnonzero(different))
             offsets.append(offsets[-1] + int(different.sum()))
         begin = end
-    return np.concatenate(kept), np.array(offsets, np.int32)
+    chosen = np.concatenate(kept)
+    return Section(
+        walk.points[chosen],
+        np.array(offsets, np.int32),
+        walk.faces[chosen],
+        walk.entries[chosen],
+    )
 
 
 HUE_ROUNDING = 1e-12
@@ -376,8 +375,6 @@ def leaves(level: Level, hues: ArrayLike, lightness: ArrayLike) -> Leaves:
     ------
     InvalidPointsError
         A number is not finite; ``where["row"]`` names it.
-    MeshError
-        As for `build_index`.
 
     Examples
     --------
@@ -403,19 +400,6 @@ def leaves(level: Level, hues: ArrayLike, lightness: ArrayLike) -> Leaves:
 
 
 @leaf_kernel
-def _count_below(numbers: FloatArray, limit: float, including: bool) -> int:
-    """Return the number of sorted numbers below a limit, or up to it if `including`."""
-    low, high = 0, len(numbers)
-    while low < high:
-        middle = (low + high) // 2
-        if numbers[middle] < limit or (including and numbers[middle] == limit):
-            low = middle + 1
-        else:
-            high = middle
-    return low
-
-
-@leaf_kernel
 def _hues_of(triangle: FloatArray, origin: FloatArray, hues: FloatArray) -> tuple[int, int]:
     """Return the first hue that can cross a triangle, and their number, not reduced to one turn."""
     begin, span = hue_span(triangle, 3, origin)
@@ -423,11 +407,11 @@ def _hues_of(triangle: FloatArray, origin: FloatArray, hues: FloatArray) -> tupl
     if span >= WHOLE_TURN:
         return 0, len(hues)
     begin %= WHOLE_TURN
-    first = _count_below(hues, begin, False)
+    first = int(np.searchsorted(hues, begin))
     end = begin + span
     if end < WHOLE_TURN:
-        return first, _count_below(hues, end, True) - first
-    return first, len(hues) - first + _count_below(hues, end - WHOLE_TURN, True)
+        return first, int(np.searchsorted(hues, end, "right")) - first
+    return first, len(hues) - first + int(np.searchsorted(hues, end - WHOLE_TURN, "right"))
 
 
 @leaf_kernel
@@ -475,14 +459,14 @@ def _visit(
             found += 1
         if found < 2:
             continue
-        low = _count_below(lightness, min(l_one, l_two), True)
-        high = _count_below(lightness, max(l_one, l_two), True)
-        for row in range(low, high):
-            part = (lightness[row] - l_one) / (l_two - l_one)
+        low = np.searchsorted(lightness, min(l_one, l_two), "right")
+        high = np.searchsorted(lightness, max(l_one, l_two), "right")
+        for line in range(low, high):
+            part = (lightness[line] - l_one) / (l_two - l_one)
             distance = c_one + part * (c_two - c_one)
             if distance < 0.0:
                 continue
-            cell = hue_cells[hue] + lightness_cells[row]
+            cell = hue_cells[hue] + lightness_cells[line]
             place = slots[cell]
             slots[cell] += 1
             if writing:
@@ -518,8 +502,7 @@ def _crossings(
     for _ in range(2):
         for face in range(len(mesh)):
             for corner in range(3):
-                for axis in range(3):
-                    triangle[corner, axis] = vertices[mesh[face, corner], axis]
+                write_row(triangle, corner, 0, row(vertices, mesh[face, corner], 0))
             _visit(
                 face,
                 triangle,
@@ -617,8 +600,6 @@ def cusp_points(hues: ArrayLike, level: Level) -> Cusps:
     ------
     InvalidPointsError
         A hue is not a finite number; ``where["row"]`` names it.
-    MeshError
-        As for `build_index`.
 
     Examples
     --------
@@ -638,16 +619,12 @@ def _cusps(
     count = len(cosines)
     points, chromas = np.full((count, 3), np.nan), np.full(count, np.nan)
     faces, weights = np.full(count, -1, np.int32), np.full((count, 3), np.nan)
-    for row in range(count):
-        ca, cb = cosines[row], sines[row]
+    for number in range(count):
+        ca, cb = cosines[number], sines[number]
         chroma, lightness, edge, share = find_cusp(ca, cb, table)
         if edge < 0:
             continue
-        points[row, 0], points[row, 1], points[row, 2] = lightness, chroma * ca, chroma * cb
-        chromas[row] = chroma
-        face, at = divmod(table.corners[edge], 3)
-        faces[row] = face
-        weights[row, at] = 0.0
-        weights[row, (at + 1) % 3] = 1.0 - share
-        weights[row, (at + 2) % 3] = share
+        write_row(points, number, 0, (lightness, chroma * ca, chroma * cb))
+        chromas[number] = chroma
+        faces[number] = write_cusp(table, edge, share, weights, number)
     return points, chromas, faces, weights

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from PIL import Image
 
 import gamutcore.building
+from benchmarks.booleans import mismatch
 from gamutcore import Gamut, Options
 from gamutcore.building import STAGES, gamut_id
 from gamutcore.errors import (
@@ -23,7 +24,6 @@ from gamutcore.errors import (
     TooFewPointsError,
     UnrecognisedFormatError,
 )
-from gamutcore.levels import mismatch
 
 DIGEST = hashlib.sha256(b"data").hexdigest()
 

@@ -55,7 +55,7 @@ OPTIONS = """
 use_kernels("default")
 use_kernels("optional")
 before = signatures()
-from gamutcore.levels import mismatch, voxel_mismatch
+from gamutcore.levels import voxel_mismatch
 root = Path(sys.argv[1])
 press, lut, matrix = (
     (root / path).read_bytes()
@@ -72,7 +72,6 @@ read = Gamut.from_bytes(gamut.to_bytes())
 cursor = read.history.cursor(100)
 cursor.finer(20)
 cursor.coarser(30)
-mismatch(read.history.full(), cursor.mesh)
 voxel_mismatch(read.history.full(), cursor.mesh)
 report(before)
 """

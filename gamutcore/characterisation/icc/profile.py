@@ -15,8 +15,8 @@ import numpy as np
 
 from gamutcore.characterisation.icc.transforms import (
     CurveSet,
-    Element,
     Matrix,
+    TagData,
     Transform,
     curve_at,
     lut_transform,
@@ -135,7 +135,7 @@ class IccProfile:
         """Whether the device channels are inks, rather than RGB or gray."""
         return self.data[16:20] not in {b"RGB ", b"GRAY"}
 
-    def element(self, tag: str) -> Element:
+    def element(self, tag: str) -> TagData:
         """Return the data of a tag; refuse one that is missing or exceeds the file."""
         if tag not in self.tags:
             raise MalformedProfileError(
@@ -151,7 +151,7 @@ class IccProfile:
                 where={"tag": tag},
                 remedy="Send the whole profile, or make it again.",
             )
-        return Element(tag, self.data[offset : offset + size])
+        return TagData(tag, self.data[offset : offset + size])
 
     @property
     def description(self) -> str:

@@ -1,6 +1,6 @@
 """Transforms of ICC profiles from device values to the profile connection space.
 
-`Element` gives checked access to the bytes of one tag. A transform is a chain of stages: curve
+`TagData` gives checked access to the bytes of one tag. A transform is a chain of stages: curve
 sets, matrices and lookup tables. Versions 2 and 4 have three types of tag: lut8 (`mft1`), lut16
 (`mft2`) and lutAToB (`mAB `). The tags `D2Bx`, and `A2Bx` of iccMAX profiles, have multi-process
 elements (`mpet`), which work on floating-point numbers without an encoding. The work per colour is
@@ -23,10 +23,10 @@ from gamutcore.kernels import kernel
 
 __all__ = [
     "CurveSet",
-    "Element",
     "Grid",
     "Matrix",
     "Stage",
+    "TagData",
     "Transform",
     "checked_positions",
     "curve_at",
@@ -42,7 +42,7 @@ MAX_GRID_NODES = 64_000_000
 
 
 @dataclass(frozen=True)
-class Element:
+class TagData:
     """The data of one tag, starting with its type signature. Errors name the tag."""
 
     tag: str
@@ -202,7 +202,7 @@ def _segmented(breaks: FloatArray, segments: Sequence[Curve]) -> Curve:
     return segments[0] if len(segments) == 1 else values
 
 
-def _segmented_curve_at(element: Element, offset: int = 0) -> tuple[Curve, int]:
+def _segmented_curve_at(element: TagData, offset: int = 0) -> tuple[Curve, int]:
     """Return the segmented curve (`curf`) at an offset of a tag, and its length in bytes.
 
     The offset is that of the type signature. The source is ICC.1:2022, 10.18.3, tables 58 to 61.
@@ -288,7 +288,7 @@ def _parametric(function: int, parameters: FloatArray) -> Curve:
     return values
 
 
-def curve_at(element: Element, offset: int = 0) -> tuple[Curve, int]:
+def curve_at(element: TagData, offset: int = 0) -> tuple[Curve, int]:
     """Return the curve (`curv`, `para` or `curf`) at an offset of a tag, and its length.
 
     The offset is that of the curve's type signature. The length is in bytes, without padding.
@@ -537,7 +537,7 @@ def _nodes_before(curves: CurveSet | None, counts: tuple[int, ...]) -> FloatArra
     return nodes
 
 
-def lut_transform(element: Element, channels: int, pcs: str) -> Transform:
+def lut_transform(element: TagData, channels: int, pcs: str) -> Transform:
     """Return the transform of an A2B tag with a lookup table: lut8, lut16 or lutAToB."""
     kind = element.kind
     if kind not in {"mft1", "mft2", "mAB "}:
@@ -551,7 +551,7 @@ def lut_transform(element: Element, channels: int, pcs: str) -> Transform:
     return Transform(element.tag, (*stages, encoding), pcs, kind)
 
 
-def largest_output_sum(element: Element, channels: int) -> float | None:
+def largest_output_sum(element: TagData, channels: int) -> float | None:
     """Return the largest sum of device values at the nodes of a B2A tag.
 
     1 is one full channel. None for tags of other types or without a table. Between nodes, sums are
@@ -585,19 +585,19 @@ def largest_output_sum(element: Element, channels: int) -> float | None:
     return float(sums.max()) if np.isfinite(sums).all() else None
 
 
-def _grid(element: Element, offset: int, nodes: tuple[int, ...], size: int) -> Grid:
+def _grid(element: TagData, offset: int, nodes: tuple[int, ...], size: int) -> Grid:
     values = element.integers(offset, 3 * element.node_count(nodes), size)
     return Grid(nodes, (values.reshape(-1, 3),), full=65535.0)
 
 
-def _lut_layout(element: Element) -> tuple[int, int, int, int]:
+def _lut_layout(element: TagData) -> tuple[int, int, int, int]:
     """Return bytes per value, offset, and entries of the input and output tables of lut8, lut16."""
     if element.kind == "mft1":
         return 1, 48, 256, 256
     return 2, 52, element.unsigned(48, 2), element.unsigned(50, 2)
 
 
-def _lut_stages(element: Element, inputs: int) -> tuple[Stage, ...]:
+def _lut_stages(element: TagData, inputs: int) -> tuple[Stage, ...]:
     """Return the stages of lut8 and lut16 (ICC.1:2022, 10.11 and 10.12).
 
     The matrix at the start applies only to PCSXYZ inputs, which device profiles do not have. With
@@ -614,12 +614,12 @@ def _lut_stages(element: Element, inputs: int) -> tuple[Stage, ...]:
     return before, grid, _tables(element, offset, 3, output_entries, size)
 
 
-def _tables(element: Element, offset: int, channels: int, entries: int, size: int) -> CurveSet:
+def _tables(element: TagData, offset: int, channels: int, entries: int, size: int) -> CurveSet:
     samples = element.integers(offset, channels * entries, size).reshape(channels, -1) / 65535.0
     return CurveSet(tuple(map(_sampled, samples)))
 
 
-def _lut_a_to_b_stages(element: Element, inputs: int) -> tuple[Stage, ...]:
+def _lut_a_to_b_stages(element: TagData, inputs: int) -> tuple[Stage, ...]:
     """Return the stages of lutAToB, A curves to B curves (ICC.1:2022, 10.13)."""
     b, matrix, m, clut, a = (element.unsigned(offset, 4) for offset in range(12, 32, 4))
     if not b:
@@ -643,7 +643,7 @@ def _lut_a_to_b_stages(element: Element, inputs: int) -> tuple[Stage, ...]:
     return (*stages, _curves(element, b, 3))
 
 
-def _curves(element: Element, offset: int, channels: int) -> CurveSet:
+def _curves(element: TagData, offset: int, channels: int) -> CurveSet:
     curves = []
     for _ in range(channels):
         curve, length = curve_at(element, offset)
@@ -665,7 +665,7 @@ _PASSED_THROUGH = (b"bACS", b"eACS")
 """Markers without a calculation (ICC.1:2022, 10.18.1)."""
 
 
-def process_elements_transform(element: Element, channels: int, pcs: str) -> Transform:
+def process_elements_transform(element: TagData, channels: int, pcs: str) -> Transform:
     """Return the transform of a D2B or A2B tag of the type `mpet`.
 
     Sources are ICC.1:2022, 10.18 (multiProcessElementsType), and ICC.2:2023, 10.2.17. Unsupported
@@ -683,7 +683,7 @@ def process_elements_transform(element: Element, channels: int, pcs: str) -> Tra
     width = channels
     for number in range(count):
         offset, size = (element.unsigned(16 + 8 * number + part, 4) for part in (0, 4))
-        step = Element(element.tag, element.raw(offset, size))
+        step = TagData(element.tag, element.raw(offset, size))
         before, after = step.unsigned(8, 2), step.unsigned(10, 2)
         if before != width:
             raise element.malformed(
@@ -705,7 +705,7 @@ def process_elements_transform(element: Element, channels: int, pcs: str) -> Tra
     return Transform(element.tag, tuple(stages), pcs, kind="mpet")
 
 
-def _stage(step: Element, before: int, after: int) -> Stage | None:
+def _stage(step: TagData, before: int, after: int) -> Stage | None:
     kind = step.raw(0, 4)
     if kind == b"cvst":
         return _curve_set(step, before, after)
@@ -722,17 +722,17 @@ def _stage(step: Element, before: int, after: int) -> Stage | None:
     )
 
 
-def _curve_set(step: Element, before: int, after: int) -> CurveSet:
+def _curve_set(step: TagData, before: int, after: int) -> CurveSet:
     if before != after:
         raise step.malformed(f"has a curve set from {before} to {after} channels")
     places = [tuple(step.unsigned(12 + 8 * i + part, 4) for part in (0, 4)) for i in range(before)]
     known = {
-        place: _segmented_curve_at(Element(step.tag, step.raw(*place)))[0] for place in set(places)
+        place: _segmented_curve_at(TagData(step.tag, step.raw(*place)))[0] for place in set(places)
     }
     return CurveSet(tuple(known[place] for place in places))
 
 
-def _float_grid(step: Element, before: int, after: int) -> Grid:
+def _float_grid(step: TagData, before: int, after: int) -> Grid:
     if before > MAX_GRID_INPUTS:
         raise step.malformed(f"has a lookup table of {before} inputs")
     nodes = tuple(step.raw(12, 16)[:before])
@@ -747,7 +747,7 @@ def _float_grid(step: Element, before: int, after: int) -> Grid:
     return Grid(nodes, tables, after)
 
 
-def _finite(step: Element, offset: int, count: int) -> FloatArray:
+def _finite(step: TagData, offset: int, count: int) -> FloatArray:
     numbers = step.floats(offset, count)
     if not np.isfinite(numbers).all():
         raise step.malformed("has an element with numbers that are not finite")

@@ -5,13 +5,13 @@ import functools
 import numpy as np
 import pytest
 
+from benchmarks.booleans import mismatch
 from gamutcore.boundary import modified_convex_hull
 from gamutcore.characterisation import characterisation
 from gamutcore.colours import surface_colours
 from gamutcore.decimation import COSTS, decimate
 from gamutcore.decimation.costs import SWEPT_DOWN_TO
 from gamutcore.history import build_history
-from gamutcore.levels import mismatch
 
 CENTRE = (50.0, 0.0, 0.0)
 

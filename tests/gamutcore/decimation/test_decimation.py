@@ -8,12 +8,12 @@ import trimesh
 from hypothesis import example, given, reject, settings
 from hypothesis import strategies as st
 
+from benchmarks.booleans import mismatch
 from gamutcore.boundary import modified_convex_hull
 from gamutcore.decimation import COSTS, decimate
 from gamutcore.errors import FlatPointsError, GamutError, MeshError, OptionError
 from gamutcore.geometry import TriangleMesh
 from gamutcore.history import build_history
-from gamutcore.levels import mismatch
 
 
 def directions(random, count):

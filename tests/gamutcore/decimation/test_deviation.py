@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from benchmarks.booleans import mismatch
 from gamutcore.decimation.costs import cost_named
 from gamutcore.decimation.deviation import (
     change_at,
@@ -34,7 +35,6 @@ from gamutcore.decimation.surface_mesh import (
     write_vertex_link,
 )
 from gamutcore.geometry import TriangleMesh
-from gamutcore.levels import mismatch
 
 pytestmark = pytest.mark.slow  # it compiles kernels that only tests use
 

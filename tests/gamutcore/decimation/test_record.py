@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from benchmarks.booleans import mismatch
 from gamutcore.boundary import modified_convex_hull
 from gamutcore.decimation import COSTS, decimate, schedule
 from gamutcore.decimation.costs import Trials, cost_named
@@ -14,7 +15,6 @@ from gamutcore.decimation.record import empty_record
 from gamutcore.errors import DecimationError
 from gamutcore.geometry import TriangleMesh
 from gamutcore.history import build_history
-from gamutcore.levels import mismatch
 
 CENTRE = (0.0, 0.0, 0.0)
 

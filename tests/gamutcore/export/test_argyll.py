@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmarks.booleans import intersection_volume
 from gamutcore.characterisation.meshes.mesh import argyll_mesh
 from gamutcore.export import mesh_file
 from gamutcore.geometry import DeviceValues, TriangleMesh
-from gamutcore.levels import intersection_volume
 from tests.conftest import missing
 
 CORNERS = np.array([(10.5, 0, 0), (90, 1e-5, 0), (50, 40, 0), (50, 0, 40)], np.float32)

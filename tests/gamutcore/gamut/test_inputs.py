@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from benchmarks.booleans import mismatch
 from gamutcore import Gamut, Options
 from gamutcore.characterisation import characterisation
 from gamutcore.errors import CentreError, OptionError
 from gamutcore.export import FORMATS, mesh_file
-from gamutcore.levels import mismatch, radial_difference
+from gamutcore.levels import radial_difference
 
 COLORD = Path("/usr/share/color/icc/colord")
 ARGYLL = Path("/usr/share/color/argyll/ref")

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from gamutcore.geometry import curve_order, curve_positions, insertion_order
+from gamutcore.geometry import curve_order, curve_positions, grouped, insertion_order
 
 
 def unit_vectors(count, seed):
@@ -40,3 +40,12 @@ def test_points_are_inserted_in_rounds_of_growing_size():
     sizes = np.diff([-1, *falls, len(order) - 1])
     assert (sizes[-3:-1] * 3 < sizes[-2:]).all()
     assert 0.7 < sizes[-1] / len(order) < 0.8
+
+
+def test_groups_hold_their_items_in_ascending_order():
+    group = np.random.default_rng(3).integers(0, 9, 200).astype(np.int32)
+    start, items = grouped(group, 11)  # two groups are empty
+    assert len(start) == 12
+    for number, part in enumerate(np.split(items, start[1:-1])):
+        assert part.tolist() == np.flatnonzero(group == number).tolist()
+    assert grouped(group[:0], 2)[0].tolist() == [0, 0, 0]

@@ -9,19 +9,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from benchmarks.booleans import mismatch
 from gamutcore.boundary import modified_convex_hull
 from gamutcore.decimation import COSTS, decimate
 from gamutcore.errors import TriangleCountError
 from gamutcore.geometry import TriangleMesh
 from gamutcore.history import build_history
-from gamutcore.levels import (
-    Distances,
-    LevelError,
-    curve_counts,
-    error_curve,
-    mismatch,
-    radial_difference,
-)
+from gamutcore.levels import Distances, LevelError, curve_counts, error_curve, radial_difference
 
 
 @pytest.fixture(scope="module", params=["volume", "finest", "quadric"])

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from benchmarks.booleans import mismatch
 from gamutcore.boundary import modified_convex_hull
 from gamutcore.decimation import COSTS, decimate
 from gamutcore.history import build_history
@@ -18,7 +19,6 @@ from gamutcore.levels import (
     curve_counts,
     error_bounds,
     error_curve,
-    mismatch,
 )
 from gamutcore.levels.search import search_counts
 

@@ -6,8 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import ConvexHull
 
+from benchmarks.booleans import intersection_volume, mismatch
 from gamutcore.geometry import TriangleMesh
-from gamutcore.levels import intersection_volume, mismatch, radial_difference
+from gamutcore.levels import radial_difference
 from gamutcore.levels.distances import SLACK
 
 CENTRE = (50.0, 0.0, 0.0)

@@ -8,11 +8,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from benchmarks.booleans import intersection_volume
 from gamutcore.boundary import modified_convex_hull
 from gamutcore.decimation import COSTS, decimate
 from gamutcore.errors import FlatPointsError, TriangleCountError
 from gamutcore.history import build_history
-from gamutcore.levels import intersection_volume, radial_difference, sided_level
+from gamutcore.levels import radial_difference, sided_level
 from gamutcore.levels.sides import _SidedLevels
 
 

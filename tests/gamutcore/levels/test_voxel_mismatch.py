@@ -9,10 +9,11 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from benchmarks.booleans import mismatch
 from gamutcore.boundary import modified_convex_hull
 from gamutcore.errors import MeshError
 from gamutcore.geometry import TriangleMesh
-from gamutcore.levels import mismatch, voxel_mismatch
+from gamutcore.levels import voxel_mismatch
 
 
 def box(lowest, highest):

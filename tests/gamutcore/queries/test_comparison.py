@@ -7,9 +7,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import gamutcore
+from benchmarks.booleans import intersection_volume
 from gamutcore.errors import MeshError, OptionError
 from gamutcore.geometry import TriangleMesh
-from gamutcore.levels import intersection_volume
 from gamutcore.queries import build_index, compare
 
 

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 import gamutcore
+from benchmarks.booleans import intersection_volume
 from gamutcore import Gamut
 from gamutcore.characterisation import characterisation
 from gamutcore.colours import ICC_D50
 from gamutcore.colours.colorimetry import adaptation_to_d50, colour_science, white_of
 from gamutcore.errors import MalformedFileError, OptionError, ReferenceNameError
-from gamutcore.levels import intersection_volume
 from gamutcore.references import (
     NOT_OFFERED,
     REFERENCES,

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 import trimesh
 
+from benchmarks.booleans import intersection_volume
 from gamutcore.export import FORMATS
 from gamutcore.geometry import TriangleMesh
-from gamutcore.levels import intersection_volume
 
 PROFILE = Path(__file__).parents[2] / "data" / "sRGB-v4.icc"
 WITHOUT_DEVICE = [name for name in FORMATS if name != "cge"]

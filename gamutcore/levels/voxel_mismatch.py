@@ -1,12 +1,8 @@
-"""Volume that two gamuts disagree about, relative to the reference: exact, and counted in voxels.
+"""The published mismatch: the voxels in only one of two gamuts ÷ the voxels in the reference.
 
-The mismatch is the volume of the symmetric difference ÷ the volume of the reference. `mismatch`
-takes the volumes from exact boolean operations of the Manifold library on the two meshes.
-
-`voxel_mismatch` counts voxels, as published. A voxel is in a gamut if its centre is. Voxels are
-counted by scan lines. The surface cuts each column of voxel centres, parallel to the first axis;
-voxels between a pair of cuts are inside. Two gamuts differ between pairs of the cuts of both
-together, so no voxel is stored.
+A voxel is in a gamut if its centre is. Voxels are counted by scan lines. The surface cuts each
+column of voxel centres, parallel to the first axis; voxels between a pair of cuts are inside. Two
+gamuts differ between pairs of the cuts of both together, so no voxel is stored.
 
 Source: A. M. Bakke & I. Farup, "Simplified Gamut Boundary Representation using Mesh Decimation".
 They divide the number of voxels in only one gamut by the number in the reference.
@@ -15,7 +11,7 @@ They divide the number of voxels in only one gamut by the number in the referenc
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -25,6 +21,8 @@ from gamutcore.geometry import clip, opposite_corners
 from gamutcore.kernels import kernel, leaf_kernel
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from gamutcore.geometry import TriangleMesh
 
 VOXELS = 256
@@ -37,82 +35,6 @@ about 100 MB."""
 MARGIN = 2.0**-30
 """Thickness of the surface in voxels when the voxels that it meets are counted. It covers rounding
 and is too small to matter."""
-
-
-def mismatch(reference: TriangleMesh, other: TriangleMesh) -> float:
-    """Return the volume of the symmetric difference ÷ the volume of the reference.
-
-    Parameters
-    ----------
-    reference, other : TriangleMesh
-        Closed meshes in the same colour space.
-
-    Returns
-    -------
-    float
-        0 for equal gamuts, 1 + V(other) ÷ V(reference) for disjoint ones.
-
-    Raises
-    ------
-    MeshError
-        If a mesh is not closed and oriented, or the reference has no volume.
-    """
-    first, second, common = _volumes(reference, other)
-    if not first > 0:
-        raise MeshError(
-            "the reference encloses no volume", remedy="Give a closed mesh, oriented outwards."
-        )
-    return max(0.0, (first + second - 2 * common) / first)
-
-
-def intersection_volume(one: TriangleMesh, other: TriangleMesh) -> float:
-    """Return the volume that two gamuts have in common (cubic units).
-
-    Parameters
-    ----------
-    one, other : TriangleMesh
-        Closed meshes in the same colour space.
-
-    Raises
-    ------
-    MeshError
-        If a mesh is not closed and oriented.
-    """
-    return _volumes(one, other)[2]
-
-
-def _volumes(one: TriangleMesh, other: TriangleMesh) -> tuple[float, float, float]:
-    """Volumes of two meshes and of their intersection, by the same arithmetic."""
-    if one.triangles == 0 or other.triangles == 0:
-        raise MeshError("a mesh has no faces", remedy="Give closed meshes, oriented outwards.")
-    # a common origin and scale keep the digits in which the meshes differ
-    lowest, highest = one.bounds
-    origin, scale = (lowest + highest) / 2, float(np.max(highest - lowest)) / 2
-    if not 0 < scale < np.inf:
-        raise MeshError(
-            f"the first mesh reaches from {lowest.tolist()} to {highest.tolist()}",
-            remedy="Give a closed mesh of finite numbers that encloses a volume.",
-        )
-    first, second = _manifold(one, origin, scale), _manifold(other, origin, scale)
-    common = (first ^ second).volume()
-    return first.volume() * scale**3, second.volume() * scale**3, common * scale**3
-
-
-def _manifold(mesh: TriangleMesh, origin: FloatArray, scale: float) -> Any:  # noqa: ANN401
-    import manifold3d  # noqa: PLC0415  # only needed here
-
-    vertices = (mesh.vertices.astype(np.float64) - origin) / scale
-    solid = manifold3d.Manifold(
-        manifold3d.Mesh64(
-            np.ascontiguousarray(vertices), np.ascontiguousarray(mesh.faces, np.uint64)
-        )
-    )
-    if solid.status() != manifold3d.Error.NoError:
-        raise MeshError(
-            f"the mesh bounds no solid: {solid.status().name}",
-            remedy="Give a closed mesh whose faces are all oriented outwards.",
-        )
-    return solid
 
 
 class VoxelMismatch(NamedTuple):
@@ -180,7 +102,8 @@ def voxel_mismatch(
     lowest = np.floor(bounds[:, 0].min(axis=0) / length)
     counts = (np.ceil(bounds[:, 1].max(axis=0) / length) - lowest).astype(np.int64) + 1
     meshes = [_in_voxels(mesh, length, lowest) for mesh in (reference, other)]
-    cuts = [_cuts(mesh, faces, *counts) for mesh, faces in meshes]
+    columns = int(counts[1] * counts[2])
+    cuts = [_written(_write_cuts, *mesh, counts, 4 * columns + len(mesh[1])) for mesh in meshes]
     inside = _between_pairs(cuts[0])
     if inside == 0:
         raise MeshError(
@@ -188,7 +111,10 @@ def voxel_mismatch(
             remedy="Give a closed mesh that encloses a volume, and voxels much smaller than it.",
         )
     differing = _between_pairs(np.concatenate(cuts))
-    met = [_met_voxels(mesh, faces, *counts) for mesh, faces in meshes]
+    met = [
+        _written(_write_met_voxels, *mesh, counts, 4 * columns + 8 * len(mesh[1]))
+        for mesh in meshes
+    ]
     own, either = _count_distinct(met[0]), _count_distinct(np.concatenate(met))
     volume = abs(reference.volume) / length**3
     most = (differing + either) / volume if volume > 0 else math.inf
@@ -247,17 +173,20 @@ def _count_distinct(numbers: LongArray) -> int:
     return 1 + int(np.count_nonzero(np.diff(np.sort(numbers))))
 
 
-def _cuts(vertices: FloatArray, faces: IndexArray, *counts: int) -> LongArray:
-    """Return the cuts of the surface with columns of voxel centres, an even number for each column.
-
-    A cut is the number of the first voxel behind it; voxels are numbered column by column.
-    """
-    cuts = np.empty(4 * counts[1] * counts[2] + len(faces), np.int64)
-    needed = _write_cuts(vertices, faces, counts[0], counts[1], counts[2], cuts)
-    if needed > len(cuts):
-        cuts = np.empty(needed, np.int64)
-        _write_cuts(vertices, faces, counts[0], counts[1], counts[2], cuts)
-    return cuts[:needed]
+def _written(
+    write: Callable[..., int],
+    vertices: FloatArray,
+    faces: IndexArray,
+    counts: LongArray,
+    room: int,
+) -> LongArray:
+    """Return the numbers that a kernel writes; it is called again if `room` was too small."""
+    numbers = np.empty(room, np.int64)
+    needed = write(vertices, faces, *counts, numbers)
+    if needed > room:
+        numbers = np.empty(needed, np.int64)
+        write(vertices, faces, *counts, numbers)
+    return numbers[:needed]
 
 
 @leaf_kernel
@@ -286,6 +215,7 @@ def _write_cuts(
 ) -> int:
     """Write the cuts of all columns while there is room; return the number of all cuts.
 
+    A cut is the number of the first voxel behind it; voxels are numbered column by column.
     A plane of voxel centres crosses an edge if it is above exactly one end, so it crosses a closed
     surface along closed polygons. A column of centres crosses a side of a polygon if it is behind
     exactly one end. These half-open intervals give every column an even number of cuts, whatever
@@ -319,17 +249,6 @@ def _write_cuts(
     return count
 
 
-def _met_voxels(vertices: FloatArray, faces: IndexArray, *counts: int) -> LongArray:
-    """Numbers of the voxels that the faces of a surface meet, once per face."""
-    room = 8 * len(faces) + 4 * counts[1] * counts[2]
-    voxels = np.empty(room, np.int64)
-    needed = _write_met_voxels(vertices, faces, counts[0], counts[1], counts[2], voxels)
-    if needed > room:
-        voxels = np.empty(needed, np.int64)
-        _write_met_voxels(vertices, faces, counts[0], counts[1], counts[2], voxels)
-    return voxels[:needed]
-
-
 @leaf_kernel
 def _voxel_range(polygon: FloatArray, corners: int, axis: int, count: int) -> tuple[int, int]:
     """First voxel that a polygon reaches along an axis, and the first voxel behind it."""
@@ -343,7 +262,7 @@ def _voxel_range(polygon: FloatArray, corners: int, axis: int, count: int) -> tu
 def _write_met_voxels(
     vertices: FloatArray, faces: IndexArray, deep: int, wide: int, high: int, voxels: LongArray
 ) -> int:
-    """Write the voxels that each face meets while there is room; return their number.
+    """Write the numbers of the voxels that each face meets while there is room; return how many.
 
     Planes of the third axis cut a face into slices, and planes of the second axis cut slices into
     strips. A strip covers a contiguous range of voxels along the first axis.
