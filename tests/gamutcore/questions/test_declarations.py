@@ -3,8 +3,8 @@
 import inspect
 
 import pytest
-from gamutclient.gamut_steps import GamutSteps, Level
-from gamutclient.gamut_steps import Question as Asked
+from gamutclient.gamuts import Level, RemoteGamut
+from gamutclient.gamuts import Question as Asked
 
 from gamutcore.questions import QUESTIONS
 
@@ -34,7 +34,7 @@ def test_functions_take_the_declared_parameters(question):
 
 @pytest.mark.parametrize("question", QUESTIONS.values(), ids=QUESTIONS)
 def test_the_client_has_the_declared_parameters(question):
-    taken = defaults(getattr(GamutSteps, METHODS.get(question.name, question.name)))
+    taken = defaults(getattr(RemoteGamut, METHODS.get(question.name, question.name)))
     assert {"triangles", "max_error"} <= set(Level.__annotations__)
     shared = {*Level.__annotations__, *Asked.__annotations__}
     for each in question.parameters:
