@@ -196,7 +196,7 @@ class RemoteGamut:
     def nearest(
         self, colours: Colours, *, metric: str = "CIE 1976", **asked: Unpack[Question]
     ) -> Steps[results.NearestColours]:
-        """Find the nearest points of the surface, by ``"CIE 1976"`` or ``"CIE 2000"``."""
+        """Find the nearest colours of the surface, by ``"CIE 1976"`` or ``"CIE 2000"``."""
         params = {**asked, "metric": metric}
         found, facts = yield from self._ask("nearest", colour_rows(colours), params)
         return results.NearestColours(
@@ -252,7 +252,7 @@ class RemoteGamut:
         kind: Literal["segment", "ray", "line"] = "segment",
         **asked: Unpack[Question],
     ) -> Steps[results.ColourCrossings]:
-        """Find all crossings of lines with the surface, in order."""
+        """Find the crossings of lines with the surface, in order."""
         return self._crossings(starts, ends, {**asked, "kind": kind})
 
     @method
@@ -296,7 +296,7 @@ class RemoteGamut:
 
     @method
     def cusps(self, hues: int = 360, **level: Unpack[Level]) -> Steps[results.ColourCusps]:
-        """Return the points of largest chroma at a number of equidistant hues, from 0° on."""
+        """List the cusps: points of largest chroma at a number of equidistant hues, from 0° on."""
         found, facts = yield from self._shape("cusps", {**level, "hues": hues})
         return results.ColourCusps(
             points=_floats(found["point"]),
@@ -328,7 +328,7 @@ class RemoteGamut:
         plane: ArrayLike | None = None,
         **level: Unpack[Level],
     ) -> Steps[results.ColourSection]:
-        """Return the section by a plane: of a lightness, a hue, or a x + b y + c z = d."""
+        """Cut the gamut by a plane: of a lightness, a hue, or a x + b y + c z = d."""
         return self._section({**level, "lightness": L, "hue": hue, "plane": _numbers(plane)})
 
     @method
@@ -353,7 +353,7 @@ class RemoteGamut:
     def leaves(
         self, hues: int = 360, lightness: int = 101, **level: Unpack[Level]
     ) -> Steps[results.ChromaTable]:
-        """Return the intervals of chroma in gamut for every hue and lightness."""
+        """List the intervals of chroma in gamut for every hue and lightness."""
         params = {**level, "hues": hues, "lightness": lightness}
         found, facts = yield from self._shape("leaves", params)
         cells = [cell for row in found["intervals"] for cell in row]
@@ -372,7 +372,7 @@ class RemoteGamut:
         sectors: int = 360,
         **level: Unpack[Level],
     ) -> Steps[results.GamutRings]:
-        """Return the gamut rings, alone or with those of a reference and the intersection."""
+        """List the gamut rings, alone or with those of a reference and the intersection."""
         params = {**level, "sectors": sectors, "reference": _id(reference)}
         found = (yield from self._get("rings", params, JSON)).json()
         radii = ("radius", "reference_radius", "intersection_radius")
@@ -407,7 +407,7 @@ class RemoteGamut:
         axes: bool = True,
         **level: Unpack[Level],
     ) -> Steps[bytes]:
-        """Return a picture of the gamut as PNG, from a named view or a hue and an elevation."""
+        """Draw the gamut as PNG, from a named view or a hue and an elevation."""
         params = {**level, "size": size, "view": view, "background": background, "axes": axes}
         return self._file("picture.png", params, "image/png")
 
@@ -439,7 +439,7 @@ class RemoteGamut:
     def compare(
         self, other: RemoteGamut | str, *, sectors: int = 36, **level: Unpack[Level]
     ) -> Steps[results.GamutComparison]:
-        """Compare this gamut, A, with another one, B: a gamut, an id or the slug of a reference."""
+        """Compare two gamuts: this one, A, and B: a gamut, an id or the slug of a reference."""
         return self._compare(other, sectors, **level)
 
     @method
