@@ -76,8 +76,8 @@ class ServiceClient(Generic[G]):
             return self._gamut(self.http, response.json(), self.retries)
         job = response.json()
         while job["state"] in {"queued", "running"}:
-            yield POLL_SECONDS if progress else float(response.headers.get("retry-after", 1))
-            request = Request("GET", f"/v1/jobs/{job['id']}")
+            delay = POLL_SECONDS if progress else float(response.headers.get("retry-after", 1))
+            request = Request("GET", f"/v1/jobs/{job['id']}", delay=delay)
             job = (yield from sent(request, self.retries.while_built)).json()
             if progress and job["state"] == "running" and job["stage"]:  # none until it has begun
                 progress(job["stage"], job["fraction"])

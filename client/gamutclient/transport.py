@@ -1,8 +1,8 @@
 """Requests with retries, without input or output.
 
-The function of a `method` returns a generator of steps, which yields a request to send or a number
-of seconds to wait, and gets the response or the error of the connection. `run` and `run_async`
-carry the steps out. What a method sends and when it tries again is therefore written once.
+The function of a `method` returns a generator of steps, which yields requests, perhaps delayed,
+and gets the response or the error of the connection. `run` and `run_async` carry the steps out.
+What a method sends and when it tries again is therefore written once.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from collections.abc import Callable, Coroutine, Generator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from types import MethodType
-from typing import Any, Concatenate, Generic, ParamSpec, TypeAlias, TypeVar, overload
+from typing import Any, Concatenate, Generic, ParamSpec, TypeAlias, TypeVar, cast, overload
 
 import httpx
 
@@ -43,7 +43,8 @@ P = ParamSpec("P")
 class Request:
     """A request, relative to the address of the service.
 
-    Parameters that are None are left out. `body` has arguments of httpx, such as `content`.
+    Parameters that are None are left out. `body` has arguments of httpx, such as `content`. The
+    request is sent after `delay` seconds.
     """
 
     method: str
@@ -51,6 +52,7 @@ class Request:
     params: Mapping[str, Any] = field(default_factory=dict)
     headers: Mapping[str, str] = field(default_factory=dict)
     body: Mapping[str, Any] = field(default_factory=dict)
+    delay: float = 0.0
 
     def arguments(self) -> dict[str, Any]:
         """Return the arguments of `httpx.Client.request`."""
@@ -70,10 +72,9 @@ def _text(value: object) -> str:
 Connections: TypeAlias = Any
 """An `httpx.Client` where methods wait, an `httpx.AsyncClient` where they are coroutines."""
 
-Outcome: TypeAlias = httpx.Response | httpx.TransportError | None
-Steps: TypeAlias = Generator[Request | float, Outcome, T]
-"""Steps of a method that returns T."""
-
+Outcome: TypeAlias = httpx.Response | httpx.TransportError
+Steps: TypeAlias = Generator[Request, Any, T]
+"""Steps of a method that returns T: each yields an `Outcome`, after the None that starts it."""
 
 LONGEST_BACKOFF = 8.0
 """Longest wait in seconds before an attempt for which the service asked for no time."""
@@ -99,7 +100,7 @@ class Retries:
     attempts: int = 6
     longest_wait: float = 60.0
 
-    def wait(self, outcome: httpx.Response | httpx.TransportError, attempt: int) -> float | None:
+    def wait(self, outcome: Outcome, attempt: int) -> float | None:
         """Return the seconds to wait after so many attempts; None if there is no further one."""
         seconds = min(0.25 * 2.0 ** (attempt - 1), LONGEST_BACKOFF)
         if isinstance(outcome, httpx.Response):
@@ -137,14 +138,9 @@ def sent(request: Request, retries: Retries) -> Steps[httpx.Response]:
     `ConnectionLostError`.
     """
     attempt = 1
-    while True:
-        outcome = yield request
-        if outcome is None:
-            raise TypeError("The step is a request, whose outcome is a response or an error.")
-        seconds = retries.wait(outcome, attempt)
-        if seconds is None:
-            break
-        yield seconds
+    outcome: Outcome = yield request
+    while (seconds := retries.wait(outcome, attempt)) is not None:
+        outcome = yield replace(request, delay=seconds)
         attempt += 1
     if isinstance(outcome, httpx.TransportError):
         reason = str(outcome) or type(outcome).__name__
@@ -166,40 +162,32 @@ def _problem(response: httpx.Response) -> Mapping[str, Any]:
 
 def run(steps: Steps[T], client: httpx.Client) -> T:
     """Carry out the steps of a method, and return its result."""
-    outcome: Outcome = None
-    try:
-        while True:
+    outcome: Outcome | None = None
+    while True:
+        try:
             step = steps.send(outcome)
-            if isinstance(step, Request):
-                try:
-                    outcome = client.request(**step.arguments())
-                except httpx.TransportError as error:
-                    outcome = error
-            else:
-                time.sleep(step)
-                outcome = None
-    except StopIteration as end:
-        result: T = end.value
-        return result
+        except StopIteration as end:
+            return cast("T", end.value)
+        time.sleep(step.delay)
+        try:
+            outcome = client.request(**step.arguments())
+        except httpx.TransportError as error:
+            outcome = error
 
 
 async def run_async(steps: Steps[T], client: httpx.AsyncClient) -> T:
     """Carry out the steps of a method in an event loop, and return its result."""
-    outcome: Outcome = None
-    try:
-        while True:
+    outcome: Outcome | None = None
+    while True:
+        try:
             step = steps.send(outcome)
-            if isinstance(step, Request):
-                try:
-                    outcome = await client.request(**step.arguments())
-                except httpx.TransportError as error:
-                    outcome = error
-            else:
-                await asyncio.sleep(step)
-                outcome = None
-    except StopIteration as end:
-        result: T = end.value
-        return result
+        except StopIteration as end:
+            return cast("T", end.value)
+        await asyncio.sleep(step.delay)
+        try:
+            outcome = await client.request(**step.arguments())
+        except httpx.TransportError as error:
+            outcome = error
 
 
 class Blocking:

@@ -164,13 +164,15 @@ class TestRetries:
         steps = client._built(Request("POST", "/v1/gamuts"), None)
         assert next(steps).method == "POST"
         accepted = {"id": "a" * 64, "state": "queued"}
-        assert steps.send(httpx.Response(202, json=accepted, headers={"Retry-After": "2"})) == 2
+        answer = httpx.Response(202, json=accepted, headers={"Retry-After": "2"})
+        assert steps.send(answer).delay == 2
         waits = []
 
         def refuse():
             while True:
-                assert steps.send(None).path.startswith("/v1/jobs/")
-                waits.append(steps.send(httpx.ConnectError("refused")))
+                asked = steps.send(httpx.ConnectError("refused"))
+                assert asked.path.startswith("/v1/jobs/")
+                waits.append(asked.delay)
 
         with pytest.raises(gamutclient.ConnectionLostError, match="12 times"):
             refuse()
