@@ -227,10 +227,6 @@ image-lint: .venv/.installed-lint ## hadolint on the Dockerfile
 hooks: .venv/.installed-lint ## have git run the checks of .pre-commit-config.yaml
 	.venv/bin/pre-commit install
 
-.PHONY: client
-client: ## copy the module that gamutclient has in common with gamutcore
-	cp gamutcore/results.py client/gamutclient/results.py
-
 .PHONY: static-checks
 static-checks: lint types contracts openapi-check viewer-check image-lint ## all checks that run no test
 

@@ -1,8 +1,7 @@
 """The results of questions to a gamut, and how they are shown: in one line, and as a table.
 
-`gamutcore` and `gamutclient` have this module in common, since neither may import the other:
-``make client`` copies it from the one to the other, and a test compares the two. It needs NumPy
-alone.
+`gamutcore` and `gamutclient` have this file in common, since neither may import the other: in
+`gamutclient` it is a link, and a file in its wheel. It needs NumPy alone.
 """
 
 from __future__ import annotations

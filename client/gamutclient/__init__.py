@@ -4,8 +4,7 @@
 methods of `gamutcore.Gamut`, answered by the service. Colours travel as ``.npy`` files.
 
 Modules: `errors`; `results` and `meshes`, what methods return; `arrays`, colours to rows and back;
-`transport`, requests with retries, without input or output; `client_steps` and `gamut_steps`, what
-each method sends; `clients` and `gamuts`, which run these steps.
+`transport`, requests with retries; `gamuts` and `clients`, what each method sends, and the classes.
 """
 
 from gamutclient.clients import AsyncClient, Client

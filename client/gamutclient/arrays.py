@@ -40,15 +40,9 @@ Scalar = TypeVar("Scalar", bound=np.generic)
 
 
 class ColourRows(NamedTuple):
-    """Colours in rows, and the shape of the array that they came in.
+    """Colours (n, 3), and the shape of the array that they came in, without the last axis.
 
-    Attributes
-    ----------
-    points : (n, 3) float64
-    shape : tuple of int
-        Without the last axis; -1 for the rows of a file.
-    table : bytes or None
-        The file of a table, in the place of the points.
+    A table has the bytes of its file in the place of the points; the shape of a file is -1.
     """
 
     points: FloatArray
@@ -61,13 +55,7 @@ class ColourRows(NamedTuple):
 
 
 def colour_rows(colours: Colours) -> ColourRows:
-    """Return colours as rows of float64, or as a table; the service checks their values.
-
-    Raises
-    ------
-    InvalidPointsError
-        The last axis does not have three numbers.
-    """
+    """Return colours as rows of float64, or as a table; the service checks their values."""
     if isinstance(colours, os.PathLike):
         colours = Path(colours).read_bytes()
     if isinstance(colours, bytes):
@@ -79,13 +67,7 @@ def colour_rows(colours: Colours) -> ColourRows:
 
 
 def array_rows(colours: Colours) -> ColourRows:
-    """Return the colours in an array, or in three columns, as rows of float64.
-
-    Raises
-    ------
-    InvalidPointsError
-        The last axis does not have three numbers.
-    """
+    """Return the colours in an array, or in three columns, as rows of float64."""
     if callable(getattr(colours, "to_numpy", None)):
         colours = colours.to_numpy()
     remedy = "Give an array (..., 3) of numbers."

@@ -1,27 +1,189 @@
-"""The clients: connections to a service, by which gamuts are built and found."""
+"""The clients: connections to a service, by which gamuts are built, found and listed."""
 
 from __future__ import annotations
 
-from typing import Any, Self
+import io
+import json
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Generic, Literal, Self, TypeVar
+from urllib.parse import quote
 
 import httpx
+import numpy as np
 
-from gamutclient.client_steps import ClientSteps, ServiceClient
-from gamutclient.gamuts import AsyncGamut, Gamut
-from gamutclient.transport import Retries, awaiting, blocking
+from gamutclient.arrays import npy_bytes
+from gamutclient.errors import ServiceError
+from gamutclient.gamuts import AsyncGamut, Gamut, RemoteGamut
+from gamutclient.transport import (
+    Awaiting,
+    Blocking,
+    Request,
+    Retries,
+    Steps,
+    method,
+    sent,
+)
 
 __all__ = ["AsyncClient", "Client"]
+
+G = TypeVar("G", bound=RemoteGamut)
+
+Progress = Callable[[str, float], None]
+"""Called with the stage of a build and the completed fraction of it."""
+
+POLL_SECONDS = 0.25
+"""Time between two questions about a build whose progress is shown."""
+
+PAGE = 200
 
 TIMEOUT = httpx.Timeout(60.0, connect=10.0)
 """A build waits at most 20 s per request, and a million rows take seconds."""
 
 
-def _settings(url: str, api_key: str | None, settings: dict[str, Any]) -> dict[str, Any]:
-    headers = {} if api_key is None else {"Authorization": f"Bearer {api_key}"}
-    return {"base_url": url, "headers": headers, "timeout": TIMEOUT, **settings}
+class ServiceClient(Generic[G]):
+    """A client whose gamuts are of the class G.
+
+    Attributes
+    ----------
+    http : httpx.Client or httpx.AsyncClient
+        Can be configured: proxies, certificates, limits of connections.
+    retries : Retries
+    """
+
+    _connections: type[httpx.Client | httpx.AsyncClient]
+    _gamut: type[G]
+
+    def __init__(
+        self,
+        url: str,
+        *,
+        api_key: str | None = None,
+        retries: Retries = Retries(),  # noqa: B008  # frozen
+        **settings: Any,  # noqa: ANN401  # of httpx
+    ) -> None:
+        headers = {} if api_key is None else {"Authorization": f"Bearer {api_key}"}
+        given = {"base_url": url, "headers": headers, "timeout": TIMEOUT, **settings}
+        self.http: Any = self._connections(**given)
+        self.retries = retries
+
+    def _built(self, request: Request, progress: Progress | None) -> Steps[G]:
+        headers = {"Prefer": "respond-async" if progress else "wait=20", **request.headers}
+        response = yield from sent(replace(request, headers=headers), self.retries)
+        if response.status_code != httpx.codes.ACCEPTED:
+            return self._gamut(self.http, response.json(), self.retries)
+        job = response.json()
+        while job["state"] in {"queued", "running"}:
+            delay = POLL_SECONDS if progress else float(response.headers.get("retry-after", 1))
+            request = Request("GET", f"/v1/jobs/{job['id']}", delay=delay)
+            job = (yield from sent(request, self.retries.while_built)).json()
+            if progress and job["state"] == "running" and job["stage"]:  # none until it has begun
+                progress(job["stage"], job["fraction"])
+        if problem := job["problem"]:
+            raise ServiceError.from_document(problem, int(problem.get("status", 200)))
+        return (yield from self._described(job["id"]))
+
+    def _described(self, gamut_id: str) -> Steps[G]:
+        path = f"/v1/gamuts/{quote(gamut_id, safe='')}"
+        request = Request("GET", path, headers={"Accept": "application/json"})
+        response = yield from sent(request, self.retries)
+        return self._gamut(self.http, response.json(), self.retries)
+
+    @method
+    def build(
+        self,
+        /,
+        data: object,
+        options: Mapping[str, object] | None = None,
+        *,
+        name: str | None = None,
+        progress: Progress | None = None,
+        **choices: object,
+    ) -> Steps[G]:
+        """Build the gamut of a device, a picture or colours, and wait for it.
+
+        Parameters
+        ----------
+        data : path, bytes, array or table
+            The path or the content of a file, an (n, 3) array of L*, a*, b*, a structured array
+            whose fields are columns, or a table of named columns such as a pandas DataFrame.
+        options : mapping, optional
+            How the gamut is built.
+        name : str, optional
+            By which lists call the gamut; the name of the file if it is a path.
+        progress : callable, optional
+            Called with a stage and the completed fraction of it.
+        **choices
+            Options by name, such as ``ink_limit=300``.
+
+        Raises
+        ------
+        ServiceError
+            The data or an option is refused, or the build failed.
+        TypeError
+            The data has none of these forms.
+        """
+        content, file_name = _content(data)
+        given = {**(options or {}), **choices}
+        form = {"options": json.dumps(given, default=_plain)}
+        form |= {} if name is None else {"name": name}
+        body = {"files": {"file": (file_name, content)}, "data": form}
+        return self._built(Request("POST", "/v1/gamuts", body=body), progress)
+
+    @method
+    def reference(
+        self, /, name: str, *, progress: Progress | None = None, **options: object
+    ) -> Steps[G]:
+        """Build a reference gamut, such as ``"Display P3"``, and wait for it."""
+        document = json.dumps({"reference": name, "options": options}, default=_plain)
+        headers = {"Content-Type": "application/json"}
+        request = Request("POST", "/v1/gamuts", headers=headers, body={"content": document})
+        return self._built(request, progress)
+
+    @method
+    def gamut(self, gamut_id: str) -> Steps[G]:
+        """Return a gamut of the service by its id.
+
+        Raises
+        ------
+        ServiceError
+            There is no such gamut; the code is ``"gamut-not-found"``.
+        """
+        return self._described(gamut_id)
+
+    @method
+    def gamuts(
+        self, name: str = "", match: Literal["contains", "similar"] = "contains"
+    ) -> Steps[list[dict[str, Any]]]:
+        """List the descriptions of all gamuts whose name contains a text.
+
+        With ``match="similar"``, these are gamuts that the name may mean, in any spelling, the most
+        likely first. They are ranked a thousand at a time.
+        """
+        found: list[dict[str, Any]] = []
+        after: str | None = ""
+        while after is not None:
+            params = {"limit": PAGE, "after": after, "name": name, "match": match}
+            request = Request("GET", "/v1/gamuts", params)
+            page = (yield from sent(request, self.retries)).json()
+            found += page["gamuts"]
+            after = page["next"] and httpx.URL(page["next"]).params["after"]
+        return found
+
+    @method
+    def references(self, name: str = "") -> Steps[list[dict[str, Any]]]:
+        """List the reference gamuts: slug, name, white and primaries.
+
+        With a name, only those that it may mean, in any spelling, the most likely first.
+        """
+        request = Request("GET", "/v1/references", {"name": name} if name else {})
+        found: list[dict[str, Any]] = (yield from sent(request, self.retries)).json()["references"]
+        return found
 
 
-class Client(ServiceClient[Gamut]):
+class Client(Blocking, ServiceClient[Gamut]):
     """A client of the service. Close it, or use it in a ``with`` statement.
 
     Parameters
@@ -40,21 +202,8 @@ class Client(ServiceClient[Gamut]):
     >>> client.close()
     """
 
-    def __init__(
-        self,
-        url: str,
-        *,
-        api_key: str | None = None,
-        retries: Retries = Retries(),  # noqa: B008  # frozen
-        **settings: Any,  # noqa: ANN401  # of httpx
-    ) -> None:
-        super().__init__(httpx.Client(**_settings(url, api_key, settings)), retries, Gamut)
-
-    build = blocking(ClientSteps[Gamut].build)
-    reference = blocking(ClientSteps[Gamut].reference)
-    gamut = blocking(ClientSteps[Gamut].gamut)
-    gamuts = blocking(ClientSteps[Gamut].gamuts)
-    references = blocking(ClientSteps[Gamut].references)
+    _connections = httpx.Client
+    _gamut = Gamut
 
     def close(self) -> None:
         """Close the connections."""
@@ -67,28 +216,14 @@ class Client(ServiceClient[Gamut]):
         self.close()
 
 
-class AsyncClient(ServiceClient[AsyncGamut]):
+class AsyncClient(Awaiting, ServiceClient[AsyncGamut]):
     """A client whose methods are coroutines. Close it, or use it in ``async with``.
 
     The parameters are those of `Client`, and `settings` those of `httpx.AsyncClient`.
     """
 
-    def __init__(
-        self,
-        url: str,
-        *,
-        api_key: str | None = None,
-        retries: Retries = Retries(),  # noqa: B008  # frozen
-        **settings: Any,  # noqa: ANN401  # of httpx
-    ) -> None:
-        http = httpx.AsyncClient(**_settings(url, api_key, settings))
-        super().__init__(http, retries, AsyncGamut)
-
-    build = awaiting(ClientSteps[AsyncGamut].build)
-    reference = awaiting(ClientSteps[AsyncGamut].reference)
-    gamut = awaiting(ClientSteps[AsyncGamut].gamut)
-    gamuts = awaiting(ClientSteps[AsyncGamut].gamuts)
-    references = awaiting(ClientSteps[AsyncGamut].references)
+    _connections = httpx.AsyncClient
+    _gamut = AsyncGamut
 
     async def close(self) -> None:
         """Close the connections."""
@@ -99,3 +234,36 @@ class AsyncClient(ServiceClient[AsyncGamut]):
 
     async def __aexit__(self, *_: object) -> None:
         await self.close()
+
+
+def _content(data: object) -> tuple[bytes, str]:
+    """Return the content of a file and its name."""
+    if isinstance(data, bytes | bytearray | memoryview):
+        return bytes(data), "data"
+    if isinstance(data, str | os.PathLike):
+        path = Path(data)
+        return path.read_bytes(), path.name
+    if isinstance(data, io.IOBase):
+        content = data.read()
+        name = Path(str(getattr(data, "name", "data"))).name
+        return (content.encode() if isinstance(content, str) else bytes(content)), name
+    if callable(getattr(data, "to_csv", None)):
+        table: str = data.to_csv(index=False)  # type: ignore[attr-defined]
+        return table.encode(), "colours.csv"
+    colours = np.asarray(data)
+    if colours.dtype.names is None:
+        if colours.ndim < 2 or colours.shape[-1] != 3 or colours.dtype.kind not in "fiu":
+            raise TypeError(
+                f"The data is of the type {type(data).__name__}, as an array of shape "
+                f"{colours.shape} and type {colours.dtype}. Give a path, bytes, an (n, 3) array "
+                "of L*, a*, b*, a structured array whose fields are columns, or a table."
+            )
+        colours = colours.reshape(-1, 3).astype(np.float64)
+    return npy_bytes(colours), "colours.npy"
+
+
+def _plain(value: object) -> object:
+    """Return a number of NumPy as one of Python, for JSON."""
+    if isinstance(value, np.generic):
+        return value.item()
+    raise TypeError(f"An option is of the type {type(value).__name__}. Give numbers and texts.")

@@ -17,15 +17,10 @@ class ConnectionLostError(GamutClientError):
 
 
 class InvalidPointsError(GamutClientError, ValueError):
-    """Colours are no array (..., 3) of numbers, so they were not sent.
-
-    Attributes
-    ----------
-    code : str
-        ``"invalid-points"``, as of the service and of `gamutcore`.
-    """
+    """Colours are no array (..., 3) of numbers, so they were not sent."""
 
     code = "invalid-points"
+    """As of the service and of `gamutcore`."""
 
 
 class ServiceError(GamutClientError):

@@ -81,20 +81,7 @@ class Mesh(Shown):
 
 
 def mesh_of_ply(content: bytes, max_error: float | None) -> Mesh:
-    """Return the mesh in a PLY file of the service.
-
-    Parameters
-    ----------
-    content : bytes
-        Binary little-endian PLY of vertices and triangles.
-    max_error : float or None
-        Upper bound of the distance from the full boundary.
-
-    Raises
-    ------
-    ValueError
-        The file has another form.
-    """
+    """Return the mesh in a file of the service: binary little-endian PLY of triangles."""
     head, mark, body = content.partition(b"end_header\n")
     lines = head.decode("latin-1").splitlines()
     if not mark or lines[:2] != ["ply", "format binary_little_endian 1.0"]:

@@ -1,8 +1,8 @@
 """Requests with retries, without input or output.
 
-A method of the client is a generator of steps: it yields a request to send or a number of seconds
-to wait, and gets the response or the error of the connection. `run` and `run_async` carry the
-steps out. What a method sends and when it tries again is therefore written once.
+The function of a `method` returns a generator of steps, which yields requests, perhaps delayed,
+and gets the response or the error of the connection. `run` and `run_async` carry the steps out.
+What a method sends and when it tries again is therefore written once.
 """
 
 from __future__ import annotations
@@ -13,20 +13,23 @@ import email.utils
 import functools
 import time
 from collections.abc import Callable, Coroutine, Generator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from typing import Any, Concatenate, ParamSpec, Protocol, TypeAlias, TypeVar
+from types import MethodType
+from typing import Any, Concatenate, Generic, ParamSpec, TypeAlias, TypeVar, cast, overload
 
 import httpx
 
 from gamutclient.errors import ConnectionLostError, ServiceError
 
 __all__ = [
+    "Awaiting",
+    "Blocking",
     "Connections",
     "Request",
     "Retries",
     "Steps",
-    "awaiting",
-    "blocking",
+    "method",
     "run",
     "run_async",
     "sent",
@@ -40,38 +43,22 @@ P = ParamSpec("P")
 class Request:
     """A request, relative to the address of the service.
 
-    Attributes
-    ----------
-    method, path : str
-    params : mapping
-        Of the query string. None is left out.
-    headers : mapping
-    content : bytes or None
-    json, files, data : object
-        As httpx takes them.
+    Parameters that are None are left out. `body` has arguments of httpx, such as `content`. The
+    request is sent after `delay` seconds.
     """
 
     method: str
     path: str
     params: Mapping[str, Any] = field(default_factory=dict)
     headers: Mapping[str, str] = field(default_factory=dict)
-    content: bytes | None = None
-    json: Any = None
-    files: Any = None
-    data: Any = None
+    body: Mapping[str, Any] = field(default_factory=dict)
+    delay: float = 0.0
 
     def arguments(self) -> dict[str, Any]:
         """Return the arguments of `httpx.Client.request`."""
-        given = {"content": self.content, "json": self.json, "files": self.files, "data": self.data}
-        return {
-            "method": self.method,
-            "url": self.path,
-            "params": {
-                name: _text(value) for name, value in self.params.items() if value is not None
-            },
-            "headers": dict(self.headers),
-            **{name: value for name, value in given.items() if value is not None},
-        }
+        params = {name: _text(value) for name, value in self.params.items() if value is not None}
+        sent = {"method": self.method, "url": self.path, "headers": dict(self.headers)}
+        return {**sent, "params": params, **self.body}
 
 
 def _text(value: object) -> str:
@@ -85,10 +72,9 @@ def _text(value: object) -> str:
 Connections: TypeAlias = Any
 """An `httpx.Client` where methods wait, an `httpx.AsyncClient` where they are coroutines."""
 
-Outcome: TypeAlias = httpx.Response | httpx.TransportError | None
-Steps: TypeAlias = Generator[Request | float, Outcome, T]
-"""Steps of a method that returns T."""
-
+Outcome: TypeAlias = httpx.Response | httpx.TransportError
+Steps: TypeAlias = Generator[Request, Any, T]
+"""Steps of a method that returns T: each yields an `Outcome`, after the None that starts it."""
 
 LONGEST_BACKOFF = 8.0
 """Longest wait in seconds before an attempt for which the service asked for no time."""
@@ -114,26 +100,17 @@ class Retries:
     attempts: int = 6
     longest_wait: float = 60.0
 
-    def wait(self, outcome: httpx.Response | httpx.TransportError, attempt: int) -> float | None:
-        """Return the seconds to wait before the next attempt, or None if there is none.
-
-        Parameters
-        ----------
-        outcome : httpx.Response or httpx.TransportError
-        attempt : int
-            Number of times that the request was sent.
-        """
-        if isinstance(outcome, httpx.Response) and outcome.status_code not in {429, 503}:
-            return None
-        if isinstance(outcome, httpx.UnsupportedProtocol):  # an address without http://
-            return None
-        if attempt >= self.attempts:
-            return None
-        asked = None
+    def wait(self, outcome: Outcome, attempt: int) -> float | None:
+        """Return the seconds to wait after so many attempts; None if there is no further one."""
+        seconds = min(0.25 * 2.0 ** (attempt - 1), LONGEST_BACKOFF)
         if isinstance(outcome, httpx.Response):
+            if outcome.status_code not in {429, 503}:
+                return None
             asked = retry_after(outcome.headers.get("retry-after", ""))
-        seconds = min(0.25 * 2.0 ** (attempt - 1), LONGEST_BACKOFF) if asked is None else asked
-        return seconds if seconds <= self.longest_wait else None
+            seconds = seconds if asked is None else asked
+        elif isinstance(outcome, httpx.UnsupportedProtocol):  # an address without http://
+            return None
+        return seconds if attempt < self.attempts and seconds <= self.longest_wait else None
 
     @property
     def while_built(self) -> Retries:
@@ -157,22 +134,13 @@ def retry_after(text: str) -> float | None:
 def sent(request: Request, retries: Retries) -> Steps[httpx.Response]:
     """Send a request, again if the service or the connection fails, and return the response.
 
-    Raises
-    ------
-    ServiceError
-        The service answered with a problem.
-    ConnectionLostError
-        The connection failed at each attempt.
+    A problem of the service is a `ServiceError`, and a connection that failed at each attempt is a
+    `ConnectionLostError`.
     """
     attempt = 1
-    while True:
-        outcome = yield request
-        if outcome is None:
-            raise TypeError("The step is a request, whose outcome is a response or an error.")
-        seconds = retries.wait(outcome, attempt)
-        if seconds is None:
-            break
-        yield seconds
+    outcome: Outcome = yield request
+    while (seconds := retries.wait(outcome, attempt)) is not None:
+        outcome = yield replace(request, delay=seconds)
         attempt += 1
     if isinstance(outcome, httpx.TransportError):
         reason = str(outcome) or type(outcome).__name__
@@ -185,76 +153,80 @@ def sent(request: Request, retries: Retries) -> Steps[httpx.Response]:
 
 def _problem(response: httpx.Response) -> Mapping[str, Any]:
     """Return the problem document; an intermediary may answer with something else."""
-    try:
+    with suppress(ValueError):
         document = response.json()
-    except ValueError:
-        document = None
-    if isinstance(document, dict):
-        return document
+        if isinstance(document, dict):
+            return document
     return {"detail": f"HTTP status {response.status_code}: {response.text[:200]}"}
 
 
 def run(steps: Steps[T], client: httpx.Client) -> T:
     """Carry out the steps of a method, and return its result."""
-    outcome: Outcome = None
-    try:
-        while True:
+    outcome: Outcome | None = None
+    while True:
+        try:
             step = steps.send(outcome)
-            if isinstance(step, Request):
-                try:
-                    outcome = client.request(**step.arguments())
-                except httpx.TransportError as error:
-                    outcome = error
-            else:
-                time.sleep(step)
-                outcome = None
-    except StopIteration as end:
-        result: T = end.value
-        return result
+        except StopIteration as end:
+            return cast("T", end.value)
+        time.sleep(step.delay)
+        try:
+            outcome = client.request(**step.arguments())
+        except httpx.TransportError as error:
+            outcome = error
 
 
 async def run_async(steps: Steps[T], client: httpx.AsyncClient) -> T:
     """Carry out the steps of a method in an event loop, and return its result."""
-    outcome: Outcome = None
-    try:
-        while True:
+    outcome: Outcome | None = None
+    while True:
+        try:
             step = steps.send(outcome)
-            if isinstance(step, Request):
-                try:
-                    outcome = await client.request(**step.arguments())
-                except httpx.TransportError as error:
-                    outcome = error
-            else:
-                await asyncio.sleep(step)
-                outcome = None
-    except StopIteration as end:
-        result: T = end.value
-        return result
+        except StopIteration as end:
+            return cast("T", end.value)
+        await asyncio.sleep(step.delay)
+        try:
+            outcome = await client.request(**step.arguments())
+        except httpx.TransportError as error:
+            outcome = error
 
 
-class Asking(Protocol):
-    """What has methods: a client or a gamut with its connections."""
+class Blocking:
+    """A class whose methods wait for their results."""
 
     http: Connections
 
 
-def blocking(steps: Callable[Concatenate[Any, P], Steps[T]]) -> Callable[Concatenate[Any, P], T]:
-    """Return the method that carries steps out and waits for them."""
+class Awaiting:
+    """A class whose methods are coroutines."""
 
-    @functools.wraps(steps)
-    def method(self: Asking, /, *args: P.args, **kwargs: P.kwargs) -> T:
-        return run(steps(self, *args, **kwargs), self.http)
-
-    return method
+    http: Connections
 
 
-def awaiting(
-    steps: Callable[Concatenate[Any, P], Steps[T]],
-) -> Callable[Concatenate[Any, P], Coroutine[Any, Any, T]]:
-    """Return the method that carries steps out in an event loop."""
+class method(Generic[P, T]):  # noqa: N801  # a decorator, as `property`
+    """The method that carries out the steps of a function.
 
-    @functools.wraps(steps)
-    async def method(self: Asking, /, *args: P.args, **kwargs: P.kwargs) -> T:
-        return await run_async(steps(self, *args, **kwargs), self.http)
+    It waits for them in a class that is `Blocking`, and is a coroutine in one that is `Awaiting`.
+    """
 
-    return method
+    def __init__(self, func: Callable[Concatenate[Any, P], Steps[T]]) -> None:
+        self.func = func
+
+    @overload
+    def __get__(self, instance: None, owner: type) -> Callable[..., Any]: ...
+    @overload
+    def __get__(self, instance: Blocking, owner: type) -> Callable[P, T]: ...
+    @overload
+    def __get__(self, instance: Awaiting, owner: type) -> Callable[P, Coroutine[Any, Any, T]]: ...
+    def __get__(self, instance: object, owner: type) -> Callable[..., Any]:
+        steps = self.func
+
+        @functools.wraps(steps)
+        def blocking(self: Blocking, /, *args: P.args, **kwargs: P.kwargs) -> T:
+            return run(steps(self, *args, **kwargs), self.http)
+
+        @functools.wraps(steps)
+        async def awaiting(self: Awaiting, /, *args: P.args, **kwargs: P.kwargs) -> T:
+            return await run_async(steps(self, *args, **kwargs), self.http)
+
+        found = awaiting if issubclass(owner, Awaiting) else blocking
+        return found if instance is None else MethodType(found, instance)

@@ -13,6 +13,7 @@ from gamutcore.cli.inputs import (
     MaxError,
     Source,
     Triangles,
+    asking,
     chosen_options,
     gamut_of,
     numbers_of,
@@ -67,16 +68,17 @@ Scale = Annotated[
 
 def add_to(app: typer.Typer) -> None:
     """Add the commands to a program."""
-    for command in (query, compare, plot):
-        app.command(cls=BuildCommand)(command)
-    app.command("map", cls=BuildCommand)(map_colours)
+    app.command(cls=asking("nearest"))(query)
+    app.command(cls=asking("comparisons"))(compare)
+    app.command(cls=BuildCommand)(plot)
+    app.command("map", cls=asking("map"))(map_colours)
 
 
 def query(
     ctx: typer.Context,
     colours: Colours,
     gamut: OfGamut,
-    metric: Annotated[str, typer.Option(help='"CIE 1976" or "CIE 2000".')] = "CIE 2000",
+    metric: str = "CIE 2000",
     tolerance: Annotated[
         float | None,
         typer.Option(
@@ -97,8 +99,8 @@ def query(
     colours_in: ColourSpace = None,
     columns: ColumnNames = None,
     scale: Scale = None,
-    triangles: Triangles = None,
-    max_error: MaxError = None,
+    triangles: int | None = None,
+    max_error: float | None = None,
     output: Output = None,
     as_json: AsJson = False,
 ) -> None:
@@ -213,12 +215,7 @@ def map_colours(
         ),
     ],
     gamut: OfGamut,
-    method: Annotated[
-        str,
-        typer.Option(
-            help="clip-nearest, clip-hue, clip-lightness, clip-chroma, clip-focal or sgck."
-        ),
-    ] = "clip-hue",
+    method: str = "clip-hue",
     focus: Annotated[
         str | None, typer.Option(help="Focal point L,a,b of clip-focal; the cusp by default.")
     ] = None,
@@ -228,8 +225,8 @@ def map_colours(
     colours_in: ColourSpace = None,
     columns: ColumnNames = None,
     scale: Scale = None,
-    triangles: Triangles = None,
-    max_error: MaxError = None,
+    triangles: int | None = None,
+    max_error: float | None = None,
     output: Output = None,
     as_json: AsJson = False,
     depth: Annotated[
@@ -237,12 +234,7 @@ def map_colours(
         typer.Option(help="Depth of the picture that is written: 8, 16, half or float."),
     ] = None,
     black_point_compensation: Annotated[
-        bool,
-        typer.Option(
-            "--black-point-compensation",
-            "--bpc",
-            help="Scale colours so that their black becomes the darkest neutral of the gamut.",
-        ),
+        bool, typer.Option("--black-point-compensation", "--bpc")
     ] = False,
 ) -> None:
     """Map a table of colours or a picture into a gamut.
@@ -366,14 +358,17 @@ def compare(
     ctx: typer.Context,
     first: Source,
     second: Annotated[str, typer.Argument(metavar="GAMUT", help="The other gamut.")],
-    sectors: Annotated[int, typer.Option(help="Sectors of hue; a table of them with --csv.")] = 36,
-    triangles: Triangles = None,
-    max_error: MaxError = None,
+    sectors: int = 36,
+    triangles: int | None = None,
+    max_error: float | None = None,
     output: Output = None,
     as_json: AsJson = False,
     as_csv: AsCsv = False,
 ) -> None:
-    """Compare gamuts A and B by volume, coverage and chromaticity."""
+    """Compare gamuts A and B by volume, coverage and chromaticity.
+
+    With --csv, the result is a table of the sectors of hue.
+    """
     from gamutcore.questions import COMPARISON  # noqa: PLC0415
 
     one, two = (gamut_of(source, ctx, alone=False) for source in (first, second))

@@ -21,6 +21,7 @@ __all__ = [
     "MaxError",
     "Source",
     "Triangles",
+    "asking",
     "chosen_options",
     "gamut_of",
     "numbers_of",
@@ -51,15 +52,20 @@ _CHOSEN = "gamutcore.options"
 class BuildCommand(TyperCommand):
     """A command that may build gamuts: it has an option for each of `gamutcore.options`.
 
-    The declarations of the options take half a second to import. They are added when the command
-    runs, completes or shows its help.
+    Parameters of its questions without a help have that of their declarations. The declarations
+    take half a second to import, so they are read when the command runs, completes or shows its
+    help.
     """
+
+    question = ""
 
     def get_params(self, ctx: Any) -> list[Any]:  # noqa: ANN401  # typer's own click is private
         """Return the parameters of the command and the options of builds."""
         from gamutcore.options import OPTIONS  # noqa: PLC0415
 
         own = super().get_params(ctx)
+        if self.question:
+            _describe(own, self.question)
         taken = {name for each in own for name in each.opts}
         added = [
             TyperOption(
@@ -73,6 +79,26 @@ class BuildCommand(TyperCommand):
             for name, option in OPTIONS.items()
         ]
         return [*own, *added]
+
+
+def asking(question: str) -> type[BuildCommand]:
+    """Return the class of a command that asks a question of `gamutcore.questions`."""
+    return type("AskingCommand", (BuildCommand,), {"question": question})
+
+
+def _describe(params: list[Any], question: str) -> None:
+    """Give parameters without a help the description that the question declares."""
+    from gamutcore.arguments import accepted_values  # noqa: PLC0415
+    from gamutcore.questions import QUESTIONS  # noqa: PLC0415
+
+    declared = {each.name: each for each in QUESTIONS[question].all_parameters}
+    for each in params:
+        if each.name in declared and each.help is None:
+            found = declared[each.name]
+            # the bounds of floats are those of requests
+            bounded = not each.is_flag and each.type.name != "float"
+            accepted = f" Accepted: {accepted_values(found.kind)}." if bounded else ""
+            each.help = found.description + accepted
 
 
 def _flag(name: str, taken: set[str]) -> str:

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from gamutcore.cli.inputs import BuildCommand, MaxError, Source, Triangles, gamut_of, numbers_of
+from gamutcore.cli.inputs import Source, asking, gamut_of, numbers_of
 from gamutcore.cli.output import AsCsv, AsJson, Output, state, write_bytes, write_table
 
 __all__ = ["add_to"]
@@ -15,21 +15,19 @@ __all__ = ["add_to"]
 
 def add_to(app: typer.Typer) -> None:
     """Add the commands to a program."""
-    app.command("slice", cls=BuildCommand)(cut)
-    app.command(cls=BuildCommand)(rings)
-    app.command(cls=BuildCommand)(picture)
+    app.command("slice", cls=asking("slice"))(cut)
+    app.command(cls=asking("rings"))(rings)
+    app.command(cls=asking("picture"))(picture)
 
 
 def cut(
     ctx: typer.Context,
     source: Source,
-    lightness: Annotated[float | None, typer.Option(help="Section at this lightness.")] = None,
-    hue: Annotated[float | None, typer.Option(help="Hue leaf at this hue, in degrees.")] = None,
-    plane: Annotated[
-        str | None, typer.Option(help="a,b,c,d: the points with a x + b y + c z = d.")
-    ] = None,
-    triangles: Triangles = None,
-    max_error: MaxError = None,
+    lightness: float | None = None,
+    hue: float | None = None,
+    plane: str | None = None,
+    triangles: int | None = None,
+    max_error: float | None = None,
     output: Output = None,
     as_json: AsJson = False,
     as_csv: AsCsv = False,
@@ -71,9 +69,9 @@ def rings(
     reference: Annotated[
         str | None, typer.Option(metavar="GAMUT", help="A gamut to compare with.")
     ] = None,
-    sectors: Annotated[int, typer.Option(help="Sectors of hue.")] = 360,
-    triangles: Triangles = None,
-    max_error: MaxError = None,
+    sectors: int = 360,
+    triangles: int | None = None,
+    max_error: float | None = None,
     output: Output = None,
     as_json: AsJson = False,
     as_csv: AsCsv = False,
@@ -112,18 +110,12 @@ def picture(
     ctx: typer.Context,
     source: Source,
     output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="A .png file.")],
-    size: Annotated[int, typer.Option(help="Width and height in pixels, 16 to 2048.")] = 800,
-    view: Annotated[
-        str,
-        typer.Option(
-            help="standard, front, right, back, left, top or bottom; or the hue and the elevation "
-            "of the camera, such as 305,25."
-        ),
-    ] = "standard",
-    background: Annotated[str, typer.Option(help="white or transparent.")] = "white",
-    axes: Annotated[bool, typer.Option(help="Draw axes with labels.")] = True,
-    triangles: Triangles = None,
-    max_error: MaxError = None,
+    size: int = 800,
+    view: str = "standard",
+    background: str = "white",
+    axes: bool = True,
+    triangles: int | None = None,
+    max_error: float | None = None,
 ) -> None:
     """Write a picture of a gamut as PNG.
 

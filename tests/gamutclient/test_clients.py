@@ -53,7 +53,7 @@ class TestBuilds:
         assert caught.value.status == 404
 
     def test_lists_have_all_pages(self, client, sphere, monkeypatch):
-        monkeypatch.setattr("gamutclient.client_steps.PAGE", 2)
+        monkeypatch.setattr("gamutclient.clients.PAGE", 2)
         built = {client.build(np.array(sphere(seed=seed))).id for seed in (803, 804, 805)}
         listed = [each["id"] for each in client.gamuts()]
         assert built <= set(listed)
@@ -118,7 +118,7 @@ class TestBuilds:
     def test_large_arrays_are_sent_in_parts(self, remote, monkeypatch):
         colours = np.random.default_rng(1).uniform(-100, 100, (70, 3))
         whole = remote[0].nearest(colours), remote[0].crossings(colours, (50, 0, 0), kind="line")
-        monkeypatch.setattr("gamutclient.gamut_steps.MOST_ROWS", 16)
+        monkeypatch.setattr("gamutclient.gamuts.MOST_ROWS", 16)
         parts = remote[0].nearest(colours), remote[0].crossings(colours, (50, 0, 0), kind="line")
         np.testing.assert_array_equal(parts[0].points, whole[0].points)
         np.testing.assert_array_equal(parts[1].offsets, whole[1].offsets)
@@ -164,13 +164,15 @@ class TestRetries:
         steps = client._built(Request("POST", "/v1/gamuts"), None)
         assert next(steps).method == "POST"
         accepted = {"id": "a" * 64, "state": "queued"}
-        assert steps.send(httpx.Response(202, json=accepted, headers={"Retry-After": "2"})) == 2
+        answer = httpx.Response(202, json=accepted, headers={"Retry-After": "2"})
+        assert steps.send(answer).delay == 2
         waits = []
 
         def refuse():
             while True:
-                assert steps.send(None).path.startswith("/v1/jobs/")
-                waits.append(steps.send(httpx.ConnectError("refused")))
+                asked = steps.send(httpx.ConnectError("refused"))
+                assert asked.path.startswith("/v1/jobs/")
+                waits.append(asked.delay)
 
         with pytest.raises(gamutclient.ConnectionLostError, match="12 times"):
             refuse()

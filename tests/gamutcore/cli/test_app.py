@@ -11,6 +11,7 @@ import pytest
 import typer
 
 from gamutcore.cli.app import app
+from gamutcore.questions import QUESTIONS
 from gamutcore.version import __version__
 
 COMMANDS = sorted(typer.main.get_command(app).commands)
@@ -173,6 +174,19 @@ def test_completion(shell):
     assert f"complete_{shell}" in script
     assert "query" in words
     assert "slice" not in words
+
+
+@pytest.mark.parametrize(
+    ("name", "question"),
+    [("query", "nearest"), ("compare", "comparisons")]
+    + [(name, name) for name in ("map", "slice", "rings", "picture")],
+)
+def test_options_of_questions_have_the_declared_descriptions(command, name, question):
+    """Also where a level is chosen, and where the option is a flag."""
+    shown = " ".join(command(name, "--help")[0].split())
+    declared = {each.name: each.description for each in QUESTIONS[question].all_parameters}
+    own = {"space", "focus", "source", "reference"}  # what they mean differs in a shell
+    assert [text for each, text in declared.items() if each not in own and text not in shown] == []
 
 
 @pytest.mark.slow

@@ -2,9 +2,7 @@
 
 import dataclasses
 import inspect
-from pathlib import Path
 
-import gamutclient.results
 import numpy as np
 import pytest
 
@@ -73,9 +71,3 @@ def test_every_kind_of_result_is_shown_so():
     own = [kind for kind in kinds if dataclasses.is_dataclass(kind)]
     assert len(own) >= 8
     assert [kind for kind in own if kind.__repr__ is not gamutcore.results.Shown.__repr__] == []
-
-
-def test_the_client_has_the_same_module():
-    """Neither package may import the other."""
-    core, client = (Path(each.__file__) for each in (gamutcore.results, gamutclient.results))
-    assert client.read_text("utf-8") == core.read_text("utf-8")
