@@ -92,8 +92,7 @@ class Problem:
         if number in _STORE_ERRNOS:
             return cls.store_unavailable()
         if number in {errno.EMFILE, errno.ENFILE}:
-            detail = "Too many files and connections are open."
-            return cls("overloaded", detail, headers={"Retry-After": "5"})
+            return cls("overloaded", KINDS["overloaded"].detail, headers={"Retry-After": "5"})
         return None
 
     @classmethod
