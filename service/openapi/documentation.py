@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from service.http.negotiation import OCTET_STREAM
-from service.openapi.models import JobDescription, ProblemDocument
+from service.openapi.models import ProblemDocument
 from service.problems.kinds import KINDS
 from service.problems.problem import MEDIA_TYPE, Problem
 
@@ -23,10 +23,6 @@ __all__ = [
     "EXAMPLE_REFERENCES",
     "MESH_HEADERS",
     "NAME_BODY",
-    "REFERENCE_JOB",
-    "REFERENCE_OPTIONS",
-    "SECURITY",
-    "SECURITY_SCHEMES",
     "SUBMISSION_BODY",
     "binary_content",
     "gamut_links",
@@ -236,23 +232,6 @@ NAME_BODY: dict[str, Any] = {
     },
 }
 
-SECURITY_SCHEMES: dict[str, Any] = {
-    "bearer": {
-        "type": "http",
-        "scheme": "bearer",
-        "description": "An API key of this service, if it has keys.",
-    },
-    "apiKey": {
-        "type": "apiKey",
-        "in": "header",
-        "name": "X-Api-Key",
-        "description": "The same key in a header field of its own.",
-    },
-}
-
-SECURITY: list[dict[str, Any]] = [{}, {"bearer": []}, {"apiKey": []}]
-"""With or without a key. The settings decide which one a service requires."""
-
 
 def gamut_links(expression: str) -> dict[str, Any]:
     """Return links from a response with a gamut to the operations on it.
@@ -377,34 +356,6 @@ def json_response(
         response["links"] = links
     return response
 
-
-REFERENCE_OPTIONS: dict[str, Any] = {
-    "name": "options",
-    "in": "query",
-    "required": False,
-    "style": "form",
-    "explode": True,
-    "description": "Options of a reference gamut's build, as parameters of their own names: "
-    "`?space=CAM16-UCS&surround=dim`. Only with slugs. The answer has the address by id in "
-    "Content-Location, and may be cached for five minutes.",
-    "schema": {"$ref": "#/components/schemas/GamutOptions"},
-    "examples": {"space": {"value": {"space": "Oklab"}}},
-}
-
-REFERENCE_JOB = {
-    "description": "The reference gamut is being built.",
-    "content": {
-        "application/json": {
-            "schema": {"$ref": f"#/components/schemas/{JobDescription.__name__}"},
-            "examples": {"example": {"value": EXAMPLE_JOB}},
-        }
-    },
-    "headers": {
-        "Location": header("The job.", f"/v1/jobs/{EXAMPLE_ID}"),
-        "Retry-After": header("Seconds after which to ask again.", 1),
-        "Cache-Control": header("The state changes.", "no-store"),
-    },
-}
 
 _EVERYWHERE = (
     "bad-request",
