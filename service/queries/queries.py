@@ -16,18 +16,18 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from gamutcore.errors import InvalidPointsError
 from service.library import Cost
 from service.problems.problem import Problem, ProblemError
-from service.queries.admission import Admission
 from service.queries.answers import WRITERS, level_document, shape_file
 from service.queries.bodies import CSV, FORMS, JSON, SVG, parse_body
 from service.queries.levels import QueryLevels
 from service.queries.parameters import check_alternatives
-from service.queries.threads import DeadlineThreads
+from service.queries.scheduling import Admission, DeadlineThreads
 from service.telemetry.server_timing import timed
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable, Mapping, Sequence
 
     from gamutcore.arrays import FloatArray
+    from gamutcore.colours.spaces import ColourSpace
     from gamutcore.questions import Answer, Question
     from service.http.spool import Body as Sent
     from service.library import Library
@@ -35,7 +35,6 @@ if TYPE_CHECKING:
     from service.queries.answers import Writer
     from service.queries.bodies import Body
     from service.queries.levels import QueryLevel
-    from service.queries.tables import TableRequest
     from service.telemetry.metrics import QueryFigures
 
 __all__ = ["Queries", "Query", "level_values"]
@@ -116,7 +115,12 @@ class Queries:
         self._threads = DeadlineThreads(threads)
 
     async def parse(
-        self, sent: Sent, media_type: str, question: Question, asked: TableRequest
+        self,
+        sent: Sent,
+        media_type: str,
+        question: Question,
+        own: ColourSpace,
+        given: Mapping[str, Any],
     ) -> Body:
         """Return the content of a body that has arrived; see `parse_body`.
 
@@ -126,7 +130,7 @@ class Queries:
         def parse() -> Body:
             # The text of a table is kept for its answer, so it is read as bytes at once.
             content = sent.read(0, sent.size) if media_type == CSV else sent.content()
-            return parse_body(content, media_type, question, asked)
+            return parse_body(content, media_type, question, own, given)
 
         with timed("body"):
             if media_type == JSON and sent.size <= INLINE_BYTES:
