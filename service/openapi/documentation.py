@@ -7,6 +7,7 @@ Routes name their problems, and `problems` makes the responses from the table in
 from collections.abc import Mapping
 from typing import Any
 
+from service.http.conditional import IMMUTABLE
 from service.http.negotiation import OCTET_STREAM
 from service.openapi.models import ProblemDocument
 from service.problems.kinds import KINDS
@@ -179,6 +180,8 @@ _INLINE_EXAMPLE = {
     "options": {"gamma": 1},
 }
 
+_EXAMPLE_FILE = "LAB_L,LAB_A,LAB_B\n0,0,0\n100,0,0\n50,60,0\n50,-30,52\n50,-30,-52"
+
 SUBMISSION_BODY: dict[str, Any] = {
     "required": True,
     "content": {
@@ -188,18 +191,11 @@ SUBMISSION_BODY: dict[str, Any] = {
             "examples": {
                 "file": {
                     "summary": "A file with options",
-                    "value": {
-                        "file": "LAB_L,LAB_A,LAB_B\n0,0,0\n100,0,0\n50,60,0\n50,-30,52\n50,-30,-52",
-                        "options": {"gamma": 1},
-                    },
+                    "value": {"file": _EXAMPLE_FILE, "options": {"gamma": 1}},
                 },
                 "fields": {
                     "summary": "A file with options as form fields",
-                    "value": {
-                        "file": "LAB_L,LAB_A,LAB_B\n0,0,0\n100,0,0\n50,60,0\n50,-30,52\n50,-30,-52",
-                        "space": "Oklab",
-                        "gamma": 1,
-                    },
+                    "value": {"file": _EXAMPLE_FILE, "space": "Oklab", "gamma": 1},
                 },
             },
         },
@@ -299,7 +295,7 @@ MESH_HEADERS: dict[str, Any] = {
     "ETag": header(
         "Strong entity tag: SHA-256 of the body in its content coding.", f'"{EXAMPLE_ID}"'
     ),
-    "Cache-Control": header("The content is immutable.", "public, max-age=31536000, immutable"),
+    "Cache-Control": header("The content is immutable.", IMMUTABLE),
     "Content-Disposition": header(
         "File name: the name of the gamut, the triangle count and the suffix, in ASCII as "
         "`filename` and in full as `filename*`.",
@@ -319,7 +315,7 @@ BATCH_RESPONSE: dict[str, Any] = {
         ),
         "Cache-Control": header(
             "The content is immutable. `no-store` if meshes are missing.",
-            "public, max-age=31536000, immutable",
+            IMMUTABLE,
         ),
         "Content-Disposition": header(
             "File name of a zip archive. It starts with the first 12 characters of the gamut's id "

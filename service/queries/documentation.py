@@ -187,9 +187,12 @@ def query_response(question: Question) -> dict[str, Any]:
     return {
         "description": "One entry per row, in the order of the rows.",
         "content": _forms(
-            *(question, required, {**_READING, **of_tables, **columns}, shown),
-            "A structured array, one field per column",
-            "The columns of the body and those of the result",
+            question,
+            required,
+            {**_READING, **of_tables, **columns},
+            shown,
+            array="A structured array, one field per column",
+            table="The columns of the body and those of the result",
         ),
         "headers": {
             "Gamut-Triangles": header("Triangles of the level.", 1000),
@@ -228,7 +231,12 @@ def view_response(question: Question) -> dict[str, Any]:
     return {
         "description": question.summary,
         "content": _forms(
-            *(question, required, question.members, shown), "A structured array", "A table"
+            question,
+            required,
+            question.members,
+            shown,
+            array="A structured array",
+            table="A table",
         ),
         "headers": _IMMUTABLE_HEADERS,
     }
@@ -239,12 +247,13 @@ def _forms(
     required: Mapping[str, Any],
     others: Mapping[str, Any],
     shown: Mapping[str, Any],
+    *,
     array: str,
     table: str,
 ) -> dict[str, Any]:
-    """Return the forms of an answer: the schemas of its members in JSON, and of the others words.
+    """Return the forms of an answer: the schemas of its members in JSON, and words about the rest.
 
-    `shown` are the members of the example that all answers have.
+    `required` and `others` are schemas by name. `shown` has examples that all questions share.
     """
     answer = _object(f"{_title(question)}Answer", {**required, **others}, required)
     example = {"value": {**shown, **question.answered}}

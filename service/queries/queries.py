@@ -1,8 +1,8 @@
 """Execution of queries: threads, and answers piece by piece.
 
-Kernels release the interpreter lock, so threads use all cores and the event
-loop stays free. A few rows on a level in memory are answered on the event loop, because passing
-them to a thread takes longer. See ``docs/decisions/queries-over-http.md``.
+Kernels release the interpreter lock, so threads use all cores and the event loop stays free. A few
+rows on a level in memory are answered on the event loop, because passing them to a thread takes
+longer. See ``docs/decisions/queries-over-http.md``.
 """
 
 from __future__ import annotations
@@ -79,22 +79,8 @@ def level_values(levels: Sequence[QueryLevel], values: Mapping[str, Any]) -> dic
 class Queries:
     """Answers queries about a library's gamuts.
 
-    Parameters
-    ----------
-    library : Library
-    requested : RequestedLevels
-        Finds levels for limits.
-    figures : QueryFigures
-        Counts rows and seconds.
-    most_rows : int
-        Largest number of rows under way.
-    client_share : float
-        The part of them that belongs to one client.
-
-    Attributes
-    ----------
-    levels : QueryLevels
-    admission : Admission
+    `requested` finds levels for limits, and `figures` counts rows and seconds. `most_rows` and
+    `client_share` are limits of `Admission`.
     """
 
     def __init__(
@@ -109,10 +95,8 @@ class Queries:
         self.levels = QueryLevels(library, requested)
         self.admission = Admission(most_rows, client_share)
         self._figures = figures
-        threads = self._ahead = (
-            len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 2
-        )
-        self._threads = DeadlineThreads(threads)
+        self._ahead = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 2
+        self._threads = DeadlineThreads(self._ahead)
 
     async def parse(
         self,
@@ -146,12 +130,8 @@ class Queries:
     async def answer(self, query: Query) -> tuple[bytes, AsyncIterator[bytes] | None]:
         """Return the first part of an answer, and the others if there are any.
 
-        Raises
-        ------
-        ProblemError
-            The answer would be JSON and has too many rows.
-        GamutError
-            A row cannot be answered. Only the first part can raise it.
+        Raise ``too-many-rows`` if the answer would be JSON, and `GamutError` if a row cannot be
+        answered. Only the first part can raise it.
         """
         rows = query.body.rows
         if query.media_type == JSON and rows > FORMS[JSON].most_rows:
@@ -179,9 +159,8 @@ class Queries:
     ) -> bytes:
         """Return the answer to a question about the shape of gamuts as a file."""
         with self.admission.held(client, VIEW_ROWS):
-            return await self._threads.run(
-                VIEW_ROWS, self._shape_file, question, levels, values, media_type
-            )
+            arguments = question, levels, values, media_type
+            return await self._threads.run(VIEW_ROWS, self._shape_file, *arguments)
 
     def _shape_file(
         self,
