@@ -59,7 +59,7 @@ class JsonResponse(Response):
     def render(self, content: Any) -> bytes:  # noqa: ANN401 - whatever JSON can express
         """Return the body: RFC 8259, ended by a newline."""
         if isinstance(content, BaseModel):
-            content = content.model_dump(mode="json", by_alias=True, exclude_unset=True)
+            content = content.model_dump(by_alias=True, exclude_unset=True)
         text = json.dumps(content, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
         return text.encode("ascii") + b"\n"
 

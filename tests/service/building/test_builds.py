@@ -379,6 +379,7 @@ async def test_an_input_that_cannot_be_stored_is_no_job(
         ("refuse", "missing-column", 1, 1, "M."),
         ("full", "storage-full", 1, 1, ""),
         ("defect", "build-failed", 1, 1, ""),
+        ("misdescribe", "build-failed", 1, 1, ""),
         ("exhaust", "build-out-of-memory", 1, 1, "268435456 bytes"),
         ("outdate", "build-outdated", 1, 1, ""),
         ("hang", "build-timeout", 1, 2, "120 s"),
