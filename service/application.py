@@ -22,7 +22,6 @@ from service.container import ServiceContainer
 from service.http.charsets import Charsets
 from service.http.cors import Cors, origins
 from service.http.middleware import BodyLimit, HeadAsGet, PlainPaths
-from service.http.request_id import RequestIds
 from service.meshes.fast_path import MeshFastPath
 from service.openapi.document import APP_METADATA, openapi_document
 from service.problems.handlers import add_exception_handlers
@@ -45,8 +44,8 @@ from service.routes import (
 )
 from service.routes.reference_slugs import ReferenceSlugs
 from service.settings import Settings
+from service.telemetry.metrics import StateCollector
 from service.telemetry.request_observer import RequestObserver
-from service.telemetry.server_timing import ServerTiming
 
 __all__ = ["access_rules", "create_app"]
 
@@ -65,6 +64,7 @@ def create_app(settings: Settings) -> FastAPI:
     """
     rules = access_rules(settings)
     service = ServiceContainer(settings)
+    service.metrics.registry.register(StateCollector(lambda: metrics.state_families(service)))
 
     @contextlib.asynccontextmanager
     async def lifespan(_app: FastAPI) -> AsyncIterator[None]:
@@ -96,19 +96,17 @@ class _Application(FastAPI):
     def build_middleware_stack(self) -> ASGIApp:
         """Return the app inside all middleware, listed from the outside to the inside.
 
-        1. `RequestIds`: every answer and every log line needs the id.
-        2. `RequestObserver`: metrics, access log and spans cover the answers of all other layers.
-        3. `ServerTiming`: times everything inside.
-        4. `Cors`: browsers must be able to read every answer, refusals and defects included.
-        5. Starlette's error handler: answers defects of the layers below it.
-        6. `Hosts`: names of the service and pages of other origins, before anything is answered.
-        7. `HeadAsGet`: the layers below see GET only.
-        8. `Access`: keys and rate limits, before anything is read or computed.
-        9. `ReferenceSlugs`: the layers below see ids only.
-        10. `MeshFastPath`: plain requests for meshes, ahead of FastAPI's slower routing.
-        11. `BodyLimit` and `Charsets`: before any route reads a body.
-        12. `PlainPaths`: protects the router's patterns, so it is next to the router.
-        13. FastAPI's exception handlers and the router.
+        1. `RequestObserver`: ids, times, metrics, log and spans of the answers of all other layers.
+        2. `Cors`: browsers must be able to read every answer, refusals and defects included.
+        3. Starlette's error handler: answers defects of the layers below it.
+        4. `Hosts`: names of the service and pages of other origins, before anything is answered.
+        5. `HeadAsGet`: the layers below see GET only.
+        6. `Access`: keys and rate limits, before anything is read or computed.
+        7. `ReferenceSlugs`: the layers below see ids only.
+        8. `MeshFastPath`: plain requests for meshes, ahead of FastAPI's slower routing.
+        9. `BodyLimit` and `Charsets`: before any route reads a body.
+        10. `PlainPaths`: protects the router's patterns, so it is next to the router.
+        11. FastAPI's exception handlers and the router.
         """
         service: ServiceContainer = self.state.service
         settings, rules = service.settings, self.state.access_rules
@@ -136,14 +134,12 @@ class _Application(FastAPI):
         stack = super().build_middleware_stack()
         if allowed:
             stack = Cors(stack, allowed)
-        stack = ServerTiming(stack)
-        stack = RequestObserver(
+        return RequestObserver(
             stack,
             service.metrics.requests,
             access_log=settings.access_log,
             traces=service.traces,
         )
-        return RequestIds(stack)
 
     def openapi(self) -> dict[str, Any]:
         """Return the OpenAPI document."""

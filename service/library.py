@@ -37,7 +37,7 @@ from service.caching.byte_bounded_cache import ByteBoundedCache
 from service.caching.single_flight import SingleFlight
 from service.problems.problem import Problem, ProblemError
 from service.storage.display_names import display_name
-from service.telemetry.server_timing import timed
+from service.telemetry.request_context import timed
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

@@ -144,8 +144,7 @@ async def _bind(host: str, port: int) -> list[socket.socket]:
 
 def server_config(app: FastAPI, settings: Settings) -> uvicorn.Config:
     """Return uvicorn's configuration for an app of `create_app`."""
-    figures = app.state.service.metrics.requests
-    refusals = Refusals(figures, access_log=settings.access_log)
+    refusals = Refusals(app.state.service.metrics.requests, access_log=settings.access_log)
     return uvicorn.Config(
         app,
         host=settings.host,

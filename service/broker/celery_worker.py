@@ -42,8 +42,7 @@ from service.storage.blobs import StoreUnavailableError
 from service.storage.location import StoreLocationError, gamut_store
 from service.telemetry.build_observer import BuildObserver, BuildReports
 from service.telemetry.logs import complain
-from service.telemetry.metrics import BuildFigures
-from service.telemetry.metrics_endpoint import serve_build_figures
+from service.telemetry.metrics import serve_metrics
 from service.telemetry.traces import Traces, traces_enabled, traces_of
 
 if TYPE_CHECKING:
@@ -254,7 +253,7 @@ def run_worker(settings: Settings) -> int:
         return 1
     traces_enabled(settings.traces)  # fail here, not in every slot
     reports = BuildReports()
-    fault = _figures_fault(settings, reports) if settings.worker_metrics_port else None
+    fault = _metrics_fault(settings, reports) if settings.worker_metrics_port else None
     if fault is not None:
         complain(fault)
         return 1
@@ -360,7 +359,7 @@ def _store_fault(settings: Settings) -> str | None:
     return fault
 
 
-def _figures_fault(settings: Settings, reports: BuildReports) -> str | None:
+def _metrics_fault(settings: Settings, reports: BuildReports) -> str | None:
     """Serve the worker's metrics; return why they cannot be served, or None.
 
     A separate process serves them and ends with this one (see `_store_fault`).
@@ -373,19 +372,18 @@ def _figures_fault(settings: Settings, reports: BuildReports) -> str | None:
     def serve() -> None:
         # Ctrl-C reaches the whole process group.
         signal.signal(signal.SIGINT, signal.SIG_IGN)
-        figures = BuildFigures()
-        reports.forward(figures)
         try:
             host, port = settings.host, settings.worker_metrics_port
-            serve_build_figures(figures, host, port, str(worker), descriptors)
+            metrics, _, _ = serve_metrics(host, port, str(worker), descriptors)
         except OSError as error:
             sending.send(f"GAMUT_WORKER_METRICS_PORT: {error.strerror}")
             return
+        reports.forward(metrics)
         sending.send(None)
         while os.getppid() == worker:
             time.sleep(1.0)
 
-    process = context.Process(target=serve, name="figures", daemon=True)
+    process = context.Process(target=serve, name="metrics", daemon=True)
     process.start()
     sending.close()
     if descriptors is not None:

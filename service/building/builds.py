@@ -23,7 +23,7 @@ from service.problems.problem import Problem
 from service.storage.blobs import StoreUnavailableError
 from service.storage.gamuts import GamutNotStoredError
 from service.storage.records import Record
-from service.telemetry.server_timing import timed
+from service.telemetry.request_context import timed
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Iterator, Mapping

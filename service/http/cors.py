@@ -1,9 +1,9 @@
 """Cross-origin requests (Fetch standard, CORS): pages of listed origins may use the API.
 
 Answers to listed origins differ from answers to others. Therefore every answer has ``Vary:
-Origin``, even if the request has no origin; otherwise a cache could mix them up. Starlette's
-middleware adds it only to requests with an origin. API keys are header fields that scripts set
-themselves, so credentials of the browser are never allowed. See ``docs/decisions/cors.md``.
+Origin``, even if the request has no origin; otherwise a cache could mix them up. API keys are
+header fields that scripts set themselves, so credentials of the browser are never allowed. See
+``docs/decisions/cors.md``.
 """
 
 from __future__ import annotations
@@ -11,10 +11,15 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
+from starlette.datastructures import MutableHeaders
+from starlette.middleware.cors import CORSMiddleware
+from starlette.responses import Response
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from starlette.types import ASGIApp, Message, Receive, Scope, Send
+    from starlette.datastructures import Headers
+    from starlette.types import ASGIApp, Message, Send
 
 __all__ = ["ALLOWED_FIELDS", "EXPOSED_FIELDS", "Cors", "origins"]
 
@@ -64,9 +69,9 @@ ALLOWED_FIELDS = (
 )
 """Header fields of requests that scripts may set."""
 
-_METHODS = "GET, HEAD, POST, PUT, DELETE"
+_METHODS = ("GET", "HEAD", "POST", "PUT", "DELETE")
 
-_PREFLIGHT_SECONDS = "7200"
+_PREFLIGHT_SECONDS = 7200
 """Lifetime of a preflight answer in the browser. Chromium's maximum."""
 
 _ORIGIN = re.compile(r"(?:\*|null|[a-z][a-z0-9+.-]*://[a-z0-9.\-\[\]:]+)\Z")
@@ -91,69 +96,48 @@ def origins(text: str) -> tuple[str, ...]:
     return found
 
 
-class Cors:
-    """ASGI middleware that answers preflights and lets listed origins read answers.
+class Cors(CORSMiddleware):
+    """Starlette's CORS middleware for shared caches; `allowed` are origins or ``*``.
 
-    Parameters
-    ----------
-    app : ASGI app
-    allowed : sequence of str
-        Origins; ``*`` for all.
+    With ``*``, all answers get the same fields, so one cached answer serves all pages. Answers to
+    origins that are not allowed get none.
     """
 
     def __init__(self, app: ASGIApp, allowed: Sequence[str]) -> None:
-        self.app = app
-        self._all = "*" in allowed
-        self._allowed = {origin.encode("latin-1") for origin in allowed}
-        self._vary = [] if self._all else [(b"vary", b"Origin")]
+        super().__init__(
+            app,
+            allow_origins=allowed,
+            allow_methods=_METHODS,
+            allow_headers=ALLOWED_FIELDS,
+            expose_headers=EXPOSED_FIELDS,
+            max_age=_PREFLIGHT_SECONDS,
+        )
 
-    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Answer a preflight; pass every other request on."""
-        if scope["type"] != "http":
-            await self.app(scope, receive, send)
-            return
-        fields = dict(scope["headers"])
-        origin = fields.get(b"origin")
-        added = [*self._vary, *self._permission(origin)]
-        if (
-            scope["method"] == "OPTIONS"
-            and origin is not None
-            and b"access-control-request-method" in fields
-        ):
-            await _send_preflight(send, added)
-            return
+    def preflight_response(self, request_headers: Headers) -> Response:
+        """Answer without content. Without a permission, the browser refuses the request."""
+        headers = self._permission(request_headers["origin"])
+        if "Access-Control-Allow-Origin" in headers:
+            del headers["Access-Control-Expose-Headers"]
+            headers = {**self.preflight_headers, **headers}
+        headers["Cache-Control"] = "no-store"
+        return Response(status_code=204, headers=headers)
 
-        async def send_with_permission(message: Message) -> None:
-            if message["type"] == "http.response.start":
-                message["headers"] = [*message["headers"], *added]
-            await send(message)
+    async def send(self, message: Message, send: Send, request_headers: Headers) -> None:
+        """Add the permission to the start of an answer."""
+        if message["type"] == "http.response.start":
+            headers = MutableHeaders(scope=message)
+            for name, value in self._permission(request_headers.get("origin", "")).items():
+                headers.append(name, value)
+        await send(message)
 
-        await self.app(scope, receive, send_with_permission if added else send)
-
-    def _permission(self, origin: bytes | None) -> list[tuple[bytes, bytes]]:
-        if self._all:
-            # The same for all requests, so that caches can keep one answer.
-            granted = b"*"
-        elif origin is not None and origin in self._allowed:
-            granted = origin
-        else:
-            return []
-        return [
-            (b"access-control-allow-origin", granted),
-            (b"access-control-expose-headers", ", ".join(EXPOSED_FIELDS).encode()),
-            (b"timing-allow-origin", granted),
-        ]
-
-
-async def _send_preflight(send: Send, permission: list[tuple[bytes, bytes]]) -> None:
-    """Answer a preflight. Without a permission, the browser refuses the request."""
-    headers = [item for item in permission if item[0] != b"access-control-expose-headers"]
-    if any(name == b"access-control-allow-origin" for name, _ in headers):
-        headers += [
-            (b"access-control-allow-methods", _METHODS.encode()),
-            (b"access-control-allow-headers", ", ".join(ALLOWED_FIELDS).encode()),
-            (b"access-control-max-age", _PREFLIGHT_SECONDS.encode()),
-        ]
-    headers.append((b"cache-control", b"no-store"))
-    await send({"type": "http.response.start", "status": 204, "headers": headers})
-    await send({"type": "http.response.body", "body": b""})
+    def _permission(self, origin: str) -> dict[str, str]:
+        vary = {} if self.allow_all_origins else {"Vary": "Origin"}
+        if not self.is_allowed_origin(origin):
+            return vary
+        granted = "*" if self.allow_all_origins else origin
+        return {
+            **vary,
+            **self.simple_headers,
+            "Access-Control-Allow-Origin": granted,
+            "Timing-Allow-Origin": granted,
+        }

@@ -20,8 +20,8 @@ from uvicorn.protocols.http.httptools_impl import (
 )
 from uvicorn.protocols.utils import get_remote_addr
 
-from service.http.request_id import HEADER
 from service.problems.problem import Problem, problem_response
+from service.telemetry.request_context import REQUEST_ID
 
 if TYPE_CHECKING:
     import asyncio
@@ -252,7 +252,7 @@ class LimitedProtocol(HttpToolsProtocol):
 
     def _send_problem(self, problem: Problem) -> None:
         answer = problem_response(problem)
-        request_id = answer.headers[HEADER] = os.urandom(16).hex()
+        request_id = answer.headers[REQUEST_ID] = os.urandom(16).hex()
         answer.headers["Connection"] = "close"
         head = [STATUS_LINE[answer.status_code]]
         for name, value in answer.raw_headers:

@@ -15,7 +15,7 @@ from gamutcore.levels import BoundedLevel, LevelRequest, LevelSearch
 from service.caching.single_flight import SingleFlight
 from service.library import Cost
 from service.problems.problem import Problem, ProblemError
-from service.telemetry.server_timing import timed
+from service.telemetry.request_context import timed
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from service.caching.single_flight import SingleFlight
 from service.library import Cost
-from service.telemetry.server_timing import timed
+from service.telemetry.request_context import timed
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

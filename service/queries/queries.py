@@ -21,7 +21,7 @@ from service.queries.bodies import CSV, FORMS, JSON, SVG, parse_body
 from service.queries.levels import QueryLevels
 from service.queries.parameters import check_alternatives
 from service.queries.scheduling import Admission, DeadlineThreads
-from service.telemetry.server_timing import timed
+from service.telemetry.request_context import timed
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable, Mapping, Sequence
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from service.queries.answers import Writer
     from service.queries.bodies import Body
     from service.queries.levels import QueryLevel
-    from service.telemetry.metrics import QueryFigures
+    from service.telemetry.metrics import QueryMetrics
 
 __all__ = ["Queries", "Query", "level_values"]
 
@@ -79,7 +79,7 @@ def level_values(levels: Sequence[QueryLevel], values: Mapping[str, Any]) -> dic
 class Queries:
     """Answers queries about a library's gamuts.
 
-    `requested` finds levels for limits, and `figures` counts rows and seconds. `most_rows` and
+    `requested` finds levels for limits, and `metrics` counts rows and seconds. `most_rows` and
     `client_share` are limits of `Admission`.
     """
 
@@ -87,14 +87,14 @@ class Queries:
         self,
         library: Library,
         requested: RequestedLevels,
-        figures: QueryFigures,
+        metrics: QueryMetrics,
         *,
         most_rows: int,
         client_share: float,
     ) -> None:
         self.levels = QueryLevels(library, requested)
         self.admission = Admission(most_rows, client_share)
-        self._figures = figures
+        self._metrics = metrics
         self._ahead = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 2
         self._threads = DeadlineThreads(self._ahead)
 
@@ -174,12 +174,12 @@ class Queries:
         gamuts, values = [level.gamut for level in levels], level_values(levels, values)
         if media_type == SVG:
             picture = question.draw(gamuts, values)
-            self._figures.count(f"{question.name}.svg", 1, time.perf_counter() - clock)
+            self._metrics.count(f"{question.name}.svg", 1, time.perf_counter() - clock)
             return picture
         with timed("query"):
             answer = question.answer(gamuts, (), values)
         rows = len(next(iter(answer.columns.values())))
-        self._figures.count(question.name, rows, time.perf_counter() - clock)
+        self._metrics.count(question.name, rows, time.perf_counter() - clock)
         documents = [level_document(level) for level in levels]
         conditions = [gamut.conditions.to_dict() for gamut in gamuts]
         named: dict[str, Any]
@@ -255,7 +255,7 @@ class Queries:
             _shift_row(error, start)
             raise
         seconds = time.perf_counter() - clock
-        self._figures.count(query.question.name, len(rows[0]), seconds)
+        self._metrics.count(query.question.name, len(rows[0]), seconds)
         return result
 
 

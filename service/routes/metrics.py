@@ -3,34 +3,23 @@
 import asyncio
 import contextlib
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fastapi import APIRouter, Request
 from fastapi.responses import Response
+from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, Metric
 
 from service.building.engine import EngineFacts
 from service.caching.byte_bounded_cache import ByteBoundedCache
 from service.container import ServiceContainer, service_of
-from service.library import Ledger
 from service.openapi.documentation import header, problems
 from service.storage.gamuts import GamutStore
 from service.storage.local import LocalBlobs
-from service.telemetry.metrics_endpoint import (
-    build_families,
-    counter,
-    exposition,
-    gauge,
-    metric_family,
-    query_families,
-    request_families,
-)
+from service.telemetry.metrics import exposition
 
-if TYPE_CHECKING:
-    from prometheus_client.core import Metric
-
-__all__ = ["router", "service_families"]
+__all__ = ["router", "state_families"]
 
 router = APIRouter(tags=["state"])
 
@@ -80,17 +69,20 @@ async def read_metrics(request: Request) -> Response:
     service = service_of(request)
     loop = asyncio.get_running_loop()
     body, media_type = await loop.run_in_executor(
-        _THREAD, exposition, lambda: service_families(service), accept
+        _THREAD, exposition, service.metrics.registry, accept
     )
     headers = {"Cache-Control": "no-store", "Vary": "Accept", "Content-Type": media_type}
     return Response(body, headers=headers)
 
 
-def service_families(service: ServiceContainer) -> "Iterator[Metric]":
-    """Return the metrics of a service."""
-    yield from request_families(service.metrics.requests)
-    yield from build_families(service.metrics.builds)
-    yield from query_families(service.metrics.queries, service.queries.admission.rows)
+def state_families(service: ServiceContainer) -> Iterator[Metric]:
+    """Return the metrics that are read from the state of a service."""
+    gauge, counter = GaugeMetricFamily, CounterMetricFamily
+    yield gauge(
+        "gamut_query_rows_in_progress",
+        "Rows of queries under way.",
+        service.queries.admission.rows,
+    )
     yield from _engine_families(service.builds.facts())
     yield gauge("gamut_http_bodies_arriving", "Bodies that are arriving.", service.spool.arriving)
     yield gauge("gamut_spool_bytes", "Bytes of bodies that are not parsed.", service.spool.nbytes)
@@ -104,31 +96,39 @@ def service_families(service: ServiceContainer) -> "Iterator[Metric]":
     yield from _cache_families(
         {"gamuts": library.cache, "meshes": service.meshes.cache, "tables": library.searches}
     )
-    yield from _memory_families(library.memory)
+    memory = library.memory
+    yield gauge("gamut_memory_budget_bytes", "Largest sum of all charges.", memory.budget)
+    yield _labelled(
+        gauge(
+            "gamut_memory_charged_bytes",
+            "Memory of open gamuts, encoded meshes, and work and answers under way, by kind.",
+            labels=("kind",),
+        ),
+        dict(sorted(memory.charged.items())),
+    )
+    yield gauge("gamut_memory_waiting", "Requests that wait for memory.", memory.waiting)
+    yield counter("gamut_memory_refusals", "Requests refused for lack of memory.", memory.refused)
     yield from _store_families(service.store)
-    yield metric_family(
-        "gauge",
-        "gamut_kernels_compiled",
-        "Whether a group of kernels is compiled. Builds that need another group wait for it.",
-        [
-            ({"group": group}, int(state == "compiled"))
-            for group, state in service.kernels.states.items()
-        ],
+    yield _labelled(
+        gauge(
+            "gamut_kernels_compiled",
+            "Whether a group of kernels is compiled. Builds that need another group wait for it.",
+            labels=("group",),
+        ),
+        {group: state == "compiled" for group, state in service.kernels.states.items()},
     )
     ready = service.readiness.last
     if ready is not None:
-        yield gauge(
-            "gamut_ready", "Whether the last answer of /readyz was ready.", int(ready.ready)
-        )
-        yield metric_family(
-            "gauge",
-            "gamut_probe_ok",
-            "Whether a probe of /readyz was ok.",
-            [({"probe": probe.name}, int(probe.status == "ok")) for probe in ready.probes],
+        meaning = "Whether the last answer of /readyz was ready."
+        yield gauge("gamut_ready", meaning, int(ready.ready))
+        yield _labelled(
+            gauge("gamut_probe_ok", "Whether a probe of /readyz was ok.", labels=("probe",)),
+            {probe.name: probe.status == "ok" for probe in ready.probes},
         )
 
 
-def _engine_families(facts: EngineFacts) -> "Iterator[Metric]":
+def _engine_families(facts: EngineFacts) -> Iterator[Metric]:
+    gauge = GaugeMetricFamily
     yield gauge("gamut_builds_queued", "Builds that wait for a worker.", facts.queued)
     if facts.oldest is not None:
         yield gauge(
@@ -140,38 +140,28 @@ def _engine_families(facts: EngineFacts) -> "Iterator[Metric]":
     yield gauge("gamut_build_queue_capacity", "Largest number of waiting builds.", facts.capacity)
     yield gauge("gamut_build_workers", "Configured workers.", facts.workers)
     yield gauge("gamut_build_workers_warm", "Workers ready to build.", facts.warm_workers)
-    yield counter(
+    yield CounterMetricFamily(
         "gamut_build_worker_starts",
         "Worker processes that became ready, restarts included.",
         facts.worker_starts,
     )
 
 
-def _cache_families(caches: dict[str, ByteBoundedCache[Any, Any]]) -> "Iterator[Metric]":
+def _cache_families(caches: dict[str, ByteBoundedCache[Any, Any]]) -> Iterator[Metric]:
+    counter, gauge = CounterMetricFamily, GaugeMetricFamily
     for kind, name, attribute, meaning in (
-        ("counter", "gamut_cache_hits", "hits", "Values found in memory."),
-        ("counter", "gamut_cache_misses", "misses", "Values that had to be computed."),
-        ("counter", "gamut_cache_evictions", "evictions", "Values removed for lack of space."),
-        ("gauge", "gamut_cache_bytes", "nbytes", "Memory of the values."),
-        ("gauge", "gamut_cache_capacity_bytes", "capacity", "Largest memory of the values."),
+        (counter, "gamut_cache_hits", "hits", "Values found in memory."),
+        (counter, "gamut_cache_misses", "misses", "Values that had to be computed."),
+        (counter, "gamut_cache_evictions", "evictions", "Values removed for lack of space."),
+        (gauge, "gamut_cache_bytes", "nbytes", "Memory of the values."),
+        (gauge, "gamut_cache_capacity_bytes", "capacity", "Largest memory of the values."),
     ):
-        samples = [({"cache": cache}, getattr(caches[cache], attribute)) for cache in caches]
-        yield metric_family(kind, name, meaning, samples)
+        values = {name: getattr(cache, attribute) for name, cache in caches.items()}
+        yield _labelled(kind(name, meaning, labels=("cache",)), values)
 
 
-def _memory_families(memory: Ledger) -> "Iterator[Metric]":
-    yield gauge("gamut_memory_budget_bytes", "Largest sum of all charges.", memory.budget)
-    yield metric_family(
-        "gauge",
-        "gamut_memory_charged_bytes",
-        "Memory of open gamuts, encoded meshes, and work and answers under way, by kind.",
-        [({"kind": kind}, nbytes) for kind, nbytes in sorted(memory.charged.items())],
-    )
-    yield gauge("gamut_memory_waiting", "Requests that wait for memory.", memory.waiting)
-    yield counter("gamut_memory_refusals", "Requests refused for lack of memory.", memory.refused)
-
-
-def _store_families(store: GamutStore) -> "Iterator[Metric]":
+def _store_families(store: GamutStore) -> Iterator[Metric]:
+    gauge, counter = GaugeMetricFamily, CounterMetricFamily
     yield counter("gamut_store_hits", "Requested gamuts that exist.", store.hits)
     yield counter("gamut_store_misses", "Requested gamuts that do not exist.", store.misses)
     yield counter("gamut_store_evictions", "Gamuts evicted for lack of space.", store.evictions)
@@ -185,3 +175,12 @@ def _store_families(store: GamutStore) -> "Iterator[Metric]":
     limit = getattr(store.blobs, "limit", 0)
     if limit:
         yield gauge("gamut_store_capacity_bytes", "Largest number of bytes stored.", limit)
+
+
+def _labelled(
+    family: GaugeMetricFamily | CounterMetricFamily, values: Mapping[str, float]
+) -> Metric:
+    """Add a sample for each value of the family's label, and return the family."""
+    for label, value in values.items():
+        family.add_metric((label,), value)
+    return family

@@ -34,7 +34,7 @@ from service.queries.parameters import documentation, query_values, refuse, valu
 from service.queries.queries import Query, level_values
 from service.routes.gamuts import GamutId
 from service.routes.reference_slugs import named_gamut
-from service.telemetry.server_timing import timed
+from service.telemetry.request_context import timed
 
 if TYPE_CHECKING:
     from starlette.types import Receive, Scope, Send

@@ -28,7 +28,7 @@ from service.http.json_bodies import parse_json
 from service.http.spool import IN_MEMORY
 from service.problems.problem import Problem, ProblemError
 from service.storage.names import InvalidNameError, checked_name
-from service.telemetry.server_timing import timed
+from service.telemetry.request_context import timed
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Awaitable, Callable, Iterable

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from service.http.negotiation import preference
 from service.problems.problem import JsonResponse, Problem, ProblemError
 from service.routes.jobs import job_description
-from service.telemetry.server_timing import timed
+from service.telemetry.request_context import timed
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

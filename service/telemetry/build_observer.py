@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from service.jobs.book import JobDocument
-    from service.telemetry.metrics import BuildFigures
+    from service.telemetry.metrics import BuildMetrics
     from service.telemetry.traces import Traces
 
 __all__ = ["BuildObserver", "BuildReports"]
@@ -34,20 +34,20 @@ _LONGEST = 512
 class BuildObserver:
     """Records the end of every build; called in any thread.
 
-    `figures` counts builds, or forwards them to the process that counts.
+    `metrics` counts builds, or forwards them to the process that counts.
     """
 
-    def __init__(self, figures: BuildFigures | BuildReports | None, traces: Traces | None) -> None:
-        self._figures = figures
+    def __init__(self, metrics: BuildMetrics | BuildReports | None, traces: Traces | None) -> None:
+        self._metrics = metrics
         self._traces = traces
 
     def __call__(self, outcome: str, seconds: Mapping[str, float], document: JobDocument) -> None:
-        """Record a build that has just ended; arguments as for `BuildFigures.count_build`.
+        """Record a build that has just ended; arguments as for `BuildMetrics.count_build`.
 
         `document` holds the trace context of the first request.
         """
-        if self._figures is not None:
-            self._figures.count_build(outcome, seconds)
+        if self._metrics is not None:
+            self._metrics.count_build(outcome, seconds)
         if self._traces is None:
             return
         stages = {stage: duration for stage, duration in seconds.items() if stage != TOTAL}
@@ -66,7 +66,7 @@ class BuildObserver:
 class BuildReports:
     """A pipe for ended builds, made before the fork of the processes that write to it.
 
-    In these processes it replaces `BuildFigures`; the process that made the pipe counts with
+    In these processes it replaces `BuildMetrics`; the process that made the pipe counts with
     `forward`. A slot can be killed at any moment, as there is no lock, and a full pipe never delays
     a build.
     """
@@ -76,7 +76,7 @@ class BuildReports:
         os.set_blocking(self._writing, False)
 
     def count_build(self, outcome: str, seconds: Mapping[str, float]) -> None:
-        """Send an ended build; see `BuildFigures.count_build`."""
+        """Send an ended build; see `BuildMetrics.count_build`."""
         rounded = {stage: round(duration, 6) for stage, duration in seconds.items()}
         line = json.dumps([outcome, rounded], separators=(",", ":")).encode() + b"\n"
         if len(line) > _LONGEST:
@@ -87,17 +87,17 @@ class BuildReports:
             # The pipe is full or has no reader.
             logger.warning("build was not counted: %s", error)
 
-    def forward(self, figures: BuildFigures) -> None:
+    def forward(self, metrics: BuildMetrics) -> None:
         """Count all further builds, in a thread that ends with the process."""
         threading.Thread(
-            target=self._forward, args=(figures,), name="build reports", daemon=True
+            target=self._forward, args=(metrics,), name="build reports", daemon=True
         ).start()
 
-    def _forward(self, figures: BuildFigures) -> None:
+    def _forward(self, metrics: BuildMetrics) -> None:
         with os.fdopen(os.dup(self._reading), "rb") as lines:
             for line in lines:
                 outcome, seconds = json.loads(line)
-                figures.count_build(outcome, seconds)
+                metrics.count_build(outcome, seconds)
 
     def close(self) -> None:
         """Close the pipe in this process. The thread of `forward` ends after the last close."""

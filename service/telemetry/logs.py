@@ -18,8 +18,7 @@ from collections.abc import Mapping
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
-from service.http.request_id import current_request_id
-from service.telemetry.traces import current_trace
+from service.telemetry.request_context import current_request_id, current_trace
 
 if TYPE_CHECKING:
     from types import TracebackType

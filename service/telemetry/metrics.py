@@ -1,21 +1,48 @@
-"""Counters of requests and builds of this process.
+"""Metrics in Prometheus' text formats, for ``/metrics`` and for workers.
 
-Counting is plain addition to dictionaries and lists, because it runs on every request.
-`service.telemetry.metrics_endpoint` renders the counters. The event loop's thread counts requests,
-any thread counts builds, and any thread may read. Builds run in other processes and are counted by
-the process that started them. See ``docs/decisions/metrics.md``.
+Every process reports its own metrics: each replica at ``/metrics``, and a worker on another machine
+by `serve_metrics`. Builds run in other processes and are counted by the process that started them.
+Names follow Prometheus' conventions; ``docs/operations.md`` explains them. See
+``docs/decisions/metrics.md``.
 """
 
 from __future__ import annotations
 
-import threading
-from bisect import bisect_left
+import os
+import platform
 from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+from prometheus_client import (
+    CollectorRegistry,
+    Counter,
+    Gauge,
+    Histogram,
+    ProcessCollector,
+    disable_created_metrics,
+    start_http_server,
+)
+from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily
+from prometheus_client.exposition import choose_encoder
+from prometheus_client.registry import Collector
 
-__all__ = ["TOTAL", "BuildFigures", "Distribution", "Metrics", "QueryFigures", "RequestFigures"]
+from gamutcore.version import ALGORITHM_VERSION, __version__
+from service.telemetry.processes import descendants_usage
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator, Mapping
+
+    from prometheus_client.core import Metric
+
+__all__ = [
+    "TOTAL",
+    "BuildMetrics",
+    "Metrics",
+    "QueryMetrics",
+    "RequestMetrics",
+    "StateCollector",
+    "exposition",
+    "serve_metrics",
+]
 
 TOTAL = "total"
 """Key of the seconds of a whole build, publication included."""
@@ -33,72 +60,80 @@ _METHODS = frozenset(
     {"GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS", "TRACE", "CONNECT"}
 )
 
-
-class Distribution:
-    """A histogram with the sum of its values, by ascending upper bounds.
-
-    Values above the last bound are counted in an additional bucket.
-    """
-
-    __slots__ = ("bounds", "counts", "sum")
-
-    def __init__(self, bounds: Iterable[float]) -> None:
-        self.bounds = tuple(bounds)
-        self.counts = [0] * (len(self.bounds) + 1)
-        self.sum = 0.0
-
-    def add(self, value: float) -> None:
-        """Count a value."""
-        self.counts[bisect_left(self.bounds, value)] += 1
-        self.sum += value
-
-    def cumulative(self) -> list[tuple[float, int]]:
-        """Return each bound, infinity last, with the number of values up to it."""
-        total, result = 0, []
-        for bound, count in zip((*self.bounds, float("inf")), list(self.counts), strict=True):
-            total += count
-            result.append((bound, total))
-        return result
+disable_created_metrics()  # type: ignore[no-untyped-call] # no series of times of creation
 
 
-class RequestFigures:
+class RequestMetrics:
     """Requests by method, route and status; seconds until the response starts, by route.
 
     A route is the template of the path, such as ``/v1/gamuts/{gamut_id}/mesh``, so clients cannot
-    create new series. `refusals` counts the server's answers without the app, by code of the
-    problem; they are not in `counts`.
+    create new series. Refusals are the server's answers without the app.
     """
 
-    def __init__(self) -> None:
-        self.counts: dict[tuple[str, str, int], int] = {}
-        self.seconds: dict[str, Distribution] = {}
-        self.refusals: dict[str, int] = {}
-        self.in_progress = 0
-        self.sent_bytes = 0
+    def __init__(self, registry: CollectorRegistry) -> None:
+        self._answers = Counter(
+            "gamut_http_requests",
+            "Answered requests by method, route template and status.",
+            ("method", "route", "status"),
+            registry=registry,
+        )
+        self._refusals = Counter(
+            "gamut_http_refusals",
+            "Answers of the server without the app, by code of the problem.",
+            ("problem",),
+            registry=registry,
+        )
+        self._seconds = Histogram(
+            "gamut_http_response_seconds",
+            "Time from the arrival of a request to the start of its response.",
+            ("route",),
+            buckets=_RESPONSE_BOUNDS,
+            registry=registry,
+        )
+        self.in_progress = Gauge(
+            "gamut_http_requests_in_progress", "Requests under way.", registry=registry
+        )
+        self._sent_bytes = Counter(
+            "gamut_http_sent_bytes", "Bytes of content in responses.", registry=registry
+        )
 
-    def count_answer(self, method: str, route: str, status: int, seconds: float) -> None:
+    def count_answer(
+        self, method: str, route: str, status: int, seconds: float, nbytes: int = 0
+    ) -> None:
         """Count a request."""
-        key = (method if method in _METHODS else "other", route, status)
-        self.counts[key] = self.counts.get(key, 0) + 1
-        distribution = self.seconds.get(route)
-        if distribution is None:
-            distribution = self.seconds[route] = Distribution(_RESPONSE_BOUNDS)
-        distribution.add(seconds)
+        self._answers.labels(method if method in _METHODS else "other", route, status).inc()
+        self._seconds.labels(route).observe(seconds)
+        self._sent_bytes.inc(nbytes)
 
     def count_refusal(self, problem: str, nbytes: int) -> None:
         """Count an answer of the server without the app."""
-        self.refusals[problem] = self.refusals.get(problem, 0) + 1
-        self.sent_bytes += nbytes
+        self._refusals.labels(problem).inc()
+        self._sent_bytes.inc(nbytes)
 
 
-class BuildFigures:
-    """Builds of this process by outcome, and seconds of builds and of their stages. Thread-safe."""
+class BuildMetrics:
+    """Builds of this process by outcome, and seconds of builds and of their stages."""
 
-    def __init__(self) -> None:
-        self.outcomes: dict[str, int] = {}
-        self.seconds = Distribution(_BUILD_BOUNDS)
-        self.stages: dict[str, Distribution] = {}
-        self._lock = threading.Lock()
+    def __init__(self, registry: CollectorRegistry) -> None:
+        self._outcomes = Counter(
+            "gamut_builds",
+            "Ended builds: succeeded, cancelled, crashed (one attempt), or a problem's code.",
+            ("outcome",),
+            registry=registry,
+        )
+        self._seconds = Histogram(
+            "gamut_build_seconds",
+            "Time of whole builds.",
+            buckets=_BUILD_BOUNDS,
+            registry=registry,
+        )
+        self._stages = Histogram(
+            "gamut_build_stage_seconds",
+            "Time of the stages of builds.",
+            ("stage",),
+            buckets=_BUILD_BOUNDS,
+            registry=registry,
+        )
 
     def count_build(self, outcome: str, seconds: Mapping[str, float]) -> None:
         """Count an ended build.
@@ -106,43 +141,154 @@ class BuildFigures:
         The outcome is ``succeeded``, ``cancelled``, ``crashed`` (one attempt) or the code of a
         problem. `seconds` are by stage, if known, and of the whole build as ``total``.
         """
-        with self._lock:
-            self.outcomes[outcome] = self.outcomes.get(outcome, 0) + 1
-            for stage, duration in seconds.items():
-                if stage == TOTAL:
-                    self.seconds.add(duration)
-                    continue
-                distribution = self.stages.get(stage)
-                if distribution is None:
-                    distribution = self.stages[stage] = Distribution(_BUILD_BOUNDS)
-                distribution.add(duration)
+        self._outcomes.labels(outcome).inc()
+        for stage, duration in seconds.items():
+            if stage == TOTAL:
+                self._seconds.observe(duration)
+            else:
+                self._stages.labels(stage).observe(duration)
 
 
-class QueryFigures:
-    """Answered rows and seconds of computation by operation. Thread-safe.
+class QueryMetrics:
+    """Answered rows and seconds of computation by operation.
 
     Large queries are answered piece by piece, and every piece counts.
     """
 
-    def __init__(self) -> None:
-        self.rows: dict[str, int] = {}
-        self.seconds: dict[str, Distribution] = {}
-        self._lock = threading.Lock()
+    def __init__(self, registry: CollectorRegistry) -> None:
+        self._rows = Counter(
+            "gamut_query_rows",
+            "Answered rows of queries by operation.",
+            ("operation",),
+            registry=registry,
+        )
+        self._seconds = Histogram(
+            "gamut_query_seconds",
+            "Time to compute the rows of a query, or a piece of them, by operation.",
+            ("operation",),
+            buckets=_RESPONSE_BOUNDS,
+            registry=registry,
+        )
 
     def count(self, operation: str, rows: int, seconds: float) -> None:
         """Count answered rows and the time of their computation."""
-        with self._lock:
-            self.rows[operation] = self.rows.get(operation, 0) + rows
-            distribution = self.seconds.get(operation)
-            if distribution is None:
-                distribution = self.seconds[operation] = Distribution(_RESPONSE_BOUNDS)
-            distribution.add(seconds)
+        self._rows.labels(operation).inc(rows)
+        self._seconds.labels(operation).observe(seconds)
 
 
 class Metrics:
-    """All counters of a process."""
+    """All metrics of a process that serves."""
 
     def __init__(self) -> None:
-        self.requests = RequestFigures()
-        self.builds = BuildFigures()
-        self.queries = QueryFigures()
+        self.registry = _process_registry()
+        self.requests = RequestMetrics(self.registry)
+        self.builds = BuildMetrics(self.registry)
+        self.queries = QueryMetrics(self.registry)
+
+
+class StateCollector(Collector):
+    """Reads metrics from the state of the program whenever they are asked for."""
+
+    def __init__(self, families: Callable[[], Iterable[Metric]]) -> None:
+        self._families = families
+
+    def collect(self) -> Iterable[Metric]:
+        """Return the metrics."""
+        return self._families()
+
+    def describe(self) -> Iterable[Metric]:
+        """Return nothing: otherwise the registry would collect all metrics to learn the names."""
+        return ()
+
+
+def exposition(registry: CollectorRegistry, accept: str) -> tuple[bytes, str]:
+    """Return the metrics as text, and the text's media type.
+
+    ``Accept`` selects OpenMetrics or Prometheus' own format. The function takes some milliseconds
+    and may be called in any thread.
+    """
+    encoder, media_type = choose_encoder(accept)
+    return encoder(registry), media_type
+
+
+def serve_metrics(
+    host: str, port: int, process: str = "self", descriptors: int | None = None
+) -> tuple[BuildMetrics, int, Callable[[], None]]:
+    """Serve a worker's build metrics in a thread.
+
+    Parameters
+    ----------
+    host : str
+    port : int
+        0 takes a free one.
+    process : str
+        Process id of the process whose resource use is reported, with its descendants.
+    descriptors : int, optional
+        The open folder of that process's descriptors in ``/proc``, which only that process may open
+        (`service.building.confinement.hide_memory`).
+
+    Returns
+    -------
+    metrics : BuildMetrics
+    port : int
+    stop : callable
+        Stops the server.
+    """
+    registry = _process_registry(process, descriptors)
+    metrics = BuildMetrics(registry)
+    server, thread = start_http_server(port, host, registry)
+
+    def stop() -> None:
+        server.shutdown()
+        server.server_close()
+        thread.join()
+
+    return metrics, server.server_port, stop
+
+
+class _Process(ProcessCollector):
+    """The library's metrics of a process, with descriptors that only the process itself can see."""
+
+    def __init__(self, process: str, descriptors: int | None, registry: CollectorRegistry) -> None:
+        self._descriptors = descriptors
+        super().__init__(pid=lambda: process, registry=registry)
+
+    def collect(self) -> Iterator[Metric]:
+        found = list(super().collect())
+        yield from found
+        counted = any(each.name == "process_open_fds" for each in found)
+        if self._descriptors is not None and not counted:
+            number = len(os.listdir(self._descriptors))  # noqa: PTH208 - a descriptor is no path
+            yield GaugeMetricFamily(
+                "process_open_fds", "Number of open file descriptors.", value=number
+            )
+
+
+def _process_registry(process: str = "self", descriptors: int | None = None) -> CollectorRegistry:
+    """Return a registry with the metrics that every process reports."""
+    registry = CollectorRegistry()
+    registry.register(StateCollector(lambda: _common_families(process)))
+    _Process(process, descriptors, registry)
+    return registry
+
+
+def _common_families(process: str) -> Iterator[Metric]:
+    labels = ("version", "algorithm", "python")
+    info = GaugeMetricFamily("gamut_build_info", "Version of the program.", labels=labels)
+    info.add_metric((__version__, str(ALGORITHM_VERSION), platform.python_version()), 1)
+    yield info
+    usage = descendants_usage(process)
+    if usage is not None:
+        yield GaugeMetricFamily(
+            "gamut_worker_processes", "Worker processes of this process.", usage.processes
+        )
+        yield GaugeMetricFamily(
+            "gamut_worker_resident_memory_bytes",
+            "Resident memory of the worker processes.",
+            usage.resident_bytes,
+        )
+        yield CounterMetricFamily(
+            "gamut_worker_cpu_seconds",
+            "CPU time of these processes, ended ones included.",
+            usage.cpu_seconds,
+        )

@@ -1,27 +1,27 @@
-"""Request observer: metrics, access log and spans of every request.
+"""Request observer: request ids, ``Server-Timing``, metrics, access log and spans.
 
-The ASGI middleware is inside the request ids and outside everything else. So it also sees the
-answers of other middleware, and the answers to defects. Answers below the app go to `Refusals`.
-Counting is a few additions; log lines and spans are made only on demand. Queries are logged only if
-they consist of known parameters, because others may contain credentials.
+The ASGI middleware is outside everything else. So it also sees the answers of other middleware, and
+the answers to defects. Answers below the app go to `Refusals`. Queries are logged only if they
+consist of known parameters, because others may contain credentials.
 """
 
 from __future__ import annotations
 
 import logging
+import os
 import re
 from time import perf_counter
 from typing import TYPE_CHECKING, NamedTuple
 from urllib.parse import quote
 
 from service.access.middleware import client_key
-from service.http.request_id import current_request_id
+from service.telemetry.request_context import REQUEST_ID, RequestContext, current_request
 
 if TYPE_CHECKING:
     from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
     from service.http.protocol import Refusal
-    from service.telemetry.metrics import RequestFigures
+    from service.telemetry.metrics import RequestMetrics
     from service.telemetry.traces import Traces
 
 __all__ = ["KNOWN_PARAMETERS", "UNMATCHED", "MatchedRoute", "Refusals", "RequestObserver"]
@@ -59,6 +59,11 @@ _KNOWN_QUERY = re.compile(
 
 _PLAIN_PATH = re.compile(r"[A-Za-z0-9/._-]*\Z")
 
+_FIELD = REQUEST_ID.lower().encode()
+
+_SANE_ID = re.compile(rb"[A-Za-z0-9._~+/=:@-]{1,128}\Z")
+"""Accepted ids of clients. They appear in logs and in header fields of other programs."""
+
 _LONGEST_PATH = 500
 """Number of characters of a path that are logged."""
 
@@ -70,16 +75,17 @@ class MatchedRoute(NamedTuple):
 
 
 class RequestObserver:
-    """ASGI middleware that counts, logs and traces requests.
+    """ASGI middleware that identifies, counts, times, logs and traces requests.
 
-    The app sets ``scope["route"]`` to the matched route, as Starlette's router does.
+    The answer gets ``X-Request-Id`` and ``Server-Timing`` (W3C). The reported times end where the
+    answer starts. The app sets ``scope["route"]`` to the matched route, as Starlette's router does.
     """
 
     def __init__(
-        self, app: ASGIApp, figures: RequestFigures, *, access_log: bool, traces: Traces | None
+        self, app: ASGIApp, metrics: RequestMetrics, *, access_log: bool, traces: Traces | None
     ) -> None:
         self.app = app
-        self.figures = figures
+        self.metrics = metrics
         self.access_log = access_log
         self.traces = traces
 
@@ -87,22 +93,30 @@ class RequestObserver:
         """Pass the request on and record the outcome."""
         if scope["type"] != "http":
             await self.app(scope, receive, send)
-        elif self.traces is None:
-            await self._observe(scope, receive, send)
-        else:
-            with self.traces.request(scope, current_request_id()) as span:
-                status = _DISCONNECTED
-                try:
-                    status = await self._observe(scope, receive, send)
-                except Exception:
-                    status = 500
-                    raise
-                finally:
-                    self.traces.set_outcome(span, scope["method"], _route(scope), status)
+            return
+        request = RequestContext(_identifier(scope).decode("ascii"))
+        token = current_request.set(request)
+        try:
+            if self.traces is None:
+                await self._observe(scope, receive, send, request)
+            else:
+                with self.traces.request(scope, request) as span:
+                    status = _DISCONNECTED
+                    try:
+                        status = await self._observe(scope, receive, send, request)
+                    except Exception:
+                        status = 500
+                        raise
+                    finally:
+                        self.traces.set_outcome(span, scope["method"], _route(scope), status)
+        finally:
+            current_request.reset(token)
 
-    async def _observe(self, scope: Scope, receive: Receive, send: Send) -> int:
-        figures = self.figures
-        figures.in_progress += 1
+    async def _observe(
+        self, scope: Scope, receive: Receive, send: Send, request: RequestContext
+    ) -> int:
+        metrics = self.metrics
+        metrics.in_progress.inc()
         started = perf_counter()
         status, began, nbytes = 0, 0.0, 0
 
@@ -110,6 +124,15 @@ class RequestObserver:
             nonlocal status, began, nbytes
             if message["type"] == "http.response.start":
                 status, began = message["status"], perf_counter()
+                times = f"total;dur={1e3 * (began - started):.2f}"
+                for name, seconds in request.seconds.items():
+                    times += f", {name};dur={1e3 * seconds:.2f}"
+                # A new list, because answers with the same content may share the old one.
+                message["headers"] = [
+                    *message["headers"],
+                    (b"server-timing", times.encode("ascii")),
+                    (_FIELD, request.id.encode("ascii")),
+                ]
             elif "body" in message:
                 nbytes += len(message["body"])
             await send(message)
@@ -120,11 +143,10 @@ class RequestObserver:
             status = status or 500
             raise
         finally:
-            figures.in_progress -= 1
-            figures.sent_bytes += nbytes
+            metrics.in_progress.dec()
             status = status or _DISCONNECTED
             seconds = (began or perf_counter()) - started
-            figures.count_answer(scope["method"], _route(scope), status, seconds)
+            metrics.count_answer(scope["method"], _route(scope), status, seconds, nbytes)
             if self.access_log:
                 _log(scope, status, nbytes, seconds)
         return status
@@ -133,13 +155,13 @@ class RequestObserver:
 class Refusals:
     """Counts and logs the answers that the server gives below the app."""
 
-    def __init__(self, figures: RequestFigures, *, access_log: bool) -> None:
-        self.figures = figures
+    def __init__(self, metrics: RequestMetrics, *, access_log: bool) -> None:
+        self.metrics = metrics
         self.access_log = access_log
 
     def __call__(self, refusal: Refusal) -> None:
         """Record an answer. The request is unknown or unfit for the log."""
-        self.figures.count_refusal(refusal.problem, refusal.nbytes)
+        self.metrics.count_refusal(refusal.problem, refusal.nbytes)
         if self.access_log:
             milliseconds = round(1000 * refusal.seconds, 3)
             logger.info(
@@ -158,6 +180,15 @@ class Refusals:
                     "request_id": refusal.request_id,
                 },
             )
+
+
+def _identifier(scope: Scope) -> bytes:
+    """Return the client's own id if it is well formed, else a new one."""
+    given = [value for name, value in scope["headers"] if name == _FIELD]
+    if len(given) == 1 and _SANE_ID.match(given[0]):
+        identifier: bytes = given[0]
+        return identifier
+    return os.urandom(16).hex().encode()
 
 
 def _route(scope: Scope) -> str:

@@ -11,10 +11,11 @@ from __future__ import annotations
 import contextlib
 import importlib.util
 import os
-from contextvars import ContextVar
 from typing import TYPE_CHECKING, Any
 
 from gamutcore.version import __version__
+from service.telemetry.logs import without_secrets
+from service.telemetry.request_context import current_trace
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -23,10 +24,11 @@ if TYPE_CHECKING:
     from opentelemetry.trace import Span
     from starlette.types import Scope
 
+    from service.telemetry.request_context import RequestContext
+
 __all__ = [
     "Traces",
     "TracesUnavailableError",
-    "current_trace",
     "propagation_headers",
     "traces_enabled",
     "traces_of",
@@ -37,16 +39,9 @@ _ENDPOINTS = ("OTEL_EXPORTER_OTLP_TRACES_ENDPOINT", "OTEL_EXPORTER_OTLP_ENDPOINT
 _FLUSH_MILLISECONDS = 3000
 """Time limit of sending the last spans when the process stops."""
 
-_current: ContextVar[tuple[str, str] | None] = ContextVar("trace", default=None)
-
 
 class TracesUnavailableError(RuntimeError):
     """Traces are requested but not available."""
-
-
-def current_trace() -> tuple[str, str] | None:
-    """Return the ids of the current trace and span, hexadecimal; None if there is none."""
-    return _current.get()
 
 
 def propagation_headers() -> dict[str, str]:
@@ -55,7 +50,7 @@ def propagation_headers() -> dict[str, str]:
     The fields are ``traceparent`` and, if the client sent it, ``tracestate``. Without a trace there
     are none.
     """
-    if _current.get() is None:
+    if current_trace() is None:
         return {}
     from opentelemetry.trace.propagation.tracecontext import (  # noqa: PLC0415 - only with traces
         TraceContextTextMapPropagator,
@@ -120,7 +115,7 @@ class Traces:
         self._tracer = self._provider.get_tracer("gamut-boundary-service", __version__)
 
     @contextlib.contextmanager
-    def request(self, scope: Scope, request_id: str) -> Iterator[Span]:
+    def request(self, scope: Scope, request: RequestContext) -> Iterator[Span]:
         """Open the span of a request, which continues its ``traceparent``.
 
         The request id is an attribute, to find the log lines. `set_outcome` adds name and outcome.
@@ -132,9 +127,6 @@ class Traces:
             for name, value in scope["headers"]
             if name in {b"traceparent", b"tracestate"}
         }
-        # The module of the log imports this one.
-        from service.telemetry.logs import without_secrets  # noqa: PLC0415
-
         span = self._tracer.start_span(
             scope["method"],
             context=self._propagator.extract(carrier),
@@ -143,14 +135,16 @@ class Traces:
                 "http.request.method": scope["method"],
                 "url.scheme": scope.get("scheme", "http"),
                 "url.path": without_secrets(scope["path"]),
-                "gamut.request_id": without_secrets(request_id),
+                "gamut.request_id": without_secrets(request.id),
             },
         )
         # The text of an exception may contain secrets, so only the log has it.
         under_way = use_span(
             span, end_on_exit=True, record_exception=False, set_status_on_exception=False
         )
-        with under_way, _as_current(span):
+        context = span.get_span_context()
+        request.trace = f"{context.trace_id:032x}", f"{context.span_id:016x}"
+        with under_way:
             yield span
 
     @staticmethod
@@ -231,16 +225,6 @@ def _provider(processor: SpanProcessor) -> TracerProvider:
     provider = TracerProvider(resource=Resource.create(attributes), shutdown_on_exit=False)
     provider.add_span_processor(processor)
     return provider
-
-
-@contextlib.contextmanager
-def _as_current(span: Span) -> Iterator[None]:
-    context = span.get_span_context()
-    token = _current.set((f"{context.trace_id:032x}", f"{context.span_id:016x}"))
-    try:
-        yield
-    finally:
-        _current.reset(token)
 
 
 def _nanoseconds(seconds: float) -> int:

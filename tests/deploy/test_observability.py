@@ -13,9 +13,8 @@ from prometheus_client.parser import text_string_to_metric_families
 
 from service.application import create_app
 from service.problems.kinds import KINDS
-from service.routes.metrics import service_families
 from service.settings import Settings
-from service.telemetry.metrics_endpoint import exposition
+from service.telemetry.metrics import exposition
 
 FOLDER = Path(__file__).parents[2] / "deploy" / "observability"
 ALERTS = FOLDER / "alerts.yaml"
@@ -40,7 +39,7 @@ def labels(tmp_path_factory):
     service.metrics.queries.count("contains", 1, 0.1)
     service.library.memory.charged["work"] = 1
     asyncio.run(service.readiness.report())
-    body, _ = exposition(lambda: service_families(service), "")
+    body, _ = exposition(service.metrics.registry, "")
     service.store.close()
     found = dict(OF_PROMETHEUS)
     for family in text_string_to_metric_families(body.decode()):

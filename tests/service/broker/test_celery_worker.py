@@ -295,7 +295,7 @@ HIDDEN = """
 import os, re, sys, urllib.request
 import encodings.idna, multiprocessing.connection, multiprocessing.popen_fork  # while root may
 import prometheus_client
-from service.broker.celery_worker import _figures_fault
+from service.broker.celery_worker import _metrics_fault
 from service.building.confinement import hide_memory
 from service.settings import Settings
 from service.telemetry.build_observer import BuildReports
@@ -304,7 +304,7 @@ if os.getuid() == 0:
     os.setuid(65534)
 hide_memory()
 port = int(sys.argv[1])
-assert _figures_fault(Settings(worker_metrics_port=port), BuildReports()) is None
+assert _metrics_fault(Settings(worker_metrics_port=port), BuildReports()) is None
 with urllib.request.urlopen(f"http://127.0.0.1:{port}/metrics") as answer:
     print(*re.findall(r"^process_open_fds (.+)$", answer.read().decode(), re.MULTILINE))
 """

@@ -8,8 +8,8 @@ import sys
 
 import pytest
 
-from service.http.request_id import _current
 from service.telemetry.logs import JsonLines, TextLines, without_secrets
+from service.telemetry.request_context import RequestContext, current_request
 
 GAMUT = "4f1d9c07b2a85e63" * 4
 SECRET = "s3cr3t-Value_42"  # noqa: S105 - of nothing
@@ -47,11 +47,11 @@ class TestJson:
         }
 
     def test_it_names_the_gamut_and_the_request(self):
-        token = _current.set("request-7")
+        token = current_request.set(RequestContext("request-7"))
         try:
             members = parsed(record("build of %s started, attempt %d", GAMUT, 1))
         finally:
-            _current.reset(token)
+            current_request.reset(token)
         assert members["gamut_id"] == GAMUT
         assert members["request_id"] == "request-7"
 

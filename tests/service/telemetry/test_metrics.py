@@ -2,15 +2,12 @@
 
 import asyncio
 import json
-import math
 import subprocess
 import sys
 import urllib.request
 from collections import Counter
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from prometheus_client.openmetrics.parser import (
     text_string_to_metric_families as openmetrics_families,
 )
@@ -18,10 +15,8 @@ from prometheus_client.parser import text_string_to_metric_families as text_fami
 
 from gamutcore.levels import LevelRequest
 from service.application import create_app
-from service.routes.metrics import service_families
 from service.settings import Settings
-from service.telemetry.metrics import BuildFigures, Distribution, RequestFigures
-from service.telemetry.metrics_endpoint import exposition, serve_build_figures
+from service.telemetry.metrics import Metrics, exposition, serve_metrics
 from service.telemetry.processes import Usage, descendants_usage
 
 OPENMETRICS = (  # what Prometheus sends
@@ -52,7 +47,7 @@ def values(families):
 
 
 def read(service, accept=""):
-    body, _ = exposition(lambda: service_families(service), accept)
+    body, _ = exposition(service.metrics.registry, accept)
     parse = openmetrics_families if accept else text_families
     return values(parse(body.decode()))
 
@@ -92,7 +87,7 @@ def test_the_parsers_read_every_sample_and_both_formats_say_the_same(service):
     ],
 )
 def test_the_format_is_the_one_that_is_asked_for(service, accept, media_type):
-    assert exposition(lambda: service_families(service), accept)[1].startswith(f"{media_type};")
+    assert exposition(service.metrics.registry, accept)[1].startswith(f"{media_type};")
 
 
 def test_requests_are_counted_as_they_are_answered(app, request_app):
@@ -163,7 +158,7 @@ def test_counting_and_reading_at_the_same_time(service):
 
     async def scenario():
         reading = asyncio.get_running_loop().run_in_executor(
-            None, lambda: [exposition(lambda: service_families(service), "") for _ in range(2)]
+            None, lambda: [exposition(service.metrics.registry, "") for _ in range(2)]
         )
         number = 0
         while not reading.done():
@@ -178,16 +173,15 @@ def test_counting_and_reading_at_the_same_time(service):
 
 @pytest.mark.slow
 def test_a_worker_elsewhere_serves_its_builds():
-    figures = BuildFigures()
-    figures.count_build("succeeded", {"boundary": 0.5, "total": 1.0})
-    port, stop = serve_build_figures(figures, "127.0.0.1", 0)
+    builds, port, stop = serve_metrics("127.0.0.1", 0)
+    builds.count_build("succeeded", {"boundary": 0.5, "total": 1.0})
     try:
         address = f"http://127.0.0.1:{port}/metrics"
         found = []
         for _ in range(2):
             with urllib.request.urlopen(address, timeout=600) as answer:
                 found.append(values(text_families(answer.read().decode())))
-            figures.count_build("cancelled", {"total": 2.0})
+            builds.count_build("cancelled", {"total": 2.0})
     finally:
         stop()
     assert found[0]["gamut_builds_total", (("outcome", "succeeded"),)] == 1
@@ -196,31 +190,25 @@ def test_a_worker_elsewhere_serves_its_builds():
     assert found[1]["process_resident_memory_bytes", ()] > 0
 
 
-@given(values=st.lists(st.floats(0, 1e6)), bounds=st.sets(st.floats(0.001, 1e3), min_size=1))
-def test_a_distribution_counts_up_to_each_bound(values, bounds):
-    distribution = Distribution(sorted(bounds))
-    for value in values:
-        distribution.add(value)
-    assert distribution.cumulative() == [
-        (bound, sum(value <= bound for value in values)) for bound in [*sorted(bounds), math.inf]
-    ]
-    assert distribution.sum == pytest.approx(sum(values))
-
-
 def test_made_up_methods_are_one_series():
-    figures = RequestFigures()
+    metrics = Metrics()
     for number in range(50):
-        figures.count_answer(f"METHOD{number}", "unmatched", 405, 0.001)
-    assert figures.counts == {("other", "unmatched", 405): 50}
+        metrics.requests.count_answer(f"METHOD{number}", "unmatched", 405, 0.001)
+    found = values(text_families(exposition(metrics.registry, "")[0].decode()))
+    labels = (("method", "other"), ("route", "unmatched"), ("status", "405"))
+    answers = {key: value for key, value in found.items() if key[0] == "gamut_http_requests_total"}
+    assert answers == {("gamut_http_requests_total", labels): 50}
 
 
 def test_a_build_that_never_told_how_long_it_took_is_no_build_of_no_time():
-    figures = BuildFigures()
+    metrics = Metrics()
     for seconds in ({"boundary": 1.0, "total": 1.75}, {"boundary": 3.0, "total": 3.75}, {}):
-        figures.count_build("succeeded" if seconds else "build-crashed", seconds)
-    assert figures.outcomes == {"succeeded": 2, "build-crashed": 1}
-    assert figures.stages["boundary"].sum == 4.0
-    assert figures.seconds.cumulative()[-1] == (math.inf, 2)
+        metrics.builds.count_build("succeeded" if seconds else "build-crashed", seconds)
+    value = metrics.registry.get_sample_value
+    assert value("gamut_builds_total", {"outcome": "succeeded"}) == 2
+    assert value("gamut_builds_total", {"outcome": "build-crashed"}) == 1
+    assert value("gamut_build_stage_seconds_sum", {"stage": "boundary"}) == 4.0
+    assert value("gamut_build_seconds_count") == 2
 
 
 WORK = """

@@ -13,9 +13,10 @@ import pytest
 from service.application import create_app
 from service.http.protocol import Refusal
 from service.settings import Settings
-from service.telemetry import request_observer, server_timing
+from service.telemetry import request_context, request_observer
 from service.telemetry.logs import JsonLines
-from service.telemetry.metrics import RequestFigures
+from service.telemetry.metrics import Metrics
+from service.telemetry.request_context import timed
 from service.telemetry.request_observer import (
     KNOWN_PARAMETERS,
     UNMATCHED,
@@ -23,17 +24,25 @@ from service.telemetry.request_observer import (
     Refusals,
     RequestObserver,
 )
-from service.telemetry.server_timing import ServerTiming, timed
 
 
-def request(app, figures, *, access_log=False, query=b"", path="/x", **scope):
+def answers(metrics):
+    """Return the number of answers by method, route and status."""
+    family = next(each for each in metrics.registry.collect() if each.name == "gamut_http_requests")
+    return {
+        (each.labels["method"], each.labels["route"], int(each.labels["status"])): each.value
+        for each in family.samples
+    }
+
+
+def request(app, metrics, *, access_log=False, query=b"", path="/x", **scope):
     """Send a request through the layer, and return the messages that came back."""
     sent = []
 
     async def send(message):
         sent.append(message)
 
-    layer = RequestObserver(app, figures, access_log=access_log, traces=None)
+    layer = RequestObserver(app, metrics.requests, access_log=access_log, traces=None)
     whole = {"type": "http", "method": "GET", "path": path, "query_string": query, **scope}
     asyncio.run(layer({"headers": [], "client": ("192.0.2.1", 5), **whole}, None, send))
     return sent
@@ -49,8 +58,8 @@ def answering(status=200, body=b"four", route="/v1/{x}"):
 
 
 @pytest.fixture
-def figures():
-    return RequestFigures()
+def metrics():
+    return Metrics()
 
 
 @pytest.fixture
@@ -61,35 +70,35 @@ def lines(caplog):
 
 
 class TestFigures:
-    def test_a_defect_is_a_500_and_goes_on(self, figures):
+    def test_a_defect_is_a_500_and_goes_on(self, metrics):
         async def app(_scope, _receive, _send):
             raise ArithmeticError
 
         with pytest.raises(ArithmeticError):
-            request(app, figures)
-        assert figures.counts == {("GET", UNMATCHED, 500): 1}
-        assert figures.in_progress == 0
+            request(app, metrics)
+        assert answers(metrics) == {("GET", UNMATCHED, 500): 1}
+        assert metrics.registry.get_sample_value("gamut_http_requests_in_progress") == 0
 
-    def test_what_is_no_request_passes(self, figures):
+    def test_what_is_no_request_passes(self, metrics):
         seen = []
 
         async def app(scope, _receive, _send):
             seen.append(scope["type"])
 
-        layer = ServerTiming(RequestObserver(app, figures, access_log=True, traces=None))
+        layer = RequestObserver(app, metrics.requests, access_log=True, traces=None)
         asyncio.run(layer({"type": "lifespan"}, None, None))
         assert seen == ["lifespan"]
-        assert figures.counts == {}
+        assert answers(metrics) == {}
 
-    def test_a_client_that_left_is_no_defect(self, figures, lines):
+    def test_a_client_that_left_is_no_defect(self, metrics, lines):
         async def app(_scope, _receive, _send):
             pass
 
-        request(app, figures)
-        assert figures.counts == {("GET", UNMATCHED, 499): 1}
+        request(app, metrics)
+        assert answers(metrics) == {("GET", UNMATCHED, 499): 1}
         assert lines() == []  # unless it is asked for
 
-    def test_the_time_is_that_until_the_answer_begins(self, figures, monkeypatch):
+    def test_the_time_is_that_until_the_answer_begins(self, metrics, monkeypatch):
         clock = SimpleNamespace(now=0.0)
         monkeypatch.setattr(request_observer, "perf_counter", lambda: clock.now)
 
@@ -98,13 +107,15 @@ class TestFigures:
             await answering()(scope, None, send)
             clock.now += 100
 
-        request(slow, figures)
-        assert figures.seconds["/v1/{x}"].sum == 0.125
+        request(slow, metrics)
+        labels = {"route": "/v1/{x}"}
+        value = metrics.registry.get_sample_value("gamut_http_response_seconds_sum", labels)
+        assert value == 0.125
 
 
 class TestLog:
-    def test_a_line_has_all_that_is_known(self, figures, lines):
-        request(answering(404, b"no"), figures, access_log=True, query=b"triangles=1000&format=glb")
+    def test_a_line_has_all_that_is_known(self, metrics, lines):
+        request(answering(404, b"no"), metrics, access_log=True, query=b"triangles=1000&format=glb")
         (line,) = lines()
         assert line["message"].startswith("GET /x?triangles=1000&format=glb 404, 2 bytes, ")
         assert line["logger"] == "service.access"
@@ -123,8 +134,8 @@ class TestLog:
             b"triangles=hidden-value%0a",
         ],
     )
-    def test_a_query_that_may_hold_a_secret_is_not_repeated(self, figures, lines, query):
-        request(answering(), figures, access_log=True, query=query)
+    def test_a_query_that_may_hold_a_secret_is_not_repeated(self, metrics, lines, query):
+        request(answering(), metrics, access_log=True, query=query)
         assert "hidden-value" not in json.dumps(lines())
         assert lines()[0]["query"] == "***"
 
@@ -139,9 +150,9 @@ class TestLog:
         }
         assert set(KNOWN_PARAMETERS) == parameters
 
-    def test_a_path_cannot_make_up_a_line(self, figures, lines):
+    def test_a_path_cannot_make_up_a_line(self, metrics, lines):
         path = "/a\n2026 INFO all well\u2028" + "x" * 9999
-        request(answering(), figures, access_log=True, path=path)
+        request(answering(), metrics, access_log=True, path=path)
         (line,) = lines()
         assert line["path"].startswith("/a%0A2026%20INFO")
         assert len(line["path"]) < 600
@@ -151,12 +162,14 @@ REFUSAL = Refusal("head-too-large", 431, 200, 0.25, "192.0.2.1", "0" * 32)
 
 
 class TestRefusals:
-    def test_they_are_counted_by_their_problem_and_logged_if_wanted(self, figures, lines):
+    def test_they_are_counted_by_their_problem_and_logged_if_wanted(self, metrics, lines):
         for access_log in (False, True):
             assert lines() == []
-            Refusals(figures, access_log=access_log)(REFUSAL)
-        assert figures.refusals == {"head-too-large": 2}
-        assert (figures.counts, figures.sent_bytes) == ({}, 400)
+            Refusals(metrics.requests, access_log=access_log)(REFUSAL)
+        value = metrics.registry.get_sample_value
+        assert value("gamut_http_refusals_total", {"problem": "head-too-large"}) == 2
+        assert value("gamut_http_sent_bytes_total") == 400
+        assert answers(metrics) == {}
         (line,) = lines()
         assert line["message"] == "- - 431 head-too-large, 200 bytes, 250.0 ms, 192.0.2.1"
         assert (line["status"], line["bytes"], line["problem"]) == (431, 200, "head-too-large")
@@ -200,13 +213,13 @@ class TestApp:
     ):
         app.state.service.store.open()
         request_app(app, method, path)
-        assert app.state.service.metrics.requests.counts == {counted: 1}
+        assert answers(app.state.service.metrics) == {counted: 1}
         app.state.service.store.close()
 
     def test_the_answer_to_a_defect_is_seen(self, app, request_app, monkeypatch):
         monkeypatch.setattr(app.state.service.store, "page", lambda *_: 1 / 0)
         assert request_app(app, "GET", "/v1/gamuts").status_code == 500
-        assert app.state.service.metrics.requests.counts == {("GET", "/v1/gamuts", 500): 1}
+        assert answers(app.state.service.metrics) == {("GET", "/v1/gamuts", 500): 1}
 
 
 METRIC = re.compile(r"([a-z]+);dur=([0-9.]+)")
@@ -219,11 +232,12 @@ def times(response):
 @pytest.fixture
 def clock(monkeypatch):
     made = SimpleNamespace(now=0.0)
-    monkeypatch.setattr(server_timing, "time", SimpleNamespace(perf_counter=lambda: made.now))
+    monkeypatch.setattr(request_context, "time", SimpleNamespace(perf_counter=lambda: made.now))
+    monkeypatch.setattr(request_observer, "perf_counter", lambda: made.now)
     return made
 
 
-def test_parts_of_one_name_add_up_and_the_total_holds_them(clock, request_app):
+def test_parts_of_one_name_add_up_and_the_total_holds_them(clock, metrics, request_app):
     async def part():
         with timed("part"):
             clock.now += 0.008
@@ -238,7 +252,8 @@ def test_parts_of_one_name_add_up_and_the_total_holds_them(clock, request_app):
         await answering()(scope, None, send)
 
     expected = {"total": 72, "encode": 32, "open": 32, "part": 8}
-    assert times(request_app(ServerTiming(work), "GET", "/")) == expected
+    layer = RequestObserver(work, metrics.requests, access_log=False, traces=None)
+    assert times(request_app(layer, "GET", "/")) == expected
 
 
 def test_outside_of_requests_nothing_is_kept():

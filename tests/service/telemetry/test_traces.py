@@ -18,7 +18,7 @@ from gamutcore.building import STAGES
 from service.jobs.book import JobDocument
 from service.telemetry.build_observer import BuildObserver, BuildReports
 from service.telemetry.logs import JsonLines
-from service.telemetry.metrics import BuildFigures, RequestFigures
+from service.telemetry.metrics import Metrics
 from service.telemetry.request_observer import MatchedRoute, RequestObserver
 from service.telemetry.traces import (
     Traces,
@@ -68,7 +68,7 @@ def answer(made, app, headers=(), query=b""):
     async def send(_message):
         pass
 
-    layer = RequestObserver(app, RequestFigures(), access_log=False, traces=made)
+    layer = RequestObserver(app, Metrics().requests, access_log=False, traces=made)
     asyncio.run(layer(scope, None, send))
 
 
@@ -258,13 +258,18 @@ JOB = JobDocument("f" * 64, {}, trace={"traceparent": f"00-{'a' * 32}-{'b' * 16}
 SECONDS = {"boundary": 0.5, "decimation": 0.25, "total": 1.0}
 
 
+def ended(metrics, outcome):
+    """Return the number of builds with an outcome; 0 before the first."""
+    return metrics.registry.get_sample_value("gamut_builds_total", {"outcome": outcome}) or 0
+
+
 def observed(outcome, seconds):
-    """Return the figures and the spans after a build, which is counted without traces as well."""
+    """Return the spans after a build, which is counted without traces as well."""
     exporter = InMemorySpanExporter()
-    figures, alone = BuildFigures(), BuildFigures()
-    BuildObserver(figures, Traces(SimpleSpanProcessor(exporter)))(outcome, seconds, JOB)
-    BuildObserver(alone, None)(outcome, seconds, JOB)
-    assert figures.outcomes == alone.outcomes == {outcome: 1}
+    metrics, alone = Metrics(), Metrics()
+    BuildObserver(metrics.builds, Traces(SimpleSpanProcessor(exporter)))(outcome, seconds, JOB)
+    BuildObserver(alone.builds, None)(outcome, seconds, JOB)
+    assert ended(metrics, outcome) == ended(alone, outcome) == 1
     return {span.name: span for span in exporter.get_finished_spans()}
 
 
@@ -320,19 +325,22 @@ def test_builds_of_several_processes_are_added_whole_when_they_are_killed(report
 
     # forked before there are threads
     children = [forked(work) for _ in range(3)]
-    figures = BuildFigures()
-    reports.forward(figures)
+    metrics = Metrics()
+    reports.forward(metrics.builds)
     for child in children:
-        known = figures.outcomes.get("succeeded", 0)
-        until(lambda known=known: figures.outcomes.get("succeeded", 0) > known + 50)
+        known = ended(metrics, "succeeded")
+        until(lambda known=known: ended(metrics, "succeeded") > known + 50)
         os.kill(child, signal.SIGKILL)
         os.waitpid(child, 0)
     # those that the last one has written are read, and so is what comes after them
     reports.count_build("cancelled", {"total": 1.0})
-    until(lambda: figures.outcomes.get("cancelled") == 1)
-    assert set(figures.outcomes) == {"succeeded", "cancelled"}
-    assert figures.stages["metric"].sum == 0.5 * figures.outcomes["succeeded"]
-    assert figures.seconds.sum == figures.outcomes["succeeded"] + 1
+    value = metrics.registry.get_sample_value
+    until(lambda: ended(metrics, "cancelled") == 1)
+    until(lambda: value("gamut_build_seconds_count") == ended(metrics, "succeeded") + 1)
+    assert value("gamut_builds_total", {"outcome": "failed"}) is None
+    stages = value("gamut_build_stage_seconds_sum", {"stage": "metric"})
+    assert stages == 0.5 * ended(metrics, "succeeded")
+    assert value("gamut_build_seconds_sum") == ended(metrics, "succeeded") + 1
 
 
 def test_a_pipe_that_nobody_empties_makes_no_build_wait(reports, caplog):
@@ -343,6 +351,6 @@ def test_a_pipe_that_nobody_empties_makes_no_build_wait(reports, caplog):
 
 def test_a_line_is_never_longer_than_a_pipe_takes_whole(reports):
     reports.count_build("failed", {f"stage {number}": 1.0 for number in range(1000)})
-    figures = BuildFigures()
-    reports.forward(figures)
-    until(lambda: figures.outcomes == {"failed": 1})
+    metrics = Metrics()
+    reports.forward(metrics.builds)
+    until(lambda: ended(metrics, "failed") == 1)

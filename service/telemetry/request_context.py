@@ -1,0 +1,81 @@
+"""What log lines, spans and ``Server-Timing`` know of the current request.
+
+`RequestObserver` sets the context. Work in a separate task or thread belongs to the request that
+started it. The module does not import the web framework, because worker processes log too.
+"""
+
+from __future__ import annotations
+
+import time
+from contextvars import ContextVar
+from typing import Self
+
+__all__ = [
+    "REQUEST_ID",
+    "RequestContext",
+    "current_request",
+    "current_request_id",
+    "current_trace",
+    "timed",
+]
+
+REQUEST_ID = "X-Request-Id"
+"""Header field of requests and answers."""
+
+
+class RequestContext:
+    """One request.
+
+    Attributes
+    ----------
+    id : str
+        Request id.
+    seconds : dict
+        Time of each part of the work, by a name that is a token of RFC 9110.
+    trace : tuple of str or None
+        Ids of the trace and the span, hexadecimal; None without traces.
+    """
+
+    __slots__ = ("id", "seconds", "trace")
+
+    def __init__(self, identifier: str) -> None:
+        self.id = identifier
+        self.seconds: dict[str, float] = {}
+        self.trace: tuple[str, str] | None = None
+
+
+current_request: ContextVar[RequestContext | None] = ContextVar("request", default=None)
+
+
+def current_request_id() -> str:
+    """Return the id of the current request; empty outside of requests."""
+    request = current_request.get()
+    return "" if request is None else request.id
+
+
+def current_trace() -> tuple[str, str] | None:
+    """Return the ids of the current trace and span, hexadecimal; None if there is none."""
+    request = current_request.get()
+    return None if request is None else request.trace
+
+
+class timed:  # noqa: N801 - a context manager, read like a function
+    """Context manager that adds its duration to ``Server-Timing`` of the current request.
+
+    The name is a token of RFC 9110. Times of the same name add up.
+    """
+
+    __slots__ = ("_name", "_start")
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+
+    def __enter__(self) -> Self:
+        self._start = time.perf_counter()
+        return self
+
+    def __exit__(self, *_error: object) -> None:
+        request = current_request.get()
+        if request is not None:
+            elapsed = time.perf_counter() - self._start
+            request.seconds[self._name] = request.seconds.get(self._name, 0.0) + elapsed
