@@ -24,6 +24,7 @@ from service.building.process import (
     ProcessDiedError,
 )
 from service.jobs.book import JobCancelledError, JobDocument, LeaseLostError, now
+from service.openapi.models import StoredDescription
 from service.problems.problem import Problem, sentence
 from service.storage.blobs import BlobNotFoundError, StoreUnavailableError
 from service.storage.records import Record
@@ -293,9 +294,9 @@ class JobRunner:
             problem = self._problem_of(event)
             if problem is None:
                 check()
-                record = Record(
-                    job_id, event["sha256"], event["nbytes"], now(), event["description"]
-                )
+                description = event["description"]
+                StoredDescription.model_validate(description)
+                record = Record(job_id, event["sha256"], event["nbytes"], now(), description)
                 self._store.publish(record, scratch[1])
             return _Built(problem, problem is None, event.get("seconds", {}))
         except BuildTimeoutError:

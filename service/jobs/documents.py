@@ -42,44 +42,35 @@ def client_mark(client: str) -> str:
 class JobDocument:
     """One build, from acceptance to end.
 
-    Attributes
-    ----------
-    state
-        ``succeeded``, ``failed`` and ``cancelled`` are final. A ``forgotten`` job is about to be
-        removed and counts as absent.
-    stage, fraction
-        Stage of `gamutcore` and its finished part, 0 to 1.
-    attempts
-        Number of starts since the last acceptance.
-    created, updated, started, finished
-        Times in RFC 3339.
-    problem
-        Argument of `Problem.from_mapping`: why the job failed or was cancelled.
-    owner, token, lease_until
-        The builder, its fencing token, which grows with every claim, and the end of its lease in
-        seconds of the Unix epoch.
-    trace
-        Header fields that carry the trace of the first request.
-    client
-        `client_mark` of the first request's client; empty if it is unknown.
+    Times are in RFC 3339. ``succeeded``, ``failed`` and ``cancelled`` are final states. A
+    ``forgotten`` job is about to be removed and counts as absent.
     """
 
     id: str
     options: dict[str, Any]
     state: JobState = "queued"
     stage: str = ""
+    """Stage of `gamutcore`."""
     fraction: float = 0.0
+    """Finished part of the stage, 0 to 1."""
     attempts: int = 0
+    """Number of starts since the last acceptance."""
     created: str = ""
     updated: str = ""
     started: str | None = None
     finished: str | None = None
     problem: dict[str, Any] | None = None
+    """Argument of `Problem.from_mapping`: why the job failed or was cancelled."""
     owner: str | None = None
+    """The builder."""
     token: int = 0
+    """The builder's fencing token, which grows with every claim."""
     lease_until: float | None = None
+    """End of the builder's lease in seconds of the Unix epoch."""
     trace: dict[str, str] = field(default_factory=dict)
+    """Header fields that carry the trace of the first request."""
     client: str = ""
+    """`client_mark` of the first request's client; empty if it is unknown."""
 
     @property
     def final(self) -> bool:

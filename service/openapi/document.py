@@ -11,13 +11,8 @@ from fastapi.openapi.utils import get_openapi
 from fastapi.routing import APIRoute, iter_route_contexts
 
 from gamutcore.version import __version__
-from service.openapi import models, request_models
-from service.openapi.documentation import (
-    REFERENCE_JOB,
-    REFERENCE_OPTIONS,
-    SECURITY,
-    SECURITY_SCHEMES,
-)
+from service.openapi import models
+from service.openapi.documentation import EXAMPLE_ID, EXAMPLE_JOB, header
 
 __all__ = ["APP_METADATA", "openapi_document"]
 
@@ -44,11 +39,56 @@ the id of its request in `X-Request-Id` and its timing in `Server-Timing`.
     ],
 }
 
+_SECURITY_SCHEMES: dict[str, Any] = {
+    "bearer": {
+        "type": "http",
+        "scheme": "bearer",
+        "description": "An API key of this service, if it has keys.",
+    },
+    "apiKey": {
+        "type": "apiKey",
+        "in": "header",
+        "name": "X-Api-Key",
+        "description": "The same key in a header field of its own.",
+    },
+}
+
+_SECURITY: list[dict[str, Any]] = [{}, {"bearer": []}, {"apiKey": []}]
+"""With or without a key. The settings decide which one a service requires."""
+
+_REFERENCE_OPTIONS: dict[str, Any] = {
+    "name": "options",
+    "in": "query",
+    "required": False,
+    "style": "form",
+    "explode": True,
+    "description": "Options of a reference gamut's build, as parameters of their own names: "
+    "`?space=CAM16-UCS&surround=dim`. Only with slugs. The answer has the address by id in "
+    "Content-Location, and may be cached for five minutes.",
+    "schema": {"$ref": "#/components/schemas/GamutOptions"},
+    "examples": {"space": {"value": {"space": "Oklab"}}},
+}
+
+_REFERENCE_JOB = {
+    "description": "The reference gamut is being built.",
+    "content": {
+        "application/json": {
+            "schema": {"$ref": "#/components/schemas/JobDescription"},
+            "examples": {"example": {"value": EXAMPLE_JOB}},
+        }
+    },
+    "headers": {
+        "Location": header("The job.", f"/v1/jobs/{EXAMPLE_ID}"),
+        "Retry-After": header("Seconds after which to ask again.", 1),
+        "Cache-Control": header("The state changes.", "no-store"),
+    },
+}
+
 _BODY_MODELS = (
-    request_models.MultipartSubmission,
-    request_models.InlineSamples,
-    request_models.NewName,
-    request_models.ReferenceSubmission,
+    models.MultipartSubmission,
+    models.InlineSamples,
+    models.NewName,
+    models.ReferenceSubmission,
     models.ProblemDocument,
 )
 """Models that no parameter or response of FastAPI refers to."""
@@ -73,9 +113,9 @@ def openapi_document(app: FastAPI) -> dict[str, Any]:
         schemas[model.__name__] = schema
     document["paths"] = _with_named_schemas(document["paths"], schemas)
     document["components"]["schemas"] = dict(sorted(schemas.items()))
-    document["components"]["securitySchemes"] = SECURITY_SCHEMES
+    document["components"]["securitySchemes"] = _SECURITY_SCHEMES
     # At the top, so that generated operations take clients with and without a key.
-    document["security"] = SECURITY
+    document["security"] = _SECURITY
     for path, operations in document["paths"].items():
         if not path.startswith("/v1/"):
             for operation in operations.values():
@@ -83,8 +123,8 @@ def openapi_document(app: FastAPI) -> dict[str, Any]:
     for path, operations in document["paths"].items():
         for method, operation in operations.items():
             if method in {"get", "post"} and _takes_slugs(path):
-                operation["parameters"].append(REFERENCE_OPTIONS)
-                operation["responses"].setdefault("202", REFERENCE_JOB)
+                operation["parameters"].append(_REFERENCE_OPTIONS)
+                operation["responses"].setdefault("202", _REFERENCE_JOB)
     return document
 
 

@@ -7,8 +7,9 @@ Routes name their problems, and `problems` makes the responses from the table in
 from collections.abc import Mapping
 from typing import Any
 
+from service.http.conditional import IMMUTABLE
 from service.http.negotiation import OCTET_STREAM
-from service.openapi.models import JobDescription, ProblemDocument
+from service.openapi.models import ProblemDocument
 from service.problems.kinds import KINDS
 from service.problems.problem import MEDIA_TYPE, Problem
 
@@ -23,10 +24,6 @@ __all__ = [
     "EXAMPLE_REFERENCES",
     "MESH_HEADERS",
     "NAME_BODY",
-    "REFERENCE_JOB",
-    "REFERENCE_OPTIONS",
-    "SECURITY",
-    "SECURITY_SCHEMES",
     "SUBMISSION_BODY",
     "binary_content",
     "gamut_links",
@@ -183,6 +180,8 @@ _INLINE_EXAMPLE = {
     "options": {"gamma": 1},
 }
 
+_EXAMPLE_FILE = "LAB_L,LAB_A,LAB_B\n0,0,0\n100,0,0\n50,60,0\n50,-30,52\n50,-30,-52"
+
 SUBMISSION_BODY: dict[str, Any] = {
     "required": True,
     "content": {
@@ -192,18 +191,11 @@ SUBMISSION_BODY: dict[str, Any] = {
             "examples": {
                 "file": {
                     "summary": "A file with options",
-                    "value": {
-                        "file": "LAB_L,LAB_A,LAB_B\n0,0,0\n100,0,0\n50,60,0\n50,-30,52\n50,-30,-52",
-                        "options": {"gamma": 1},
-                    },
+                    "value": {"file": _EXAMPLE_FILE, "options": {"gamma": 1}},
                 },
                 "fields": {
                     "summary": "A file with options as form fields",
-                    "value": {
-                        "file": "LAB_L,LAB_A,LAB_B\n0,0,0\n100,0,0\n50,60,0\n50,-30,52\n50,-30,-52",
-                        "space": "Oklab",
-                        "gamma": 1,
-                    },
+                    "value": {"file": _EXAMPLE_FILE, "space": "Oklab", "gamma": 1},
                 },
             },
         },
@@ -235,23 +227,6 @@ NAME_BODY: dict[str, Any] = {
         }
     },
 }
-
-SECURITY_SCHEMES: dict[str, Any] = {
-    "bearer": {
-        "type": "http",
-        "scheme": "bearer",
-        "description": "An API key of this service, if it has keys.",
-    },
-    "apiKey": {
-        "type": "apiKey",
-        "in": "header",
-        "name": "X-Api-Key",
-        "description": "The same key in a header field of its own.",
-    },
-}
-
-SECURITY: list[dict[str, Any]] = [{}, {"bearer": []}, {"apiKey": []}]
-"""With or without a key. The settings decide which one a service requires."""
 
 
 def gamut_links(expression: str) -> dict[str, Any]:
@@ -320,7 +295,7 @@ MESH_HEADERS: dict[str, Any] = {
     "ETag": header(
         "Strong entity tag: SHA-256 of the body in its content coding.", f'"{EXAMPLE_ID}"'
     ),
-    "Cache-Control": header("The content is immutable.", "public, max-age=31536000, immutable"),
+    "Cache-Control": header("The content is immutable.", IMMUTABLE),
     "Content-Disposition": header(
         "File name: the name of the gamut, the triangle count and the suffix, in ASCII as "
         "`filename` and in full as `filename*`.",
@@ -340,7 +315,7 @@ BATCH_RESPONSE: dict[str, Any] = {
         ),
         "Cache-Control": header(
             "The content is immutable. `no-store` if meshes are missing.",
-            "public, max-age=31536000, immutable",
+            IMMUTABLE,
         ),
         "Content-Disposition": header(
             "File name of a zip archive. It starts with the first 12 characters of the gamut's id "
@@ -377,34 +352,6 @@ def json_response(
         response["links"] = links
     return response
 
-
-REFERENCE_OPTIONS: dict[str, Any] = {
-    "name": "options",
-    "in": "query",
-    "required": False,
-    "style": "form",
-    "explode": True,
-    "description": "Options of a reference gamut's build, as parameters of their own names: "
-    "`?space=CAM16-UCS&surround=dim`. Only with slugs. The answer has the address by id in "
-    "Content-Location, and may be cached for five minutes.",
-    "schema": {"$ref": "#/components/schemas/GamutOptions"},
-    "examples": {"space": {"value": {"space": "Oklab"}}},
-}
-
-REFERENCE_JOB = {
-    "description": "The reference gamut is being built.",
-    "content": {
-        "application/json": {
-            "schema": {"$ref": f"#/components/schemas/{JobDescription.__name__}"},
-            "examples": {"example": {"value": EXAMPLE_JOB}},
-        }
-    },
-    "headers": {
-        "Location": header("The job.", f"/v1/jobs/{EXAMPLE_ID}"),
-        "Retry-After": header("Seconds after which to ask again.", 1),
-        "Cache-Control": header("The state changes.", "no-store"),
-    },
-}
 
 _EVERYWHERE = (
     "bad-request",

@@ -11,6 +11,7 @@ import json
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
+from pydantic import BaseModel
 from starlette.responses import Response
 
 from gamutcore import errors
@@ -51,12 +52,14 @@ def sentence(text: str) -> str:
 
 
 class JsonResponse(Response):
-    """A response with a JSON document."""
+    """A response with a JSON document: a model of the API without the members that are not set."""
 
     media_type = "application/json"
 
     def render(self, content: Any) -> bytes:  # noqa: ANN401 - whatever JSON can express
         """Return the body: RFC 8259, ended by a newline."""
+        if isinstance(content, BaseModel):
+            content = content.model_dump(by_alias=True, exclude_unset=True)
         text = json.dumps(content, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
         return text.encode("ascii") + b"\n"
 
@@ -92,8 +95,7 @@ class Problem:
         if number in _STORE_ERRNOS:
             return cls.store_unavailable()
         if number in {errno.EMFILE, errno.ENFILE}:
-            detail = "Too many files and connections are open."
-            return cls("overloaded", detail, headers={"Retry-After": "5"})
+            return cls("overloaded", KINDS["overloaded"].detail, headers={"Retry-After": "5"})
         return None
 
     @classmethod

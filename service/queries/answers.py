@@ -9,7 +9,7 @@ from __future__ import annotations
 import csv
 import io
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from pydantic_core import to_json
@@ -46,28 +46,6 @@ _LONGEST_FIELD = 400
 """Characters of a text in a header field."""
 
 
-class Writer(Protocol):
-    """Writes an answer from its first row to its last."""
-
-    def __init__(
-        self, question: Question, level: QueryLevel, body: Body, warnings: Sequence[str]
-    ) -> None: ...
-
-    def piece(self, start: int, result: Answer) -> bytes:
-        """Return the bytes of the rows from `start` on."""
-
-    def head(self, first: Answer, entries: int) -> bytes:
-        """Return what comes before the rows.
-
-        Parameters
-        ----------
-        first : Answer
-            Answer of the first rows, which has the columns of all others.
-        entries : int
-            Number of rows of the answer: more than those of the body if rows have several entries.
-        """
-
-
 def level_document(level: QueryLevel) -> dict[str, Any]:
     """Return the JSON of a level."""
     return {"triangles": level.triangles, "max_error": level.max_error}
@@ -102,45 +80,53 @@ def reading_header(table: ColourTable | None) -> dict[str, str]:
     return {"Gamut-Reading": f'%"{"".join(encoded)}"'}
 
 
-class JsonWriter:
-    """One object: the level, the conditions of the gamut, warnings, and one array per column."""
+class Writer:
+    """Writes an answer from its first row to its last."""
 
     def __init__(
         self, question: Question, level: QueryLevel, body: Body, warnings: Sequence[str]
     ) -> None:
-        self._level, self._warnings = level, list(warnings)
-        self._question, self._body = question, body
+        self.question, self.level, self.body, self.warnings = question, level, body, warnings
 
     def head(self, _first: Answer, _entries: int) -> bytes:
-        """Return nothing."""
+        """Return what comes before the rows, from the answer of the first rows.
+
+        `entries` is the length of the answer: more than that of the body if rows have several.
+        """
         return b""
+
+    def piece(self, start: int, result: Answer) -> bytes:
+        """Return the bytes of the rows from `start` on."""
+        raise NotImplementedError
+
+
+class JsonWriter(Writer):
+    """One object: the level, the conditions of the gamut, warnings, and one array per column."""
 
     def piece(self, start: int, result: Answer) -> bytes:
         """Return the document."""
         assert start == 0  # noqa: S101 - rows of JSON fit into one piece
         document: dict[str, Any] = {
-            "level": level_document(self._level),
-            "gamut": self._level.gamut.conditions.to_dict(),
-            "warnings": self._warnings,
+            "level": level_document(self.level),
+            "gamut": self.level.gamut.conditions.to_dict(),
+            "warnings": list(self.warnings),
             **result.stated,
             **self._understood(),
         }
         for name, values in result.columns.items():
-            if result.offsets is None:
-                document[name] = values.tolist()
-            else:
+            document[name] = values.tolist()
+            if result.offsets is not None:
                 ends = pairwise(result.offsets.tolist())
-                entries = values.tolist()
-                document[name] = [entries[begin:end] for begin, end in ends]
+                document[name] = [document[name][begin:end] for begin, end in ends]
         return to_json(document, inf_nan_mode="null") + b"\n"
 
     def _understood(self) -> dict[str, Any]:
         """Return what was understood of a table: its colours in the space of the gamut."""
-        table = self._body.table
+        table = self.body.table
         if table is None:
             return {}
-        convert = self._level.gamut.convert
-        named = zip(self._question.inputs, table.inputs, strict=True)
+        convert = self.level.gamut.convert
+        named = zip(self.question.inputs, table.inputs, strict=True)
         return {
             "reading": table.reading,
             "labels": [label[:LONGEST_LABEL] for label in table.labels()],
@@ -149,41 +135,26 @@ class JsonWriter:
         }
 
 
-class NpyWriter:
+class NpyWriter(Writer):
     """A structured array with one field per column.
 
     If rows have several entries, the field `row` has the number of the row.
     """
 
-    def __init__(
-        self, _question: Question, _level: QueryLevel, _body: Body, _warnings: Sequence[str]
-    ) -> None:
-        pass
-
     def head(self, first: Answer, entries: int) -> bytes:
         """Return the header of the file."""
-        file = io.BytesIO()
-        header = {
-            "descr": np.lib.format.dtype_to_descr(_record(first)),
-            "fortran_order": False,
-            "shape": (entries,),
-        }
-        np.lib.format.write_array_header_1_0(file, header)
-        return file.getvalue()
+        return _npy_header(first, entries)
 
     def piece(self, start: int, result: Answer) -> bytes:
         """Return the records of some rows."""
-        length = len(next(iter(result.columns.values())))
-        records = np.empty(length, _record(result))
-        for name, values in result.columns.items():
-            records[name] = values
+        records = _records(result)
         if result.offsets is not None:
             counts = np.diff(result.offsets)
             records["row"] = np.repeat(np.arange(start, start + len(counts)), counts)
         return records.tobytes()
 
 
-class CsvWriter:
+class CsvWriter(Writer):
     """A table: the client's columns or the colours, then the columns of the result.
 
     A row with several entries is repeated. A row without any, or without a colour, has empty cells.
@@ -191,11 +162,9 @@ class CsvWriter:
     """
 
     def __init__(
-        self, question: Question, level: QueryLevel, body: Body, _warnings: Sequence[str]
+        self, question: Question, level: QueryLevel, body: Body, warnings: Sequence[str]
     ) -> None:
-        self._question = question
-        self._level = level
-        self._inputs = body.inputs
+        super().__init__(question, level, body, warnings)
         self._axes = body.axes or level.axes
         self._table = body.table
         self._own = None if body.table is None else body.table.rows()
@@ -207,7 +176,7 @@ class CsvWriter:
             mark = "\ufeff" if self._table.encoding == "utf-8-sig" else ""
             head = self._table.head(self._table.added_names(self._names(first)))
             return (mark + head).encode()
-        prefixes = [f"{name}_" for name in self._question.inputs]
+        prefixes = [f"{name}_" for name in self.question.inputs]
         prefixes = prefixes if len(prefixes) > 1 else [""]
         own = [prefix + axis for prefix in prefixes for axis in self._axes]
         return _lines([own + self._names(first)])
@@ -234,25 +203,15 @@ class CsvWriter:
             for name, values in result.columns.items()
             for part in _parts(self._own_values(name, values))
         ]
-        if result.offsets is None:
-            rows = len(columns[0])
-            offsets = None
-        else:
-            rows = len(result.offsets) - 1
-            offsets = result.offsets.tolist()
-        pieces = []
+        offsets = np.arange(len(columns[0]) + 1) if result.offsets is None else result.offsets
+        rows, pieces = len(offsets) - 1, []
         for begin in range(0, rows, _AT_ONCE):
-            end = min(begin + _AT_ONCE, rows)
-            if offsets is None:
-                found = zip(*(_texts(column[begin:end]) for column in columns), strict=True)
-                entries = [[each] for each in found]
-            else:
-                first, last = offsets[begin], offsets[end]
-                flat = list(zip(*(_texts(column[first:last]) for column in columns), strict=True))
-                ends = pairwise(offsets[begin : end + 1])
-                entries = [flat[one - first : two - first] for one, two in ends]
+            ends = offsets[begin : begin + _AT_ONCE + 1].tolist()
+            first, last = ends[0], ends[-1]
+            flat = list(zip(*(_texts(column[first:last]) for column in columns), strict=True))
+            entries = [flat[one - first : two - first] for one, two in pairwise(ends)]
             pieces.append(self._text(start + begin, entries, len(columns)))
-        if self._own is not None and start + rows == len(self._inputs[0]):
+        if self._own is not None and start + rows == len(self.body.inputs[0]):
             pieces.append(self._text(start + rows, [], len(columns)))  # rows without a colour
         return b"".join(pieces)
 
@@ -261,7 +220,7 @@ class CsvWriter:
         nothing = ("",) * width
         if self._table is None or self._own is None:
             end = start + len(entries)
-            own = np.hstack([points[start:end] for points in self._inputs]).tolist()
+            own = np.hstack([points[start:end] for points in self.body.inputs]).tolist()
             return _lines(
                 [*cells, *(_empty_if_nan(cell) for cell in new)]
                 for cells, found in zip(own, entries, strict=True)
@@ -280,11 +239,7 @@ class CsvWriter:
         return "".join(self._table.lines(iter(rows))).encode()
 
 
-WRITERS: dict[str, type[JsonWriter | NpyWriter | CsvWriter]] = {
-    JSON: JsonWriter,
-    NPY: NpyWriter,
-    CSV: CsvWriter,
-}
+WRITERS: dict[str, type[Writer]] = {JSON: JsonWriter, NPY: NpyWriter, CSV: CsvWriter}
 """Writers by media type."""
 
 
@@ -297,15 +252,11 @@ def shape_file(
     `axes` are the names of the coordinates.
     """
     if media_type == JSON:
-        return to_json(_lists({**levels, **answer.document}), inf_nan_mode="null") + b"\n"
+        document = {**levels, **answer.document}
+        return to_json(document, inf_nan_mode="null", fallback=np.ndarray.tolist) + b"\n"
     table = answer.columns
     if media_type == NPY:
-        records = np.empty(len(next(iter(table.values()))), _record(answer))
-        for name, values in table.items():
-            records[name] = values
-        file = io.BytesIO()
-        np.save(file, records, allow_pickle=False)
-        return file.getvalue()
+        return _npy_header(answer, len(next(iter(table.values())))) + _records(answer).tobytes()
     names = []
     for name, values in table.items():
         parts = answer.channels if name == "device" else axes
@@ -313,16 +264,6 @@ def shape_file(
     columns = [_texts(part) for values in table.values() for part in _parts(values)]
     rows = zip(*columns, strict=True)
     return _lines([names]) + _lines([_empty_if_nan(cell) for cell in row] for row in rows)
-
-
-def _lists(value: Any) -> Any:  # noqa: ANN401 - JSON
-    if isinstance(value, np.ndarray):
-        return value.tolist()
-    if isinstance(value, dict):
-        return {name: _lists(member) for name, member in value.items()}
-    if isinstance(value, list):
-        return [_lists(member) for member in value]
-    return value
 
 
 def _empty_if_nan(cell: object) -> object:
@@ -333,9 +274,24 @@ def _record(result: Answer) -> np.dtype[Any]:
     """Return the type of the records of a result, without gaps."""
     fields: list[Any] = [] if result.offsets is None else [("row", "<i4")]
     for name, values in result.columns.items():
-        kind = values.dtype.newbyteorder("<")
-        fields.append((name, kind, values.shape[1:]) if values.ndim > 1 else (name, kind))
+        fields.append((name, values.dtype.newbyteorder("<"), values.shape[1:]))
     return np.dtype(fields)
+
+
+def _records(result: Answer) -> NDArray[Any]:
+    """Return the columns of a result as records."""
+    records = np.empty(len(next(iter(result.columns.values()))), _record(result))
+    for name, values in result.columns.items():
+        records[name] = values
+    return records
+
+
+def _npy_header(result: Answer, entries: int) -> bytes:
+    file = io.BytesIO()
+    descr = np.lib.format.dtype_to_descr(_record(result))
+    header = {"descr": descr, "fortran_order": False, "shape": (entries,)}
+    np.lib.format.write_array_header_1_0(file, header)
+    return file.getvalue()
 
 
 def _parts(values: NDArray[Any]) -> list[NDArray[Any]]:

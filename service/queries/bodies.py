@@ -1,4 +1,4 @@
-"""Bodies of queries: JSON, .npy and CSV to arrays of colours.
+"""Bodies of queries: JSON, .npy and tables to arrays of colours.
 
 All rows are checked before anything is computed, so an answer is complete or a problem. Rows are
 counted from 0. See ``docs/decisions/queries-over-http.md``.
@@ -8,25 +8,46 @@ from __future__ import annotations
 
 import io
 import tokenize
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
 from pydantic_core import from_json
 
-from gamutcore.errors import InvalidPointsError
+from gamutcore.arguments import Number, Text
+from gamutcore.colours.spaces import ColourConversion
+from gamutcore.errors import (
+    CharacterisationError,
+    InvalidPointsError,
+    OptionError,
+    SampleLimitError,
+)
 from gamutcore.queries import LARGEST_COORDINATE, checked_points
+from gamutcore.questions import Parameter
+from gamutcore.tables import read_table
 from service.http.json_bodies import parse_json
 from service.problems.problem import Problem, ProblemError
-from service.queries.tables import TableRequest, read_colours
+from service.queries.parameters import refuse
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from gamutcore.arrays import FloatArray
+    from gamutcore.colours.spaces import ColourSpace
     from gamutcore.questions import Question
     from gamutcore.tables import ColourTable
 
-__all__ = ["CSV", "FORMS", "JSON", "NPY", "SVG", "TABLES", "Body", "Form", "parse_body"]
+__all__ = [
+    "CSV",
+    "FORMS",
+    "JSON",
+    "NPY",
+    "SVG",
+    "TABLES",
+    "TABLE_PARAMETERS",
+    "Body",
+    "Form",
+    "parse_body",
+]
 
 JSON = "application/json"
 NPY = "application/x-npy"
@@ -35,20 +56,11 @@ SVG = "image/svg+xml"
 
 
 class Form(NamedTuple):
-    """A form of bodies and answers.
-
-    Attributes
-    ----------
-    most_rows : int
-        Largest number of rows of a body.
-    row_bytes : int
-        Smallest size of a row of three coordinates, to estimate the rows of a body by its size.
-    most_bytes : int
-        Largest body.
-    """
+    """A form of bodies and answers, with the limits of a body."""
 
     most_rows: int
     row_bytes: int
+    """Smallest size of a row of three coordinates, to estimate the rows of a body by its size."""
     most_bytes: int
 
 
@@ -65,6 +77,33 @@ FORMS = {
 TABLES = frozenset({CSV, "text/plain", "text/tab-separated-values", "application/octet-stream"})
 """Media types of tables, whose form is recognised by the content: CSV, CGATS, CxF, swatches."""
 
+TABLE_PARAMETERS = (
+    Parameter(
+        "columns",
+        Annotated[str, Text(200, "names or numbers of columns, separated by commas")],
+        "For tables: names or numbers of the three columns of the colours, or of the one with "
+        "texts such as `#e4002b`. By default, the names of the columns decide.",
+        example="L,a,b",
+    ),
+    Parameter(
+        "table_scale",
+        Annotated[float, Number(0.0, 1e6, above_least=True, below_most=True)],
+        "For tables: the value of white, such as 1, 100 or 255. By default, the values decide, and "
+        "with `space` it is 1 for `sRGB` and `CIEXYZ`.",
+        example=255,
+    ),
+)
+"""Parameters of queries whose body is a table."""
+
+_SCALED = frozenset({"sRGB", "CIEXYZ"})
+"""Spaces that tables have on several scales. That of the API is 0 to 1."""
+
+_TABLE_BYTES = 4 * 2**20
+"""Largest body of measurements or swatches. CGATS of this size, in rows of 15 bytes, takes 0.13 GB
+and some seconds."""
+
+_NPY_MAGIC = b"\x93NUMPY"
+
 _HEADER_BYTES = 10_000
 """Largest header of an .npy file, as NumPy accepts it by default."""
 
@@ -76,24 +115,15 @@ _BROKEN_HEADER = (
 
 
 class Body(NamedTuple):
-    """The content of a body.
-
-    Attributes
-    ----------
-    inputs : list of (n, 3) float64
-        One array for each name of the question's inputs.
-    members : dict
-        Parameters in a JSON body, not checked.
-    table : ColourTable or None
-        The client's own columns, if the body is a table.
-    axes : sequence of str
-        Names of the coordinates in the space of the colours; those of the gamut's if empty.
-    """
+    """The content of a body: an array (n, 3) for each name of the question's inputs."""
 
     inputs: list[FloatArray]
     members: dict[str, object]
+    """Parameters in a JSON body, not checked."""
     table: ColourTable | None = None
+    """The client's own columns, if the body is a table."""
     axes: Sequence[str] = ()
+    """Names of the coordinates in the space of the colours; those of the gamut's if empty."""
 
     @property
     def rows(self) -> int:
@@ -102,32 +132,24 @@ class Body(NamedTuple):
 
 
 def parse_body(
-    content: bytes | bytearray, media_type: str, question: Question, asked: TableRequest
+    content: bytes | bytearray,
+    media_type: str,
+    question: Question,
+    own: ColourSpace,
+    given: Mapping[str, Any],
 ) -> Body:
-    """Return the content of a body.
+    """Return the content of a body of a form of `FORMS`. A table is not copied if it is bytes.
 
-    Parameters
-    ----------
-    content : bytes or bytearray
-        A table is not copied if it is bytes.
-    media_type : str
-        A key of `FORMS`.
-    question : Question
-    asked : TableRequest
-
-    Raises
-    ------
-    ProblemError
-        The body is malformed, has other members, columns or shapes, or too many rows.
-    InvalidPointsError
-        A row is not three finite numbers.
+    `own` is the space of the gamut, and `given` has the parameters in the query string. Raise
+    `ProblemError` if the body is malformed, has other members, columns or shapes, or too many
+    rows, and `InvalidPointsError` if a row is not three finite numbers.
     """
     if media_type == JSON:
         body = _json(content, question)
     elif media_type == NPY:
         body = Body(_npy(content, question.inputs), {})
     else:
-        table = read_colours(bytes(content), question.inputs, asked, FORMS[CSV].most_rows)
+        table = _table(bytes(content), question.inputs, own, given)
         body = Body(table.inputs, {}, table)
     checked = []
     for name, points in zip(question.inputs, body.inputs, strict=True):
@@ -237,6 +259,48 @@ def _npy(content: bytes | bytearray, names: Sequence[str]) -> list[FloatArray]:
     flat = np.frombuffer(content, dtype, offset=file.tell())
     array = flat.reshape(shape, order="F" if is_fortran else "C")
     return [array[:, first : first + 3] for first in range(0, width, 3)]
+
+
+def _table(
+    content: bytes, names: Sequence[str], own: ColourSpace, given: Mapping[str, Any]
+) -> ColourTable:
+    """Return the table in a body. With several names, columns have them as a prefix: ``from_L``."""
+    most = FORMS[CSV].most_rows
+    space, columns, scale = (given.get(name) for name in ("space", "columns", "table_scale"))
+    if content.startswith(_NPY_MAGIC):
+        remedy = "Send it with Content-Type: application/x-npy."
+        raise ProblemError(Problem("invalid-body", "The body is an .npy file.", {}, remedy))
+    if scale is None and columns is None and space in _SCALED:
+        scale = 1.0
+    try:
+        table = read_table(
+            content,
+            space=space,
+            columns=columns,
+            scale=scale,
+            names=names,
+            own=own.name,
+            most=most,
+            most_bytes=_TABLE_BYTES,
+            limits=ColourConversion(None, own).unscaled,
+        )
+    except SampleLimitError as error:
+        limit = error.where.get("limit", most)
+        raise ProblemError(
+            Problem("too-many-rows", error.message, {"limit": limit}, error.remedy)
+        ) from error
+    except OptionError as error:
+        field = str(error.where.get("field", "columns"))
+        raise refuse(error.message, "query", field, error.remedy) from error
+    except CharacterisationError as error:
+        raise ProblemError(
+            Problem("invalid-body", error.message, error.where, error.remedy)
+        ) from error
+    if len(table.inputs) != len(names):
+        detail = f"The file has one colour in each row, and {' and '.join(names)} are needed."
+        remedy = "Send a table whose columns have the prefixes of the operation."
+        raise ProblemError(Problem("invalid-body", detail, {"field": names[-1]}, remedy))
+    return table
 
 
 def _same_rows(names: Sequence[str], inputs: list[FloatArray]) -> None:

@@ -4,6 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from gamutcore.questions.declarations import (
+    COLOUR,
+    NULLABLE_NUMBER,
+    NUMBER,
+    described,
+    list_of,
+)
 from service.http.conditional import IMMUTABLE
 from service.openapi.documentation import binary_content, header
 from service.queries.bodies import CSV, FORMS, JSON, NPY, SVG, TABLES
@@ -11,91 +18,83 @@ from service.queries.parameters import description
 from service.queries.parameters import schema as schema_of
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
     from gamutcore.questions import Question
 
 __all__ = ["picture_response", "query_response", "request_body", "stated_header", "view_response"]
 
-_COLOURS = {
-    "type": "array",
-    "items": {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3},
-    "maxItems": FORMS[JSON].most_rows,
-}
 
-_LEVEL = {
-    "title": "AnsweringLevel",
-    "type": "object",
-    "properties": {
-        "triangles": {"type": "integer", "description": "Triangles of the level."},
-        "max_error": {
-            "type": "number",
-            "description": "Upper bound of its distance from the full boundary.",
-        },
+def _object(
+    title: str, properties: Mapping[str, Any], required: Iterable[str], description: str = ""
+) -> dict[str, Any]:
+    """Return the schema of an object, whose title names the class of generated clients."""
+    about = {"description": description} if description else {}
+    members = {"properties": dict(properties), "required": list(required)}
+    return {"title": title, "type": "object", **about, **members}
+
+
+_TEXT = {"type": "string"}
+_BINARY = {"type": "string", "format": "binary"}
+_COLOURS = {**list_of(COLOUR), "maxItems": FORMS[JSON].most_rows}
+
+_LEVEL = _object(
+    "AnsweringLevel",
+    {
+        "triangles": described({"type": "integer"}, "Triangles of the level."),
+        "max_error": described(NUMBER, "Upper bound of its distance from the full boundary."),
     },
-    "required": ["triangles", "max_error"],
-}
+    ("triangles", "max_error"),
+)
 
-_VIEWING = {"type": ["number", "string"]}
-
-_CONDITIONS = {
-    "title": "GamutConditions",
-    "type": "object",
-    "description": "What the colours of the gamut are relative to.",
-    "properties": {
-        "intent": {
-            "type": "string",
-            "description": "`relative`, `absolute`, `perceptual`, `saturation`, or `as given` for "
-            "colours whose white is not known.",
-        },
-        "ink_limit": {"type": ["number", "null"], "description": "In per cent."},
-        "black_limit": {"type": ["number", "null"], "description": "In per cent."},
+_CONDITIONS = _object(
+    "GamutConditions",
+    {
+        "intent": described(
+            _TEXT,
+            "`relative`, `absolute`, `perceptual`, `saturation`, or `as given` for colours whose "
+            "white is not known.",
+        ),
+        "ink_limit": described(NULLABLE_NUMBER, "In per cent."),
+        "black_limit": described(NULLABLE_NUMBER, "In per cent."),
         "white": {
             "type": "object",
             "description": "Reference white of the space.",
-            "properties": {
-                "name": {"type": "string"},
-                "xyz": {"type": "array", "items": {"type": "number"}},
-            },
+            "properties": {"name": _TEXT, "xyz": list_of(NUMBER)},
         },
-        "medium_white": {
-            "type": ["array", "null"],
-            "items": {"type": "number"},
-            "description": "L\\*, a\\*, b\\* of the white of the medium, as measured.",
-        },
-        "space": {"type": "string"},
+        "medium_white": described(
+            {"type": ["array", "null"], "items": NUMBER},
+            "L\\*, a\\*, b\\* of the white of the medium, as measured.",
+        ),
+        "space": _TEXT,
         "viewing_conditions": {
             "type": "object",
             "description": "Luminances, background and surround, in spaces that have any.",
-            "additionalProperties": _VIEWING,
+            "additionalProperties": {"type": ["number", "string"]},
         },
     },
-    "required": ["intent", "ink_limit", "black_limit", "white", "medium_white", "space"],
-}
+    ("intent", "ink_limit", "black_limit", "white", "medium_white", "space"),
+    "What the colours of the gamut are relative to.",
+)
 
-_WARNINGS = {
-    "type": "array",
-    "items": {"type": "string"},
-    "description": "Reasons why the answer may mislead, such as another intent.",
-}
+_WARNINGS = described(list_of(_TEXT), "Reasons why the answer may mislead, such as another intent.")
 
 _OWN_SPACE = "For tables: the colours as they were understood, in the space of the gamut."
 
 _READING = {
-    "reading": {
-        "type": "string",
-        "description": "For tables: what was understood, in a sentence: columns, space, scale, "
-        "separator and encoding.",
-    },
-    "labels": {
-        "type": "array",
-        "items": {"type": "string"},
-        "description": "For tables: the first text of each row that has a colour.",
-    },
-    "lines": {
-        "type": "array",
-        "items": {"type": "integer"},
-        "description": "For tables: the line in the file of each row that has a colour, or the "
-        "number of the row if the file is no delimited text.",
-    },
+    "reading": described(
+        _TEXT,
+        "For tables: what was understood, in a sentence: columns, space, scale, separator and "
+        "encoding.",
+    ),
+    "labels": described(
+        list_of(_TEXT), "For tables: the first text of each row that has a colour."
+    ),
+    "lines": described(
+        list_of({"type": "integer"}),
+        "For tables: the line in the file of each row that has a colour, or the number of the row "
+        "if the file is no delimited text.",
+    ),
 }
 
 _EXAMPLE_CONDITIONS = {
@@ -140,22 +139,14 @@ def stated_header(name: str) -> str:
 
 
 def request_body(question: Question) -> dict[str, Any]:
-    """Return the description of the body of an question."""
+    """Return the description of the body of a question."""
     names = question.inputs
-    colours = {
-        name: {**_COLOURS, "description": "Colours, in the space of the gamut."} for name in names
-    }
+    colours = dict.fromkeys(names, described(_COLOURS, "Colours, in the space of the gamut."))
     members = {
-        each.name: {**schema_of(each), "description": description(each)}
-        for each in question.all_parameters
+        each.name: described(schema_of(each), description(each)) for each in question.all_parameters
     }
-    schema = {
-        "title": f"{_title(question)}Query",
-        "type": "object",
-        "properties": {**colours, **members},
-        "required": list(names),
-        "additionalProperties": False,
-    }
+    schema = _object(f"{_title(question)}Query", {**colours, **members}, names)
+    schema["additionalProperties"] = False
     width = 3 * len(names)
     others = ", ".join(f"`{each}`" for each in sorted(TABLES - {CSV}))
     return {
@@ -168,12 +159,12 @@ def request_body(question: Question) -> dict[str, Any]:
                 "examples": {"colours": {"value": dict(question.example)}},
             },
             NPY: {
-                "schema": {"type": "string", "format": "binary"},
+                "schema": _BINARY,
                 "examples": {"array": {"summary": f"An array (n, {width}) of float32 or float64"}},
             },
             CSV: {
                 # client generators pass other types of body as a file
-                "schema": {"type": "string", "format": "binary"},
+                "schema": _BINARY,
                 "examples": {"table": {"value": _table(question)}},
             },
         },
@@ -181,56 +172,28 @@ def request_body(question: Question) -> dict[str, Any]:
 
 
 def query_response(question: Question) -> dict[str, Any]:
-    """Return the description of the answer of an question."""
+    """Return the description of the answer to a question about colours."""
     columns = {
-        column.name: {
-            "type": "array",
-            "items": dict(column.schema),
-            "description": column.description,
-        }
-        for column in question.columns
+        each.name: described(list_of(each.schema), each.description) for each in question.columns
     }
     stated = {
-        name: {"type": "number", "description": f"Value of the parameter `{name}`, or its default."}
+        name: described(NUMBER, f"Value of the parameter `{name}`, or its default.")
         for name in question.answered
         if name not in columns
     }
-    of_tables = {name: {**_COLOURS, "description": _OWN_SPACE} for name in question.inputs}
-    answer = {
-        "title": f"{_title(question)}Answer",
-        "type": "object",
-        "properties": {
-            "level": _LEVEL,
-            "gamut": _CONDITIONS,
-            "warnings": _WARNINGS,
-            **stated,
-            **_READING,
-            **of_tables,
-            **columns,
-        },
-        "required": ["level", "gamut", "warnings", *stated],
-    }
-    example = {
-        "level": _EXAMPLE_LEVEL,
-        "gamut": _EXAMPLE_CONDITIONS,
-        "warnings": [],
-        **question.answered,
-    }
+    of_tables = dict.fromkeys(question.inputs, described(_COLOURS, _OWN_SPACE))
+    required = {"level": _LEVEL, "gamut": _CONDITIONS, "warnings": _WARNINGS, **stated}
+    shown = {"level": _EXAMPLE_LEVEL, "gamut": _EXAMPLE_CONDITIONS, "warnings": []}
     return {
         "description": "One entry per row, in the order of the rows.",
-        "content": {
-            JSON: {"schema": answer, "examples": {"answer": {"value": example}}},
-            NPY: {
-                "schema": {"type": "string", "format": "binary"},
-                "examples": {"array": {"summary": "A structured array, one field per column"}},
-            },
-            CSV: {
-                "schema": {"type": "string"},
-                "examples": {
-                    "table": {"summary": "The columns of the body and those of the result"}
-                },
-            },
-        },
+        "content": _forms(
+            question,
+            required,
+            {**_READING, **of_tables, **columns},
+            shown,
+            array="A structured array, one field per column",
+            table="The columns of the body and those of the result",
+        ),
         "headers": {
             "Gamut-Triangles": header("Triangles of the level.", 1000),
             "Gamut-Max-Error": header(
@@ -253,46 +216,51 @@ def query_response(question: Question) -> dict[str, Any]:
 
 
 def view_response(question: Question) -> dict[str, Any]:
-    """Return the description of the answer to a question."""
-    members = dict(question.members)
+    """Return the description of the answer to a question about the shape of gamuts."""
+    required = {"level": _LEVEL, "gamut": _CONDITIONS}
+    shown: dict[str, Any] = {"level": _EXAMPLE_LEVEL, "gamut": _EXAMPLE_CONDITIONS}
     if question.name == "comparisons":
-        both = {"type": "object", "properties": {"a": _LEVEL, "b": _LEVEL}, "required": ["a", "b"]}
-        stated = dict.fromkeys("ab", _CONDITIONS)
-        first: dict[str, Any] = {
-            "levels": {**both, "title": "ComparedLevels"},
-            "gamuts": {
-                "title": "ComparedGamuts",
-                "type": "object",
-                "properties": stated,
-                "required": ["a", "b"],
-            },
+        required = {
+            f"{name}s": _object(f"Compared{name.title()}s", dict.fromkeys("ab", schema), "ab")
+            for name, schema in required.items()
         }
-        example: dict[str, Any] = {
-            "levels": {"a": _EXAMPLE_LEVEL, "b": _EXAMPLE_LEVEL},
-            "gamuts": {"a": _EXAMPLE_CONDITIONS, "b": _EXAMPLE_CONDITIONS},
-        }
-    else:
-        first = {"level": _LEVEL, "gamut": _CONDITIONS}
-        example = {"level": _EXAMPLE_LEVEL, "gamut": _EXAMPLE_CONDITIONS}
-    first["warnings"], example["warnings"] = _WARNINGS, []
-    answer = {
-        "title": f"{_title(question)}Answer",
-        "type": "object",
-        "properties": {**first, **members},
-        "required": list(first),
-    }
-    example = {**example, **question.answered}
+        # Last, as in the released document, which stays the same to the byte.
+        required["levels"]["title"] = required["levels"].pop("title")
+        shown = {f"{name}s": dict.fromkeys("ab", example) for name, example in shown.items()}
+    required["warnings"], shown["warnings"] = _WARNINGS, []
     return {
         "description": question.summary,
-        "content": {
-            JSON: {"schema": answer, "examples": {"answer": {"value": example}}},
-            NPY: {
-                "schema": {"type": "string", "format": "binary"},
-                "examples": {"array": {"summary": "A structured array"}},
-            },
-            CSV: {"schema": {"type": "string"}, "examples": {"table": {"summary": "A table"}}},
-        },
+        "content": _forms(
+            question,
+            required,
+            question.members,
+            shown,
+            array="A structured array",
+            table="A table",
+        ),
         "headers": _IMMUTABLE_HEADERS,
+    }
+
+
+def _forms(
+    question: Question,
+    required: Mapping[str, Any],
+    others: Mapping[str, Any],
+    shown: Mapping[str, Any],
+    *,
+    array: str,
+    table: str,
+) -> dict[str, Any]:
+    """Return the forms of an answer: the schemas of its members in JSON, and words about the rest.
+
+    `required` and `others` are schemas by name. `shown` has examples that all questions share.
+    """
+    answer = _object(f"{_title(question)}Answer", {**required, **others}, required)
+    example = {"value": {**shown, **question.answered}}
+    return {
+        JSON: {"schema": answer, "examples": {"answer": example}},
+        NPY: {"schema": _BINARY, "examples": {"array": {"summary": array}}},
+        CSV: {"schema": _TEXT, "examples": {"table": {"summary": table}}},
     }
 
 

@@ -44,7 +44,6 @@ __all__ = [
 _NUMBER = re.compile(rf"-?{DECIMAL_PATTERN}\Z")
 _LONGEST_SHOWN = 40
 
-
 _NOTES = {
     "space": " In the query string of a slug, `space` is the option of the build instead.",
 }
@@ -106,18 +105,8 @@ def values_of(
 ) -> dict[str, Any]:
     """Return the values of all parameters, with the defaults.
 
-    Parameters
-    ----------
-    parameters : iterable of Parameter
-    query : mapping
-        Values in the query string, as `query_values` returns them.
-    body : mapping
-        Members of a JSON body.
-
-    Raises
-    ------
-    ProblemError
-        A value is not accepted, or a parameter is given in both places.
+    `query` has values as `query_values` returns them, and `body` the members of a JSON body. Raise
+    ``invalid-parameter`` if a member is not accepted, or a parameter is given in both places.
     """
     values: dict[str, Any] = {}
     for each in parameters:
@@ -136,34 +125,25 @@ def values_of(
 def query_values(
     parameters: Iterable[Parameter], query: Iterable[tuple[str, str]]
 ) -> dict[str, Any]:
-    """Return the checked values in a query string.
+    """Return the checked values in a query string, from names and texts.
 
-    Parameters
-    ----------
-    parameters : iterable of Parameter
-    query : iterable of (str, str)
-        Names and texts.
-
-    Raises
-    ------
-    ProblemError
-        A name is unknown or repeated, or a value is not accepted.
+    Raise ``invalid-parameter`` if a name is unknown or repeated, or a value is not accepted.
     """
     known = {each.name: each for each in parameters}
     items = list(query)
-    values = {}
     for name, count in Counter(name for name, _ in items).items():
         shown = name[:_LONGEST_SHOWN]
-        names = ", ".join(known)
         if name not in known:
             fault = f"There is no parameter {shown!r} here."
-            raise refuse(fault, "query", shown, f"Give each at most once: {names}.")
-        if count > 1:
+        elif count > 1:
             fault = f"The parameter {shown!r} is given {count} times."
-            raise refuse(fault, "query", shown, f"Give each at most once: {names}.")
-    for name, text in items:
-        values[name] = checked(known[name], _from_text(text, known[name].kind), "query")
-    return values
+        else:
+            continue
+        raise refuse(fault, "query", shown, f"Give each at most once: {', '.join(known)}.")
+    return {
+        name: checked(known[name], _from_text(text, known[name].kind), "query")
+        for name, text in items
+    }
 
 
 def refuse(detail: str, place: str, field: str, remedy: str) -> ProblemError:

@@ -1,8 +1,8 @@
 """Execution of queries: threads, and answers piece by piece.
 
-Kernels release the interpreter lock, so threads use all cores and the event
-loop stays free. A few rows on a level in memory are answered on the event loop, because passing
-them to a thread takes longer. See ``docs/decisions/queries-over-http.md``.
+Kernels release the interpreter lock, so threads use all cores and the event loop stays free. A few
+rows on a level in memory are answered on the event loop, because passing them to a thread takes
+longer. See ``docs/decisions/queries-over-http.md``.
 """
 
 from __future__ import annotations
@@ -16,18 +16,18 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from gamutcore.errors import InvalidPointsError
 from service.library import Cost
 from service.problems.problem import Problem, ProblemError
-from service.queries.admission import Admission
 from service.queries.answers import WRITERS, level_document, shape_file
 from service.queries.bodies import CSV, FORMS, JSON, SVG, parse_body
 from service.queries.levels import QueryLevels
 from service.queries.parameters import check_alternatives
-from service.queries.threads import DeadlineThreads
+from service.queries.scheduling import Admission, DeadlineThreads
 from service.telemetry.request_context import timed
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable, Mapping, Sequence
 
     from gamutcore.arrays import FloatArray
+    from gamutcore.colours.spaces import ColourSpace
     from gamutcore.questions import Answer, Question
     from service.http.spool import Body as Sent
     from service.library import Library
@@ -35,7 +35,6 @@ if TYPE_CHECKING:
     from service.queries.answers import Writer
     from service.queries.bodies import Body
     from service.queries.levels import QueryLevel
-    from service.queries.tables import TableRequest
     from service.telemetry.metrics import QueryMetrics
 
 __all__ = ["Queries", "Query", "level_values"]
@@ -80,22 +79,8 @@ def level_values(levels: Sequence[QueryLevel], values: Mapping[str, Any]) -> dic
 class Queries:
     """Answers queries about a library's gamuts.
 
-    Parameters
-    ----------
-    library : Library
-    requested : RequestedLevels
-        Finds levels for limits.
-    metrics : QueryMetrics
-        Counts rows and seconds.
-    most_rows : int
-        Largest number of rows under way.
-    client_share : float
-        The part of them that belongs to one client.
-
-    Attributes
-    ----------
-    levels : QueryLevels
-    admission : Admission
+    `requested` finds levels for limits, and `metrics` counts rows and seconds. `most_rows` and
+    `client_share` are limits of `Admission`.
     """
 
     def __init__(
@@ -110,13 +95,16 @@ class Queries:
         self.levels = QueryLevels(library, requested)
         self.admission = Admission(most_rows, client_share)
         self._metrics = metrics
-        threads = self._ahead = (
-            len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 2
-        )
-        self._threads = DeadlineThreads(threads)
+        self._ahead = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 2
+        self._threads = DeadlineThreads(self._ahead)
 
     async def parse(
-        self, sent: Sent, media_type: str, question: Question, asked: TableRequest
+        self,
+        sent: Sent,
+        media_type: str,
+        question: Question,
+        own: ColourSpace,
+        given: Mapping[str, Any],
     ) -> Body:
         """Return the content of a body that has arrived; see `parse_body`.
 
@@ -126,7 +114,7 @@ class Queries:
         def parse() -> Body:
             # The text of a table is kept for its answer, so it is read as bytes at once.
             content = sent.read(0, sent.size) if media_type == CSV else sent.content()
-            return parse_body(content, media_type, question, asked)
+            return parse_body(content, media_type, question, own, given)
 
         with timed("body"):
             if media_type == JSON and sent.size <= INLINE_BYTES:
@@ -142,12 +130,8 @@ class Queries:
     async def answer(self, query: Query) -> tuple[bytes, AsyncIterator[bytes] | None]:
         """Return the first part of an answer, and the others if there are any.
 
-        Raises
-        ------
-        ProblemError
-            The answer would be JSON and has too many rows.
-        GamutError
-            A row cannot be answered. Only the first part can raise it.
+        Raise ``too-many-rows`` if the answer would be JSON, and `GamutError` if a row cannot be
+        answered. Only the first part can raise it.
         """
         rows = query.body.rows
         if query.media_type == JSON and rows > FORMS[JSON].most_rows:
@@ -175,9 +159,8 @@ class Queries:
     ) -> bytes:
         """Return the answer to a question about the shape of gamuts as a file."""
         with self.admission.held(client, VIEW_ROWS):
-            return await self._threads.run(
-                VIEW_ROWS, self._shape_file, question, levels, values, media_type
-            )
+            arguments = question, levels, values, media_type
+            return await self._threads.run(VIEW_ROWS, self._shape_file, *arguments)
 
     def _shape_file(
         self,

@@ -18,7 +18,7 @@ from service.problems.problem import JsonResponse, Problem, ProblemError
 from service.routes.paging import After, Limit, page_of
 from service.storage.gamuts import GamutDamagedError, GamutNotStoredError
 
-__all__ = ["job_document", "router"]
+__all__ = ["job_description", "router"]
 
 router = APIRouter(prefix="/v1/jobs", tags=["jobs"], dependencies=[Depends(check_query)])
 
@@ -76,8 +76,8 @@ async def list_jobs(
     limit = min(limit, service.settings.max_page_size)
     documents = await service.builds.page(after, limit + 1)
     shown, following, link = page_of(documents, limit, "/v1/jobs")
-    jobs = [job_document(document) for document in shown]
-    return JsonResponse({"jobs": jobs, "next": following}, headers=_NO_STORE | link)
+    page = JobList(jobs=[job_description(each) for each in shown], next=following)
+    return JsonResponse(page, headers=_NO_STORE | link)
 
 
 @router.get(
@@ -104,7 +104,7 @@ async def describe_job(request: Request, job_id: JobId) -> Response:
     headers = dict(_NO_STORE)
     if not document.final:
         headers["Retry-After"] = str(service.builds.retry_after(document))
-    return JsonResponse(job_document(document), headers=headers)
+    return JsonResponse(job_description(document), headers=headers)
 
 
 @router.get(
@@ -188,26 +188,21 @@ async def cancel_job(request: Request, job_id: JobId) -> Response:
     if document.state != "cancelled":
         detail = f"The job has {document.state}."
         raise ProblemError(Problem("job-finished", detail, {"state": document.state}))
-    return JsonResponse(job_document(document), headers=_NO_STORE)
+    return JsonResponse(job_description(document), headers=_NO_STORE)
 
 
-def job_document(document: JobDocument) -> dict[str, Any]:
-    """Return the JSON of a job."""
+def job_description(document: JobDocument) -> JobDescription:
+    """Return a job as clients see it. The model leaves out what is not for them."""
     problem = document.problem
-    built = document.state == "succeeded"
-    address = f"/v1/gamuts/{document.id}" if built else None
-    return {
-        "id": document.id,
-        "state": document.state,
-        "stage": document.stage,
-        "fraction": document.fraction,
-        "attempts": document.attempts,
-        "created": document.created or None,
-        "started": document.started,
-        "finished": document.finished,
-        "problem": None if problem is None else Problem.from_mapping(problem).document(),
-        "links": {"self": f"/v1/jobs/{document.id}", "gamut": address},
-    }
+    gamut = f"/v1/gamuts/{document.id}" if document.state == "succeeded" else None
+    return JobDescription.model_validate(
+        {
+            **vars(document),
+            "created": document.created or None,
+            "problem": None if problem is None else Problem.from_mapping(problem).document(),
+            "links": {"self": f"/v1/jobs/{document.id}", "gamut": gamut},
+        }
+    )
 
 
 async def _read_job(service: ServiceContainer, job_id: str) -> JobDocument:
@@ -240,7 +235,7 @@ async def _changes(
     service: ServiceContainer, document: JobDocument
 ) -> AsyncIterator[tuple[JobDocument, dict[str, Any]] | None]:
     if document.final:
-        yield document, job_document(document)
+        yield document, job_description(document).model_dump()
         return
     async for change in service.builds.changes(document.id, HEARTBEAT_SECONDS):
-        yield None if change is None else (change, job_document(change))
+        yield None if change is None else (change, job_description(change).model_dump())

@@ -28,11 +28,10 @@ from service.meshes.requested_levels import level_request
 from service.openapi.documentation import problems
 from service.problems.problem import Problem, ProblemError
 from service.queries.answers import condition_headers, reading_header
-from service.queries.bodies import CSV, FORMS, NPY, TABLES
+from service.queries.bodies import CSV, FORMS, NPY, TABLE_PARAMETERS, TABLES
 from service.queries.documentation import query_response, request_body, stated_header
 from service.queries.parameters import documentation, query_values, refuse, values_of
 from service.queries.queries import Query, level_values
-from service.queries.tables import TABLE_PARAMETERS, TableRequest
 from service.routes.gamuts import GamutId
 from service.routes.reference_slugs import named_gamut
 from service.telemetry.request_context import timed
@@ -165,8 +164,7 @@ async def _answer(request: Request, gamut_id: str, question: Question) -> Respon
             correct = held.enter_context(queries.admission.held(client, estimate))
             await wait_for_kernels(service)
             opened = service.library.find_open(gamut_id) or await service.library.gamut(gamut_id)
-            asked = TableRequest.of(opened.space, given)
-            body = await queries.parse(arriving, sent, question, asked)
+            body = await queries.parse(arriving, sent, question, opened.space, given)
         correct(body.rows)
         values = values_of(parameters, given, body.members)
         if body.table is not None and (values["space"] or opened.space.name) != body.table.space:

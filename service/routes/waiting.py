@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from service.http.negotiation import preference
 from service.problems.problem import JsonResponse, Problem, ProblemError
-from service.routes.jobs import job_document
+from service.routes.jobs import job_description
 from service.telemetry.request_context import timed
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ async def wait_for_build(
             "Retry-After": str(service.builds.retry_after(job)),
             "Cache-Control": "no-store",
         }
-        return JsonResponse(job_document(job), 202, answer), headers
+        return JsonResponse(job_description(job), 202, answer), headers
     if job.problem is not None:
         raise ProblemError(Problem.from_mapping(job.problem))
     return None, headers

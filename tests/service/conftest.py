@@ -15,6 +15,7 @@ import pytest
 from opentelemetry.proto.collector.trace.v1.trace_service_pb2 import ExportTraceServiceRequest
 
 from gamutcore import Gamut, Options
+from service.openapi.documentation import EXAMPLE_GAMUT
 from service.storage.gamuts import GamutStore
 from service.storage.local import LocalBlobs
 from service.storage.records import Record
@@ -302,8 +303,9 @@ for line in sys.stdin:
         content = json.dumps(request["options"]).encode()
         Path(request["output"]).write_bytes(content)
         digest = hashlib.sha256(content).hexdigest()
+        description = DESCRIPTION | {"options": request["options"]}
         send(event="built", sha256=digest, nbytes=len(content), seconds={"metric": 0.25},
-             description={"options": request["options"]})
+             description={} if word == "misdescribe" else description)
 """
 """A worker that does what the first word of its input says, without a compiler to wait for."""
 
@@ -312,7 +314,7 @@ for line in sys.stdin:
 def scripted_worker(tmp_path):
     """The command line of a worker that follows a script, and the builds that it has begun."""
     path = tmp_path / "worker.py"
-    path.write_text(SCRIPTED_WORKER)
+    path.write_text(f"DESCRIPTION = {EXAMPLE_GAMUT!r}\n{SCRIPTED_WORKER}")
 
     class Command(tuple):
         __slots__ = ()

@@ -17,7 +17,6 @@ from service.queries.answers import WRITERS
 from service.queries.bodies import CSV, JSON, NPY, parse_body
 from service.queries.levels import QueryLevel
 from service.queries.parameters import values_of
-from service.queries.tables import TableRequest
 from targets.checks import Target, refused_by_name
 
 ROOT = Path(__file__).parents[3]
@@ -199,8 +198,7 @@ def check_body(data):
         if not question.inputs:
             continue
         with refused_by_name(ProblemError):
-            asked = TableRequest(CUBE.colour_space)
-            body = parse_body(bytearray(data), form, question, asked)
+            body = parse_body(bytearray(data), form, question, CUBE.colour_space, {})
             values = values_of(question.all_parameters, {}, body.members)
             values |= {"triangles": LEVEL.triangles, "max_error": None}
             if body.table is not None:

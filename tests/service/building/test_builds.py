@@ -27,7 +27,7 @@ from service.building.engine import queue_full
 from service.building.job_runner import Interruption, JobRunner
 from service.building.process import WORKER_COMMAND
 from service.problems.problem import ProblemError
-from service.routes.jobs import job_document
+from service.routes.jobs import job_description
 from service.settings import Settings
 from service.storage.blobs import StoreFullError, StoreUnavailableError
 from service.storage.gamuts import GamutDamagedError
@@ -319,7 +319,7 @@ async def test_the_queue_of_one_client_delays_others_by_one_build(
         await post(builds, "busy", 4)
         await begun(builds, job_id("busy", 0))
         await post(builds, "late", 2)
-        assert "late" not in json.dumps(job_document(book.read(job_id("late", 0))))
+        assert "late" not in job_description(book.read(job_id("late", 0))).model_dump_json()
     async with replica(sole_owner=True) as builds:
         await until(lambda: builds.facts().running)
         await post(builds, "later", 1)
@@ -379,6 +379,7 @@ async def test_an_input_that_cannot_be_stored_is_no_job(
         ("refuse", "missing-column", 1, 1, "M."),
         ("full", "storage-full", 1, 1, ""),
         ("defect", "build-failed", 1, 1, ""),
+        ("misdescribe", "build-failed", 1, 1, ""),
         ("exhaust", "build-out-of-memory", 1, 1, "268435456 bytes"),
         ("outdate", "build-outdated", 1, 1, ""),
         ("hang", "build-timeout", 1, 2, "120 s"),

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.queries.threads import DeadlineThreads
+from service.queries.scheduling import DeadlineThreads
 
 
 def run(scenario):
