@@ -18,12 +18,12 @@ from typing import TYPE_CHECKING, Any
 
 from service.building.engine import EngineFacts, shutting_down
 from service.caching.single_flight import SingleFlight
+from service.http.request_context import timed
 from service.jobs.documents import UNHEARD, client_mark
 from service.problems.problem import Problem
 from service.storage.blobs import StoreUnavailableError
 from service.storage.gamuts import GamutNotStoredError
 from service.storage.records import Record
-from service.telemetry.request_context import timed
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Iterator, Mapping

@@ -20,8 +20,8 @@ from uvicorn.protocols.http.httptools_impl import (
 )
 from uvicorn.protocols.utils import get_remote_addr
 
+from service.http.request_context import REQUEST_ID
 from service.problems.problem import Problem, problem_response
-from service.telemetry.request_context import REQUEST_ID
 
 if TYPE_CHECKING:
     import asyncio

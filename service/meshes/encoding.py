@@ -20,7 +20,7 @@ from service.http.compression import IDENTITY, compress
 from service.http.conditional import IMMUTABLE, entity_tag, matches
 from service.http.file_names import content_disposition
 from service.http.negotiation import OCTET_STREAM
-from service.telemetry.request_context import timed
+from service.http.request_context import timed
 
 if TYPE_CHECKING:
     from service.library import Charge, OpenGamut

@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, TypeVar
 from gamutcore.history import MINIMUM_TRIANGLES
 from gamutcore.levels import BoundedLevel, LevelRequest, LevelSearch
 from service.caching.single_flight import SingleFlight
+from service.http.request_context import timed
 from service.library import Cost
 from service.problems.problem import Problem, ProblemError
-from service.telemetry.request_context import timed
 
 if TYPE_CHECKING:
     from collections.abc import Callable

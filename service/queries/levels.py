@@ -11,8 +11,8 @@ from collections import Counter
 from typing import TYPE_CHECKING, NamedTuple
 
 from service.caching.single_flight import SingleFlight
+from service.http.request_context import timed
 from service.library import Cost
-from service.telemetry.request_context import timed
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

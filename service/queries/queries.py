@@ -14,6 +14,7 @@ from collections import deque
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from gamutcore.errors import InvalidPointsError
+from service.http.request_context import timed
 from service.library import Cost
 from service.problems.problem import Problem, ProblemError
 from service.queries.answers import WRITERS, level_document, shape_file
@@ -21,7 +22,6 @@ from service.queries.bodies import CSV, FORMS, JSON, SVG, parse_body
 from service.queries.levels import QueryLevels
 from service.queries.parameters import check_alternatives
 from service.queries.scheduling import Admission, DeadlineThreads
-from service.telemetry.request_context import timed
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable, Mapping, Sequence

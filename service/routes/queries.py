@@ -23,6 +23,7 @@ from service.access.clients import client_of
 from service.container import ServiceContainer, service_of
 from service.http.negotiation import OCTET_STREAM, preferred_media_type
 from service.http.parameters import ID_PATTERN
+from service.http.request_context import timed
 from service.library import ChargedResponse
 from service.meshes.requested_levels import level_request
 from service.openapi.documentation import problems
@@ -34,7 +35,6 @@ from service.queries.parameters import documentation, query_values, refuse, valu
 from service.queries.queries import Query, level_values
 from service.routes.gamuts import GamutId
 from service.routes.reference_slugs import named_gamut
-from service.telemetry.request_context import timed
 
 if TYPE_CHECKING:
     from starlette.types import Receive, Scope, Send

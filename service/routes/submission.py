@@ -25,10 +25,10 @@ from gamutcore.references import find_reference, parse_definition
 from service.access.clients import client_of
 from service.http.forms import FIELD_BYTES, decoded, read_form
 from service.http.json_bodies import parse_json
+from service.http.request_context import timed
 from service.http.spool import IN_MEMORY
 from service.problems.problem import Problem, ProblemError
 from service.storage.names import InvalidNameError, checked_name
-from service.telemetry.request_context import timed
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Awaitable, Callable, Iterable

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from service.http.negotiation import preference
+from service.http.request_context import timed
 from service.problems.problem import JsonResponse, Problem, ProblemError
 from service.routes.jobs import job_description
-from service.telemetry.request_context import timed
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -18,7 +18,7 @@ from collections.abc import Mapping
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
-from service.telemetry.request_context import current_request_id, current_trace
+from service.http.request_context import current_request_id, current_trace
 
 if TYPE_CHECKING:
     from types import TracebackType

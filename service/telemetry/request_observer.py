@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from urllib.parse import quote
 
 from service.access.middleware import client_key
-from service.telemetry.request_context import REQUEST_ID, RequestContext, current_request
+from service.http.request_context import REQUEST_ID, RequestContext, current_request
 
 if TYPE_CHECKING:
     from starlette.types import ASGIApp, Message, Receive, Scope, Send

@@ -14,8 +14,8 @@ import os
 from typing import TYPE_CHECKING, Any
 
 from gamutcore.version import __version__
+from service.http.request_context import current_trace
 from service.telemetry.logs import without_secrets
-from service.telemetry.request_context import current_trace
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from opentelemetry.trace import Span
     from starlette.types import Scope
 
-    from service.telemetry.request_context import RequestContext
+    from service.http.request_context import RequestContext
 
 __all__ = [
     "Traces",

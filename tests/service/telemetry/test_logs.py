@@ -8,8 +8,8 @@ import sys
 
 import pytest
 
+from service.http.request_context import RequestContext, current_request
 from service.telemetry.logs import JsonLines, TextLines, without_secrets
-from service.telemetry.request_context import RequestContext, current_request
 
 GAMUT = "4f1d9c07b2a85e63" * 4
 SECRET = "s3cr3t-Value_42"  # noqa: S105 - of nothing

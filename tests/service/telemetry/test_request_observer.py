@@ -11,12 +11,13 @@ from urllib.parse import urlsplit
 import pytest
 
 from service.application import create_app
+from service.http import request_context
 from service.http.protocol import Refusal
+from service.http.request_context import timed
 from service.settings import Settings
-from service.telemetry import request_context, request_observer
+from service.telemetry import request_observer
 from service.telemetry.logs import JsonLines
 from service.telemetry.metrics import Metrics
-from service.telemetry.request_context import timed
 from service.telemetry.request_observer import (
     KNOWN_PARAMETERS,
     UNMATCHED,
