@@ -21,10 +21,10 @@ from gamutcore.characterisation import (
     IccProfile,
     Picture,
     Samples,
-    characterisation,
     described_boundary,
     ink_limit_warnings,
     measurements_of,
+    read_characterisation,
 )
 from gamutcore.colours import (
     DEFAULT_LUMINANCE,
@@ -249,8 +249,8 @@ class _FullBoundary(NamedTuple):
 def _parsed(data: bytes, options: Options) -> Characterisation:
     """Read characterisation data, or the part of an ICC profile that `options.source` names."""
     if options.source == "measurements":
-        return measurements_of(characterisation(data), condition=options.condition)
-    parsed = characterisation(data, condition=options.condition)
+        return measurements_of(read_characterisation(data), condition=options.condition)
+    parsed = read_characterisation(data, condition=options.condition)
     return described_boundary(parsed, options.intent) if options.source == "boundary" else parsed
 
 

@@ -14,7 +14,7 @@ from gamutcore.characterisation.recognition import (
     FORMATS,
     Characterisation,
     Format,
-    characterisation,
+    read_characterisation,
 )
 from gamutcore.characterisation.samples import Samples
 from gamutcore.characterisation.text import (
@@ -32,10 +32,10 @@ __all__ = [
     "IccProfile",
     "Picture",
     "Samples",
-    "characterisation",
     "described_boundary",
     "ink_limit_warnings",
     "measurements_of",
     "mentions",
+    "read_characterisation",
     "text_encoding",
 ]

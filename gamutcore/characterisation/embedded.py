@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from gamutcore.characterisation.icc import IccProfile, largest_output_sum
-from gamutcore.characterisation.recognition import characterisation
+from gamutcore.characterisation.recognition import read_characterisation
 from gamutcore.characterisation.samples import JSON, Samples
 from gamutcore.errors import (
     CharacterisationError,
@@ -102,7 +102,7 @@ def measurements_of(data: Characterisation, *, condition: str | None = None) -> 
     try:
         if tag == "CIED" and DEVICE_TAG in data.tags:
             text = _with_device_values(text, data)
-        samples = characterisation(text, condition=condition)
+        samples = read_characterisation(text, condition=condition)
     except GamutError as error:
         if isinstance(error, CharacterisationError | InvalidPointsError):
             error.where.setdefault("tag", tag)

@@ -60,7 +60,7 @@ def surface_colours(
     Parameters
     ----------
     characterisation : Samples, IccProfile, Picture or Reference
-        As read by `gamutcore.characterisation.characterisation`.
+        As read by `gamutcore.characterisation.read_characterisation`.
     intent : str
         ``"relative"`` or ``"absolute"``; for profiles also ``"perceptual"`` or ``"saturation"``.
     surface_samples : int
