@@ -120,7 +120,7 @@ def test_no_colour_of_a_device_is_outside(
     gamut = Gamut(path) if limit is None else Gamut(path, ink_limit=limit)
     parsed = read_characterisation(path.read_bytes())
     assert isinstance(parsed, Samples | IccProfile)
-    device = surface_colours(parsed, limits=InkLimits(limit), surface_samples=1000).own
+    device = surface_colours(parsed, limits=InkLimits(limit), surface_samples=1000).device_colours
     assert device is not None
     lab = device.points(_device_values(len(device.cube.lowest), limit, 50_000))
     for level in LEVELS:
