@@ -26,7 +26,7 @@ from service.building.process import (
 from service.jobs.book import JobCancelledError, JobDocument, LeaseLostError, now
 from service.problems.problem import Problem, sentence
 from service.storage.blobs import BlobNotFoundError, StoreUnavailableError
-from service.storage.records import Record
+from service.storage.published import PublishedGamut
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -293,7 +293,7 @@ class JobRunner:
             problem = self._problem_of(event)
             if problem is None:
                 check()
-                record = Record(
+                record = PublishedGamut(
                     job_id, event["sha256"], event["nbytes"], now(), event["description"]
                 )
                 self._store.publish(record, scratch[1])
