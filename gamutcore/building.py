@@ -21,9 +21,9 @@ from gamutcore.characterisation import (
     IccProfile,
     Picture,
     Samples,
-    described_boundary,
+    embedded_boundary,
+    embedded_measurements,
     ink_limit_warnings,
-    measurements_of,
     read_characterisation,
 )
 from gamutcore.colours import (
@@ -72,7 +72,8 @@ if TYPE_CHECKING:
 __all__ = ["STAGES", "build", "gamut_id", "report_progress"]
 
 STAGES = ("characterisation", "colours", "boundary", "decimation", "metric")
-"""Stages of a build, as they are reported to `progress`. The history belongs to `decimation`."""
+"""Stages of a build, as they are reported to `progress`. The history belongs to `decimation`, and
+``metric`` is the error curve."""
 
 VOLUME_TOLERANCE = 1e-5
 """Largest relative volume error at which levels count as preserving the volume. The grids of very
@@ -222,9 +223,9 @@ class _FullBoundary(NamedTuple):
 def _parsed(data: bytes, options: Options) -> Characterisation:
     """Read characterisation data, or the part of an ICC profile that `options.source` names."""
     if options.source == "measurements":
-        return measurements_of(read_characterisation(data), condition=options.condition)
+        return embedded_measurements(read_characterisation(data), condition=options.condition)
     parsed = read_characterisation(data, condition=options.condition)
-    return described_boundary(parsed, options.intent) if options.source == "boundary" else parsed
+    return embedded_boundary(parsed, options.intent) if options.source == "boundary" else parsed
 
 
 def _data_kind(parsed: Characterisation) -> str:

@@ -13,8 +13,8 @@ from gamutcore.characterisation import (
     IccProfile,
     Picture,
     Samples,
-    described_boundary,
-    measurements_of,
+    embedded_boundary,
+    embedded_measurements,
     read_characterisation,
 )
 from gamutcore.characterisation.meshes import GAMUT_BOUNDARY_TAGS
@@ -97,7 +97,7 @@ def check_described_boundary(data):
     """Raise unless each intent's boundary is a gamut, or refused by name."""
     for intent in GAMUT_BOUNDARY_TAGS:
         with refused_by_name():
-            check_mesh(described_boundary(read_characterisation(data), intent))
+            check_mesh(embedded_boundary(read_characterisation(data), intent))
 
 
 def check_profile(profile):
@@ -114,7 +114,7 @@ def check_profile(profile):
             nodes = profile.transform(intent)[0].nodes
             assert nodes is None or np.isfinite(nodes).all()
             assert np.isfinite(profile_colours(profile, device, intent).lab).all()
-    measured = measurements_of(profile)
+    measured = embedded_measurements(profile)
     assert isinstance(measured, Samples)
     assert len(measured) > 0
 

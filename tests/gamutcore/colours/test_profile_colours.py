@@ -5,7 +5,7 @@ import pytest
 from PIL import Image, ImageCms
 from scipy.spatial import ConvexHull
 
-from gamutcore.characterisation import Picture, measurements_of, read_characterisation
+from gamutcore.characterisation import Picture, embedded_measurements, read_characterisation
 from gamutcore.colours import colours_in_space, surface_colours, xyz_to_lab
 from gamutcore.colours.spaces import ColourSpace
 
@@ -115,7 +115,7 @@ def test_a_display_and_its_own_measurements_are_of_one_size_in_absolute_colours(
                     surface_colours(data, intent=intent, surface_samples=2000), ColourSpace("Oklab")
                 ).points
             ).volume
-            for data in (profile, measurements_of(profile))
+            for data in (profile, embedded_measurements(profile))
         ]
         return sizes[0] / sizes[1]
 

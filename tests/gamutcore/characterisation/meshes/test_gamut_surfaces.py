@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from gamutcore.boundary import mesh_boundary
-from gamutcore.characterisation import GamutMesh, Samples, described_boundary, read_characterisation
+from gamutcore.characterisation import GamutMesh, Samples, embedded_boundary, read_characterisation
 from gamutcore.errors import (
     MalformedFileError,
     MalformedProfileError,
@@ -158,7 +158,7 @@ def profile(made_profile):
 
 @pytest.mark.parametrize("inks", [0, 3, 4])
 def test_vertices_and_clockwise_triangles_are_read(profile, inks):
-    mesh = described_boundary(profile({"gbd1": element(inks=inks)}), "relative")
+    mesh = embedded_boundary(profile({"gbd1": element(inks=inks)}), "relative")
     assert mesh.vertices.tolist() == [list(vertex) for vertex in VERTICES]
     boundary, provenance = mesh_boundary(mesh)
     # a tetrahedron of the edges 80, 40, 40: one sixth of their product
@@ -173,12 +173,12 @@ def test_each_intent_has_its_tag(profile):
     }
     read = profile(boundaries)
     for number, intent in enumerate(("perceptual", "relative", "saturation", "absolute")):
-        assert described_boundary(read, intent).vertices[0, 0] == 10 + number
+        assert embedded_boundary(read, intent).vertices[0, 0] == 10 + number
 
 
 def test_a_boundary_in_xyz_says_so(profile):
     xyz = [(0.1, 0.1, 0.1), (0.9, 0.1, 0.1), (0.1, 0.9, 0.1), (0.1, 0.1, 0.7)]
-    mesh = described_boundary(profile({"gbd1": element(xyz)}, "XYZ "), "relative")
+    mesh = embedded_boundary(profile({"gbd1": element(xyz)}, "XYZ "), "relative")
     assert mesh.space == "CIEXYZ"
     boundary, _ = mesh_boundary(mesh)
     # the colours' lightness by CIE 15: Y 0.9 and three times Y 0.1
@@ -189,24 +189,24 @@ def test_a_boundary_in_xyz_says_so(profile):
 def test_vertices_that_are_numbered_from_one_are_understood(profile):
     """As in the ICC's own example of the type in XML."""
     faces = [tuple(corner + 1 for corner in face) for face in CLOCKWISE]
-    mesh = described_boundary(profile({"gbd1": element(faces=faces)}), "relative")
+    mesh = embedded_boundary(profile({"gbd1": element(faces=faces)}), "relative")
     assert mesh.faces.min() == 0
     assert "from 1" in mesh.warnings[-1]
 
 
 def test_an_intent_without_a_boundary_is_refused_with_those_that_have_one(profile):
     with pytest.raises(OptionError) as caught:
-        described_boundary(profile({"gbd0": element()}), "relative")
+        embedded_boundary(profile({"gbd0": element()}), "relative")
     assert caught.value.where == {"field": "intent", "tag": "gbd1"}
     assert "perceptual" in caught.value.remedy
 
 
 def test_data_without_a_boundary_is_refused(profile):
     with pytest.raises(OptionError) as caught:
-        described_boundary(profile({"desc": bytes(8)}), "relative")
+        embedded_boundary(profile({"desc": bytes(8)}), "relative")
     assert caught.value.where["field"] == "source"
     with pytest.raises(OptionError):
-        described_boundary(read_characterisation(b"L,a,b\n50,0,0\n"), "relative")
+        embedded_boundary(read_characterisation(b"L,a,b\n50,0,0\n"), "relative")
 
 
 @pytest.mark.parametrize(
@@ -222,11 +222,11 @@ def test_data_without_a_boundary_is_refused(profile):
 )
 def test_what_is_broken_names_the_tag(profile, data):
     with pytest.raises(MalformedProfileError) as caught:
-        described_boundary(profile({"gbd1": data}), "relative")
+        embedded_boundary(profile({"gbd1": data}), "relative")
     assert caught.value.where["tag"] == "gbd1"
 
 
 @pytest.mark.parametrize("counts", [(2**32 - 1, 4), (4, 2**32 - 1), (4, 0x55555556)])
 def test_sizes_are_refused_before_anything_is_read(profile, counts):
     with pytest.raises(SampleLimitError):
-        described_boundary(profile({"gbd1": element(counts=counts)}), "relative")
+        embedded_boundary(profile({"gbd1": element(counts=counts)}), "relative")
