@@ -369,6 +369,8 @@ def _boundary_of_mesh(mesh: GamutMesh, options: Options) -> _FullBoundary:
     declared = declared_space(mesh.space_notes)
     space = options.colour_space(mesh.provenance.get("white_luminance"))
     assumption_warnings = check_mesh_space(mesh.vertices, declared, space)
+    xyz = space.tristimulus(mesh.vertices)
+    chromaticity = chromaticity_gamut(xyz, xyz[:, 1])
     boundary, provenance = mesh_boundary(mesh, options.centre)
     provenance["colour_space"] = {
         **space.description(),
@@ -381,6 +383,4 @@ def _boundary_of_mesh(mesh: GamutMesh, options: Options) -> _FullBoundary:
     values = None
     if mesh.device is not None:
         values = replace(mesh.device, values=mesh.device.values[boundary.sources])
-    xyz = space.tristimulus(mesh.vertices)
-    chromaticity = chromaticity_gamut(xyz, xyz[:, 1])
     return _FullBoundary(boundary, values, provenance, space, chromaticity)
