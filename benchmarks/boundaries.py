@@ -14,7 +14,7 @@ from benchmarks.common import Rows
 from benchmarks.devices import Device, devices
 from gamutcore.boundary import wrap_colours
 from gamutcore.boundary.radial_envelope import FINE, radial_volume
-from gamutcore.characterisation import Characterisation, characterisation
+from gamutcore.characterisation import Characterisation, read_characterisation
 from gamutcore.colours import surface_colours
 from gamutcore.colours.reference import reference_lab, reference_white, rgb_xyz
 from gamutcore.options import Options
@@ -50,14 +50,14 @@ def boundaries(quick: bool) -> Rows:
 
 def space_row(reference: Reference) -> dict[str, Any]:
     """Compare an RGB space with the faces of its cube, and with Lindbloom's volume."""
-    device = characterisation(reference.data)
+    device = read_characterisation(reference.data)
     published = LINDBLOOM.get(reference.slug)
     return row_of(reference.name, cube_volume(reference), device, published)
 
 
 def device_row(device: Device) -> dict[str, Any]:
     """Compare a device with rays through dense points of its surface."""
-    data = characterisation(device.path.read_bytes())
+    data = read_characterisation(device.path.read_bytes())
     dense = surface_colours(data, surface_samples=DENSE_POINTS)  # type: ignore[arg-type]  # no mesh
     assert dense.faces is not None  # noqa: S101  # devices with a model
     centre = (dense.points.min(axis=0) + dense.points.max(axis=0)) / 2

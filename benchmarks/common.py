@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from gamutcore.characterisation import GamutMesh, characterisation
+from gamutcore.characterisation import GamutMesh, read_characterisation
 from gamutcore.colours import surface_colours
 from gamutcore.decimation import decimate
 from gamutcore.geometry import TriangleMesh
@@ -61,7 +61,7 @@ def use_one_core() -> None:
 
 def surface_points(path: Path, samples: int = 100_000) -> FloatArray:
     """Return at most that many CIELAB colours of a device's surface, shape (n, 3)."""
-    device = characterisation(path.read_bytes())
+    device = read_characterisation(path.read_bytes())
     if isinstance(device, GamutMesh | Reference):
         raise TypeError(f"{path.name} has no device data. Use a profile or measurements.")
     return surface_colours(device, surface_samples=samples).points

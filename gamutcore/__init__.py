@@ -2,8 +2,8 @@
 
 `Gamut` builds a gamut from characterisation data and answers questions about it. Data flows one
 way, and the folders are named after the stages: `characterisation` → `colours` → `boundary` →
-`decimation` → `history` → level (`mesh`) → `export`, `metric` and `queries`. The package needs none
-of the web packages of the extra ``service``.
+`decimation` → `history` → `levels` → `queries` and `export`. The package needs none of the web
+packages of the extra ``service``.
 """
 
 from __future__ import annotations

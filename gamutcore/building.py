@@ -21,27 +21,25 @@ from gamutcore.characterisation import (
     IccProfile,
     Picture,
     Samples,
-    characterisation,
-    described_boundary,
+    embedded_boundary,
+    embedded_measurements,
     ink_limit_warnings,
-    measurements_of,
+    read_characterisation,
 )
 from gamutcore.colours import (
     DEFAULT_LUMINANCE,
     MEASURED,
     InkLimits,
-    assumption_warnings,
+    check_mesh_space,
     colours_in_space,
     declared_space,
-    described_volumes,
     display_primaries,
     medium_white_lab,
     own_tristimulus,
-    refuse_far_vertices,
-    refuse_other_space,
     spread_values,
     surface_colours,
     values_beside,
+    volume_description,
 )
 from gamutcore.colours.spaces import ColourSpace
 from gamutcore.decimation import decimate
@@ -69,31 +67,17 @@ if TYPE_CHECKING:
     from gamutcore.decimation import Decimation
     from gamutcore.geometry import DeviceValues, TriangleMesh
     from gamutcore.history import History
+    from gamutcore.results import ChromaticityGamut
 
 __all__ = ["STAGES", "build", "gamut_id", "report_progress"]
 
 STAGES = ("characterisation", "colours", "boundary", "decimation", "metric")
-"""Stages of a build, as they are reported to `progress`. The history belongs to `decimation`."""
+"""Stages of a build, as they are reported to `progress`. The history belongs to `decimation`, and
+``metric`` is the error curve."""
 
 VOLUME_TOLERANCE = 1e-5
 """Largest relative volume error at which levels count as preserving the volume. The grids of very
 thin gamuts, and of gamuts far from the origin, are too coarse for it."""
-
-
-LARGE_ERROR = 0.25
-"""Boundary error from which a warning is given, where the white has a lightness of 100."""
-
-SPREAD = 2**15
-"""Number of device values inside of the cube and on its faces whose colours are tried."""
-
-REFINED = 512
-"""Number of device values around which the farthest colours are searched."""
-
-TRIALS = 4
-"""Number of device values that are tried around each of them in a step of the search."""
-
-STEPS = tuple(0.1 * 0.6**step for step in range(8))
-"""Largest changes of the search, as shares of a channel's range."""
 
 
 def gamut_id(options: Options, input_sha256: str) -> str:
@@ -186,37 +170,27 @@ def build(
             "minimum": MINIMUM_TRIANGLES,
             "constructed": int((boundary.sources < 0).sum()),
         },
-        "volume": boundary.mesh.volume,
-        "volumes": described_volumes(
-            boundary.mesh, full.space, full.provenance.get("intent"), full.absolute
+        **volume_description(
+            boundary.mesh,
+            full.space,
+            full.provenance.get("intent"),
+            full.absolute,
+            full.device_volume,
         ),
-        **({} if full.device_volume is None else {"device_surface_volume": full.device_volume}),
-        **_distinguishable_colours(full),
         **_volume_error(decimation, boundary.mesh),
         "grid_step": history.step,
         "boundary_error": full.boundary_error,
         "area": boundary.mesh.area,
         "centre": boundary.centre.tolist(),
         "bounds": boundary.mesh.bounds.tolist(),
-        **full.chromaticity,
+        **(
+            {}
+            if full.chromaticity is None
+            else {"chromaticity": chromaticity_description(full.chromaticity)}
+        ),
         "levels": [level.to_mapping() for level in curve],
     }
     return description, history
-
-
-def _distinguishable_colours(full: _FullBoundary) -> dict[str, float]:
-    """Return the number of distinguishable colours, if the space has a distance in these units.
-
-    It is the volume of the device's own surface, if that is known, in units of ΔE_ITP, of which 1
-    is a just noticeable difference: 720³ · ∫ dI dT dP with T = Ct / 2 (ITU-R BT.2124-0, annex 1).
-    The measure is that of Pytlarz and Atkins, Measuring the Distinguishable Colors of HDR and WCG
-    Displays, Dolby Laboratories 2018.
-    """
-    units = {"ITP": 1.0, "ICtCp": 720.0**3 / 2.0}.get(full.space.name)
-    if units is None:
-        return {}
-    volume = full.boundary.mesh.volume if full.device_volume is None else full.device_volume
-    return {"distinguishable_colours": volume * units / (full.space.scale or 1.0) ** 3}
 
 
 def _volume_error(decimation: Decimation, full: TriangleMesh) -> dict[str, Any]:
@@ -240,7 +214,7 @@ class _FullBoundary(NamedTuple):
     values: DeviceValues | None
     provenance: dict[str, Any]
     space: ColourSpace
-    chromaticity: dict[str, Any]
+    chromaticity: ChromaticityGamut | None
     device_volume: float | None = None
     boundary_error: float = 0.0
     absolute: AbsoluteColours | None = None
@@ -249,9 +223,9 @@ class _FullBoundary(NamedTuple):
 def _parsed(data: bytes, options: Options) -> Characterisation:
     """Read characterisation data, or the part of an ICC profile that `options.source` names."""
     if options.source == "measurements":
-        return measurements_of(characterisation(data), condition=options.condition)
-    parsed = characterisation(data, condition=options.condition)
-    return described_boundary(parsed, options.intent) if options.source == "boundary" else parsed
+        return embedded_measurements(read_characterisation(data), condition=options.condition)
+    parsed = read_characterisation(data, condition=options.condition)
+    return embedded_boundary(parsed, options.intent) if options.source == "boundary" else parsed
 
 
 def _data_kind(parsed: Characterisation) -> str:
@@ -260,6 +234,10 @@ def _data_kind(parsed: Characterisation) -> str:
         return "colours" if parsed.device is None else "measurements"
     kinds = {IccProfile: "profile", Picture: "picture", GamutMesh: "mesh", Reference: "reference"}
     return kinds[type(parsed)]
+
+
+LARGE_ERROR = 0.25
+"""Boundary error from which a warning is given, where the white has a lightness of 100."""
 
 
 def _boundary_of_colours(
@@ -286,7 +264,7 @@ def _boundary_of_colours(
         )
     space = options.colour_space(colours.provenance.get("white_luminance"))
     xyz, luminance = own_tristimulus(colours)
-    chromaticity = _chromaticity(xyz, luminance, display_primaries(colours))
+    chromaticity = chromaticity_gamut(xyz, luminance, display_primaries(colours))
     colours = colours_in_space(colours, space)
     report("boundary", 0.0)
     try:
@@ -298,7 +276,15 @@ def _boundary_of_colours(
             options.boundary_parameters,
         )
     except FlatPointsError as error:
-        raise _flat_colours(error, parsed) from error
+        channels = colours.provenance.get("channels")
+        if not isinstance(channels, list) or len(channels) != 1:
+            raise
+        raise FlatPointsError(
+            f"The device has one channel, {str(channels[0])[:40]}: its colours lie on a line, "
+            "which encloses no volume.",
+            where={"field": "channels"},
+            remedy="Send a device or a picture of three or more channels, such as RGB or CMYK.",
+        ) from error
     boundary, values = wrapping.boundary, None
     if colours.device is not None:
         values = vertex_device_values(boundary, colours.points, colours.device, colours.channels)
@@ -308,7 +294,10 @@ def _boundary_of_colours(
     if isinstance(given, list):
         stated = ink_limit_warnings(parsed, options.ink_limit)
         warnings = [*given, *stated, *wrapping.warnings]
-        if colours.own is not None and missed > LARGE_ERROR / 100.0 * space.white_lightness:
+        if (
+            colours.device_colours is not None
+            and missed > LARGE_ERROR / 100.0 * space.white_lightness
+        ):
             warnings.append(
                 f"The device can make colours up to {missed:.3g} outside of the full boundary. The "
                 "default tolerance counts them, and others as near, as in gamut."
@@ -328,12 +317,17 @@ def _boundary_of_colours(
     )
 
 
-def _chromaticity(
-    xyz: FloatArray, luminance: FloatArray, primaries: FloatArray | None = None
-) -> dict[str, Any]:
-    """Return the member `chromaticity` of a description; nothing for colours without an area."""
-    found = chromaticity_gamut(xyz, luminance, primaries)
-    return {} if found is None else {"chromaticity": chromaticity_description(found)}
+SPREAD_VALUES = 2**15
+"""Number of device values inside of the cube and on its faces whose colours are tried."""
+
+SEARCH_STARTS = 512
+"""Number of device values around which the farthest colours are searched."""
+
+SEARCH_TRIES = 4
+"""Number of device values that are tried around each of them in a step of the search."""
+
+SEARCH_STEPS = tuple(0.1 * 0.6**step for step in range(8))
+"""Largest changes of the search, as shares of a channel's range."""
 
 
 def _boundary_error(colours: SurfaceColours, boundary: Boundary) -> float:
@@ -350,48 +344,33 @@ def _boundary_error(colours: SurfaceColours, boundary: Boundary) -> float:
         return distance
 
     error = float(outside(colours.points).max(initial=0.0))
-    device = colours.own
+    device = colours.device_colours
     if device is None:
         return round_up(error)
     values = device.tried
     if colours.faces is not None:
-        values = np.concatenate([values, spread_values(device.cube, SPREAD)])
+        values = np.concatenate([values, spread_values(device.cube, SPREAD_VALUES)])
     distance = outside(device.points(values))
-    farthest = np.argsort(-distance, kind="stable")[:REFINED]
+    farthest = np.argsort(-distance, kind="stable")[:SEARCH_STARTS]
     values, distance = values[farthest], distance[farthest]
     random, rows = np.random.default_rng(0), np.arange(len(values))
-    for step in STEPS:
-        tried = values_beside(device.cube, np.repeat(values, TRIALS, axis=0), step, random)
-        found = outside(device.points(tried)).reshape(-1, TRIALS)
+    for step in SEARCH_STEPS:
+        tried = values_beside(device.cube, np.repeat(values, SEARCH_TRIES, axis=0), step, random)
+        found = outside(device.points(tried)).reshape(-1, SEARCH_TRIES)
         best = found.argmax(axis=1)
         better = found[rows, best] > distance
-        values[better] = tried.reshape(len(rows), TRIALS, -1)[rows, best][better]
+        values[better] = tried.reshape(len(rows), SEARCH_TRIES, -1)[rows, best][better]
         distance[better] = found[rows, best][better]
     return round_up(max(error, float(distance.max(initial=0.0))))
-
-
-def _flat_colours(
-    error: FlatPointsError, parsed: Samples | IccProfile | Picture | Reference
-) -> FlatPointsError:
-    """Return the error of flat points, with the reason if the device has a single channel."""
-    channels = None if isinstance(parsed, Reference) else parsed.provenance.get("channels")
-    if not isinstance(channels, list) or len(channels) != 1:
-        return error
-    return FlatPointsError(
-        f"The device has one channel, {str(channels[0])[:40]}: its colours lie on a line, which "
-        "encloses no volume.",
-        where={"field": "channels"},
-        remedy="Send a device or a picture of three or more channels, such as RGB or CMYK.",
-    )
 
 
 def _boundary_of_mesh(mesh: GamutMesh, options: Options) -> _FullBoundary:
     """Return a mesh as the boundary, after the checks of its colour space and its surface."""
     declared = declared_space(mesh.space_notes)
     space = options.colour_space(mesh.provenance.get("white_luminance"))
-    if declared is not None:
-        refuse_other_space(declared, space)
-    refuse_far_vertices(mesh.vertices, space)
+    assumption_warnings = check_mesh_space(mesh.vertices, declared, space)
+    xyz = space.tristimulus(mesh.vertices)
+    chromaticity = chromaticity_gamut(xyz, xyz[:, 1])
     boundary, provenance = mesh_boundary(mesh, options.centre)
     provenance["colour_space"] = {
         **space.description(),
@@ -399,11 +378,9 @@ def _boundary_of_mesh(mesh: GamutMesh, options: Options) -> _FullBoundary:
     }
     provenance["axes"] = " ".join(space.axes)
     warnings = provenance["warnings"]
-    if declared is None and isinstance(warnings, list):
-        warnings.extend(assumption_warnings(mesh.vertices, space))
+    if isinstance(warnings, list):
+        warnings.extend(assumption_warnings)
     values = None
     if mesh.device is not None:
         values = replace(mesh.device, values=mesh.device.values[boundary.sources])
-    xyz = space.tristimulus(mesh.vertices)
-    chromaticity = _chromaticity(xyz, xyz[:, 1])
     return _FullBoundary(boundary, values, provenance, space, chromaticity)

@@ -20,7 +20,7 @@ from gamutcore.boundary import BOUNDARIES, compute_boundary, device_surface_boun
 from gamutcore.boundary.centre import face_planes
 from gamutcore.boundary.device_surface import hidden_area
 from gamutcore.boundary.radial_envelope import COARSE, radial_volume
-from gamutcore.characterisation import Samples, characterisation
+from gamutcore.characterisation import Samples, read_characterisation
 from gamutcore.characterisation.icc.transforms import Grid
 from gamutcore.colours import SurfaceFaces, surface_colours
 from gamutcore.decimation import COSTS, decimate
@@ -157,7 +157,7 @@ def _use_readers_and_models() -> None:
     for name in FORMATS:
         mesh_file(mesh, name)
     Grid((2, 2, 2), (np.zeros((8, 3), np.uint16),)).values(np.full((1, 3), 0.5))
-    samples = characterisation(_table())
+    samples = read_characterisation(_table())
     assert isinstance(samples, Samples)  # noqa: S101  # what a table holds
     for model in (None, "fit"):
         surface_colours(samples, surface_samples=200, model=model)

@@ -48,7 +48,7 @@ if TYPE_CHECKING:
     from gamutcore.levels import LevelSearch
     from service.settings import Settings
     from service.storage.gamuts import GamutStore
-    from service.storage.records import Record
+    from service.storage.published import PublishedGamut
 
 __all__ = [
     "PROCESS_BYTES",
@@ -473,7 +473,7 @@ class OpenGamut:
     is the space of the coordinates, and `name` is for the names of files.
     """
 
-    record: Record
+    record: PublishedGamut
     gamut: Gamut
     provenance: dict[str, str]
     space: ColourSpace
@@ -540,7 +540,7 @@ class Library:
             return found
         return await self._opening.value(gamut_id, lambda: self._open_and_keep(gamut_id, charge))
 
-    def unpacking_cost(self, record: Record, triangles: int) -> int:
+    def unpacking_cost(self, record: PublishedGamut, triangles: int) -> int:
         """Return the peak memory of opening a gamut and unpacking an existing level."""
         opened = self._used.get(record.id)
         if opened is not None and opened.gamut.history.is_unpacked(triangles):
@@ -584,7 +584,7 @@ class Library:
         if not held and self.peek(opened.record.id) is opened:
             self.searches.put(opened.record.id, search, search.nbytes)
 
-    async def record(self, gamut_id: str) -> Record:
+    async def record(self, gamut_id: str) -> PublishedGamut:
         """Return a gamut's record; raises `GamutNotStoredError` if there is none."""
         with timed("store"):
             return await asyncio.to_thread(self._store.record, gamut_id)

@@ -87,12 +87,12 @@ def wrap_colours(
     taken, options = resolve_method(method, faces, parameters)
     warnings = []
     try:
-        chosen, (boundary, own, volume) = _wrap_about(points, faces, taken, centre, options)
+        chosen, boundary, volume = _wrap_about(points, faces, taken, centre, options)
     except (BoundaryError, CentreError) as error:
         if method != "auto" or taken != "device-surface":
             raise
         taken, options = resolve_method(method, None, {"gamma": "auto", **parameters})
-        chosen, (boundary, own, volume) = _wrap_about(points, faces, taken, centre, options)
+        chosen, boundary, volume = _wrap_about(points, faces, taken, centre, options)
         warnings.append(
             "The boundary is the modified convex hull, because the device's surface cannot be the"
             f" boundary: {error.message}"
@@ -105,7 +105,9 @@ def wrap_colours(
     choices: dict[str, JSON] = {"method": taken, "centre": described}
     if "gamma" in options:
         choices["gamma"] = boundary.gamma
-    return Wrapping(boundary, choices, volume, warnings + _volume_warnings(own, volume))
+    return Wrapping(
+        boundary, choices, volume, warnings + _volume_warnings(boundary.mesh.volume, volume)
+    )
 
 
 def _wrap_about(
@@ -114,17 +116,17 @@ def _wrap_about(
     method: str,
     centre: ArrayLike | Literal["auto"],
     parameters: Mapping[str, Any],
-) -> tuple[Centre, tuple[Boundary, float, float | None]]:
-    """The centre that a method is given, and the result of `_wrap` about it."""
+) -> tuple[Centre, Boundary, float | None]:
+    """Return the centre that a method is given, and the result of `_wrap` about it."""
     chosen = _centre(points, faces, centre)
     try:
-        return chosen, _wrap(points, faces, method, chosen, parameters)
+        return chosen, *_wrap(points, faces, method, chosen, parameters)
     except CentreError:
         if not isinstance(centre, str):
             raise
         # a folded surface may hide the least from a point outside of the hull
         chosen = _enclosed(points, faces)
-        return chosen, _wrap(points, faces, method, chosen, parameters)
+        return chosen, *_wrap(points, faces, method, chosen, parameters)
 
 
 def _wrap(
@@ -133,11 +135,11 @@ def _wrap(
     method: str,
     centre: Centre,
     parameters: Mapping[str, Any],
-) -> tuple[Boundary, float, float | None]:
-    """The boundary about a centre, its volume, and the volume within the device's surface."""
+) -> tuple[Boundary, float | None]:
+    """Return the boundary about a centre, and the volume within the device's surface."""
     if faces is None:
         boundary = compute_boundary(points, method, centre.point, None, **parameters)
-        return boundary, boundary.mesh.volume, None
+        return boundary, None
     volume = _device_volume(points, faces, centre)
     gammas: Iterable[object] = [parameters.get("gamma")]
     if gammas == ["auto"]:
@@ -145,10 +147,9 @@ def _wrap(
     for gamma in gammas:
         changed = {**parameters, "gamma": gamma} if "gamma" in parameters else parameters
         boundary = compute_boundary(points, method, centre.point, faces, **changed)
-        own = boundary.mesh.volume
-        if not has_fallen(own, volume, len(points)):
+        if not has_fallen(boundary.mesh.volume, volume, len(points)):
             break
-    return boundary, own, volume
+    return boundary, volume
 
 
 def _centre(
@@ -180,8 +181,8 @@ def _device_volume(points: FloatArray, faces: SurfaceFaces, centre: Centre) -> f
     return float(np.einsum("ij,ij->", first, np.cross(second, third))) / 6
 
 
-def _volume_warnings(own: float, volume: float | None) -> list[str]:
-    difference = own / volume - 1 if volume else 0.0
+def _volume_warnings(enclosed: float, volume: float | None) -> list[str]:
+    difference = enclosed / volume - 1 if volume else 0.0
     if abs(difference) <= NOTICEABLE:
         return []
     part, more = abs(difference), "larger" if difference > 0 else "smaller"

@@ -1,20 +1,20 @@
 """Characterisation data: what is known of a device, read from files.
 
-`characterisation` recognises a format by content. It returns `Samples` (measured colours, with or
-without device values), an `IccProfile`, a `Picture`, a `GamutMesh` or a `Reference`.
-`measurements_of` and `described_boundary` return further content of a profile. `FORMATS` lists all
-formats. Readers check every size and value in a file; `gamutcore.colours` computes colours.
+`read_characterisation` recognises a format by content. It returns `Samples` (measured colours, with
+or without device values), an `IccProfile`, a `Picture`, a `GamutMesh` or a `Reference`.
+`embedded_measurements` and `embedded_boundary` return further content of a profile. `FORMATS` lists
+all formats. Readers check every size and value in a file; `gamutcore.colours` computes colours.
 """
 
-from gamutcore.characterisation.embedded import ink_limit_warnings, measurements_of
+from gamutcore.characterisation.embedded import embedded_measurements, ink_limit_warnings
 from gamutcore.characterisation.icc import IccProfile
-from gamutcore.characterisation.meshes import GamutMesh, described_boundary
+from gamutcore.characterisation.meshes import GamutMesh, embedded_boundary
 from gamutcore.characterisation.pictures import Picture
 from gamutcore.characterisation.recognition import (
     FORMATS,
     Characterisation,
     Format,
-    characterisation,
+    read_characterisation,
 )
 from gamutcore.characterisation.samples import Samples
 from gamutcore.characterisation.text import (
@@ -32,10 +32,10 @@ __all__ = [
     "IccProfile",
     "Picture",
     "Samples",
-    "characterisation",
-    "described_boundary",
+    "embedded_boundary",
+    "embedded_measurements",
     "ink_limit_warnings",
-    "measurements_of",
     "mentions",
+    "read_characterisation",
     "text_encoding",
 ]

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from gamutcore.characterisation.icc import IccProfile, largest_output_sum
-from gamutcore.characterisation.recognition import characterisation
+from gamutcore.characterisation.recognition import read_characterisation
 from gamutcore.characterisation.samples import JSON, Samples
 from gamutcore.errors import (
     CharacterisationError,
@@ -36,8 +36,8 @@ if TYPE_CHECKING:
     from gamutcore.characterisation.recognition import Characterisation
 
 __all__ = [
+    "embedded_measurements",
     "ink_limit_warnings",
-    "measurements_of",
     "stated_ink_limit",
 ]
 
@@ -65,7 +65,7 @@ _VALUE = re.compile(r'"[^"\n]*"|\S+')
 _IDENTITIES = ("SAMPLE_ID", "SAMPLEID", "SAMPLE_NAME", "SAMPLE_NO", "SAMPLE_LOC")
 
 
-def measurements_of(data: Characterisation, *, condition: str | None = None) -> Samples:
+def embedded_measurements(data: Characterisation, *, condition: str | None = None) -> Samples:
     """Return the measurements embedded in a profile.
 
     The profile's names of inks apply where the text only numbers them, and its device class where
@@ -74,16 +74,16 @@ def measurements_of(data: Characterisation, *, condition: str | None = None) -> 
     Parameters
     ----------
     data : IccProfile
-    Other data is refused.
+        Other data is refused.
     condition : str, optional
-    The measurement condition to read.
+        The measurement condition to read.
 
     Raises
     ------
     OptionError
-    The data is not a profile, or the profile has no measurements.
+        The data is not a profile, or the profile has no measurements.
     CharacterisationError, InvalidPointsError
-    The measurements are malformed; ``where["tag"]`` names the tag.
+        The measurements are malformed; ``where["tag"]`` names the tag.
     """
     if not isinstance(data, IccProfile):
         raise OptionError(
@@ -102,7 +102,7 @@ def measurements_of(data: Characterisation, *, condition: str | None = None) -> 
     try:
         if tag == "CIED" and DEVICE_TAG in data.tags:
             text = _with_device_values(text, data)
-        samples = characterisation(text, condition=condition)
+        samples = read_characterisation(text, condition=condition)
     except GamutError as error:
         if isinstance(error, CharacterisationError | InvalidPointsError):
             error.where.setdefault("tag", tag)
@@ -300,14 +300,7 @@ def stated_ink_limit(data: Characterisation) -> StatedLimit | None:
 
 
 def ink_limit_warnings(data: Characterisation, ink_limit: float | None) -> list[str]:
-    """Return warnings about an ink limit, or about a stated limit that was not given.
-
-    Parameters
-    ----------
-    data : Characterisation
-    ink_limit : float or None
-    In per cent, as given.
-    """
+    """Return warnings about a given ink limit in per cent, or about a stated one not given."""
     stated = stated_ink_limit(data) if ink_limit is None else None
     if stated is not None:
         warning = (

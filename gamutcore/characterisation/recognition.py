@@ -32,7 +32,7 @@ from gamutcore.characterisation.text import DelimitedText, delimited_samples, te
 from gamutcore.errors import OptionError, UnrecognisedFormatError
 from gamutcore.references import Reference, parse_definition
 
-__all__ = ["FORMATS", "Characterisation", "Format", "characterisation", "format_summary"]
+__all__ = ["FORMATS", "Characterisation", "Format", "format_summary", "read_characterisation"]
 
 
 @dataclass(frozen=True)
@@ -204,7 +204,7 @@ _MESHES_IN_TEXT: tuple[tuple[Callable[[str], bool], Callable[[str], GamutMesh]],
 """Whether a file has the format, and the reader, in the order in which they are tried."""
 
 
-def characterisation(data: bytes, *, condition: str | None = None) -> Characterisation:
+def read_characterisation(data: bytes, *, condition: str | None = None) -> Characterisation:
     """Return the characterisation data in the bytes of a file or message.
 
     Parameters

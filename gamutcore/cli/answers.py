@@ -335,14 +335,14 @@ def _space_for_picture(ctx: typer.Context, gamuts: list[str]) -> str | None:
 
 def _has_space(source: str, condition: str | None) -> bool:
     """Return whether a gamut has a space already: it is saved, or a mesh."""
-    from gamutcore.characterisation import GamutMesh, characterisation  # noqa: PLC0415
+    from gamutcore.characterisation import GamutMesh, read_characterisation  # noqa: PLC0415
     from gamutcore.content import gamut_source, is_saved_gamut  # noqa: PLC0415
 
     found = gamut_source(source)
     if not isinstance(found, bytes) or _is_picture(source):
         return False
     return is_saved_gamut(found) or isinstance(
-        characterisation(found, condition=condition), GamutMesh
+        read_characterisation(found, condition=condition), GamutMesh
     )
 
 

@@ -60,7 +60,7 @@ def surface_colours(
     Parameters
     ----------
     characterisation : Samples, IccProfile, Picture or Reference
-        As read by `gamutcore.characterisation.characterisation`.
+        As read by `gamutcore.characterisation.read_characterisation`.
     intent : str
         ``"relative"`` or ``"absolute"``; for profiles also ``"perceptual"`` or ``"saturation"``.
     surface_samples : int
@@ -114,10 +114,10 @@ def colours_in_space(colours: SurfaceColours, space: ColourSpace) -> SurfaceColo
         As `ColourSpace.coordinates`.
     """
     points, moved = _coordinates(colours.points, colours, space)
-    own = colours.own
-    if own is not None:
-        lab = own.points
-        own = own._replace(points=lambda values: _coordinates(lab(values), colours, space)[0])
+    device = colours.device_colours
+    if device is not None:
+        lab = device.points
+        device = device._replace(points=lambda values: _coordinates(lab(values), colours, space)[0])
     described = space.description()
     if space.is_icc_cielab:
         described["adaptation"] = "none: the colours are relative to D50"
@@ -139,7 +139,9 @@ def colours_in_space(colours: SurfaceColours, space: ColourSpace) -> SurfaceColo
         "warnings": warnings,
     }
     faces = None if colours.faces is None else outward_faces(points, colours.faces)
-    return replace(colours, points=points, provenance=provenance, faces=faces, own=own)
+    return replace(
+        colours, points=points, provenance=provenance, faces=faces, device_colours=device
+    )
 
 
 def _coordinates(
@@ -202,15 +204,20 @@ CELLS = 64
 the error is below 0.001 % of the volume in all spaces (tests compare with 512 cells)."""
 
 
-def described_volumes(
-    mesh: TriangleMesh, space: ColourSpace, intent: object, absolute: AbsoluteColours | None
+def volume_description(
+    mesh: TriangleMesh,
+    space: ColourSpace,
+    intent: object,
+    absolute: AbsoluteColours | None,
+    device_volume: float | None,
 ) -> dict[str, JSON]:
-    """Return the volumes of a boundary in a space for its description.
+    """Return the volumes of a boundary for its description.
 
-    ``srgb`` is the volume of sRGB in the space, relative to its white. ``relative`` and
-    ``absolute`` have ``volume`` and ``times_srgb``; ``own`` instead of both for colours without
+    In ``volumes``, ``srgb`` is the volume of sRGB in the space, relative to its white. ``relative``
+    and ``absolute`` have ``volume`` and ``times_srgb``; ``own`` instead of both for colours without
     such intents. The volume of the other intent than `intent` is that of the boundary with its
-    vertices converted; it is left out if they have no coordinates in the space.
+    vertices converted; it is left out if they have no coordinates in the space. `device_volume` is
+    the volume within the device's own surface, if that is known.
     """
     srgb = srgb_volume(space)
     volumes = {"own": mesh.volume}
@@ -222,13 +229,32 @@ def described_volumes(
             del volumes[other]
         else:
             volumes[other] = converted
-    return {
-        "srgb": srgb,
-        **{
-            name: {"volume": volume, "times_srgb": round(volume / srgb, 6)}
-            for name, volume in volumes.items()
+    found: dict[str, JSON] = {
+        "volume": mesh.volume,
+        "volumes": {
+            "srgb": srgb,
+            **{
+                name: {"volume": volume, "times_srgb": round(volume / srgb, 6)}
+                for name, volume in volumes.items()
+            },
         },
     }
+    if device_volume is not None:
+        found["device_surface_volume"] = device_volume
+    if space.name in JUST_NOTICEABLE:
+        volume = mesh.volume if device_volume is None else device_volume
+        units = JUST_NOTICEABLE[space.name]
+        found["distinguishable_colours"] = volume * units / (space.scale or 1.0) ** 3
+    return found
+
+
+JUST_NOTICEABLE = {"ITP": 1.0, "ICtCp": 720.0**3 / 2.0}
+"""Distinguishable colours per unit of volume, in spaces with a distance in ΔE_ITP.
+
+A ΔE_ITP of 1 is a just noticeable difference: 720³ · ∫ dI dT dP with T = Ct / 2 (ITU-R BT.2124-0,
+annex 1). The measure is that of Pytlarz and Atkins, Measuring the Distinguishable Colors of HDR and
+WCG Displays, Dolby Laboratories 2018.
+"""
 
 
 def medium_white_lab(absolute: AbsoluteColours) -> list[JSON]:

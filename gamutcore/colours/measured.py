@@ -657,7 +657,7 @@ def sample_surface(
         provenance,
         channels=samples.channels,
         faces=surface.faces,
-        own=device_colours(limited, surface, own_lab, printable),
+        device_colours=device_colours(limited, surface, own_lab, printable),
     )
 
 

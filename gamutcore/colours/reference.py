@@ -276,6 +276,6 @@ def reference_surface(
         intent == "absolute",
         channels,
         faces=faces,
-        own=own,
+        device_colours=own,
         absolute=AbsoluteColours(adaptation_matrix(ICC_D50, white, adaptation), as_measured=True),
     )

@@ -134,7 +134,7 @@ class SurfaceColours:
         Names of the k device channels; empty for bare colours.
     faces : SurfaceFaces, optional
         Triangles between the points; None without a device model, or if they are too many.
-    own : DeviceColours, optional
+    device_colours : DeviceColours, optional
         All colours that the device can make, by its model.
     absolute : AbsoluteColours, optional
         The way to absolute colours, and to the device's own; None if it is not known.
@@ -146,7 +146,7 @@ class SurfaceColours:
     as_measured: bool = False
     channels: tuple[str, ...] = ()
     faces: SurfaceFaces | None = None
-    own: DeviceColours | None = None
+    device_colours: DeviceColours | None = None
     absolute: AbsoluteColours | None = None
 
 

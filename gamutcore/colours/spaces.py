@@ -674,7 +674,20 @@ def _value(text: str) -> object:
     return numbers[0] if len(numbers) == 1 else numbers
 
 
-def refuse_other_space(declared: ColourSpace, requested: ColourSpace) -> None:
+def check_mesh_space(
+    vertices: FloatArray, declared: ColourSpace | None, requested: ColourSpace
+) -> list[str]:
+    """Refuse a mesh that is not in the requested space; return warnings if it declares no space.
+
+    `vertices` are (v, 3). `declared` is the result of `declared_space`.
+    """
+    if declared is not None:
+        _refuse_other_space(declared, requested)
+    _refuse_far_vertices(vertices, requested)
+    return [] if declared is not None else _assumption_warnings(vertices, requested)
+
+
+def _refuse_other_space(declared: ColourSpace, requested: ColourSpace) -> None:
     """Refuse a mesh that declares another space than the requested one.
 
     The error names the first differing option, and all that are needed.
@@ -727,7 +740,7 @@ def _text_of(value: object) -> str:
     return repr(list(value) if isinstance(value, tuple) else value)
 
 
-def refuse_far_vertices(vertices: FloatArray, space: ColourSpace) -> None:
+def _refuse_far_vertices(vertices: FloatArray, space: ColourSpace) -> None:
     """Refuse vertices (v, 3) beyond any colour of a space."""
     beyond = (np.abs(vertices) > LARGEST_COORDINATE * (space.scale or 1.0)).any(axis=1)
     if beyond.any():
@@ -739,7 +752,7 @@ def refuse_far_vertices(vertices: FloatArray, space: ColourSpace) -> None:
         )
 
 
-def assumption_warnings(vertices: FloatArray, space: ColourSpace) -> list[str]:
+def _assumption_warnings(vertices: FloatArray, space: ColourSpace) -> list[str]:
     """Return a warning if a mesh without a declared space is hardly in the assumed one."""
     extent = float(np.ptp(vertices, axis=0).max())
     if space.name != "CIELAB" or extent >= SMALLEST_CIELAB * (space.scale or 1.0):

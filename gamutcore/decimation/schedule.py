@@ -344,7 +344,7 @@ def _join_records(results: list[_PhaseResult]) -> tuple[Record, IndexArray, Floa
     """Join the records of consecutive phases in the numbers of the full boundary.
 
     The other results are the (3 F,) vertices at the boundary's corners and the (V, 3) positions on
-    the grid, both after the last collapse.
+    the grid, both after the last collapse. They are arrays of the first state, changed in place.
     """
     first = results[0].state
     vertex, positions = first.surface.vertex, first.grid.position

@@ -25,8 +25,8 @@ from gamutcore.characterisation import (
     FORMATS,
     DelimitedText,
     Samples,
-    characterisation,
     mentions,
+    read_characterisation,
     text_encoding,
 )
 from gamutcore.characterisation.cgats import cgats_rows, looks_like_cgats
@@ -785,7 +785,7 @@ def _of_swatches(data: bytes) -> ColourTable:
 
 def _of_samples(data: bytes) -> ColourTable:
     """Return the colours of measurements, as measured, in CIELAB relative to D50."""
-    samples = characterisation(data)
+    samples = read_characterisation(data)
     if not isinstance(samples, Samples):
         raise _no_table(data)
     try:

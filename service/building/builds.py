@@ -23,7 +23,7 @@ from service.jobs.documents import UNHEARD, client_mark
 from service.problems.problem import Problem
 from service.storage.blobs import StoreUnavailableError
 from service.storage.gamuts import GamutNotStoredError
-from service.storage.records import Record
+from service.storage.published import PublishedGamut
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Iterator, Mapping
@@ -65,7 +65,7 @@ class Builds:
         self._store = store
         self._book = book
         self._engine = engine
-        self._submissions: SingleFlight[str, Record | JobDocument] = SingleFlight()
+        self._submissions: SingleFlight[str, PublishedGamut | JobDocument] = SingleFlight()
         self._inputs: weakref.WeakValueDictionary[str, asyncio.Lock] = weakref.WeakValueDictionary()
         self._arriving = 0
         self._subscriptions: dict[str, set[_Subscription]] = {}
@@ -115,7 +115,7 @@ class Builds:
         trace: Mapping[str, str] | None = None,
         sha256: str | None = None,
         client: str = "",
-    ) -> Record | JobDocument:
+    ) -> PublishedGamut | JobDocument:
         """Return the record of a gamut, or the job that builds it, which is durable then.
 
         Identical requests share one submission, and `trace` holds the header fields that carry the
@@ -140,7 +140,7 @@ class Builds:
         found = await self._submissions.value(
             gamut_id, lambda: self._submit(gamut_id, options, None)
         )
-        return None if isinstance(found, Record) else found
+        return None if isinstance(found, PublishedGamut) else found
 
     async def job(self, job_id: str) -> JobDocument | None:
         """Return a job; None if there is none."""
@@ -224,7 +224,7 @@ class Builds:
         sha256: str | None = None,
         trace: Mapping[str, str] | None = None,
         client: str = "",
-    ) -> Record | JobDocument:
+    ) -> PublishedGamut | JobDocument:
         """Return a gamut's record or its job. Without data, the input is stored already."""
         # In this order, because a build that ends in between is then found in the store.
         document = self._engine.document(gamut_id)

@@ -27,7 +27,7 @@ from service.jobs.book import JobCancelledError, JobDocument, LeaseLostError, no
 from service.openapi.models import StoredDescription
 from service.problems.problem import Problem, sentence
 from service.storage.blobs import BlobNotFoundError, StoreUnavailableError
-from service.storage.records import Record
+from service.storage.published import PublishedGamut
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -296,7 +296,7 @@ class JobRunner:
                 check()
                 description = event["description"]
                 StoredDescription.model_validate(description)
-                record = Record(job_id, event["sha256"], event["nbytes"], now(), description)
+                record = PublishedGamut(job_id, event["sha256"], event["nbytes"], now(), description)
                 self._store.publish(record, scratch[1])
             return _Built(problem, problem is None, event.get("seconds", {}))
         except BuildTimeoutError:

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from service.jobs.documents import UNHEARD, JobDocument, JobState, now, rfc3339
 from service.problems.problem import Problem
 from service.storage.blobs import BlobDamagedError, BlobNotFoundError, StoreUnavailableError
-from service.storage.records import id_of
+from service.storage.published import id_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping

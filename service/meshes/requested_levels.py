@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from gamutcore.levels import LevelError, Side
     from service.library import Library, OpenGamut
-    from service.storage.records import Record
+    from service.storage.published import PublishedGamut
 
 __all__ = ["RequestedLevels", "level_request"]
 
@@ -109,7 +109,7 @@ class RequestedLevels:
                 self._library.settle(opened, charge)
         return curve
 
-    def largest_count(self, record: Record, request: LevelRequest) -> int:
+    def largest_count(self, record: PublishedGamut, request: LevelRequest) -> int:
         """Return an upper bound of the triangle count that `find` returns, without a search.
 
         A requested count is returned unchanged, even if the level does not exist.
@@ -117,7 +117,7 @@ class RequestedLevels:
         search = self._library.search(record.id) or LevelSearch(record.description["levels"])
         return search.largest_count(request)
 
-    def finding_cost(self, record: Record, request: LevelRequest) -> int:
+    def finding_cost(self, record: PublishedGamut, request: LevelRequest) -> int:
         """Return the peak memory of opening a gamut, and of finding and unpacking a level."""
         full: int = record.description["counts"]["triangles"]
         if request.side != "both":

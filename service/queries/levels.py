@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from gamutcore.levels import LevelRequest
     from service.library import Charge, Library, OpenGamut
     from service.meshes.requested_levels import RequestedLevels
-    from service.storage.records import Record
+    from service.storage.published import PublishedGamut
 
 __all__ = ["QueryLevel", "QueryLevels"]
 
@@ -67,7 +67,7 @@ class QueryLevels:
 
     async def levels(
         self,
-        wanted: Sequence[tuple[Record, LevelRequest]],
+        wanted: Sequence[tuple[PublishedGamut, LevelRequest]],
         answer_bytes: Callable[[int], int],
     ) -> tuple[list[QueryLevel], Charge]:
         """Return one level per gamut, indexed, and the charge of the memory for the answer.
@@ -88,18 +88,18 @@ class QueryLevels:
         charge.shrink(answer)
         return levels, charge
 
-    def _largest_count(self, record: Record, request: LevelRequest) -> int:
+    def _largest_count(self, record: PublishedGamut, request: LevelRequest) -> int:
         full: int = record.description["counts"]["triangles"]
         return min(full, self._requested.largest_count(record, request))
 
-    def _is_made(self, record: Record, request: LevelRequest) -> bool:
+    def _is_made(self, record: PublishedGamut, request: LevelRequest) -> bool:
         """Return whether a level is there, or others make it."""
         if (record.id, request) in self._made:
             return True
         opened = self._library.peek(record.id)
         return opened is not None and self.find_ready(opened, request) is not None
 
-    def _cost(self, record: Record, request: LevelRequest) -> int:
+    def _cost(self, record: PublishedGamut, request: LevelRequest) -> int:
         """Return the peak memory of making a level."""
         full: int = record.description["counts"]["triangles"]
         triangles = self._largest_count(record, request)
@@ -110,7 +110,9 @@ class QueryLevels:
             finding = max(finding, compared)
         return finding + Cost.INDEX * triangles
 
-    async def _level(self, record: Record, request: LevelRequest, charge: Charge) -> QueryLevel:
+    async def _level(
+        self, record: PublishedGamut, request: LevelRequest, charge: Charge
+    ) -> QueryLevel:
         made = record.id, request
         self._made[made] += 1
         try:

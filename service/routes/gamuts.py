@@ -60,7 +60,7 @@ from service.routes.waiting import wait_for_build
 from service.storage.blobs import StoreUnavailableError
 from service.storage.gamuts import GamutDamagedError, GamutNotStoredError
 from service.storage.names import LONGEST_NAME
-from service.storage.records import Record
+from service.storage.published import PublishedGamut
 from service.telemetry.traces import propagation_headers
 
 __all__ = ["HISTORY_MEDIA_TYPE", "GamutId", "router"]
@@ -196,7 +196,7 @@ async def create_gamut(request: Request) -> Response:
             posted.sha256,
             client_of(request.scope),
         )
-        if isinstance(found, Record):
+        if isinstance(found, PublishedGamut):
             await _keep_name(request, posted, is_new=False)
             return _existing(await _named(service, found))
         job = found
@@ -212,7 +212,7 @@ async def create_gamut(request: Request) -> Response:
     return _description_response(await _named(service, record), 201, {**headers, **location})
 
 
-async def _named(service: ServiceContainer, record: Record) -> NamedRecord:
+async def _named(service: ServiceContainer, record: PublishedGamut) -> NamedRecord:
     """Return a record with the gamut's name.
 
     While the store does not answer, the name is that of the open gamut.
@@ -244,7 +244,7 @@ async def _keep_name(request: Request, posted: Submission, *, is_new: bool) -> N
     await service.meshes.rename(posted.gamut_id)
 
 
-async def _record_of_built(service: ServiceContainer, gamut_id: str) -> Record:
+async def _record_of_built(service: ServiceContainer, gamut_id: str) -> PublishedGamut:
     """Return the record of a gamut that has just been built."""
     try:
         return await service.library.record(gamut_id)

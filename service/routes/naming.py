@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from service.storage.gamuts import GamutStore
-    from service.storage.records import Record
+    from service.storage.published import PublishedGamut
 
 __all__ = [
     "NamedRecord",
@@ -37,7 +37,7 @@ _MOST_EXAMINED = 1000
 class NamedRecord(NamedTuple):
     """A gamut's record with its name."""
 
-    record: Record
+    record: PublishedGamut
     name: str
 
     @property
@@ -46,7 +46,7 @@ class NamedRecord(NamedTuple):
         return self.record.id
 
 
-def named(store: GamutStore, records: Sequence[Record]) -> list[NamedRecord]:
+def named(store: GamutStore, records: Sequence[PublishedGamut]) -> list[NamedRecord]:
     """Return records with their names. Blocks on the store."""
     if store.blobs.remote and len(records) > 1:
         with ThreadPoolExecutor(min(_READERS, len(records))) as threads:
@@ -133,7 +133,7 @@ def read_only(slug: str) -> ProblemError:
     )
 
 
-def refuse_reference(record: Record) -> None:
+def refuse_reference(record: PublishedGamut) -> None:
     """Raise the error of `read_only` if a gamut is a reference gamut."""
     provenance = record.description["provenance"]
     if provenance.get("format") == "reference":

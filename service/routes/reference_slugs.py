@@ -31,7 +31,7 @@ from service.routes.naming import read_only
 from service.routes.submission import check_surface_samples
 from service.routes.waiting import wait_for_build
 from service.storage.blobs import StoreUnavailableError
-from service.storage.records import Record
+from service.storage.published import PublishedGamut
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -202,7 +202,7 @@ async def _build(
                 reference.sha256,
                 client_of(scope),
             )
-            if not isinstance(job, Record):
+            if not isinstance(job, PublishedGamut):
                 jobs.append(job)
         prefer = [value.decode("latin-1") for key, value in scope["headers"] if key == b"prefer"]
         started = time.monotonic()

@@ -10,7 +10,7 @@ from __future__ import annotations
 import time
 
 from service.storage.blobs import Blobs
-from service.storage.records import id_of
+from service.storage.published import id_of
 
 __all__ = ["Deletions"]
 

@@ -12,7 +12,7 @@ from gamutcore.references import REFERENCES
 from service.storage.names import GamutName, cleaned_name
 
 if TYPE_CHECKING:
-    from service.storage.records import Record
+    from service.storage.published import PublishedGamut
 
 __all__ = ["display_name"]
 
@@ -20,7 +20,7 @@ _DESCRIPTORS = ("DESCRIPTOR", "DESCRIPTION", "FILE_DESCRIPTOR")
 """Keywords of characterisation data that describe it, in order."""
 
 
-def display_name(record: Record, stored: GamutName) -> str:
+def display_name(record: PublishedGamut, stored: GamutName) -> str:
     """Return the name of a gamut; `stored` is the store's document about the name."""
     provenance: dict[str, Any] = record.description.get("provenance", {})
     if provenance.get("format") == "reference":

@@ -23,7 +23,7 @@ from typing import Protocol
 
 from service.storage.blobs import BlobNotFoundError
 from service.storage.local import LocalBlobs
-from service.storage.records import id_of, input_key
+from service.storage.published import id_of, input_key
 
 __all__ = ["Eviction"]
 

@@ -34,8 +34,8 @@ from service.storage.inputs import Inputs
 from service.storage.local import LocalBlobs
 from service.storage.names import Names
 from service.storage.owners import Owners
+from service.storage.published import PublishedCache, PublishedGamut, id_of, published_key
 from service.storage.quarantine import Quarantine
-from service.storage.records import Record, RecordCache, id_of, record_key
 from service.storage.sweep import remove_uncommitted
 
 __all__ = ["GamutDamagedError", "GamutNotStoredError", "GamutStore"]
@@ -95,7 +95,7 @@ class GamutStore:
         self._lock = threading.Lock()
         self._publishing: dict[str, int] = {}
         # Local records are read in microseconds, so only remote ones are cached.
-        self._cached = RecordCache(_CACHED_RECORDS, _RECORD_SECONDS if blobs.remote else 0)
+        self._cached = PublishedCache(_CACHED_RECORDS, _RECORD_SECONDS if blobs.remote else 0)
         self._used: dict[str, float] = {}
         self._flushed = time.monotonic()
         self._sweeping: threading.Thread | None = None
@@ -142,7 +142,7 @@ class GamutStore:
         """Return the name of a new local file for work in progress."""
         return self.blobs.scratch(suffix)
 
-    def publish(self, record: Record, content: Path) -> Record:
+    def publish(self, record: PublishedGamut, content: Path) -> PublishedGamut:
         """Publish a gamut: store the content first, then commit with the record.
 
         `record` has the digest of `content`, a scratch file, which is consumed. The result is the
@@ -165,7 +165,7 @@ class GamutStore:
         self._cached.put(record)
         return record
 
-    def record(self, gamut_id: str) -> Record:
+    def record(self, gamut_id: str) -> PublishedGamut:
         """Return the record of a gamut; raise `GamutNotStoredError` if there is no intact one.
 
         In local storage, the history file exists with its full size. While a bucket does not
@@ -193,13 +193,13 @@ class GamutStore:
         """Return whether there is an intact gamut. This does not count as a use."""
         return self._find_record(gamut_id) is not None
 
-    def content(self, gamut_id: str) -> tuple[Record, bytes]:
+    def content(self, gamut_id: str) -> tuple[PublishedGamut, bytes]:
         """Return a gamut's record and its verified history file; raises as `record` does."""
         record, file = self.verified_file(gamut_id)
         with file:
             return record, file.read()
 
-    def verified_file(self, gamut_id: str) -> tuple[Record, BinaryIO]:
+    def verified_file(self, gamut_id: str) -> tuple[PublishedGamut, BinaryIO]:
         """Return a gamut's record and its open, verified history file; raises as `record` does.
 
         The handle stays readable if the gamut is deleted meanwhile.
@@ -228,7 +228,7 @@ class GamutStore:
             return False
         if self._deletions is not None:
             self._deletions.announce(gamut_id)
-        deleted = self.blobs.delete(record_key(gamut_id))
+        deleted = self.blobs.delete(published_key(gamut_id))
         self._cached.discard(gamut_id)
         self._used.pop(gamut_id, None)
         self.blobs.delete(record.key)
@@ -258,9 +258,9 @@ class GamutStore:
             self.on_evicted(gamut_id)
         return before
 
-    def page(self, after: str, limit: int) -> list[Record]:
+    def page(self, after: str, limit: int) -> list[PublishedGamut]:
         """Return up to `limit` records after the id `after`, in the order of their ids."""
-        records: list[Record] = []
+        records: list[PublishedGamut] = []
         ids = self.ids(after)
         while batch := list(islice(ids, limit - len(records))):
             if self.blobs.remote:
@@ -275,11 +275,11 @@ class GamutStore:
 
     def ids(self, after: str = "") -> Iterator[str]:
         """Iterate over the ids of the gamuts after `after`, in their order."""
-        for key in self.blobs.keys("published/", record_key(after) if after else ""):
+        for key in self.blobs.keys("published/", published_key(after) if after else ""):
             if key.endswith(".record"):
                 yield id_of(key)
 
-    def set_aside(self, record: Record, reason: str) -> GamutDamagedError:
+    def set_aside(self, record: PublishedGamut, reason: str) -> GamutDamagedError:
         """Move a gamut to the quarantine, and return the error to raise.
 
         `record` is the record that the gamut was read with. A newer gamut with the same id is not
@@ -323,7 +323,7 @@ class GamutStore:
 
     def to_be_rebuilt(self, gamut_id: str) -> bool:
         """Return whether a missing gamut is in quarantine and its input is stored."""
-        return self.input_kept(gamut_id) and self._quarantine.holds(record_key(gamut_id))
+        return self.input_kept(gamut_id) and self._quarantine.holds(published_key(gamut_id))
 
     def input_kept(self, gamut_id: str) -> bool:
         """Return whether the input of a gamut is stored."""
@@ -355,7 +355,7 @@ class GamutStore:
         assert isinstance(self.blobs, LocalBlobs)  # noqa: S101 - buckets evict nothing
         # Memory first, because a flush writes the time before it forgets it.
         unwritten = self._used.get(gamut_id)
-        written = self.blobs.stat(record_key(gamut_id)).st_mtime
+        written = self.blobs.stat(published_key(gamut_id)).st_mtime
         return written if unwritten is None else unwritten
 
     def flush_uses(self) -> None:
@@ -363,7 +363,7 @@ class GamutStore:
         if isinstance(self.blobs, LocalBlobs):
             self._flushed = time.monotonic()
             for gamut_id, when in list(self._used.items()):
-                self.blobs.touch(record_key(gamut_id), when)
+                self.blobs.touch(published_key(gamut_id), when)
                 with self._lock:
                     if self._used.get(gamut_id) == when:
                         del self._used[gamut_id]
@@ -385,11 +385,11 @@ class GamutStore:
                     del self._publishing[gamut_id]
             self._note(gamut_id)
 
-    def _commit(self, record: Record) -> Record:
+    def _commit(self, record: PublishedGamut) -> PublishedGamut:
         """Create the record of a stored history, and return the current record."""
         try:
             for _ in range(_ATTEMPTS):
-                if self.blobs.create(record_key(record.id), record.to_bytes()) is not None:
+                if self.blobs.create(published_key(record.id), record.to_bytes()) is not None:
                     return record
                 with contextlib.suppress(GamutNotStoredError):
                     # Another publisher's record, or this one: the request may have been sent twice.
@@ -402,21 +402,21 @@ class GamutStore:
         message = "The gamut is being published and deleted at the same time."
         raise StoreUnavailableError(message)
 
-    def _winner(self, record: Record) -> Record:
+    def _winner(self, record: PublishedGamut) -> PublishedGamut:
         present = self._read_record(record.id)
         if present.copy != record.copy:
             self.blobs.delete(record.key)
         return present
 
-    def _find_record(self, gamut_id: str) -> Record | None:
+    def _find_record(self, gamut_id: str) -> PublishedGamut | None:
         try:
             return self._cached.get(gamut_id) or self._read_record(gamut_id)
         except GamutNotStoredError:
             return None
 
-    def _read_record(self, gamut_id: str) -> Record:
+    def _read_record(self, gamut_id: str) -> PublishedGamut:
         """Return the stored record; move a damaged one to the quarantine."""
-        key = record_key(gamut_id)
+        key = published_key(gamut_id)
         for _ in range(_ATTEMPTS):
             try:
                 data = self.blobs.read(key).data
@@ -424,7 +424,7 @@ class GamutStore:
                 raise GamutNotStoredError(gamut_id) from None
             record = None
             try:
-                record = Record.from_bytes(data)
+                record = PublishedGamut.from_bytes(data)
                 flaw = self._flaw(record, gamut_id)
             except (ValueError, TypeError) as error:
                 flaw = f"damaged record: {error}"
@@ -433,7 +433,7 @@ class GamutStore:
                 return record
         raise self._quarantine_gamut(gamut_id, flaw, record, data)
 
-    def _flaw(self, record: Record, gamut_id: str) -> str:
+    def _flaw(self, record: PublishedGamut, gamut_id: str) -> str:
         """Return the fault of a record that matches its digest; empty if there is none."""
         if record.id != gamut_id:
             return f"the record of {record.id} under another gamut's name"
@@ -447,7 +447,7 @@ class GamutStore:
                 return f"a history file of {size} instead of {record.nbytes} bytes"
         return ""
 
-    def _open_verified(self, record: Record) -> BinaryIO:
+    def _open_verified(self, record: PublishedGamut) -> BinaryIO:
         """Return a history file that matches the record's digest, at its start."""
         file = self.blobs.stream(record.key)
         with contextlib.ExitStack() as closing:
@@ -462,7 +462,7 @@ class GamutStore:
         return file
 
     def _quarantine_gamut(
-        self, gamut_id: str, reason: str, record: Record | None, data: bytes | None = None
+        self, gamut_id: str, reason: str, record: PublishedGamut | None, data: bytes | None = None
     ) -> GamutDamagedError:
         """Move a gamut to the quarantine, unless a newer one has replaced it."""
         self._cached.discard(gamut_id)
@@ -475,13 +475,13 @@ class GamutStore:
             histories = [key for key in self._keys_of(gamut_id) if key.endswith(".gamut")]
         # The record first, because without it the rest is not a gamut.
         self._quarantine.put(
-            [record_key(gamut_id), *histories], reason, lambda now: _is_still(now, record, data)
+            [published_key(gamut_id), *histories], reason, lambda now: _is_still(now, record, data)
         )
         return GamutDamagedError(gamut_id, input_kept=self.input_kept(gamut_id))
 
     def _keys_of(self, gamut_id: str) -> list[str]:
         """Return the published keys of one gamut, without its input."""
-        folder = record_key(gamut_id).rpartition("/")[0] + "/"
+        folder = published_key(gamut_id).rpartition("/")[0] + "/"
         keys = self.blobs.keys(folder, folder + gamut_id)
         return list(takewhile(lambda key: id_of(key) == gamut_id, keys))
 
@@ -493,11 +493,11 @@ class GamutStore:
         return total
 
 
-def _is_still(now: bytes, record: Record | None, data: bytes | None) -> bool:
+def _is_still(now: bytes, record: PublishedGamut | None, data: bytes | None) -> bool:
     """Return whether a record is still the record that was found damaged."""
     if data is not None:
         return now == data
     try:
-        return Record.from_bytes(now) == record
+        return PublishedGamut.from_bytes(now) == record
     except (ValueError, TypeError):
         return True

@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from service.storage.blobs import BlobDamagedError, BlobNotFoundError, Blobs, StoreUnavailableError
+from service.storage.published import input_key
 from service.storage.quarantine import Quarantine
-from service.storage.records import input_key
 
 __all__ = ["Inputs"]
 

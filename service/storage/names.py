@@ -13,7 +13,7 @@ import unicodedata
 from typing import NamedTuple
 
 from service.storage.blobs import BlobDamagedError, BlobNotFoundError, Blobs, StoreUnavailableError
-from service.storage.records import seal, unseal
+from service.storage.published import seal, unseal
 
 __all__ = ["LONGEST_NAME", "GamutName", "InvalidNameError", "Names", "checked_name", "cleaned_name"]
 

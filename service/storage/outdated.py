@@ -20,7 +20,7 @@ from service.storage.blobs import BlobNotFoundError
 from service.storage.display_names import display_name
 from service.storage.gamuts import GamutStore
 from service.storage.local import LocalBlobs
-from service.storage.records import Record, record_key
+from service.storage.published import PublishedGamut, published_key
 
 __all__ = ["StoredGamut", "list_gamuts", "prune", "stored_gamuts"]
 
@@ -61,7 +61,7 @@ def stored_gamuts(store: GamutStore) -> Iterator[StoredGamut]:
     """
     for gamut_id in store.ids():
         with contextlib.suppress(BlobNotFoundError, ValueError, TypeError):
-            record = Record.from_bytes(store.blobs.read(record_key(gamut_id)).data)
+            record = PublishedGamut.from_bytes(store.blobs.read(published_key(gamut_id)).data)
             yield _stored(store, record)
 
 
@@ -94,11 +94,11 @@ def prune(store: GamutStore, output: TextIO, *, older_than: float, confirmed: bo
     output.write(f"{count} gamuts, {total} bytes {done}\n")
 
 
-def _stored(store: GamutStore, record: Record) -> StoredGamut:
+def _stored(store: GamutStore, record: PublishedGamut) -> StoredGamut:
     provenance = record.description.get("provenance", {})
     blobs = store.blobs
     if isinstance(blobs, LocalBlobs):
-        used = blobs.stat(record_key(record.id)).st_mtime
+        used = blobs.stat(published_key(record.id)).st_mtime
     else:
         used = datetime.fromisoformat(record.created).timestamp()
     return StoredGamut(

@@ -8,7 +8,7 @@ builds. Gamuts that were built without a key, or by an earlier version, have no 
 from __future__ import annotations
 
 from service.storage.blobs import BlobDamagedError, BlobNotFoundError, Blobs
-from service.storage.records import seal, unseal
+from service.storage.published import seal, unseal
 
 __all__ = ["Owners"]
 

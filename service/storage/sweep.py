@@ -7,7 +7,7 @@ from itertools import groupby
 from typing import TYPE_CHECKING
 
 from service.storage.blobs import BlobNotFoundError
-from service.storage.records import Record, id_of, record_key
+from service.storage.published import PublishedGamut, id_of, published_key
 
 if TYPE_CHECKING:
     from service.storage.blobs import Blobs
@@ -35,12 +35,12 @@ def remove_uncommitted(
 
 
 def _uncommitted(blobs: Blobs, gamut_id: str, histories: list[str]) -> Iterable[str]:
-    if len(histories) == 1 and _exists(blobs, record_key(gamut_id)):
+    if len(histories) == 1 and _exists(blobs, published_key(gamut_id)):
         # The usual case, without a read. A record that names another history is damaged, and
         # reading it will show that.
         return []
     try:
-        committed = Record.from_bytes(blobs.read(record_key(gamut_id)).data).key
+        committed = PublishedGamut.from_bytes(blobs.read(published_key(gamut_id)).data).key
     except BlobNotFoundError:
         return histories
     except (ValueError, TypeError):

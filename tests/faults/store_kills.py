@@ -29,7 +29,7 @@ from pathlib import Path
 from service.storage.blobs import BlobNotFoundError
 from service.storage.gamuts import GamutNotStoredError, GamutStore
 from service.storage.local import LocalBlobs
-from service.storage.records import Record, id_of, seal, unseal
+from service.storage.published import PublishedGamut, id_of, seal, unseal
 
 CALLS = "write,fsync,link,linkat,rename,renameat,renameat2,unlink,unlinkat,mkdir,mkdirat"
 """All calls that change a file system, under all names that a C library may use."""
@@ -70,7 +70,7 @@ def work(directory):
         output = store.scratch(".gamut")
         output.write_bytes(data)
         digest = hashlib.sha256(data).hexdigest()
-        store.publish(Record(gamut_id, digest, len(data), "", {}), output)
+        store.publish(PublishedGamut(gamut_id, digest, len(data), "", {}), output)
         say("published", gamut_id)
         if previous is not None:
             say("deleting", previous)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from gamutcore.characterisation import characterisation
+from gamutcore.characterisation import read_characterisation
 from gamutcore.colours import surface_colours
 
 HERE = Path(__file__).parent
@@ -45,7 +45,7 @@ def test_mutated_files_give_a_named_error_or_a_finite_result(targets, first):
 def test_the_seeds_of_profiles_are_evaluated(targets):
     kinds = set()
     for data in targets["icc"].seeds:
-        profile = characterisation(data)
+        profile = read_characterisation(data)
         if "CIED" not in profile.tags:
             kinds.add(profile.transform("relative")[0].kind)
             surface_colours(profile, surface_samples=500)

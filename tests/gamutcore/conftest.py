@@ -15,7 +15,7 @@ import trimesh
 
 from gamutcore import Gamut, Options
 from gamutcore.boundary import Boundary, modified_convex_hull, wrap_colours
-from gamutcore.characterisation import characterisation
+from gamutcore.characterisation import read_characterisation
 from gamutcore.colours import ICC_D50, surface_colours
 from gamutcore.colours.colorimetry import colour_science
 from gamutcore.decimation import decimate
@@ -205,13 +205,13 @@ def fogra39_gamut(fogra39: bytes) -> Gamut:
 @pytest.fixture(scope="session")
 def fogra39_points(fogra39: bytes) -> np.ndarray:
     """Return the surface colours of FOGRA39L with default options."""
-    return surface_colours(characterisation(fogra39)).points
+    return surface_colours(read_characterisation(fogra39)).points
 
 
 @pytest.fixture(scope="session")
 def fogra39_boundary(fogra39: bytes) -> Boundary:
     """Return the full boundary of FOGRA39L with default options, about 146,000 triangles."""
-    colours = surface_colours(characterisation(fogra39))
+    colours = surface_colours(read_characterisation(fogra39))
     options = Options()
     wrapping = wrap_colours(
         colours.points,

@@ -18,7 +18,7 @@ from gamutcore import Gamut, Options
 from service.openapi.documentation import EXAMPLE_GAMUT
 from service.storage.gamuts import GamutStore
 from service.storage.local import LocalBlobs
-from service.storage.records import Record
+from service.storage.published import PublishedGamut
 
 # The tests' folders are no packages.
 sys.path.insert(0, str(Path(__file__).parent))
@@ -203,7 +203,9 @@ def publish_built():
         path = store.scratch(".gamut")
         path.write_bytes(content)
         digest = hashlib.sha256(content).hexdigest()
-        record = Record(gamut.id, digest, len(content), "2026-01-01T00:00:00Z", gamut.description)
+        record = PublishedGamut(
+            gamut.id, digest, len(content), "2026-01-01T00:00:00Z", gamut.description
+        )
         return store.publish(record, path)
 
     return published

@@ -6,7 +6,7 @@ import pytest
 from gamutcore.history import split_codec
 from service.library import Ledger, Library
 from service.storage.gamuts import GamutDamagedError, GamutNotStoredError
-from service.storage.records import Record
+from service.storage.published import PublishedGamut
 
 NAME = "a" * 64
 
@@ -23,7 +23,7 @@ def published(store, content, description=None):
     digest = hashlib.sha256(content).hexdigest()
     path = store.scratch(".gamut")
     path.write_bytes(content)
-    return store.publish(Record(NAME, digest, len(content), "", description or {}), path)
+    return store.publish(PublishedGamut(NAME, digest, len(content), "", description or {}), path)
 
 
 def of_a_damaged_stream(gamut):

@@ -17,7 +17,7 @@ from service.caching.byte_bounded_cache import ByteBoundedCache
 from service.library import FREE_BYTES, PROCESS_BYTES, Charge, Ledger, memory_budget
 from service.problems.problem import ProblemError
 from service.settings import Settings
-from service.storage.records import Record
+from service.storage.published import PublishedGamut
 
 UNIT = 10 * FREE_BYTES
 BUDGET = 50 * UNIT
@@ -274,7 +274,7 @@ def published(filled_store):
         path = filled_store.scratch(".gamut")
         path.write_bytes(content)
         digest = hashlib.sha256(content).hexdigest()
-        record = Record(gamut.id, digest, len(content), "", gamut.description)
+        record = PublishedGamut(gamut.id, digest, len(content), "", gamut.description)
         return filled_store.publish(record, path).id
 
     return publish

@@ -99,21 +99,21 @@ class IccProfile:
     Attributes
     ----------
     data : bytes
-    The file.
+        The file.
     version : tuple of int
-    Major, minor, bug fix.
+        Major, minor, bug fix.
     device_class : str
-    A value of `CLASSES`, or `ABSTRACT`.
+        A value of `CLASSES`, or `ABSTRACT`.
     channels : tuple of str
-    Names of the device channels.
+        Names of the device channels.
     pcs : str
-    ``"XYZ"`` or ``"Lab"``.
+        ``"XYZ"`` or ``"Lab"``.
     tags : dict
-    Signature to offset and size. `element` checks these.
+        Signature to offset and size. `element` checks these.
     provenance : dict
-    Format, version, class, description, white; JSON-able.
+        Format, version, class, description, white; JSON-able.
     warnings : tuple of str
-    Faults that the reader tolerated.
+        Faults that the reader tolerated.
     """
 
     data: bytes

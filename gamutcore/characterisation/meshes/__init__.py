@@ -7,7 +7,7 @@ Each reader checks the sizes in a file against the length of the file, and again
 from gamutcore.characterisation.meshes.mesh import (
     GAMUT_BOUNDARY_TAGS,
     GamutMesh,
-    described_boundary,
+    embedded_boundary,
 )
 
-__all__ = ["GAMUT_BOUNDARY_TAGS", "GamutMesh", "described_boundary"]
+__all__ = ["GAMUT_BOUNDARY_TAGS", "GamutMesh", "embedded_boundary"]

@@ -47,7 +47,7 @@ __all__ = [
     "GamutMesh",
     "argyll_mesh",
     "by_channel",
-    "described_boundary",
+    "embedded_boundary",
     "gamut_mesh",
     "looks_like_argyll",
     "numbers_of",
@@ -475,7 +475,7 @@ _KIND = "gbd "
 _SPACES = {"Lab": "CIELAB", "XYZ": "CIEXYZ"}
 
 
-def described_boundary(data: object, intent: str) -> GamutMesh:
+def embedded_boundary(data: object, intent: str) -> GamutMesh:
     """Return the gamut boundary of a profile for an intent.
 
     Parameters

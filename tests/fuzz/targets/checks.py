@@ -13,9 +13,9 @@ from gamutcore.characterisation import (
     IccProfile,
     Picture,
     Samples,
-    characterisation,
-    described_boundary,
-    measurements_of,
+    embedded_boundary,
+    embedded_measurements,
+    read_characterisation,
 )
 from gamutcore.characterisation.meshes import GAMUT_BOUNDARY_TAGS
 from gamutcore.colours import InkLimits, measured_colours, surface_colours
@@ -44,13 +44,13 @@ def _check_told(error):
 def check_file(data):
     """Raise unless the file is refused by name, or all that is read of it is finite."""
     with refused_by_name():
-        check_read(characterisation(data))
+        check_read(read_characterisation(data))
 
 
 def check_picture(data):
     """Raise as for any file; the service reports a lack of memory as build-out-of-memory."""
     with refused_by_name(MemoryError):
-        check_read(characterisation(data))
+        check_read(read_characterisation(data))
 
 
 def check_read(read):
@@ -97,7 +97,7 @@ def check_described_boundary(data):
     """Raise unless each intent's boundary is a gamut, or refused by name."""
     for intent in GAMUT_BOUNDARY_TAGS:
         with refused_by_name():
-            check_mesh(described_boundary(characterisation(data), intent))
+            check_mesh(embedded_boundary(read_characterisation(data), intent))
 
 
 def check_profile(profile):
@@ -114,7 +114,7 @@ def check_profile(profile):
             nodes = profile.transform(intent)[0].nodes
             assert nodes is None or np.isfinite(nodes).all()
             assert np.isfinite(profile_colours(profile, device, intent).lab).all()
-    measured = measurements_of(profile)
+    measured = embedded_measurements(profile)
     assert isinstance(measured, Samples)
     assert len(measured) > 0
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from gamutcore.boundary import compute_boundary, modified_convex_hull, segment_maxima, usv
 from gamutcore.boundary.spherical_segments import BASES, sphere_triangles, triangles_towards
-from gamutcore.characterisation import characterisation
+from gamutcore.characterisation import read_characterisation
 from gamutcore.colours import surface_colours
 from gamutcore.errors import (
     BoundaryError,
@@ -344,7 +344,7 @@ class TestPublishedFigures:
         points = (
             fogra39_points
             if device == "FOGRA39L"
-            else surface_colours(characterisation(small_profile("sRGB-v4.icc"))).points
+            else surface_colours(read_characterisation(small_profile("sRGB-v4.icc"))).points
         )
         random = np.random.default_rng(1)
         found = []

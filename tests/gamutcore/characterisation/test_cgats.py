@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gamutcore.characterisation import characterisation
+from gamutcore.characterisation import read_characterisation
 from gamutcore.colours import surface_colours
 from gamutcore.errors import (
     CharacterisationError,
@@ -20,7 +20,7 @@ from gamutcore.errors import (
 
 
 def read(text, **options):
-    return characterisation(text.encode(), **options)
+    return read_characterisation(text.encode(), **options)
 
 
 FORMAT = "BEGIN_DATA_FORMAT\nSAMPLE_ID RGB_R RGB_G RGB_B LAB_L LAB_A LAB_B\nEND_DATA_FORMAT\n"
@@ -148,7 +148,7 @@ def test_seven_inks_by_number():
 
 def test_cp1252_is_read():
     data = PLAIN.replace("CTI3", "CTI3\nORIGINATOR \u201cGr\u00e4fin\u201d").encode("cp1252")
-    samples = characterisation(data)
+    samples = read_characterisation(data)
     assert samples.conditions["ORIGINATOR"] == "\u201cGr\u00e4fin\u201d"
 
 
@@ -233,14 +233,14 @@ def test_mutated_files_give_samples_or_a_named_error(seed, fogra39):
         else:
             del data[place : place + chance.randint(1, 40)]
     try:
-        samples = characterisation(bytes(data))
+        samples = read_characterisation(bytes(data))
     except GamutError:
         return
     assert np.isfinite(samples.device).all()
 
 
 def test_fogra39_as_it_is_distributed(fogra39):
-    samples = characterisation(fogra39)
+    samples = read_characterisation(fogra39)
     assert len(samples) == 1617
     assert samples.channels == ("C", "M", "Y", "K")
     assert samples.warnings == ()
@@ -252,10 +252,10 @@ def test_fogra39_as_it_is_distributed(fogra39):
 
 
 def test_other_real_files(shared_data):
-    newsprint = characterisation((shared_data / "press" / "TR002.ti3").read_bytes())
+    newsprint = read_characterisation((shared_data / "press" / "TR002.ti3").read_bytes())
     assert len(newsprint) == 928
     assert newsprint.conditions["SAMPLE_BACKING"] == "Black"
-    phone = characterisation((shared_data / "display" / "phone_RGBW_LCD_602.txt").read_bytes())
+    phone = read_characterisation((shared_data / "display" / "phone_RGBW_LCD_602.txt").read_bytes())
     assert len(phone) == 602
     assert phone.provenance["device_scale"] == 255
     assert phone.lab is None
@@ -265,7 +265,7 @@ def test_many_tables_are_refused_in_time_linear_in_their_number():
     """Each table costs a look at its columns, so their number is bounded."""
     table = "BEGIN_DATA_FORMAT\nA B C\nEND_DATA_FORMAT\nBEGIN_DATA\nEND_DATA\n"
     with pytest.raises(SampleLimitError, match="tables") as caught:
-        characterisation(("CGATS.17\n" + table * 50_000).encode())
+        read_characterisation(("CGATS.17\n" + table * 50_000).encode())
     assert caught.value.where["line"] > 0
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gamutcore.characterisation import characterisation
+from gamutcore.characterisation import read_characterisation
 from gamutcore.characterisation.cxf import (
     CXF_NAMESPACE,
     MAX_ATTRIBUTE_LENGTH,
@@ -89,7 +89,7 @@ def cxf_spectrum(value: float, specification: str = "S", kind: str = "Reflectanc
 
 def read(objects, *specifications, **options):
     data = cxf_file(objects, specifications or [cxf_specification("S")])
-    return characterisation(data, **options)
+    return read_characterisation(data, **options)
 
 
 ONE = cxf_object("", cxf_lab(1, 2, 3))
@@ -98,7 +98,7 @@ ONE = cxf_object("", cxf_lab(1, 2, 3))
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-16", "latin-1"])
 def test_any_encoding_that_is_declared(encoding):
     text = cxf_file([ONE]).decode().replace('"1.0"?>', f'"1.0" encoding="{encoding}"?>')
-    assert len(characterisation(text.encode(encoding))) == 1
+    assert len(read_characterisation(text.encode(encoding))) == 1
 
 
 def settings(count):
@@ -117,7 +117,7 @@ def settings(count):
 )
 def test_vendors_own_sections_are_passed_over(section):
     data = cxf_file([ONE]).replace(b"</cc:CxF>", f"{section}</cc:CxF>".encode())
-    assert len(characterisation(data)) == 1
+    assert len(read_characterisation(data)) == 1
 
 
 def test_attributes_of_other_namespaces_have_no_effect():
@@ -148,7 +148,7 @@ BOMBS = {
 @pytest.mark.parametrize("name", BOMBS)
 def test_declarations_are_refused_with_their_place(name):
     with pytest.raises(MalformedFileError, match="document type") as caught:
-        characterisation(cxf("&a;", head=BOMBS[name]))
+        read_characterisation(cxf("&a;", head=BOMBS[name]))
     assert caught.value.where["line"] == 1
     assert caught.value.remedy
 
@@ -174,14 +174,14 @@ def test_declarations_are_refused_with_their_place(name):
 )
 def test_hostile_and_broken_xml_is_refused_with_its_place(data, problem):
     with pytest.raises(MalformedFileError, match=problem) as caught:
-        characterisation(data)
+        read_characterisation(data)
     assert caught.value.where["line"] >= 1
 
 
 def test_elements_are_limited(monkeypatch):
     monkeypatch.setattr("gamutcore.characterisation.cxf.MAX_ELEMENTS", 1000)
     with pytest.raises(SampleLimitError):
-        characterisation(cxf(RESOURCES.format("<cc:Object/>" * 1000)))
+        read_characterisation(cxf(RESOURCES.format("<cc:Object/>" * 1000)))
 
 
 @pytest.mark.parametrize(
@@ -196,7 +196,7 @@ def test_elements_are_limited(monkeypatch):
 )
 def test_other_schemas_are_not_taken_for_it(data):
     with pytest.raises(UnrecognisedFormatError):
-        characterisation(data)
+        read_characterisation(data)
 
 
 RGB = "<cc:ColorRGB>{}<cc:R>255</cc:R><cc:G>0</cc:G><cc:B>51</cc:B></cc:ColorRGB>"
@@ -356,7 +356,7 @@ def ordered(samples):
 
 @pytest.mark.parametrize("tag", ["SampleID", "SAMPLE_ID", "name"])
 def test_objects_are_joined_by_what_names_them_and_not_by_their_order(tag):
-    samples = characterisation(press(tag=tag))
+    samples = read_characterisation(press(tag=tag))
     np.testing.assert_array_equal(ordered(samples), LAB)
     assert samples.channels == ("C", "M", "Y", "K")
     assert samples.condition == "M1"
@@ -372,7 +372,9 @@ def test_objects_are_joined_by_their_place_where_they_have_no_sample_id():
         cxf_object("", cxf_lab(*lab, "M0"), name=f"M0_{n}", Column=0, Row=n, Page=1)
         for n, lab in enumerate(LAB)
     ]
-    samples = characterisation(cxf_file([*measured[::-1], *targets], [cxf_specification("M0")]))
+    samples = read_characterisation(
+        cxf_file([*measured[::-1], *targets], [cxf_specification("M0")])
+    )
     np.testing.assert_array_equal(ordered(samples), LAB)
 
 
@@ -382,7 +384,9 @@ def test_a_sample_id_of_minus_one_is_none():
 
     targets = [cxf_object(cmyk(i), **tags(n)) for n, i in enumerate(INKS)]
     measured = [cxf_object("", cxf_lab(*lab, "M0"), **tags(n)) for n, lab in enumerate(LAB)]
-    samples = characterisation(cxf_file([*measured[::-1], *targets], [cxf_specification("M0")]))
+    samples = read_characterisation(
+        cxf_file([*measured[::-1], *targets], [cxf_specification("M0")])
+    )
     np.testing.assert_array_equal(ordered(samples), LAB)
     assert samples.provenance["patches"]["dropped"] == 0
 
@@ -393,22 +397,24 @@ def test_a_key_that_several_patches_share_is_not_used():
         pairs = [{shared: "7", other: f"p{n}"} for n in range(len(INKS))]
         targets = [cxf_object(cmyk(i), **pairs[n]) for n, i in enumerate(INKS)]
         measured = [cxf_object("", cxf_lab(*lab, "M0"), **pairs[n]) for n, lab in enumerate(LAB)]
-        samples = characterisation(cxf_file([*measured[::-1], *targets], [cxf_specification("M0")]))
+        samples = read_characterisation(
+            cxf_file([*measured[::-1], *targets], [cxf_specification("M0")])
+        )
         np.testing.assert_array_equal(ordered(samples), LAB)
 
 
 def test_values_and_measurement_may_be_one_object():
     one = [cxf_object(cmyk(i), cxf_lab(*lab)) for i, lab in zip(INKS, LAB, strict=True)]
-    np.testing.assert_array_equal(ordered(characterisation(cxf_file(one))), LAB)
+    np.testing.assert_array_equal(ordered(read_characterisation(cxf_file(one))), LAB)
 
 
 def test_several_conditions_are_refused_until_one_is_chosen():
     data = press(("M0", "M1", "M2"))
     with pytest.raises(ConditionError, match="M0") as caught:
-        characterisation(data)
+        read_characterisation(data)
     assert sorted(caught.value.where["conditions"]) == ["M0", "M1", "M2"]
     for step, name in enumerate(("M0", "M1", "M2")):
-        samples = characterisation(data, condition=name)
+        samples = read_characterisation(data, condition=name)
         assert samples.condition == name
         np.testing.assert_array_equal(ordered(samples), LAB + step)
 
@@ -424,8 +430,8 @@ def test_two_backings_are_two_conditions():
     ]
     data = cxf_file(objects, specified)
     with pytest.raises(ConditionError, match="M1, black backing, M1, white backing"):
-        characterisation(data)
-    white = characterisation(data, condition="M1, White Backing")
+        read_characterisation(data)
+    white = read_characterisation(data, condition="M1, White Backing")
     np.testing.assert_array_equal(ordered(white), LAB + 1)
     assert white.conditions["SAMPLE_BACKING"] == "White"
 
@@ -436,7 +442,7 @@ def test_colours_for_d50_and_2_degrees_are_preferred():
         for ink, lab in zip(INKS, LAB, strict=True)
     ]
     specified = [cxf_specification("T", illuminant="D65", observer=10), cxf_specification("S")]
-    samples = characterisation(cxf_file(objects, specified))
+    samples = read_characterisation(cxf_file(objects, specified))
     np.testing.assert_array_equal(ordered(samples), LAB)
     assert samples.conditions["OBSERVER"] == "2 degree"
 
@@ -444,7 +450,7 @@ def test_colours_for_d50_and_2_degrees_are_preferred():
 def test_what_has_no_partner_is_counted():
     extra = cxf_object("", cxf_lab(1, 1, 1, "M1"), "M1_Measurement", SampleID=99)
     data = press().replace(b"</cc:ObjectCollection>", f"{extra}</cc:ObjectCollection>".encode())
-    samples = characterisation(data)
+    samples = read_characterisation(data)
     assert len(samples) == 4
     assert samples.provenance["patches"]["dropped"] == 1
     assert any("1 object" in said for said in samples.warnings)
@@ -458,7 +464,7 @@ def test_lights_are_a_display_and_reflectances_are_not():
             for v in (0, 128, 255)
         ]
         data = cxf_file(objects, [cxf_specification("S", kind=f"Spectrum_{kind}")])
-        samples = characterisation(data)
+        samples = read_characterisation(data)
         colours = surface_colours(samples)
         assert colours.provenance["medium"] == medium
         np.testing.assert_allclose(colours.points[2], [100, 0, 0], atol=1e-6)
@@ -467,7 +473,7 @@ def test_lights_are_a_display_and_reflectances_are_not():
 def test_what_does_not_belong_together_is_refused():
     def refused(objects, error, line):
         with pytest.raises(error) as caught:
-            characterisation(cxf_file(objects, [cxf_specification("S")]))
+            read_characterisation(cxf_file(objects, [cxf_specification("S")]))
         assert caught.value.where.get("line") == line
         assert caught.value.remedy
 
@@ -487,7 +493,7 @@ class TestColorPort:
 
     @pytest.fixture
     def samples(self):
-        return characterisation((DATA / "colorport-24.cxf").read_bytes())
+        return read_characterisation((DATA / "colorport-24.cxf").read_bytes())
 
     def test_its_patches_are_read(self, samples):
         assert len(samples) == 24

@@ -6,8 +6,8 @@ import zlib
 import numpy as np
 import pytest
 
-from gamutcore.characterisation import characterisation, measurements_of
 from gamutcore.characterisation import embedded as module
+from gamutcore.characterisation import embedded_measurements, read_characterisation
 from gamutcore.errors import CharacterisationError, InvalidPointsError, OptionError
 
 
@@ -47,8 +47,8 @@ UNNAMED = COLOURS.replace("SAMPLE_ID ", "").replace("A1 ", "").replace('"A 2" ',
 
 
 def test_the_target_of_a_display_profile(made_profile):
-    profile = characterisation(made_profile({"targ": text(BOTH)}, kind="mntr"))
-    samples = measurements_of(profile)
+    profile = read_characterisation(made_profile({"targ": text(BOTH)}, kind="mntr"))
+    samples = embedded_measurements(profile)
     assert samples.channels == ("R", "G", "B")
     np.testing.assert_allclose(samples.xyz, [[95, 100, 109], [0.1, 0.1, 0.1]])
     assert samples.conditions["DEVICE_CLASS"] == "DISPLAY"
@@ -58,13 +58,13 @@ def test_the_target_of_a_display_profile(made_profile):
 
 def test_what_a_text_states_is_kept(made_profile):
     stated = BOTH.replace("CTI3\n", 'CTI3\nDEVICE_CLASS "OUTPUT"\n')
-    profile = characterisation(made_profile({"targ": text(stated)}, kind="mntr"))
-    assert measurements_of(profile).conditions["DEVICE_CLASS"] == "OUTPUT"
+    profile = read_characterisation(made_profile({"targ": text(stated)}, kind="mntr"))
+    assert embedded_measurements(profile).conditions["DEVICE_CLASS"] == "OUTPUT"
 
 
 def test_colours_and_device_values_in_two_tags_are_joined_by_name(made_profile):
     tags = {"CIED": text(COLOURS), "DevD": text(DEVICES)}
-    samples = measurements_of(characterisation(made_profile(tags, space="CMYK")))
+    samples = embedded_measurements(read_characterisation(made_profile(tags, space="CMYK")))
     assert samples.channels == ("C", "M", "Y", "K")
     np.testing.assert_allclose(samples.device, [[0, 0, 0, 0], [0.1, 0.2, 0.3, 0.4]])
     np.testing.assert_allclose(samples.lab, [[95, 0, -2], [50, 10, 20]])
@@ -76,14 +76,14 @@ def test_without_names_they_are_joined_by_order(made_profile):
         "CIED": text(UNNAMED),
         "DevD": text(DEVICES),
     }
-    samples = measurements_of(characterisation(made_profile(tags, space="CMYK")))
+    samples = embedded_measurements(read_characterisation(made_profile(tags, space="CMYK")))
     np.testing.assert_allclose(samples.device, [[0.1, 0.2, 0.3, 0.4], [0, 0, 0, 0]])
 
 
 @pytest.mark.parametrize("devices", ["", BOTH])
 def test_a_tag_with_all_columns_needs_no_other(made_profile, devices):
     tags = {"CIED": text(BOTH), "DevD": text(devices)}
-    assert len(measurements_of(characterisation(made_profile(tags)))) == 2
+    assert len(embedded_measurements(read_characterisation(made_profile(tags)))) == 2
 
 
 @pytest.mark.parametrize("kind", [b"text", b"utf8", b"zut8", b"ZXML", b"data"])
@@ -93,35 +93,37 @@ def test_texts_of_every_kind(made_profile, kind):
         content = zlib.compress(content)
     if kind == b"data":
         content = bytes(4) + content
-    profile = characterisation(made_profile({"targ": kind + bytes(4) + content}))
-    assert len(measurements_of(profile)) == 2
+    profile = read_characterisation(made_profile({"targ": kind + bytes(4) + content}))
+    assert len(embedded_measurements(profile)) == 2
 
 
 @pytest.mark.parametrize("level", range(10))
 def test_packed_xml_with_a_number_before_it(made_profile, level):
     # X-Rite's layout: type, reserved, 1, stream.
     packed = b"ZXML" + bytes(4) + struct.pack(">I", 1) + zlib.compress(BOTH.encode(), level)
-    assert len(measurements_of(characterisation(made_profile({"targ": packed})))) == 2
+    assert len(embedded_measurements(read_characterisation(made_profile({"targ": packed})))) == 2
 
 
 @pytest.mark.parametrize("size", range(6))
 def test_packed_xml_without_a_stream_is_refused(made_profile, size):
     with pytest.raises(CharacterisationError) as caught:
-        measurements_of(characterisation(made_profile({"targ": b"ZXML" + bytes(4 + size)})))
+        embedded_measurements(
+            read_characterisation(made_profile({"targ": b"ZXML" + bytes(4 + size)}))
+        )
     assert caught.value.where["tag"] == "targ"
 
 
 def test_bare_colours_are_colours(made_profile):
-    profile = characterisation(made_profile({"CIED": text(COLOURS)}))
-    assert measurements_of(profile).device is None
+    profile = read_characterisation(made_profile({"CIED": text(COLOURS)}))
+    assert embedded_measurements(profile).device is None
 
 
 def test_numbered_inks_have_the_profiles_names(made_profile):
     entries = b"".join(name.ljust(32, b"\0") + bytes(6) for name in (b"Black", b"Orange"))
     clrt = b"clrt" + bytes(4) + struct.pack(">I", 2) + entries
     table = BOTH.replace("RGB_R RGB_G RGB_B", "2CLR_1 2CLR_2 OTHER")
-    profile = characterisation(made_profile({"targ": text(table), "clrt": clrt}, space="2CLR"))
-    samples = measurements_of(profile)
+    profile = read_characterisation(made_profile({"targ": text(table), "clrt": clrt}, space="2CLR"))
+    samples = embedded_measurements(profile)
     assert samples.channels == ("Black", "Orange")
     assert samples.provenance["channels"] == ["Black", "Orange"]
 
@@ -129,18 +131,18 @@ def test_numbered_inks_have_the_profiles_names(made_profile):
 @pytest.mark.parametrize("data", [b"L,a,b\n50,0,0\n60,1,2\n", None])
 def test_data_without_measurements_inside_is_refused(made_profile, data):
     with pytest.raises(OptionError) as caught:
-        measurements_of(characterisation(data or made_profile({})))
+        embedded_measurements(read_characterisation(data or made_profile({})))
     assert caught.value.where == {"field": "source"}
 
 
 def test_a_reference_to_registered_data_is_named(made_profile):
     reference = {"targ": text("ICCHDAT FOGRA39\0")}
     with pytest.raises(OptionError, match="only refers to the registered data set FOGRA39") as said:
-        measurements_of(characterisation(made_profile(reference)))
+        embedded_measurements(read_characterisation(made_profile(reference)))
     assert said.value.where == {"field": "source"}
     assert "registry" in said.value.remedy
     beside = {**reference, "CIED": text(COLOURS), "DevD": text(DEVICES)}
-    samples = measurements_of(characterisation(made_profile(beside, space="CMYK")))
+    samples = embedded_measurements(read_characterisation(made_profile(beside, space="CMYK")))
     assert samples.provenance["embedded"]["tag"] == "CIED"
 
 
@@ -161,14 +163,16 @@ def test_a_reference_to_registered_data_is_named(made_profile):
 )
 def test_broken_measurements_name_their_tag(made_profile, tags):
     with pytest.raises((CharacterisationError, InvalidPointsError)) as caught:
-        measurements_of(characterisation(made_profile(tags, space="CMYK")))
+        embedded_measurements(read_characterisation(made_profile(tags, space="CMYK")))
     assert caught.value.where["tag"] in tags
 
 
 def test_a_profile_within_a_profile_is_refused(made_profile):
     inner = made_profile({"targ": text(BOTH)})
     with pytest.raises(CharacterisationError) as caught:
-        measurements_of(characterisation(made_profile({"targ": b"data" + bytes(8) + inner})))
+        embedded_measurements(
+            read_characterisation(made_profile({"targ": b"data" + bytes(8) + inner}))
+        )
     assert caught.value.where["tag"] == "targ"
 
 
@@ -176,7 +180,7 @@ def test_a_packed_text_without_end_is_refused(made_profile, monkeypatch):
     monkeypatch.setattr(module, "MAX_TEXT", 1000)
     packed = b"zut8" + bytes(4) + zlib.compress(b" " * 10_000_000)
     with pytest.raises(CharacterisationError, match="more than 1000 bytes"):
-        measurements_of(characterisation(made_profile({"targ": packed})))
+        embedded_measurements(read_characterisation(made_profile({"targ": packed})))
 
 
 @pytest.mark.parametrize(
@@ -190,15 +194,15 @@ def test_a_packed_text_without_end_is_refused(made_profile, monkeypatch):
 )
 @pytest.mark.slow
 def test_real_profiles(shared_data, file, patches, channels):
-    profile = characterisation((shared_data / file).read_bytes())
-    samples = measurements_of(profile)
+    profile = read_characterisation((shared_data / file).read_bytes())
+    samples = embedded_measurements(profile)
     assert samples.device.shape == (patches, channels)
     assert samples.channels == profile.channels
 
 
 def test_the_press_profiles_measurements_are_those_of_the_press(shared_data, fogra39):
-    profile = characterisation((shared_data / "press/ISOcoated_v2_300_bas.icc").read_bytes())
-    inside, own = measurements_of(profile), characterisation(fogra39)
+    profile = read_characterisation((shared_data / "press/ISOcoated_v2_300_bas.icc").read_bytes())
+    inside, own = embedded_measurements(profile), read_characterisation(fogra39)
     table = {tuple(d): lab for d, lab in zip(inside.device.round(4), inside.lab, strict=True)}
     errors = [
         np.linalg.norm(table[tuple(d)] - lab)

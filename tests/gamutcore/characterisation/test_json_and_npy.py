@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gamutcore.characterisation import characterisation
+from gamutcore.characterisation import read_characterisation
 from gamutcore.characterisation.samples import MAX_JSON_SAMPLES
 from gamutcore.errors import (
     ConditionError,
@@ -24,7 +24,7 @@ ROWS = [[50, 0.5, 0], [60, -20, 30]]
 
 
 def read(text, **options):
-    return characterisation(text.encode(), **options)
+    return read_characterisation(text.encode(), **options)
 
 
 @pytest.mark.parametrize(
@@ -176,18 +176,18 @@ def with_header(header, body=b"\0" * 48):
 @pytest.mark.parametrize("order", ["C", "F"])
 def test_plain_arrays_of_any_number(dtype, order):
     array = np.asarray(LAB, dtype=dtype, order=order)
-    np.testing.assert_array_equal(characterisation(saved(array)).lab, array.astype(float))
+    np.testing.assert_array_equal(read_characterisation(saved(array)).lab, array.astype(float))
 
 
 @pytest.mark.parametrize("version", [(1, 0), (2, 0), (3, 0)])
 def test_every_version_of_the_format(version):
-    np.testing.assert_array_equal(characterisation(saved(LAB, version=version)).lab, LAB)
+    np.testing.assert_array_equal(read_characterisation(saved(LAB, version=version)).lab, LAB)
 
 
 def test_named_fields():
     fields = [(name, "<f4") for name in ("id", "R", "G", "B", "LAB_L", "LAB_A", "LAB_B")]
     array = np.array([(1, 0, 0, 0, 5, 0, 1), (2, 255, 255, 255, 100, 0, 0)], dtype=fields)
-    samples = characterisation(saved(array))
+    samples = read_characterisation(saved(array))
     assert samples.channels == ("R", "G", "B")
     np.testing.assert_array_equal(samples.lab, [[5, 0, 1], [100, 0, 0]])
 
@@ -226,7 +226,7 @@ class Explosive:
 )
 def test_broken_arrays_are_refused(data):
     with pytest.raises(MalformedFileError) as caught:
-        characterisation(data)
+        read_characterisation(data)
     assert caught.value.remedy
 
 
@@ -238,7 +238,7 @@ def test_mutated_arrays_give_samples_or_a_named_error(seed):
     for _ in range(chance.randint(1, 6)):
         data[chance.randrange(6, len(data))] = chance.randrange(256)
     try:
-        samples = characterisation(bytes(data))
+        samples = read_characterisation(bytes(data))
     except GamutError:
         return
     assert np.isfinite(samples.lab).all()
@@ -250,18 +250,18 @@ def test_fields_of_all_kinds_and_conditions():
     array["CONDITION"] = [b"M0", b"M1", b"m1"]
     array["SPEC_500"] = [0.25, 0.5, 0.75]
     with pytest.raises(ConditionError, match="M0, M1"):
-        characterisation(saved(array))
-    samples = characterisation(saved(array), condition="M1")
+        read_characterisation(saved(array))
+    samples = read_characterisation(saved(array), condition="M1")
     assert samples.spectra.values[:, 12].tolist() == [0.5, 0.75]
     assert samples.device.shape == (2, 3)
     chromaticities = np.array([(0.25, 0.5, 10)], [("x", "f8"), ("y", "f8"), ("Y", "f8")])
-    np.testing.assert_allclose(characterisation(saved(chromaticities)).xyz, [[5, 10, 5]])
+    np.testing.assert_allclose(read_characterisation(saved(chromaticities)).xyz, [[5, 10, 5]])
 
 
 def test_texts_in_the_place_of_numbers_are_refused():
     array = np.array([("1", 2, 3)], [("L", "U4"), ("a", "f8"), ("b", "f8")])
     with pytest.raises(MalformedFileError) as caught:
-        characterisation(saved(array))
+        read_characterisation(saved(array))
     assert caught.value.where["field"] == "L"
 
 
@@ -270,4 +270,4 @@ def test_texts_in_the_place_of_numbers_are_refused():
 )
 def test_other_shapes_need_names(array):
     with pytest.raises(MissingColumnError):
-        characterisation(saved(array))
+        read_characterisation(saved(array))

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gamutcore.characterisation import FORMATS, IccProfile, Samples, characterisation
+from gamutcore.characterisation import FORMATS, IccProfile, Samples, read_characterisation
 from gamutcore.errors import GamutError
 
 TABLE = "L,a,b\n50,0,0\n60,10,10\n"
@@ -36,14 +36,14 @@ def npy():
     ],
 )
 def test_formats_are_told_by_content(data, name):
-    samples = characterisation(data)
+    samples = read_characterisation(data)
     assert isinstance(samples, Samples)
     assert samples.format == name
     assert samples.provenance["format"] == name
 
 
 def test_profiles_are_told_by_their_signature(small_profile):
-    profile = characterisation(small_profile("sRGB-v4.icc"))
+    profile = read_characterisation(small_profile("sRGB-v4.icc"))
     assert isinstance(profile, IccProfile)
     assert profile.format == "icc"
 
@@ -63,7 +63,7 @@ def test_profiles_are_told_by_their_signature(small_profile):
 )
 def test_anything_else_is_refused_with_what_is_read(data):
     with pytest.raises(GamutError) as caught:
-        characterisation(data)
+        read_characterisation(data)
     assert caught.value.code in {"unrecognised-format", "missing-column"}
     assert caught.value.remedy
 
@@ -71,7 +71,7 @@ def test_anything_else_is_refused_with_what_is_read(data):
 @given(st.binary(max_size=300))
 def test_any_bytes_give_samples_or_a_named_error(data):
     try:
-        read = characterisation(data)
+        read = read_characterisation(data)
     except GamutError:
         return
     assert read.format
@@ -103,5 +103,5 @@ def test_what_has_no_measurement_condition_refuses_one(small_profile, name):
         "array": npy(),
     }[name]
     with pytest.raises(GamutError) as caught:
-        characterisation(data, condition="M1")
+        read_characterisation(data, condition="M1")
     assert caught.value.where["field"] == "condition"

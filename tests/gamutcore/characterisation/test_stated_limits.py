@@ -8,7 +8,7 @@ import pytest
 from PIL import Image, ImageCms
 
 from gamutcore import Gamut
-from gamutcore.characterisation import characterisation, ink_limit_warnings
+from gamutcore.characterisation import ink_limit_warnings, read_characterisation
 from gamutcore.characterisation.embedded import stated_ink_limit
 
 TABLE = """CTI3
@@ -42,7 +42,7 @@ def lut(values, curve=(0, 65535)):
 
 
 def stated(data):
-    found = stated_ink_limit(characterisation(data))
+    found = stated_ink_limit(read_characterisation(data))
     return None if found is None else found.total
 
 
@@ -107,13 +107,13 @@ def test_a_stated_limit_is_named_and_not_applied():
 
 
 def test_a_limit_that_was_meant_in_full_inks_warns(fogra39):
-    data = characterisation(fogra39)
+    data = read_characterisation(fogra39)
     assert "per cent" in ink_limit_warnings(data, 3)[0]
     assert ink_limit_warnings(data, 50) == ink_limit_warnings(data, None) == []
 
 
 def test_other_data_states_nothing():
-    assert ink_limit_warnings(characterisation(picture()), None) == []
+    assert ink_limit_warnings(read_characterisation(picture()), None) == []
 
 
 def picture():

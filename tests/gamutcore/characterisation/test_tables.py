@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gamutcore.characterisation import characterisation
+from gamutcore.characterisation import read_characterisation
 from gamutcore.errors import (
     ConditionError,
     GamutError,
@@ -24,7 +24,7 @@ BANDS = [f"SPEC_{nm}" for nm in range(380, 740, 10)]
 
 
 def read(text, **options):
-    return characterisation(text.encode(), **options)
+    return read_characterisation(text.encode(), **options)
 
 
 def table(names, *rows, **options):

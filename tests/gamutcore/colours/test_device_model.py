@@ -5,7 +5,7 @@ import pytest
 from scipy.interpolate import RBFInterpolator, RegularGridInterpolator
 from threadpoolctl import threadpool_limits
 
-from gamutcore.characterisation import Picture, characterisation
+from gamutcore.characterisation import Picture, read_characterisation
 from gamutcore.colours import surface_colours
 from gamutcore.colours.device_model import SMOOTHING, device_model, scattered_model
 from gamutcore.errors import OptionError
@@ -169,7 +169,7 @@ def test_kinks_at_levels_are_followed():
 )
 def test_grids_of_real_devices_at_their_surface(shared_data, uniform_surface, name, levels, bound):
     """The error is hardly visible, and smaller than the estimate."""
-    profile = characterisation((shared_data / name).read_bytes())
+    profile = read_characterisation((shared_data / name).read_bytes())
     channels = len(profile.channels)
 
     def colours(values):
@@ -227,7 +227,7 @@ def test_a_linear_device_is_met_exactly():
 
 def test_held_out_patches_of_a_real_press(fogra39):
     # reference/characterisation.md: held-out ΔE76 of FOGRA39L by this method is 0.13 on average.
-    samples = characterisation(fogra39)
+    samples = read_characterisation(fogra39)
     device, first = np.unique(samples.device, axis=0, return_index=True)
     lab = samples.lab[first]
     held_out = np.random.default_rng(0).permutation(len(device)) % 10 == 0

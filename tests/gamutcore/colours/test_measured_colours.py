@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gamutcore.characterisation import characterisation
+from gamutcore.characterisation import read_characterisation
 from gamutcore.colours import (
     ICC_D50,
     ILLUMINANTS,
@@ -29,7 +29,7 @@ PAPER, INK = np.array([0.8448, 0.8762, 0.7457]), np.array([0.14, 0.22, 0.53])
 def samples(columns, rows, **members):
     rows = [list(map(float, row)) for row in rows]
     document = {"columns": columns.split(), "samples": rows, **members}
-    return characterisation(json.dumps(document).encode())
+    return read_characterisation(json.dumps(document).encode())
 
 
 def display(white=D65, scale=100.0, **members):

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gamutcore.characterisation import Picture, characterisation
+from gamutcore.characterisation import Picture, read_characterisation
 from gamutcore.characterisation.pictures.encoding import (
     ADOBE_RGB,
     LINEAR,
@@ -27,7 +27,7 @@ def picture(values, meaning, model="RGB", counts=None):
 
 
 def profile(name):
-    return characterisation((DATA / f"{name}.icc").read_bytes())
+    return read_characterisation((DATA / f"{name}.icc").read_bytes())
 
 
 def test_values_that_a_profile_clips_are_told():
@@ -55,7 +55,7 @@ def test_encodings_agree_with_the_profiles_of_their_names(encoding, name, folder
         reference = profile(name)
     else:
         shared = request.getfixturevalue("shared_data")
-        reference = characterisation((shared / folder / f"{name}.icc").read_bytes())
+        reference = read_characterisation((shared / folder / f"{name}.icc").read_bytes())
     values = np.random.default_rng(0).random((500, 3)) * 0.9 + 0.1
     found = surface_colours(picture(values, encoding)).points
     wanted = surface_colours(picture(values, reference)).points

@@ -5,7 +5,7 @@ import pytest
 from PIL import Image, ImageCms
 from scipy.spatial import ConvexHull
 
-from gamutcore.characterisation import Picture, characterisation, measurements_of
+from gamutcore.characterisation import Picture, embedded_measurements, read_characterisation
 from gamutcore.colours import colours_in_space, surface_colours, xyz_to_lab
 from gamutcore.colours.spaces import ColourSpace
 
@@ -32,7 +32,7 @@ def profile_colours(profile, device, intent):
 @pytest.mark.parametrize("intent", INTENTS)
 def test_the_reference_implementations_results(shared_data, name, intent):
     folder = shared_data / "oracle"
-    profile = characterisation((folder / f"{name}.icc").read_bytes())
+    profile = read_characterisation((folder / f"{name}.icc").read_bytes())
     table = (folder / f"{name}_ToPcs_ICC-{INTENTS.index(intent)}.csv").read_text()
     values = np.array(
         [row.replace("-->,", "").split(",") for row in table.split()], dtype=np.float64
@@ -56,7 +56,7 @@ def test_values_outside_the_device_range_are_clipped_as_by_littlecms(small_profi
     data = small_profile(name)
     device = np.random.default_rng(0).uniform(-0.5, 1.5, (200, 3))
     device = np.where((device < 0) | (device > 1), device, np.rint(device * 255) / 255)
-    lab = profile_colours(characterisation(data), device, "relative").points
+    lab = profile_colours(read_characterisation(data), device, "relative").points
     clipped = np.rint(np.clip(device, 0, 1) * 255).astype(np.uint8)
     transform = ImageCms.buildTransform(
         ImageCms.ImageCmsProfile(io.BytesIO(data)), ImageCms.createProfile("LAB"), "RGB", "LAB", 1
@@ -71,7 +71,7 @@ def test_values_outside_the_device_range_are_clipped_as_by_littlecms(small_profi
 
 @pytest.mark.parametrize("name", ["sRGB-v4.icc", "sRGB-v2-magic.icc"])
 def test_srgb_is_srgb(small_profile, name):
-    profile = characterisation(small_profile(name))
+    profile = read_characterisation(small_profile(name))
     lab = profile_colours(profile, np.eye(3), "relative").points
     # The primaries in CIELAB D50 as Lindbloom's calculator gives them.
     expected = [[54.29, 80.81, 69.89], [87.82, -79.27, 80.99], [29.57, 68.30, -112.03]]
@@ -85,7 +85,7 @@ def test_srgb_is_srgb(small_profile, name):
 def test_in_a_space_of_its_white_absolute_colours_of_srgb_are_srgb(small_profile, name, space):
     """Version 2 declares unadapted colours, version 4 adapted ones; the result is the same."""
     found = surface_colours(
-        characterisation(small_profile(name)), intent="absolute", surface_samples=8
+        read_characterisation(small_profile(name)), intent="absolute", surface_samples=8
     )
     light = found.device @ SRGB_TO_XYZ.T
     in_d65 = ColourSpace(space, "D65")
@@ -96,7 +96,9 @@ def test_in_a_space_of_its_white_absolute_colours_of_srgb_are_srgb(small_profile
 
 
 def test_absolute_colours_of_prints_stay_relative_to_d50(shared_data):
-    profile = characterisation((shared_data / "press" / "ISOcoated_v2_300_bas.icc").read_bytes())
+    profile = read_characterisation(
+        (shared_data / "press" / "ISOcoated_v2_300_bas.icc").read_bytes()
+    )
     found = surface_colours(profile, intent="absolute", surface_samples=100)
     assert not found.as_measured
 
@@ -104,7 +106,7 @@ def test_absolute_colours_of_prints_stay_relative_to_d50(shared_data):
 @pytest.mark.slow
 def test_a_display_and_its_own_measurements_are_of_one_size_in_absolute_colours(shared_data):
     """Compared with relative colours, which do not depend on the treatment of the white."""
-    profile = characterisation((shared_data / "display" / "Acer_XB271HU.icc").read_bytes())
+    profile = read_characterisation((shared_data / "display" / "Acer_XB271HU.icc").read_bytes())
 
     def ratio(intent):
         sizes = [
@@ -113,7 +115,7 @@ def test_a_display_and_its_own_measurements_are_of_one_size_in_absolute_colours(
                     surface_colours(data, intent=intent, surface_samples=2000), ColourSpace("Oklab")
                 ).points
             ).volume
-            for data in (profile, measurements_of(profile))
+            for data in (profile, embedded_measurements(profile))
         ]
         return sizes[0] / sizes[1]
 
@@ -122,8 +124,10 @@ def test_a_display_and_its_own_measurements_are_of_one_size_in_absolute_colours(
 
 def test_a_profile_agrees_with_its_own_measurements(shared_data, fogra39):
     # reference/figures.md: ISOcoated_v2_300 against FOGRA39L, absolute, is 0.03 ΔE76 on average.
-    profile = characterisation((shared_data / "press" / "ISOcoated_v2_300_bas.icc").read_bytes())
-    samples = characterisation(fogra39)
+    profile = read_characterisation(
+        (shared_data / "press" / "ISOcoated_v2_300_bas.icc").read_bytes()
+    )
+    samples = read_characterisation(fogra39)
     colours = profile_colours(profile, samples.device, "absolute")
     errors = np.linalg.norm(colours.points - samples.lab, axis=1)
     assert errors.mean() == pytest.approx(0.03, abs=0.01)

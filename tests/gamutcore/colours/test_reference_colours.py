@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull, KDTree
 
-from gamutcore.characterisation import characterisation
+from gamutcore.characterisation import read_characterisation
 from gamutcore.colours import colours_in_space, device_model, surface_colours, xyz_to_lab
 from gamutcore.colours.colorimetry import colour_science
 from gamutcore.colours.device_model import extrapolation_warnings, impossible_colour_warnings
@@ -180,7 +180,7 @@ def test_a_scanner_target_is_told_to_be_extrapolated(stated):
         "samples": np.column_stack([device, colours]).tolist(),
         "conditions": {"DEVICE_CLASS": "OUTPUT"} if stated else {},
     }
-    surface = surface_colours(characterisation(json.dumps(document).encode()))
+    surface = surface_colours(read_characterisation(json.dumps(document).encode()))
     warnings = " ".join(str(said) for said in surface.provenance["warnings"])
     assert "corners of the device cube are farther from all samples" in warnings
     assert "times the volume of the convex hull of the measured colours" in warnings
@@ -188,14 +188,14 @@ def test_a_scanner_target_is_told_to_be_extrapolated(stated):
 
 
 def test_profiles_of_lights_are_not_compared_with_surfaces(small_profile):
-    surface = surface_colours(characterisation(small_profile("DisplayP3-v4.icc")))
+    surface = surface_colours(read_characterisation(small_profile("DisplayP3-v4.icc")))
     assert impossible_colour_warnings(surface.points, lights=False)
     assert surface.provenance["warnings"] == []
 
 
 def test_bare_colours_that_no_surface_has_are_told():
     rows = [[50, 120, -120], [50, -120, 80], [101, 0, 0], [0, 0, 0], [50, 0, 0]]
-    surface = surface_colours(characterisation(json.dumps(rows).encode()))
+    surface = surface_colours(read_characterisation(json.dumps(rows).encode()))
     warnings = surface.provenance["warnings"]
     assert any("60 % of the colours are outside the optimal colour solid" in w for w in warnings)
     assert any("1 of 5 colours have an L* outside 0 to 100" in w for w in warnings)

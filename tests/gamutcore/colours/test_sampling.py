@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gamutcore.boundary import compute_boundary
-from gamutcore.characterisation import Picture, characterisation
+from gamutcore.characterisation import Picture, read_characterisation
 from gamutcore.colours import InkLimits, colours_in_space, surface_colours
 from gamutcore.colours.sampling import distinct_rows
 from gamutcore.colours.spaces import CIELAB
@@ -38,7 +38,7 @@ def inks(count, colours=bent, levels=(0.0, 1.0), lowest=None):
         "columns": [*names, "LAB_L", "LAB_A", "LAB_B"],
         "samples": np.hstack([100 * device, 100 * others, colours(device)]).tolist(),
     }
-    return characterisation(json.dumps(document).encode())
+    return read_characterisation(json.dumps(document).encode())
 
 
 def surface_of(count, wanted, total=None, **options):
@@ -182,7 +182,7 @@ def test_nodes_of_the_model_are_among_the_points():
     device = np.array(list(product((0.0, 0.13, 0.4, 1.0), repeat=3)))
     rows = np.hstack([100 * device, bent(device)]).tolist()
     document = {"columns": ["CMY_C", "CMY_M", "CMY_Y", "L", "a", "b"], "samples": rows}
-    data = characterisation(json.dumps(document).encode())
+    data = read_characterisation(json.dumps(document).encode())
     for values in surface_colours(data, intent="absolute", surface_samples=20_000).device.T:
         assert {0.13, 0.4} <= set(values.round(9))
 
@@ -221,7 +221,7 @@ def test_the_cut_of_many_inks_is_sampled_at_its_corners_and_on_its_faces():
 def test_more_accurate_than_as_many_uniform_points(
     shared_data, uniform_surface, file, points, gain
 ):
-    profile = characterisation((shared_data / file).read_bytes())
+    profile = read_characterisation((shared_data / file).read_bytes())
     channels = len(profile.channels)
 
     def uniform(count):
@@ -318,7 +318,7 @@ def press(lowest=0.0):
     )
     columns = ["CMYK_C", "CMYK_M", "CMYK_Y", "CMYK_K", "LAB_L", "LAB_A", "LAB_B"]
     document = {"columns": columns, "samples": np.column_stack([device, lab]).tolist()}
-    return characterisation(json.dumps(document).encode())
+    return read_characterisation(json.dumps(document).encode())
 
 
 def test_a_black_limit_below_all_black_is_refused():
@@ -354,13 +354,13 @@ def test_a_press_keeps_to_its_limits(samples, total, black):
 )
 def test_limits_are_refused_where_there_is_no_model_of_inks(columns, rows):
     document = {"columns": columns.split(), "samples": rows}
-    data = characterisation(json.dumps(document).encode())
+    data = read_characterisation(json.dumps(document).encode())
     with pytest.raises(OptionError) as caught:
         surface_colours(data, limits=InkLimits(300))
     assert caught.value.where == {"field": "ink_limit"}
 
 
 def test_profiles_of_lights_refuse_limits(small_profile):
-    profile = characterisation(small_profile("sRGB-v4.icc"))
+    profile = read_characterisation(small_profile("sRGB-v4.icc"))
     with pytest.raises(OptionError):
         surface_colours(profile, limits=InkLimits(300))

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
 from gamutcore import Gamut, Options
-from gamutcore.characterisation import characterisation
+from gamutcore.characterisation import read_characterisation
 from gamutcore.colours import (
     ICC_D50,
     SurfaceColours,
@@ -56,7 +56,7 @@ def display(intent, **options):
         "conditions": {"DEVICE_CLASS": "DISPLAY"},
     }
     found = surface_colours(
-        characterisation(json.dumps(document).encode()), intent=intent, **options
+        read_characterisation(json.dumps(document).encode()), intent=intent, **options
     )
     assert len(found.points) == len(rgb)
     return found

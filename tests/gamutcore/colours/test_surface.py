@@ -4,7 +4,7 @@ import struct
 import numpy as np
 import pytest
 
-from gamutcore.characterisation import Picture, characterisation
+from gamutcore.characterisation import Picture, read_characterisation
 from gamutcore.colours import surface_colours
 from gamutcore.errors import GamutError, MalformedProfileError, OptionError
 
@@ -24,7 +24,7 @@ def lab(device):
 
 
 def test_the_surface_of_a_press(fogra39):
-    surface = surface_colours(characterisation(fogra39), surface_samples=20_000)
+    surface = surface_colours(read_characterisation(fogra39), surface_samples=20_000)
     assert 18_000 < len(surface.points) <= 20_000
     assert surface.device.shape == (len(surface.points), 4)
     white = surface.points[(surface.device == 0).all(axis=1)]
@@ -39,8 +39,12 @@ def test_the_surface_of_a_press(fogra39):
 
 @pytest.mark.slow
 def test_the_model_agrees_with_the_profile_of_the_same_press(shared_data, fogra39):
-    profile = characterisation((shared_data / "press" / "ISOcoated_v2_300_bas.icc").read_bytes())
-    surface = surface_colours(characterisation(fogra39), intent="absolute", surface_samples=10_000)
+    profile = read_characterisation(
+        (shared_data / "press" / "ISOcoated_v2_300_bas.icc").read_bytes()
+    )
+    surface = surface_colours(
+        read_characterisation(fogra39), intent="absolute", surface_samples=10_000
+    )
     # Up to the profile's ink limit of 300 %.
     printed = surface.device.sum(axis=1) <= 3
     ones = np.ones(printed.sum(), np.int64)
@@ -51,7 +55,7 @@ def test_the_model_agrees_with_the_profile_of_the_same_press(shared_data, fogra3
 
 
 def test_the_surface_of_a_profile(small_profile):
-    profile = characterisation(small_profile("DisplayP3-v4.icc"))
+    profile = read_characterisation(small_profile("DisplayP3-v4.icc"))
     surface = surface_colours(profile)
     assert 99_000 < len(surface.points) <= 100_000
     assert surface.provenance["surface"]["density"] == "by curvature"
@@ -71,7 +75,7 @@ def test_the_surface_of_a_profile(small_profile):
 def test_a_broken_white_matters_to_absolute_colours_only(small_profile):
     data = small_profile("sRGB-v2-magic.icc")
     offset = data.index(b"XYZ ", 132)
-    profile = characterisation(data[: offset + 8] + bytes(12) + data[offset + 20 :])
+    profile = read_characterisation(data[: offset + 8] + bytes(12) + data[offset + 20 :])
     surface = surface_colours(profile, surface_samples=1000)
     assert surface.provenance["white"] is None
     assert any("white" in said for said in surface.provenance["warnings"])
@@ -81,7 +85,7 @@ def test_a_broken_white_matters_to_absolute_colours_only(small_profile):
 
 def test_a_linear_device_is_sampled_exactly():
     data = document("R G B L a b", rgb_cube(4, lab).tolist())
-    surface = surface_colours(characterisation(data), intent="absolute", surface_samples=1000)
+    surface = surface_colours(read_characterisation(data), intent="absolute", surface_samples=1000)
     np.testing.assert_allclose(surface.points, lab(surface.device), atol=1e-6)
 
 
@@ -90,7 +94,7 @@ def test_many_samples_are_thinned_with_a_warning(monkeypatch):
     beside = np.array([[0.5, 0.5, 0.55]])
     rows = [*rgb_cube(7, lab), *np.column_stack([beside, lab(beside)])]
     data = document("R G B L a b", [row.tolist() for row in rows])
-    surface = surface_colours(characterisation(data), intent="absolute", surface_samples=1000)
+    surface = surface_colours(read_characterisation(data), intent="absolute", surface_samples=1000)
     assert surface.provenance["patches"]["used"] == 100
     assert surface.provenance["patches"]["dropped"] == 244
     assert any("100 of 344" in said for said in surface.provenance["warnings"])
@@ -100,7 +104,7 @@ def test_many_samples_are_thinned_with_a_warning(monkeypatch):
 def test_a_channel_that_is_never_used_is_left_out():
     rows = np.insert(rgb_cube(4, lab), 3, 0, axis=1)
     data = document("CMYK_C CMYK_M CMYK_Y CMYK_K L a b", rows.tolist())
-    surface = surface_colours(characterisation(data), intent="absolute", surface_samples=1000)
+    surface = surface_colours(read_characterisation(data), intent="absolute", surface_samples=1000)
     assert set(surface.device[:, 3]) == {0.0}
     assert any("K was measured" in said for said in surface.provenance["warnings"])
 
@@ -109,7 +113,7 @@ def test_the_measured_range_is_not_left():
     rows = rgb_cube(4, lab)
     rows[:, :3] *= 80
     data = document("C M Y L a b", rows.tolist())
-    surface = surface_colours(characterisation(data), intent="absolute", surface_samples=1000)
+    surface = surface_colours(read_characterisation(data), intent="absolute", surface_samples=1000)
     assert surface.device.max() == pytest.approx(0.8)
     assert any("80 %" in said for said in surface.provenance["warnings"])
 
@@ -118,7 +122,7 @@ def test_ink_sums_beyond_the_measured_are_warned_of():
     rows = rgb_cube(4, lab)
     limited = rows[rows[:, :3].sum(axis=1) < 2.5]
     data = document("C M Y L a b", limited.tolist())
-    surface = surface_colours(characterisation(data), intent="absolute", surface_samples=1000)
+    surface = surface_colours(read_characterisation(data), intent="absolute", surface_samples=1000)
     assert any("extrapolated" in said for said in surface.provenance["warnings"])
 
 
@@ -132,7 +136,7 @@ def test_ink_sums_beyond_the_measured_are_warned_of():
     ],
 )
 def test_samples_without_a_model_are_used_themselves(rows, why):
-    samples = characterisation(document("R G B L a b", rows))
+    samples = read_characterisation(document("R G B L a b", rows))
     surface = surface_colours(samples, intent="absolute")
     assert len(surface.points) == len({tuple(row) for row in rows})
     assert any("No device model" in said for said in surface.provenance["warnings"])
@@ -144,7 +148,7 @@ def test_samples_without_a_model_are_used_themselves(rows, why):
 
 
 def test_the_device_model_of_a_grid_can_be_chosen():
-    samples = characterisation(document("R G B L a b", rgb_cube(5, lab).tolist()))
+    samples = read_characterisation(document("R G B L a b", rgb_cube(5, lab).tolist()))
     named = {
         kind: surface_colours(samples, intent="absolute", model=kind).provenance["model"]["name"]
         for kind in (None, "interpolation", "fit")
@@ -158,7 +162,7 @@ def test_fifteen_inks_have_their_corners(made_profile):
 
     head = struct.pack(">4sIBBBB", b"mft1", 0, 15, 3, 2, 0) + bytes(36)
     lut = head + bytes(range(256)) * 15 + bytes(3 * 2**15) + bytes(range(256)) * 3
-    profile = characterisation(made_profile({"A2B0": lut}, space="FCLR"))
+    profile = read_characterisation(made_profile({"A2B0": lut}, space="FCLR"))
     surface = surface_colours(profile, surface_samples=1000)
     assert len(surface.points) == 2**15
     assert any("corners" in said for said in surface.provenance["warnings"])
@@ -167,14 +171,16 @@ def test_fifteen_inks_have_their_corners(made_profile):
 @pytest.mark.parametrize("intent", ["", "best", "absolute colorimetric"])
 def test_unknown_intents_are_refused(fogra39, intent):
     with pytest.raises(OptionError) as caught:
-        surface_colours(characterisation(fogra39), intent=intent)
+        surface_colours(read_characterisation(fogra39), intent=intent)
     assert caught.value.where == {"field": "intent"}
 
 
 def test_every_malformed_profile_is_refused_or_read(shared_data):
     for file in sorted((shared_data / "malformed").iterdir()):
         try:
-            surface = surface_colours(characterisation(file.read_bytes()), surface_samples=1000)
+            surface = surface_colours(
+                read_characterisation(file.read_bytes()), surface_samples=1000
+            )
         except GamutError:
             continue
         assert np.isfinite(surface.points).all(), file.name
@@ -191,14 +197,14 @@ def test_the_luminance_that_a_profile_states(small_profile, stated, expected):
     data[entry : entry + 12] = struct.pack(">4sII", b"lumi", len(data), 8 + len(stated))
     data += b"XYZ \0\0\0\0" + stated
     data[:4] = struct.pack(">I", len(data))
-    surface = surface_colours(characterisation(bytes(data)), surface_samples=100)
+    surface = surface_colours(read_characterisation(bytes(data)), surface_samples=100)
     assert surface.provenance.get("white_luminance") == expected
 
 
 @pytest.mark.parametrize("names", ["R G B", "CMY_C CMY_M CMY_Y"])
 def test_too_few_samples_for_the_faces_are_told_as_such(names):
     data = document(f"{names} L a b", rgb_cube(4, lab).tolist())
-    surface = surface_colours(characterisation(data), intent="absolute", surface_samples=8)
+    surface = surface_colours(read_characterisation(data), intent="absolute", surface_samples=8)
     assert len(surface.points) == 8
     (said,) = (text for text in surface.provenance["warnings"] if "corners" in text)
     assert said.endswith(
@@ -212,7 +218,7 @@ def test_too_many_faces_are_told_as_such():
     inks = (np.arange(1 << 14)[:, np.newaxis] >> np.arange(14)) & 1
     names = " ".join(f"14CLR_{ink}" for ink in range(1, 15))
     rows = np.column_stack([inks, 100 - 5 * inks.sum(axis=1), inks[:, :2] * 20])
-    samples = characterisation(document(f"{names} L a b", rows.tolist()))
+    samples = read_characterisation(document(f"{names} L a b", rows.tolist()))
     surface = surface_colours(samples, intent="absolute", surface_samples=250_000)
     assert len(surface.points) == 1 << 14
     assert surface.provenance["patches"]["dropped"] == 0

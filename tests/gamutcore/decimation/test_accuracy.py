@@ -7,7 +7,7 @@ import pytest
 
 from benchmarks.booleans import mismatch
 from gamutcore.boundary import modified_convex_hull
-from gamutcore.characterisation import characterisation
+from gamutcore.characterisation import read_characterisation
 from gamutcore.colours import surface_colours
 from gamutcore.decimation import COSTS, decimate
 from gamutcore.decimation.costs import SWEPT_DOWN_TO
@@ -160,7 +160,7 @@ def test_levels_do_not_grow_about_a_centre_near_the_surface(fogra39, centre):
     An earlier version had five times the volume of the press about the first centre, and twice the
     mismatch of `volume` about the second.
     """
-    points = surface_colours(characterisation(fogra39), surface_samples=3000).points
+    points = surface_colours(read_characterisation(fogra39), surface_samples=3000).points
     boundary = modified_convex_hull(points, 0.2, centre)
     closer, default = (
         build_history(decimate(boundary.mesh, boundary.centre, cost))

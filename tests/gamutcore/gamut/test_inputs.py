@@ -9,7 +9,7 @@ from PIL import Image
 
 from benchmarks.booleans import mismatch
 from gamutcore import Gamut, Options
-from gamutcore.characterisation import characterisation
+from gamutcore.characterisation import read_characterisation
 from gamutcore.errors import CentreError, OptionError
 from gamutcore.export import FORMATS, mesh_file
 from gamutcore.levels import radial_difference
@@ -166,7 +166,7 @@ def test_provenance_of_a_profile_says_all_that_went_in(shared_data):
     (warning,) = provenance["warnings"]  # seven inks fold
     assert "outside of the full boundary" in warning
     assert len(provenance["input"]["sha256"]) == 64
-    assert characterisation(data).inks
+    assert read_characterisation(data).inks
 
 
 class TestMesh:

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from gamutcore import Gamut
 from gamutcore.boundary import modified_convex_hull
-from gamutcore.characterisation import characterisation
+from gamutcore.characterisation import read_characterisation
 from gamutcore.colours.profile import profile_colours
 from gamutcore.decimation import decimate
 from gamutcore.errors import HistoryFileError, MeshError
@@ -176,7 +176,7 @@ class TestLevels:
         """The device reproduces most colours within a hardly visible difference."""
         level = srgb_gamut.level(triangles)
         device = level.device.values.astype(np.float64)
-        predicted = profile_colours(characterisation(srgb), device, "relative").lab
+        predicted = profile_colours(read_characterisation(srgb), device, "relative").lab
         error = np.linalg.norm(predicted - level.vertices, axis=1)
         assert error.mean() < 0.1
         assert np.percentile(error, 95) < 0.3

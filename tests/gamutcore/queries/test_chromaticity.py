@@ -8,7 +8,7 @@ from scipy.spatial import ConvexHull
 
 import gamutcore
 from gamutcore import Gamut
-from gamutcore.characterisation import characterisation
+from gamutcore.characterisation import read_characterisation
 from gamutcore.colours import ICC_D50
 from gamutcore.queries import chromaticity_gamut
 from gamutcore.results import ChromaticityGamut
@@ -150,7 +150,7 @@ def test_a_display_has_the_chromaticities_of_its_primaries_before_adaptation(fil
 def test_a_display_without_chad_is_adapted_from_its_white():
     """Linear Bradford transform of ICC.1:2022, annex E, from D50 to the media white."""
     path = Path("examples/Panasonic-TV.icc")
-    profile = characterisation(path.read_bytes())
+    profile = read_characterisation(path.read_bytes())
     colorants = np.array([profile.xyz(f"{channel}XYZ") for channel in "rgb"])
     cones = np.array(
         [(0.8951, 0.2664, -0.1614), (-0.7502, 1.7135, 0.0367), (0.0389, -0.0685, 1.0296)]

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from gamutcore import Gamut, reference
-from gamutcore.characterisation import IccProfile, Samples, characterisation
+from gamutcore.characterisation import IccProfile, Samples, read_characterisation
 from gamutcore.colours import InkLimits, measured_colours, surface_colours
 from gamutcore.colours.device_model import device_model
 from gamutcore.colours.reference import reference_lab, reference_white, rgb_xyz
@@ -69,7 +69,7 @@ def test_samples_are_outside_by_the_misfit_of_the_model_at_most(
 ) -> None:
     data = (ROOT / "examples" / name).read_bytes()
     gamut = Gamut(data) if limit is None else Gamut(data, ink_limit=limit)
-    samples = characterisation(data)
+    samples = read_characterisation(data)
     assert isinstance(samples, Samples)
     assert samples.device is not None
     lab = measured_colours(samples, "relative").lab
@@ -118,9 +118,9 @@ def test_no_colour_of_a_device_is_outside(
     """Neither of the surface of the device's cube, nor of its inside."""
     path = shared_data / name
     gamut = Gamut(path) if limit is None else Gamut(path, ink_limit=limit)
-    parsed = characterisation(path.read_bytes())
+    parsed = read_characterisation(path.read_bytes())
     assert isinstance(parsed, Samples | IccProfile)
-    device = surface_colours(parsed, limits=InkLimits(limit), surface_samples=1000).own
+    device = surface_colours(parsed, limits=InkLimits(limit), surface_samples=1000).device_colours
     assert device is not None
     lab = device.points(_device_values(len(device.cube.lowest), limit, 50_000))
     for level in LEVELS:

@@ -9,7 +9,7 @@ import pytest
 import gamutcore
 from benchmarks.booleans import intersection_volume
 from gamutcore import Gamut
-from gamutcore.characterisation import characterisation
+from gamutcore.characterisation import read_characterisation
 from gamutcore.colours import ICC_D50
 from gamutcore.colours.colorimetry import adaptation_to_d50, colour_science, white_of
 from gamutcore.errors import MalformedFileError, OptionError, ReferenceNameError
@@ -148,7 +148,7 @@ def test_a_space_without_a_gamut_is_refused_with_its_reason():
 
 @pytest.mark.parametrize("reference", REFERENCES.values(), ids=lambda each: each.slug)
 def test_a_definition_is_read_back_as_its_reference(reference):
-    assert characterisation(reference.data) is reference
+    assert read_characterisation(reference.data) is reference
     assert json.loads(reference.data)["reference"] == reference.slug
 
 
@@ -165,7 +165,7 @@ def test_other_json_defines_no_reference(text):
 
 def test_samples_with_a_condition_named_reference_are_samples():
     text = '{"samples": [[0,0,0],[100,0,0],[50,60,0],[50,-30,52]], "reference": "srgb"}'
-    assert characterisation(text.encode()).format == "json"
+    assert read_characterisation(text.encode()).format == "json"
 
 
 @pytest.mark.parametrize("reference", REFERENCES.values(), ids=lambda each: each.slug)

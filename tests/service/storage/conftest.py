@@ -12,7 +12,7 @@ from service.storage import cloud
 from service.storage.cloud import CloudBlobs
 from service.storage.gamuts import GamutStore
 from service.storage.local import LocalBlobs
-from service.storage.records import Record
+from service.storage.published import PublishedGamut
 
 PREFIXES = count()
 
@@ -93,7 +93,7 @@ def publish(identity):
         digest = hashlib.sha256(content).hexdigest()
         path = store.scratch(".gamut")
         path.write_bytes(content)
-        record = Record(
+        record = PublishedGamut(
             identity(number), digest, len(content), "2026-01-01T00:00:00Z", {"volume": 0.1}
         )
         return store.publish(record, path)

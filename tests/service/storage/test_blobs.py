@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from service.storage.blobs import UNVERSIONED, BlobDamagedError, BlobNotFoundError, StoreFullError
-from service.storage.records import seal, unseal
+from service.storage.published import seal, unseal
 
 KEY = "jobs/ab/abcd.job"
 

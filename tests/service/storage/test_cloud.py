@@ -10,7 +10,7 @@ from types import SimpleNamespace
 import pytest
 from obstore.exceptions import BaseError
 
-from service.storage import cloud, deletions, gamuts, records
+from service.storage import cloud, deletions, gamuts, published
 from service.storage.blobs import StoreUnavailableError
 from service.storage.cloud import CloudBlobs
 from service.storage.gamuts import GamutNotStoredError, GamutStore
@@ -92,7 +92,7 @@ def test_a_record_is_read_once_in_a_while_and_those_read_last_are_remembered(
     blobs, handler = proxied
     clock = SimpleNamespace(now=1000.0)
     monkeypatch.setattr(gamuts, "_CACHED_RECORDS", 2)
-    monkeypatch.setattr(records, "time", SimpleNamespace(monotonic=lambda: clock.now))
+    monkeypatch.setattr(published, "time", SimpleNamespace(monotonic=lambda: clock.now))
     ids = [publish(GamutStore(blobs), number).id for number in range(3)]
     store = GamutStore(blobs)
     handler.requests.clear()

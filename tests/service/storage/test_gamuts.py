@@ -15,10 +15,10 @@ from hypothesis import strategies as st
 from service.storage.blobs import BlobNotFoundError, StoreUnavailableError
 from service.storage.gamuts import GamutDamagedError, GamutNotStoredError, GamutStore
 from service.storage.local import LocalBlobs
-from service.storage.records import (
-    Record,
+from service.storage.published import (
+    PublishedGamut,
     input_key,
-    record_key,
+    published_key,
     seal,
 )
 from service.storage.sweep import remove_uncommitted
@@ -157,7 +157,7 @@ def test_damage_is_noticed_set_aside_and_mended(replicas, publish, which):
         here.keep_input(record.id, b"input")
         keys = {
             "history": record.key,
-            "record": record_key(record.id),
+            "record": published_key(record.id),
             "input": input_key(record.id),
         }
         data, _ = here.blobs.read(keys[which])
@@ -292,7 +292,7 @@ def test_a_damaged_input_that_another_has_set_aside_counts_for_that_one(
 def test_a_record_under_another_name_is_not_believed(store, publish):
     record = publish(store)
     other = "0" * 64
-    store.blobs.create(record_key(other), store.blobs.read(record_key(record.id)).data)
+    store.blobs.create(published_key(other), store.blobs.read(published_key(record.id)).data)
     with pytest.raises(GamutDamagedError):
         store.record(other)
     assert store.content(record.id) == (record, CONTENT)
@@ -396,11 +396,11 @@ def test_histories_that_no_record_names_are_swept_and_all_else_stays(tmp_path):
         ("e", "0", None),
         ("f", "0", None),
     ):
-        whole = Record(name * 64, "", 1, "", {}, copy="0" * 16)
+        whole = PublishedGamut(name * 64, "", 1, "", {}, copy="0" * 16)
         for copy in copies:
             blobs.create(replace(whole, copy=copy * 16).key, b"x")
         if name in "abd":
-            blobs.create(record_key(whole.id), whole.to_bytes() if record is None else record)
+            blobs.create(published_key(whole.id), whole.to_bytes() if record is None else record)
     assert remove_uncommitted(blobs, lambda _: False, lambda: False) == 0  # told to end
     blobs.close()
     store = GamutStore(blobs)

@@ -16,7 +16,7 @@ from service.storage.names import (
     checked_name,
     cleaned_name,
 )
-from service.storage.records import Record
+from service.storage.published import PublishedGamut
 
 GAMUT = "4f1d9c07b2a85e63" * 4
 
@@ -97,7 +97,9 @@ def test_every_text_of_a_file_gives_a_name_or_nothing(text):
 
 
 def shown(provenance, file=""):
-    record = Record("ab" * 32, "0" * 64, 7, "2026-01-31T12:00:00Z", {"provenance": provenance})
+    record = PublishedGamut(
+        "ab" * 32, "0" * 64, 7, "2026-01-31T12:00:00Z", {"provenance": provenance}
+    )
     return display_name(record, GamutName("", file, 1))
 
 

@@ -5,7 +5,7 @@ import struct
 import numpy as np
 import pytest
 
-from gamutcore.characterisation import characterisation
+from gamutcore.characterisation import read_characterisation
 from gamutcore.errors import MalformedProfileError, UnsupportedProfileError
 
 
@@ -23,7 +23,7 @@ def values(made_profile):
     """Return a function that evaluates a curve."""
 
     def evaluate(data, x=X):
-        profile = characterisation(made_profile({"kTRC": data}, space="GRAY", pcs="XYZ "))
+        profile = read_characterisation(made_profile({"kTRC": data}, space="GRAY", pcs="XYZ "))
         device = np.asarray(x, float)[:, np.newaxis]
         return profile.transform("relative")[0].pcs_values(device)[:, 1]
 

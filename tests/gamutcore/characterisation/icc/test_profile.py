@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gamutcore.characterisation import characterisation
+from gamutcore.characterisation import read_characterisation
 from gamutcore.colours import surface_colours
 from gamutcore.errors import GamutError, MalformedProfileError, UnsupportedProfileError
 
@@ -26,7 +26,7 @@ MATRIX = {
 
 
 def test_the_header_of_a_real_profile(small_profile):
-    profile = characterisation(small_profile("sRGB-v2-magic.icc"))
+    profile = read_characterisation(small_profile("sRGB-v2-magic.icc"))
     assert profile.version == (2, 1, 0)
     assert profile.device_class == "display"
     assert profile.channels == ("R", "G", "B")
@@ -38,12 +38,12 @@ def test_the_header_of_a_real_profile(small_profile):
 
 
 def test_the_gray_axis_of_the_connection_space(small_profile):
-    transform, _ = characterisation(small_profile("sGrey-v4.icc")).transform("relative")
+    transform, _ = read_characterisation(small_profile("sGrey-v4.icc")).transform("relative")
     np.testing.assert_allclose(transform.pcs_values(np.ones((1, 1))), [[0.9642, 1, 0.8249]])
 
 
 def test_a_gray_profile_over_lab(made_profile):
-    profile = characterisation(made_profile({"kTRC": GAMMA}, space="GRAY"))
+    profile = read_characterisation(made_profile({"kTRC": GAMMA}, space="GRAY"))
     transform, _ = profile.transform("relative")
     np.testing.assert_allclose(transform.pcs_values(np.array([[0.5]])), [[25, 0, 0]])
     assert profile.media_white()[1]
@@ -64,7 +64,7 @@ def test_a_gray_profile_over_lab(made_profile):
 def test_each_intent_has_its_tag_and_stand_ins(made_profile, tags, intent, used, warned):
     lut = b"mAB " + bytes(4) + b"\3\3" + bytes(2) + struct.pack(">5I", 32, 0, 0, 0, 0)
     lut += (b"curv" + bytes(8)) * 3
-    profile = characterisation(made_profile({**dict.fromkeys(tags, lut), **MATRIX}))
+    profile = read_characterisation(made_profile({**dict.fromkeys(tags, lut), **MATRIX}))
     transform, warnings = profile.transform(intent)
     assert transform.tag == used
     assert bool(warnings) == warned
@@ -73,12 +73,15 @@ def test_each_intent_has_its_tag_and_stand_ins(made_profile, tags, intent, used,
 def test_damage_in_other_tags_does_no_harm(made_profile):
     data = bytearray(made_profile({"A2B9": b"x" * 8, **MATRIX}, pcs="XYZ ", kind="mntr"))
     data[136:144] = b"\xff" * 8
-    transform, _ = characterisation(bytes(data)).transform("relative")
+    transform, _ = read_characterisation(bytes(data)).transform("relative")
     np.testing.assert_allclose(transform.pcs_values(np.ones((1, 3))), [[0.9, 0.9, 0.9]], atol=1e-4)
 
 
 def test_input_profiles_are_warned_of(made_profile):
-    assert "encoding" in characterisation(made_profile(MATRIX, kind="scnr", pcs="XYZ ")).warnings[0]
+    assert (
+        "encoding"
+        in read_characterisation(made_profile(MATRIX, kind="scnr", pcs="XYZ ")).warnings[0]
+    )
 
 
 def colorants(*names):
@@ -98,7 +101,7 @@ def colorants(*names):
     ],
 )
 def test_ink_names_come_from_the_colorant_table(made_profile, tags, channels):
-    assert characterisation(made_profile(tags, space="2CLR")).channels == channels
+    assert read_characterisation(made_profile(tags, space="2CLR")).channels == channels
 
 
 @pytest.mark.parametrize(
@@ -114,13 +117,13 @@ def test_ink_names_come_from_the_colorant_table(made_profile, tags, channels):
 )
 def test_other_kinds_of_profiles_are_unsupported(made_profile, options, field):
     with pytest.raises(UnsupportedProfileError) as caught:
-        characterisation(made_profile(MATRIX, **options))
+        read_characterisation(made_profile(MATRIX, **options))
     assert caught.value.where == {"field": field}
 
 
 def test_version_3_is_read_as_version_2_with_a_warning(made_profile):
     """No version 3 exists, but displays with this byte do."""
-    odd, even = (characterisation(made_profile(MATRIX, version=v, pcs="XYZ ")) for v in (3, 2))
+    odd, even = (read_characterisation(made_profile(MATRIX, version=v, pcs="XYZ ")) for v in (3, 2))
     assert any("version 3" in said for said in odd.warnings)
     assert not any("version" in said for said in even.warnings)
     for intent in ("perceptual", "relative", "absolute"):
@@ -134,24 +137,26 @@ def test_the_white_that_colours_were_adapted_from(made_profile):
     # ICC.1:2022, annex E.3: the linear Bradford matrix from D65 to D50.
     bradford = (1.0478, 0.0229, -0.0501, 0.0295, 0.9905, -0.0171, -0.0092, 0.0150, 0.7517)
     chad = b"sf32" + bytes(4) + struct.pack(">9i", *[round(v * 65536) for v in bradford])
-    profile = characterisation(made_profile({**MATRIX, "chad": chad}, pcs="XYZ ", kind="mntr"))
+    profile = read_characterisation(made_profile({**MATRIX, "chad": chad}, pcs="XYZ ", kind="mntr"))
     white, warnings = profile.native_white()
     np.testing.assert_allclose(white, [0.9505, 1, 1.0891], atol=1e-3)
     assert warnings == []
     assert profile.provenance["chromatic_adaptation"]["tag"] == "chad"
-    assert characterisation(made_profile(MATRIX)).native_white() == (None, [])
+    assert read_characterisation(made_profile(MATRIX)).native_white() == (None, [])
 
 
 @pytest.mark.parametrize("chad", [b"sf32" + bytes(40), b"sf32" + bytes(10), b"text" + bytes(40)])
 def test_a_broken_adaptation_is_warned_of(made_profile, chad):
-    profile = characterisation(made_profile({**MATRIX, "chad": chad}, pcs="XYZ ", kind="mntr"))
+    profile = read_characterisation(made_profile({**MATRIX, "chad": chad}, pcs="XYZ ", kind="mntr"))
     assert "chad" in profile.warnings[0]
     assert profile.transform("relative")[0].tag.startswith("rXYZ")
 
 
 def test_channels_are_inks_or_not(made_profile):
     kinds = {"RGB ": False, "GRAY": False, "CMYK": True, "CMY ": True, "7CLR": True}
-    assert {space: characterisation(made_profile({}, space=space)).inks for space in kinds} == kinds
+    assert {
+        space: read_characterisation(made_profile({}, space=space)).inks for space in kinds
+    } == kinds
 
 
 @pytest.mark.parametrize(
@@ -165,7 +170,7 @@ def test_channels_are_inks_or_not(made_profile):
 )
 def test_broken_headers_are_refused(made_profile, change, where):
     with pytest.raises(MalformedProfileError) as caught:
-        characterisation(change(made_profile(MATRIX, pcs="XYZ ")))
+        read_characterisation(change(made_profile(MATRIX, pcs="XYZ ")))
     assert caught.value.where == where
 
 
@@ -181,7 +186,7 @@ def test_broken_headers_are_refused(made_profile, change, where):
     ],
 )
 def test_broken_transforms_name_their_tag(made_profile, tags, tag):
-    profile = characterisation(made_profile(tags, pcs="XYZ ", kind="mntr"))
+    profile = read_characterisation(made_profile(tags, pcs="XYZ ", kind="mntr"))
     with pytest.raises(MalformedProfileError) as caught:
         profile.transform("relative")
     assert caught.value.where == {"tag": tag}
@@ -189,7 +194,7 @@ def test_broken_transforms_name_their_tag(made_profile, tags, tag):
 
 @pytest.mark.parametrize("white", [xyz(0, 1, 1), xyz(-1, 1, 1), xyz(30000, 1, 1), b"XYZ "])
 def test_a_white_that_is_none_is_refused(made_profile, white):
-    profile = characterisation(made_profile({"wtpt": white}))
+    profile = read_characterisation(made_profile({"wtpt": white}))
     with pytest.raises(MalformedProfileError) as caught:
         profile.media_white()
     assert caught.value.where == {"tag": "wtpt"}
@@ -201,7 +206,7 @@ def test_files_that_crashed_other_software(shared_data):
     for file in files:
         data = file.read_bytes()
         try:
-            transform, _ = characterisation(data).transform("relative")
+            transform, _ = read_characterisation(data).transform("relative")
             assert np.isfinite(transform.pcs_values(np.eye(3))).all()
         except GamutError as error:
             assert error.where, file.name  # noqa: PT017 (some of the files are read)
@@ -232,7 +237,7 @@ def test_mutated_profiles_are_read_or_refused(seed, small_profile, made_profile)
     if chance.random() < 0.2:
         del data[chance.randrange(len(data)) :]
     try:
-        profile = characterisation(bytes(data))
+        profile = read_characterisation(bytes(data))
         for intent in ("relative", "perceptual"):
             transform, _ = profile.transform(intent)
             points = np.random.default_rng(0).random((20, len(profile.channels)))
@@ -247,6 +252,6 @@ def test_descriptions_of_both_versions(made_profile):
     text = "Drück".encode("utf-16-be")
     new = b"mluc" + bytes(4) + struct.pack(">II2s2sII", 1, 12, b"de", b"DE", len(text), 28) + text
     for data, name in ((old, "Press"), (new, "Drück"), (b"desc", ""), (b"text" + bytes(8), "")):
-        profile = characterisation(made_profile({"desc": data}))
+        profile = read_characterisation(made_profile({"desc": data}))
         assert profile.provenance["description"] == name
-    assert characterisation(made_profile({})).provenance["description"] == ""
+    assert read_characterisation(made_profile({})).provenance["description"] == ""

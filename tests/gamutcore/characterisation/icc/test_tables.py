@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import RegularGridInterpolator
 
-from gamutcore.characterisation import characterisation
+from gamutcore.characterisation import read_characterisation
 from gamutcore.errors import MalformedProfileError, UnsupportedProfileError
 
 POINTS = np.random.default_rng(0).random((50, 3))
@@ -22,7 +22,7 @@ def colours(made_profile):
 
     def evaluate(data, channels=3, points=POINTS, pcs="Lab", tag="A2B1"):
         space = {1: "GRAY", 3: "RGB ", 4: "CMYK"}.get(channels, f"{channels:X}CLR")
-        profile = characterisation(made_profile({tag: data}, space=space, pcs=f"{pcs:<4}"))
+        profile = read_characterisation(made_profile({tag: data}, space=space, pcs=f"{pcs:<4}"))
         return profile.transform("relative")[0].pcs_values(points)
 
     return evaluate
@@ -328,13 +328,13 @@ LUT = (
 )
 def test_process_elements_go_before_lookup_tables(made_profile, intent, level, used):
     tags = {"D2B0": lab_tag(10), "D2B1": lab_tag(20), "D2B2": lab_tag(30), "A2B0": LUT, "A2B1": LUT}
-    transform, warnings = characterisation(made_profile(tags)).transform(intent)
+    transform, warnings = read_characterisation(made_profile(tags)).transform(intent)
     assert (transform.tag, transform.kind, warnings) == (used, "mpet", [])
     np.testing.assert_allclose(transform.pcs_values(np.zeros((1, 3))), [[level, 0, 0]])
 
 
 def test_a_lookup_table_stands_in_for_elements_that_are_not_evaluated(made_profile):
-    profile = characterisation(made_profile({"D2B1": CALCULATOR, "A2B1": LUT}))
+    profile = read_characterisation(made_profile({"D2B1": CALCULATOR, "A2B1": LUT}))
     transform, warnings = profile.transform("relative")
     assert transform.tag == "A2B1"
     assert "calc" in warnings[0]
@@ -343,11 +343,11 @@ def test_a_lookup_table_stands_in_for_elements_that_are_not_evaluated(made_profi
 
 def test_without_a_stand_in_the_element_is_named(made_profile):
     with pytest.raises(UnsupportedProfileError, match="calc"):
-        characterisation(made_profile({"D2B1": CALCULATOR})).transform("relative")
+        read_characterisation(made_profile({"D2B1": CALCULATOR})).transform("relative")
 
 
 def test_another_intents_elements_stand_in_last(made_profile):
-    transform, warnings = characterisation(made_profile({"D2B0": lab_tag(10)})).transform(
+    transform, warnings = read_characterisation(made_profile({"D2B0": lab_tag(10)})).transform(
         "relative"
     )
     assert transform.tag == "D2B0"
@@ -359,13 +359,13 @@ def test_iccmax_profiles_have_them_in_a2b_tags(made_profile, space):
     data = bytearray(
         made_profile({"A2B1": lab_tag(20), "A2B3": lab_tag(40)}, version=5, space=space)
     )
-    profile = characterisation(bytes(data))
+    profile = read_characterisation(bytes(data))
     assert len(profile.channels) == 3
     assert profile.inks == (space != "RGB ")
     assert profile.transform("relative")[0].tag == "A2B1"
     assert profile.transform("absolute")[0].absolute
     data[68:80] = struct.pack(">3i", *[round(v * 65536) for v in (0.9642, 1, 0.8249)])
-    assert characterisation(bytes(data)).transform("relative")[0].tag == "A2B1"
+    assert read_characterisation(bytes(data)).transform("relative")[0].tag == "A2B1"
 
 
 def test_iccmax_profiles_of_other_conditions_are_named(made_profile):
@@ -382,4 +382,4 @@ def test_iccmax_profiles_of_other_conditions_are_named(made_profile):
         (ten_degrees, "observer"),
     ):
         with pytest.raises(UnsupportedProfileError, match=named):
-            characterisation(data)
+            read_characterisation(data)

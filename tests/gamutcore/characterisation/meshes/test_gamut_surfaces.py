@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from gamutcore.boundary import mesh_boundary
-from gamutcore.characterisation import GamutMesh, Samples, characterisation, described_boundary
+from gamutcore.characterisation import GamutMesh, Samples, embedded_boundary, read_characterisation
 from gamutcore.errors import (
     MalformedFileError,
     MalformedProfileError,
@@ -55,7 +55,7 @@ END_DATA
 @pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
 def test_tables_are_joined_by_the_vertices_numbers(end):
     text = TEXT.replace("\n", end)
-    mesh = characterisation(text.encode())
+    mesh = read_characterisation(text.encode())
     np.testing.assert_array_equal(mesh.vertices, [(10, 0, 0), (90, 0, 0), (50, 40, 0), (50, 0, 40)])
     assert mesh.centre.tolist() == [50, 5, 5]
     assert mesh.provenance["stated"]["cusp_red"] == "49.8 71.1 50.8"
@@ -68,7 +68,7 @@ def test_tables_are_joined_by_the_vertices_numbers(end):
 
 def test_a_surface_in_appearance_coordinates_is_refused():
     with pytest.raises(MeshError, match="CIECAM02") as caught:
-        characterisation(TEXT.replace('"LAB"', '"JAB"').encode())
+        read_characterisation(TEXT.replace('"LAB"', '"JAB"').encode())
     assert caught.value.where == {"field": "COLOR_REP"}
 
 
@@ -86,14 +86,14 @@ def test_a_surface_in_appearance_coordinates_is_refused():
 )
 def test_what_is_broken_is_named_with_its_place(old, new, where):
     with pytest.raises(MalformedFileError) as caught:
-        characterisation(TEXT.replace(old, new).encode())
+        read_characterisation(TEXT.replace(old, new).encode())
     assert where.items() <= caught.value.where.items(), caught.value.where
 
 
 def test_a_surface_that_is_cut_anywhere_is_refused_with_its_place():
     for end in range(TEXT.index("END_DATA\n"), TEXT.rindex("11\nEND_DATA")):
         with pytest.raises(MalformedFileError) as caught:
-            characterisation(TEXT[:end].encode())
+            read_characterisation(TEXT[:end].encode())
         assert caught.value.code == "malformed-file"
         assert {"line", "face", "field"} & set(caught.value.where)
 
@@ -101,7 +101,7 @@ def test_a_surface_that_is_cut_anywhere_is_refused_with_its_place():
 @pytest.mark.parametrize("head", ["CTI3\n# GAMUT", "CTI3\nGAMUT yes", "GAMUT_CENTER 1"])
 def test_samples_are_not_taken_for_surfaces(head):
     text = f"{head}\nBEGIN_DATA_FORMAT\nLAB_L LAB_A LAB_B\nEND_DATA_FORMAT\nBEGIN_DATA\n50 1 2\n"
-    assert isinstance(characterisation(f"{text}END_DATA\n".encode()), Samples)
+    assert isinstance(read_characterisation(f"{text}END_DATA\n".encode()), Samples)
 
 
 @pytest.mark.parametrize("name", ["press/ISOcoated_v2_300_bas.icc", "spaces/sRGB-v2-magic.icc"])
@@ -114,7 +114,7 @@ def test_a_surface_that_argyll_made(name, shared_data, tmp_path):
     arguments = [tool, "-d", "15", "-ir", profile.name]
     said = subprocess.run(arguments, check=True, capture_output=True, cwd=tmp_path, timeout=120)
     data = profile.with_suffix(".gam").read_bytes()
-    mesh = characterisation(data)
+    mesh = read_characterisation(data)
     assert isinstance(mesh, GamutMesh), said
     boundary, provenance = mesh_boundary(mesh)
     assert provenance["mesh"]["centre"]["from"] == "the file"
@@ -151,14 +151,14 @@ def profile(made_profile):
     """Return a function from tags to an iccMAX profile of a display."""
 
     def read(tags, pcs="Lab "):
-        return characterisation(made_profile(tags, pcs=pcs, kind="mntr", version=5))
+        return read_characterisation(made_profile(tags, pcs=pcs, kind="mntr", version=5))
 
     return read
 
 
 @pytest.mark.parametrize("inks", [0, 3, 4])
 def test_vertices_and_clockwise_triangles_are_read(profile, inks):
-    mesh = described_boundary(profile({"gbd1": element(inks=inks)}), "relative")
+    mesh = embedded_boundary(profile({"gbd1": element(inks=inks)}), "relative")
     assert mesh.vertices.tolist() == [list(vertex) for vertex in VERTICES]
     boundary, provenance = mesh_boundary(mesh)
     # a tetrahedron of the edges 80, 40, 40: one sixth of their product
@@ -173,12 +173,12 @@ def test_each_intent_has_its_tag(profile):
     }
     read = profile(boundaries)
     for number, intent in enumerate(("perceptual", "relative", "saturation", "absolute")):
-        assert described_boundary(read, intent).vertices[0, 0] == 10 + number
+        assert embedded_boundary(read, intent).vertices[0, 0] == 10 + number
 
 
 def test_a_boundary_in_xyz_says_so(profile):
     xyz = [(0.1, 0.1, 0.1), (0.9, 0.1, 0.1), (0.1, 0.9, 0.1), (0.1, 0.1, 0.7)]
-    mesh = described_boundary(profile({"gbd1": element(xyz)}, "XYZ "), "relative")
+    mesh = embedded_boundary(profile({"gbd1": element(xyz)}, "XYZ "), "relative")
     assert mesh.space == "CIEXYZ"
     boundary, _ = mesh_boundary(mesh)
     # the colours' lightness by CIE 15: Y 0.9 and three times Y 0.1
@@ -189,24 +189,24 @@ def test_a_boundary_in_xyz_says_so(profile):
 def test_vertices_that_are_numbered_from_one_are_understood(profile):
     """As in the ICC's own example of the type in XML."""
     faces = [tuple(corner + 1 for corner in face) for face in CLOCKWISE]
-    mesh = described_boundary(profile({"gbd1": element(faces=faces)}), "relative")
+    mesh = embedded_boundary(profile({"gbd1": element(faces=faces)}), "relative")
     assert mesh.faces.min() == 0
     assert "from 1" in mesh.warnings[-1]
 
 
 def test_an_intent_without_a_boundary_is_refused_with_those_that_have_one(profile):
     with pytest.raises(OptionError) as caught:
-        described_boundary(profile({"gbd0": element()}), "relative")
+        embedded_boundary(profile({"gbd0": element()}), "relative")
     assert caught.value.where == {"field": "intent", "tag": "gbd1"}
     assert "perceptual" in caught.value.remedy
 
 
 def test_data_without_a_boundary_is_refused(profile):
     with pytest.raises(OptionError) as caught:
-        described_boundary(profile({"desc": bytes(8)}), "relative")
+        embedded_boundary(profile({"desc": bytes(8)}), "relative")
     assert caught.value.where["field"] == "source"
     with pytest.raises(OptionError):
-        described_boundary(characterisation(b"L,a,b\n50,0,0\n"), "relative")
+        embedded_boundary(read_characterisation(b"L,a,b\n50,0,0\n"), "relative")
 
 
 @pytest.mark.parametrize(
@@ -222,11 +222,11 @@ def test_data_without_a_boundary_is_refused(profile):
 )
 def test_what_is_broken_names_the_tag(profile, data):
     with pytest.raises(MalformedProfileError) as caught:
-        described_boundary(profile({"gbd1": data}), "relative")
+        embedded_boundary(profile({"gbd1": data}), "relative")
     assert caught.value.where["tag"] == "gbd1"
 
 
 @pytest.mark.parametrize("counts", [(2**32 - 1, 4), (4, 2**32 - 1), (4, 0x55555556)])
 def test_sizes_are_refused_before_anything_is_read(profile, counts):
     with pytest.raises(SampleLimitError):
-        described_boundary(profile({"gbd1": element(counts=counts)}), "relative")
+        embedded_boundary(profile({"gbd1": element(counts=counts)}), "relative")

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gamutcore.characterisation import characterisation
+from gamutcore.characterisation import read_characterisation
 from gamutcore.errors import GamutError, MalformedFileError, SampleLimitError
 
 POSITIONS = np.array([(10, 0, 0), (90, 0, 0), (50, 40, 0), (50, 0, 40)], "<f4")
@@ -53,7 +53,7 @@ def binary(content, chunk=CONTENT):
 
 @pytest.mark.parametrize(("write", "name"), [(written, "gltf"), (binary, "glb")])
 def test_both_forms(write, name):
-    mesh = characterisation(write(document()))
+    mesh = read_characterisation(write(document()))
     np.testing.assert_array_equal(mesh.vertices, POSITIONS)
     np.testing.assert_array_equal(mesh.faces, FACES)
     assert mesh.format == mesh.provenance["format"] == name
@@ -63,7 +63,7 @@ def test_both_forms(write, name):
 def test_vertices_may_be_interleaved_and_without_indices():
     rows = np.zeros(12, [("normal", "<f4", 3), ("p", "<f4", 3)])
     rows["p"] = POSITIONS[FACES].reshape(-1, 3)
-    mesh = characterisation(
+    mesh = read_characterisation(
         written(
             document(
                 meshes=[{"primitives": [{"attributes": {"POSITION": 0}}]}],
@@ -96,7 +96,7 @@ def test_strips_and_fans(mode, indices, triangles):
     content = document()
     content["meshes"][0]["primitives"][0]["mode"] = mode
     content["accessors"][1]["count"] = 6
-    mesh = characterisation(
+    mesh = read_characterisation(
         written(content, POSITIONS.tobytes() + np.array(indices, "<u2").tobytes() * 2)
     )
     assert mesh.faces.tolist() == triangles
@@ -114,7 +114,7 @@ def test_transforms_of_nodes_are_applied_and_told():
             "translation": [1, 0, 0],
         },
     ]
-    mesh = characterisation(written(document(nodes=nodes)))
+    mesh = read_characterisation(written(document(nodes=nodes)))
     x, y, z = POSITIONS.T.astype(float)
     np.testing.assert_allclose(mesh.vertices, np.stack([1 - y, 2 * x, z + 7], axis=1), atol=1e-5)
     assert "transforms" in mesh.warnings[0]
@@ -125,17 +125,17 @@ def test_the_turn_for_display_is_never_applied(generator):
     half = 0.7071067811865476
     content = document(nodes=[{"mesh": 0, "rotation": [half, half, 0.0, 0.0]}])
     content["asset"]["generator"] = generator
-    mesh = characterisation(written(content))
+    mesh = read_characterisation(written(content))
     np.testing.assert_array_equal(mesh.vertices, POSITIONS)
     assert bool(mesh.warnings) == (generator == "another program")
 
 
 def test_extras_state_the_centre_and_the_space():
     asset = {"version": "2.0", "extras": {"centre": "50 1 2.5", "space": "CIELAB", "n": 5}}
-    mesh = characterisation(written(document(asset=asset)))
+    mesh = read_characterisation(written(document(asset=asset)))
     assert mesh.centre.tolist() == [50, 1, 2.5]
     asset["extras"]["space"] = "Oklab"
-    assert characterisation(written(document(asset=asset))).space_notes["space"] == "Oklab"
+    assert read_characterisation(written(document(asset=asset))).space_notes["space"] == "Oklab"
 
 
 DEVICE = np.array([0.0, 0.25, 0.5, 1.0], "<f4")
@@ -148,7 +148,7 @@ def with_device_values(count, **changes):
     content["bufferViews"].append({"buffer": 0, "byteOffset": 72, "byteLength": 16})
     attributes = content["meshes"][0]["primitives"][0]["attributes"]
     attributes |= {f"_DEVICE_{number}": 2 for number in range(count)}
-    return characterisation(written(content, CONTENT + DEVICE.tobytes()))
+    return read_characterisation(written(content, CONTENT + DEVICE.tobytes()))
 
 
 @pytest.mark.parametrize("count", [2, 15, 16])
@@ -175,7 +175,7 @@ def test_device_values_of_all_places_of_a_mesh_are_bounded(monkeypatch):
 
 def test_statements_are_bounded():
     extras = {f"name {number}" * 50: "x" * 10_000 for number in range(300)}
-    mesh = characterisation(written(document(asset={"version": "2.0", "extras": extras})))
+    mesh = read_characterisation(written(document(asset={"version": "2.0", "extras": extras})))
     told = mesh.provenance["stated"]
     assert len(told) <= 200
     assert all(len(name) <= 80 and len(text) <= 500 for name, text in told.items())
@@ -217,7 +217,7 @@ def changed(path, value):
 )
 def test_what_breaks_the_format_is_named(path, value, problem):
     with pytest.raises(MalformedFileError, match=problem) as caught:
-        characterisation(written(changed(path, value)))
+        read_characterisation(written(changed(path, value)))
     assert caught.value.where["field"]
 
 
@@ -225,23 +225,23 @@ def test_what_breaks_the_format_is_named(path, value, problem):
 def test_nothing_outside_the_file_is_read(uri):
     data = json.dumps(document(buffers=[{"byteLength": 72, "uri": uri}])).encode()
     with pytest.raises(MalformedFileError, match="nothing outside"):
-        characterisation(data)
+        read_characterisation(data)
 
 
 def test_a_mesh_in_many_places_is_bounded():
     nodes = [{"mesh": 0} for _ in range(1500)]
     content = document(nodes=nodes, scenes=[{"nodes": list(range(1500))}])
     with pytest.raises(SampleLimitError):
-        characterisation(written(content))
+        read_characterisation(written(content))
     with pytest.raises(SampleLimitError):
-        characterisation(written(document(extras=[[]] * 60_000)))
+        read_characterisation(written(document(extras=[[]] * 60_000)))
 
 
 def test_a_binary_that_ends_early_is_refused():
     data = binary(document())
     for end in (10, 20, 60, len(data) - 1):
         with pytest.raises(MalformedFileError):
-            characterisation(data[:end])
+            read_characterisation(data[:end])
 
 
 JSON_VALUE = st.recursive(
@@ -264,7 +264,7 @@ def paths(value, path=()):
 def test_any_value_anywhere_gives_a_mesh_or_a_named_error(data, value):
     path = data.draw(st.sampled_from(list(paths(document()))))
     try:
-        mesh = characterisation(binary(changed(path, value)))
+        mesh = read_characterisation(binary(changed(path, value)))
     except GamutError:
         return
     assert mesh.faces.max() < len(mesh.vertices)

@@ -6,7 +6,7 @@ import trimesh
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gamutcore.characterisation import GamutMesh, characterisation
+from gamutcore.characterisation import GamutMesh, read_characterisation
 from gamutcore.errors import GamutError, MalformedFileError, SampleLimitError
 
 VERTICES = np.array([(10.0, 0, 0), (90, 0, 0), (50, 40, 0), (50, 0, 40.5)])
@@ -42,7 +42,7 @@ def binary(mark, kind, length, index):
 @pytest.mark.parametrize("kind", ["f4", "f8"])
 @pytest.mark.parametrize(("length", "index"), [("u1", "i4"), ("i4", "u2"), ("u2", "u1")])
 def test_binary_of_every_kind(mark, kind, length, index):
-    mesh = characterisation(binary(mark, kind, length, index))
+    mesh = read_characterisation(binary(mark, kind, length, index))
     np.testing.assert_array_equal(mesh.vertices, VERTICES)
     np.testing.assert_array_equal(mesh.faces, FACES)
     assert mesh.provenance["format"] == "ply"
@@ -51,7 +51,7 @@ def test_binary_of_every_kind(mark, kind, length, index):
 @pytest.mark.parametrize("end", [b"\n", b"\r\n", b"\r"])
 def test_text_with_every_line_end(end):
     data = text().replace(b"\n", end)
-    mesh = characterisation(data)
+    mesh = read_characterisation(data)
     np.testing.assert_array_equal(mesh.vertices, VERTICES)
     np.testing.assert_array_equal(mesh.faces, FACES)
 
@@ -59,7 +59,9 @@ def test_text_with_every_line_end(end):
 def test_polygons_are_fans_of_triangles():
     """Of n corners n − 2 triangles, all from the first corner, in the polygon's orientation."""
     vertices = [(0, x, y) for x in range(3) for y in range(3)]
-    mesh = characterisation(text(faces=[[0, 1, 2, 5, 8], [3, 4], [0, 1, 4, 3]], vertices=vertices))
+    mesh = read_characterisation(
+        text(faces=[[0, 1, 2, 5, 8], [3, 4], [0, 1, 4, 3]], vertices=vertices)
+    )
     assert mesh.faces.tolist() == [[0, 1, 2], [0, 2, 5], [0, 5, 8], [0, 1, 4], [0, 4, 3]]
 
 
@@ -69,18 +71,18 @@ def test_further_properties_and_elements_are_passed_over():
     rows += [f"3 {' '.join(map(str, face))}" for face in FACES]
     end = data.index(b"end_header\n") + len(b"end_header\n")
     head = data[:end].replace(b"element vertex", b"element edge 1\nproperty int a\nelement vertex")
-    mesh = characterisation(head + b"5\n" + "\n".join(rows).encode())
+    mesh = read_characterisation(head + b"5\n" + "\n".join(rows).encode())
     np.testing.assert_array_equal(mesh.vertices, VERTICES)
     np.testing.assert_array_equal(mesh.faces, FACES)
 
 
 def test_comments_state_space_and_centre():
     notes = "comment space: CIELAB\ncomment centre: 50.5 1.0 -2\ncomment intent: absolute\n"
-    mesh = characterisation(text(notes=notes))
+    mesh = read_characterisation(text(notes=notes))
     assert mesh.centre.tolist() == [50.5, 1, -2]
     assert mesh.provenance["stated"]["intent"] == mesh.provenance["intent"] == "absolute"
     assert mesh.space_notes["space"] == "CIELAB"
-    other = characterisation(text(notes="comment space: Oklab\ncomment scale: 100.0\n"))
+    other = read_characterisation(text(notes="comment space: Oklab\ncomment scale: 100.0\n"))
     assert other.space_notes == {"space": "Oklab", "scale": "100.0"}
 
 
@@ -107,7 +109,7 @@ def test_comments_state_space_and_centre():
 )
 def test_what_is_broken_is_named_with_its_place(data, where):
     with pytest.raises(MalformedFileError) as caught:
-        characterisation(data)
+        read_characterisation(data)
     assert where.items() <= caught.value.where.items(), caught.value.where
     assert caught.value.remedy
 
@@ -115,20 +117,20 @@ def test_what_is_broken_is_named_with_its_place(data, where):
 @pytest.mark.parametrize("word", ["nan", "inf", "1e999", "2e10"])
 def test_coordinates_that_are_no_colours_are_refused(word):
     with pytest.raises(GamutError, match="Vertex 0 is at"):
-        characterisation(text().replace(b"10.0", word.encode()))
+        read_characterisation(text().replace(b"10.0", word.encode()))
 
 
 @pytest.mark.parametrize(("vertices", "faces"), [(10**9, 4), (4, 10**9)])
 def test_sizes_are_refused_before_anything_is_read(vertices, faces):
     with pytest.raises(SampleLimitError):
-        characterisation(header("binary_little_endian", vertices=vertices, faces=faces))
+        read_characterisation(header("binary_little_endian", vertices=vertices, faces=faces))
 
 
 def test_a_list_longer_than_the_file_is_refused():
     data = binary("<", "f4", "i4", "u2")
     broken = data[:-40] + (2**31 - 1).to_bytes(4, "little") + data[-36:]
     with pytest.raises(MalformedFileError, match="ends within"):
-        characterisation(broken)
+        read_characterisation(broken)
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(1, 8), st.sampled_from([1, 7, 60, 1 << 20]))
@@ -139,10 +141,10 @@ def test_any_polygons_are_read_as_text_and_binary_alike(seed, count, block):
     faces += FACES
     lists = b"".join(bytes([len(f)]) + np.array(f, "<i4").tobytes() for f in faces)
     head = header("binary_little_endian", faces=len(faces))
-    one = characterisation(head + VERTICES.astype("<f4").tobytes() + lists)
+    one = read_characterisation(head + VERTICES.astype("<f4").tobytes() + lists)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("gamutcore.characterisation.meshes.mesh._BLOCK", block)
-        two = characterisation(text(faces=faces))
+        two = read_characterisation(text(faces=faces))
     np.testing.assert_array_equal(one.vertices, two.vertices)
     np.testing.assert_array_equal(one.faces, two.faces)
     assert len(one.faces) == sum(max(len(face) - 2, 0) for face in faces)
@@ -166,7 +168,7 @@ def test_device_values_of_vertices(order):
         )
         faces = b"".join(b"\3" + np.array(face, "<i4").tobytes() for face in FACES)
         data = head + table.tobytes() + faces
-    mesh = characterisation(data)
+    mesh = read_characterisation(data)
     assert mesh.device.channels == ("Cyan ink", "Spot")
     np.testing.assert_array_equal(mesh.device.values, values[:, [0, 2]])
     assert mesh.provenance["stated"] == {"device_scale": "100"}
@@ -175,7 +177,7 @@ def test_device_values_of_vertices(order):
 def test_device_values_of_too_many_channels_are_not_read():
     extra = "".join(f"property float device_{number}\n" for number in range(16))
     vertices = np.hstack([VERTICES, np.zeros((4, 16))])
-    mesh = characterisation(text(vertices=vertices, extra=extra))
+    mesh = read_characterisation(text(vertices=vertices, extra=extra))
     assert mesh.device is None
     assert "channels" in mesh.warnings[0]
 
@@ -183,7 +185,7 @@ def test_device_values_of_too_many_channels_are_not_read():
 def test_stl_of_another_length_than_it_says_is_not_taken_for_one():
     data = BOX.export(file_type="stl")
     with pytest.raises(GamutError):
-        characterisation(data[:-1])
+        read_characterisation(data[:-1])
 
 
 def test_obj_with_polygons_references_and_notes():
@@ -192,7 +194,7 @@ def test_obj_with_polygons_references_and_notes():
         b"v 0 1 0\nvt 0 0\nf 1/1 2/1 3/1 4/1\nv 0 0 1\nf -1 -5//2 4/1/2\nf 1 2 5\n"
         b"f 2 3 5\nf 3 4 5\n"
     )
-    mesh = characterisation(text)
+    mesh = read_characterisation(text)
     assert mesh.faces.tolist()[:3] == [[0, 1, 2], [0, 2, 3], [4, 0, 3]]
     assert mesh.centre.tolist() == [1, 2, 3]
 
@@ -214,7 +216,7 @@ def test_what_is_broken_in_obj_is_named(line, place):
         b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 1\n" + line + b"\nf 1 2 3\nf 1 2 4\nf 2 3 4\nf 1 3 4\n"
     )
     with pytest.raises(MalformedFileError) as caught:
-        characterisation(text)
+        read_characterisation(text)
     assert place.items() <= caught.value.where.items()
 
 
@@ -233,7 +235,7 @@ def test_too_many_triangles_are_refused_before_their_coordinates_are_read(monkey
         b"v 0 0 0\n" + b"f 1 1 1\n" * 1001,
     ):
         with pytest.raises(SampleLimitError):
-            characterisation(data)
+            read_characterisation(data)
 
 
 def test_text_of_stl_with_a_broken_corner_is_refused():
@@ -241,7 +243,7 @@ def test_text_of_stl_with_a_broken_corner_is_refused():
     place = data.index(b"vertex ")
     for broken in (b"vertex a", b"vertex 1 2 3 4 5"):
         with pytest.raises(GamutError):
-            characterisation(data[:place] + broken + b"\n" + data[place:])
+            read_characterisation(data[:place] + broken + b"\n" + data[place:])
 
 
 BOX = trimesh.creation.box((60.0, 50.0, 40.0))
@@ -259,7 +261,7 @@ def exported(kind):
 
 @pytest.mark.parametrize("kind", ["ply", "glb", "gltf", "stl", "stl_ascii", "obj"])
 def test_what_trimesh_writes_is_read(kind):
-    mesh = characterisation(exported(kind))
+    mesh = read_characterisation(exported(kind))
     assert isinstance(mesh, GamutMesh)
     assert mesh.format == kind.removesuffix("_ascii")
     np.testing.assert_allclose(mesh.vertices[mesh.faces], CORNERS, atol=1e-6)
@@ -269,7 +271,7 @@ def obj_notes(*notes):
     """Return what a mesh with these comments is told to be."""
     lines = "".join(f"# {note}\n" for note in notes)
     corners = "v 0 0 0\nv 60 0 0\nv 0 60 0\nv 0 0 60\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
-    return characterisation((lines + corners).encode())
+    return read_characterisation((lines + corners).encode())
 
 
 @pytest.mark.parametrize("centre", ["", "1 2", "1 2 nan", "1 2 1e11", "1 2 x", "1 2 1_0"])
@@ -302,7 +304,7 @@ def test_escapes_of_our_own_files_are_undone(written, meant):
 def test_device_values_that_are_none_are_not_taken(value):
     """A note says so; the mesh is still the boundary."""
     vertices = np.hstack([VERTICES, [[0.0], [0.5], [1.0], [value]]])
-    mesh = characterisation(text(vertices=vertices, extra="property float device_C\n"))
+    mesh = read_characterisation(text(vertices=vertices, extra="property float device_C\n"))
     assert mesh.device is None
     assert len(mesh.warnings) == 1
     assert "channels" not in mesh.provenance

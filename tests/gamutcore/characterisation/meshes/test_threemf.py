@@ -6,7 +6,7 @@ import zipfile
 import numpy as np
 import pytest
 
-from gamutcore.characterisation import characterisation
+from gamutcore.characterisation import read_characterisation
 from gamutcore.characterisation.meshes import triangle_files
 from gamutcore.errors import GamutError, MalformedFileError, SampleLimitError
 from gamutcore.export import mesh_file
@@ -35,7 +35,7 @@ THEIRS = model_of(OURS).replace("gamutcore ", "another program ")
 
 
 def test_an_export_is_read_back_with_the_same_numbers_and_notes():
-    found = characterisation(OURS)
+    found = read_characterisation(OURS)
     np.testing.assert_array_equal(found.vertices, CORNERS)
     np.testing.assert_array_equal(found.faces, MESH.faces)
     assert found.centre.tolist() == [50, 1, 2]
@@ -44,7 +44,7 @@ def test_an_export_is_read_back_with_the_same_numbers_and_notes():
 
 
 def test_the_transform_of_another_program_is_applied():
-    found = characterisation(package_of(THEIRS, "3D/part.model"))
+    found = read_characterisation(package_of(THEIRS, "3D/part.model"))
     assert "transform" in found.warnings[0]
     # upright, 100 mm high for the white, from the corner of the table
     span = CORNERS.max(axis=0) - CORNERS.min(axis=0)
@@ -72,7 +72,7 @@ def test_the_transform_of_another_program_is_applied():
 def test_a_malformed_model_is_refused(old, new):
     assert old in THEIRS
     with pytest.raises(MalformedFileError) as caught:
-        characterisation(package_of(THEIRS.replace(old, new, 1)))
+        read_characterisation(package_of(THEIRS.replace(old, new, 1)))
     assert caught.value.where
     assert caught.value.remedy
 
@@ -80,7 +80,7 @@ def test_a_malformed_model_is_refused(old, new):
 @pytest.mark.parametrize("end", [200, len(OURS) // 2, len(OURS) - 30, len(OURS) - 1])
 def test_a_package_that_ends_early_is_refused(end):
     with pytest.raises(GamutError):
-        characterisation(OURS[:end])
+        read_characterisation(OURS[:end])
 
 
 def test_packages_packed_otherwise_and_with_wrong_sums_are_refused():
@@ -91,7 +91,7 @@ def test_packages_packed_otherwise_and_with_wrong_sums_are_refused():
     two = package_of(THEIRS, "a.model")
     for data in (bytes(encrypted), spoilt, two.replace(b"a.model", b"a.modem")):
         with pytest.raises(GamutError):
-            characterisation(data)
+            read_characterisation(data)
 
 
 def test_what_unpacks_to_too_much_is_refused_before_it_is_all_unpacked(monkeypatch):
@@ -99,7 +99,7 @@ def test_what_unpacks_to_too_much_is_refused_before_it_is_all_unpacked(monkeypat
     data = package_of(THEIRS + " " * 2**26)
     assert len(data) < 2**17
     with pytest.raises(SampleLimitError, match="unpacked"):
-        characterisation(data)
+        read_characterisation(data)
 
 
 @pytest.mark.parametrize(
@@ -108,16 +108,16 @@ def test_what_unpacks_to_too_much_is_refused_before_it_is_all_unpacked(monkeypat
 def test_numbers_of_elements_are_limited(monkeypatch, limit, most):
     monkeypatch.setattr(triangle_files, limit, most)
     with pytest.raises(SampleLimitError):
-        characterisation(OURS)
+        read_characterisation(OURS)
 
 
 def test_a_directory_of_many_files_is_refused_before_it_is_read(monkeypatch):
     monkeypatch.setattr(triangle_files, "MAX_DIRECTORY", 100)
     with pytest.raises(MalformedFileError, match="directory"):
-        characterisation(OURS)
+        read_characterisation(OURS)
 
 
 def test_another_archive_is_not_taken_for_a_mesh():
     with pytest.raises(GamutError) as caught:
-        characterisation(package_of("text", "word/document.xml"))
+        read_characterisation(package_of("text", "word/document.xml"))
     assert caught.value.code == "unrecognised-format"

@@ -12,7 +12,7 @@ import pytest
 from PIL import Image
 
 from gamutcore import Gamut
-from gamutcore.characterisation import IccProfile, Picture, characterisation
+from gamutcore.characterisation import IccProfile, Picture, read_characterisation
 from gamutcore.characterisation.pictures.encoding import (
     ADOBE_RGB,
     SRGB,
@@ -80,7 +80,7 @@ def has_values(found, colours, tolerance):
     ],
 )
 def test_formats(written, extension, sample_type, name, tolerance):
-    found = characterisation(written(extension, sample_type))
+    found = read_characterisation(written(extension, sample_type))
     assert (found.format, found.model) == (name, "RGB")
     assert has_values(found, FIELDS, tolerance)
     assert found.counts.sum() == 16 * 16 * len(FIELDS)
@@ -95,7 +95,7 @@ def test_formats_that_pillow_writes_without_loss(tmp_path, extension, name, how)
     profile = (DATA / "DisplayP3-v4.icc").read_bytes()
     path = tmp_path / f"picture{extension}"
     Image.fromarray(pixels).save(path, icc_profile=profile if name == "webp" else None, **how)
-    found = characterisation(path.read_bytes())
+    found = read_characterisation(path.read_bytes())
     assert found.format == name
     assert has_values(found, FIELDS, 0.5 / 255 + 1e-9)
     assert isinstance(found.meaning, IccProfile) == (name == "webp")
@@ -139,7 +139,7 @@ LOSSLESS = {"lossless": True, "exact": True}
 def test_webp_gif_and_bmp_are_read_without_a_report_of_damage(
     data, name, tolerance, transparent, several
 ):
-    found = characterisation(data)
+    found = read_characterisation(data)
     assert (found.format, found.model) == (name, "RGB")
     used = [index for index in range(6) if index != 3 or not transparent]
     fields = np.round(FIELDS[used] * 255) / 255
@@ -158,7 +158,7 @@ def test_webp_gif_and_bmp_are_read_without_a_report_of_damage(
 def test_a_picture_that_ends_early_is_refused(data):
     for end in (len(data) // 2, 30):
         with pytest.raises(MalformedFileError):
-            characterisation(data[:end])
+            read_characterisation(data[:end])
 
 
 def _with_size(name):
@@ -187,7 +187,7 @@ def test_the_size_in_the_header_is_checked_before_decoding(name):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         with pytest.raises(PictureSizeError):
-            characterisation(data)
+            read_characterisation(data)
 
 
 def test_a_gif_frame_larger_than_its_screen_is_refused():
@@ -195,7 +195,7 @@ def test_a_gif_frame_larger_than_its_screen_is_refused():
     place = data.index(b"\x2c\0\0\0\0")
     data[place + 5 : place + 9] = b"\xff" * 4
     with pytest.raises(PictureSizeError):
-        characterisation(bytes(data))
+        read_characterisation(bytes(data))
 
 
 def _bmp_with_profile(profile, kind=b"DEBM", size=None):
@@ -209,39 +209,39 @@ def _bmp_with_profile(profile, kind=b"DEBM", size=None):
 
 def test_the_profile_of_bmp_is_used_and_a_missing_one_refused():
     profile = (DATA / "DisplayP3-v4.icc").read_bytes()
-    assert isinstance(characterisation(_bmp_with_profile(profile)).meaning, IccProfile)
+    assert isinstance(read_characterisation(_bmp_with_profile(profile)).meaning, IccProfile)
     for data in (
         _bmp_with_profile(profile, size=2**31),
         _bmp_with_profile(profile[:-9], size=len(profile)),
         _bmp_with_profile(b"C:\\a.icc", b"KNIL"),
     ):
         with pytest.raises(MalformedProfileError):
-            characterisation(data)
+            read_characterisation(data)
 
 
 def test_the_colour_space_in_exif_of_webp_is_used():
     exif = Image.Exif()
     exif.get_ifd(0x8769)[0xA001] = 1
-    found = characterisation(by_pillow("WEBP", exif=exif))
+    found = read_characterisation(by_pillow("WEBP", exif=exif))
     assert found.provenance["encoding"] == {"name": "sRGB", "from": "the file"}
 
 
 def test_a_text_that_starts_with_the_letters_of_bmp_is_not_a_picture():
     with pytest.raises(GamutError) as caught:
-        characterisation(b"BM of a text, and more words than a header has\n" * 3)
+        read_characterisation(b"BM of a text, and more words than a header has\n" * 3)
     assert "picture" not in caught.value.message
 
 
 @pytest.mark.parametrize("extension", [".exr", ".tif"])
 def test_tiles(written, extension):
     data = written(extension, "float", tile_width=32, tile_height=32)
-    assert has_values(characterisation(data), FIELDS, 1e-3)
+    assert has_values(read_characterisation(data), FIELDS, 1e-3)
 
 
 def test_alpha_of_exr_is_associated(written):
     """OpenEXR, technical introduction: colours are multiplied by alpha."""
     colours = np.array([[0.4, 0.2, 0.1, 0.5], [0.3, 0.6, 0.9, 1.0], [0.7, 0.7, 0.7, 0.0]])
-    found = characterisation(written(".exr", "float", colours))
+    found = read_characterisation(written(".exr", "float", colours))
     assert has_values(found, np.array([[0.8, 0.4, 0.2], [0.3, 0.6, 0.9]]), 1e-3)
     assert found.provenance["pixels"]["transparent"] == 256
 
@@ -251,7 +251,7 @@ def test_a_size_beyond_the_limit_is_refused_before_decoding(written):
     place = data.index(b"dataWindow\0box2i\0") + len(b"dataWindow\0box2i\0") + 4
     data[place : place + 16] = struct.pack("<4i", 0, 0, 59_999, 59_999)
     with pytest.raises(PictureSizeError):
-        characterisation(bytes(data))
+        read_characterisation(bytes(data))
 
 
 def test_a_decoder_that_quotes_bytes_of_the_file_is_understood():
@@ -294,14 +294,14 @@ ACES_AP1 = [0.713, 0.293, 0.165, 0.830, 0.128, 0.044, 0.32168, 0.33767]
 )
 def test_declared_encodings(written, extension, attributes, transfer, red):
     kind = "half" if extension == ".exr" else "uint16"
-    found = characterisation(written(extension, kind, **attributes))
+    found = read_characterisation(written(extension, kind, **attributes))
     assert found.provenance["encoding"]["from"] == "the file"
     assert found.meaning.transfer == transfer
     np.testing.assert_allclose(found.meaning.primaries[0], red, atol=1e-6)
 
 
 def test_scene_linear_light_without_metadata_is_that_of_srgb(written):
-    found = characterisation(written(".exr", "half"))
+    found = read_characterisation(written(".exr", "half"))
     assert found.provenance["encoding"]["from"] == "assumed"
     assert found.meaning.transfer == "linear"
 
@@ -309,17 +309,17 @@ def test_scene_linear_light_without_metadata_is_that_of_srgb(written):
 def test_primaries_of_radiance_files(written):
     data = written(".hdr", "float")
     stated = b"_rgbe\nPRIMARIES= 0.708 0.292 0.17 0.797 0.131 0.046 0.3127 0.329\n"
-    found = characterisation(data.replace(b"_rgbe\n", stated, 1))
+    found = read_characterisation(data.replace(b"_rgbe\n", stated, 1))
     assert found.meaning.primaries[0] == (0.708, 0.292)
     with pytest.raises(GamutError):
-        characterisation(data.replace(b"_rgbe", b"_xyze"))
+        read_characterisation(data.replace(b"_rgbe", b"_xyze"))
 
 
 def test_logarithmic_film_densities_are_refused(written):
     data = bytearray(written(".dpx", "uint16"))
     data[801] = 1  # transfer of the first image element: printing density (SMPTE ST 268)
     with pytest.raises(UnsupportedPictureError, match="Printing density"):
-        characterisation(bytes(data))
+        read_characterisation(bytes(data))
 
 
 CHROMATICITIES = [number for pair in (*SRGB.primaries, SRGB.white) for number in pair]
@@ -404,18 +404,18 @@ def test_the_extremes_of_a_picture_represent_their_cells():
 def test_a_picture_is_characterisation_data(png, tiff, tags):
     pixels = np.arange(48, dtype=np.uint8).reshape(4, 4, 3)
     for data in (png(pixels, 8, 2), tiff([pixels.tobytes()], tags(4, 4, 8, 3, 2))):
-        found = characterisation(data)
+        found = read_characterisation(data)
         assert isinstance(found, Picture)
         assert found.provenance["format"] == found.format
         with pytest.raises(OptionError) as caught:
-            characterisation(data, condition="M1")
+            read_characterisation(data, condition="M1")
         assert caught.value.where == {"field": "condition"}
 
 
 def test_bright_scene_linear_light_is_not_cut(written):
     """65,504 is the largest half float."""
     light = np.array([[0.5, 0.5, 0.5], [20, 30, 40], [-9, 12, 0], [65504, 100, 1000]], float)
-    found = characterisation(written(".exr", "half", light))
+    found = read_characterisation(written(".exr", "half", light))
     assert found.values.shape == light.shape
     nearest = np.abs(found.values[:, np.newaxis] - light).sum(axis=2).argmin(axis=0)
     np.testing.assert_allclose(np.cbrt(found.values[nearest]), np.cbrt(light), atol=1e-3)
@@ -425,10 +425,10 @@ def test_bright_scene_linear_light_is_not_cut(written):
 def test_light_brighter_than_any_half_float_is_refused_with_its_row(written):
     for level in (262_144.0, -1e6, 3e38):
         with pytest.raises(InvalidPointsError) as caught:
-            characterisation(written(".exr", "float", np.array([[0.5, level, 0.5]])))
+            read_characterisation(written(".exr", "float", np.array([[0.5, level, 0.5]])))
         assert caught.value.where == {"row": 1}
     for level in (262_143.0, -262_143.0):
-        found = characterisation(written(".exr", "float", np.array([[0.5, level, 0.5]])))
+        found = read_characterisation(written(".exr", "float", np.array([[0.5, level, 0.5]])))
         np.testing.assert_allclose(found.values, [[0.5, level, 0.5]], rtol=1e-4)
 
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from gamutcore.characterisation import IccProfile
-from gamutcore.characterisation import characterisation as picture
+from gamutcore.characterisation import read_characterisation as picture
 from gamutcore.errors import (
     GamutError,
     MalformedFileError,

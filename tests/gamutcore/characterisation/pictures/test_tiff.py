@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from gamutcore.characterisation import characterisation as picture
+from gamutcore.characterisation import read_characterisation as picture
 from gamutcore.errors import (
     GamutError,
     InvalidPointsError,

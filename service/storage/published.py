@@ -1,4 +1,4 @@
-"""Records of published gamuts, their cache, the keys of a gamut's blobs, and sealed payloads."""
+"""Published gamuts, their cache, the keys of a gamut's blobs, and sealed payloads."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from typing import Any
 from service.storage.blobs import BlobDamagedError
 
 __all__ = [
-    "Record",
-    "RecordCache",
+    "PublishedCache",
+    "PublishedGamut",
     "history_key",
     "id_of",
     "input_key",
-    "record_key",
+    "published_key",
     "seal",
     "unseal",
 ]
 
 
 @dataclass(frozen=True)
-class Record:
-    """Facts about a published gamut, without its history.
+class PublishedGamut:
+    """A published gamut without its history: the content of its file ``.record`` in the store.
 
     Attributes
     ----------
@@ -37,7 +37,7 @@ class Record:
     description
         Description by `gamutcore`.
     copy
-        Random part of the history file's name; empty in old records.
+        Random part of the history file's name; empty for gamuts of old versions.
     """
 
     id: str
@@ -48,12 +48,12 @@ class Record:
     copy: str = ""
 
     def to_bytes(self) -> bytes:
-        """Return the record as sealed JSON."""
+        """Return the file: sealed JSON."""
         return seal(json.dumps(asdict(self), separators=(",", ":")).encode())
 
     @classmethod
-    def from_bytes(cls, data: bytes) -> Record:
-        """Return a stored record; raises ValueError or TypeError if it is damaged."""
+    def from_bytes(cls, data: bytes) -> PublishedGamut:
+        """Return the gamut of a file; raises ValueError or TypeError if it is damaged."""
         return cls(**json.loads(unseal(data)))
 
     @property
@@ -62,45 +62,45 @@ class Record:
         return history_key(self.id, self.copy)
 
 
-class RecordCache:
-    """Recently read records, `capacity` at most.
+class PublishedCache:
+    """Recently read gamuts, `capacity` at most.
 
-    Records never change, but other replicas may delete them. So a record is assumed to exist for
-    some `seconds` only; 0 disables the cache.
+    A published gamut never changes, but other replicas may delete it. So it is assumed to exist
+    for some `seconds` only; 0 disables the cache.
     """
 
     def __init__(self, capacity: int, seconds: float) -> None:
         self._capacity = capacity
         self._seconds = seconds
         self._lock = threading.Lock()
-        self._records: OrderedDict[str, tuple[Record, float]] = OrderedDict()
+        self._kept: OrderedDict[str, tuple[PublishedGamut, float]] = OrderedDict()
 
-    def get(self, gamut_id: str) -> Record | None:
-        """Return a record that is assumed to exist; None if there is none."""
-        record, until = self._records.get(gamut_id, (None, 0.0))
-        return record if until > time.monotonic() else None
+    def get(self, gamut_id: str) -> PublishedGamut | None:
+        """Return a gamut that is assumed to exist; None if there is none."""
+        gamut, until = self._kept.get(gamut_id, (None, 0.0))
+        return gamut if until > time.monotonic() else None
 
-    def find_stale(self, gamut_id: str) -> Record | None:
-        """Return a record that existed when it was read last; None if there is none."""
-        return self._records.get(gamut_id, (None, 0.0))[0]
+    def find_stale(self, gamut_id: str) -> PublishedGamut | None:
+        """Return a gamut that existed when it was read last; None if there is none."""
+        return self._kept.get(gamut_id, (None, 0.0))[0]
 
-    def put(self, record: Record) -> None:
-        """Keep a record that was just read or created."""
+    def put(self, gamut: PublishedGamut) -> None:
+        """Keep a gamut that was just read or published."""
         if self._seconds:
             with self._lock:
-                self._records[record.id] = (record, time.monotonic() + self._seconds)
-                self._records.move_to_end(record.id)
-                while len(self._records) > self._capacity:
-                    self._records.popitem(last=False)
+                self._kept[gamut.id] = (gamut, time.monotonic() + self._seconds)
+                self._kept.move_to_end(gamut.id)
+                while len(self._kept) > self._capacity:
+                    self._kept.popitem(last=False)
 
     def discard(self, gamut_id: str) -> None:
-        """Forget a record that is gone or in doubt."""
+        """Forget a gamut that is gone or in doubt."""
         with self._lock:
-            self._records.pop(gamut_id, None)
+            self._kept.pop(gamut_id, None)
 
 
-def record_key(gamut_id: str) -> str:
-    """Return the key of a gamut's record."""
+def published_key(gamut_id: str) -> str:
+    """Return the key of a gamut's description."""
     return f"published/{gamut_id[:2]}/{gamut_id}.record"
 
 
