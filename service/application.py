@@ -1,16 +1,16 @@
 """Application factory: settings in, a FastAPI app out.
 
 `create_app` connects the service container, the routes and the exception handlers.
-`_Application.build_middleware_stack` holds the order of all middleware. The OpenAPI document is in
-`service.openapi.document`.
+`_layers` lists all middleware. The OpenAPI document is in `service.openapi.document`.
 """
 
 import contextlib
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from fastapi import FastAPI
+from fastapi import Depends, FastAPI, Request
+from fastapi.responses import Response
 from starlette.middleware import Middleware
 from starlette.types import ASGIApp
 
@@ -19,11 +19,9 @@ from service.access.hosts import Hosts, host_names, is_loopback
 from service.access.middleware import ANONYMOUS_SCOPES, Access, AccessRules, OpenToAllError
 from service.access.rate_limits import TokenBuckets
 from service.container import ServiceContainer
-from service.http.charsets import Charsets
 from service.http.cors import Cors, origins
-from service.http.middleware import BodyLimit, HeadAsGet, PlainPaths
 from service.http.request_id import RequestIds
-from service.meshes.fast_path import MeshFastPath
+from service.http.requests import HeadAsGet
 from service.openapi.document import APP_METADATA, openapi_document
 from service.problems.handlers import add_exception_handlers
 from service.routes import (
@@ -43,7 +41,8 @@ from service.routes import (
     viewer,
     views,
 )
-from service.routes.reference_slugs import ReferenceSlugs
+from service.routes.dependencies import check_request
+from service.routes.jobs import PendingBuildError
 from service.settings import Settings
 from service.telemetry.request_observer import RequestObserver
 from service.telemetry.server_timing import ServerTiming
@@ -71,8 +70,11 @@ def create_app(settings: Settings) -> FastAPI:
         async with service.running():
             yield
 
+    outside, inside = _layers(service, rules)
     app = _Application(
         **APP_METADATA,
+        middleware=inside,
+        dependencies=[Depends(check_request)],
         openapi_url=None,  # `service.routes.swagger_ui` serves both with an entity tag
         docs_url=None,
         redoc_url=None,
@@ -81,75 +83,80 @@ def create_app(settings: Settings) -> FastAPI:
         telemetry={"tracing": False, "metrics": False, "logs": False, "auto_configure": False},
         lifespan=lifespan,
     )
+    app.outside = outside
     app.state.service = service
     app.state.access_rules = rules
+    app.router.routes.append(meshes.ReadyMeshRoute(service.meshes))
     for router in _ROUTERS:
         app.include_router(router)
     app.state.routes = [route for router in _ROUTERS for route in router.routes]
     add_exception_handlers(app)
+    app.add_exception_handler(PendingBuildError, _pending)
     return app
 
 
+async def _pending(_request: Request, error: Exception) -> Response:
+    assert isinstance(error, PendingBuildError)  # noqa: S101 - registered for this class
+    return error.response
+
+
 class _Application(FastAPI):
-    """FastAPI with this service's middleware and OpenAPI document."""
+    """FastAPI with this service's OpenAPI document, and middleware outside of its own."""
+
+    outside: Sequence[Middleware] = ()
+    """Middleware that also covers the answers to defects, which Starlette's error handler gives."""
 
     def build_middleware_stack(self) -> ASGIApp:
-        """Return the app inside all middleware, listed from the outside to the inside.
-
-        1. `RequestIds`: every answer and every log line needs the id.
-        2. `RequestObserver`: metrics, access log and spans cover the answers of all other layers.
-        3. `ServerTiming`: times everything inside.
-        4. `Cors`: browsers must be able to read every answer, refusals and defects included.
-        5. Starlette's error handler: answers defects of the layers below it.
-        6. `Hosts`: names of the service and pages of other origins, before anything is answered.
-        7. `HeadAsGet`: the layers below see GET only.
-        8. `Access`: keys and rate limits, before anything is read or computed.
-        9. `ReferenceSlugs`: the layers below see ids only.
-        10. `MeshFastPath`: plain requests for meshes, ahead of FastAPI's slower routing.
-        11. `BodyLimit` and `Charsets`: before any route reads a body.
-        12. `PlainPaths`: protects the router's patterns, so it is next to the router.
-        13. FastAPI's exception handlers and the router.
-        """
-        service: ServiceContainer = self.state.service
-        settings, rules = service.settings, self.state.access_rules
-        allowed = origins(settings.cors_origins)
-        self.user_middleware = [
-            Middleware(
-                Hosts,
-                names=host_names(settings.hosts),
-                trusting=is_loopback(settings.host) and not rules.keys,
-                origins=allowed,
-                reading=queries.READING_POSTS,
-            ),
-            Middleware(HeadAsGet),
-            *(
-                [Middleware(Access, rules=rules, reading=queries.READING_POSTS)]
-                if rules.limiting
-                else []
-            ),
-            Middleware(ReferenceSlugs, service=service),
-            Middleware(MeshFastPath, meshes=service.meshes),
-            Middleware(BodyLimit, limit=settings.max_body_bytes),
-            Middleware(Charsets),
-            Middleware(PlainPaths),
-        ]
+        """Return the app inside all middleware."""
         stack = super().build_middleware_stack()
-        if allowed:
-            stack = Cors(stack, allowed)
-        stack = ServerTiming(stack)
-        stack = RequestObserver(
-            stack,
-            service.metrics.requests,
-            access_log=settings.access_log,
-            traces=service.traces,
-        )
-        return RequestIds(stack)
+        for middleware, args, kwargs in reversed(self.outside):
+            stack = middleware(stack, *args, **kwargs)
+        return stack
 
     def openapi(self) -> dict[str, Any]:
         """Return the OpenAPI document."""
         if self.openapi_schema is None:
             self.openapi_schema = openapi_document(self)
         return self.openapi_schema
+
+
+def _layers(
+    service: ServiceContainer, rules: AccessRules
+) -> tuple[list[Middleware], list[Middleware]]:
+    """Return the middleware outside and inside of Starlette's error handler, the outermost first.
+
+    1. `RequestIds`: every answer and every log line needs the id.
+    2. `RequestObserver`: metrics, access log and spans cover the answers of all other layers.
+    3. `ServerTiming`: times everything inside.
+    4. `Cors`: browsers must be able to read every answer, refusals and defects included.
+    5. `Hosts`: names of the service and pages of other origins, before anything is answered.
+    6. `HeadAsGet`: everything inside sees GET only.
+    7. `Access`: keys and rate limits, before anything is read or computed.
+    """
+    settings, metrics = service.settings, service.metrics.requests
+    allowed = origins(settings.cors_origins)
+    outside = [
+        Middleware(RequestIds),
+        Middleware(RequestObserver, metrics, access_log=settings.access_log, traces=service.traces),
+        Middleware(ServerTiming),
+        *([Middleware(Cors, allowed)] if allowed else []),
+    ]
+    inside = [
+        Middleware(
+            Hosts,
+            names=host_names(settings.hosts),
+            trusting=is_loopback(settings.host) and not rules.keys,
+            origins=allowed,
+            reading=queries.READING_POSTS,
+        ),
+        Middleware(HeadAsGet),
+        *(
+            [Middleware(Access, rules=rules, reading=queries.READING_POSTS)]
+            if rules.limiting
+            else []
+        ),
+    ]
+    return outside, inside
 
 
 def access_rules(settings: Settings) -> AccessRules:

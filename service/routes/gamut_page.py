@@ -8,15 +8,19 @@ from service.container import service_of
 from service.http.compression import compress_response
 from service.http.conditional import conditional
 from service.http.file_names import content_disposition
-from service.http.parameters import check_query
 from service.library import ChargedResponse, Cost
 from service.openapi.documentation import header, problems
-from service.routes.gamuts import GamutId
+from service.routes.dependencies import GamutId, GamutRoute, check_gamut_query
 from service.routes.naming import named
 
 __all__ = ["router"]
 
-router = APIRouter(prefix="/v1/gamuts", tags=["gamuts"], dependencies=[Depends(check_query)])
+router = APIRouter(
+    prefix="/v1/gamuts",
+    tags=["gamuts"],
+    route_class=GamutRoute,
+    dependencies=[Depends(check_gamut_query)],
+)
 
 
 @router.get(

@@ -7,17 +7,21 @@ from fastapi.responses import Response
 
 from service.access.ownership import check_owner
 from service.container import service_of
-from service.http.parameters import check_query
 from service.openapi.documentation import EXAMPLE_ID, NAME_BODY, json_response, problems
 from service.openapi.models import GamutName
 from service.problems.problem import JsonResponse
-from service.routes.gamuts import GamutId
+from service.routes.dependencies import GamutId, GamutRoute, check_gamut_query
 from service.routes.naming import refuse_reference
 from service.routes.submission import submitted_name
 
 __all__ = ["router"]
 
-router = APIRouter(prefix="/v1/gamuts", tags=["gamuts"], dependencies=[Depends(check_query)])
+router = APIRouter(
+    prefix="/v1/gamuts",
+    tags=["gamuts"],
+    route_class=GamutRoute,
+    dependencies=[Depends(check_gamut_query)],
+)
 
 
 @router.put(

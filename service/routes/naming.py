@@ -7,7 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from gamutcore.names import ranked
-from service.problems.problem import Problem, ProblemError
+from service.routes.dependencies import read_only
 from service.storage.display_names import display_name
 
 if TYPE_CHECKING:
@@ -23,7 +23,6 @@ __all__ = [
     "named",
     "named_page",
     "ranked_page",
-    "read_only",
     "refuse_reference",
 ]
 
@@ -123,14 +122,6 @@ def ranked_page(
 
 def _folded(text: str) -> str:
     return unicodedata.normalize("NFC", text).casefold()
-
-
-def read_only(slug: str) -> ProblemError:
-    """Return the error of changing or deleting a reference gamut."""
-    where = {"in": "path", "field": "gamut_id"}
-    return ProblemError(
-        Problem("reference-read-only", f"The gamut is the reference gamut {slug}.", where)
-    )
 
 
 def refuse_reference(record: Record) -> None:

@@ -15,7 +15,7 @@ from service.queries.parameters import (
     query_values,
     values_of,
 )
-from service.routes.gamuts import GamutId
+from service.routes.dependencies import GamutId, NamedGamuts
 from service.routes.queries import QueryRoute, wait_for_kernels
 
 __all__ = ["router"]
@@ -62,7 +62,7 @@ router = APIRouter(prefix="/v1/gamuts", tags=["meshes"], route_class=QueryRoute)
 async def draw_gamut(request: Request, gamut_id: GamutId) -> Response:
     """Draw a level."""
     values = values_of(
-        PICTURE.parameters, query_values(PICTURE.parameters, request.query_params.multi_items()), {}
+        PICTURE.parameters, query_values(PICTURE.parameters, NamedGamuts.of(request).items), {}
     )
     level = level_request(values.pop("triangles"), values.pop("max_error"))
     options = PictureOptions(**values)

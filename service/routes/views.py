@@ -23,8 +23,8 @@ from service.queries.answers import condition_headers
 from service.queries.bodies import FORMS, NPY, SVG
 from service.queries.documentation import picture_response, view_response
 from service.queries.parameters import documentation, query_values, refuse, values_of
-from service.routes.gamuts import GamutId
-from service.routes.queries import QueryRoute, checked_id, levels_of, wait_for_kernels
+from service.routes.dependencies import GamutId, GamutRoute, NamedGamuts, checked_gamut
+from service.routes.queries import QueryRoute, levels_of, wait_for_kernels
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -50,12 +50,12 @@ _NOT_MODIFIED = {"description": "The client has the current content (If-None-Mat
 
 router = APIRouter(prefix="/v1/gamuts", tags=["queries"], route_class=QueryRoute)
 
-comparisons = APIRouter(prefix="/v1/comparisons", tags=["queries"])
+comparisons = APIRouter(prefix="/v1/comparisons", tags=["queries"], route_class=GamutRoute)
 
 
 def _add_route(question: Question) -> None:
     async def endpoint(request: Request, gamut_id: GamutId) -> Response:
-        values = _values(question, request.query_params.multi_items())
+        values = _values(question, NamedGamuts.of(request).items)
         return await _answer(request, question, [gamut_id], values, _accepted_form(request))
 
     router.add_api_route(
@@ -73,8 +73,8 @@ def _add_route(question: Question) -> None:
 
 def _add_picture(question: Question) -> None:
     async def endpoint(request: Request, gamut_id: GamutId) -> Response:
-        items = request.query_params.multi_items()
-        return await _answer(request, question, [gamut_id], _values(question, items), SVG)
+        values = _values(question, NamedGamuts.of(request).items)
+        return await _answer(request, question, [gamut_id], values, SVG)
 
     router.add_api_route(
         f"/{{gamut_id}}/{question.name}.svg",
@@ -123,8 +123,8 @@ def _compared(name: str) -> dict[str, object]:
 )
 async def compare_gamuts(request: Request) -> Response:
     """Compare two gamuts."""
-    items = request.query_params.multi_items()
-    ids = [checked_id(_only(items, name), "query", name) for name in "ab"]
+    items = NamedGamuts.of(request).items
+    ids = [await checked_gamut(request, _only(items, name), "query", name) for name in "ab"]
     others = [item for item in items if item[0] not in {"a", "b"}]
     values = _values(COMPARISON, others)
     return await _answer(request, COMPARISON, ids, values, _accepted_form(request))
@@ -152,7 +152,7 @@ async def _answer(
 ) -> Response:
     service = service_of(request)
     if values.get("reference") is not None:
-        ids = [*ids, checked_id(values["reference"], "query", "reference")]
+        ids = [*ids, await checked_gamut(request, values["reference"], "query", "reference")]
     await wait_for_kernels(service)
     levels, charge = await levels_of(
         service,

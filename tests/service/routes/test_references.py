@@ -11,7 +11,7 @@ from gamutcore import Options
 from gamutcore.building import gamut_id
 from gamutcore.references import NOT_OFFERED, REFERENCES
 from service.application import create_app
-from service.routes.reference_slugs import CACHE_SECONDS
+from service.routes.dependencies import CACHE_SECONDS
 from service.settings import Settings
 from service.storage.location import gamut_store
 
