@@ -26,18 +26,15 @@ from service.openapi.document import APP_METADATA, openapi_document
 from service.problems.handlers import add_exception_handlers
 from service.routes import (
     batch,
-    gamut_page,
     gamuts,
     jobs,
     meshes,
     metrics,
     names,
     pages,
-    pictures,
     queries,
     references,
     state,
-    swagger_ui,
     viewer,
     views,
 )
@@ -52,8 +49,8 @@ __all__ = ["access_rules", "create_app"]
 _ROUTERS = (
     queries.router,  # the router tries routes in turn, and single colours are asked for most often
     *(gamuts.router, names.router, meshes.router, batch.router, references.router, jobs.router),
-    *(views.router, views.comparisons, pictures.router, gamut_page.router),
-    *(state.router, metrics.router, pages.router, swagger_ui.router, viewer.router),
+    *views.routers,
+    *(state.router, metrics.router, pages.router, viewer.router),
 )
 
 
@@ -75,7 +72,7 @@ def create_app(settings: Settings) -> FastAPI:
         **APP_METADATA,
         middleware=inside,
         dependencies=[Depends(check_request)],
-        openapi_url=None,  # `service.routes.swagger_ui` serves both with an entity tag
+        openapi_url=None,  # `service.routes.viewer` serves both with an entity tag
         docs_url=None,
         redoc_url=None,
         redirect_slashes=False,

@@ -36,7 +36,7 @@ from gamutcore.questions import INDEX_BYTES
 from service.caching.byte_bounded_cache import ByteBoundedCache
 from service.caching.single_flight import SingleFlight
 from service.problems.problem import Problem, ProblemError
-from service.storage.display_names import display_name
+from service.storage.names import display_name
 from service.telemetry.server_timing import timed
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from typing import Annotated
 
 from fastapi import Query, Request
 from fastapi.dependencies.utils import get_flat_params
-from fastapi.params import Param, ParamTypes
+from fastapi.params import Header, Path
 from pydantic import BeforeValidator
 from pydantic_core import PydanticCustomError
 
@@ -148,11 +148,8 @@ def check_items(request: Request, items: list[tuple[str, str]]) -> None:
     if not items:
         return
     parameters = get_flat_params(request.scope["route"].dependant)
-    known = [
-        field.alias
-        for field in parameters
-        if isinstance(field.field_info, Param) and field.field_info.in_ is ParamTypes.query
-    ]
+    # Fields of a model of the query have no class of FastAPI.
+    known = [each.alias for each in parameters if not isinstance(each.field_info, Path | Header)]
     for name, count in Counter(name for name, _ in items).items():
         shown = name[:_LONGEST_SHOWN]
         if name not in known:

@@ -46,7 +46,7 @@ from service.problems.kinds import BUILD_PROBLEMS, KINDS
 from service.problems.problem import JsonResponse, Problem, ProblemError
 from service.routes.dependencies import GamutId, GamutRoute, check_gamut_query
 from service.routes.jobs import wait_for_build
-from service.routes.naming import (
+from service.routes.names import (
     NamedRecord,
     gamut_document,
     gamut_summary,
