@@ -21,7 +21,7 @@ from service.access.rate_limits import TokenBuckets
 from service.container import ServiceContainer
 from service.http.cors import Cors, origins
 from service.http.request_id import RequestIds
-from service.http.requests import HeadAsGet
+from service.http.requests import ControlCharacters, HeadAsGet
 from service.openapi.document import APP_METADATA, openapi_document
 from service.problems.handlers import add_exception_handlers
 from service.routes import (
@@ -83,7 +83,7 @@ def create_app(settings: Settings) -> FastAPI:
     app.outside = outside
     app.state.service = service
     app.state.access_rules = rules
-    app.router.routes.append(meshes.ReadyMeshRoute(service.meshes))
+    app.router.routes += [ControlCharacters(), meshes.ReadyMeshRoute(service.meshes)]
     for router in _ROUTERS:
         app.include_router(router)
     app.state.routes = [route for router in _ROUTERS for route in router.routes]

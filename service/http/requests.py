@@ -11,6 +11,7 @@ import re
 from typing import TYPE_CHECKING
 
 from python_multipart.multipart import parse_options_header
+from starlette.routing import BaseRoute, Match
 
 from service.problems.problem import Problem, ProblemError
 
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from starlette.requests import Request
     from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-__all__ = ["HeadAsGet", "check_head"]
+__all__ = ["ControlCharacters", "HeadAsGet", "check_head"]
 
 _CONTROL = re.compile(r"[\x00-\x1f\x7f]")
 
@@ -31,13 +32,7 @@ errors of their own."""
 
 
 def check_head(request: Request, most_bytes: int) -> None:
-    """Refuse paths with control characters, and bodies that are too large or in other charsets.
-
-    The router's patterns end in ``$``, which also matches before a final newline.
-    """
-    if _CONTROL.search(request.scope["path"]):
-        detail = "There is nothing at a path with control characters."
-        raise ProblemError(Problem("not-found", detail))
+    """Refuse bodies that are declared too large, or in other charsets than the accepted ones."""
     for name, value in request.scope["headers"]:
         # The server refuses lengths that are not digits, so they need no answer here.
         if name == b"content-length" and value.isdigit() and int(value) > most_bytes:
@@ -88,3 +83,20 @@ class HeadAsGet:
         finally:
             # The outer middleware needs the matched route.
             scope["route"] = as_get.get("route")
+
+
+class ControlCharacters(BaseRoute):
+    """Answers paths with control characters with ``not-found``, ahead of all other routes.
+
+    Their patterns end in ``$``, which also matches before a final newline.
+    """
+
+    def matches(self, scope: Scope) -> tuple[Match, Scope]:
+        """Match paths with control characters."""
+        found = scope["type"] == "http" and _CONTROL.search(scope["path"])
+        return (Match.FULL if found else Match.NONE), {}
+
+    async def handle(self, scope: Scope, receive: Receive, send: Send) -> None:  # noqa: ARG002
+        """Raise the problem."""
+        detail = "There is nothing at a path with control characters."
+        raise ProblemError(Problem("not-found", detail))
