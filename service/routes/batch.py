@@ -148,14 +148,7 @@ async def download_meshes(
 
 
 class _Batch:
-    """An answer under construction.
-
-    Parameters
-    ----------
-    service : ServiceContainer
-    asked : list of Asked
-    container : Container
-    """
+    """An answer under construction."""
 
     def __init__(self, service: ServiceContainer, asked: list[Asked], container: Container) -> None:
         self._service = service
