@@ -179,6 +179,27 @@ def test_readers_start_builds_with_default_options_only(request_app, tmp_path, a
     assert get("references").status_code == 200
 
 
+def test_options_apply_to_slugs_and_not_to_ids_beside_them(request_app, tmp_path, assert_problem):
+    """Nothing is built in this process, so the answer is the job of the first gamut."""
+    store = gamut_store(str(tmp_path))
+    store.open()
+    store.close()
+    app = create_app(Settings(store=str(tmp_path)))
+
+    def get(**query):
+        headers = {"Prefer": "respond-async"}
+        return request_app(app, "GET", "/v1/meshes", params=query | FEW, headers=headers)
+
+    names = f"{id_of('srgb')},display-p3"
+    assert_problem(get(gamuts=names, triangle=20), 422, "invalid-parameter")
+    assert app.state.service.builds.facts().queued == 0
+    answer = get(gamuts=names, triangles=20)
+    assert answer.status_code == 202
+    assert answer.headers["location"] == f"/v1/jobs/{id_of('srgb')}"
+    answer = get(gamuts="display-p3", triangles=20)
+    assert answer.headers["location"] == f"/v1/jobs/{id_of('display-p3', **FEW)}"
+
+
 # --- the list -------------------------------------------------------------------------------------
 
 
