@@ -1,8 +1,7 @@
 """Application factory: settings in, a FastAPI app out.
 
 `create_app` connects the service container, the routes and the exception handlers.
-`_Application.build_middleware_stack` holds the order of all middleware. The OpenAPI document is in
-`service.openapi.document`.
+`_layers` lists all middleware. The OpenAPI document is in `service.openapi.document`.
 """
 
 import contextlib
@@ -10,39 +9,36 @@ from collections.abc import AsyncIterator
 from pathlib import Path
 from typing import Any
 
-from fastapi import FastAPI
+from fastapi import Depends, FastAPI, Request
+from fastapi.responses import Response
 from starlette.middleware import Middleware
-from starlette.types import ASGIApp
+from starlette.middleware.errors import ServerErrorMiddleware
 
 from service.access.api_keys import ApiKeys
 from service.access.hosts import Hosts, host_names, is_loopback
 from service.access.middleware import ANONYMOUS_SCOPES, Access, AccessRules, OpenToAllError
 from service.access.rate_limits import TokenBuckets
 from service.container import ServiceContainer
-from service.http.charsets import Charsets
 from service.http.cors import Cors, origins
-from service.http.middleware import BodyLimit, HeadAsGet, PlainPaths
-from service.meshes.fast_path import MeshFastPath
+from service.http.requests import ControlCharacters, HeadAsGet
 from service.openapi.document import APP_METADATA, openapi_document
-from service.problems.handlers import add_exception_handlers
+from service.problems.handlers import add_exception_handlers, answer_exception
 from service.routes import (
     batch,
-    gamut_page,
     gamuts,
     jobs,
     meshes,
     metrics,
     names,
     pages,
-    pictures,
     queries,
     references,
     state,
-    swagger_ui,
     viewer,
     views,
 )
-from service.routes.reference_slugs import ReferenceSlugs
+from service.routes.dependencies import check_request
+from service.routes.jobs import PendingBuildError
 from service.settings import Settings
 from service.telemetry.metrics import StateCollector
 from service.telemetry.request_observer import RequestObserver
@@ -52,8 +48,8 @@ __all__ = ["access_rules", "create_app"]
 _ROUTERS = (
     queries.router,  # the router tries routes in turn, and single colours are asked for most often
     *(gamuts.router, names.router, meshes.router, batch.router, references.router, jobs.router),
-    *(views.router, views.comparisons, pictures.router, gamut_page.router),
-    *(state.router, metrics.router, pages.router, swagger_ui.router, viewer.router),
+    *views.routers,
+    *(state.router, metrics.router, pages.router, viewer.router),
 )
 
 
@@ -73,7 +69,9 @@ def create_app(settings: Settings) -> FastAPI:
 
     app = _Application(
         **APP_METADATA,
-        openapi_url=None,  # `service.routes.swagger_ui` serves both with an entity tag
+        middleware=_layers(service, rules),
+        dependencies=[Depends(check_request)],
+        openapi_url=None,  # `service.routes.viewer` serves both with an entity tag
         docs_url=None,
         redoc_url=None,
         redirect_slashes=False,
@@ -83,69 +81,59 @@ def create_app(settings: Settings) -> FastAPI:
     )
     app.state.service = service
     app.state.access_rules = rules
+    app.router.routes += [ControlCharacters(), meshes.ReadyMeshRoute(service.meshes)]
     for router in _ROUTERS:
         app.include_router(router)
     app.state.routes = [route for router in _ROUTERS for route in router.routes]
     add_exception_handlers(app)
+    app.add_exception_handler(PendingBuildError, _pending)
     return app
 
 
+async def _pending(_request: Request, error: Exception) -> Response:
+    assert isinstance(error, PendingBuildError)  # noqa: S101 - registered for this class
+    return error.response
+
+
 class _Application(FastAPI):
-    """FastAPI with this service's middleware and OpenAPI document."""
-
-    def build_middleware_stack(self) -> ASGIApp:
-        """Return the app inside all middleware, listed from the outside to the inside.
-
-        1. `RequestObserver`: ids, times, metrics, log and spans of the answers of all other layers.
-        2. `Cors`: browsers must be able to read every answer, refusals and defects included.
-        3. Starlette's error handler: answers defects of the layers below it.
-        4. `Hosts`: names of the service and pages of other origins, before anything is answered.
-        5. `HeadAsGet`: the layers below see GET only.
-        6. `Access`: keys and rate limits, before anything is read or computed.
-        7. `ReferenceSlugs`: the layers below see ids only.
-        8. `MeshFastPath`: plain requests for meshes, ahead of FastAPI's slower routing.
-        9. `BodyLimit` and `Charsets`: before any route reads a body.
-        10. `PlainPaths`: protects the router's patterns, so it is next to the router.
-        11. FastAPI's exception handlers and the router.
-        """
-        service: ServiceContainer = self.state.service
-        settings, rules = service.settings, self.state.access_rules
-        allowed = origins(settings.cors_origins)
-        self.user_middleware = [
-            Middleware(
-                Hosts,
-                names=host_names(settings.hosts),
-                trusting=is_loopback(settings.host) and not rules.keys,
-                origins=allowed,
-                reading=queries.READING_POSTS,
-            ),
-            Middleware(HeadAsGet),
-            *(
-                [Middleware(Access, rules=rules, reading=queries.READING_POSTS)]
-                if rules.limiting
-                else []
-            ),
-            Middleware(ReferenceSlugs, service=service),
-            Middleware(MeshFastPath, meshes=service.meshes),
-            Middleware(BodyLimit, limit=settings.max_body_bytes),
-            Middleware(Charsets),
-            Middleware(PlainPaths),
-        ]
-        stack = super().build_middleware_stack()
-        if allowed:
-            stack = Cors(stack, allowed)
-        return RequestObserver(
-            stack,
-            service.metrics.requests,
-            access_log=settings.access_log,
-            traces=service.traces,
-        )
+    """FastAPI with this service's OpenAPI document."""
 
     def openapi(self) -> dict[str, Any]:
         """Return the OpenAPI document."""
         if self.openapi_schema is None:
             self.openapi_schema = openapi_document(self)
         return self.openapi_schema
+
+
+def _layers(service: ServiceContainer, rules: AccessRules) -> list[Middleware]:
+    """Return all middleware, the outermost first."""
+    settings, reading = service.settings, queries.READING_POSTS
+    allowed = origins(settings.cors_origins)
+    return [
+        # ids, times, metrics, log and spans of the answers of all layers
+        Middleware(
+            RequestObserver,
+            service.metrics.requests,
+            access_log=settings.access_log,
+            traces=service.traces,
+        ),
+        # browsers must be able to read every answer, refusals and defects included
+        *([Middleware(Cors, allowed)] if allowed else []),
+        # Starlette has one outside of all middleware, whose answers would have no id
+        Middleware(ServerErrorMiddleware, answer_exception),
+        # names of the service and pages of other origins, before anything is answered
+        Middleware(
+            Hosts,
+            names=host_names(settings.hosts),
+            trusting=is_loopback(settings.host) and not rules.keys,
+            origins=allowed,
+            reading=reading,
+        ),
+        # everything inside sees GET only
+        Middleware(HeadAsGet),
+        # keys and rate limits, before anything is read or computed
+        *([Middleware(Access, rules=rules, reading=reading)] if rules.limiting else []),
+    ]
 
 
 def access_rules(settings: Settings) -> AccessRules:

@@ -102,6 +102,7 @@ class ServiceContainer:
         )
         self.spool = Spool(
             lambda: self.scratch_directory,
+            most_body=settings.max_body_bytes,
             most_bodies=settings.arriving_bodies,
             most_bytes=max(settings.spool_bytes, settings.max_body_bytes),
             most_decoded=_LARGE_BODIES * settings.max_body_bytes,

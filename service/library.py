@@ -37,7 +37,7 @@ from service.caching.byte_bounded_cache import ByteBoundedCache
 from service.caching.single_flight import SingleFlight
 from service.http.request_context import timed
 from service.problems.problem import Problem, ProblemError
-from service.storage.display_names import display_name
+from service.storage.names import display_name
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

@@ -296,7 +296,9 @@ class JobRunner:
                 check()
                 description = event["description"]
                 StoredDescription.model_validate(description)
-                record = PublishedGamut(job_id, event["sha256"], event["nbytes"], now(), description)
+                record = PublishedGamut(
+                    job_id, event["sha256"], event["nbytes"], now(), description
+                )
                 self._store.publish(record, scratch[1])
             return _Built(problem, problem is None, event.get("seconds", {}))
         except BuildTimeoutError:

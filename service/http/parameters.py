@@ -10,6 +10,8 @@ from collections.abc import Iterable
 from typing import Annotated
 
 from fastapi import Query, Request
+from fastapi.dependencies.utils import get_flat_params
+from fastapi.params import Header, Path
 from pydantic import BeforeValidator
 from pydantic_core import PydanticCustomError
 
@@ -31,6 +33,7 @@ __all__ = [
     "POSITIVE_NUMBER",
     "WHOLE_NUMBER",
     "SideName",
+    "check_items",
     "check_query",
 ]
 
@@ -48,13 +51,15 @@ _LONGEST_SHOWN = 40
 
 
 def _of_form(pattern: str, form: str, remedy: str, names: Iterable[str] = ()) -> BeforeValidator:
-    """Return a validator that refuses text that does not match `pattern`, nor is among `names`."""
+    """Return a validator that refuses text that does not match `pattern`.
+
+    The message suggests the nearest of `names`.
+    """
     whole = re.compile(rf"(?:{pattern})\Z")
 
     def checked(value: object) -> object:
         if isinstance(value, str) and not whole.match(value):
             shown = repr(value[:_LONGEST_SHOWN])
-            # Names in place of an id were replaced by `service.routes.reference_slugs`.
             meant = near_match(value.rpartition(",")[2], names)
             said = f"Did you mean {meant}? {remedy}" if meant else remedy
             context = {"shown": shown, "form": form, "remedy": said}
@@ -90,13 +95,15 @@ _AN_ID = "an id, which is 64 hexadecimal digits in lower case"
 ID = _of_form(ID_PATTERN, _AN_ID, "Give an `id` from POST /v1/gamuts or from a list.")
 """Annotation of the id of a job."""
 
+_GAMUT = f"(?:{ID_PATTERN}|{'|'.join(REFERENCES)})"
+
 GAMUT_ID = _of_form(
-    ID_PATTERN,
+    _GAMUT,
     f"{_AN_ID}, or the slug of a reference gamut",
     "Give an `id` from POST /v1/gamuts or from a list, or a slug from /v1/references.",
     REFERENCES,
 )
-"""Annotation of the id of a gamut. Slugs were replaced by ids before."""
+"""Annotation of the id of a gamut, or the slug of a reference gamut."""
 
 GAMUT_PATTERN = "[0-9a-z]+(-[0-9a-z]+)*"
 """Id of a gamut, or slug of a reference gamut."""
@@ -107,12 +114,12 @@ ID_OR_NOTHING = _of_form(
 """Annotation of the start of a page of a list."""
 
 GAMUT_IDS = _of_form(
-    f"{ID_PATTERN}(,{ID_PATTERN})*",
+    f"{_GAMUT}(,{_GAMUT})*",
     "a list of ids, each of 64 hexadecimal digits in lower case, or of slugs of reference gamuts",
     "Give ids from /v1/gamuts or slugs from /v1/references, separated by commas.",
     REFERENCES,
 )
-"""Annotation of one or more ids of gamuts."""
+"""Annotation of one or more ids of gamuts or slugs."""
 
 SideName = Annotated[
     Side,
@@ -129,15 +136,21 @@ SideName = Annotated[
 
 
 async def check_query(request: Request) -> None:
-    """Refuse unknown and repeated query parameters.
+    """Refuse unknown and repeated query parameters."""
+    check_items(request, request.query_params.multi_items())
 
-    Raises
-    ------
-    ProblemError
-        ``invalid-parameter``, with the names that the operation accepts.
+
+def check_items(request: Request, items: list[tuple[str, str]]) -> None:
+    """Refuse unknown and repeated parameters among `items` of the query.
+
+    Raise ``invalid-parameter``, with the names that the operation accepts.
     """
-    known = [field.alias for field in request.scope["route"].dependant.query_params]
-    for name, count in Counter(name for name, _ in request.query_params.multi_items()).items():
+    if not items:
+        return
+    parameters = get_flat_params(request.scope["route"].dependant)
+    # Fields of a model of the query have no class of FastAPI.
+    known = [each.alias for each in parameters if not isinstance(each.field_info, Path | Header)]
+    for name, count in Counter(name for name, _ in items).items():
         shown = name[:_LONGEST_SHOWN]
         if name not in known:
             fault = f"There is no parameter {shown!r} here."

@@ -71,6 +71,8 @@ class Body:
             ``body-too-large``: there are more than `most` bytes. ``request-timeout``: the body was
             cut, because it arrived more slowly than others.
         """
+        if most >= self._spool.most_body:
+            most, remedy = self._spool.most_body, ""
         more = True
         while more:
             message = await self._next()
@@ -191,6 +193,8 @@ class Spool:
     ----------
     folder : callable
         Returns the folder of scratch files.
+    most_body : int
+        Largest size of a body.
     most_bodies : int
         Largest number of arriving bodies.
     most_bytes : int
@@ -206,12 +210,14 @@ class Spool:
         self,
         folder: Callable[[], Path],
         *,
+        most_body: int,
         most_bodies: int,
         most_bytes: int,
         most_decoded: int,
         share: float,
     ) -> None:
         self.folder = folder
+        self.most_body = most_body
         self._arriving: set[Body] = set()
         self._places = SharedAmount(most_bodies, share)
         self._bytes = SharedAmount(most_bytes, share)

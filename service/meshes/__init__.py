@@ -1,1 +1,1 @@
-"""Meshes from opened gamuts: search, encoding, caches and the fast path."""
+"""Meshes from opened gamuts: search, encoding and caches."""

@@ -159,7 +159,7 @@ class Meshes:
     async def _encode(self, opened: OpenGamut, key: MeshKey, charge: Charge) -> EncodedMesh:
         plain = self.cache.get(key._replace(coding=IDENTITY))
         if plain is not None and key.coding == IDENTITY:
-            return plain  # the fast path has encoded it since the last look
+            return plain  # `find_ready` has encoded it since the last look
         # a level on one side is compared with the full boundary
         needed = key.triangles if key.side == "both" else opened.gamut.history.triangles
         await self._library.unpack(opened, needed)

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from fastapi import FastAPI
     from starlette.requests import Request
 
-__all__ = ["add_exception_handlers"]
+__all__ = ["add_exception_handlers", "answer_exception"]
 
 logger = logging.getLogger(__name__)
 
@@ -47,11 +47,12 @@ def add_exception_handlers(app: FastAPI) -> None:
 
     ``app.state.routes`` must hold all routes, for the header field ``Allow``.
     """
-    for kind in (*_EXPECTED, Exception):
-        app.add_exception_handler(kind, _answer)
+    for kind in _EXPECTED:
+        app.add_exception_handler(kind, answer_exception)
 
 
-async def _answer(request: Request, error: Exception) -> Response:
+async def answer_exception(request: Request, error: Exception) -> Response:
+    """Return the answer to an exception."""
     if isinstance(error, ClientDisconnect):
         return Response(status_code=400)  # nobody reads it
     if isinstance(error, GamutNotStoredError):

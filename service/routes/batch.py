@@ -15,17 +15,23 @@ from gamutcore.levels import LevelRequest
 from service.container import ServiceContainer, service_of
 from service.http.conditional import IMMUTABLE, check_if_match, matches
 from service.http.negotiation import OCTET_STREAM, preferred_media_type
-from service.http.parameters import DECIMAL_PATTERN, GAMUT_IDS, GAMUT_PATTERN, SideName, check_query
+from service.http.parameters import DECIMAL_PATTERN, GAMUT_IDS, GAMUT_PATTERN, SideName
 from service.library import Charge, ChargedResponse, Cost
 from service.meshes.containers import CONTAINERS, Asked, Container, Item, ZipContainer
 from service.meshes.encoding import file_stem
 from service.openapi.documentation import BATCH_RESPONSE, EXAMPLE_ID, problems
 from service.problems.problem import Problem, ProblemError
+from service.routes.dependencies import GamutRoute, NamedGamuts, check_gamut_query
 from service.storage.gamuts import GamutDamagedError, GamutNotStoredError
 
 __all__ = ["router"]
 
-router = APIRouter(prefix="/v1/meshes", tags=["meshes"], dependencies=[Depends(check_query)])
+router = APIRouter(
+    prefix="/v1/meshes",
+    tags=["meshes"],
+    route_class=GamutRoute,
+    dependencies=[Depends(check_gamut_query)],
+)
 
 _BUFFERED = 8 * 1024 * 1024
 """Largest answer in bytes that is complete before it is sent, with a length and an entity tag."""
@@ -121,7 +127,8 @@ async def download_meshes(
     ]
     if not levels:
         _refuse("No level is requested.", "triangles", "Give triangles, max_error or max_mismatch.")
-    ids = list(dict.fromkeys(gamuts.split(",")))
+    named = NamedGamuts.of(request)
+    ids = list(dict.fromkeys([await named.id_of(name) for name in gamuts.split(",")]))
     most = service.settings.max_batch_meshes
     if len(ids) * len(levels) > most:
         detail = f"{len(ids)} gamuts in {len(levels)} levels are requested."
@@ -141,14 +148,7 @@ async def download_meshes(
 
 
 class _Batch:
-    """An answer under construction.
-
-    Parameters
-    ----------
-    service : ServiceContainer
-    asked : list of Asked
-    container : Container
-    """
+    """An answer under construction."""
 
     def __init__(self, service: ServiceContainer, asked: list[Asked], container: Container) -> None:
         self._service = service

@@ -5,7 +5,7 @@ import contextlib
 from collections.abc import AsyncIterator
 from typing import IO, Annotated, Any, Literal
 
-from fastapi import APIRouter, Depends, Path, Query, Request
+from fastapi import APIRouter, Depends, Query, Request
 from fastapi.responses import Response, StreamingResponse
 
 from service.access.clients import client_of
@@ -22,7 +22,7 @@ from service.http.conditional import (
 )
 from service.http.file_names import content_disposition
 from service.http.negotiation import OCTET_STREAM
-from service.http.parameters import GAMUT_ID, GAMUT_PATTERN, SideName, check_query
+from service.http.parameters import SideName
 from service.openapi.documentation import (
     EXAMPLE_GAMUT,
     EXAMPLE_ID,
@@ -44,7 +44,9 @@ from service.openapi.models import (
 )
 from service.problems.kinds import BUILD_PROBLEMS, KINDS
 from service.problems.problem import JsonResponse, Problem, ProblemError
-from service.routes.naming import (
+from service.routes.dependencies import GamutId, GamutRoute, check_gamut_query
+from service.routes.jobs import wait_for_build
+from service.routes.names import (
     NamedRecord,
     gamut_document,
     gamut_summary,
@@ -56,14 +58,13 @@ from service.routes.naming import (
 from service.routes.paging import After, Limit, next_page
 from service.routes.submission import Submission, submission
 from service.routes.viewer import prefers_page, viewer_page
-from service.routes.waiting import wait_for_build
 from service.storage.blobs import StoreUnavailableError
 from service.storage.gamuts import GamutDamagedError, GamutNotStoredError
 from service.storage.names import LONGEST_NAME
 from service.storage.published import PublishedGamut
 from service.telemetry.traces import propagation_headers
 
-__all__ = ["HISTORY_MEDIA_TYPE", "GamutId", "router"]
+__all__ = ["HISTORY_MEDIA_TYPE", "router"]
 
 HISTORY_MEDIA_TYPE = OCTET_STREAM
 
@@ -87,18 +88,12 @@ _NOT_MODIFIED: dict[int | str, dict[str, Any]] = {
     304: {"description": "The client has the current content (If-None-Match)."}
 }
 
-GamutId = Annotated[
-    str,
-    Path(
-        pattern=f"^{GAMUT_PATTERN}$",
-        description="Id of the gamut: SHA-256 of options, input and algorithm, hexadecimal. Or "
-        "the slug of a reference gamut, such as `srgb`.",
-        examples=[EXAMPLE_ID],
-    ),
-    GAMUT_ID,
-]
-
-router = APIRouter(prefix="/v1/gamuts", tags=["gamuts"], dependencies=[Depends(check_query)])
+router = APIRouter(
+    prefix="/v1/gamuts",
+    tags=["gamuts"],
+    route_class=GamutRoute,
+    dependencies=[Depends(check_gamut_query)],
+)
 
 
 @router.post(
@@ -204,9 +199,7 @@ async def create_gamut(request: Request) -> Response:
         await _keep_name(request, posted, is_new=True)
     # The data leaves the memory before the wait for the build.
     del posted
-    response, headers = await wait_for_build(service, job, request.headers.getlist("prefer"))
-    if response is not None:
-        return response
+    headers = await wait_for_build(service, job, request.headers.getlist("prefer"))
     record = await _record_of_built(service, gamut_id)
     location = {"Location": f"/v1/gamuts/{gamut_id}"}
     return _description_response(await _named(service, record), 201, {**headers, **location})

@@ -1,7 +1,7 @@
 """Routes of jobs: progress and cancellation. A job has the id of the gamut that it builds."""
 
 import json
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Sequence
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Depends, Header, Path, Request
@@ -9,7 +9,9 @@ from fastapi.responses import Response, StreamingResponse
 
 from service.access.ownership import check_owner
 from service.container import ServiceContainer, service_of
+from service.http.negotiation import preference
 from service.http.parameters import ID, ID_PATTERN, check_query
+from service.http.request_context import timed
 from service.jobs.book import JobDocument
 from service.jobs.events import HEARTBEAT_SECONDS, MEDIA_TYPE, event_id, stream_of_events
 from service.openapi.documentation import EXAMPLE_ID, EXAMPLE_JOB, header, json_response, problems
@@ -18,7 +20,7 @@ from service.problems.problem import JsonResponse, Problem, ProblemError
 from service.routes.paging import After, Limit, page_of
 from service.storage.gamuts import GamutDamagedError, GamutNotStoredError
 
-__all__ = ["job_description", "router"]
+__all__ = ["PendingBuildError", "job_description", "router", "wait_for_build"]
 
 router = APIRouter(prefix="/v1/jobs", tags=["jobs"], dependencies=[Depends(check_query)])
 
@@ -239,3 +241,41 @@ async def _changes(
         return
     async for change in service.builds.changes(document.id, HEARTBEAT_SECONDS):
         yield None if change is None else (change, job_description(change).model_dump())
+
+
+class PendingBuildError(Exception):
+    """Ends a request with the job of a build that takes longer than the client waits."""
+
+    def __init__(self, response: Response) -> None:
+        super().__init__()
+        self.response = response
+
+
+async def wait_for_build(
+    service: ServiceContainer, job: JobDocument, prefer: Sequence[str], waited: float = 0.0
+) -> dict[str, str]:
+    """Wait for a job as long as the client wants to, and return ``Preference-Applied``, if any.
+
+    `prefer` has the values of ``Prefer``; `waited` is how long the client has waited for other
+    builds. Raise `PendingBuildError` with the job and 202 if it has not ended, and `ProblemError`
+    if the build failed or was cancelled.
+    """
+    settings = service.settings
+    wanted = preference(prefer)
+    with timed("build"):
+        if wanted.wait is None and not wanted.respond_async:
+            # On a first start, nothing can be built until the kernels are compiled.
+            await service.kernels.wait("default", settings.max_client_wait)
+        seconds = wanted.seconds(settings.client_wait, settings.max_client_wait)
+        job = await service.builds.wait(job.id, max(0.0, seconds - waited)) or job
+    headers = {}
+    applied = wanted.applied_field(answered_async=not job.final, longest=settings.max_client_wait)
+    if applied:
+        headers["Preference-Applied"] = applied
+    if not job.final:
+        location, seconds = f"/v1/jobs/{job.id}", service.builds.retry_after(job)
+        headers |= {"Location": location, "Retry-After": str(seconds), **_NO_STORE}
+        raise PendingBuildError(JsonResponse(job_description(job), 202, headers))
+    if job.problem is not None:
+        raise ProblemError(Problem.from_mapping(job.problem))
+    return headers

@@ -1,9 +1,15 @@
 """Routes of meshes: any level of a gamut in the requested format."""
 
-from typing import Annotated, Any
+import re
+from functools import lru_cache
+from typing import Annotated, Any, NamedTuple
+from urllib.parse import parse_qsl
 
 from fastapi import APIRouter, Depends, Path, Query, Request
 from fastapi.responses import Response
+from pydantic import BaseModel, Field, ValidationError
+from starlette.routing import BaseRoute, Match
+from starlette.types import Receive, Scope, Send
 
 from gamutcore.export import FORMATS
 from gamutcore.levels import DEFAULT_TRIANGLES, LevelRequest
@@ -13,20 +19,27 @@ from service.http.conditional import check_if_match
 from service.http.negotiation import preferred_media_type
 from service.http.parameters import (
     DECIMAL_NUMBER,
+    ID_PATTERN,
     LARGEST_WHOLE,
     WHOLE_NUMBER,
     SideName,
-    check_query,
 )
 from service.meshes.encoding import MEDIA_TYPES, SUFFIXES, MeshResponse
+from service.meshes.meshes import Meshes
 from service.meshes.requested_levels import level_request
 from service.openapi.documentation import MESH_HEADERS, binary_content, problems
 from service.problems.problem import Problem, ProblemError
-from service.routes.gamuts import GamutId
+from service.routes.dependencies import GamutId, GamutRoute, check_gamut_query
+from service.telemetry.request_observer import MatchedRoute
 
-__all__ = ["router"]
+__all__ = ["MeshQuery", "MeshRequest", "ReadyMeshRoute", "mesh_request", "router"]
 
-router = APIRouter(prefix="/v1/gamuts", tags=["meshes"], dependencies=[Depends(check_query)])
+router = APIRouter(
+    prefix="/v1/gamuts",
+    tags=["meshes"],
+    route_class=GamutRoute,
+    dependencies=[Depends(check_gamut_query)],
+)
 
 _PROBLEMS = (
     "gamut-not-found",
@@ -54,52 +67,125 @@ _RESPONSES: dict[int | str, dict[str, Any]] = {
     304: {"description": "The client has the current content (If-None-Match)."},
 }
 
-Triangles = Annotated[
-    int | None,
-    Query(
-        description="Largest triangle count, from 4 to the gamut's largest count. Default without "
-        f"an error limit: {DEFAULT_TRIANGLES}, or the full boundary if it is smaller.",
-        json_schema_extra={"minimum": 4, "maximum": LARGEST_WHOLE},
-        examples=[1000],
-    ),
-    WHOLE_NUMBER,
-]
+_ROUTE = MatchedRoute("/v1/gamuts/{gamut_id}/mesh")
+_FILE_ROUTE = MatchedRoute("/v1/gamuts/{gamut_id}/mesh.{suffix}")
 
-MaxError = Annotated[
-    float | None,
-    Query(
-        description="Largest distance between the mesh and the full boundary, in both directions, "
-        "in the space's unit (CIELAB: ΔE). The answer is the smallest level that is found to meet "
-        "the limit, or the full boundary.",
-        json_schema_extra={"minimum": 0},
-        examples=[0.5],
-    ),
-    DECIMAL_NUMBER,
-]
+_PATH = re.compile(rf"/v1/gamuts/({ID_PATTERN})/mesh(?:\.([a-z]+))?\Z", re.ASCII)
 
-MaxMismatch = Annotated[
-    float | None,
-    Query(
-        description="Largest mismatch: volume of the symmetric difference ÷ volume of the full "
-        "boundary. With `max_error`, both limits are met.",
-        json_schema_extra={"minimum": 0},
-        examples=[0.001],
-    ),
-    DECIMAL_NUMBER,
-]
 
-FormatName = Annotated[
-    str | None,
-    Query(
-        alias="format",
-        description="Format of the mesh. Overrides the suffix and Accept.",
-        json_schema_extra={"enum": [*FORMATS, None]},
-        examples=["glb"],
-    ),
-]
+class MeshQuery(BaseModel):
+    """The query of a request for a mesh."""
 
-_EITHER = "Give either triangles, or max_error, max_mismatch or both."
-"""How a level is requested."""
+    triangles: Annotated[
+        int | None,
+        Field(
+            description="Largest triangle count, from 4 to the gamut's largest count. Default "
+            f"without an error limit: {DEFAULT_TRIANGLES}, or the full boundary if it is smaller.",
+            json_schema_extra={"minimum": 4, "maximum": LARGEST_WHOLE},
+            examples=[1000],
+        ),
+        WHOLE_NUMBER,
+    ] = None
+    max_error: Annotated[
+        float | None,
+        Field(
+            description="Largest distance between the mesh and the full boundary, in both "
+            "directions, in the space's unit (CIELAB: ΔE). The answer is the smallest level that "
+            "is found to meet the limit, or the full boundary.",
+            json_schema_extra={"minimum": 0},
+            examples=[0.5],
+        ),
+        DECIMAL_NUMBER,
+    ] = None
+    max_mismatch: Annotated[
+        float | None,
+        Field(
+            description="Largest mismatch: volume of the symmetric difference ÷ volume of the full "
+            "boundary. With `max_error`, both limits are met.",
+            json_schema_extra={"minimum": 0},
+            examples=[0.001],
+        ),
+        DECIMAL_NUMBER,
+    ] = None
+    side: SideName = "both"
+    format: Annotated[
+        str | None,
+        Field(
+            description="Format of the mesh. Overrides the suffix and Accept.",
+            json_schema_extra={"enum": [*FORMATS, None]},
+            examples=["glb"],
+        ),
+    ] = None
+
+
+class MeshRequest(NamedTuple):
+    """The mesh that a request asks for: level, format and content coding."""
+
+    level: LevelRequest
+    format_name: str
+    coding: str
+
+
+def mesh_request(
+    query: MeshQuery, suffix: str | None, accept: str, accept_encoding: str
+) -> MeshRequest:
+    """Return what a request asks for; raise the problem if there is no such mesh."""
+    if suffix is None:
+        name = _negotiated_format(accept) if query.format is None else query.format
+    elif suffix in SUFFIXES:
+        name = query.format or SUFFIXES[suffix]
+    else:
+        known = ", ".join(f".{suffix}" for suffix in SUFFIXES)
+        detail = f"There are no meshes with the suffix .{suffix[:40]}."
+        remedy = f"Use one of {known}."
+        raise ProblemError(Problem("not-found", detail, {"field": "suffix"}, remedy))
+    level = level_request(
+        query.triangles,
+        query.max_error,
+        query.max_mismatch,
+        query.side,
+        "Give either triangles, or max_error, max_mismatch or both.",
+    )
+    if name not in FORMATS:
+        detail, where = f"There is no format {name[:40]!r}.", {"in": "query", "field": "format"}
+        remedy = f"Use one of {', '.join(FORMATS)}."
+        raise ProblemError(Problem("invalid-parameter", detail, where, remedy))
+    if FORMATS[name].full:
+        level = level.or_default(max_error=0.0)
+    return MeshRequest(level, name, preferred_coding(accept_encoding.encode("latin-1")))
+
+
+def _negotiated_format(accept: str) -> str:
+    media_type = preferred_media_type(accept, list(MEDIA_TYPES))
+    if media_type is None:
+        available = [each.media_type for each in FORMATS.values()]
+        where = {"header": "Accept", "available": available}
+        detail = f"A mesh is not available as {accept[:200]}."
+        raise ProblemError(Problem("not-acceptable", detail, where))
+    return MEDIA_TYPES[media_type]
+
+
+async def _requested(request: Request, query: Annotated[MeshQuery, Query()]) -> MeshRequest:
+    return mesh_request(query, None, _list(request, "accept"), _list(request, "accept-encoding"))
+
+
+async def _requested_file(
+    request: Request,
+    query: Annotated[MeshQuery, Query()],
+    suffix: Annotated[
+        str,
+        Path(
+            description="The format's usual suffix.",
+            json_schema_extra={"enum": list(SUFFIXES)},
+            examples=["glb"],
+        ),
+    ],
+) -> MeshRequest:
+    return mesh_request(query, suffix, "", _list(request, "accept-encoding"))
+
+
+def _list(request: Request, name: str) -> str:
+    return ",".join(request.headers.getlist(name))
 
 
 @router.get(
@@ -116,32 +202,13 @@ _EITHER = "Give either triangles, or max_error, max_mismatch or both."
     responses={**_RESPONSES, **problems(*_PROBLEMS, "not-acceptable")},
 )
 async def download_mesh(
-    request: Request,
-    gamut_id: GamutId,
-    triangles: Triangles = None,
-    max_error: MaxError = None,
-    max_mismatch: MaxMismatch = None,
-    side: SideName = "both",
-    format_name: FormatName = None,
+    request: Request, gamut_id: GamutId, wanted: Annotated[MeshRequest, Depends(_requested)]
 ) -> Response:
     """Download a mesh in the negotiated format."""
-    if format_name is None:
-        accept = ",".join(request.headers.getlist("accept"))
-        media_type = preferred_media_type(accept, list(MEDIA_TYPES))
-        if media_type is None:
-            raise ProblemError(
-                Problem(
-                    "not-acceptable",
-                    f"A mesh is not available as {accept[:200]}.",
-                    {
-                        "header": "Accept",
-                        "available": [each.media_type for each in FORMATS.values()],
-                    },
-                )
-            )
-        format_name = MEDIA_TYPES[media_type]
-    wanted = level_request(triangles, max_error, max_mismatch, side, _EITHER)
-    return await _mesh(request, gamut_id, wanted, format_name)
+    mesh = await service_of(request).meshes.mesh(gamut_id, *wanted)
+    check_if_match(request.headers.getlist("if-match"), mesh.etag)
+    known = request.headers.getlist("if-none-match")
+    return MeshResponse(mesh, ",".join(known) or None)
 
 
 @router.get(
@@ -153,50 +220,68 @@ async def download_mesh(
     responses={**_RESPONSES, **problems(*_PROBLEMS, "not-found")},
 )
 async def download_mesh_file(
-    request: Request,
-    gamut_id: GamutId,
-    suffix: Annotated[
-        str,
-        Path(
-            description="The format's usual suffix.",
-            json_schema_extra={"enum": list(SUFFIXES)},
-            examples=["glb"],
-        ),
-    ],
-    triangles: Triangles = None,
-    max_error: MaxError = None,
-    max_mismatch: MaxMismatch = None,
-    side: SideName = "both",
-    format_name: FormatName = None,
+    request: Request, gamut_id: GamutId, wanted: Annotated[MeshRequest, Depends(_requested_file)]
 ) -> Response:
     """Download a mesh in the format of the suffix."""
-    if suffix not in SUFFIXES:
-        known = ", ".join(f".{suffix}" for suffix in SUFFIXES)
-        detail = f"There are no meshes with the suffix .{suffix[:40]}."
-        raise ProblemError(
-            Problem("not-found", detail, {"field": "suffix"}, f"Use one of {known}.")
-        )
-    wanted = level_request(triangles, max_error, max_mismatch, side, _EITHER)
-    return await _mesh(request, gamut_id, wanted, format_name or SUFFIXES[suffix])
+    return await download_mesh(request, gamut_id, wanted)
 
 
-async def _mesh(
-    request: Request, gamut_id: str, wanted: LevelRequest, format_name: str
-) -> Response:
-    if format_name not in FORMATS:
-        raise ProblemError(
-            Problem(
-                "invalid-parameter",
-                f"There is no format {format_name[:40]!r}.",
-                {"in": "query", "field": "format"},
-                f"Use one of {', '.join(FORMATS)}.",
-            )
+class ReadyMeshRoute(BaseRoute):
+    """Answers plain requests for meshes that are ready, ahead of FastAPI's slower routing.
+
+    It matches only if the mesh is ready. Everything else, errors included, goes on to the routes
+    above. Both answer with `EncodedMesh.response`, so clients cannot tell them apart. See
+    ``docs/decisions/immutable-responses.md``.
+    """
+
+    def __init__(self, meshes: Meshes) -> None:
+        self._meshes = meshes
+
+    def matches(self, scope: Scope) -> tuple[Match, Scope]:
+        """Match if the mesh is ready."""
+        if scope["type"] != "http" or scope["method"] != "GET":
+            return Match.NONE, {}
+        path = _PATH.match(scope["path"])
+        if path is None:
+            return Match.NONE, {}
+        fields = {b"accept": b"", b"accept-encoding": b"", b"if-none-match": b""}
+        for name, value in scope["headers"]:
+            if name == b"if-match":
+                return Match.NONE, {}
+            if name in fields:
+                fields[name] = fields[name] + b"," + value if fields[name] else value
+        gamut_id, suffix = path.groups()
+        wanted = _plain_request(
+            scope["query_string"], suffix, fields[b"accept"], fields[b"accept-encoding"]
         )
-    accepted = ",".join(request.headers.getlist("accept-encoding"))
-    coding = preferred_coding(accepted.encode("latin-1"))
-    if FORMATS[format_name].full:
-        wanted = wanted.or_default(max_error=0.0)
-    mesh = await service_of(request).meshes.mesh(gamut_id, wanted, format_name, coding)
-    check_if_match(request.headers.getlist("if-match"), mesh.etag)
-    known = request.headers.getlist("if-none-match")
-    return MeshResponse(mesh, ",".join(known) or None)
+        mesh = None if wanted is None else self._meshes.find_ready(gamut_id, *wanted)
+        if mesh is None:
+            return Match.NONE, {}
+        known = fields[b"if-none-match"].decode("latin-1")
+        route = _ROUTE if suffix is None else _FILE_ROUTE
+        # The mesh itself, because its memory stays charged as long as it is in use.
+        return Match.FULL, {"route": route, "mesh": mesh, "known": known or None}
+
+    async def handle(self, scope: Scope, receive: Receive, send: Send) -> None:  # noqa: ARG002
+        """Send the mesh."""
+        status, headers, body = scope["mesh"].response(scope["known"])
+        await send({"type": "http.response.start", "status": status, "headers": headers})
+        await send({"type": "http.response.body", "body": body})
+
+
+@lru_cache(maxsize=256)
+def _plain_request(
+    query: bytes, suffix: str | None, accept: bytes, accept_encoding: bytes
+) -> MeshRequest | None:
+    """Return what a request asks for; None if the route has to judge it."""
+    items = parse_qsl(query.decode("latin-1"), keep_blank_values=True)
+    values = dict(items)
+    if len(values) < len(items) or not values.keys() <= MeshQuery.model_fields.keys():
+        return None
+    try:
+        asked = MeshQuery.model_validate(values)
+        return mesh_request(
+            asked, suffix, accept.decode("latin-1"), accept_encoding.decode("latin-1")
+        )
+    except (ValidationError, ProblemError):
+        return None

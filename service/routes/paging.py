@@ -49,25 +49,10 @@ _T = TypeVar("_T", bound=_Listed)
 def page_of(
     found: Sequence[_T], limit: int, path: str
 ) -> tuple[Sequence[_T], str | None, dict[str, str]]:
-    """Return one page of a list.
+    """Return the entries on a page, the address of the next page, and the ``Link`` to it.
 
-    Parameters
-    ----------
-    found : sequence
-        Entries after the previous page. One more than `limit` means that there is a next page.
-    limit : int
-        Largest number of entries on the page.
-    path : str
-        Path of the list.
-
-    Returns
-    -------
-    shown : sequence
-        Entries on the page.
-    following : str or None
-        Path and query of the next page, if there is one.
-    headers : dict
-        The ``Link`` to the next page (RFC 8288).
+    `found` has the entries after the previous page; one more than `limit` means that there is a
+    next page of the list at `path`.
     """
     shown = found[:limit]
     last = shown[-1].id if len(found) > limit else None
@@ -77,18 +62,9 @@ def page_of(
 def next_page(
     last: str | None, limit: int, path: str, **query: str
 ) -> tuple[str | None, dict[str, str]]:
-    """Return the address of the page after an entry, and the ``Link`` to it.
+    """Return the address of the page after the entry `last`, and the ``Link`` to it (RFC 8288).
 
-    Parameters
-    ----------
-    last : str or None
-        Id of the entry; None if there is no next page.
-    limit : int
-        Largest number of entries on the page.
-    path : str
-        Path of the list.
-    **query
-        Further parameters; empty ones are left out.
+    None for `last` means that there is no next page. Empty parameters in `query` are left out.
     """
     if last is None:
         return None, {}

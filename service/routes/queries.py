@@ -12,17 +12,14 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
 from fastapi import APIRouter, Request
-from fastapi.exceptions import RequestValidationError
 from fastapi.responses import Response
 from fastapi.routing import APIRoute
-from pydantic import TypeAdapter, ValidationError
 
 from gamutcore.colours.spaces import ColourConversion
 from gamutcore.questions import QUESTIONS, Question
 from service.access.clients import client_of
 from service.container import ServiceContainer, service_of
 from service.http.negotiation import OCTET_STREAM, preferred_media_type
-from service.http.parameters import ID_PATTERN
 from service.http.request_context import timed
 from service.library import ChargedResponse
 from service.meshes.requested_levels import level_request
@@ -33,8 +30,7 @@ from service.queries.bodies import CSV, FORMS, NPY, TABLE_PARAMETERS, TABLES
 from service.queries.documentation import query_response, request_body, stated_header
 from service.queries.parameters import documentation, query_values, refuse, values_of
 from service.queries.queries import Query, level_values
-from service.routes.gamuts import GamutId
-from service.routes.reference_slugs import named_gamut
+from service.routes.dependencies import GamutId, NamedGamuts, as_alias, check_request, checked_gamut
 
 if TYPE_CHECKING:
     from starlette.types import Receive, Scope, Send
@@ -42,15 +38,12 @@ if TYPE_CHECKING:
     from service.library import Charge
     from service.queries.levels import QueryLevel
 
-__all__ = ["READING_POSTS", "QueryRoute", "checked_id", "levels_of", "router", "wait_for_kernels"]
+__all__ = ["READING_POSTS", "QueryRoute", "levels_of", "router", "wait_for_kernels"]
 
 _POSTED = {question.name: question for question in QUESTIONS.values() if question.inputs}
 
 READING_POSTS = re.compile(rf"/v1/gamuts/[^/]+/(?:{'|'.join(_POSTED)})\Z")
 """Paths of questions that are POST, because they have a body, and change nothing."""
-
-_ID = re.compile(ID_PATTERN + r"\Z")
-_GAMUT_ID: TypeAdapter[str] = TypeAdapter(GamutId)
 
 _PROBLEMS = (
     "malformed-body",
@@ -83,9 +76,10 @@ class QueryRoute(APIRoute):
         """Return the endpoint with the id of the path."""
 
         async def handle(request: Request) -> Response:
-            gamut_id = checked_id(request.path_params["gamut_id"], "path", "gamut_id")
-            answer: Response = await self.endpoint(request, gamut_id)
-            return answer
+            await check_request(request)
+            name = request.path_params["gamut_id"]
+            gamut_id = await checked_gamut(request, name, "path", "gamut_id")
+            return as_alias(request, await self.endpoint(request, gamut_id))
 
         return handle
 
@@ -151,7 +145,7 @@ async def _answer(request: Request, gamut_id: str, question: Question) -> Respon
     service = service_of(request)
     queries = service.queries
     parameters = (*question.all_parameters, *TABLE_PARAMETERS)
-    given = query_values(parameters, request.query_params.multi_items())
+    given = query_values(parameters, NamedGamuts.of(request).items)
     sent = _sent_form(request)
     _check_table_parameters(given, sent)
     accepted = _accepted_form(request, sent)
@@ -174,10 +168,7 @@ async def _answer(request: Request, gamut_id: str, question: Question) -> Respon
         ids = [gamut_id]
         if values.get("source") is not None:
             place = "body" if "source" in body.members else "query"
-            source_id, response = await named_gamut(service, request.scope, values["source"])
-            if response is not None:
-                return response
-            ids.append(checked_id(source_id, place, "source"))
+            ids.append(await checked_gamut(request, values["source"], place, "source"))
         answer_bytes = queries.answer_bytes(body, accepted)
         levels, charge = await levels_of(service, ids, values, answer_bytes)
         values = level_values(levels, values)
@@ -224,17 +215,6 @@ async def wait_for_kernels(service: ServiceContainer) -> None:
     if not await service.kernels.wait("optional", service.settings.client_wait):
         detail = "The kernels of the queries are being compiled."
         raise ProblemError(Problem("not-ready", detail, headers={"Retry-After": "10"}))
-
-
-def checked_id(gamut_id: str, place: str, name: str) -> str:
-    """Return the id of a gamut; raises the problem of FastAPI's own check."""
-    if not _ID.match(gamut_id):
-        try:
-            _GAMUT_ID.validate_python(gamut_id)
-        except ValidationError as error:
-            faults = [{**fault, "loc": (place, name)} for fault in error.errors()]
-            raise RequestValidationError(faults) from error
-    return gamut_id
 
 
 def _sent_form(request: Request) -> str:

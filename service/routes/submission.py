@@ -66,20 +66,10 @@ clients that do not wait for the build also get errors."""
 
 @dataclass(frozen=True)
 class Submission:
-    """A validated request to build a gamut.
+    """A validated request to build a gamut: data in any format of `gamutcore`, and options.
 
-    Attributes
-    ----------
-    data : bytes
-        Characterisation data in any format of `gamutcore`.
-    options : Options
-        With explicit defaults.
-    sha256 : str
-        SHA-256 of the data, hexadecimal.
-    name : str or None
-        The name that the client gives to the gamut.
-    file : str
-        The name of the file; empty if it has none.
+    `sha256` is the hexadecimal digest of the data, `name` what the client calls the gamut, and
+    `file` the name of the file; empty if it has none.
     """
 
     data: bytes
@@ -114,16 +104,9 @@ async def submission(
     """Yield the characterisation data and the options of a request.
 
     Memory for the data is held until the end of the context. So many clients may send large data at
-    once, but little of it is in memory.
-
-    Raises
-    ------
-    ProblemError
-        The media type, the syntax or the parts of the body are not accepted.
-    OptionError
-        An option is unknown or has an invalid value.
-    GamutError
-        A few inline samples are invalid. Large data is validated by the build.
+    once, but little of it is in memory. Raise `ProblemError` for the form of the body,
+    `OptionError` for an option, and `GamutError` for a few inline samples that are invalid. Large
+    data is validated by the build.
     """
     async with contextlib.AsyncExitStack() as held:
 
@@ -186,13 +169,7 @@ def check_surface_samples(options: Options, settings: Settings) -> None:
 
 
 async def submitted_name(request: Request, spool: Spool) -> str:
-    """Return the name in the body of a request, an object with the member ``name``.
-
-    Raises
-    ------
-    ProblemError
-        The body is no such object, or the name is not valid.
-    """
+    """Return the name in the body of a request, an object with the member ``name``."""
     media_type = request.headers.get("content-type", "").partition(";")[0].strip().lower()
     if media_type != "application/json":
         detail = f"The media type of the body is {media_type[:100] or 'not given'}."

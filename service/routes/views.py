@@ -1,4 +1,7 @@
-"""Routes of questions about the shape of gamuts, which are immutable and answered to GET."""
+"""Routes of what there is to see of gamuts: questions about their shape, pictures, pages.
+
+The answers are immutable, except the page, which has the name of the gamut.
+"""
 
 from __future__ import annotations
 
@@ -6,30 +9,53 @@ import asyncio
 import math
 from typing import TYPE_CHECKING, Any
 
-from fastapi import APIRouter, Request
+from fastapi import APIRouter, Depends, Request
 from fastapi.responses import Response
 
-from gamutcore.questions import COMPARISON, QUESTIONS, Question
+from gamutcore.export.viewer_page import MEDIA_TYPE
+from gamutcore.questions import (
+    COMPARISON,
+    MOST_DRAWN_TRIANGLES,
+    PICTURE,
+    QUESTIONS,
+    Question,
+)
 from service.access.clients import client_of
 from service.container import service_of
 from service.http.compression import compress_response
-from service.http.conditional import IMMUTABLE, conditional
+from service.http.conditional import IMMUTABLE, check_if_match, conditional
+from service.http.file_names import content_disposition
 from service.http.negotiation import OCTET_STREAM, preferred_media_type
 from service.http.parameters import GAMUT_PATTERN
 from service.library import ChargedResponse, Cost
-from service.openapi.documentation import EXAMPLE_ID, problems
+from service.meshes.encoding import MeshResponse, PictureOptions
+from service.meshes.requested_levels import level_request
+from service.openapi.documentation import (
+    EXAMPLE_ID,
+    MESH_HEADERS,
+    binary_content,
+    header,
+    problems,
+)
 from service.problems.problem import Problem, ProblemError
 from service.queries.answers import condition_headers
 from service.queries.bodies import FORMS, NPY, SVG
 from service.queries.documentation import picture_response, view_response
 from service.queries.parameters import documentation, query_values, refuse, values_of
-from service.routes.gamuts import GamutId
-from service.routes.queries import QueryRoute, checked_id, levels_of, wait_for_kernels
+from service.routes.dependencies import (
+    GamutId,
+    GamutRoute,
+    NamedGamuts,
+    check_gamut_query,
+    checked_gamut,
+)
+from service.routes.names import named
+from service.routes.queries import QueryRoute, levels_of, wait_for_kernels
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-__all__ = ["comparisons", "router"]
+__all__ = ["routers"]
 
 _PROBLEMS = (
     "not-acceptable",
@@ -48,14 +74,28 @@ _PROBLEMS = (
 
 _NOT_MODIFIED = {"description": "The client has the current content (If-None-Match)."}
 
+ROWS_PER_PIXEL = 1 / 100
+"""Rows of queries that a pixel counts as, among the rows under way."""
+
 router = APIRouter(prefix="/v1/gamuts", tags=["queries"], route_class=QueryRoute)
 
-comparisons = APIRouter(prefix="/v1/comparisons", tags=["queries"])
+comparisons = APIRouter(prefix="/v1/comparisons", tags=["queries"], route_class=GamutRoute)
+
+pictures = APIRouter(prefix="/v1/gamuts", tags=["meshes"], route_class=QueryRoute)
+
+pages = APIRouter(
+    prefix="/v1/gamuts",
+    tags=["gamuts"],
+    route_class=GamutRoute,
+    dependencies=[Depends(check_gamut_query)],
+)
+
+routers = (router, comparisons, pictures, pages)
 
 
 def _add_route(question: Question) -> None:
     async def endpoint(request: Request, gamut_id: GamutId) -> Response:
-        values = _values(question, request.query_params.multi_items())
+        values = _values(question, NamedGamuts.of(request).items)
         return await _answer(request, question, [gamut_id], values, _accepted_form(request))
 
     router.add_api_route(
@@ -73,8 +113,8 @@ def _add_route(question: Question) -> None:
 
 def _add_picture(question: Question) -> None:
     async def endpoint(request: Request, gamut_id: GamutId) -> Response:
-        items = request.query_params.multi_items()
-        return await _answer(request, question, [gamut_id], _values(question, items), SVG)
+        values = _values(question, NamedGamuts.of(request).items)
+        return await _answer(request, question, [gamut_id], values, SVG)
 
     router.add_api_route(
         f"/{{gamut_id}}/{question.name}.svg",
@@ -123,11 +163,126 @@ def _compared(name: str) -> dict[str, object]:
 )
 async def compare_gamuts(request: Request) -> Response:
     """Compare two gamuts."""
-    items = request.query_params.multi_items()
-    ids = [checked_id(_only(items, name), "query", name) for name in "ab"]
+    items = NamedGamuts.of(request).items
+    ids = [await checked_gamut(request, _only(items, name), "query", name) for name in "ab"]
     others = [item for item in items if item[0] not in {"a", "b"}]
     values = _values(COMPARISON, others)
     return await _answer(request, COMPARISON, ids, values, _accepted_form(request))
+
+
+@pictures.get(
+    "/{gamut_id}/picture.png",
+    operation_id=PICTURE.operation_id,
+    summary=PICTURE.summary,
+    description=PICTURE.description,
+    response_class=Response,
+    responses={
+        200: {
+            "description": "The picture.",
+            "headers": {
+                name: MESH_HEADERS[name]
+                for name in MESH_HEADERS
+                if not name.startswith("Gamut-Max")
+            },
+            "content": binary_content({"image/png": "A picture as PNG"}),
+        },
+        304: _NOT_MODIFIED,
+        **problems(
+            "invalid-option",
+            "triangle-count",
+            "invalid-parameter",
+            "precondition-failed",
+            "gamut-not-found",
+            "gamut-rebuilding",
+            "queries-busy",
+            "not-ready",
+            "memory-busy",
+            "memory-exceeded",
+            "store-unavailable",
+        ),
+    },
+    openapi_extra={"parameters": documentation(PICTURE.parameters)},
+)
+async def draw_gamut(request: Request, gamut_id: GamutId) -> Response:
+    """Draw a level."""
+    values = values_of(
+        PICTURE.parameters, query_values(PICTURE.parameters, NamedGamuts.of(request).items), {}
+    )
+    level = level_request(values.pop("triangles"), values.pop("max_error"))
+    options = PictureOptions(**values)
+    service = service_of(request)
+    await wait_for_kernels(service)
+    rows = int(options.size**2 * ROWS_PER_PIXEL) + 1
+    with service.queries.admission.held(client_of(request.scope), rows):
+        picture = await service.meshes.picture(gamut_id, level, options, MOST_DRAWN_TRIANGLES)
+    check_if_match(request.headers.getlist("if-match"), picture.etag)
+    known = request.headers.getlist("if-none-match")
+    return MeshResponse(picture, ",".join(known) or None)
+
+
+@pages.get(
+    "/{gamut_id}/viewer.html",
+    operation_id="downloadPage",
+    summary="Download a page that shows the gamut",
+    description="One HTML file with the viewer and the history. It opens from disk in any current "
+    "browser, without a network, and shows every level. The file has the name of the gamut.",
+    response_class=Response,
+    responses={
+        200: {
+            "description": "The page.",
+            "content": {
+                MEDIA_TYPE: {
+                    "schema": {"type": "string"},
+                    "examples": {"page": {"summary": "A page", "value": "<!doctype html>..."}},
+                }
+            },
+            "headers": {
+                "Content-Disposition": header(
+                    "File name: the name of the gamut.",
+                    'attachment; filename="FOGRA39L.html"',
+                )
+            },
+        },
+        304: _NOT_MODIFIED,
+        **problems(
+            "gamut-not-found",
+            "gamut-rebuilding",
+            "precondition-failed",
+            "invalid-parameter",
+            "memory-busy",
+            "memory-exceeded",
+            "store-unavailable",
+        ),
+    },
+)
+async def download_page(request: Request, gamut_id: GamutId) -> Response:
+    """Download a page that shows the gamut."""
+    service = service_of(request)
+    record = await service.library.record(gamut_id)
+    full = record.description["counts"]["triangles"]
+    page_bytes = Cost.PAGE * full + Cost.PAGE_BASE
+    charge = await service.library.memory.charge(
+        "work", lambda: service.library.unpacking_cost(record, full) + page_bytes
+    )
+    opened = await service.library.gamut(gamut_id, charge)
+    await service.library.unpack(opened, full)
+    service.library.settle(opened, charge)
+    accepted = request.headers.getlist("accept-encoding")
+
+    def answer() -> Response:
+        [gamut] = named(service.store, [opened.record])
+        # The name may change, so the answer is not immutable. A browser never shows it as a page of
+        # the service.
+        headers = {
+            "Cache-Control": "no-cache",
+            "Content-Disposition": content_disposition("attachment", gamut.name, ".html"),
+            "X-Content-Type-Options": "nosniff",
+        }
+        page = Response(opened.gamut.to_html(gamut.name), 200, headers, MEDIA_TYPE)
+        return compress_response(page, accepted)
+
+    page = await service.library.in_thread(answer)
+    return ChargedResponse(conditional(page, request.headers), charge)
 
 
 def _only(items: Sequence[tuple[str, str]], name: str) -> str:
@@ -152,7 +307,7 @@ async def _answer(
 ) -> Response:
     service = service_of(request)
     if values.get("reference") is not None:
-        ids = [*ids, checked_id(values["reference"], "query", "reference")]
+        ids = [*ids, await checked_gamut(request, values["reference"], "query", "reference")]
     await wait_for_kernels(service)
     levels, charge = await levels_of(
         service,

@@ -4,21 +4,36 @@ A name is no part of a gamut's id, its record or anything immutable. It is store
 ``names/<aa>/<id>.name``: a seal, and JSON with the name. A write replaces the document by
 compare-and-swap until it succeeds. So it is durable when it returns, and every replica reads it
 from then on. Simultaneous writes leave one of the names.
+
+Without a given name, clients see the data's descriptor, the description of the profile, or the name
+of the file. A reference gamut has its name in the catalogue.
 """
 
 from __future__ import annotations
 
 import json
 import unicodedata
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+from gamutcore.references import REFERENCES
 from service.storage.blobs import BlobDamagedError, BlobNotFoundError, Blobs, StoreUnavailableError
-from service.storage.published import seal, unseal
+from service.storage.published import PublishedGamut, seal, unseal
 
-__all__ = ["LONGEST_NAME", "GamutName", "InvalidNameError", "Names", "checked_name", "cleaned_name"]
+__all__ = [
+    "LONGEST_NAME",
+    "GamutName",
+    "InvalidNameError",
+    "Names",
+    "checked_name",
+    "cleaned_name",
+    "display_name",
+]
 
 LONGEST_NAME = 200
 """Largest number of characters of a name."""
+
+_DESCRIPTORS = ("DESCRIPTOR", "DESCRIPTION", "FILE_DESCRIPTOR")
+"""Keywords of characterisation data that describe it, in order."""
 
 _ATTEMPTS = 50
 """Number of attempts to replace a document while others replace it."""
@@ -128,3 +143,19 @@ def _document(name: GamutName) -> bytes:
 
 def _key(gamut_id: str) -> str:
     return f"names/{gamut_id[:2]}/{gamut_id}.name"
+
+
+def display_name(record: PublishedGamut, stored: GamutName) -> str:
+    """Return the name of a gamut; `stored` is the store's document about the name."""
+    provenance: dict[str, Any] = record.description.get("provenance", {})
+    if provenance.get("format") == "reference":
+        reference = REFERENCES.get(provenance["reference"])
+        return str(provenance["reference"]) if reference is None else reference.name
+    if stored.given:
+        return stored.given
+    conditions = provenance.get("conditions", {})
+    descriptors = [conditions.get(keyword) for keyword in _DESCRIPTORS]
+    for text in (*descriptors, provenance.get("description"), stored.file):
+        if isinstance(text, str) and (name := cleaned_name(text)):
+            return name
+    return f"Gamut {record.id[:12]}"

@@ -17,9 +17,9 @@ from typing import TextIO
 
 from gamutcore.version import ALGORITHM_VERSION
 from service.storage.blobs import BlobNotFoundError
-from service.storage.display_names import display_name
 from service.storage.gamuts import GamutStore
 from service.storage.local import LocalBlobs
+from service.storage.names import display_name
 from service.storage.published import PublishedGamut, published_key
 
 __all__ = ["StoredGamut", "list_gamuts", "prune", "stored_gamuts"]

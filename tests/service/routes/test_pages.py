@@ -17,14 +17,15 @@ from gamutcore.version import __version__
 from service.application import create_app
 from service.http.conditional import IMMUTABLE
 from service.problems.kinds import KINDS
-from service.routes import swagger_ui, viewer
-from service.routes.html_pages import definitions, link, page, table
+from service.routes import viewer
+from service.routes.pages import definitions, link, page, table
 from service.settings import Settings
 
 ROOT = Path(__file__).parents[3]
 SWAGGER = ROOT / "service" / "static" / "swagger-ui"
 VIEWER = ROOT / "gamutcore" / "export" / "viewer"
-DOCS = f"/docs/{swagger_ui.VERSION}"
+DOCS = f"/docs/{viewer.SWAGGER_VERSION}"
+SWAGGER_TYPES = viewer.SWAGGER_MEDIA_TYPES
 VIEW = f"/view/{viewer.version()}"
 
 HTML = {"accept": "text/html,application/xhtml+xml,application/xml;q=0.9,*/*;q=0.8"}
@@ -36,7 +37,10 @@ PLAIN = ("/", "/problems", "/problems/not-found")
 PAGES = (*PLAIN, "/docs", "/view")
 
 FILES = [
-    *((f"{DOCS}/{name}", SWAGGER / name, kind) for name, kind in swagger_ui.MEDIA_TYPES.items()),
+    *(
+        (f"{DOCS}/{name}", SWAGGER / name, kind)
+        for name, kind in viewer.SWAGGER_MEDIA_TYPES.items()
+    ),
     *((f"{VIEW}/{name}", VIEWER / name, kind) for name, kind in viewer.MEDIA_TYPES.items()),
 ]
 """Addresses of the files of pages, with the file and its media type."""
@@ -197,10 +201,10 @@ def test_the_files_of_swagger_ui_are_those_of_the_package():
     notice = (SWAGGER / "README.md").read_text()
     stated = dict(re.findall(r"\| `(\S+)` \| `([0-9a-f]{64})` \|", notice))
     there = {path.name for path in SWAGGER.iterdir()} - {"README.md"}
-    assert set(stated) == there > set(swagger_ui.MEDIA_TYPES)
+    assert set(stated) == there > set(SWAGGER_TYPES)
     for name, digest in stated.items():
         assert hashlib.sha256((SWAGGER / name).read_bytes()).hexdigest() == digest
-    assert f"`swagger-ui-dist` {swagger_ui.VERSION}" in notice
+    assert f"`swagger-ui-dist` {viewer.SWAGGER_VERSION}" in notice
 
 
 def test_the_document_of_the_api_is_what_the_app_generates(get):

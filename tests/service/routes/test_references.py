@@ -11,7 +11,7 @@ from gamutcore import Options
 from gamutcore.building import gamut_id
 from gamutcore.references import NOT_OFFERED, REFERENCES
 from service.application import create_app
-from service.routes.reference_slugs import CACHE_SECONDS
+from service.routes.dependencies import CACHE_SECONDS
 from service.settings import Settings
 from service.storage.location import gamut_store
 
@@ -177,6 +177,27 @@ def test_readers_start_builds_with_default_options_only(request_app, tmp_path, a
     assert get("gamuts/h-273-22-unspecified").status_code == 202
     assert_problem(get("gamuts/h-273-generic-film"), 429, "rate-limited")
     assert get("references").status_code == 200
+
+
+def test_options_apply_to_slugs_and_not_to_ids_beside_them(request_app, tmp_path, assert_problem):
+    """Nothing is built in this process, so the answer is the job of the first gamut."""
+    store = gamut_store(str(tmp_path))
+    store.open()
+    store.close()
+    app = create_app(Settings(store=str(tmp_path)))
+
+    def get(**query):
+        headers = {"Prefer": "respond-async"}
+        return request_app(app, "GET", "/v1/meshes", params=query | FEW, headers=headers)
+
+    names = f"{id_of('srgb')},display-p3"
+    assert_problem(get(gamuts=names, triangle=20), 422, "invalid-parameter")
+    assert app.state.service.builds.facts().queued == 0
+    answer = get(gamuts=names, triangles=20)
+    assert answer.status_code == 202
+    assert answer.headers["location"] == f"/v1/jobs/{id_of('srgb')}"
+    answer = get(gamuts="display-p3", triangles=20)
+    assert answer.headers["location"] == f"/v1/jobs/{id_of('display-p3', **FEW)}"
 
 
 # --- the list -------------------------------------------------------------------------------------

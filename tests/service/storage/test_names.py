@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.storage.display_names import display_name
 from service.storage.names import (
     LONGEST_NAME,
     GamutName,
@@ -15,6 +14,7 @@ from service.storage.names import (
     Names,
     checked_name,
     cleaned_name,
+    display_name,
 )
 from service.storage.published import PublishedGamut
 
