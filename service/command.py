@@ -22,12 +22,11 @@ from service.building.confinement import hide_memory
 from service.container import MISSING_BROKER_EXTRA, EngineMissingError
 from service.server import AddressUnavailableError, Server, bind_sockets, server_config
 from service.settings import ENVIRONMENT_PREFIX, Settings, settings_text
+from service.storage import StoreLocationError, blobs_at, gamut_store, is_address
 from service.storage.blobs import StoreUnavailableError
-from service.storage.check import report
 from service.storage.gamuts import GamutStore
 from service.storage.local import LocalBlobs, StoreInUseError
-from service.storage.location import StoreLocationError, blobs_at, gamut_store, is_address
-from service.storage.outdated import list_gamuts, prune
+from service.storage.maintenance import list_gamuts, prune, report
 from service.telemetry.logs import complain, configure_logging
 from service.telemetry.traces import TracesUnavailableError
 

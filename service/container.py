@@ -26,9 +26,9 @@ from service.meshes.meshes import Meshes
 from service.queries.queries import Queries
 from service.readiness import Readiness, service_readiness
 from service.settings import Settings
+from service.storage import gamut_store
 from service.storage.blobs import StoreUnavailableError
 from service.storage.gamuts import GamutStore
-from service.storage.location import gamut_store
 from service.telemetry.build_observer import BuildObserver
 from service.telemetry.metrics import Metrics
 from service.telemetry.traces import Traces, traces_of

@@ -25,7 +25,7 @@ from gamutcore.limits import MAX_PIXELS, MAX_SAMPLES, Limits
 from service.access.api_keys import ApiKeys
 from service.access.hosts import host_names
 from service.http.cors import origins
-from service.storage.location import is_address
+from service.storage import is_address
 
 __all__ = ["ENVIRONMENT_PREFIX", "Settings", "settings_table", "settings_text"]
 

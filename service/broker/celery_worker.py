@@ -38,8 +38,8 @@ from service.building.fair_queue import FairQueue
 from service.building.job_runner import Interruption, JobRunner, Outcome
 from service.building.process import ProcessDiedError
 from service.jobs.book import JobBook
+from service.storage import StoreLocationError, gamut_store
 from service.storage.blobs import StoreUnavailableError
-from service.storage.location import StoreLocationError, gamut_store
 from service.telemetry.build_observer import BuildObserver, BuildReports
 from service.telemetry.logs import complain
 from service.telemetry.metrics import serve_metrics

@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass, field, fields
 from datetime import UTC, datetime
 from typing import Any, Literal
 
-from service.storage.published import seal, unseal
+from service.storage.blobs import seal, unseal
 
 __all__ = ["UNHEARD", "JobDocument", "JobState", "client_mark", "now", "rfc3339"]
 

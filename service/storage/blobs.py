@@ -17,6 +17,7 @@ All methods block and are thread-safe. The event loop calls them in threads.
 from __future__ import annotations
 
 import errno
+import hashlib
 from typing import TYPE_CHECKING, NamedTuple, Protocol, TypeAlias
 
 if TYPE_CHECKING:
@@ -33,6 +34,9 @@ __all__ = [
     "Content",
     "StoreFullError",
     "StoreUnavailableError",
+    "seal",
+    "stored_bytes",
+    "unseal",
 ]
 
 
@@ -138,3 +142,27 @@ class Blobs(Protocol):
 
         A local store places the file on its own file system, so that `create` need not copy it.
         """
+
+
+def stored_bytes(blobs: Blobs, key: str) -> int:
+    """Return the size of a blob; 0 if there is none."""
+    try:
+        return blobs.size(key)
+    except BlobNotFoundError:
+        return 0
+
+
+def seal(payload: bytes) -> bytes:
+    """Return a payload with its SHA-256 in front, which `unseal` verifies.
+
+    The parts are 64 hexadecimal digits, a line feed, the payload and a line feed.
+    """
+    return b"%b\n%b\n" % (hashlib.sha256(payload).hexdigest().encode(), payload)
+
+
+def unseal(data: bytes) -> bytes:
+    """Return the payload of sealed bytes; raise `BlobDamagedError` for other bytes."""
+    if seal(data[65:-1]) != data:
+        message = "the content does not match its digest"
+        raise BlobDamagedError(message)
+    return data[65:-1]

@@ -1,9 +1,9 @@
-"""Eviction: which blobs are removed when a local store is full.
+"""What a local store removes by itself: blobs when it is full, and histories without a record.
 
-Inputs of finished gamuts go first, because only the repair of damaged gamuts needs them. If the
-operator has set a size limit, quarantined blobs and then gamuts follow. Inputs and gamuts go in the
-order of the last use of their gamut. Inputs of unfinished jobs, jobs, and gamuts that are being
-published are never removed.
+Inputs of finished gamuts are evicted first, because only the repair of damaged gamuts needs them.
+If the operator has set a size limit, quarantined blobs and then gamuts follow. Inputs and gamuts go
+in the order of the last use of their gamut. Inputs of unfinished jobs, jobs, and gamuts that are
+being published are never removed.
 
 A store may have a million files. It is scanned for the first eviction, and the least recently used
 gamuts are kept in memory. The store reports later gamuts (`Eviction.note`). So another scan is
@@ -18,14 +18,19 @@ import logging
 import math
 import threading
 from collections import deque
-from collections.abc import Iterable, Iterator
-from typing import Protocol
+from itertools import groupby
+from typing import TYPE_CHECKING
 
-from service.storage.blobs import BlobNotFoundError
-from service.storage.local import LocalBlobs
-from service.storage.published import id_of, input_key
+from service.storage.blobs import BlobNotFoundError, stored_bytes
+from service.storage.published import PublishedGamut, blob_key, id_of
 
-__all__ = ["Eviction"]
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator
+
+    from service.storage.gamuts import GamutStore
+    from service.storage.local import LocalBlobs
+
+__all__ = ["Eviction", "remove_uncommitted"]
 
 logger = logging.getLogger(__name__)
 
@@ -36,60 +41,35 @@ _SCANS = 2
 """Number of scans per call. Gamuts that a first scan finds may be in use later."""
 
 
-class Evictable(Protocol):
-    """The gamuts of a store, as far as eviction needs them."""
-
-    def last_use(self, gamut_id: str) -> float:
-        """Return the time of a gamut's last use; raises `BlobNotFoundError` if there is none."""
-
-    def is_being_published(self, gamut_id: str) -> bool:
-        """Return whether a thread of this process is publishing the gamut."""
-
-    def evict(self, gamut_id: str) -> int:
-        """Remove a gamut and return the number of bytes freed."""
-
-
 class _Queue:
     """The least recently used gamuts by the time of their last use.
 
-    A gamut that is not in the queue was used after the horizon. An infinite horizon means that the
-    queue is complete.
+    A gamut that is not in the heap was used after the horizon. An infinite horizon means that the
+    heap is complete.
     """
 
     def __init__(self) -> None:
-        self._heap: list[tuple[float, str]] = []
-        self._horizon = -math.inf
-
-    def __bool__(self) -> bool:
-        return bool(self._heap)
-
-    @property
-    def complete(self) -> bool:
-        """Whether no gamut is missing."""
-        return self._horizon == math.inf
+        self.heap: list[tuple[float, str]] = []
+        self.horizon = -math.inf
 
     def fill(self, found: Iterable[tuple[float, str]]) -> None:
         """Replace the content by the oldest of some gamuts."""
         # A sorted list is a heap.
-        self._heap = heapq.nsmallest(_MOST, found)
-        self._horizon = math.inf if len(self._heap) < _MOST else self._heap[-1][0]
+        self.heap = heapq.nsmallest(_MOST, found)
+        self.horizon = math.inf if len(self.heap) < _MOST else self.heap[-1][0]
 
     def add(self, used: float, gamut_id: str) -> None:
         """Add a gamut unless it was used after the horizon."""
-        if used <= self._horizon:
-            heapq.heappush(self._heap, (used, gamut_id))
-            if len(self._heap) > 2 * _MOST:
-                self.fill(self._heap)
-
-    def pop(self) -> tuple[float, str]:
-        """Remove and return the least recently used gamut."""
-        return heapq.heappop(self._heap)
+        if used <= self.horizon:
+            heapq.heappush(self.heap, (used, gamut_id))
+            if len(self.heap) > 2 * _MOST:
+                self.fill(self.heap)
 
 
 class Eviction:
     """Makes room in a local store."""
 
-    def __init__(self, store: Evictable, blobs: LocalBlobs) -> None:
+    def __init__(self, store: GamutStore, blobs: LocalBlobs) -> None:
         self._store = store
         self._blobs = blobs
         self._lock = threading.RLock()
@@ -136,7 +116,7 @@ class Eviction:
         while freed < nbytes:
             self._take_noted()
             if (gamut_id := self._oldest(self._inputs)) is not None:
-                freed += self._drop(input_key(gamut_id))
+                freed += self._drop(blob_key(gamut_id, "input"))
             elif not self._blobs.limit:
                 break
             elif (key := self._next_in_quarantine()) is not None:
@@ -150,11 +130,11 @@ class Eviction:
     def _oldest(self, queue: _Queue) -> str | None:
         """Take the least recently used gamut from a queue; None if none may go."""
         while True:
-            if not queue and not queue.complete and self._scans_left:
+            if not queue.heap and queue.horizon < math.inf and self._scans_left:
                 self._scan()
-            if not queue:
+            if not queue.heap:
                 return None
-            used, gamut_id = queue.pop()
+            used, gamut_id = heapq.heappop(queue.heap)
             # A gamut that is being published is noted afterwards.
             if not self._store.is_being_published(gamut_id):
                 with contextlib.suppress(BlobNotFoundError):
@@ -197,7 +177,37 @@ class Eviction:
         return self._quarantined.popleft() if self._quarantined else None
 
     def _drop(self, key: str) -> int:
-        with contextlib.suppress(BlobNotFoundError):
-            nbytes = self._blobs.size(key)
-            return nbytes if self._blobs.delete(key) else 0
-        return 0
+        nbytes = stored_bytes(self._blobs, key)
+        return nbytes if self._blobs.delete(key) else 0
+
+
+def remove_uncommitted(store: GamutStore, goes_on: Callable[[], bool]) -> int:
+    """Remove histories whose publisher died before it created the record; return their number.
+
+    The storage must belong to this process: in a shared one, other publishers are unknown.
+    `goes_on` tells whether to continue.
+    """
+    removed = 0
+    for gamut_id, keys in groupby(store.blobs.keys("published/"), id_of):
+        if not goes_on():
+            break
+        histories = [key for key in keys if key.endswith(".gamut")]
+        # The keys are read first: a gamut that is not being published now was committed before.
+        if not store.is_being_published(gamut_id):
+            removed += sum(map(store.blobs.delete, _uncommitted(store, gamut_id, histories)))
+    return removed
+
+
+def _uncommitted(store: GamutStore, gamut_id: str, histories: list[str]) -> list[str]:
+    record = blob_key(gamut_id, "record")
+    if len(histories) == 1 and stored_bytes(store.blobs, record):
+        # The usual case, without a read. A record that names another history is damaged, and
+        # reading it will show that.
+        return []
+    try:
+        committed = PublishedGamut.from_bytes(store.blobs.read(record).data).key
+    except BlobNotFoundError:
+        return histories
+    except (ValueError, TypeError):
+        return []  # for the quarantine
+    return [key for key in histories if key != committed]

@@ -7,8 +7,12 @@ which names the copy. So a gamut exists exactly when its record exists, and conc
 and deleters on any machines never share bytes.
 
 Reads compare the history with the record's digest, and the record with its own. Damaged blobs are
-moved to ``quarantine/`` and count as never built. The input of a build stays as
-``inputs/<aa>/<id>.input``, so that the gamut can be rebuilt. See ``docs/decisions/store.md``.
+moved to ``quarantine/<name>.<mark>``, with the reason beside them, and count as never built.
+
+The input of a build is durable before a client learns that its job was accepted, so the job
+survives the process. It stays as ``inputs/<aa>/<id>.input``, so that a damaged gamut can be
+rebuilt. It has three parts: the SHA-256 of the next line, a line of JSON with the options and the
+SHA-256 of the data, and the data as posted. See ``docs/decisions/store.md``.
 
 All methods block; the event loop calls them in threads.
 """
@@ -17,30 +21,40 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
+import json
+import logging
 import secrets
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from itertools import islice, takewhile
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from service.storage.blobs import BlobDamagedError, BlobNotFoundError, Blobs, StoreUnavailableError
-from service.storage.deletions import Deletions
-from service.storage.eviction import Eviction
-from service.storage.inputs import Inputs
+from service.storage.blobs import (
+    BlobDamagedError,
+    BlobNotFoundError,
+    Blobs,
+    StoreFullError,
+    StoreUnavailableError,
+    stored_bytes,
+)
+from service.storage.eviction import Eviction, remove_uncommitted
 from service.storage.local import LocalBlobs
-from service.storage.names import Names
-from service.storage.owners import Owners
-from service.storage.published import PublishedCache, PublishedGamut, id_of, published_key
-from service.storage.quarantine import Quarantine
-from service.storage.sweep import remove_uncommitted
+from service.storage.names import Names, Owners
+from service.storage.published import Deletions, PublishedCache, PublishedGamut, blob_key, id_of
 
 __all__ = ["GamutDamagedError", "GamutNotStoredError", "GamutStore"]
 
+# Log fields are a promise, so the name is not that of this module.
+logger = logging.getLogger("service.storage.quarantine")
+
 _CHUNK = 1 << 20
+
+_HEAD_LIMIT = 1 << 20
+"""Largest line of options in bytes. A few hundred are usual."""
 
 _CACHED_RECORDS = 10_000
 """Number of records of a remote store in memory; each has a few kilobytes."""
@@ -55,7 +69,7 @@ _FLUSH_SECONDS = 600.0
 """Interval of writing the times of last use."""
 
 _ATTEMPTS = 3
-"""Number of attempts to create or read a record during concurrent deletes."""
+"""Number of attempts to create or read a record or an input during concurrent deletes."""
 
 
 class GamutNotStoredError(LookupError):
@@ -77,8 +91,8 @@ class GamutStore:
     """The gamuts and their inputs in a storage.
 
     With `keep_inputs`, inputs stay after the publication. `hits` and `misses` count requested
-    records, and `evictions` gamuts removed for lack of space; `on_evicted` receives their ids, in
-    some thread.
+    records, `corruptions` damaged gamuts, inputs and job documents, and `evictions` gamuts removed
+    for lack of space; `on_evicted` receives their ids, in some thread.
     """
 
     def __init__(self, blobs: Blobs, *, keep_inputs: bool = True) -> None:
@@ -86,13 +100,11 @@ class GamutStore:
         self.names = Names(blobs)
         self.owners = Owners(blobs)
         self.keep_inputs = keep_inputs
-        self.hits = self.misses = self.evictions = 0
-        self._damaged_jobs = 0
+        self.hits = self.misses = self.corruptions = self.evictions = 0
         self.on_evicted: Callable[[str], None] | None = None
-        self._quarantine = Quarantine(blobs)
-        self._inputs = Inputs(blobs, self._quarantine)
         self._deletions = Deletions(blobs) if blobs.remote else None
         self._lock = threading.Lock()
+        self._quarantine_lock = threading.Lock()
         self._publishing: dict[str, int] = {}
         # Local records are read in microseconds, so only remote ones are cached.
         self._cached = PublishedCache(_CACHED_RECORDS, _RECORD_SECONDS if blobs.remote else 0)
@@ -104,11 +116,6 @@ class GamutStore:
         if isinstance(blobs, LocalBlobs):
             self._eviction = Eviction(self, blobs)
             blobs.make_room = self._eviction.make_room
-
-    @property
-    def corruptions(self) -> int:
-        """Number of damaged gamuts, inputs and job documents found."""
-        return self._quarantine.count + self._damaged_jobs
 
     @property
     def nbytes(self) -> int | None:
@@ -123,7 +130,7 @@ class GamutStore:
             # In the background, because scanning a million names takes seconds.
             self._sweeping = threading.Thread(
                 target=remove_uncommitted,
-                args=(self.blobs, self.is_being_published, self._opened.is_set),
+                args=(self, self._opened.is_set),
                 name="store sweep",
                 daemon=True,
             )
@@ -178,7 +185,7 @@ class GamutStore:
                 self.misses += 1
             raise
         except StoreUnavailableError:
-            known = self._cached.find_stale(gamut_id)
+            known = self._cached.get(gamut_id, stale=True)
             if known is None:
                 raise
             record = known
@@ -213,11 +220,10 @@ class GamutStore:
         record = self._read_record(gamut_id)
         try:
             return record, self._open_verified(record)
-        except (BlobNotFoundError, BlobDamagedError) as error:
-            reason = "a record without its history file"
-            if isinstance(error, BlobDamagedError):
-                reason = "the history file does not match its digest"
-            raise self.set_aside(record, reason) from error
+        except BlobNotFoundError as error:
+            raise self.set_aside(record, "a record without its history file") from error
+        except BlobDamagedError as error:
+            raise self.set_aside(record, "the history file does not match its digest") from error
 
     def delete(self, gamut_id: str) -> bool:
         """Remove a gamut and its input; return whether there was one."""
@@ -228,7 +234,7 @@ class GamutStore:
             return False
         if self._deletions is not None:
             self._deletions.announce(gamut_id)
-        deleted = self.blobs.delete(published_key(gamut_id))
+        deleted = self.blobs.delete(blob_key(gamut_id, "record"))
         self._cached.discard(gamut_id)
         self._used.pop(gamut_id, None)
         self.blobs.delete(record.key)
@@ -249,14 +255,15 @@ class GamutStore:
 
     def evict(self, gamut_id: str) -> int:
         """Remove a gamut for lack of space; return the number of freed bytes."""
-        before = self._nbytes_of(gamut_id)
+        keys = [blob_key(gamut_id, "input"), *self._keys_of(gamut_id)]
+        nbytes = sum(stored_bytes(self.blobs, key) for key in keys)
         if self.is_being_published(gamut_id) or not self.delete(gamut_id):
             return 0
         with self._lock:
             self.evictions += 1
         if self.on_evicted is not None:
             self.on_evicted(gamut_id)
-        return before
+        return nbytes
 
     def page(self, after: str, limit: int) -> list[PublishedGamut]:
         """Return up to `limit` records after the id `after`, in the order of their ids."""
@@ -275,7 +282,7 @@ class GamutStore:
 
     def ids(self, after: str = "") -> Iterator[str]:
         """Iterate over the ids of the gamuts after `after`, in their order."""
-        for key in self.blobs.keys("published/", published_key(after) if after else ""):
+        for key in self.blobs.keys("published/", blob_key(after, "record") if after else ""):
             if key.endswith(".record"):
                 yield id_of(key)
 
@@ -294,8 +301,22 @@ class GamutStore:
         options: dict[str, Any] | None = None,
         sha256: str | None = None,
     ) -> None:
-        """Store the input of a gamut durably, with its options and the SHA-256 of the data."""
-        self._inputs.keep(gamut_id, data, options or {}, sha256 or hashlib.sha256(data).hexdigest())
+        """Store the input of a gamut durably; an existing intact input is used instead.
+
+        `sha256` is the hexadecimal digest of the data, if known.
+        """
+        head = {"options": options or {}, "sha256": sha256 or hashlib.sha256(data).hexdigest()}
+        line = json.dumps(head, separators=(",", ":")).encode() + b"\n"
+        pieces = [hashlib.sha256(line).hexdigest().encode() + b"\n", line, data]
+        for _ in range(_ATTEMPTS):
+            if self.blobs.create(blob_key(gamut_id, "input"), pieces) is not None:
+                break
+            with contextlib.suppress(BlobNotFoundError):
+                self.input_options(gamut_id)
+                break
+        else:
+            message = "the input is being stored and dropped at the same time"
+            raise StoreUnavailableError(message)
         self._note(gamut_id)
 
     def input_path(self, gamut_id: str) -> Path:
@@ -303,16 +324,23 @@ class GamutStore:
 
         Raise `BlobNotFoundError` if no input is stored, or if it was damaged and is in quarantine.
         """
-        return self._inputs.path(gamut_id)
+        path = self.blobs.scratch(".input")
+        try:
+            with path.open("xb") as target:
+                self._read_input(gamut_id, target)
+        except BaseException:
+            path.unlink(missing_ok=True)
+            raise
+        return path
 
     def input_options(self, gamut_id: str) -> dict[str, Any]:
-        """Return the options of a stored input; raises `BlobNotFoundError` as `input_path`."""
-        return self._inputs.options(gamut_id)
+        """Return the options of a verified input; raises `BlobNotFoundError` as `input_path`."""
+        return self._read_input(gamut_id, None)
 
     def count_damaged_job(self, gamut_id: str) -> None:  # noqa: ARG002 - the interface of JobBook
         """Count a damaged job document that was replaced or removed."""
         with self._lock:
-            self._damaged_jobs += 1
+            self.corruptions += 1
 
     def options_of_damaged_job(self, gamut_id: str) -> dict[str, Any] | None:
         """Return the options for rebuilding a damaged job's gamut; None if impossible."""
@@ -323,19 +351,22 @@ class GamutStore:
 
     def to_be_rebuilt(self, gamut_id: str) -> bool:
         """Return whether a missing gamut is in quarantine and its input is stored."""
-        return self.input_kept(gamut_id) and self._quarantine.holds(published_key(gamut_id))
+        if not self.input_kept(gamut_id):
+            return False
+        beginning = _quarantine_key(blob_key(gamut_id, "record"), "")
+        return next(self.blobs.keys("quarantine/", beginning), "").startswith(beginning)
 
     def input_kept(self, gamut_id: str) -> bool:
         """Return whether the input of a gamut is stored."""
-        return self._inputs.kept(gamut_id)
+        return self.input_bytes(gamut_id) > 0
 
     def input_bytes(self, gamut_id: str) -> int:
         """Return the size of the stored input of a gamut; 0 if there is none."""
-        return self._inputs.nbytes(gamut_id)
+        return stored_bytes(self.blobs, blob_key(gamut_id, "input"))
 
     def drop_input(self, gamut_id: str) -> bool:
         """Remove the input of a gamut; return whether there was one."""
-        return self._inputs.drop(gamut_id)
+        return self.blobs.delete(blob_key(gamut_id, "input"))
 
     def is_being_published(self, gamut_id: str) -> bool:
         """Return whether a thread of this process is publishing the gamut."""
@@ -350,12 +381,12 @@ class GamutStore:
     def last_use(self, gamut_id: str) -> float:
         """Return the time of a gamut's last use; raises `BlobNotFoundError` if there is none.
 
-        Only for local storage.
+        A bucket does not keep it, and evicts nothing.
         """
-        assert isinstance(self.blobs, LocalBlobs)  # noqa: S101 - buckets evict nothing
+        assert isinstance(self.blobs, LocalBlobs)  # noqa: S101
         # Memory first, because a flush writes the time before it forgets it.
         unwritten = self._used.get(gamut_id)
-        written = self.blobs.stat(published_key(gamut_id)).st_mtime
+        written = self.blobs.stat(blob_key(gamut_id, "record")).st_mtime
         return written if unwritten is None else unwritten
 
     def flush_uses(self) -> None:
@@ -363,7 +394,7 @@ class GamutStore:
         if isinstance(self.blobs, LocalBlobs):
             self._flushed = time.monotonic()
             for gamut_id, when in list(self._used.items()):
-                self.blobs.touch(published_key(gamut_id), when)
+                self.blobs.touch(blob_key(gamut_id, "record"), when)
                 with self._lock:
                     if self._used.get(gamut_id) == when:
                         del self._used[gamut_id]
@@ -389,11 +420,14 @@ class GamutStore:
         """Create the record of a stored history, and return the current record."""
         try:
             for _ in range(_ATTEMPTS):
-                if self.blobs.create(published_key(record.id), record.to_bytes()) is not None:
+                if self.blobs.create(blob_key(record.id, "record"), record.to_bytes()) is not None:
                     return record
                 with contextlib.suppress(GamutNotStoredError):
                     # Another publisher's record, or this one: the request may have been sent twice.
-                    return self._winner(record)
+                    present = self._read_record(record.id)
+                    if present.copy != record.copy:
+                        self.blobs.delete(record.key)
+                    return present
         except BaseException:
             # A remote record may exist in spite of the error, a local one does not.
             if not self.blobs.remote:
@@ -401,12 +435,6 @@ class GamutStore:
             raise
         message = "The gamut is being published and deleted at the same time."
         raise StoreUnavailableError(message)
-
-    def _winner(self, record: PublishedGamut) -> PublishedGamut:
-        present = self._read_record(record.id)
-        if present.copy != record.copy:
-            self.blobs.delete(record.key)
-        return present
 
     def _find_record(self, gamut_id: str) -> PublishedGamut | None:
         try:
@@ -416,7 +444,7 @@ class GamutStore:
 
     def _read_record(self, gamut_id: str) -> PublishedGamut:
         """Return the stored record; move a damaged one to the quarantine."""
-        key = published_key(gamut_id)
+        key = blob_key(gamut_id, "record")
         for _ in range(_ATTEMPTS):
             try:
                 data = self.blobs.read(key).data
@@ -461,6 +489,22 @@ class GamutStore:
             closing.pop_all()
         return file
 
+    def _read_input(self, gamut_id: str, target: BinaryIO | None) -> dict[str, Any]:
+        """Return the options and copy the data; move a damaged input to the quarantine."""
+        key = blob_key(gamut_id, "input")
+        for last in (False, True):
+            with self.blobs.stream(key) as source:
+                try:
+                    return _copy_verified(source, target)
+                except BlobDamagedError as error:
+                    # It may have been damaged in transit only, so it is read twice.
+                    if last:
+                        self._quarantine([key], f"damaged input: {error}")
+            if target is not None:
+                target.seek(0)
+                target.truncate()
+        raise BlobNotFoundError(key)
+
     def _quarantine_gamut(
         self, gamut_id: str, reason: str, record: PublishedGamut | None, data: bytes | None = None
     ) -> GamutDamagedError:
@@ -474,23 +518,77 @@ class GamutStore:
             # publishing one.
             histories = [key for key in self._keys_of(gamut_id) if key.endswith(".gamut")]
         # The record first, because without it the rest is not a gamut.
-        self._quarantine.put(
-            [published_key(gamut_id), *histories], reason, lambda now: _is_still(now, record, data)
+        self._quarantine(
+            [blob_key(gamut_id, "record"), *histories],
+            reason,
+            lambda now: _is_still(now, record, data),
         )
         return GamutDamagedError(gamut_id, input_kept=self.input_kept(gamut_id))
 
+    def _quarantine(
+        self, keys: Sequence[str], reason: str, is_still: Callable[[bytes], bool] | None = None
+    ) -> None:
+        """Move blobs that belong together to the quarantine.
+
+        The first key is the main one: the others are useless without it. `is_still` tells whether
+        its current content is still the damaged one.
+        """
+        first, mark = keys[0], secrets.token_hex(4)
+        with self._quarantine_lock:
+            if is_still is not None:
+                try:
+                    if not is_still(self.blobs.read(first).data):
+                        return
+                except BlobNotFoundError:
+                    return
+            if not self.blobs.move(first, _quarantine_key(first, mark)):
+                return
+        with self._lock:
+            self.corruptions += 1
+        logger.error("%s moved to quarantine: %s", first, reason)
+        for key in keys[1:]:
+            self.blobs.move(key, _quarantine_key(key, mark))
+        when = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
+        note = f"{when} {reason}\n" + "".join(f"{key}\n" for key in keys)
+        try:
+            self.blobs.create(f"{_quarantine_key(first, mark)}.reason", note.encode())
+        except StoreFullError:
+            logger.warning("no space for the reason of %s", first)
+
     def _keys_of(self, gamut_id: str) -> list[str]:
         """Return the published keys of one gamut, without its input."""
-        folder = published_key(gamut_id).rpartition("/")[0] + "/"
+        folder = blob_key(gamut_id, "record").rpartition("/")[0] + "/"
         keys = self.blobs.keys(folder, folder + gamut_id)
         return list(takewhile(lambda key: id_of(key) == gamut_id, keys))
 
-    def _nbytes_of(self, gamut_id: str) -> int:
-        total = self.input_bytes(gamut_id)
-        for key in self._keys_of(gamut_id):
-            with contextlib.suppress(BlobNotFoundError):
-                total += self.blobs.size(key)
-        return total
+
+def _quarantine_key(key: str, mark: str) -> str:
+    return f"quarantine/{key.rpartition('/')[2]}.{mark}"
+
+
+def _copy_verified(source: BinaryIO, target: BinaryIO | None) -> dict[str, Any]:
+    """Return the options of an input, and copy its data to `target` if there is one.
+
+    Raise `BlobDamagedError` if the content does not match its digests.
+    """
+    expected = source.read(65)
+    line = source.readline(_HEAD_LIMIT)
+    digest = hashlib.sha256(line)
+    head: dict[str, Any] = {}
+    if digest.hexdigest().encode() + b"\n" == expected:
+        head = json.loads(line)
+    if "sha256" in head:
+        expected, digest = head["sha256"].encode() + b"\n", hashlib.sha256()
+    # Otherwise the first line is the digest of everything after it, as earlier versions wrote it.
+    while chunk := source.read(_CHUNK):
+        digest.update(chunk)
+        if target is not None:
+            target.write(chunk)
+    if digest.hexdigest().encode() + b"\n" != expected:
+        message = "the content does not match its digest"
+        raise BlobDamagedError(message)
+    options: dict[str, Any] = head["options"] if "sha256" in head else json.loads(line)
+    return options
 
 
 def _is_still(now: bytes, record: PublishedGamut | None, data: bytes | None) -> bool:

@@ -1,9 +1,9 @@
-"""Names of gamuts: small documents beside the gamuts; the last write counts.
+"""Names and owners of gamuts: small sealed documents beside the gamuts.
 
-A name is no part of a gamut's id, its record or anything immutable. It is stored as
-``names/<aa>/<id>.name``: a seal, and JSON with the name. A write replaces the document by
-compare-and-swap until it succeeds. So it is durable when it returns, and every replica reads it
-from then on. Simultaneous writes leave one of the names.
+They are no part of a gamut's id, its record or anything immutable. A name is stored as
+``names/<aa>/<id>.name``, and the last write counts. It replaces the document by compare-and-swap
+until it succeeds. So it is durable when it returns, and every replica reads it from then on.
+Simultaneous writes leave one of the names.
 
 Without a given name, clients see the data's descriptor, the description of the profile, or the name
 of the file. A reference gamut has its name in the catalogue.
@@ -16,14 +16,22 @@ import unicodedata
 from typing import Any, NamedTuple
 
 from gamutcore.references import REFERENCES
-from service.storage.blobs import BlobDamagedError, BlobNotFoundError, Blobs, StoreUnavailableError
-from service.storage.published import PublishedGamut, seal, unseal
+from service.storage.blobs import (
+    BlobDamagedError,
+    BlobNotFoundError,
+    Blobs,
+    StoreUnavailableError,
+    seal,
+    unseal,
+)
+from service.storage.published import PublishedGamut, blob_key
 
 __all__ = [
     "LONGEST_NAME",
     "GamutName",
     "InvalidNameError",
     "Names",
+    "Owners",
     "checked_name",
     "cleaned_name",
     "display_name",
@@ -109,25 +117,25 @@ class Names:
             present, version = self._read(gamut_id)
             data = _document(GamutName(name, present.file, present.revision + 1))
             if version is None:
-                if self._blobs.create(_key(gamut_id), data) is not None:
+                if self._blobs.create(blob_key(gamut_id, "name"), data) is not None:
                     return
-            elif self._blobs.replace(_key(gamut_id), data, version) is not None:
+            elif self._blobs.replace(blob_key(gamut_id, "name"), data, version) is not None:
                 return
         message = "The name is being replaced by others all the time."
         raise StoreUnavailableError(message)
 
     def keep_file(self, gamut_id: str, file: str) -> None:
         """Store the name of a gamut's file, unless something is stored already."""
-        self._blobs.create(_key(gamut_id), _document(GamutName(file=file)))
+        self._blobs.create(blob_key(gamut_id, "name"), _document(GamutName(file=file)))
 
     def drop(self, gamut_id: str) -> None:
         """Remove the name of a gamut."""
-        self._blobs.delete(_key(gamut_id))
+        self._blobs.delete(blob_key(gamut_id, "name"))
 
     def _read(self, gamut_id: str) -> tuple[GamutName, str | None]:
         """Return the name and its version; None for no document."""
         try:
-            blob = self._blobs.read(_key(gamut_id))
+            blob = self._blobs.read(blob_key(gamut_id, "name"))
         except BlobNotFoundError:
             return GamutName(), None
         try:
@@ -141,8 +149,30 @@ def _document(name: GamutName) -> bytes:
     return seal(json.dumps(name._asdict()).encode())
 
 
-def _key(gamut_id: str) -> str:
-    return f"names/{gamut_id[:2]}/{gamut_id}.name"
+class Owners:
+    """Owners of gamuts: the name of the API key whose request built a gamut.
+
+    The first key that posts the data is the owner until the gamut is deleted. Gamuts that were
+    built without a key, or by an earlier version, have no owner.
+    """
+
+    def __init__(self, blobs: Blobs) -> None:
+        self._blobs = blobs
+
+    def read(self, gamut_id: str) -> str:
+        """Return the owner of a gamut; empty if none is stored, or the document is damaged."""
+        try:
+            return unseal(self._blobs.read(blob_key(gamut_id, "owner")).data).decode()
+        except (BlobNotFoundError, BlobDamagedError):
+            return ""
+
+    def claim(self, gamut_id: str, name: str) -> None:
+        """Store the owner of a gamut, unless it has one."""
+        self._blobs.create(blob_key(gamut_id, "owner"), seal(name.encode()))
+
+    def drop(self, gamut_id: str) -> None:
+        """Remove the owner of a gamut."""
+        self._blobs.delete(blob_key(gamut_id, "owner"))
 
 
 def display_name(record: PublishedGamut, stored: GamutName) -> str:

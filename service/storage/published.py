@@ -1,8 +1,7 @@
-"""Published gamuts, their cache, the keys of a gamut's blobs, and sealed payloads."""
+"""Published gamuts: the layout of their blobs, their records, and those that are kept in memory."""
 
 from __future__ import annotations
 
-import hashlib
 import json
 import threading
 import time
@@ -10,34 +9,46 @@ from collections import OrderedDict
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from service.storage.blobs import BlobDamagedError
+from service.storage.blobs import Blobs, seal, unseal
 
-__all__ = [
-    "PublishedCache",
-    "PublishedGamut",
-    "history_key",
-    "id_of",
-    "input_key",
-    "published_key",
-    "seal",
-    "unseal",
-]
+__all__ = ["Deletions", "PublishedCache", "PublishedGamut", "blob_key", "id_of"]
+
+_FOLDERS = {
+    "record": "published",
+    "gamut": "published",
+    "input": "inputs",
+    "name": "names",
+    "owner": "owners",
+}
+"""Folder of each kind of blob. The kind is the end of the key."""
+
+_DELETED = "deleted/"
+
+_ECHO_SECONDS = 60.0
+"""Time for which a deletion is repeated. It is announced before the blobs are removed, so a replica
+that hears of it may read the gamut once more."""
+
+_KEPT_SECONDS = 3600.0
+"""Age of an announcement that is removed by any replica."""
+
+
+def blob_key(gamut_id: str, kind: str) -> str:
+    """Return the key ``<folder>/<aa>/<id>.<kind>`` of a gamut's blob."""
+    return f"{_FOLDERS[kind.rpartition('.')[2]]}/{gamut_id[:2]}/{gamut_id}.{kind}"
+
+
+def id_of(key: str) -> str:
+    """Return the gamut's id in a key."""
+    return key.rpartition("/")[2].partition(".")[0]
 
 
 @dataclass(frozen=True)
 class PublishedGamut:
     """A published gamut without its history: the content of its file ``.record`` in the store.
 
-    Attributes
-    ----------
-    sha256, nbytes
-        Hexadecimal digest and size of the history file.
-    created
-        Time of publication, RFC 3339, UTC.
-    description
-        Description by `gamutcore`.
-    copy
-        Random part of the history file's name; empty for gamuts of old versions.
+    `sha256` and `nbytes` are of the history file, `created` is the time of publication (RFC 3339,
+    UTC), and `description` is by `gamutcore`. `copy` is the random part of the history file's name;
+    empty for gamuts of old versions.
     """
 
     id: str
@@ -59,7 +70,7 @@ class PublishedGamut:
     @property
     def key(self) -> str:
         """Key of the history file."""
-        return history_key(self.id, self.copy)
+        return blob_key(self.id, f"{self.copy}.gamut" if self.copy else "gamut")
 
 
 class PublishedCache:
@@ -75,14 +86,10 @@ class PublishedCache:
         self._lock = threading.Lock()
         self._kept: OrderedDict[str, tuple[PublishedGamut, float]] = OrderedDict()
 
-    def get(self, gamut_id: str) -> PublishedGamut | None:
-        """Return a gamut that is assumed to exist; None if there is none."""
+    def get(self, gamut_id: str, *, stale: bool = False) -> PublishedGamut | None:
+        """Return a gamut that is assumed to exist, or that existed when it was read last."""
         gamut, until = self._kept.get(gamut_id, (None, 0.0))
-        return gamut if until > time.monotonic() else None
-
-    def find_stale(self, gamut_id: str) -> PublishedGamut | None:
-        """Return a gamut that existed when it was read last; None if there is none."""
-        return self._kept.get(gamut_id, (None, 0.0))[0]
+        return gamut if stale or until > time.monotonic() else None
 
     def put(self, gamut: PublishedGamut) -> None:
         """Keep a gamut that was just read or published."""
@@ -99,40 +106,29 @@ class PublishedCache:
             self._kept.pop(gamut_id, None)
 
 
-def published_key(gamut_id: str) -> str:
-    """Return the key of a gamut's description."""
-    return f"published/{gamut_id[:2]}/{gamut_id}.record"
+class Deletions:
+    """Deletions in a shared bucket, announced to all replicas.
 
-
-def history_key(gamut_id: str, copy: str) -> str:
-    """Return the key of one copy of a gamut's history file."""
-    name = f"{gamut_id}.{copy}.gamut" if copy else f"{gamut_id}.gamut"
-    return f"published/{gamut_id[:2]}/{name}"
-
-
-def input_key(gamut_id: str) -> str:
-    """Return the key of a gamut's input."""
-    return f"inputs/{gamut_id[:2]}/{gamut_id}.input"
-
-
-def id_of(key: str) -> str:
-    """Return the gamut's id in a key."""
-    return key.rpartition("/")[2].partition(".")[0]
-
-
-def seal(payload: bytes) -> bytes:
-    """Return a payload with its SHA-256 in front, which `unseal` verifies.
-
-    The parts are 64 hexadecimal digits, a line feed, the payload and a line feed.
+    A replica answers from memory without asking the bucket, so it must hear of deletions elsewhere.
+    Each deletion leaves an empty blob ``deleted/<id>.<milliseconds>``, and every replica lists
+    these blobs periodically. The clocks of all hosts must agree within an hour.
     """
-    return b"%b\n%b\n" % (hashlib.sha256(payload).hexdigest().encode(), payload)
 
+    def __init__(self, blobs: Blobs) -> None:
+        self._blobs = blobs
+        self._seen: dict[str, float] = {}
 
-def unseal(data: bytes) -> bytes:
-    """Return the payload of sealed bytes; raise `BlobDamagedError` for other bytes."""
-    digest, payload = data[:65], data[65:-1]
-    expected = hashlib.sha256(payload).hexdigest().encode() + b"\n"
-    if len(data) < 66 or digest != expected or data[-1:] != b"\n":
-        message = "the content does not match its digest"
-        raise BlobDamagedError(message)
-    return payload
+    def announce(self, gamut_id: str) -> None:
+        """Announce that a gamut is about to be removed."""
+        self._blobs.create(f"{_DELETED}{gamut_id}.{int(1000 * time.time())}", b"")
+
+    def recent(self) -> set[str]:
+        """Return the ids of gamuts whose deletion became known within the last minute."""
+        now, kept = time.monotonic(), {}
+        for key in list(self._blobs.keys(_DELETED)):
+            milliseconds = int(key.rpartition(".")[2])
+            if time.time() - milliseconds / 1000 > _KEPT_SECONDS:
+                self._blobs.delete(key)
+            kept[key] = self._seen.get(key, now)
+        self._seen = kept
+        return {id_of(key) for key, since in kept.items() if now - since <= _ECHO_SECONDS}

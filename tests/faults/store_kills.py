@@ -26,10 +26,10 @@ from collections import Counter
 from itertools import cycle, islice
 from pathlib import Path
 
-from service.storage.blobs import BlobNotFoundError
+from service.storage.blobs import BlobNotFoundError, seal, unseal
 from service.storage.gamuts import GamutNotStoredError, GamutStore
 from service.storage.local import LocalBlobs
-from service.storage.published import PublishedGamut, id_of, seal, unseal
+from service.storage.published import PublishedGamut, id_of
 
 CALLS = "write,fsync,link,linkat,rename,renameat,renameat2,unlink,unlinkat,mkdir,mkdirat"
 """All calls that change a file system, under all names that a C library may use."""

@@ -19,7 +19,7 @@ from cluster import GATED, PATIENCE, free_port, until
 from prometheus_client.parser import text_string_to_metric_families
 
 from service.jobs.documents import JobDocument
-from service.storage.location import blobs_at
+from service.storage import blobs_at
 
 SEEDS = count(1000)
 

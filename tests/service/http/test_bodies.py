@@ -15,7 +15,6 @@ from service.application import create_app
 from service.http import spool
 from service.settings import Settings
 from service.storage.gamuts import GamutStore
-from service.storage.inputs import Inputs
 from service.storage.local import LocalBlobs
 
 HANG = 120
@@ -221,14 +220,14 @@ def test_the_slowest_body_gives_way_to_the_bytes_of_others(tight_server, post):
 
 def test_bodies_that_wait_for_memory_are_bounded_in_bytes(tmp_path, monkeypatch, assert_problem):
     """The store keeps no file until the end: two files are in memory, two more fill the spool."""
-    gate, entered, keep = threading.Event(), threading.Semaphore(0), Inputs.keep
+    gate, entered, keep = threading.Event(), threading.Semaphore(0), GamutStore.keep_input
 
     def keep_behind_the_gate(*arguments):
         entered.release()
         assert gate.wait(HANG)
         return keep(*arguments)
 
-    monkeypatch.setattr(Inputs, "keep", keep_behind_the_gate)
+    monkeypatch.setattr(GamutStore, "keep_input", keep_behind_the_gate)
     store = GamutStore(LocalBlobs(tmp_path))
     store.open()
     store.close()

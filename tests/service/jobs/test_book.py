@@ -17,9 +17,9 @@ from service.jobs.book import (
     LeaseLostError,
 )
 from service.problems.problem import Problem
+from service.storage import blobs_at
 from service.storage.blobs import Blob, BlobNotFoundError, StoreUnavailableError
 from service.storage.local import LocalBlobs
-from service.storage.location import blobs_at
 
 JOB = "a" * 64
 LEASE = 10.0

@@ -10,7 +10,7 @@ import pytest
 
 from service.application import create_app
 from service.settings import Settings
-from service.storage.location import gamut_store
+from service.storage import gamut_store
 
 CSV = b"LAB_L,LAB_A,LAB_B\n0,0,0\n100,0,0\n50,60,0\n50,-30,52\n50,-30,-%d"
 

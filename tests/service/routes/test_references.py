@@ -13,7 +13,7 @@ from gamutcore.references import NOT_OFFERED, REFERENCES
 from service.application import create_app
 from service.routes.dependencies import CACHE_SECONDS
 from service.settings import Settings
-from service.storage.location import gamut_store
+from service.storage import gamut_store
 
 FEW = {"surface_samples": 400}
 

@@ -17,7 +17,6 @@ from gamutcore.building import gamut_id
 from service.application import create_app
 from service.settings import Settings
 from service.storage.gamuts import GamutStore
-from service.storage.inputs import Inputs
 from service.storage.local import LocalBlobs
 
 JSON = {"Content-Type": "application/json"}
@@ -71,7 +70,7 @@ def test_a_file_is_passed_on_byte_for_byte_and_leaves_nothing_on_the_disk(post, 
 
 def test_few_large_files_are_in_memory_at_a_time(store, monkeypatch):
     """As many as two of the largest. The store keeps none until all have been sent."""
-    gate, entered, keep = threading.Event(), threading.Semaphore(0), Inputs.keep
+    gate, entered, keep = threading.Event(), threading.Semaphore(0), GamutStore.keep_input
     inside, most = set(), []
 
     def keep_behind_the_gate(self, gamut_id, data, *rest):
@@ -84,7 +83,7 @@ def test_few_large_files_are_in_memory_at_a_time(store, monkeypatch):
         inside.remove(gamut_id)
         return keep(self, gamut_id, data, *rest)
 
-    monkeypatch.setattr(Inputs, "keep", keep_behind_the_gate)
+    monkeypatch.setattr(GamutStore, "keep_input", keep_behind_the_gate)
 
     async def scenario():
         sent = asyncio.Semaphore(0)

@@ -10,8 +10,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.storage.blobs import UNVERSIONED, BlobDamagedError, BlobNotFoundError, StoreFullError
-from service.storage.published import seal, unseal
+from service.storage.blobs import (
+    UNVERSIONED,
+    BlobDamagedError,
+    BlobNotFoundError,
+    StoreFullError,
+    seal,
+    unseal,
+)
 
 KEY = "jobs/ab/abcd.job"
 

@@ -10,7 +10,7 @@ from types import SimpleNamespace
 import pytest
 from obstore.exceptions import BaseError
 
-from service.storage import cloud, deletions, gamuts, published
+from service.storage import cloud, gamuts, published
 from service.storage.blobs import StoreUnavailableError
 from service.storage.cloud import CloudBlobs
 from service.storage.gamuts import GamutNotStoredError, GamutStore
@@ -219,7 +219,7 @@ def test_deletions_are_repeated_for_a_minute_and_forgotten_after_an_hour(
     here, there = GamutStore(blobs), GamutStore(blobs)
     clock = SimpleNamespace(now=time.time())
     fake = SimpleNamespace(monotonic=lambda: clock.now, time=lambda: clock.now)
-    monkeypatch.setattr(deletions, "time", fake)
+    monkeypatch.setattr(published, "time", fake)
     record = publish(here)
     assert there.record(record.id) == record
     assert there.deleted_elsewhere() == set()

@@ -12,7 +12,7 @@ from service.storage import eviction, gamuts
 from service.storage.blobs import StoreFullError
 from service.storage.gamuts import GamutNotStoredError, GamutStore
 from service.storage.local import LocalBlobs
-from service.storage.published import published_key
+from service.storage.published import blob_key
 
 
 @pytest.fixture
@@ -25,7 +25,7 @@ def limited(tmp_path):
 
 
 def aged(store, gamut_id, seconds):
-    path = store.blobs.path(published_key(gamut_id))
+    path = store.blobs.path(blob_key(gamut_id, "record"))
     os.utime(path, (1_000_000_000 - seconds,) * 2)
 
 

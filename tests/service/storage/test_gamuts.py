@@ -13,15 +13,14 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from service.storage.blobs import BlobNotFoundError, StoreUnavailableError
+from service.storage.eviction import remove_uncommitted
 from service.storage.gamuts import GamutDamagedError, GamutNotStoredError, GamutStore
 from service.storage.local import LocalBlobs
 from service.storage.published import (
     PublishedGamut,
-    input_key,
-    published_key,
+    blob_key,
     seal,
 )
-from service.storage.sweep import remove_uncommitted
 
 CONTENT = bytes(range(256)) * 40
 
@@ -157,8 +156,8 @@ def test_damage_is_noticed_set_aside_and_mended(replicas, publish, which):
         here.keep_input(record.id, b"input")
         keys = {
             "history": record.key,
-            "record": published_key(record.id),
-            "input": input_key(record.id),
+            "record": blob_key(record.id, "record"),
+            "input": blob_key(record.id, "input"),
         }
         data, _ = here.blobs.read(keys[which])
         here.blobs.delete(keys[which])
@@ -279,7 +278,7 @@ def test_a_damaged_input_that_another_has_set_aside_counts_for_that_one(
     store, identity, monkeypatch
 ):
     store.keep_input(identity(0), b"data")
-    store.blobs.path(input_key(identity(0))).write_bytes(b"damaged")
+    store.blobs.path(blob_key(identity(0), "input")).write_bytes(b"damaged")
     move = store.blobs.move
     monkeypatch.setattr(
         store.blobs, "move", lambda key, to: move(key, f"{to}.other") and move(key, to)
@@ -292,7 +291,9 @@ def test_a_damaged_input_that_another_has_set_aside_counts_for_that_one(
 def test_a_record_under_another_name_is_not_believed(store, publish):
     record = publish(store)
     other = "0" * 64
-    store.blobs.create(published_key(other), store.blobs.read(published_key(record.id)).data)
+    store.blobs.create(
+        blob_key(other, "record"), store.blobs.read(blob_key(record.id, "record")).data
+    )
     with pytest.raises(GamutDamagedError):
         store.record(other)
     assert store.content(record.id) == (record, CONTENT)
@@ -378,7 +379,7 @@ def test_inputs_of_earlier_versions_are_read(store, identity, data):
     # SHA-256 of everything after the first line, a line with the options, the data
     rest = b'{"gamma":0.2}\n' + data
     content = hashlib.sha256(rest).hexdigest().encode() + b"\n" + rest
-    store.blobs.create(input_key(identity("early")), content)
+    store.blobs.create(blob_key(identity("early"), "input"), content)
     path = store.input_path(identity("early"))
     assert path.read_bytes() == data
     assert store.input_options(identity("early")) == {"gamma": 0.2}
@@ -400,10 +401,12 @@ def test_histories_that_no_record_names_are_swept_and_all_else_stays(tmp_path):
         for copy in copies:
             blobs.create(replace(whole, copy=copy * 16).key, b"x")
         if name in "abd":
-            blobs.create(published_key(whole.id), whole.to_bytes() if record is None else record)
-    assert remove_uncommitted(blobs, lambda _: False, lambda: False) == 0  # told to end
-    blobs.close()
+            blobs.create(
+                blob_key(whole.id, "record"), whole.to_bytes() if record is None else record
+            )
     store = GamutStore(blobs)
+    assert remove_uncommitted(store, lambda: False) == 0  # told to end
+    blobs.close()
     with store._mark_publishing("e" * 64):
         store.open()
         store._sweeping.join()

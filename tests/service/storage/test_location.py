@@ -6,11 +6,10 @@ import sys
 import pytest
 
 from service.__main__ import main
-from service.storage import check
-from service.storage.check import NOT_PROVED, findings, report
+from service.storage import StoreLocationError, blobs_at, gamut_store, is_address, maintenance
 from service.storage.cloud import CloudBlobs
 from service.storage.local import LocalBlobs
-from service.storage.location import StoreLocationError, blobs_at, gamut_store, is_address
+from service.storage.maintenance import NOT_PROVED, findings, report
 
 
 @pytest.mark.parametrize(
@@ -124,9 +123,9 @@ def lossy(blobs, key):
 )
 @pytest.mark.slow
 def test_a_broken_promise_is_found(local, monkeypatch, name, method, promise):
-    monkeypatch.setattr(check, "_ROUNDS", 2)
-    monkeypatch.setattr(check, "_WRITERS", 6)
-    monkeypatch.setattr(check, "_LARGE", 100_000)
+    monkeypatch.setattr(maintenance, "_ROUNDS", 2)
+    monkeypatch.setattr(maintenance, "_WRITERS", 6)
+    monkeypatch.setattr(maintenance, "_LARGE", 100_000)
     assert any(promise in found for found in refuted(Broken(local, **{name: method})))
 
 

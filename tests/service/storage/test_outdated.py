@@ -10,7 +10,7 @@ from service.__main__ import main
 from service.storage.cloud import CloudBlobs
 from service.storage.gamuts import GamutStore
 from service.storage.local import LocalBlobs
-from service.storage.published import PublishedGamut, published_key
+from service.storage.published import PublishedGamut, blob_key
 
 DAY = 86_400
 OLD, UNUSED, CURRENT, UNKNOWN = (letter * 64 for letter in "abcd")
@@ -41,7 +41,7 @@ def location(request, tmp_path):
     if request.param == "directory":
         for gamut_id in (OLD, UNUSED, CURRENT, UNKNOWN):
             when = 4_000_000_000 if gamut_id == OLD else DAY
-            os.utime(store.blobs.path(published_key(gamut_id)), (when, when))
+            os.utime(store.blobs.path(blob_key(gamut_id, "record")), (when, when))
     return where
 
 
