@@ -87,7 +87,10 @@ _IN_MEMORY = 8 << 20
 
 _SCRATCH_PREFIX = "gamut-scratch-"
 
-_FINAL = (PermissionDeniedError, UnauthenticatedError, NotSupportedError)
+_REFUSED = (AlreadyExistsError, PreconditionError)
+"""Errors of a conditional write whose condition does not hold."""
+
+_FINAL = (*_REFUSED, PermissionDeniedError, UnauthenticatedError, NotSupportedError)
 """Errors that a retry cannot fix."""
 
 
@@ -244,20 +247,17 @@ class CloudBlobs:
         with self._request("write", key, missing_bucket=True):
             size = content.stat().st_size if isinstance(content, Path) else len(content)
             client = self._writing if size <= _SMALL_BYTES else self._uploading
-            for pause in (*_WRITE_PAUSES, None):
-                try:
-                    result = obstore.put(client, key, content, mode=mode, use_multipart=False)
-                except (AlreadyExistsError, PreconditionError):
-                    return None if pause == _WRITE_PAUSES[0] else self._own(key, content)
-                except _FINAL:
-                    raise
-                except BaseError as error:
-                    if pause is None or _is_timeout(error):
-                        raise
-                    time.sleep(pause)
-                else:
-                    return _version(result)
-        raise AssertionError  # pragma: no cover - the last attempt returns or raises
+            attempts = 0
+
+            def put() -> str:
+                nonlocal attempts
+                attempts += 1
+                return _version(obstore.put(client, key, content, mode=mode, use_multipart=False))
+
+            try:
+                return _retry(put)
+            except _REFUSED:
+                return None if attempts == 1 else self._own(key, content)
 
     def _own(self, key: str, content: bytes | Path) -> str | None:
         """Return the version if an earlier attempt has written the object."""

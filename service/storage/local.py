@@ -61,22 +61,18 @@ class LocalBlobs:
         self.directory = directory.absolute()
         self.limit = limit
         self.make_room: Callable[[int], bool] | None = None
-        self._reserve_bytes = reserve
+        self.used = 0
+        """Total size of all blobs. Without a limit it is known only some time after the opening."""
+        self._reserve = reserve
         self._temporary = self.directory / "temporary"
         self._lock: IO[bytes] | None = None
         self._key_locks = [threading.Lock() for _ in range(_LOCKS)]
         self._accounts = threading.Lock()
-        self._used = 0
         self._reserved = 0
         self._reserved_on_disk = 0
         self._durable: set[Path] = set()
         self._counting: threading.Thread | None = None
         self._opened = threading.Event()
-
-    @property
-    def used(self) -> int:
-        """Total size of all blobs. Without a limit it is known only some time after the opening."""
-        return self._used
 
     def open(self) -> None:
         """Lock the directory, remove leftovers of an earlier process, and count the bytes.
@@ -102,15 +98,14 @@ class LocalBlobs:
                 logger.warning("%s was not made by the service and is kept", leftover)
             else:
                 leftover.unlink()
-        self._used = 0
+        self.used = 0
         self._opened.set()
         if self.limit:
             # The limit needs an exact count before the first new blob.
             self._count(time.time() + 1)
         else:
-            since = time.time()
             self._counting = threading.Thread(
-                target=self._count, args=(since,), name="store count", daemon=True
+                target=self._count, args=(time.time(),), name="store count", daemon=True
             )
             self._counting.start()
 
@@ -126,18 +121,14 @@ class LocalBlobs:
 
     def read(self, key: str) -> Blob:
         """Return a blob; raises `BlobNotFoundError` if there is none."""
-        try:
+        with _missing_blob(key):
             data = self.path(key).read_bytes()
-        except FileNotFoundError:
-            raise BlobNotFoundError(key) from None
         return Blob(data, _version(data))
 
     def stream(self, key: str) -> BinaryIO:
         """Return a blob as a file; raises `BlobNotFoundError` if there is none."""
-        try:
+        with _missing_blob(key):
             return self.path(key).open("rb")
-        except FileNotFoundError:
-            raise BlobNotFoundError(key) from None
 
     def size(self, key: str) -> int:
         """Return the size of a blob in bytes; raises `BlobNotFoundError` if there is none."""
@@ -145,15 +136,13 @@ class LocalBlobs:
 
     def stat(self, key: str) -> os.stat_result:
         """Return the file status of a blob; raises `BlobNotFoundError` if there is none."""
-        try:
+        with _missing_blob(key):
             return self.path(key).stat()
-        except FileNotFoundError:
-            raise BlobNotFoundError(key) from None
 
     def create(self, key: str, content: Content) -> str | None:
         """Store a new blob; see `Blobs.create`."""
         path = self.path(key)
-        source = content if isinstance(content, Path) else None
+        on_disk = isinstance(content, Path)
         try:
             while True:
                 if path.exists():
@@ -161,20 +150,18 @@ class LocalBlobs:
                     _sync(path.parent)
                     return None
                 nbytes = _nbytes(content)
-                self._reserve(nbytes, on_disk=source is not None)
-                try:
-                    return self._link(path, content, nbytes)
-                except OSError as error:
-                    # The accounts do not include other programs, quotas and inodes.
-                    if error.errno not in _FULL:
-                        raise
-                    if self.make_room is None or not self.make_room(nbytes):
-                        raise StoreFullError from error
-                finally:
-                    self._release(nbytes, on_disk=source is not None)
+                with self._reserve_space(nbytes, on_disk=on_disk):
+                    try:
+                        return self._link(path, content, nbytes)
+                    except OSError as error:
+                        # The accounts do not include other programs, quotas and inodes.
+                        if error.errno not in _FULL:
+                            raise
+                        if self.make_room is None or not self.make_room(nbytes):
+                            raise StoreFullError from error
         finally:
-            if source:
-                source.unlink(missing_ok=True)
+            if isinstance(content, Path):
+                content.unlink(missing_ok=True)
 
     def replace(self, key: str, data: bytes, version: str) -> str | None:
         """Replace the content if it has this version; see `Blobs.replace`."""
@@ -224,7 +211,22 @@ class LocalBlobs:
 
     def keys(self, prefix: str, after: str = "") -> Iterator[str]:
         """Iterate over the keys with a prefix, after the key `after`, in their order."""
-        yield from self._keys(self.directory / prefix, prefix, after)
+        try:
+            with os.scandir(self.directory / prefix) as entries:
+                # Folder names sort with the slash that follows them in keys.
+                names = sorted(
+                    f"{entry.name}/" if entry.is_dir(follow_symlinks=False) else entry.name
+                    for entry in entries
+                )
+        except FileNotFoundError:
+            return
+        for name in names:
+            key = prefix + name
+            if name.endswith("/"):
+                if key != "temporary/" and (key > after or after.startswith(key)):
+                    yield from self.keys(key, after)
+            elif key > after and _KEY.fullmatch(key):
+                yield key
 
     def scratch(self, suffix: str) -> Path:
         """Return the name of a new file in ``temporary/``."""
@@ -273,11 +275,9 @@ class LocalBlobs:
         """Return a new, synced file in ``temporary/``; leave none if the disk is full."""
         path = self.scratch(".new")
         try:
-            with path.open("xb", buffering=0) as file:
-                for piece in pieces:
-                    view = memoryview(piece)
-                    while view:
-                        view = view[file.write(view) :]
+            with path.open("xb") as file:
+                file.writelines(pieces)
+                file.flush()
                 os.fsync(file.fileno())
         except OSError:
             path.unlink(missing_ok=True)
@@ -295,42 +295,45 @@ class LocalBlobs:
                 break
         self._durable.add(folder)
 
-    def _reserve(self, nbytes: int, *, on_disk: bool) -> None:
-        """Reserve space against the limit and the disk; raises `StoreFullError`."""
+    @contextlib.contextmanager
+    def _reserve_space(self, nbytes: int, *, on_disk: bool) -> Iterator[None]:
+        """Reserve space against the limit and the disk meanwhile; raises `StoreFullError`."""
+        new_on_disk = 0 if on_disk else nbytes
         while True:
             with self._accounts:
                 missing = self._missing(nbytes, on_disk=on_disk)
                 if missing <= 0:
                     self._reserved += nbytes
-                    self._reserved_on_disk += 0 if on_disk else nbytes
-                    return
+                    self._reserved_on_disk += new_on_disk
+                    break
             if self.limit and nbytes > self.limit:
                 message = f"{nbytes} bytes exceed the size limit of the store"
                 raise StoreFullError(message)
             if self.make_room is None or not self.make_room(missing):
                 raise StoreFullError
+        try:
+            yield
+        finally:
+            with self._accounts:
+                self._reserved -= nbytes
+                self._reserved_on_disk -= new_on_disk
 
     def _missing(self, nbytes: int, *, on_disk: bool) -> int:
-        over = self._used + self._reserved + nbytes - self.limit if self.limit else 0
+        over = self.used + self._reserved + nbytes - self.limit if self.limit else 0
         if on_disk or nbytes <= _SMALL:
             return over
         disk = os.statvfs(self.directory)
-        needed = self._reserve_bytes + self._reserved_on_disk + nbytes
+        needed = self._reserve + self._reserved_on_disk + nbytes
         return max(over, needed - disk.f_bavail * disk.f_frsize)
-
-    def _release(self, nbytes: int, *, on_disk: bool) -> None:
-        with self._accounts:
-            self._reserved -= nbytes
-            self._reserved_on_disk -= 0 if on_disk else nbytes
 
     def _add(self, nbytes: int) -> None:
         with self._accounts:
-            self._used += nbytes
+            self.used += nbytes
 
     def _count(self, until: float) -> None:
         """Count the blobs that existed before `until`. Later blobs count themselves."""
         total = 0
-        for key in self._keys(self.directory, "", ""):
+        for key in self.keys(""):
             if not self._opened.is_set():
                 return
             with contextlib.suppress(BlobNotFoundError):
@@ -338,26 +341,17 @@ class LocalBlobs:
                 total += status.st_size if status.st_ctime < until else 0
         self._add(total)
 
-    def _keys(self, folder: Path, prefix: str, after: str) -> Iterator[str]:
-        try:
-            with os.scandir(folder) as entries:
-                # Folder names sort with the slash that follows them in keys.
-                names = sorted(
-                    f"{entry.name}/" if entry.is_dir(follow_symlinks=False) else entry.name
-                    for entry in entries
-                )
-        except FileNotFoundError:
-            return
-        for name in names:
-            key = prefix + name
-            if name.endswith("/"):
-                if key != "temporary/" and (key > after or after.startswith(key)):
-                    yield from self._keys(folder / name, key, after)
-            elif key > after and _KEY.fullmatch(key):
-                yield key
-
     def _lock_of(self, key: str) -> threading.Lock:
         return self._key_locks[hash(key) % _LOCKS]
+
+
+@contextlib.contextmanager
+def _missing_blob(key: str) -> Iterator[None]:
+    """Turn the error of a missing file into that of a missing blob."""
+    try:
+        yield
+    except FileNotFoundError:
+        raise BlobNotFoundError(key) from None
 
 
 def _version(data: bytes) -> str:

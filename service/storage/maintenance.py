@@ -204,7 +204,7 @@ def _moved(blobs: Blobs, another: Blobs, prefix: str) -> str:
 
 
 def _race(key: str, version: str | None, *stores: Blobs) -> tuple[bytes, str]:
-    """Replace a version simultaneously, or create the blob; return the winner's data and version."""
+    """Replace a version, or create the blob, simultaneously; return the only successful write."""
     barrier = threading.Barrier(_WRITERS)
 
     def write(number: int) -> tuple[bytes, str | None]:
