@@ -7,13 +7,10 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from service.storage.blobs import Blobs
 from service.storage.gamuts import GamutStore
 from service.storage.local import LocalBlobs
-
-if TYPE_CHECKING:
-    from service.storage.blobs import Blobs
 
 __all__ = ["StoreLocationError", "blobs_at", "gamut_store", "is_address"]
 

@@ -18,12 +18,9 @@ from __future__ import annotations
 
 import errno
 import hashlib
-from typing import TYPE_CHECKING, NamedTuple, Protocol, TypeAlias
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
-    from typing import BinaryIO
+from collections.abc import Iterator
+from pathlib import Path
+from typing import BinaryIO, NamedTuple, Protocol, TypeAlias
 
 __all__ = [
     "UNVERSIONED",
@@ -79,7 +76,7 @@ UNVERSIONED = ""
 """Version of a new blob made of pieces or a file. Such blobs are large and never replaced, so a
 local store does not hash them."""
 
-Content: TypeAlias = "bytes | list[bytes] | Path"
+Content: TypeAlias = bytes | list[bytes] | Path
 """Content of a new blob: bytes, pieces of a large input, or a file of another process."""
 
 

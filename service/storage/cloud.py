@@ -25,7 +25,7 @@ import time
 from collections.abc import Callable, Iterator
 from datetime import timedelta
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Any, TypeVar
+from typing import IO, TYPE_CHECKING, Any, BinaryIO, TypeVar
 from urllib.parse import urlsplit
 
 import obstore
@@ -42,8 +42,6 @@ from obstore.store import AzureStore, GCSStore, S3Store
 from service.storage.blobs import Blob, BlobNotFoundError, Content, StoreUnavailableError
 
 if TYPE_CHECKING:
-    from typing import BinaryIO
-
     from obstore.store import RetryConfig
 
 __all__ = ["CloudBlobs"]
@@ -221,26 +219,20 @@ class CloudBlobs:
     def _request(self, verb: str, key: str, *, missing_bucket: bool = False) -> Iterator[None]:
         """Turn obstore's exceptions into those of `service.storage.blobs`."""
         self._outage.check()
+        failure: Exception | None = None
         try:
             yield
-        except FileNotFoundError as error:
-            self._outage.end()
-            if not missing_bucket:
-                raise BlobNotFoundError(key) from None
-            reason = _reason(error)
-        except BaseError as error:
-            reason = _reason(error)
-            if "Connect" in reason or "Timeout" in reason:
-                self._outage.begin()
-            else:
-                self._outage.end()
-        else:
-            self._outage.end()
-            return
-        logger.error("the store did not %s %s: %s", verb, key or "its keys", reason)
-        message = f"the store did not {verb} {key or 'its keys'}: {reason}"
-        # Without the cause, whose text may contain signed addresses.
-        raise StoreUnavailableError(message) from None
+        except (FileNotFoundError, BaseError) as error:
+            failure = error
+        reason = _reason(failure) if failure else ""
+        self._outage.record(answered="Connect" not in reason and "Timeout" not in reason)
+        if isinstance(failure, FileNotFoundError) and not missing_bucket:
+            raise BlobNotFoundError(key)
+        if failure:
+            # Without the cause, whose text may contain signed addresses.
+            message = f"the store did not {verb} {key or 'its keys'}: {reason}"
+            logger.error("%s", message)
+            raise StoreUnavailableError(message)
 
     def _put(self, key: str, content: bytes | Path, mode: Any) -> str | None:  # noqa: ANN401
         """Put an object conditionally; return None if the condition does not hold."""
@@ -308,15 +300,11 @@ def _retry(request: Callable[[], T]) -> T:
         except _FINAL:
             raise
         except BaseError as error:
-            if _is_timeout(error):
+            if "kind: Timeout" in str(error):
+                # Another attempt would wait as long.
                 raise
             time.sleep(pause)
     return request()
-
-
-def _is_timeout(error: BaseError) -> bool:
-    """Return whether the bucket did not answer in time. Another attempt would wait as long."""
-    return "kind: Timeout" in str(error)
 
 
 class _Outage:
@@ -341,16 +329,15 @@ class _Outage:
                 raise StoreUnavailableError(message)
             self._next_trial = now + _TRIAL_SECONDS
 
-    def begin(self) -> None:
-        """Record that a call was not answered."""
+    def record(self, *, answered: bool) -> None:
+        """Record whether a call was answered."""
         with self._lock:
             now = time.monotonic()
-            self._since = now if self._since is None else self._since
             self._next_trial = now + _TRIAL_SECONDS
-
-    def end(self) -> None:
-        """Record an answer."""
-        self._since = None
+            if answered:
+                self._since = None
+            elif self._since is None:
+                self._since = now
 
 
 _REASONS = (

@@ -26,6 +26,7 @@ import logging
 import secrets
 import threading
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -105,7 +106,7 @@ class GamutStore:
         self._deletions = Deletions(blobs) if blobs.remote else None
         self._lock = threading.Lock()
         self._quarantine_lock = threading.Lock()
-        self._publishing: dict[str, int] = {}
+        self._publishing: Counter[str] = Counter()
         # Local records are read in microseconds, so only remote ones are cached.
         self._cached = PublishedCache(_CACHED_RECORDS, _RECORD_SECONDS if blobs.remote else 0)
         self._used: dict[str, float] = {}
@@ -185,8 +186,7 @@ class GamutStore:
                 self.misses += 1
             raise
         except StoreUnavailableError:
-            known = self._cached.get(gamut_id, stale=True)
-            if known is None:
+            if (known := self._cached.get(gamut_id, stale=True)) is None:
                 raise
             record = known
         with self._lock:
@@ -292,7 +292,14 @@ class GamutStore:
         `record` is the record that the gamut was read with. A newer gamut with the same id is not
         moved.
         """
-        return self._quarantine_gamut(record.id, reason, record)
+
+        def is_still(now: bytes) -> bool:
+            try:
+                return PublishedGamut.from_bytes(now) == record
+            except (ValueError, TypeError):
+                return True
+
+        return self._quarantine_gamut(record.id, reason, record, is_still)
 
     def keep_input(
         self,
@@ -406,14 +413,12 @@ class GamutStore:
     @contextlib.contextmanager
     def _mark_publishing(self, gamut_id: str) -> Iterator[None]:
         with self._lock:
-            self._publishing[gamut_id] = self._publishing.get(gamut_id, 0) + 1
+            self._publishing[gamut_id] += 1
         try:
             yield
         finally:
             with self._lock:
-                self._publishing[gamut_id] -= 1
-                if not self._publishing[gamut_id]:
-                    del self._publishing[gamut_id]
+                self._publishing -= Counter([gamut_id])
             self._note(gamut_id)
 
     def _commit(self, record: PublishedGamut) -> PublishedGamut:
@@ -459,7 +464,7 @@ class GamutStore:
             if record is not None and not flaw:
                 self._cached.put(record)
                 return record
-        raise self._quarantine_gamut(gamut_id, flaw, record, data)
+        raise self._quarantine_gamut(gamut_id, flaw, record, lambda now: now == data)
 
     def _flaw(self, record: PublishedGamut, gamut_id: str) -> str:
         """Return the fault of a record that matches its digest; empty if there is none."""
@@ -477,9 +482,8 @@ class GamutStore:
 
     def _open_verified(self, record: PublishedGamut) -> BinaryIO:
         """Return a history file that matches the record's digest, at its start."""
-        file = self.blobs.stream(record.key)
         with contextlib.ExitStack() as closing:
-            closing.enter_context(file)
+            file = closing.enter_context(self.blobs.stream(record.key))
             digest = hashlib.sha256()
             while chunk := file.read(_CHUNK):
                 digest.update(chunk)
@@ -487,7 +491,7 @@ class GamutStore:
                 raise BlobDamagedError(record.key)
             file.seek(0)
             closing.pop_all()
-        return file
+            return file
 
     def _read_input(self, gamut_id: str, target: BinaryIO | None) -> dict[str, Any]:
         """Return the options and copy the data; move a damaged input to the quarantine."""
@@ -506,9 +510,13 @@ class GamutStore:
         raise BlobNotFoundError(key)
 
     def _quarantine_gamut(
-        self, gamut_id: str, reason: str, record: PublishedGamut | None, data: bytes | None = None
+        self,
+        gamut_id: str,
+        reason: str,
+        record: PublishedGamut | None,
+        is_still: Callable[[bytes], bool],
     ) -> GamutDamagedError:
-        """Move a gamut to the quarantine, unless a newer one has replaced it."""
+        """Move a gamut to the quarantine, unless a newer one has replaced it (`is_still`)."""
         self._cached.discard(gamut_id)
         histories = []
         if record is not None and record.id == gamut_id:
@@ -518,11 +526,7 @@ class GamutStore:
             # publishing one.
             histories = [key for key in self._keys_of(gamut_id) if key.endswith(".gamut")]
         # The record first, because without it the rest is not a gamut.
-        self._quarantine(
-            [blob_key(gamut_id, "record"), *histories],
-            reason,
-            lambda now: _is_still(now, record, data),
-        )
+        self._quarantine([blob_key(gamut_id, "record"), *histories], reason, is_still)
         return GamutDamagedError(gamut_id, input_kept=self.input_kept(gamut_id))
 
     def _quarantine(
@@ -589,13 +593,3 @@ def _copy_verified(source: BinaryIO, target: BinaryIO | None) -> dict[str, Any]:
         raise BlobDamagedError(message)
     options: dict[str, Any] = head["options"] if "sha256" in head else json.loads(line)
     return options
-
-
-def _is_still(now: bytes, record: PublishedGamut | None, data: bytes | None) -> bool:
-    """Return whether a record is still the record that was found damaged."""
-    if data is not None:
-        return now == data
-    try:
-        return PublishedGamut.from_bytes(now) == record
-    except (ValueError, TypeError):
-        return True

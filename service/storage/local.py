@@ -19,14 +19,11 @@ import re
 import secrets
 import threading
 import time
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import IO, TYPE_CHECKING
+from typing import IO, BinaryIO
 
 from service.storage.blobs import UNVERSIONED, Blob, BlobNotFoundError, Content, StoreFullError
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-    from typing import BinaryIO
 
 __all__ = ["LocalBlobs", "StoreInUseError"]
 

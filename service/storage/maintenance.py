@@ -17,21 +17,17 @@ import secrets
 import statistics
 import threading
 import time
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING, NamedTuple, TextIO
+from typing import NamedTuple, TextIO
 
 from gamutcore.version import ALGORITHM_VERSION
-from service.storage.blobs import BlobNotFoundError, StoreUnavailableError
+from service.storage.blobs import BlobNotFoundError, Blobs, StoreUnavailableError
+from service.storage.gamuts import GamutStore
 from service.storage.local import LocalBlobs, StoreInUseError
 from service.storage.names import display_name
 from service.storage.published import PublishedGamut, blob_key
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
-
-    from service.storage.blobs import Blobs
-    from service.storage.gamuts import GamutStore
 
 __all__ = ["NOT_PROVED", "Finding", "findings", "list_gamuts", "prune", "report"]
 
