@@ -227,12 +227,12 @@ class CloudBlobs:
         reason = _reason(failure) if failure else ""
         self._outage.record(answered="Connect" not in reason and "Timeout" not in reason)
         if isinstance(failure, FileNotFoundError) and not missing_bucket:
-            raise BlobNotFoundError(key)
+            raise BlobNotFoundError(key) from None
         if failure:
-            # Without the cause, whose text may contain signed addresses.
             message = f"the store did not {verb} {key or 'its keys'}: {reason}"
             logger.error("%s", message)
-            raise StoreUnavailableError(message)
+            # Without the cause, whose text may contain signed addresses.
+            raise StoreUnavailableError(message) from None
 
     def _put(self, key: str, content: bytes | Path, mode: Any) -> str | None:  # noqa: ANN401
         """Put an object conditionally; return None if the condition does not hold."""

@@ -187,27 +187,24 @@ def remove_uncommitted(store: GamutStore, goes_on: Callable[[], bool]) -> int:
     The storage must belong to this process: in a shared one, other publishers are unknown.
     `goes_on` tells whether to continue.
     """
-    removed = 0
-    for gamut_id, keys in groupby(store.blobs.keys("published/"), id_of):
+    removed, blobs = 0, store.blobs
+    for gamut_id, keys in groupby(blobs.keys("published/"), id_of):
         if not goes_on():
             break
         histories = [key for key in keys if key.endswith(".gamut")]
         # The keys are read first: a gamut that is not being published now was committed before.
-        if not store.is_being_published(gamut_id):
-            removed += sum(map(store.blobs.delete, _uncommitted(store, gamut_id, histories)))
+        if store.is_being_published(gamut_id):
+            continue
+        record = blob_key(gamut_id, "record")
+        if len(histories) == 1 and stored_bytes(blobs, record):
+            # The usual case, without a read. A record that names another history is damaged, and
+            # reading it will show that.
+            continue
+        try:
+            committed = PublishedGamut.from_bytes(blobs.read(record).data).key
+        except BlobNotFoundError:
+            committed = ""
+        except (ValueError, TypeError):
+            continue  # for the quarantine
+        removed += sum(blobs.delete(key) for key in histories if key != committed)
     return removed
-
-
-def _uncommitted(store: GamutStore, gamut_id: str, histories: list[str]) -> list[str]:
-    record = blob_key(gamut_id, "record")
-    if len(histories) == 1 and stored_bytes(store.blobs, record):
-        # The usual case, without a read. A record that names another history is damaged, and
-        # reading it will show that.
-        return []
-    try:
-        committed = PublishedGamut.from_bytes(store.blobs.read(record).data).key
-    except BlobNotFoundError:
-        return histories
-    except (ValueError, TypeError):
-        return []  # for the quarantine
-    return [key for key in histories if key != committed]

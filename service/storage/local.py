@@ -58,8 +58,8 @@ class LocalBlobs:
         self.directory = directory.absolute()
         self.limit = limit
         self.make_room: Callable[[int], bool] | None = None
+        # Total size of all blobs. Without a limit it is known only some time after the opening.
         self.used = 0
-        """Total size of all blobs. Without a limit it is known only some time after the opening."""
         self._reserve = reserve
         self._temporary = self.directory / "temporary"
         self._lock: IO[bytes] | None = None

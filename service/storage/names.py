@@ -139,9 +139,8 @@ class Names:
         except BlobNotFoundError:
             return GamutName(), None
         try:
-            document = json.loads(unseal(blob.data))
-            return GamutName(**document), blob.version
-        except (BlobDamagedError, ValueError, TypeError):
+            return GamutName(**json.loads(unseal(blob.data))), blob.version
+        except (ValueError, TypeError):
             return GamutName(), blob.version
 
 
