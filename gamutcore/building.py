@@ -14,7 +14,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gamutcore.boundary import mesh_boundary, vertex_device_values, wrap_colours
+from gamutcore.boundary import (
+    mesh_boundary,
+    mesh_vertices,
+    vertex_device_values,
+    wrap_colours,
+)
 from gamutcore.characterisation import (
     Characterisation,
     GamutMesh,
@@ -368,8 +373,9 @@ def _boundary_of_mesh(mesh: GamutMesh, options: Options) -> _FullBoundary:
     """Return a mesh as the boundary, after the checks of its colour space and its surface."""
     declared = declared_space(mesh.space_notes)
     space = options.colour_space(mesh.provenance.get("white_luminance"))
-    assumption_warnings = check_mesh_space(mesh.vertices, declared, space)
-    xyz = space.tristimulus(mesh.vertices)
+    vertices = mesh_vertices(mesh)
+    assumption_warnings = check_mesh_space(vertices, declared, space)
+    xyz = space.tristimulus(vertices)
     chromaticity = chromaticity_gamut(xyz, xyz[:, 1])
     boundary, provenance = mesh_boundary(mesh, options.centre)
     provenance["colour_space"] = {

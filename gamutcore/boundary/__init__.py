@@ -1,7 +1,7 @@
 """Boundaries: closed, valid surfaces around the colours of a device, star-shaped about a centre."""
 
 from gamutcore.boundary.device_surface import device_surface_boundary
-from gamutcore.boundary.mesh_boundary import mesh_boundary
+from gamutcore.boundary.mesh_boundary import mesh_boundary, mesh_vertices
 from gamutcore.boundary.methods import BOUNDARIES, compute_boundary, vertex_device_values
 from gamutcore.boundary.modified_convex_hull import GAMMA, Boundary, modified_convex_hull
 from gamutcore.boundary.spherical_segments import (
@@ -23,6 +23,7 @@ __all__ = [
     "compute_boundary",
     "device_surface_boundary",
     "mesh_boundary",
+    "mesh_vertices",
     "modified_convex_hull",
     "segment_maxima",
     "usv",

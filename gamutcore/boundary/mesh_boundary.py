@@ -39,6 +39,11 @@ EXPLAINED = 200_000
 """Largest number of faces for which self-contacts are told from handles: the check takes 1 s."""
 
 
+def mesh_vertices(mesh: GamutMesh) -> FloatArray:
+    """Return the vertices in the space of the boundary, (v, 3): CIEXYZ of a profile as CIELAB."""
+    return mesh.vertices if mesh.space == "CIELAB" else xyz_to_lab(mesh.vertices)
+
+
 def mesh_boundary(
     mesh: GamutMesh, centre: ArrayLike | Literal["auto"] = "auto"
 ) -> tuple[Boundary, dict[str, JSON]]:
@@ -66,8 +71,7 @@ def mesh_boundary(
     CentreError
         The mesh is star-shaped, but not about the requested centre.
     """
-    vertices = mesh.vertices if mesh.space == "CIELAB" else xyz_to_lab(mesh.vertices)
-    exact = _closed_surface(vertices, mesh.faces)
+    exact = _closed_surface(mesh_vertices(mesh), mesh.faces)
     steps = _steps(np.asarray(exact.mesh.vertices, np.float64))
     for step in steps:
         try:

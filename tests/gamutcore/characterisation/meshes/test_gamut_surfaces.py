@@ -7,8 +7,10 @@ import subprocess
 import numpy as np
 import pytest
 
+from gamutcore import Gamut
 from gamutcore.boundary import mesh_boundary
 from gamutcore.characterisation import GamutMesh, Samples, embedded_boundary, read_characterisation
+from gamutcore.colours import lab_to_xyz
 from gamutcore.errors import (
     MalformedFileError,
     MalformedProfileError,
@@ -184,6 +186,18 @@ def test_a_boundary_in_xyz_says_so(profile):
     # the colours' lightness by CIE 15: Y 0.9 and three times Y 0.1
     lightness = [116 * 0.9 ** (1 / 3) - 16, 116 * 0.1 ** (1 / 3) - 16]
     np.testing.assert_allclose(sorted(boundary.mesh.vertices[:, 0])[2:], lightness[::-1], atol=1e-3)
+
+
+def test_a_boundary_in_xyz_has_the_chromaticities_of_the_same_colours_in_cielab(made_profile):
+    lab = np.array([(30, -20, -20), (90, 0, 0), (50, 60, 0), (50, 0, 60)], dtype=float)
+    described = []
+    for pcs, vertices in (("Lab ", lab), ("XYZ ", lab_to_xyz(lab))):
+        data = made_profile({"gbd1": element(vertices)}, pcs=pcs, kind="mntr", version=5)
+        described.append(Gamut(data, {"source": "boundary"}).chromaticity().xy)
+    described = [xy[np.argsort(xy[:, 0])] for xy in described]
+    assert len(described[0]) >= 3
+    # float32 of the file
+    np.testing.assert_allclose(described[1], described[0], atol=1e-5)
 
 
 def test_vertices_that_are_numbered_from_one_are_understood(profile):

@@ -1,0 +1,46 @@
+"""A store that revision 36d52e7 wrote is opened: its gamut is served, and its jobs end."""
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+
+STORE = Path(__file__).parents[2] / "data" / "store-36d52e7"
+GAMUT = "066e3575cabaac9f75983e622a0c51d006797a5f3ccdcba84d9f382a5acc9ed1"
+RUNNING = "8bfaf70c010695fb3f3451f29f8f42dc814d3f7d432d392a83efcdee1f43e92b"
+WAITING = "b07f816277abcd61c33ff82be078c4a3a33ee9e52a0642e3ad8191575c0c66ef"
+
+
+@pytest.fixture
+def upgraded(tmp_path, start_server):
+    shutil.copytree(STORE, tmp_path / "store")
+    return start_server(tmp_path / "store")
+
+
+@pytest.mark.slow
+def test_gamuts_names_and_jobs_of_an_earlier_revision_are_read(upgraded):
+    client = upgraded.client
+    (listed,) = client.get("/v1/gamuts").json()["gamuts"]
+    assert (listed["id"], listed["name"]) == (GAMUT, "A small press")
+    described = client.get(f"/v1/gamuts/{GAMUT}")
+    # The bytes are those that the earlier revision served: the address is immutable.
+    published = STORE / "published" / GAMUT[:2] / f"{GAMUT}.record"
+    stored = json.loads(published.read_bytes().partition(b"\n")[2])["description"]
+    assert {name: described.json()[name] for name in stored} == stored
+    assert client.get(f"/v1/jobs/{GAMUT}").json()["state"] == "succeeded"
+    # The full mesh is closed around the sphere of radius 30 that the samples are from.
+    mesh = client.get(f"/v1/gamuts/{GAMUT}/mesh.ply?max_error=0")
+    assert int(mesh.headers["gamut-triangles"]) == stored["counts"]["triangles"]
+    asked = {"colours": [[50, 0, 0], [50, 31, 0]]}
+    answer = client.post(f"/v1/gamuts/{GAMUT}/contains", json=asked)
+    assert answer.json()["inside"] == [True, False], answer.text
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("job", [RUNNING, WAITING])
+def test_a_build_of_an_earlier_algorithm_ends_with_a_remedy(upgraded, job):
+    ended = upgraded.finished_job(f"/v1/jobs/{job}")
+    assert ended["state"] == "failed"
+    assert ended["problem"]["code"] == "build-outdated"
+    assert "again" in ended["problem"]["remedy"]
