@@ -13,7 +13,7 @@ import logging
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from typing import TypeVar, TypeVarTuple, Unpack
+from typing import TypeVar
 
 from service.broker.celery_app import Broker, BrokerUnavailableError, Outbox, celery_app
 from service.building.engine import Engine, EngineFacts, queue_full
@@ -28,7 +28,6 @@ __all__ = ["CeleryEngine"]
 logger = logging.getLogger(__name__)
 
 T = TypeVar("T")
-Ts = TypeVarTuple("Ts")
 
 _THREADS = 4
 """Number of simultaneous broker calls; each takes a millisecond or times out after seconds."""
@@ -143,5 +142,5 @@ class CeleryEngine(Engine):
                 self._unfinished = await asyncio.to_thread(self._outbox.count)
             await asyncio.sleep(_OBSERVE_SECONDS)
 
-    async def _in_thread(self, function: Callable[[Unpack[Ts]], T], *arguments: *Ts) -> T:
+    async def _in_thread(self, function: Callable[..., T], *arguments: object) -> T:
         return await asyncio.get_running_loop().run_in_executor(self._threads, function, *arguments)

@@ -12,6 +12,7 @@ given back and sent again.
 
 from __future__ import annotations
 
+import contextlib
 import logging
 import mmap
 import multiprocessing
@@ -46,7 +47,7 @@ from service.storage.location import StoreLocationError, gamut_store
 from service.telemetry.build_observer import BuildObserver, BuildReports
 from service.telemetry.logs import complain
 from service.telemetry.metrics import serve_metrics
-from service.telemetry.traces import Traces, traces_enabled, traces_of
+from service.telemetry.traces import traces_enabled, traces_of
 
 __all__ = ["Slot", "count_deliveries_patiently", "run_worker"]
 
@@ -297,24 +298,20 @@ def run_worker(settings: Settings) -> int:
     app.conf.worker_proc_alive_timeout = _START_SECONDS
     app.steps["consumer"].add(_Sign)
     slot: list[Slot] = []
-    tracing: list[Traces] = []
+    closing = contextlib.ExitStack()
 
     def start_slot(**_: object) -> None:
         number = billiard.current_process().index
         slots[number] = False  # an earlier process may have left True
         traces = traces_of(settings.traces)
-        tracing[:] = [] if traces is None else [traces]
+        if traces is not None:
+            closing.callback(traces.close)
         observer = BuildObserver(reports if settings.worker_metrics_port else None, traces)
         slot[:] = [Slot(settings, _open_store(settings), Broker(app), observer)]
+        closing.callback(slot[0].runner.close)
         _in_background(slot[0].keep_warm, lambda warm: slots.__setitem__(number, warm))
         if number == 0:
             _in_background(slot[0].sweep_forever)
-
-    def stop_slot(**_: object) -> None:
-        if slot:
-            slot[0].runner.close()
-        for traces in tracing:
-            traces.close()
 
     @app.task(name=TASK)
     def build(job_id: str) -> None:
@@ -332,7 +329,7 @@ def run_worker(settings: Settings) -> int:
     celery.apps.worker.safe_say = _say
     signals.setup_logging.connect(_leave_logging, weak=False)
     signals.worker_process_init.connect(start_slot, weak=False)
-    signals.worker_process_shutdown.connect(stop_slot, weak=False)
+    signals.worker_process_shutdown.connect(lambda **_: closing.close(), weak=False)
     worker = app.Worker(
         hostname=f"{socket.gethostname()}-{os.getpid()}",
         concurrency=settings.build_workers,

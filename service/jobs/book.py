@@ -156,7 +156,7 @@ class Claim:
 class JobBook:
     """The jobs of a deployment under ``jobs/``, on hosts whose clocks agree to within a lease.
 
-    For a damaged document, `lost_options` maps the job's id to the build's options, or to None if
+    For a damaged document, `lost_options` gives the build's options by the job's id, or None if
     there is nothing to build. The process that replaces or removes the document calls `on_damaged`
     with the id.
     """
@@ -166,14 +166,14 @@ class JobBook:
         blobs: Blobs,
         attempts: int = 3,
         clock: Callable[[], float] = time.time,
-        lost_options: Callable[[str], Mapping[str, Any] | None] | None = None,
-        on_damaged: Callable[[str], None] | None = None,
+        lost_options: Callable[[str], Mapping[str, Any] | None] = lambda _: None,
+        on_damaged: Callable[[str], None] = lambda _: None,
     ) -> None:
         self._blobs = blobs
         self._attempts = attempts
         self._clock = clock
         self._lost_options = lost_options
-        self._on_damaged = on_damaged or (lambda _: None)
+        self._on_damaged = on_damaged
 
     @classmethod
     def of_store(cls, store: GamutStore, attempts: int) -> JobBook:
@@ -237,7 +237,7 @@ class JobBook:
             if document.state == "running" and (document.lease_until or 0.0) > self._clock():
                 return None
             if document.attempts >= self._attempts:
-                self._replace(self._give_up(document, None), version)
+                self._replace(self._give_up(document), version)
                 continue
             time_ = self._now()
             claimed = replace(
@@ -277,10 +277,7 @@ class JobBook:
 
         Raise `LeaseLostError` if the claim was lost.
         """
-        document = claim.document
-        if document.attempts >= self._attempts:
-            return self._change(claim, self._give_up(document, problem)).document
-        return self._change(claim, self._queue_again(document, document.attempts)).document
+        return self._change(claim, self._queue_or_give_up(claim.document, problem)).document
 
     def release(self, claim: Claim) -> JobDocument:
         """Give an unfinished job back: queue it again without counting the attempt.
@@ -408,7 +405,7 @@ class JobBook:
                 return JobDocument.from_bytes(blob.data), blob.version
             except (BlobDamagedError, TypeError) as error:
                 logger.error("document of job %s is damaged: %s", job_id, error)  # noqa: TRY400 - no defect
-            options = None if self._lost_options is None else self._lost_options(job_id)
+            options = self._lost_options(job_id)
             if options is None:
                 # The options are lost. A client that wants the gamut must post the data again.
                 if self._blobs.delete(_key(job_id)):
@@ -454,10 +451,12 @@ class JobBook:
             return None
         return None if version == refused else version
 
-    def _queue_or_give_up(self, document: JobDocument) -> JobDocument:
-        """Return a job whose owner is gone as queued, or as failed after the last attempt."""
+    def _queue_or_give_up(
+        self, document: JobDocument, problem: Problem | None = None
+    ) -> JobDocument:
+        """Return a job whose builder is gone as queued, or as failed after the last attempt."""
         if document.state == "running" and document.attempts >= self._attempts:
-            return self._give_up(document, None)
+            return self._give_up(document, problem)
         return self._queue_again(document, document.attempts)
 
     def _queue_again(self, document: JobDocument, attempts: int) -> JobDocument:
@@ -472,7 +471,7 @@ class JobBook:
             lease_until=None,
         )
 
-    def _give_up(self, document: JobDocument, problem: Problem | None) -> JobDocument:
+    def _give_up(self, document: JobDocument, problem: Problem | None = None) -> JobDocument:
         detail = f"The builder of this gamut died, {document.attempts} times."
         return self._end(document, "failed", problem or Problem("build-crashed", detail))
 
