@@ -227,7 +227,9 @@ class EmbeddedEngine(Engine):
                     delay = _RESTART_DELAYS[min(failures, len(_RESTART_DELAYS) - 1)]
                     await asyncio.wait_for(self._draining.wait(), delay)
                 try:
-                    process = await loop.run_in_executor(self._threads, runner.warm, self._closing)
+                    process = await loop.run_in_executor(
+                        self._threads, runner.warm, self._closing.check
+                    )
                     failures = 0
                     while runner.process is process and (document := await self._next(process)):
                         await self._run_job(runner, _Run(document))

@@ -87,10 +87,19 @@ class _HeldClaim:
     intervals must fit into a lease.
     """
 
-    def __init__(self, book: JobBook, claim: Claim, interval: float) -> None:
+    def __init__(
+        self,
+        book: JobBook,
+        claim: Claim,
+        interval: float,
+        interruption: Interruption,
+        changed: Callable[[JobDocument], None],
+    ) -> None:
         self._book = book
         self._claim = claim
         self._interval = interval
+        self._interruption = interruption
+        self._changed = changed
         self._stage, self._fraction = claim.document.stage, claim.document.fraction
         self._lost: LeaseLostError | None = None
         self._ended = threading.Event()
@@ -114,12 +123,14 @@ class _HeldClaim:
         """The newest claim, for use after the context."""
         return replace(self._claim, document=self.document)
 
-    def note(self, stage: str, fraction: float) -> None:
-        """Set the progress. The next renewal stores it."""
+    def progress(self, stage: str, fraction: float) -> None:
+        """Report the progress. The next renewal stores it."""
         self._stage, self._fraction = stage, fraction
+        self._changed(self.document)
 
     def check(self) -> None:
-        """Raise `LeaseLostError` if the claim is known to be lost."""
+        """Raise an exception if the build must end: an interruption, or `LeaseLostError`."""
+        self._interruption.check()
         if self._lost is not None:
             raise self._lost
 
@@ -172,17 +183,16 @@ class JobRunner:
         process = self._process
         return process if process is not None and process.alive else None
 
-    def warm(self, interruption: Interruption | None = None) -> BuildProcess:
-        """Return the warm process, after starting it if needed.
+    def warm(self, check: Callable[[], None] = lambda: None) -> BuildProcess:
+        """Return the warm process, after starting it if needed. An exception of `check` ends it.
 
-        Raise `ProcessDiedError` or OSError if the process cannot be started, and `Interrupted` if
-        the start was interrupted.
+        Raise `ProcessDiedError` or OSError if the process cannot be started.
         """
         process = self.process
         if process is None:
             self.close()
             process = BuildProcess(self._command)
-            process.wait_until_ready((interruption or Interruption()).check)
+            process.wait_until_ready(check)
             self._process = process
             self.starts += 1
             logger.info("build worker %d is warm", process.pid)
@@ -209,7 +219,7 @@ class JobRunner:
         interruption = interruption or Interruption()
         while True:
             try:
-                self.warm(interruption)
+                self.warm(interruption.check)
             except (Interrupted, JobCancelledError):
                 return Outcome("released", self._book.read(job_id))
             claim = self._book.claim(job_id, self.owner, self._lease)
@@ -227,10 +237,10 @@ class JobRunner:
         document = claim.document
         logger.info("build of %s started, attempt %d", document.id, document.attempts)
         clock = time.monotonic()
-        held = _HeldClaim(self._book, claim, self._heartbeat)
+        held = _HeldClaim(self._book, claim, self._heartbeat, interruption, changed)
         try:
             with held:
-                problem, stages = self._build(held, interruption, changed)
+                problem, stages = self._build(held)
             return self._finish(held.claim, problem, stages, time.monotonic() - clock)
         except Interrupted:
             logger.info("build of %s is given back", document.id)
@@ -256,27 +266,13 @@ class JobRunner:
             logger.warning("build of %s: the store is unavailable: %s", document.id, error)
             return self._give_back(held.claim, Problem.store_unavailable())
 
-    def _build(
-        self,
-        held: _HeldClaim,
-        interruption: Interruption,
-        changed: Callable[[JobDocument], None],
-    ) -> tuple[Problem | None, dict[str, float] | None]:
+    def _build(self, held: _HeldClaim) -> tuple[Problem | None, dict[str, float] | None]:
         """Build a claimed job and publish the gamut.
 
         Return the problem, if any, and the seconds by stage: None if the gamut was stored already.
         """
         job_id = held.document.id
         scratch: list[Path] = []
-
-        def check() -> None:
-            interruption.check()
-            held.check()
-
-        def progress(stage: str, fraction: float) -> None:
-            held.note(stage, fraction)
-            changed(held.document)
-
         try:
             # An identical request may have ended since this one looked into the store.
             if self._store.is_stored(job_id):
@@ -299,10 +295,11 @@ class JobRunner:
                 "memory": self._settings.build_memory_bytes,
                 "seconds": self._settings.build_timeout,
             }
-            event = self.warm(interruption).result(request, progress=progress, check=check)
+            process = self.warm(held.check)
+            event = process.result(request, progress=held.progress, check=held.check)
             problem = self._problem_of(event)
             if problem is None:
-                check()
+                held.check()
                 description = event["description"]
                 StoredDescription.model_validate(description)
                 record = Record(job_id, event["sha256"], event["nbytes"], now(), description)
