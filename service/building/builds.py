@@ -62,7 +62,7 @@ class Builds:
         self._arriving = 0
         self._subscriptions: dict[str, set[_Subscription]] = {}
         self._forgetting: asyncio.Task[None] | None = None
-        self._draining = False
+        self.draining = False
 
     async def start(self) -> None:
         """Start the engine."""
@@ -71,7 +71,7 @@ class Builds:
 
     def drain(self) -> None:
         """Refuse new builds, start none, and wake the requests that wait for queued jobs."""
-        self._draining = True
+        self.draining = True
         self._engine.drain()
         for subscriptions in self._subscriptions.values():
             for subscription in subscriptions:
@@ -97,7 +97,7 @@ class Builds:
 
         `counted` builds that arrive are the caller's own.
         """
-        if self._draining:
+        if self.draining:
             detail = "The service is stopping and accepts no new builds."
             raise ProblemError(Problem("shutting-down", detail, headers={"Retry-After": "5"}))
         await self._engine.check_admission(self._arriving - counted)
@@ -160,7 +160,7 @@ class Builds:
                 remaining = deadline - time.monotonic()
                 if document is None or document.final or remaining <= 0:
                     return document
-                if self._draining and document.state == "queued":
+                if self.draining and document.state == "queued":
                     return document
                 await self._wait_for_change(job_id, subscription, remaining)
 
@@ -186,7 +186,7 @@ class Builds:
                 elif time.monotonic() >= beat:
                     beat = time.monotonic() + heartbeat
                     yield None
-                if self._draining:
+                if self.draining:
                     return
                 remaining = max(beat - time.monotonic(), 0.0)
                 await self._wait_for_change(job_id, subscription, remaining)
