@@ -18,7 +18,7 @@ from service.access.api_keys import KeyFileError, new_key
 from service.access.middleware import OpenToAllError
 from service.application import create_app
 from service.broker import health
-from service.building.confinement import hide_memory
+from service.building.process import hide_memory
 from service.container import MISSING_BROKER_EXTRA, EngineMissingError
 from service.server import AddressUnavailableError, Server, bind_sockets, server_config
 from service.settings import ENVIRONMENT_PREFIX, Settings, settings_text

@@ -2,7 +2,7 @@
 
 It has no state. Any replica can be lost, and all others answer from the job book. While the broker
 is unavailable, new builds are refused with 503 before anything is stored. A job that was accepted
-just before is durable, and workers find it (`service.broker.outbox`).
+just before is durable, and workers find it (`service.broker.celery_app.Outbox`).
 """
 
 from __future__ import annotations
@@ -11,27 +11,22 @@ import asyncio
 import contextlib
 import logging
 import time
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from typing import TYPE_CHECKING, ParamSpec, TypeVar
+from typing import TypeVar
 
-from service.broker.celery_app import Broker, BrokerUnavailableError, celery_app
-from service.broker.outbox import Outbox
-from service.building.engine import EngineFacts, queue_full, shutting_down
+from service.broker.celery_app import Broker, BrokerUnavailableError, Outbox, celery_app
+from service.building.engine import Engine, EngineFacts, queue_full
+from service.jobs.book import JobBook, JobDocument
 from service.problems.problem import Problem, ProblemError
+from service.settings import Settings
 from service.storage.blobs import StoreUnavailableError
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from service.jobs.book import JobBook, JobDocument
-    from service.settings import Settings
-    from service.storage.gamuts import GamutStore
+from service.storage.gamuts import GamutStore
 
 __all__ = ["CeleryEngine"]
 
 logger = logging.getLogger(__name__)
 
-P = ParamSpec("P")
 T = TypeVar("T")
 
 _THREADS = 4
@@ -43,13 +38,11 @@ _OBSERVE_SECONDS = 5.0
 _REFUSE_SECONDS = 2.0
 """Time for which an unresponsive broker is not asked again; POST is refused at once."""
 
-_BUILD_SECONDS = 2.0
+_BUILD_SECONDS = 2
 """Assumed seconds of a build, for Retry-After (``inputs`` in benchmarks/results.json)."""
 
-_LONGEST_RETRY = 60
 
-
-class CeleryEngine:
+class CeleryEngine(Engine):
     """Sends jobs to the workers of the deployment."""
 
     def __init__(self, settings: Settings, store: GamutStore, book: JobBook) -> None:
@@ -58,38 +51,27 @@ class CeleryEngine:
         self._outbox = Outbox(store.blobs, book)
         self._threads = ThreadPoolExecutor(_THREADS, thread_name_prefix="broker")
         self._observing: asyncio.Task[None] | None = None
-        self._draining = False
         self._refused_until = 0.0
         self._waiting = self._unfinished = 0
 
-    def listen(self, listener: Callable[[JobDocument], None]) -> None:
-        """Ignore the listener: the book has everything that is known about a job."""
-
-    async def start(self) -> None:
-        """Start to observe the queue."""
+    async def start(self, changed: Callable[[JobDocument], None]) -> None:  # noqa: ARG002
+        """Start to observe the queue. Changes of jobs are in the book only."""
         self._observing = asyncio.create_task(self._observe(), name="queue observer")
-
-    def drain(self) -> None:
-        """Refuse new builds. Running builds are elsewhere."""
-        self._draining = True
 
     async def stop(self) -> None:
         """Disconnect from the broker."""
-        self.drain()
         if self._observing is not None:
             self._observing.cancel()
             await asyncio.gather(self._observing, return_exceptions=True)
         await self._in_thread(self._broker.close)
         self._threads.shutdown(wait=False, cancel_futures=True)
 
-    async def check_admission(self, arriving: int = 0) -> None:
-        """Raise the problem that would refuse a new build, if there is one.
+    async def check_admission(self, arriving: int) -> None:
+        """Raise ``queue-full`` or ``broker-unavailable`` if a new build would be refused.
 
         The queue length is the broker's current one, without messages of jobs that have ended.
         Replicas that admit builds at the same moment may exceed the limit by their number.
         """
-        if self._draining:
-            raise shutting_down()
         if time.monotonic() < self._refused_until:
             raise self._unavailable()
         try:
@@ -103,7 +85,7 @@ class CeleryEngine:
                 self._unfinished = await asyncio.to_thread(self._outbox.count)
             waiting = self._queued() + arriving
             if waiting >= self._settings.build_queue:
-                raise queue_full(waiting, self.retry_after())
+                raise queue_full(waiting, _BUILD_SECONDS)
 
     async def enqueue(self, document: JobDocument, *, joined: bool = False) -> None:
         """Mark a job and send it to the workers; if sending fails, a worker sends it later.
@@ -120,12 +102,11 @@ class CeleryEngine:
             self._refused_until = time.monotonic() + _REFUSE_SECONDS
             logger.warning("job %s could not be sent yet: %s", document.id, error)
 
+    def drain(self) -> None:
+        """Do nothing: builds are elsewhere."""
+
     async def cancel(self, job_id: str) -> None:
         """Do nothing: the worker notices at its next heartbeat or when it takes the job."""
-
-    def document(self, job_id: str) -> JobDocument | None:  # noqa: ARG002 - the interface's
-        """Return None: jobs are in the book only."""
-        return None
 
     def facts(self) -> EngineFacts:
         """Return the state of the deployment, a few seconds old.
@@ -136,29 +117,18 @@ class CeleryEngine:
         return EngineFacts(
             queued=queued,
             running=self._unfinished - queued,
-            workers=0,
-            warm_workers=0,
-            completed=0,
             capacity=self._settings.build_queue,
+            retry_after=_BUILD_SECONDS,
             fault="the broker does not answer" if time.monotonic() < self._refused_until else None,
         )
-
-    def retry_after(self, queued: int = 0) -> int:
-        """Return the seconds in which one worker would do `queued` builds and one more."""
-        return min(_LONGEST_RETRY, max(1, round(_BUILD_SECONDS * (queued + 1))))
 
     def _queued(self) -> int:
         # A job that was run before its turn in the broker's queue leaves a message there.
         return min(self._waiting, self._unfinished)
 
     def _unavailable(self) -> ProblemError:
-        return ProblemError(
-            Problem(
-                "broker-unavailable",
-                "The queue of builds cannot be reached.",
-                headers={"Retry-After": "5"},
-            )
-        )
+        detail = "The queue of builds cannot be reached."
+        return ProblemError(Problem("broker-unavailable", detail, headers={"Retry-After": "5"}))
 
     async def _observe(self) -> None:
         while True:
@@ -172,6 +142,5 @@ class CeleryEngine:
                 self._unfinished = await asyncio.to_thread(self._outbox.count)
             await asyncio.sleep(_OBSERVE_SECONDS)
 
-    async def _in_thread(self, function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
-        loop = asyncio.get_running_loop()
-        return await loop.run_in_executor(self._threads, lambda: function(*args, **kwargs))
+    async def _in_thread(self, function: Callable[..., T], *arguments: object) -> T:
+        return await asyncio.get_running_loop().run_in_executor(self._threads, function, *arguments)

@@ -12,6 +12,7 @@ given back and sent again.
 
 from __future__ import annotations
 
+import contextlib
 import logging
 import mmap
 import multiprocessing
@@ -21,38 +22,34 @@ import signal
 import socket
 import threading
 import time
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import billiard
 import celery.apps.worker
 from celery import bootsteps, signals
 from celery.exceptions import Reject
 from celery.worker.consumer import Consumer
+from kombu.transport.redis import Channel, QoS
+from kombu.transport.virtual import QoS as Count
 
-from service.broker.celery_app import TASK, Broker, BrokerUnavailableError, celery_app
+from service.broker.celery_app import TASK, Broker, BrokerUnavailableError, Outbox, celery_app
 from service.broker.health import SIGN_SECONDS, leave, sign
-from service.broker.outbox import Outbox
-from service.broker.redis_delivery import count_deliveries_patiently
-from service.building.fair_queue import FairQueue
+from service.building.engine import BuildReport, FairQueue
 from service.building.job_runner import Interruption, JobRunner, Outcome
 from service.building.process import ProcessDiedError
 from service.jobs.book import JobBook
+from service.settings import Settings
 from service.storage import StoreLocationError, gamut_store
 from service.storage.blobs import StoreUnavailableError
+from service.storage.gamuts import GamutStore
 from service.telemetry.build_observer import BuildObserver, BuildReports
 from service.telemetry.logs import complain
 from service.telemetry.metrics import serve_metrics
-from service.telemetry.traces import Traces, traces_enabled, traces_of
+from service.telemetry.traces import traces_enabled, traces_of
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from service.building.engine import BuildReport
-    from service.settings import Settings
-    from service.storage.gamuts import GamutStore
-
-__all__ = ["Slot", "run_worker"]
+__all__ = ["Slot", "count_deliveries_patiently", "run_worker"]
 
 logger = logging.getLogger(__name__)
 
@@ -179,11 +176,11 @@ class Slot:
                 try:
                     report(False)
                     self.runner.warm()
-                except (ProcessDiedError, OSError) as error:
-                    logger.error("build worker did not start: %s", error)  # noqa: TRY400 - no defect
-                    time.sleep(_RETRY_SECONDS)
-                except Exception:
-                    logger.exception("build worker did not start")
+                except Exception as error:
+                    if isinstance(error, ProcessDiedError | OSError):  # no defect
+                        logger.error("build worker did not start: %s", error)  # noqa: TRY400
+                    else:
+                        logger.exception("build worker did not start")
                     time.sleep(_RETRY_SECONDS)
                 finally:
                     self._busy.release()
@@ -213,9 +210,13 @@ class _Sign(bootsteps.StartStopStep):
 
     def start(self, parent: Any) -> None:  # noqa: ANN401
         """Start writing: the connection is open."""
-        slots = parent.app.slots
-        _sign(*slots)
-        self._timer = parent.timer.call_repeatedly(SIGN_SECONDS, _sign, slots)
+        slots, count = parent.app.slots
+
+        def write() -> None:
+            sign(sum(slots[:count]), count)
+
+        write()
+        self._timer = parent.timer.call_repeatedly(SIGN_SECONDS, write)
 
     def stop(self, parent: Any) -> None:  # noqa: ANN401, ARG002
         """Stop writing: the connection is lost, or the worker ends."""
@@ -242,18 +243,50 @@ class _PlainConsumer(Consumer):
         ]
 
 
+class _PatientQoS(QoS):
+    """Counts unacknowledged messages of Redis, also if it does not confirm in time.
+
+    Kombu 5.6 decreases the count only after Redis has confirmed. If Redis stalls at that moment,
+    Celery logs ``Couldn't ack``. The process then never gets another message, although its
+    connection and health check look fine. Here the count always decreases. Redis delivers the
+    message again after the visibility timeout, which costs one read of an ended job.
+    """
+
+    def ack(self, delivery_tag: str) -> None:
+        """Acknowledge a message, which no longer counts in any case."""
+        try:
+            super().ack(delivery_tag)
+        except Exception:
+            Count.ack(self, delivery_tag)
+            raise
+
+    def reject(self, delivery_tag: str, requeue: bool = False) -> None:
+        """Reject a message, which no longer counts in any case."""
+        try:
+            super().reject(delivery_tag, requeue=requeue)
+        except Exception:
+            Count.ack(self, delivery_tag)
+            raise
+
+
+def count_deliveries_patiently() -> None:
+    """Let all later connections of this process count with `_PatientQoS`.
+
+    Kombu creates channels by URL scheme and offers no other hook.
+    """
+    Channel.QoS = _PatientQoS
+
+
 def run_worker(settings: Settings) -> int:
     """Take jobs and run them until the process is stopped; return the exit status.
 
     Raise `TracesUnavailableError` if traces are requested but not available.
     """
-    fault = _store_fault(settings)
-    if fault is not None:
-        complain(fault)
-        return 1
-    traces_enabled(settings.traces)  # fail here, not in every slot
     reports = BuildReports()
-    fault = _metrics_fault(settings, reports) if settings.worker_metrics_port else None
+    fault = _store_fault(settings)
+    if fault is None:
+        traces_enabled(settings.traces)  # fail here, not in every slot
+        fault = _metrics_fault(settings, reports) if settings.worker_metrics_port else None
     if fault is not None:
         complain(fault)
         return 1
@@ -265,24 +298,20 @@ def run_worker(settings: Settings) -> int:
     app.conf.worker_proc_alive_timeout = _START_SECONDS
     app.steps["consumer"].add(_Sign)
     slot: list[Slot] = []
-    tracing: list[Traces] = []
+    closing = contextlib.ExitStack()
 
     def start_slot(**_: object) -> None:
         number = billiard.current_process().index
         slots[number] = False  # an earlier process may have left True
         traces = traces_of(settings.traces)
-        tracing[:] = [] if traces is None else [traces]
+        if traces is not None:
+            closing.callback(traces.close)
         observer = BuildObserver(reports if settings.worker_metrics_port else None, traces)
         slot[:] = [Slot(settings, _open_store(settings), Broker(app), observer)]
+        closing.callback(slot[0].runner.close)
         _in_background(slot[0].keep_warm, lambda warm: slots.__setitem__(number, warm))
         if number == 0:
             _in_background(slot[0].sweep_forever)
-
-    def stop_slot(**_: object) -> None:
-        if slot:
-            slot[0].runner.close()
-        for traces in tracing:
-            traces.close()
 
     @app.task(name=TASK)
     def build(job_id: str) -> None:
@@ -300,7 +329,7 @@ def run_worker(settings: Settings) -> int:
     celery.apps.worker.safe_say = _say
     signals.setup_logging.connect(_leave_logging, weak=False)
     signals.worker_process_init.connect(start_slot, weak=False)
-    signals.worker_process_shutdown.connect(stop_slot, weak=False)
+    signals.worker_process_shutdown.connect(lambda **_: closing.close(), weak=False)
     worker = app.Worker(
         hostname=f"{socket.gethostname()}-{os.getpid()}",
         concurrency=settings.build_workers,
@@ -327,81 +356,77 @@ def run_worker(settings: Settings) -> int:
 
 
 def _store_fault(settings: Settings) -> str | None:
-    """Return why the store cannot be used; None if it can.
+    """Return why the store cannot be used; None if it can."""
 
-    The check runs in a separate process: the bucket client starts threads, and a process with
-    threads must not fork.
-    """
-    context = multiprocessing.get_context("fork")
-    receiving, sending = context.Pipe(duplex=False)
-
-    def look() -> None:
+    def look(answer: Callable[[str | None], None]) -> None:
+        store = gamut_store(settings.store, keep_inputs=settings.keep_inputs)
         try:
-            store = _store(settings)
             store.open()
             store.close()
-            sending.send(None)
+            answer(None)
         except (StoreLocationError, StoreUnavailableError, OSError) as error:
-            sending.send(str(error))
+            answer(str(error))
 
-    process = context.Process(target=look)
-    process.start()
-    sending.close()
-    fault: str | None = f"the store did not answer within {_FIRST_LOOK_SECONDS:g} s"
-    try:
-        if receiving.poll(_FIRST_LOOK_SECONDS):
-            fault = receiving.recv()
-        else:
-            process.kill()
-    except EOFError:
-        fault = "the process that checked the store died"
-    process.join()
-    return fault
+    return _answer_of_fork(look, "checked the store", _FIRST_LOOK_SECONDS)
 
 
 def _metrics_fault(settings: Settings, reports: BuildReports) -> str | None:
-    """Serve the worker's metrics; return why they cannot be served, or None.
+    """Serve the worker's metrics in a process that ends with this one.
 
-    A separate process serves them and ends with this one (see `_store_fault`).
+    Return why they cannot be served; None if they are.
     """
-    context = multiprocessing.get_context("fork")
-    receiving, sending = context.Pipe(duplex=False)
     worker = os.getpid()
     descriptors = os.open("/proc/self/fd", os.O_RDONLY) if Path("/proc/self/fd").exists() else None
 
-    def serve() -> None:
+    def serve(answer: Callable[[str | None], None]) -> None:
         # Ctrl-C reaches the whole process group.
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         try:
             host, port = settings.host, settings.worker_metrics_port
             metrics, _, _ = serve_metrics(host, port, str(worker), descriptors)
         except OSError as error:
-            sending.send(f"GAMUT_WORKER_METRICS_PORT: {error.strerror}")
+            answer(f"GAMUT_WORKER_METRICS_PORT: {error.strerror}")
             return
         reports.forward(metrics)
-        sending.send(None)
+        answer(None)
         while os.getppid() == worker:
             time.sleep(1.0)
 
-    process = context.Process(target=serve, name="metrics", daemon=True)
-    process.start()
-    sending.close()
+    fault = _answer_of_fork(serve, "serves the metrics")
     if descriptors is not None:
         os.close(descriptors)
-    try:
-        fault: str | None = receiving.recv()
-    except EOFError:
-        fault = "the process that serves the metrics died"
     return fault
 
 
-def _store(settings: Settings) -> GamutStore:
-    return gamut_store(settings.store, keep_inputs=settings.keep_inputs)
+def _answer_of_fork(
+    work: Callable[[Callable[[str | None], None]], None], task: str, seconds: float | None = None
+) -> str | None:
+    """Run `work` in a forked process, and return its answer: a fault or None.
+
+    Work that starts threads must not run here, because a process with threads must not fork. A
+    process that has a time limit is over at the return.
+    """
+    context = multiprocessing.get_context("fork")
+    receiving, sending = context.Pipe(duplex=False)
+    process = context.Process(target=work, args=(sending.send,), name=task, daemon=True)
+    process.start()
+    sending.close()
+    try:
+        if receiving.poll(seconds):
+            answer: str | None = receiving.recv()
+        else:
+            process.kill()
+            answer = f"the store did not answer within {seconds:g} s"
+    except EOFError:
+        answer = f"the process that {task} died"
+    if seconds is not None:
+        process.join()
+    return answer
 
 
 def _open_store(settings: Settings) -> GamutStore:
     """Return the store as soon as it can be opened."""
-    store = _store(settings)
+    store = gamut_store(settings.store, keep_inputs=settings.keep_inputs)
     while True:
         try:
             store.open()
@@ -436,7 +461,3 @@ def _release_all(worker: Any) -> None:  # noqa: ANN401 - Celery's
             os.kill(process, signal.SIGTERM)
         except ProcessLookupError:
             continue
-
-
-def _sign(slots: mmap.mmap, count: int) -> None:
-    sign(sum(slots[:count]), count)

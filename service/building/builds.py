@@ -13,25 +13,19 @@ import contextlib
 import logging
 import time
 import weakref
+from collections.abc import AsyncIterator, Iterator, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from service.building.engine import EngineFacts, shutting_down
+from service.building.engine import Engine, EngineFacts
 from service.caching.single_flight import SingleFlight
 from service.http.request_context import timed
-from service.jobs.documents import UNHEARD, client_mark
-from service.problems.problem import Problem
+from service.jobs.book import UNHEARD, JobBook, JobDocument, client_mark
+from service.problems.problem import Problem, ProblemError
+from service.settings import Settings
 from service.storage.blobs import StoreUnavailableError
-from service.storage.gamuts import GamutNotStoredError
+from service.storage.gamuts import GamutNotStoredError, GamutStore
 from service.storage.published import PublishedGamut
-
-if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Iterator, Mapping
-
-    from service.building.engine import Engine
-    from service.jobs.book import JobBook, JobDocument
-    from service.settings import Settings
-    from service.storage.gamuts import GamutStore
 
 __all__ = ["Builds"]
 
@@ -45,18 +39,16 @@ _FORGET_INTERVAL = 3600.0
 
 
 class _Subscription:
-    """A waiter for changes of one job."""
+    """A waiter for changes of one job, with the interval until the next poll."""
 
     def __init__(self) -> None:
         self.changed = asyncio.Event()
         self.document: JobDocument | None = None
+        self.poll = _FIRST_POLL
 
 
 class Builds:
-    """The builds of a deployment, seen from one process.
-
-    Everything here belongs to the event loop's thread.
-    """
+    """The builds of a deployment. Everything here belongs to the event loop's thread."""
 
     def __init__(
         self, settings: Settings, store: GamutStore, book: JobBook, engine: Engine
@@ -71,11 +63,10 @@ class Builds:
         self._subscriptions: dict[str, set[_Subscription]] = {}
         self._forgetting: asyncio.Task[None] | None = None
         self.draining = False
-        engine.listen(self._notify)
 
     async def start(self) -> None:
         """Start the engine."""
-        await self._engine.start()
+        await self._engine.start(self._notify)
         self._forgetting = asyncio.create_task(self._forget(), name="removal of finished jobs")
 
     def drain(self) -> None:
@@ -99,27 +90,32 @@ class Builds:
 
     def retry_after(self, document: JobDocument) -> int:
         """Return the seconds after which a client should look at a job again."""
-        if document.state == "running":
-            return 1
-        return min(self._engine.retry_after(), 30)
+        return 1 if document.state == "running" else min(self.facts().retry_after, 30)
 
-    async def check_admission(self) -> None:
-        """Raise the problem that would refuse a new build: stopping, or a full queue."""
-        await self._admit(self._arriving)
+    async def check_admission(self, counted: int = 0) -> None:
+        """Raise the problem that would refuse a new build: stopping, or a full queue.
+
+        `counted` builds that arrive are the caller's own.
+        """
+        if self.draining:
+            detail = "The service is stopping and accepts no new builds."
+            raise ProblemError(Problem("shutting-down", detail, headers={"Retry-After": "5"}))
+        await self._engine.check_admission(self._arriving - counted)
 
     async def submit(
         self,
         gamut_id: str,
         options: Mapping[str, Any],
-        data: bytes,
+        data: bytes | None,
         trace: Mapping[str, str] | None = None,
         sha256: str | None = None,
         client: str = "",
     ) -> PublishedGamut | JobDocument:
         """Return the record of a gamut, or the job that builds it, which is durable then.
 
-        Identical requests share one submission, and `trace` holds the header fields that carry the
-        request's trace. Refusals are ``queue-full`` and ``shutting-down``.
+        Identical requests share one submission. Without `data`, the input is stored already.
+        `trace` holds the header fields that carry the request's trace. Refusals are ``queue-full``
+        and ``shutting-down``.
         """
         return await self._submissions.value(
             gamut_id, lambda: self._submit(gamut_id, options, data, sha256, trace, client)
@@ -137,9 +133,7 @@ class Builds:
             options = await asyncio.to_thread(self._store.input_options, gamut_id)
         except LookupError:
             return None
-        found = await self._submissions.value(
-            gamut_id, lambda: self._submit(gamut_id, options, None)
-        )
+        found = await self.submit(gamut_id, options, None)
         return None if isinstance(found, PublishedGamut) else found
 
     async def job(self, job_id: str) -> JobDocument | None:
@@ -161,7 +155,6 @@ class Builds:
         """
         deadline = time.monotonic() + seconds
         with self._subscribe(job_id) as subscription:
-            poll = _FIRST_POLL
             while True:
                 document = await self._current(job_id, subscription)
                 remaining = deadline - time.monotonic()
@@ -169,8 +162,7 @@ class Builds:
                     return document
                 if self.draining and document.state == "queued":
                     return document
-                await self._wait_for_change(job_id, subscription, min(poll, remaining), remaining)
-                poll = min(2 * poll, _LAST_POLL)
+                await self._wait_for_change(job_id, subscription, remaining)
 
     async def changes(self, job_id: str, heartbeat: float) -> AsyncIterator[JobDocument | None]:
         """Iterate over the states of a job, now and after every change, until it ends.
@@ -180,14 +172,13 @@ class Builds:
         """
         last: JobDocument | None = None
         with self._subscribe(job_id) as subscription:
-            poll = _FIRST_POLL
             beat = time.monotonic() + heartbeat
             while True:
                 document = await self._current(job_id, subscription)
                 if document is None:
                     return
                 if last is None or _progress(document) != _progress(last):
-                    last, poll = document, _FIRST_POLL
+                    last, subscription.poll = document, _FIRST_POLL
                     beat = time.monotonic() + heartbeat
                     yield document
                     if document.final:
@@ -198,8 +189,7 @@ class Builds:
                 if self.draining:
                     return
                 remaining = max(beat - time.monotonic(), 0.0)
-                await self._wait_for_change(job_id, subscription, min(poll, remaining), remaining)
-                poll = min(2 * poll, _LAST_POLL)
+                await self._wait_for_change(job_id, subscription, remaining)
 
     async def cancel(self, job_id: str) -> JobDocument | None:
         """Cancel a job unless it has ended, and return it; None if there is none."""
@@ -221,11 +211,10 @@ class Builds:
         gamut_id: str,
         options: Mapping[str, Any],
         data: bytes | None,
-        sha256: str | None = None,
-        trace: Mapping[str, str] | None = None,
-        client: str = "",
+        sha256: str | None,
+        trace: Mapping[str, str] | None,
+        client: str,
     ) -> PublishedGamut | JobDocument:
-        """Return a gamut's record or its job. Without data, the input is stored already."""
         # In this order, because a build that ends in between is then found in the store.
         document = self._engine.document(gamut_id)
         if document is not None:
@@ -238,7 +227,7 @@ class Builds:
         self._arriving += 1
         try:
             if present is None or present.final:
-                await self._admit(self._arriving - 1)
+                await self.check_admission(counted=1)
             async with self._input_lock(gamut_id):
                 accepted, new = await asyncio.to_thread(
                     self._book.accept, gamut_id, options, trace, client_mark(client)
@@ -250,11 +239,6 @@ class Builds:
         finally:
             self._arriving -= 1
         return accepted
-
-    async def _admit(self, arriving: int) -> None:
-        if self.draining:
-            raise shutting_down()
-        await self._engine.check_admission(arriving)
 
     async def _keep_input(
         self, document: JobDocument, data: bytes, sha256: str | None, *, new: bool
@@ -290,10 +274,7 @@ class Builds:
 
     def _input_lock(self, gamut_id: str) -> asyncio.Lock:
         """Return the lock that keeps a new job's input from being dropped with the old job's."""
-        lock = self._inputs.get(gamut_id)
-        if lock is None:
-            lock = self._inputs[gamut_id] = asyncio.Lock()
-        return lock
+        return self._inputs.setdefault(gamut_id, asyncio.Lock())
 
     @contextlib.contextmanager
     def _subscribe(self, job_id: str) -> Iterator[_Subscription]:
@@ -322,33 +303,30 @@ class Builds:
         return await self.job(job_id)
 
     async def _wait_for_change(
-        self, job_id: str, subscription: _Subscription, poll: float, remaining: float
+        self, job_id: str, subscription: _Subscription, seconds: float
     ) -> None:
-        """Wait for a change: until `remaining` for reported jobs, else until the next poll."""
-        seconds = poll if self._engine.document(job_id) is None else remaining
+        """Wait for a change, some seconds at most. Jobs of other processes are polled."""
+        if self._engine.document(job_id) is None:
+            seconds = min(subscription.poll, seconds)
         with contextlib.suppress(TimeoutError):
             await asyncio.wait_for(subscription.changed.wait(), seconds)
+        subscription.poll = min(2 * subscription.poll, _LAST_POLL)
 
     async def _forget(self) -> None:
+        """Forget the jobs that ended long ago, again and again."""
+        seconds = self._settings.job_retention_seconds
         while True:
             try:
-                count = await self._forget_finished()
+                forgotten = await asyncio.to_thread(self._book.forget_finished, seconds)
+                for job_id in forgotten:
+                    async with self._input_lock(job_id):
+                        await asyncio.to_thread(self._drop_unwanted_input, job_id)
             except (OSError, StoreUnavailableError):
                 logger.exception("finished jobs could not be removed")
             else:
-                if count:
-                    logger.info("%d finished jobs removed", count)
+                if forgotten:
+                    logger.info("%d finished jobs removed", len(forgotten))
             await asyncio.sleep(_FORGET_INTERVAL)
-
-    async def _forget_finished(self) -> int:
-        """Forget the jobs that ended long ago, and return their number."""
-        forgotten = await asyncio.to_thread(
-            self._book.forget_finished, self._settings.job_retention_seconds
-        )
-        for job_id in forgotten:
-            async with self._input_lock(job_id):
-                await asyncio.to_thread(self._drop_unwanted_input, job_id)
-        return len(forgotten)
 
     def _drop_unwanted_input(self, job_id: str) -> None:
         """Remove the input of a forgotten job, unless its gamut is requested again.

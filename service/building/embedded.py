@@ -12,40 +12,29 @@ import contextlib
 import logging
 import math
 import time
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from datetime import datetime
 from itertools import count
-from typing import TYPE_CHECKING, ParamSpec, TypeVar
 
-from service.building.engine import EngineFacts, queue_full, shutting_down
-from service.building.fair_queue import FairQueue
+from service.building.engine import BuildReport, Engine, EngineFacts, FairQueue, queue_full
 from service.building.job_runner import (
     LEASE_SECONDS,
     Interrupted,
     Interruption,
     JobRunner,
-    owner_name,
+    Outcome,
 )
-from service.building.process import WORKER_COMMAND, ProcessDiedError
+from service.building.process import WORKER_COMMAND, BuildProcess, ProcessDiedError
+from service.jobs.book import JobBook, JobDocument
+from service.settings import Settings
 from service.storage.blobs import StoreUnavailableError
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from service.building.engine import BuildReport
-    from service.building.job_runner import Outcome
-    from service.building.process import BuildProcess
-    from service.jobs.book import JobBook, JobDocument
-    from service.settings import Settings
-    from service.storage.gamuts import GamutStore
+from service.storage.gamuts import GamutStore
 
 __all__ = ["EmbeddedEngine"]
 
 logger = logging.getLogger(__name__)
-
-P = ParamSpec("P")
-T = TypeVar("T")
 
 _RESTART_DELAYS = (0.0, 1.0, 5.0, 30.0)
 """Seconds before a worker that died during its start is started again, by failures in a row."""
@@ -68,7 +57,7 @@ class _Run:
     interruption: Interruption = field(default_factory=Interruption)
 
 
-class EmbeddedEngine:
+class EmbeddedEngine(Engine):
     """Builds in worker processes of this machine.
 
     With `sole_owner`, the store belongs to this process alone, so all earlier owners of jobs are
@@ -88,30 +77,25 @@ class EmbeddedEngine:
         self._settings = settings
         self._book = book
         self._sole_owner = sole_owner
-        self._owner = owner_name()
         self._runners = [
-            JobRunner(settings, store, book, owner=self._owner, command=command, on_build=on_build)
+            JobRunner(settings, store, book, command=command, on_build=on_build)
             for _ in range(settings.build_workers)
         ]
         self._threads = ThreadPoolExecutor(settings.build_workers, thread_name_prefix="build")
         self._waiting = FairQueue()
-        self._arrived = asyncio.Semaphore(0)
+        self._idle: set[asyncio.Future[bool]] = set()
         self._runs: dict[str, _Run] = {}
         self._slots: list[asyncio.Task[None]] = []
         self._recovery: asyncio.Task[None] | None = None
         self._timers: set[asyncio.TimerHandle] = set()
         self._closing = Interruption()
         self._draining = asyncio.Event()
-        self._listener: Callable[[JobDocument], None] = _ignore
         self._completed = 0
         self._mean_seconds = _FIRST_GUESS
 
-    def listen(self, listener: Callable[[JobDocument], None]) -> None:
-        """Report every change of a job that is known here, in the event loop's thread."""
-        self._listener = listener
-
-    async def start(self) -> None:
+    async def start(self, changed: Callable[[JobDocument], None]) -> None:
         """Start the workers in the background, and queue the jobs of an earlier process."""
+        self._changed = changed
         self._slots = [
             asyncio.create_task(self._slot(runner), name=f"build slot {number}")
             for number, runner in enumerate(self._runners)
@@ -123,6 +107,7 @@ class EmbeddedEngine:
         if self._draining.is_set():
             return
         self._draining.set()
+        self._wake_slots()
         for timer in self._timers:
             timer.cancel()
         self._closing.release()
@@ -138,13 +123,11 @@ class EmbeddedEngine:
         await asyncio.gather(*self._slots, return_exceptions=True)
         self._threads.shutdown(wait=True)
 
-    async def check_admission(self, arriving: int = 0) -> None:
-        """Raise the problem that would refuse a new build, if there is one."""
-        if self._draining.is_set():
-            raise shutting_down()
+    async def check_admission(self, arriving: int) -> None:
+        """Raise ``queue-full`` if there is no room for a new build."""
         waiting = len(self._waiting) + arriving
         if waiting >= self._settings.build_queue:
-            raise queue_full(waiting, self.retry_after())
+            raise queue_full(waiting, self.facts().retry_after)
 
     async def enqueue(self, document: JobDocument, *, joined: bool = False) -> None:
         """Queue a job of the book. A job that is queued or running already is ignored."""
@@ -168,6 +151,8 @@ class EmbeddedEngine:
 
     def facts(self) -> EngineFacts:
         """Return the state of the engine."""
+        oldest = self._waiting.oldest
+        accepted = None if oldest is None else datetime.fromisoformat(oldest.created).timestamp()
         return EngineFacts(
             queued=len(self._waiting),
             running=len(self._runs),
@@ -175,17 +160,18 @@ class EmbeddedEngine:
             warm_workers=sum(runner.process is not None for runner in self._runners),
             completed=self._completed,
             capacity=self._settings.build_queue,
-            oldest=_seconds_since(self._waiting.oldest),
+            oldest=0.0 if accepted is None else max(0.0, time.time() - accepted),
             worker_starts=sum(runner.starts for runner in self._runners),
+            retry_after=math.ceil(self._mean_seconds / len(self._runners)),
         )
-
-    def retry_after(self, queued: int = 0) -> int:
-        """Return the seconds in which `queued` builds and one more are expected to end."""
-        return math.ceil(self._mean_seconds * (queued + 1) / len(self._runners))
 
     def _put(self, document: JobDocument) -> None:
         self._waiting.put(document)
-        self._arrived.release()
+        self._wake_slots()
+
+    def _wake_slots(self) -> None:
+        for signal in self._idle:
+            _resolve(signal, True)
 
     def _give_back(self) -> None:
         for run in self._runs.values():
@@ -208,9 +194,10 @@ class EmbeddedEngine:
             self._enqueue_after(document, _seconds_until_free(document))
 
     def _unfinished(self) -> list[JobDocument]:
+        own = {runner.owner for runner in self._runners}
         found = []
         for document in self._book.unfinished():
-            if document.owner == self._owner:
+            if document.owner in own:
                 continue
             current: JobDocument | None = document
             if self._sole_owner and document.state == "running":
@@ -231,14 +218,23 @@ class EmbeddedEngine:
         self._timers.add(timer)
 
     async def _slot(self, runner: JobRunner) -> None:
+        """Keep a worker process, and run jobs with it until the engine stops."""
+        loop = asyncio.get_running_loop()
         failures = 0
         try:
             while not self._draining.is_set():
-                await self._pause(_RESTART_DELAYS[min(failures, len(_RESTART_DELAYS) - 1)])
+                with contextlib.suppress(TimeoutError):
+                    delay = _RESTART_DELAYS[min(failures, len(_RESTART_DELAYS) - 1)]
+                    await asyncio.wait_for(self._draining.wait(), delay)
                 try:
-                    process = await self._in_thread(runner.warm, self._closing)
+                    process = await loop.run_in_executor(
+                        self._threads, runner.warm, self._closing.check
+                    )
                     failures = 0
-                    await self._serve(runner, process)
+                    while runner.process is process and (document := await self._next(process)):
+                        await self._run_job(runner, _Run(document))
+                    if not self._draining.is_set():
+                        logger.warning("build worker %d ended", process.pid)
                 except Interrupted:
                     return
                 except (ProcessDiedError, OSError) as error:
@@ -248,36 +244,26 @@ class EmbeddedEngine:
                     # Any error: a slot that ended would leave its builds unprocessed.
                     failures += 1
                     logger.exception("build worker failed unexpectedly")
-                    await self._in_thread(runner.close)
+                    await loop.run_in_executor(self._threads, runner.close)
         finally:
-            await self._in_thread(runner.close)
+            await loop.run_in_executor(self._threads, runner.close)
 
-    async def _serve(self, runner: JobRunner, process: BuildProcess) -> None:
-        """Run jobs until the worker process ends or the engine stops."""
-        while runner.process is process:
-            if not await self._wait_for_job(process):
-                break
-            document = self._waiting.take()
-            if document is not None:
-                await self._run_job(runner, _Run(document))
-        if not self._draining.is_set():
-            logger.warning("build worker %d ended", process.pid)
-
-    async def _wait_for_job(self, process: BuildProcess) -> bool:
-        """Return True when a job has arrived; False if the process ends or the engine stops."""
+    async def _next(self, process: BuildProcess) -> JobDocument | None:
+        """Return the job whose turn it is; None if the process ends or the engine stops."""
         loop = asyncio.get_running_loop()
-        ended_process = asyncio.Event()
-        loop.add_reader(process, ended_process.set)
-        ended = asyncio.create_task(ended_process.wait())
-        taking = asyncio.create_task(self._arrived.acquire())
-        draining = asyncio.create_task(self._draining.wait())
-        try:
-            await asyncio.wait({taking, draining, ended}, return_when=asyncio.FIRST_COMPLETED)
-            return taking.done() and not self._draining.is_set()
-        finally:
-            loop.remove_reader(process)
-            for waiting in (taking, draining, ended):
-                waiting.cancel()
+        while not self._draining.is_set():
+            if (document := self._waiting.take()) is not None:
+                return document
+            signal: asyncio.Future[bool] = loop.create_future()
+            self._idle.add(signal)
+            loop.add_reader(process, _resolve, signal, False)
+            try:
+                if not await signal:
+                    break
+            finally:
+                loop.remove_reader(process)
+                self._idle.discard(signal)
+        return None
 
     async def _run_job(self, runner: JobRunner, run: _Run) -> None:
         """Run one job and report the outcome."""
@@ -292,7 +278,9 @@ class EmbeddedEngine:
         outcome: Outcome | None = None
         delay = 0.0
         try:
-            outcome = await self._in_thread(runner.run, job_id, run.interruption, changed)
+            outcome = await loop.run_in_executor(
+                self._threads, runner.run, job_id, run.interruption, changed
+            )
         except StoreUnavailableError as error:
             delay = LEASE_SECONDS
             logger.error("job %s could not be claimed: %s", job_id, error)  # noqa: TRY400 - no defect
@@ -307,33 +295,28 @@ class EmbeddedEngine:
                 self._enqueue_after(run.document, delay)
 
     def _record_end(self, outcome: Outcome, seconds: float, *, here: bool) -> None:
-        if outcome.built:
-            self._completed += 1
+        document = outcome.document
+        self._completed += outcome.built
         if outcome.built or outcome.state == "failed":
             self._mean_seconds += _WEIGHT * (seconds - self._mean_seconds)
-        if not here:
+        if not here or document is None:
             return
-        document = outcome.document
-        if document is not None:
-            self._listener(document)
-            if outcome.state == "unwritten":
-                # After the lease, when the store may work again.
-                self._enqueue_after(document, LEASE_SECONDS + 1)
-            elif outcome.state == "elsewhere" and not document.final:
-                self._enqueue_after(document, _seconds_until_free(document))
+        self._changed(document)
+        if outcome.state == "unwritten":
+            # After the lease, when the store may work again.
+            self._enqueue_after(document, LEASE_SECONDS + 1)
+        elif outcome.state == "elsewhere" and not document.final:
+            self._enqueue_after(document, _seconds_until_free(document))
 
     def _report_progress(self, run: _Run, document: JobDocument) -> None:
         if self._runs.get(document.id) is run:
             run.document = document
-            self._listener(document)
+            self._changed(document)
 
-    async def _pause(self, seconds: float) -> None:
-        with contextlib.suppress(TimeoutError):
-            await asyncio.wait_for(self._draining.wait(), seconds)
 
-    async def _in_thread(self, function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
-        loop = asyncio.get_running_loop()
-        return await loop.run_in_executor(self._threads, lambda: function(*args, **kwargs))
+def _resolve(signal: asyncio.Future[bool], value: bool) -> None:
+    if not signal.done():
+        signal.set_result(value)
 
 
 def _seconds_until_free(document: JobDocument) -> float:
@@ -341,14 +324,3 @@ def _seconds_until_free(document: JobDocument) -> float:
     if document.state != "running":
         return 0.0
     return max(0.0, (document.lease_until or 0.0) - time.time()) + 1.0
-
-
-def _seconds_since(document: JobDocument | None) -> float:
-    """Return the seconds since a job was accepted; 0 without a job."""
-    if document is None:
-        return 0.0
-    return max(0.0, time.time() - datetime.fromisoformat(document.created).timestamp())
-
-
-def _ignore(_document: JobDocument) -> None:
-    """Ignore a change."""

@@ -11,119 +11,139 @@ import logging
 import os
 import secrets
 import socket
+import threading
 import time
-from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Literal, Self
 
-from service.building.lease_renewer import LeaseRenewer
-from service.building.process import (
-    WORKER_COMMAND,
-    BuildProcess,
-    BuildTimeoutError,
-    MemoryExceededError,
-    ProcessDiedError,
-)
-from service.jobs.book import JobCancelledError, JobDocument, LeaseLostError, now
+from service.building.engine import BuildReport
+from service.building.process import WORKER_COMMAND, BuildProcess, ProcessDiedError
+from service.jobs.book import Claim, JobBook, JobCancelledError, JobDocument, LeaseLostError, now
 from service.openapi.models import StoredDescription
 from service.problems.problem import Problem, sentence
+from service.settings import Settings
 from service.storage.blobs import BlobNotFoundError, StoreUnavailableError
+from service.storage.gamuts import GamutStore
 from service.storage.published import PublishedGamut
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-    from pathlib import Path
-
-    from service.building.engine import BuildReport
-    from service.jobs.book import Claim, JobBook
-    from service.settings import Settings
-    from service.storage.gamuts import GamutStore
-
-__all__ = [
-    "HEARTBEAT_SECONDS",
-    "LEASE_SECONDS",
-    "Interrupted",
-    "Interruption",
-    "JobRunner",
-    "Outcome",
-    "owner_name",
-]
+__all__ = ["LEASE_SECONDS", "Interrupted", "Interruption", "JobRunner", "Outcome"]
 
 logger = logging.getLogger(__name__)
 
 LEASE_SECONDS = 20.0
 """Validity of a claim without renewal, which is the delay after the loss of a host."""
 
-HEARTBEAT_SECONDS = 4.0
+_HEARTBEAT_SECONDS = 4.0
 """Interval of renewals, if the progress is also known from memory."""
 
 
-def owner_name() -> str:
-    """Return a unique name for a builder: host, process id and random digits (the others recur)."""
-    return f"{socket.gethostname()}:{os.getpid()}:{secrets.token_hex(4)}"
-
-
 class Interrupted(Exception):  # noqa: N818 - not an error
-    """A build was told to end.
-
-    The reason ``cancel`` means that the build is not wanted any more, and ``release`` that another
-    builder takes over.
-    """
-
-    def __init__(self, reason: Literal["cancel", "release"]) -> None:
-        super().__init__(reason)
-        self.reason = reason
+    """A build was told to end, so that another builder takes over."""
 
 
 class Interruption:
     """A signal from another thread that a build checks regularly."""
 
     def __init__(self) -> None:
-        self._reason: Literal["cancel", "release"] | None = None
+        self._cancelled = self._released = False
 
     def cancel(self) -> None:
         """End the build because it is not wanted any more."""
-        self._reason = "cancel"
+        self._cancelled = True
 
     def release(self) -> None:
         """Hand the build over to another builder. A cancelled build stays cancelled."""
-        self._reason = self._reason or "release"
+        self._released = True
 
     def check(self) -> None:
-        """Raise `Interrupted` if the build must end."""
-        if self._reason is not None:
-            raise Interrupted(self._reason)
+        """Raise `JobCancelledError` or `Interrupted` if the build must end."""
+        if self._cancelled:
+            raise JobCancelledError
+        if self._released:
+            raise Interrupted
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """Outcome of running a job.
+    """Outcome of running a job. `document` is None if the job is unknown.
 
-    Attributes
-    ----------
-    state
-        ``succeeded``, ``failed`` and ``cancelled`` are states of the job. ``released``: the job was
-        given back. ``elsewhere``: another builder has the job, or it had ended before.
-        ``unwritten``: the store did not accept the result, so the job must run again.
-    document
-        None if the job is unknown.
-    built
-        Whether a gamut was built, and not found.
-    seconds
-        Seconds by stage.
+    ``succeeded``, ``failed`` and ``cancelled`` are states of the job. ``released``: the job was
+    given back. ``elsewhere``: another builder has the job, or it had ended before. ``unwritten``:
+    the store did not accept the result, so the job must run again. `built` tells whether a gamut
+    was built, and not found.
     """
 
     state: Literal["succeeded", "failed", "cancelled", "released", "elsewhere", "unwritten"]
     document: JobDocument | None
     built: bool = False
-    seconds: dict[str, float] = field(default_factory=dict)
 
 
-class _Built(NamedTuple):
-    """Result of one run of the process."""
+class _HeldClaim:
+    """A claim that a thread renews every `interval` seconds inside a context, with the progress.
 
-    problem: Problem | None
-    built: bool
-    seconds: dict[str, float]
+    The building thread cannot renew it, because a download may last longer than a lease. Several
+    intervals must fit into a lease.
+    """
+
+    def __init__(
+        self,
+        book: JobBook,
+        claim: Claim,
+        interval: float,
+        interruption: Interruption,
+        changed: Callable[[JobDocument], None],
+    ) -> None:
+        self._book = book
+        self._claim = claim
+        self._interval = interval
+        self._interruption = interruption
+        self._changed = changed
+        self._stage, self._fraction = claim.document.stage, claim.document.fraction
+        self._lost: LeaseLostError | None = None
+        self._ended = threading.Event()
+        self._thread = threading.Thread(target=self._renew, name="lease renewer", daemon=True)
+
+    def __enter__(self) -> Self:
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_error: object) -> None:
+        self._ended.set()
+        self._thread.join()
+
+    @property
+    def document(self) -> JobDocument:
+        """The job with its newest progress, stored or not."""
+        return replace(self._claim.document, stage=self._stage, fraction=self._fraction)
+
+    @property
+    def claim(self) -> Claim:
+        """The newest claim, for use after the context."""
+        return replace(self._claim, document=self.document)
+
+    def progress(self, stage: str, fraction: float) -> None:
+        """Report the progress. The next renewal stores it."""
+        self._stage, self._fraction = stage, fraction
+        self._changed(self.document)
+
+    def check(self) -> None:
+        """Raise an exception if the build must end: an interruption, or `LeaseLostError`."""
+        self._interruption.check()
+        if self._lost is not None:
+            raise self._lost
+
+    def _renew(self) -> None:
+        while not self._ended.wait(self._interval):
+            try:
+                self._claim = self._book.heartbeat(self._claim, self._stage, self._fraction)
+            except LeaseLostError as error:
+                self._lost = error
+                return
+            except (OSError, StoreUnavailableError) as error:
+                # A lease has room for more renewals. If all fail, another builder takes over.
+                logger.warning("lease of %s was not renewed: %s", self.document.id, error)
 
 
 class JobRunner:
@@ -139,8 +159,7 @@ class JobRunner:
         store: GamutStore,
         book: JobBook,
         *,
-        owner: str | None = None,
-        heartbeat: float = HEARTBEAT_SECONDS,
+        heartbeat: float = _HEARTBEAT_SECONDS,
         lease: float = LEASE_SECONDS,
         command: Sequence[str] = WORKER_COMMAND,
         on_build: BuildReport | None = None,
@@ -148,12 +167,14 @@ class JobRunner:
         self._settings = settings
         self._store = store
         self._book = book
-        self._owner = owner or owner_name()
         self._heartbeat = heartbeat
         self._lease = lease
         self._command = command
-        self._on_build = on_build
+        self._report: BuildReport = on_build or (lambda *_: None)
+        self._problems = _build_problems(settings)
         self._process: BuildProcess | None = None
+        # Host and process id recur.
+        self.owner = f"{socket.gethostname()}:{os.getpid()}:{secrets.token_hex(4)}"
         self.starts = 0
 
     @property
@@ -162,21 +183,20 @@ class JobRunner:
         process = self._process
         return process if process is not None and process.alive else None
 
-    def warm(self, interruption: Interruption | None = None) -> BuildProcess:
-        """Return the warm process, after starting it if needed.
+    def warm(self, check: Callable[[], None] = lambda: None) -> BuildProcess:
+        """Return the warm process, after starting it if needed. An exception of `check` ends it.
 
-        Raise `ProcessDiedError` or OSError if the process cannot be started, and `Interrupted` if
-        the start was interrupted.
+        Raise `ProcessDiedError` or OSError if the process cannot be started.
         """
-        if self.process is None:
+        process = self.process
+        if process is None:
             self.close()
             process = BuildProcess(self._command)
-            process.wait_until_ready((interruption or Interruption()).check)
+            process.wait_until_ready(check)
             self._process = process
             self.starts += 1
             logger.info("build worker %d is warm", process.pid)
-        assert self._process is not None  # noqa: S101 - started if there was none
-        return self._process
+        return process
 
     def close(self) -> None:
         """End the process."""
@@ -188,7 +208,7 @@ class JobRunner:
         self,
         job_id: str,
         interruption: Interruption | None = None,
-        changed: Callable[[JobDocument], None] | None = None,
+        changed: Callable[[JobDocument], None] = lambda _: None,
     ) -> Outcome:
         """Run a job if it can be claimed, and return the outcome.
 
@@ -199,37 +219,37 @@ class JobRunner:
         interruption = interruption or Interruption()
         while True:
             try:
-                self.warm(interruption)
-            except Interrupted:
+                self.warm(interruption.check)
+            except (Interrupted, JobCancelledError):
                 return Outcome("released", self._book.read(job_id))
-            claim = self._book.claim(job_id, self._owner, self._lease)
+            claim = self._book.claim(job_id, self.owner, self._lease)
             if claim is None:
                 return Outcome("elsewhere", self._book.read(job_id))
-            if changed is not None:
-                changed(claim.document)
-            outcome = self._attempt(claim, interruption, changed or _ignore)
+            changed(claim.document)
+            outcome = self._attempt(claim, interruption, changed)
             if outcome is not None:
                 return outcome
 
     def _attempt(
-        self,
-        claim: Claim,
-        interruption: Interruption,
-        changed: Callable[[JobDocument], None],
+        self, claim: Claim, interruption: Interruption, changed: Callable[[JobDocument], None]
     ) -> Outcome | None:
         """Return the outcome of one attempt; None if the process died and attempts are left."""
         document = claim.document
         logger.info("build of %s started, attempt %d", document.id, document.attempts)
         clock = time.monotonic()
-        renewer = LeaseRenewer(self._book, claim, self._heartbeat)
+        held = _HeldClaim(self._book, claim, self._heartbeat, interruption, changed)
         try:
-            with renewer:
-                result = self._build(renewer, interruption, changed)
-            return self._finish(renewer.claim, result, time.monotonic() - clock)
-        except Interrupted as interrupted:
-            return self._handle_interruption(renewer.claim, interrupted, time.monotonic() - clock)
+            with held:
+                problem, stages = self._build(held)
+            return self._finish(held.claim, problem, stages, time.monotonic() - clock)
+        except Interrupted:
+            logger.info("build of %s is given back", document.id)
+            return self._give_back(held.claim, None)
         except JobCancelledError:
-            return self._record_cancellation(document, time.monotonic() - clock)
+            seconds = time.monotonic() - clock
+            logger.info("build of %s cancelled after %.2f s", document.id, seconds)
+            self._report("cancelled", {"total": seconds}, document)
+            return Outcome("cancelled", self._read_job(document.id))
         except LeaseLostError:
             logger.warning("build of %s: another builder has the job", document.id)
             return Outcome("elsewhere", self._read_job(document.id))
@@ -241,84 +261,63 @@ class JobRunner:
                 f"The process that built this gamut died, {document.attempts} times in a row "
                 f"(the last time: {error}).",
             )
-            return self._record_failure(renewer.claim, problem)
+            return self._give_back(held.claim, problem)
         except StoreUnavailableError as error:
             logger.warning("build of %s: the store is unavailable: %s", document.id, error)
-            return self._record_failure(renewer.claim, Problem.store_unavailable())
+            return self._give_back(held.claim, Problem.store_unavailable())
 
-    def _build(
-        self,
-        renewer: LeaseRenewer,
-        interruption: Interruption,
-        changed: Callable[[JobDocument], None],
-    ) -> _Built:
-        """Build a claimed job, publish the gamut, and return the result."""
-        job_id = renewer.document.id
+    def _build(self, held: _HeldClaim) -> tuple[Problem | None, dict[str, float] | None]:
+        """Build a claimed job and publish the gamut.
+
+        Return the problem, if any, and the seconds by stage: None if the gamut was stored already.
+        """
+        job_id = held.document.id
         scratch: list[Path] = []
-
-        def check() -> None:
-            interruption.check()
-            renewer.check()
-
-        def progress(stage: str, fraction: float) -> None:
-            renewer.note(stage, fraction)
-            changed(renewer.document)
-
         try:
             # An identical request may have ended since this one looked into the store.
             if self._store.is_stored(job_id):
-                return _Built(None, False, {})
+                return None, None
             try:
                 source = self._store.input_path(job_id)
             except BlobNotFoundError:
                 detail = "The data for this gamut is not stored any more."
-                return _Built(Problem("build-input-lost", detail), False, {})
-            scratch += [source, self._store.scratch(".gamut")]
-            process = self.warm(interruption)
+                return Problem("build-input-lost", detail), {}
+            scratch.append(source)
+            output = self._store.scratch(".gamut")
+            scratch.append(output)
             limits = self._settings.data_limits
-            event = process.result(
-                {
-                    "id": job_id,
-                    "input": str(scratch[0]),
-                    "output": str(scratch[1]),
-                    "options": renewer.document.options,
-                    "limits": {"samples": limits.samples, "pixels": limits.pixels},
-                    "memory": self._settings.build_memory_bytes,
-                    "seconds": self._settings.build_timeout,
-                },
-                timeout=self._settings.build_timeout,
-                progress=progress,
-                check=check,
-            )
-            self._replace_if_large(process)
+            request = {
+                "id": job_id,
+                "input": str(source),
+                "output": str(output),
+                "options": held.document.options,
+                "limits": {"samples": limits.samples, "pixels": limits.pixels},
+                "memory": self._settings.build_memory_bytes,
+                "seconds": self._settings.build_timeout,
+            }
+            process = self.warm(held.check)
+            event = process.result(request, progress=held.progress, check=held.check)
             problem = self._problem_of(event)
             if problem is None:
-                check()
+                held.check()
                 description = event["description"]
                 StoredDescription.model_validate(description)
                 record = PublishedGamut(
                     job_id, event["sha256"], event["nbytes"], now(), description
                 )
-                self._store.publish(record, scratch[1])
-            return _Built(problem, problem is None, event.get("seconds", {}))
-        except BuildTimeoutError:
-            return _Built(self._timeout_problem(), False, {})
-        except MemoryExceededError:
-            return _Built(self._memory_problem(), False, {})
+                self._store.publish(record, output)
+            return problem, event.get("seconds", {})
         except (Interrupted, LeaseLostError, ProcessDiedError, StoreUnavailableError):
             raise
         except Exception as error:
             # Only this build may fail: neither the process nor the waiters of the job.
-            problem = _failure_problem(
-                getattr(error, "errno", None), remote=self._store.blobs.remote
-            )
+            problem = self._failure(getattr(error, "errno", None))
             if _is_service_fault(problem):
-                logger.warning(
-                    "build of %s failed, the store or the machine refused: %s", job_id, error
-                )
+                message = "build of %s failed, the store or the machine refused: %s"
+                logger.warning(message, job_id, error)
             else:
                 logger.exception("build of %s ended unexpectedly", job_id)
-            return _Built(problem, False, {})
+            return problem, {}
         finally:
             # Temporary files of a worker that was ended begin with the name of the output.
             left = [each for path in scratch[1:] for each in path.parent.glob(f"{path.name}.*")]
@@ -327,18 +326,21 @@ class JobRunner:
                 with contextlib.suppress(OSError):
                     path.unlink(missing_ok=True)
 
-    def _finish(self, claim: Claim, result: _Built, seconds: float) -> Outcome:
+    def _finish(
+        self,
+        claim: Claim,
+        problem: Problem | None,
+        stages: dict[str, float] | None,
+        seconds: float,
+    ) -> Outcome:
         """Store the result of a build that ended by itself, and return the outcome."""
-        job_id, problem = claim.document.id, result.problem
+        job_id = claim.document.id
         state: Literal["succeeded", "failed"] = "succeeded" if problem is None else "failed"
         result_name = state if problem is None else f"failed ({problem.code})"
         logger.info("build of %s %s after %.2f s", job_id, result_name, seconds)
-        if result.built or problem is not None:
-            self._report(
-                state if problem is None else problem.code,
-                {**result.seconds, "total": seconds},
-                claim.document,
-            )
+        if stages is not None:
+            word = state if problem is None else problem.code
+            self._report(word, {**stages, "total": seconds}, claim.document)
         try:
             if problem is not None:
                 # Before the end of the job, because its input may then belong to a new job.
@@ -349,29 +351,16 @@ class JobRunner:
             document = self._book.finish(claim, state, problem)
         except (OSError, StoreUnavailableError) as error:
             return self._unwritten(claim, problem, error)
-        return Outcome(state, document, result.built, result.seconds)
+        return Outcome(state, document, problem is None and stages is not None)
 
-    def _handle_interruption(
-        self, claim: Claim, interrupted: Interrupted, seconds: float
-    ) -> Outcome:
-        if interrupted.reason == "cancel":
-            return self._record_cancellation(claim.document, seconds)
-        logger.info("build of %s is given back", claim.document.id)
+    def _give_back(self, claim: Claim, problem: Problem | None) -> Outcome | None:
+        """Queue a job again: it is handed over, or its attempt failed with a problem.
+
+        Return the outcome, or None if another attempt is left for this runner.
+        """
         try:
-            return Outcome("released", self._book.release(claim))
-        except LeaseLostError:
-            return Outcome("elsewhere", self._read_job(claim.document.id))
-        except (OSError, StoreUnavailableError) as error:
-            return self._unwritten(claim, None, error)
-
-    def _record_cancellation(self, document: JobDocument, seconds: float) -> Outcome:
-        logger.info("build of %s cancelled after %.2f s", document.id, seconds)
-        self._report("cancelled", {"total": seconds}, document)
-        return Outcome("cancelled", self._read_job(document.id))
-
-    def _record_failure(self, claim: Claim, problem: Problem) -> Outcome | None:
-        """Record a failed attempt; return the outcome, or None if another attempt is left."""
-        try:
+            if problem is None:
+                return Outcome("released", self._book.release(claim))
             document = self._book.record_crash(claim, problem)
         except LeaseLostError:
             return Outcome("elsewhere", self._read_job(claim.document.id))
@@ -394,74 +383,47 @@ class JobRunner:
         return Outcome("unwritten", document)
 
     def _problem_of(self, event: dict[str, Any]) -> Problem | None:
-        """Return the problem that the process reported; None if it built the gamut."""
+        """Return the problem that an event reports; None if the gamut was built."""
         if event["event"] == "refused":
-            return Problem(
-                event["code"],
-                sentence(event["message"]),
-                where=event["where"],
-                remedy=event["remedy"],
-            )
-        if event["event"] == "exhausted":
-            return self._memory_problem()
+            message, remedy = sentence(event["message"]), event["remedy"]
+            return Problem(event["code"], message, event["where"], remedy)
         if event["event"] == "failed":
-            return _failure_problem(event["errno"], remote=self._store.blobs.remote)
-        if event["event"] == "outdated":
-            return Problem(
-                "build-outdated",
-                "The job was accepted under another version of the algorithm, whose gamuts this "
-                "version cannot build.",
-            )
-        return None
+            return self._failure(event["errno"])
+        return self._problems.get(event["event"])
 
-    def _replace_if_large(self, process: BuildProcess) -> None:
-        """End a process that keeps much memory, so that the next build has its full limit."""
-        limit, in_use, idle = (
-            self._settings.build_memory_bytes,
-            process.private_bytes(),
-            process.idle_bytes,
-        )
-        if not limit or in_use is None or idle is None:
-            return
-        if in_use > (idle + limit) / 2:
-            logger.info("build worker %d still uses %d bytes and is replaced", process.pid, in_use)
-            self.close()
+    def _failure(self, number: int | None) -> Problem:
+        """Return the problem for a system error number, or for none."""
+        problem = Problem.from_errno(number, remote=self._store.blobs.remote)
+        return problem or Problem("build-failed", "The build ended with an unexpected error.")
 
     def _read_job(self, job_id: str) -> JobDocument | None:
         with contextlib.suppress(OSError, StoreUnavailableError):
             return self._book.read(job_id)
         return None
 
-    def _report(self, outcome: str, seconds: dict[str, float], document: JobDocument) -> None:
-        if self._on_build is not None:
-            self._on_build(outcome, seconds, document)
 
-    def _timeout_problem(self) -> Problem:
-        return Problem(
+def _build_problems(settings: Settings) -> dict[str, Problem]:
+    """Return the problem of each event that always has the same one."""
+    return {
+        "timeout": Problem(
             "build-timeout",
-            f"The build was ended after {self._settings.build_timeout:g} s.",
-            where={"field": "surface_samples"},
-        )
-
-    def _memory_problem(self) -> Problem:
-        return Problem(
+            f"The build was ended after {settings.build_timeout:g} s.",
+            {"field": "surface_samples"},
+        ),
+        "exhausted": Problem(
             "build-out-of-memory",
             "The build was ended because it used more than "
-            f"{self._settings.build_memory_bytes} bytes of memory.",
-            where={"field": "surface_samples"},
-        )
-
-
-def _failure_problem(number: int | None, *, remote: bool) -> Problem:
-    """Return the problem for a system error number, or for none."""
-    problem = Problem.from_errno(number, remote=remote)
-    return problem or Problem("build-failed", "The build ended with an unexpected error.")
+            f"{settings.build_memory_bytes} bytes of memory.",
+            {"field": "surface_samples"},
+        ),
+        "outdated": Problem(
+            "build-outdated",
+            "The job was accepted under another version of the algorithm, whose gamuts this "
+            "version cannot build.",
+        ),
+    }
 
 
 def _is_service_fault(problem: Problem) -> bool:
     """Return whether an operator must fix the cause, such as a full or broken disk."""
     return problem.kind.status >= 500
-
-
-def _ignore(_document: JobDocument) -> None:
-    """Ignore a change."""

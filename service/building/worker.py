@@ -26,12 +26,11 @@ The service watches the memory of a build and kills the process. The process its
 large allocations. See ``docs/decisions/builds-in-a-worker-process.md``.
 """
 
-from __future__ import annotations
-
 import contextlib
 import hashlib
 import json
 import logging
+import math
 import os
 import queue
 import resource
@@ -40,28 +39,36 @@ import sys
 import tempfile
 import threading
 import time
-from functools import partial
+from collections.abc import Iterator
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Any
+from typing import IO, Any
 
 from gamutcore.errors import GamutError
 from gamutcore.gamut import Gamut
 from gamutcore.kernels import ensure_compiled, load_kernels
 from gamutcore.limits import Limits
 from gamutcore.options import Options
-from service.building.confinement import confine, limit_processor_time
-from service.building.process import private_bytes
+from service.building.process import NO_NEW_PRIVILEGES, prctl, private_bytes
 from service.telemetry.logs import configure_logging
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-__all__ = ["Events", "Progress", "build", "main"]
+__all__ = ["Events", "build", "main"]
 
 logger = logging.getLogger(__name__)
 
 _PROGRESS_INTERVAL = 0.1
 """Seconds between two progress events of one stage."""
+
+_MOST = {
+    resource.RLIMIT_CORE: 0,
+    resource.RLIMIT_NOFILE: 1024,
+    resource.RLIMIT_FSIZE: 4 << 30,
+}
+"""Limits of a worker. A build has less than 20 open files, compilers of kernels have more.
+Histories have less than 0.1 GB, temporary copies of pictures the size of the request. The
+number of processes is not limited: the limit would count those of neighbours, too."""
+
+_MARGIN_SECONDS = 10.0
+"""Processor time of a build beyond its deadline on all cores."""
 
 
 class Events:
@@ -77,7 +84,7 @@ class Events:
         self._stream.flush()
 
 
-class Progress:
+class _Progress:
     """Reports the progress of one build, and measures its stages."""
 
     def __init__(self, events: Events) -> None:
@@ -111,9 +118,16 @@ class Progress:
 
 def build(request: dict[str, Any], events: Events) -> None:
     """Build one gamut, write its history file, and send the outcome (see the module)."""
-    progress = Progress(events)
+    progress = _Progress(events)
+
+    def end(error: GamutError) -> None:
+        # Native code cannot be ended otherwise.
+        events.send(**_refusal(error), seconds=progress.seconds(), last=True)
+        os._exit(0)
+
     if "seconds" in request:
-        limit_processor_time(request["seconds"])
+        _limit_processor_time(request["seconds"])
+    result: dict[str, Any]
     try:
         options, default = Options.from_mapping(request["options"]), Options()
         if (options.cost, options.boundary) != (default.cost, default.boundary):
@@ -121,10 +135,18 @@ def build(request: dict[str, Any], events: Events) -> None:
             ensure_compiled("optional")
         with _data_limit(request.get("memory", 0)), _temporary_files_beside(request["output"]):
             data = Path(request["input"]).read_bytes()
-            limits = Limits(**request.get("limits", {}), overtime=partial(_end, events, progress))
+            limits = Limits(**request.get("limits", {}), overtime=end)
             gamut = Gamut(data, options, progress=progress, limits=limits)
             if gamut.id == request["id"]:
-                result = _write_history(gamut, Path(request["output"]), progress)
+                progress("encoding", 0.0)
+                content = gamut.to_bytes()
+                Path(request["output"]).write_bytes(content)
+                result = {
+                    "event": "built",
+                    "sha256": hashlib.sha256(content).hexdigest(),
+                    "nbytes": len(content),
+                    "description": gamut.description,
+                }
             else:
                 # Accepted before an upgrade: the id promises what another version would build.
                 result = {"event": "outdated"}
@@ -140,7 +162,7 @@ def build(request: dict[str, Any], events: Events) -> None:
         # Only this build may fail. The traceback goes to the log.
         logger.exception("build ended with an unexpected error")
         result = {"event": "failed", "errno": None}
-    events.send(result.pop("event"), **result, seconds=progress.seconds())
+    events.send(**result, seconds=progress.seconds())
 
 
 def _refusal(error: GamutError) -> dict[str, Any]:
@@ -151,26 +173,6 @@ def _refusal(error: GamutError) -> dict[str, Any]:
         "message": error.message,
         "where": error.where,
         "remedy": error.remedy,
-    }
-
-
-def _end(events: Events, progress: Progress, error: GamutError) -> None:
-    """Refuse the input and end the process, because native code cannot be ended otherwise."""
-    result = _refusal(error)
-    events.send(result.pop("event"), **result, seconds=progress.seconds(), last=True)
-    os._exit(0)
-
-
-def _write_history(gamut: Gamut, path: Path, progress: Progress) -> dict[str, Any]:
-    """Write the history file, and return the event that reports it."""
-    progress("encoding", 0.0)
-    content = gamut.to_bytes()
-    path.write_bytes(content)
-    return {
-        "event": "built",
-        "sha256": hashlib.sha256(content).hexdigest(),
-        "nbytes": len(content),
-        "description": gamut.description,
     }
 
 
@@ -203,9 +205,7 @@ def _data_limit(memory: int) -> Iterator[None]:
         yield
         return
     soft, hard = resource.getrlimit(resource.RLIMIT_DATA)
-    limit = reserved + max(memory - in_use, 0)
-    if hard != resource.RLIM_INFINITY:
-        limit = min(limit, hard)
+    limit = _below(hard, reserved + max(memory - in_use, 0))
     resource.setrlimit(resource.RLIMIT_DATA, (limit, hard))
     try:
         yield
@@ -222,6 +222,31 @@ def _reserved_bytes() -> int | None:
     except OSError:
         pass
     return None
+
+
+def _confine() -> None:
+    """Give up all rights that a worker does not need, before it reads any input."""
+    prctl(NO_NEW_PRIVILEGES, 1)
+    for limit, most in _MOST.items():
+        lowered = _below(resource.getrlimit(limit)[1], most)
+        with contextlib.suppress(OSError, ValueError):
+            resource.setrlimit(limit, (lowered, lowered))
+
+
+def _limit_processor_time(seconds: float) -> None:
+    """End this process when it uses all cores for longer than `seconds` plus a margin from now on.
+
+    The service ends builds by the clock. This limit ends a build whose service is gone.
+    """
+    most = time.process_time() + (os.cpu_count() or 1) * (seconds + _MARGIN_SECONDS)
+    _, hard = resource.getrlimit(resource.RLIMIT_CPU)
+    with contextlib.suppress(OSError, ValueError):
+        resource.setrlimit(resource.RLIMIT_CPU, (_below(hard, math.ceil(most)), hard))
+
+
+def _below(hard: int, limit: int) -> int:
+    """Return a limit, lowered to the hard limit if there is one."""
+    return limit if hard == resource.RLIM_INFINITY else min(limit, hard)
 
 
 def _read_requests(stream: IO[bytes], requests: queue.SimpleQueue[dict[str, Any]]) -> None:
@@ -241,7 +266,7 @@ def main() -> None:
     # service decides when its workers end.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
-    confine()
+    _confine()
     # If the system runs out of memory, it should end a build, not the service.
     with contextlib.suppress(OSError):
         Path("/proc/self/oom_score_adj").write_text("500")

@@ -9,41 +9,53 @@ All methods of `JobBook` block on the store; the event loop calls them in thread
 
 from __future__ import annotations
 
+import hashlib
+import json
 import logging
 import time
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, field, fields, replace
+from datetime import UTC, datetime
 from itertools import islice
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
-from service.jobs.documents import UNHEARD, JobDocument, JobState, now, rfc3339
 from service.problems.problem import Problem
-from service.storage.blobs import BlobDamagedError, BlobNotFoundError, StoreUnavailableError
+from service.storage.blobs import (
+    BlobDamagedError,
+    BlobNotFoundError,
+    Blobs,
+    StoreUnavailableError,
+    seal,
+    unseal,
+)
+from service.storage.gamuts import GamutStore
 from service.storage.published import id_of
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
-
-    from service.storage.blobs import Blobs
-    from service.storage.gamuts import GamutStore
 
 __all__ = [
     "ABANDONED_SECONDS",
+    "UNHEARD",
     "Claim",
     "JobBook",
     "JobCancelledError",
     "JobDocument",
     "JobState",
     "LeaseLostError",
+    "client_mark",
     "now",
+    "rfc3339",
 ]
 
 logger = logging.getLogger(__name__)
 
+JobState = Literal["queued", "running", "succeeded", "failed", "cancelled", "forgotten"]
+
+UNHEARD = "1970-01-01T00:00:00.000Z"
+"""Update time of a queued job that no engine has received yet."""
+
 ABANDONED_SECONDS = 60.0
 """Age after which a new request queues a waiting job again. The process that should have queued it
 may have died, and a job that is queued twice is claimed once."""
-
 
 _REMOVAL_SECONDS = 600.0
 """Age after which the removal of a forgotten job counts as failed. No delete request lasts longer,
@@ -55,6 +67,77 @@ request fails with ``store-unavailable``."""
 
 _READERS = 16
 """Number of documents that are read from a remote store at the same time."""
+
+
+def now() -> str:
+    """Return the current time in RFC 3339, UTC, with milliseconds."""
+    return rfc3339(time.time())
+
+
+def rfc3339(seconds: float) -> str:
+    """Return a time of the Unix epoch in RFC 3339, UTC, with milliseconds."""
+    moment = datetime.fromtimestamp(seconds, UTC)
+    return moment.isoformat(timespec="milliseconds").replace("+00:00", "Z")
+
+
+def client_mark(client: str) -> str:
+    """Return 16 bits of a hash of a client's name, by which builds are shared out.
+
+    Clients with the same mark share a turn, which costs little. A mark does not reveal an address.
+    """
+    return hashlib.sha256(client.encode()).hexdigest()[:4]
+
+
+@dataclass(frozen=True)
+class JobDocument:
+    """One build, from acceptance to end.
+
+    Times are in RFC 3339. ``succeeded``, ``failed`` and ``cancelled`` are final states. A
+    ``forgotten`` job is about to be removed and counts as absent.
+    """
+
+    id: str
+    options: dict[str, Any]
+    state: JobState = "queued"
+    stage: str = ""
+    """Stage of `gamutcore`."""
+    fraction: float = 0.0
+    """Finished part of the stage, 0 to 1."""
+    attempts: int = 0
+    """Number of starts since the last acceptance."""
+    created: str = ""
+    updated: str = ""
+    started: str | None = None
+    finished: str | None = None
+    problem: dict[str, Any] | None = None
+    """Argument of `Problem.from_mapping`: why the job failed or was cancelled."""
+    owner: str | None = None
+    """The builder."""
+    token: int = 0
+    """The builder's fencing token, which grows with every claim."""
+    lease_until: float | None = None
+    """End of the builder's lease in seconds of the Unix epoch."""
+    trace: dict[str, str] = field(default_factory=dict)
+    """Header fields that carry the trace of the first request."""
+    client: str = ""
+    """`client_mark` of the first request's client; empty if it is unknown."""
+
+    @property
+    def final(self) -> bool:
+        """Whether the job has ended. A new request for the gamut may start it again."""
+        return self.state in {"succeeded", "failed", "cancelled"}
+
+    def to_bytes(self) -> bytes:
+        """Return the document as a blob."""
+        return seal(json.dumps(asdict(self), separators=(",", ":")).encode())
+
+    @classmethod
+    def from_bytes(cls, data: bytes) -> JobDocument:
+        """Return the document in a blob; raises `BlobDamagedError` if it is damaged."""
+        values = json.loads(unseal(data))
+        names = {each.name for each in fields(cls)}
+        # Members of later versions are ignored.
+        return cls(**{name: value for name, value in values.items() if name in names})
 
 
 class LeaseLostError(Exception):
@@ -80,7 +163,7 @@ class Claim:
 class JobBook:
     """The jobs of a deployment under ``jobs/``, on hosts whose clocks agree to within a lease.
 
-    For a damaged document, `lost_options` maps the job's id to the build's options, or to None if
+    For a damaged document, `lost_options` gives the build's options by the job's id, or None if
     there is nothing to build. The process that replaces or removes the document calls `on_damaged`
     with the id.
     """
@@ -90,14 +173,14 @@ class JobBook:
         blobs: Blobs,
         attempts: int = 3,
         clock: Callable[[], float] = time.time,
-        lost_options: Callable[[str], Mapping[str, Any] | None] | None = None,
-        on_damaged: Callable[[str], None] | None = None,
+        lost_options: Callable[[str], Mapping[str, Any] | None] = lambda _: None,
+        on_damaged: Callable[[str], None] = lambda _: None,
     ) -> None:
         self._blobs = blobs
         self._attempts = attempts
         self._clock = clock
         self._lost_options = lost_options
-        self._on_damaged = on_damaged or (lambda _: None)
+        self._on_damaged = on_damaged
 
     @classmethod
     def of_store(cls, store: GamutStore, attempts: int) -> JobBook:
@@ -122,14 +205,9 @@ class JobBook:
         gone.
         """
         while True:
-            time_ = self._now()
+            time_, options, trace = self._now(), dict(options), dict(trace or {})
             fresh = JobDocument(
-                job_id,
-                dict(options),
-                created=time_,
-                updated=time_,
-                trace=dict(trace or {}),
-                client=client,
+                job_id, options, created=time_, updated=time_, trace=trace, client=client
             )
             found = self._read(job_id)
             if found is None:
@@ -166,7 +244,7 @@ class JobBook:
             if document.state == "running" and (document.lease_until or 0.0) > self._clock():
                 return None
             if document.attempts >= self._attempts:
-                self._replace(self._give_up(document, None), version)
+                self._replace(self._give_up(document), version)
                 continue
             time_ = self._now()
             claimed = replace(
@@ -191,33 +269,22 @@ class JobBook:
         Raise `JobCancelledError` if the job was cancelled, and `LeaseLostError` if another builder
         has it.
         """
-        return self._change(
-            claim,
-            replace(
-                claim.document,
-                stage=stage,
-                fraction=fraction,
-                updated=self._now(),
-                lease_until=self._clock() + claim.lease,
-            ),
-        )
+        until, document = self._clock() + claim.lease, replace(claim.document, updated=self._now())
+        progress = replace(document, stage=stage, fraction=fraction, lease_until=until)
+        return self._change(claim, progress)
 
     def finish(
         self, claim: Claim, state: Literal["succeeded", "failed"], problem: Problem | None = None
     ) -> JobDocument:
         """End a job and return it; raises `LeaseLostError` if the claim was lost."""
-        document = self._end(claim.document, state, problem)
-        return self._change(claim, document).document
+        return self._change(claim, self._end(claim.document, state, problem)).document
 
     def record_crash(self, claim: Claim, problem: Problem) -> JobDocument:
         """Queue a job again whose process died, or fail it after the last attempt.
 
         Raise `LeaseLostError` if the claim was lost.
         """
-        document = claim.document
-        if document.attempts >= self._attempts:
-            return self._change(claim, self._give_up(document, problem)).document
-        return self._change(claim, self._queue_again(document, document.attempts)).document
+        return self._change(claim, self._queue_or_give_up(claim.document, problem)).document
 
     def release(self, claim: Claim) -> JobDocument:
         """Give an unfinished job back: queue it again without counting the attempt.
@@ -234,11 +301,15 @@ class JobBook:
         """
         detail = "The build was cancelled before it was finished."
         problem = Problem("build-cancelled", detail)
-        return self._end_while(("queued", "running"), job_id, "cancelled", problem)
+        return self._update(
+            job_id, lambda job: None if job.final else self._end(job, "cancelled", problem)
+        )
 
     def withdraw(self, job_id: str, problem: Problem) -> JobDocument | None:
         """Fail a job that nobody has started, because its input could not be stored."""
-        return self._end_while(("queued",), job_id, "failed", problem)
+        return self._update(
+            job_id, lambda job: self._end(job, "failed", problem) if job.state == "queued" else None
+        )
 
     def requeue(self, job_id: str, token: int) -> JobDocument | None:
         """Queue a running job again if it still has this token: its owner is known to be gone.
@@ -246,13 +317,12 @@ class JobBook:
         Only a store that belongs to one process calls this, at its start. The attempt stays
         counted, so an input that ends the whole service is given up as well.
         """
-        while True:
-            found = self._read(job_id)
-            if found is None or found[0].state != "running" or found[0].token != token:
-                return None if found is None else found[0]
-            changed = self._queue_or_give_up(found[0])
-            if self._replace(changed, found[1]) is not None:
-                return changed
+
+        def change(job: JobDocument) -> JobDocument | None:
+            held = job.state == "running" and job.token == token
+            return self._queue_or_give_up(job) if held else None
+
+        return self._update(job_id, change)
 
     def revive(self, job_id: str, silence: float) -> JobDocument | None:
         """Queue a lost job again; return it to the one caller that must send it, else None.
@@ -270,9 +340,7 @@ class JobBook:
 
     def unfinished(self) -> Iterator[JobDocument]:
         """Iterate over the jobs that are queued or running."""
-        for document in self._documents(""):
-            if not document.final:
-                yield document
+        return (document for document in self._documents("") if not document.final)
 
     def page(self, after: str, limit: int) -> list[JobDocument]:
         """Return up to `limit` jobs after the id `after`, in the order of their ids."""
@@ -344,7 +412,7 @@ class JobBook:
                 return JobDocument.from_bytes(blob.data), blob.version
             except (BlobDamagedError, TypeError) as error:
                 logger.error("document of job %s is damaged: %s", job_id, error)  # noqa: TRY400 - no defect
-            options = None if self._lost_options is None else self._lost_options(job_id)
+            options = self._lost_options(job_id)
             if options is None:
                 # The options are lost. A client that wants the gamut must post the data again.
                 if self._blobs.delete(_key(job_id)):
@@ -390,10 +458,12 @@ class JobBook:
             return None
         return None if version == refused else version
 
-    def _queue_or_give_up(self, document: JobDocument) -> JobDocument:
-        """Return a job whose owner is gone as queued, or as failed after the last attempt."""
+    def _queue_or_give_up(
+        self, document: JobDocument, problem: Problem | None = None
+    ) -> JobDocument:
+        """Return a job whose builder is gone as queued, or as failed after the last attempt."""
         if document.state == "running" and document.attempts >= self._attempts:
-            return self._give_up(document, None)
+            return self._give_up(document, problem)
         return self._queue_again(document, document.attempts)
 
     def _queue_again(self, document: JobDocument, attempts: int) -> JobDocument:
@@ -408,16 +478,9 @@ class JobBook:
             lease_until=None,
         )
 
-    def _give_up(self, document: JobDocument, problem: Problem | None) -> JobDocument:
-        return self._end(
-            document,
-            "failed",
-            problem
-            or Problem(
-                "build-crashed",
-                f"The builder of this gamut died, {document.attempts} times.",
-            ),
-        )
+    def _give_up(self, document: JobDocument, problem: Problem | None = None) -> JobDocument:
+        detail = f"The builder of this gamut died, {document.attempts} times."
+        return self._end(document, "failed", problem or Problem("build-crashed", detail))
 
     def _end(self, document: JobDocument, state: JobState, problem: Problem | None) -> JobDocument:
         time_ = self._now()
@@ -433,17 +496,17 @@ class JobBook:
             lease_until=None,
         )
 
-    def _end_while(
-        self, states: tuple[JobState, ...], job_id: str, state: JobState, problem: Problem
+    def _update(
+        self, job_id: str, change: Callable[[JobDocument], JobDocument | None]
     ) -> JobDocument | None:
-        """End a job that is in one of these states, and return it; None if there is none."""
-        while True:
-            found = self._read(job_id)
-            if found is None or found[0].state not in states:
-                return None if found is None else found[0]
-            ended = self._end(found[0], state, problem)
-            if self._replace(ended, found[1]) is not None:
-                return ended
+        """Change a job, unless `change` gives None, and return it; None if there is none."""
+        while (found := self._read(job_id)) is not None:
+            changed = change(found[0])
+            if changed is None:
+                return found[0]
+            if self._replace(changed, found[1]) is not None:
+                return changed
+        return None
 
     def _is_abandoned(self, document: JobDocument, silence: float) -> bool:
         """Return whether nobody works on a job: its lease has ended, or it was queued long ago."""

@@ -9,12 +9,10 @@ from __future__ import annotations
 
 import contextlib
 import json
-from typing import TYPE_CHECKING, Any
+from collections.abc import AsyncIterator, Iterator
+from typing import Any
 
-if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Iterator
-
-    from service.jobs.book import JobDocument
+from service.jobs.book import JobDocument
 
 __all__ = ["HEARTBEAT_SECONDS", "MEDIA_TYPE", "EventStreams", "event_id", "stream_of_events"]
 

@@ -225,7 +225,7 @@ def serve_metrics(
         Process id of the process whose resource use is reported, with its descendants.
     descriptors : int, optional
         The open folder of that process's descriptors in ``/proc``, which only that process may open
-        (`service.building.confinement.hide_memory`).
+        (`service.building.process.hide_memory`).
 
     Returns
     -------

@@ -19,7 +19,7 @@ from service.broker.celery_app import (
     build_limit,
     celery_app,
 )
-from service.broker.redis_delivery import count_deliveries_patiently
+from service.broker.celery_worker import count_deliveries_patiently
 
 JOB = "a" * 64
 

@@ -18,7 +18,7 @@ import pytest
 from cluster import GATED, PATIENCE, free_port, until
 from prometheus_client.parser import text_string_to_metric_families
 
-from service.jobs.documents import JobDocument
+from service.jobs.book import JobDocument
 from service.storage import blobs_at
 
 SEEDS = count(1000)
@@ -296,7 +296,7 @@ import os, re, sys, urllib.request
 import encodings.idna, multiprocessing.connection, multiprocessing.popen_fork  # while root may
 import prometheus_client
 from service.broker.celery_worker import _metrics_fault
-from service.building.confinement import hide_memory
+from service.building.process import hide_memory
 from service.settings import Settings
 from service.telemetry.build_observer import BuildReports
 if os.getuid() == 0:

@@ -4,7 +4,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from service.broker.outbox import Outbox
+from service.broker.celery_app import Outbox
 from service.jobs.book import JobBook
 from service.storage.local import LocalBlobs
 

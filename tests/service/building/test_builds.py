@@ -291,12 +291,11 @@ async def test_the_time_to_come_back_is_learnt_from_builds(replica, clock, monke
     # builds that take no time
     monkeypatch.setattr(embedded, "time", SimpleNamespace(monotonic=clock, time=clock))
     async with replica() as builds:
-        before = builds._engine.retry_after()
+        before = builds.facts().retry_after
         for name in "abcdefgh":
             await builds.submit(name * 64, OPTIONS, b"build")
         await until(lambda: builds.facts().completed == 8)
-        assert builds._engine.retry_after() < before
-        assert builds._engine.retry_after(1000) > 100 * builds._engine.retry_after()
+        assert builds.facts().retry_after < before
 
 
 async def test_the_queue_of_one_client_delays_others_by_one_build(
@@ -644,7 +643,7 @@ async def test_what_was_accepted_survives_the_process(replica, scripted_worker):
         assert caught.value.problem.code == "shutting-down"
         assert int(caught.value.problem.headers["Retry-After"]) >= 1
         with pytest.raises(ProblemError, match=caught.value.problem.detail):
-            await builds._engine.check_admission()
+            await builds.check_admission()
     scripted_worker.open()
     async with replica(sole_owner=True) as builds:
         for name in (JOB, SECOND, THIRD):

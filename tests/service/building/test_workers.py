@@ -186,7 +186,6 @@ def test_a_worker_has_no_credentials_no_privileges_and_no_files(monkeypatch, tmp
             made.wait_until_ready(lambda: None)
             found = made.result(
                 {"id": "", "input": "", "output": "", "options": {}, "seconds": 1000},
-                timeout=600,
                 progress=lambda *_: None,
                 check=lambda: None,
             )
@@ -209,7 +208,7 @@ def test_a_worker_cannot_read_the_environment_of_the_service(hidden):
     """As a user without rights; the service itself still counts its open files."""
     program = (
         "import ctypes, os, subprocess, sys\n"
-        "from service.building.confinement import hide_memory\n"
+        "from service.building.process import hide_memory\n"
         "os.setgid(65534); os.setuid(65534); ctypes.CDLL(None).prctl(4, 1, 0, 0, 0)\n"
         f"{'hide_memory()' if hidden else ''}\n"
         "name = f'/proc/{os.getpid()}/environ'\n"

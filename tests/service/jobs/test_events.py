@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from service.jobs.documents import JobDocument, now, rfc3339
+from service.jobs.book import JobDocument, now, rfc3339
 from service.jobs.events import EventStreams, event_id, stream_of_events
 from service.storage.blobs import BlobDamagedError
 
