@@ -359,8 +359,8 @@ def _store_fault(settings: Settings) -> str | None:
     """Return why the store cannot be used; None if it can."""
 
     def look(answer: Callable[[str | None], None]) -> None:
-        store = gamut_store(settings.store, keep_inputs=settings.keep_inputs)
         try:
+            store = gamut_store(settings.store, keep_inputs=settings.keep_inputs)
             store.open()
             store.close()
             answer(None)
