@@ -18,7 +18,7 @@ from service.building.builds import Builds
 from service.building.embedded import EmbeddedEngine
 from service.building.engine import BuildReport, Engine
 from service.building.kernels import Kernels
-from service.http.spool import Spool
+from service.http.bodies import Spool
 from service.jobs.book import JobBook
 from service.jobs.events import EventStreams
 from service.library import PROCESS_BYTES, Ledger, Library, keep_heap_small, memory_budget

@@ -26,8 +26,8 @@ from gamutcore.options import OPTIONS, Options, option_value
 from gamutcore.references import REFERENCES, Reference
 from service.access.clients import client_of
 from service.container import service_of
-from service.http.parameters import GAMUT_ID, GAMUT_PATTERN, ID_PATTERN, check_items
-from service.http.requests import check_head
+from service.http.bodies import check_head
+from service.http.requests import GAMUT_ID, GAMUT_PATTERN, ID_PATTERN, check_items
 from service.openapi.documentation import EXAMPLE_ID
 from service.problems.problem import Problem, ProblemError
 from service.routes.jobs import wait_for_build

@@ -12,7 +12,7 @@ from service.access.hosts import is_loopback
 from service.access.middleware import Access, OpenToAllError
 from service.access.rate_limits import TokenBuckets
 from service.application import access_rules
-from service.http.conditional import IMMUTABLE
+from service.http.representations import IMMUTABLE
 from service.settings import Settings
 
 (READER, READER_KNOWN), (WRITER, WRITER_KNOWN) = servers.READER, servers.WRITER
