@@ -24,7 +24,7 @@ from pydantic import TypeAdapter, ValidationError
 from gamutcore.building import gamut_id as id_of_build
 from gamutcore.options import OPTIONS, Options, option_value
 from gamutcore.references import REFERENCES, Reference
-from service.access.clients import client_of
+from service.access.rate_limits import client_of
 from service.container import service_of
 from service.http.bodies import check_head
 from service.http.requests import GAMUT_ID, GAMUT_PATTERN, ID_PATTERN, check_items

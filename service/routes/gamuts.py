@@ -8,8 +8,8 @@ from typing import IO, Annotated, Any, Literal
 from fastapi import APIRouter, Depends, Query, Request
 from fastapi.responses import Response, StreamingResponse
 
-from service.access.clients import client_of
-from service.access.ownership import check_owner, claim, may_change
+from service.access.middleware import check_owner, claim, may_change
+from service.access.rate_limits import client_of
 from service.container import ServiceContainer, service_of
 from service.http.representations import (
     CODINGS,

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Depends, Header, Path, Request
 from fastapi.responses import Response, StreamingResponse
 
-from service.access.ownership import check_owner
+from service.access.middleware import check_owner
 from service.container import ServiceContainer, service_of
 from service.http.representations import preference
 from service.http.request_context import timed

@@ -22,7 +22,7 @@ from gamutcore.characterisation.samples import MAX_JSON_SAMPLES, json_samples
 from gamutcore.errors import OptionError
 from gamutcore.options import OPTIONS, Options, option_name, option_value
 from gamutcore.references import find_reference, parse_definition
-from service.access.clients import client_of
+from service.access.rate_limits import client_of
 from service.http.bodies import FIELD_BYTES, IN_MEMORY, decoded, parse_json, read_form
 from service.http.request_context import timed
 from service.problems.problem import Problem, ProblemError

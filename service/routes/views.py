@@ -20,7 +20,7 @@ from gamutcore.questions import (
     QUESTIONS,
     Question,
 )
-from service.access.clients import client_of
+from service.access.rate_limits import client_of
 from service.container import service_of
 from service.http.representations import (
     IMMUTABLE,
