@@ -216,7 +216,7 @@ def test_without_the_extra_the_command_says_what_to_install(capsys, monkeypatch)
 
 WEB = ("fastapi", "starlette")
 BROKER = ("celery", "kombu", "redis", "amqp")
-SOME = ("OpenImageIO", "PIL", "colour", "manifold3d", "obstore", "prometheus_client", "trimesh")
+SOME = ("OpenImageIO", "PIL", "colour", "manifold3d", "obstore", "trimesh")
 
 
 @pytest.mark.slow
