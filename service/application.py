@@ -107,8 +107,10 @@ class _Application(FastAPI):
 
 def _layers(service: ServiceContainer, rules: AccessRules) -> list[Middleware]:
     """Return all middleware, the outermost first."""
-    settings, reading = service.settings, queries.READING_POSTS
+    settings = service.settings
     allowed = origins(settings.cors_origins)
+    trusting = is_loopback(settings.host) and not rules.keys
+    hosts = Hosts(host_names(settings.hosts), trusting=trusting, origins=allowed)
     return [
         # ids, times, metrics, log and spans of the answers of all layers
         Middleware(
@@ -121,18 +123,10 @@ def _layers(service: ServiceContainer, rules: AccessRules) -> list[Middleware]:
         *([Middleware(Cors, allowed)] if allowed else []),
         # Starlette has one outside of all middleware, whose answers would have no id
         Middleware(ServerErrorMiddleware, answer_exception),
-        # names of the service and pages of other origins, before anything is answered
-        Middleware(
-            Hosts,
-            names=host_names(settings.hosts),
-            trusting=is_loopback(settings.host) and not rules.keys,
-            origins=allowed,
-            reading=reading,
-        ),
         # everything inside sees GET only
         Middleware(HeadAsGet),
-        # keys and rate limits, before anything is read or computed
-        *([Middleware(Access, rules=rules, reading=reading)] if rules.limiting else []),
+        # names of the service, keys and rate limits, before anything is read or computed
+        Middleware(Access, hosts=hosts, rules=rules, reading=queries.READING_POSTS),
     ]
 
 

@@ -9,7 +9,6 @@ import contextlib
 import logging
 from collections.abc import AsyncIterator, Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
 from pathlib import Path
 
 from fastapi import Request
@@ -18,20 +17,20 @@ from service.building.builds import Builds
 from service.building.embedded import EmbeddedEngine
 from service.building.engine import BuildReport, Engine
 from service.building.kernels import Kernels
-from service.http.spool import Spool
+from service.http.bodies import Spool
 from service.jobs.book import JobBook
 from service.jobs.events import EventStreams
 from service.library import PROCESS_BYTES, Ledger, Library, keep_heap_small, memory_budget
 from service.meshes.meshes import Meshes
 from service.queries.queries import Queries
-from service.readiness import Readiness, service_readiness
+from service.readiness import service_readiness
 from service.settings import Settings
 from service.storage import gamut_store
 from service.storage.blobs import StoreUnavailableError
 from service.storage.gamuts import GamutStore
 from service.telemetry.build_observer import BuildObserver
 from service.telemetry.metrics import Metrics
-from service.telemetry.traces import Traces, traces_of
+from service.telemetry.traces import traces_of
 
 __all__ = ["MISSING_BROKER_EXTRA", "EngineMissingError", "ServiceContainer", "service_of"]
 
@@ -60,27 +59,15 @@ class EngineMissingError(Exception):
     """The settings ask for a broker, and the packages for brokers are not installed."""
 
 
-@dataclass
 class ServiceContainer:
     """The parts of a running service."""
 
-    settings: Settings
-    store: GamutStore = field(init=False)
-    library: Library = field(init=False)
-    meshes: Meshes = field(init=False)
-    queries: Queries = field(init=False)
-    builds: Builds = field(init=False)
-    metrics: Metrics = field(init=False, default_factory=Metrics)
-    readiness: Readiness = field(init=False)
-    traces: Traces | None = field(init=False)
-    events: EventStreams = field(init=False)
-    kernels: Kernels = field(init=False, default_factory=Kernels)
-    spool: Spool = field(init=False)
-    stopping: bool = field(init=False, default=False)
-    _loop: asyncio.AbstractEventLoop | None = field(init=False, default=None)
-
-    def __post_init__(self) -> None:
-        settings = self.settings
+    def __init__(self, settings: Settings) -> None:
+        self.settings = settings
+        self.stopping = False
+        self.metrics = Metrics()
+        self.kernels = Kernels()
+        self._loop: asyncio.AbstractEventLoop | None = None
         self.traces = traces_of(settings.traces)
         self.store = gamut_store(
             settings.store,

@@ -205,7 +205,8 @@ def service_readiness(
     readiness.add("kernels", lambda: _kernels(kernels))
     readiness.add("workers", _WorkersProbe(builds))
     readiness.add("queue", lambda: _queue(builds))
-    readiness.add("builds", lambda: _builds(stopping=stopping()))
+    accepted, refused = Finding("ok", "accepted"), Finding("failed", "the service is stopping")
+    readiness.add("builds", lambda: refused if stopping() else accepted)
     readiness.add_slow("store", lambda: store_probe(blobs), shared=blobs.remote)
     if isinstance(blobs, LocalBlobs):
         readiness.add_slow("disk", lambda: disk_probe(blobs.directory, needed_bytes))
@@ -269,12 +270,6 @@ def _write_and_read(blobs: Blobs, content: bytes) -> bool:
 def _kernels(kernels: Kernels) -> Finding:
     states = ", ".join(f"{group}: {state}" for group, state in kernels.states.items())
     return Finding("ok" if kernels.loaded else "failed", states)
-
-
-def _builds(*, stopping: bool) -> Finding:
-    if stopping:
-        return Finding("failed", "the service is stopping")
-    return Finding("ok", "accepted")
 
 
 def _queue(builds: Builds) -> Finding:

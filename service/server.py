@@ -36,7 +36,6 @@ __all__ = [
     "AddressUnavailableError",
     "Server",
     "bind_sockets",
-    "connection_limits",
     "server_config",
 ]
 
@@ -47,7 +46,6 @@ _KEEP_ALIVE_SECONDS = 75
 reuse connections give them up earlier: httpx after 5, load balancers after 60 seconds. If both
 sides waited equally long, a request could meet the end of its connection. An idle connection is
 closed before a new one is refused."""
-
 
 _REMEDIES = {
     errno.EADDRINUSE: "Stop the program that uses the port, or choose another port with --port or "
@@ -144,6 +142,14 @@ async def _bind(host: str, port: int) -> list[socket.socket]:
 
 def server_config(app: FastAPI, settings: Settings) -> uvicorn.Config:
     """Return uvicorn's configuration for an app of `create_app`."""
+    limits = ConnectionLimits(
+        settings.max_connections,
+        settings.max_head_bytes,
+        settings.head_timeout,
+        settings.body_timeout,
+        settings.min_body_rate,
+        settings.write_timeout,
+    )
     refusals = Refusals(app.state.service.metrics.requests, access_log=settings.access_log)
     return uvicorn.Config(
         app,
@@ -152,7 +158,7 @@ def server_config(app: FastAPI, settings: Settings) -> uvicorn.Config:
         log_config=None,
         log_level=settings.log_level,
         access_log=False,  # `service.telemetry.request_observer` writes the access log
-        http=limited_protocol(connection_limits(settings), refusals),
+        http=limited_protocol(limits, refusals),
         ws="none",
         # Off by default: otherwise any local client could choose the address it is counted under.
         proxy_headers=bool(settings.trusted_proxies),
@@ -161,16 +167,4 @@ def server_config(app: FastAPI, settings: Settings) -> uvicorn.Config:
         timeout_keep_alive=_KEEP_ALIVE_SECONDS,
         # Builds end or are given back within drain_seconds. Two seconds remain for the answers.
         timeout_graceful_shutdown=int(settings.drain_seconds) + 2,
-    )
-
-
-def connection_limits(settings: Settings) -> ConnectionLimits:
-    """Return the limits of a connection that the settings ask for."""
-    return ConnectionLimits(
-        settings.max_connections,
-        settings.max_head_bytes,
-        settings.head_timeout,
-        settings.body_timeout,
-        settings.min_body_rate,
-        settings.write_timeout,
     )

@@ -6,6 +6,7 @@ the table in ``docs/settings.md``, and a test compares both.
 
 import ipaddress
 import re
+from collections.abc import Callable
 from collections.abc import Set as AbstractSet
 from typing import Annotated, Literal
 
@@ -33,11 +34,8 @@ ENVIRONMENT_PREFIX = "GAMUT_"
 
 _MEBIBYTE = 1024 * 1024
 
-_LEAST_BUILD_MEMORY = 256 * _MEBIBYTE
-"""Below this limit, the warm process itself exceeds the limit."""
-
 _LEAST_MEMORY = 256 * _MEBIBYTE
-"""The process without gamuts, and coarse levels."""
+"""What a process needs without gamuts: of the API with coarse levels, or of a warm build."""
 
 _BROKER = re.compile(r"(redis|amqp)s?://")
 
@@ -51,27 +49,33 @@ _SECRETS = {
 """What hides the secret parts of a setting: patterns with their replacements."""
 
 
-def _check_api_keys(text: str) -> str:
-    ApiKeys(text)
-    return text
+def _checked(parse: Callable[[str], object]) -> AfterValidator:
+    """Return a validator that keeps the text of a setting if `parse` raises no ValueError."""
+
+    def check(text: str) -> str:
+        parse(text)
+        return text
+
+    return AfterValidator(check)
 
 
-def _check_origins(text: str) -> str:
-    origins(text)
-    return text
-
-
-def _check_hosts(text: str) -> str:
-    host_names(text)
-    return text
-
-
-def _check_proxies(text: str) -> str:
+def _parse_proxies(text: str) -> None:
     if text and text != "*":
         for proxy in text.split(","):
             # uvicorn would accept any other text as a name that matches no connection.
             ipaddress.ip_network(proxy.strip())
-    return text
+
+
+def _memory_or(zero: str) -> AfterValidator:
+    """Return a validator of an amount of memory, for which 0 means `zero`."""
+
+    def check(limit: int) -> int:
+        if 0 < limit < _LEAST_MEMORY:
+            message = f"must be 0 ({zero}) or at least {_LEAST_MEMORY} (256 MiB)"
+            raise ValueError(message)
+        return limit
+
+    return AfterValidator(check)
 
 
 class Settings(BaseSettings):
@@ -111,7 +115,7 @@ class Settings(BaseSettings):
     port: int = Field(default=8000, ge=0, le=65535)
     """Listening port of `gamut serve`; 0 selects a free port."""
 
-    api_keys: Annotated[str, AfterValidator(_check_api_keys)] = ""
+    api_keys: Annotated[str, _checked(ApiKeys)] = ""
     """API keys as digests, as `gamut key NAME` prints them: `NAME:SCOPES:SHA256` or
     `NAME:SCOPES:SHA256:EXPIRY`, separated by commas. Scopes are `read`, `build` and `write`, joined
     by `+`."""
@@ -138,17 +142,17 @@ class Settings(BaseSettings):
     build_rate_burst: PositiveInt = 10
     """Number of building requests that may arrive at once within their rate limit."""
 
-    hosts: Annotated[str, AfterValidator(_check_hosts)] = ""
+    hosts: Annotated[str, _checked(host_names)] = ""
     """Names of the service, separated by commas, with an optional port, such as
     `gamut.example.org` or `*.example.org`. Requests with another `Host` are answered with 403,
     except for probes and loopback addresses. Empty: any name; on a loopback address without keys,
     loopback addresses only."""
 
-    trusted_proxies: Annotated[str, AfterValidator(_check_proxies)] = ""
+    trusted_proxies: Annotated[str, _checked(_parse_proxies)] = ""
     """Addresses or networks of proxies, separated by commas, whose `X-Forwarded-For` and
     `X-Forwarded-Proto` are used; `*` for all. Empty: the address of the connection is used."""
 
-    cors_origins: Annotated[str, AfterValidator(_check_origins)] = ""
+    cors_origins: Annotated[str, _checked(origins)] = ""
     """Origins whose pages may use the API (CORS), separated by commas, such as
     `https://example.org`; `*` for all."""
 
@@ -234,7 +238,7 @@ class Settings(BaseSettings):
     build_timeout: PositiveFloat = 120.0
     """Seconds after which a build is ended and fails."""
 
-    build_memory_bytes: NonNegativeInt = 2048 * _MEBIBYTE
+    build_memory_bytes: Annotated[NonNegativeInt, _memory_or("no limit")] = 2048 * _MEBIBYTE
     """Private memory of a build process in bytes. A build that uses more is ended and fails. 0: no
     limit; otherwise at least 268435456 (256 MiB). A million surface samples take 0.7 GB, a picture
     of 24 megapixels 0.8 GB."""
@@ -271,7 +275,7 @@ class Settings(BaseSettings):
     max_event_streams: NonNegativeInt = 256
     """Largest number of clients that follow jobs by server-sent events."""
 
-    memory_bytes: NonNegativeInt = 0
+    memory_bytes: Annotated[NonNegativeInt, _memory_or("a share of the memory")] = 0
     """Memory of the API process in bytes. Work that needs more waits, and is answered with 503 in
     the end. 0: 60 % of the memory of the container or computer, less `GAMUT_BUILD_MEMORY_BYTES` for
     each worker of this process, and at least 469762048 (448 MiB); otherwise at least 268435456
@@ -301,22 +305,6 @@ class Settings(BaseSettings):
 
     max_page_size: int = Field(default=100, ge=1, le=1000)
     """Largest number of entries on a page of a list."""
-
-    @field_validator("build_memory_bytes")
-    @classmethod
-    def _check_build_memory(cls, limit: int) -> int:
-        if 0 < limit < _LEAST_BUILD_MEMORY:
-            message = f"must be 0 (no limit) or at least {_LEAST_BUILD_MEMORY} (256 MiB)"
-            raise ValueError(message)
-        return limit
-
-    @field_validator("memory_bytes")
-    @classmethod
-    def _check_memory(cls, limit: int) -> int:
-        if 0 < limit < _LEAST_MEMORY:
-            message = f"must be 0 (a share of the memory) or at least {_LEAST_MEMORY} (256 MiB)"
-            raise ValueError(message)
-        return limit
 
     @field_validator("broker")
     @classmethod

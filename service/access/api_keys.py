@@ -40,18 +40,9 @@ class KeyFileError(ValueError):
 
 @dataclass(frozen=True)
 class ApiKey:
-    """A key as the service knows it.
+    """A key as the service knows it: its public name, scopes, and SHA-256 in hexadecimal.
 
-    Attributes
-    ----------
-    name
-        Public name, used in settings, limits and the log.
-    scopes
-        Of `SCOPES`.
-    digest
-        SHA-256 of the key, hexadecimal.
-    expiry
-        Time from which the key is invalid, RFC 3339 in UTC; a date is its beginning. Empty: never.
+    `expiry` is the time from which it is invalid, RFC 3339 in UTC; a date is its beginning.
     """
 
     name: str

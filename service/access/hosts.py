@@ -12,19 +12,17 @@ import ipaddress
 import re
 from typing import TYPE_CHECKING
 
-from service.problems.problem import Problem, problem_response
+from service.problems.problem import Problem, ProblemError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from starlette.types import ASGIApp, Receive, Scope, Send
+    from starlette.types import Scope
 
 __all__ = ["Hosts", "host_names", "is_loopback"]
 
 _PROBES = frozenset({"/livez", "/readyz", "/metrics"})
 """Paths of balancers and monitors, which address the service by any name."""
-
-_READING_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})
 
 _FIELD = re.compile(r"(?P<host>\[[0-9a-f:.]+\]|[a-z0-9._~%!$&'()*+,;=-]*)(?::(?P<port>[0-9]*))?\Z")
 """Value of ``Host`` in lower case (RFC 9110, section 7.2)."""
@@ -59,59 +57,39 @@ def is_loopback(host: str) -> bool:
 
 
 class Hosts:
-    """ASGI middleware that checks ``Host``, ``Origin`` and ``Sec-Fetch-Site``.
+    """Checks of ``Host``, ``Origin`` and ``Sec-Fetch-Site``.
 
     `trusting` tells that everybody who reaches the loopback address may use the service. Pages of
-    `origins` may use it, and `reading` matches the paths of POST operations that only read.
+    `origins` may use it.
     """
 
-    def __init__(
-        self,
-        app: ASGIApp,
-        names: Sequence[str],
-        *,
-        trusting: bool,
-        origins: Sequence[str],
-        reading: re.Pattern[str],
-    ) -> None:
-        self.app = app
+    def __init__(self, names: Sequence[str], *, trusting: bool, origins: Sequence[str]) -> None:
         self._names = frozenset(names)
         self._checks_names = trusting or bool(names)
         self._trusting = trusting
         self._origins = frozenset(origins)
-        self._reading = reading
 
-    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass the request on, or answer with the problem."""
-        problem = self._problem(scope) if scope["type"] == "http" else None
-        answer = self.app if problem is None else problem_response(problem)
-        await answer(scope, receive, send)
-
-    def _problem(self, scope: Scope) -> Problem | None:
+    def check_name(self, scope: Scope) -> None:
+        """Raise a problem if ``Host`` is malformed, or not a name of this service."""
         hosts = [value for name, value in scope["headers"] if name == b"host"]
         if len(hosts) > 1 or (not hosts and scope["http_version"] != "1.0"):
             # RFC 9112, section 3.2.
             count = "more than one" if hosts else "no"
             detail = f"There is {count} Host header field."
-            return Problem("bad-request", detail, {"header": "Host"}, "Send exactly one.")
+            raise ProblemError(
+                Problem("bad-request", detail, {"header": "Host"}, "Send exactly one.")
+            )
         host = hosts[0].decode("latin-1").lower() if hosts else ""
         parts = _FIELD.match(host)
         if parts is None:
             detail = f"The Host header field is {host[:80]!r}, which is not a host with a port."
             remedy = "Send the host and the port of the address."
-            return Problem("bad-request", detail, {"header": "Host"}, remedy)
-        if scope["path"] in _PROBES:
-            return None
+            raise ProblemError(Problem("bad-request", detail, {"header": "Host"}, remedy))
         # Clients of HTTP/1.0 may omit the field, browsers never do.
-        if self._checks_names and hosts and not self._is_own(parts["host"], host):
+        checked = self._checks_names and hosts and scope["path"] not in _PROBES
+        if checked and not self._is_own(parts["host"], host):
             detail = f"The service is not called {host[:80]!r}."
-            return Problem("host-not-allowed", detail, {"header": "Host"})
-        foreign = self._foreign(scope, host) if self._trusting else None
-        if foreign is not None and self._only_reads(scope):
-            # With options, an address of a reference gamut builds another gamut.
-            scope["refuse_build"] = lambda is_write: foreign if is_write else None
-            return None
-        return foreign
+            raise ProblemError(Problem("host-not-allowed", detail, {"header": "Host"}))
 
     def _is_own(self, name: str, host: str) -> bool:
         """Return whether a name or address without and with its port is one of this service."""
@@ -124,15 +102,12 @@ class Hosts:
             for port in {"", host.removeprefix(name)}
         )
 
-    def _only_reads(self, scope: Scope) -> bool:
-        method: str = scope["method"]
-        if method in _READING_METHODS:
-            return True
-        return method == "POST" and self._reading.match(scope["path"]) is not None
-
-    def _foreign(self, scope: Scope, host: str) -> Problem | None:
-        """Return the problem of a request that a page of another origin sends."""
+    def foreign(self, scope: Scope) -> Problem | None:
+        """Return the problem of changes by a page of another origin; None for other requests."""
+        if not self._trusting or scope["path"] in _PROBES:
+            return None
         fields = dict(scope["headers"])
+        host = fields.get(b"host", b"").decode("latin-1").lower()
         origin = fields.get(b"origin", b"").decode("latin-1").lower()
         site = fields.get(b"sec-fetch-site", b"none").decode("latin-1")
         if origin:

@@ -1,11 +1,12 @@
-"""Access control: API keys with scopes, and rate limits.
+"""Access control: names of the service, API keys with scopes, rate limits, and owners of gamuts.
 
-The middleware is installed only if something is limited. Probes, HTML pages and the OpenAPI
-document need no key. If reading needs a key, shared caches must not store the answers.
+Probes, HTML pages and the OpenAPI document need no key. If reading needs a key, shared caches must
+not store the answers. Keys with the scope ``build`` may change what they built themselves.
 """
 
 from __future__ import annotations
 
+import asyncio
 import math
 import re
 import time
@@ -14,21 +15,27 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from service.access.api_keys import BUILD, READ, WRITE, ApiKey, ApiKeys
-from service.access.clients import client_of
-from service.access.rate_limits import Allowance, TokenBuckets
-from service.problems.problem import Problem, problem_response
+from service.access.rate_limits import Allowance, TokenBuckets, client_of
+from service.problems.problem import Problem, ProblemError, problem_response
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from fastapi import Request
     from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+    from service.access.hosts import Hosts
+    from service.storage.gamuts import GamutStore
 
 __all__ = [
     "ANONYMOUS_SCOPES",
     "Access",
     "AccessRules",
     "OpenToAllError",
+    "check_owner",
+    "claim",
     "client_key",
+    "may_change",
 ]
 
 _OPEN = frozenset({"/", "/livez", "/readyz", "/docs", "/openapi.json", "/problems", "/view"})
@@ -82,33 +89,28 @@ def client_key(scope: Scope) -> ApiKey | None:
 
 
 class Access:
-    """ASGI middleware that checks keys and rate limits.
+    """ASGI middleware that checks names of the service, origins, keys and rate limits.
 
     `reading` matches the paths of operations that only read, although their method is POST.
     """
 
     def __init__(
-        self, app: ASGIApp, rules: AccessRules, reading: re.Pattern[str] | None = None
+        self, app: ASGIApp, hosts: Hosts, rules: AccessRules, reading: re.Pattern[str]
     ) -> None:
         self.app = app
+        self._hosts = hosts
         self.rules = rules
         self._reading = reading
+        self._limiting = rules.limiting
         self._private = READ not in rules.anonymous
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass the request on, or answer with the problem."""
-        path = scope.get("path", "")
-        if scope["type"] != "http" or path in _OPEN or path.startswith(_OPEN_PREFIXES):
+        if scope["type"] != "http":
             await self.app(scope, receive, send)
             return
-        client, scopes, problem = self._client(scope)
+        limited = self._limiting and not _is_open(scope["path"])
         counted: list[tuple[bytes, bytes]] = []
-        if problem is None:
-            needed = READ if self._reads(scope) else WRITE
-            if not _allows(scopes, needed):
-                problem = self._missing(needed, anonymous=client.startswith("address "))
-        if problem is None:
-            problem, counted = self._count(scope, client)
 
         async def send_with_limits(message: Message) -> None:
             if message["type"] == "http.response.start":
@@ -116,86 +118,82 @@ class Access:
                 message["headers"] = _private(headers) if self._private else headers
             await send(message)
 
-        if problem is None:
+        answer = self.app
+        try:
+            self._check(scope, counted, limited=limited)
+        except ProblemError as error:
+            answer = problem_response(error.problem)
+        await answer(scope, receive, send_with_limits if limited else send)
+
+    def _check(self, scope: Scope, counted: list[tuple[bytes, bytes]], *, limited: bool) -> None:
+        """Raise a problem if the client may not send this request."""
+        self._hosts.check_name(scope)
+        foreign = self._hosts.foreign(scope)
+        if foreign is not None:
+            if not self._reads(scope):
+                raise ProblemError(foreign)
+            # With options, an address of a reference gamut builds another gamut.
+            scope["refuse_build"] = lambda is_write: foreign if is_write else None
+        if limited:
+            client, scopes = self._client(scope)
+            needed = READ if self._reads(scope) else WRITE
+            if not _allows(scopes, needed):
+                raise _missing(needed, client)
+            self._count(scope, client, counted)
             scope["gamut_client"] = client
-            earlier = scope.get("refuse_build")
-            scope["refuse_build"] = partial(self._refuse_build, client, scopes, earlier)
-            await self.app(scope, receive, send_with_limits)
-        else:
-            await problem_response(problem)(scope, receive, send_with_limits)
+            scope["refuse_build"] = partial(self._refuse_build, client, scopes, foreign)
 
     def _reads(self, scope: Scope) -> bool:
         """Return whether a request changes nothing."""
-        if scope["method"] in {"GET", "OPTIONS"}:
+        method: str = scope["method"]
+        if method in {"GET", "OPTIONS"}:
             return True
-        is_query = self._reading is not None and self._reading.match(scope["path"])
-        return scope["method"] == "POST" and bool(is_query)
+        return method == "POST" and self._reading.match(scope["path"]) is not None
 
-    def _client(self, scope: Scope) -> tuple[str, frozenset[str], Problem | None]:
-        """Return the client's name and scopes, and the problem with its key if there is one."""
+    def _client(self, scope: Scope) -> tuple[str, frozenset[str]]:
+        """Return the client's name and scopes; raise the problem with its key if there is one."""
         if sum(name == b"authorization" for name, _ in scope["headers"]) > 1:
             # The field is not a list (RFC 9110, section 5.3). An intermediary may have read another
             # value.
             detail = "There is more than one Authorization header field."
-            problem = Problem(
-                "bad-request", detail, {"header": "Authorization"}, "Send exactly one."
-            )
-            return "", frozenset(), problem
+            where = {"header": "Authorization"}
+            raise ProblemError(Problem("bad-request", detail, where, "Send exactly one."))
         given = _key_in_headers(scope)
         if given is None:
-            return client_of(scope), self.rules.anonymous, None
+            return client_of(scope), self.rules.anonymous
         key = self.rules.keys.find(given)
-        if key is None:
-            challenge = {"WWW-Authenticate": 'Bearer realm="gamut", error="invalid_token"'}
-            detail = "The API key is not known to this service."
-            problem = Problem("api-key-required", detail, headers=challenge)
-            return "", frozenset(), problem
-        scope.setdefault("state", {})[_STATE] = key
-        if key.is_expired(self.rules.clock()):
-            challenge = {"WWW-Authenticate": 'Bearer realm="gamut", error="invalid_token"'}
+        if key is not None:
+            scope.setdefault("state", {})[_STATE] = key
+            if not key.is_expired(self.rules.clock()):
+                return f"key {key.name}", key.scopes
             detail = f"The API key {key.name} expired at {key.expiry}."
-            problem = Problem("api-key-required", detail, headers=challenge)
-            return "", frozenset(), problem
-        return f"key {key.name}", key.scopes, None
-
-    def _missing(self, needed: str, *, anonymous: bool) -> Problem:
-        if anonymous:
-            challenge = {"WWW-Authenticate": f'Bearer realm="gamut", scope="{needed}"'}
-            detail = f"This operation needs an API key with the scope {needed}."
-            return Problem("api-key-required", detail, {"scope": needed}, headers=challenge)
-        challenge = {
-            "WWW-Authenticate": f'Bearer realm="gamut", error="insufficient_scope", '
-            f'scope="{needed}"'
-        }
-        detail = f"The API key does not have the scope {needed}."
-        return Problem("scope-missing", detail, {"scope": needed}, headers=challenge)
+        else:
+            detail = "The API key is not known to this service."
+        challenge = {"WWW-Authenticate": 'Bearer realm="gamut", error="invalid_token"'}
+        raise ProblemError(Problem("api-key-required", detail, headers=challenge))
 
     def _refuse_build(
-        self,
-        client: str,
-        scopes: frozenset[str],
-        earlier: Callable[[bool], Problem | None] | None,
-        is_write: bool,
+        self, client: str, scopes: frozenset[str], foreign: Problem | None, is_write: bool
     ) -> Problem | None:
         """Count a build that a GET starts; return the problem if the client may not start it."""
-        if earlier is not None and (problem := earlier(is_write)) is not None:
-            return problem
+        if is_write and foreign is not None:
+            return foreign
         if is_write and not _allows(scopes, WRITE):
-            return self._missing(WRITE, anonymous=client.startswith("address "))
+            return _missing(WRITE, client).problem
         if self.rules.builds is None:
             return None
         left = self.rules.builds.take(client)
         return None if left.granted else _too_often("builds", self.rules.builds, left)
 
-    def _count(self, scope: Scope, client: str) -> tuple[Problem | None, list[tuple[bytes, bytes]]]:
-        """Count a request. Return the problem, if any, and the rate-limit header fields."""
+    def _count(self, scope: Scope, client: str, fields: list[tuple[bytes, bytes]]) -> None:
+        """Count a request and add its rate-limit header fields; raise if it is one too many."""
         limits = [("requests", self.rules.requests)]
         if scope["method"] == "POST" and not self._reads(scope):
             limits.append(("builds", self.rules.builds))
         policies, states = [], []
         refused: Problem | None = None
         for name, buckets in limits:
-            if buckets is None:
+            if buckets is None or refused is not None:
                 continue
             left = buckets.take(client)
             window = math.ceil(buckets.burst / buckets.rate)
@@ -203,14 +201,26 @@ class Access:
             states.append(f'"{name}";r={left.remaining};t={math.ceil(left.seconds)}')
             if not left.granted:
                 refused = _too_often(name, buckets, left)
-                break
-        if not policies:
-            return None, []
-        fields = [
-            (b"ratelimit-policy", ", ".join(policies).encode()),
-            (b"ratelimit", ", ".join(states).encode()),
-        ]
-        return refused, fields
+        if policies:
+            fields.append((b"ratelimit-policy", ", ".join(policies).encode()))
+            fields.append((b"ratelimit", ", ".join(states).encode()))
+        if refused is not None:
+            raise ProblemError(refused)
+
+
+def _missing(needed: str, client: str) -> ProblemError:
+    """Return the error of a client without a scope."""
+    challenge, code = 'Bearer realm="gamut"', "api-key-required"
+    detail = f"This operation needs an API key with the scope {needed}."
+    if not client.startswith("address "):
+        challenge, code = f'{challenge}, error="insufficient_scope"', "scope-missing"
+        detail = f"The API key does not have the scope {needed}."
+    headers = {"WWW-Authenticate": f'{challenge}, scope="{needed}"'}
+    return ProblemError(Problem(code, detail, {"scope": needed}, headers=headers))
+
+
+def _is_open(path: str) -> bool:
+    return path in _OPEN or path.startswith(_OPEN_PREFIXES)
 
 
 def _allows(scopes: frozenset[str], needed: str) -> bool:
@@ -241,3 +251,25 @@ def _private(headers: list[tuple[bytes, bytes]]) -> list[tuple[bytes, bytes]]:
         (name, value.replace(b"public", b"private", 1) if name == b"cache-control" else value)
         for name, value in headers
     ]
+
+
+async def claim(request: Request, store: GamutStore, gamut_id: str) -> None:
+    """Make the key of a request the owner of a gamut that is being built, if there is no owner."""
+    key = client_key(request.scope)
+    if key is not None:
+        await asyncio.to_thread(store.owners.claim, gamut_id, key.name)
+
+
+async def may_change(request: Request, store: GamutStore, gamut_id: str) -> bool:
+    """Return whether the client may name, delete or cancel a gamut."""
+    key = client_key(request.scope)
+    if key is None or WRITE in key.scopes:
+        return True
+    return await asyncio.to_thread(store.owners.read, gamut_id) == key.name
+
+
+async def check_owner(request: Request, store: GamutStore, gamut_id: str) -> None:
+    """Raise the problem ``built-by-another`` unless the client may change a gamut."""
+    if not await may_change(request, store, gamut_id):
+        detail = "The key has the scope build, and another client built the gamut."
+        raise ProblemError(Problem("built-by-another", detail, {"scope": WRITE}))

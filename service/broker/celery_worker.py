@@ -454,8 +454,11 @@ def _say(text: str, *_: object) -> None:
 
 def _release_all(worker: Any) -> None:  # noqa: ANN401 - Celery's
     """Tell every slot to give back its build, unless all have ended."""
-    pool = getattr(worker.pool, "_pool", None)
-    for process in [] if pool is None else worker.pool.info["processes"]:
+    try:
+        processes = worker.pool.info["processes"]
+    except AttributeError:  # the pool has ended
+        return
+    for process in processes:
         logger.info("process %d must give back its build", process)
         try:
             os.kill(process, signal.SIGTERM)

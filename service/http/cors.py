@@ -80,10 +80,7 @@ _ORIGIN = re.compile(r"(?:\*|null|[a-z][a-z0-9+.-]*://[a-z0-9.\-\[\]:]+)\Z")
 def origins(text: str) -> tuple[str, ...]:
     """Return the origins in a setting, separated by commas or spaces.
 
-    Raises
-    ------
-    ValueError
-        An entry is not an origin: scheme, host and optional port, in lower case, without a path.
+    Raise ValueError unless each is scheme, host and optional port, in lower case, without a path.
     """
     found = tuple(text.replace(",", " ").split())
     for origin in found:

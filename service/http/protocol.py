@@ -9,6 +9,7 @@ never reach the app get problem documents and are reported to a callback. See
 from __future__ import annotations
 
 import itertools
+import logging
 import os
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
@@ -39,7 +40,6 @@ answer only after sending the body."""
 _REFUSED_SECONDS = 0.5
 """How long a refused client can read the answer while its data is dropped."""
 
-
 _MOST_WAITING = 32
 """Largest number of pipelined requests behind the current one. Each takes memory, and one packet
 can hold thousands. Clients that pipeline send about ten."""
@@ -50,22 +50,10 @@ _numbers = itertools.count()
 
 @dataclass(frozen=True)
 class ConnectionLimits:
-    """Limits of one connection.
+    """Limits of connections: number, bytes, seconds, and bytes per second.
 
-    Attributes
-    ----------
-    connections : int
-        Largest number of open connections.
-    head_bytes : int
-        Largest size of the request target and the header fields.
-    head_seconds : float
-        Time from the first byte of a request, or from connecting, to the end of the head.
-    body_seconds : float
-        Time for a body, in addition to the time that its size allows.
-    body_rate : int
-        Smallest average rate of a body in bytes per second.
-    write_seconds : float
-        Longest time in which a client reads nothing of a waiting answer.
+    `connections` is the largest number of open connections. The time of a head starts with its
+    first byte, or with the connection.
     """
 
     connections: int
@@ -79,20 +67,8 @@ class ConnectionLimits:
 class Refusal(NamedTuple):
     """An answer that was given without the app.
 
-    Attributes
-    ----------
-    problem : str
-        Code of the problem.
-    status : int
-        HTTP status.
-    nbytes : int
-        Bytes of content.
-    seconds : float
-        Time since the server started to wait for the client's data.
-    client : str or None
-        Address of the peer, which may be a proxy.
-    request_id : str
-        Id in the answer.
+    `problem` is the code, `seconds` the time since the server began to wait for the client's data,
+    and `client` the address of the peer, which may be a proxy.
     """
 
     problem: str
@@ -148,10 +124,6 @@ class LimitedProtocol(HttpToolsProtocol):
             self._answering.message_event.set()
         super().connection_lost(exc)
 
-    def _start_asgi_task(self, cycle: RequestResponseCycle, app: Any) -> None:  # noqa: ANN401 - uvicorn's own
-        self._answering = cycle
-        super()._start_asgi_task(cycle, app)
-
     def data_received(self, data: bytes) -> None:
         """Receive a part of a request."""
         if self._refused or self.transport.is_closing():
@@ -191,6 +163,8 @@ class LimitedProtocol(HttpToolsProtocol):
             message = "too many"
             raise ValueError(message)  # ends the parser without an answer
         super().on_headers_complete()
+        if not self.pipeline:
+            self._answering = self.cycle
 
     def on_body(self, body: bytes) -> None:
         """Receive a part of the body."""
@@ -205,16 +179,14 @@ class LimitedProtocol(HttpToolsProtocol):
     def on_response_complete(self) -> None:
         """End an answer. Its request may still be arriving."""
         self._since = self._time()
+        if self.pipeline:
+            self._answering = self.pipeline[-1][0]
         super().on_response_complete()
 
     def send_400_response(self, msg: str) -> None:
         """Answer a request that the parser refused. Called by uvicorn."""
         del msg  # always the same text
         self._refuse(self._refusal or Problem("bad-request", "The request is not HTTP/1.1."))
-
-    def _unsupported_upgrade_warning(self) -> None:
-        # A server may ignore it (RFC 9110, section 7.8). No need for a warning.
-        pass
 
     def _count_field(self, size: int) -> None:
         self._fields_bytes += size
@@ -365,11 +337,14 @@ def limited_protocol(
 ) -> type[LimitedProtocol]:
     """Return a protocol class that uvicorn can instantiate without further arguments.
 
-    Parameters
-    ----------
-    limits : ConnectionLimits
-    report : callable
-        Called with a `Refusal` for every answer that is given without the app.
+    `report` is called for every answer that is given without the app.
     """
+    # A server may ignore the wish for another protocol (RFC 9110, section 7.8).
+    logging.getLogger("uvicorn.error").addFilter(_concerns_operators)
     attributes: dict[str, Any] = {"limits": limits, "report": staticmethod(report)}
     return type("LimitedProtocol", (LimitedProtocol,), attributes)
+
+
+def _concerns_operators(record: logging.LogRecord) -> bool:
+    """Return whether a log record is not one of uvicorn's two about unsupported upgrades."""
+    return not record.getMessage().startswith(("Unsupported upgrade", "No supported WebSocket"))

@@ -24,16 +24,9 @@ REQUEST_ID = "X-Request-Id"
 
 
 class RequestContext:
-    """One request.
+    """One request: its id, and the seconds of each part of its work.
 
-    Attributes
-    ----------
-    id : str
-        Request id.
-    seconds : dict
-        Time of each part of the work, by a name that is a token of RFC 9110.
-    trace : tuple of str or None
-        Ids of the trace and the span, hexadecimal; None without traces.
+    `trace` has the ids of the trace and the span, hexadecimal; None without traces.
     """
 
     __slots__ = ("id", "seconds", "trace")

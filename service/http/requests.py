@@ -1,59 +1,176 @@
-"""Requests as a whole: HEAD for every GET, and the checks that come before any other.
+"""Requests as a whole: HEAD for every GET, plain paths, and validation of parameters.
 
-FastAPI's ``max_body_size`` answers with plain text that no exception handler sees, so declared
-lengths are checked here, and `service.http.spool` counts what arrives.
+The operations under ``/v1`` refuse unknown parameters, because an ignored misspelling would answer
+another question. Messages state the accepted form, which pydantic's messages do not.
 """
 
-from __future__ import annotations
-
-import codecs
 import re
-from typing import TYPE_CHECKING
+from collections import Counter
+from collections.abc import Iterable
+from typing import Annotated
 
-from python_multipart.multipart import parse_options_header
+from fastapi import Query, Request
+from fastapi.dependencies.utils import get_flat_params
+from fastapi.params import Header, Path
+from pydantic import BeforeValidator
+from pydantic_core import PydanticCustomError
 from starlette.routing import BaseRoute, Match
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from gamutcore.levels import Side
+from gamutcore.names import near_match
+from gamutcore.references import REFERENCES
 from service.problems.problem import Problem, ProblemError
 
-if TYPE_CHECKING:
-    from starlette.requests import Request
-    from starlette.types import ASGIApp, Message, Receive, Scope, Send
+__all__ = [
+    "DECIMAL_NUMBER",
+    "DECIMAL_PATTERN",
+    "GAMUT_ID",
+    "GAMUT_IDS",
+    "GAMUT_PATTERN",
+    "ID",
+    "ID_OR_NOTHING",
+    "ID_PATTERN",
+    "LARGEST_WHOLE",
+    "POSITIVE_NUMBER",
+    "WHOLE_NUMBER",
+    "ControlCharacters",
+    "HeadAsGet",
+    "SideName",
+    "check_items",
+    "check_query",
+]
 
-__all__ = ["ControlCharacters", "HeadAsGet", "check_head"]
+LARGEST_WHOLE = 10**12 - 1
+"""Largest number of twelve digits."""
+
+DECIMAL_PATTERN = r"[0-9]{1,12}(?:\.[0-9]{1,20})?(?:[eE]-?[0-9]{1,2})?"
+"""A decimal number without sign, infinity or NaN, with up to the digits of a double."""
+
+ID_PATTERN = "[0-9a-f]{64}"
+"""Id of a gamut and of its job: a digest."""
 
 _CONTROL = re.compile(r"[\x00-\x1f\x7f]")
 
 _PARTIAL = frozenset({b"range", b"if-range"})
 """Header fields that ask for a part of the content."""
 
-_TEXTS = frozenset({"utf-8", "ascii", "iso8859-1", "cp1252"})
-"""Python's names of the accepted charsets. Many other codecs of Python are no charsets, or raise
-errors of their own."""
+_LONGEST_SHOWN = 40
+"""Number of characters of a name or value that a problem repeats."""
 
 
-def check_head(request: Request, most_bytes: int) -> None:
-    """Refuse bodies that are declared too large, or in other charsets than the accepted ones."""
-    for name, value in request.scope["headers"]:
-        # The server refuses lengths that are not digits, so they need no answer here.
-        if name == b"content-length" and value.isdigit() and int(value) > most_bytes:
-            detail = f"The body is larger than {most_bytes} bytes."
-            raise ProblemError(Problem("body-too-large", detail, {"limit": most_bytes}))
-        if name == b"content-type" and b"charset" in value.lower():
-            # Parsed as Starlette's form parser does.
-            _, parameters = parse_options_header(value)
-            charset = parameters.get(b"charset", b"utf-8").decode("latin-1")
-            if not _is_text(charset):
-                detail = f"The body has the charset {charset[:40]!r}."
-                where = {"header": "Content-Type"}
-                remedy = "Send the body in UTF-8."
-                raise ProblemError(Problem("unsupported-media-type", detail, where, remedy))
+def _of_form(pattern: str, form: str, remedy: str, names: Iterable[str] = ()) -> BeforeValidator:
+    """Return a validator that refuses text that does not match `pattern`.
+
+    The message suggests the nearest of `names`.
+    """
+    whole = re.compile(rf"(?:{pattern})\Z")
+
+    def checked(value: object) -> object:
+        if isinstance(value, str) and not whole.match(value):
+            shown = repr(value[:_LONGEST_SHOWN])
+            meant = near_match(value.rpartition(",")[2], names)
+            said = f"Did you mean {meant}? {remedy}" if meant else remedy
+            context = {"shown": shown, "form": form, "remedy": said}
+            raise PydanticCustomError("form", "{shown} is not {form}", context)
+        return value
+
+    return BeforeValidator(checked)
 
 
-def _is_text(charset: str) -> bool:
-    try:
-        return codecs.lookup(charset).name in _TEXTS
-    except (LookupError, ValueError):
-        return False
+WHOLE_NUMBER = _of_form(
+    "[0-9]{1,12}",
+    "a whole number of 1 to 12 decimal digits",
+    "Give a plain whole number, such as 1000.",
+)
+"""Annotation of an integer parameter: ASCII digits without a sign."""
+
+POSITIVE_NUMBER = _of_form(
+    r"(?=[0-9]{1,12}\Z)0*[1-9][0-9]*",
+    "a whole number from 1 on, of 1 to 12 decimal digits",
+    "Give a plain whole number, such as 100.",
+)
+"""Annotation of an integer parameter greater than 0."""
+
+DECIMAL_NUMBER = _of_form(
+    DECIMAL_PATTERN,
+    "a plain decimal number from 0 on",
+    "Give a number such as 0.5 or 1e-4.",
+)
+"""Annotation of a non-negative decimal parameter."""
+
+_AN_ID = "an id, which is 64 hexadecimal digits in lower case"
+
+ID = _of_form(ID_PATTERN, _AN_ID, "Give an `id` from POST /v1/gamuts or from a list.")
+"""Annotation of the id of a job."""
+
+_GAMUT = f"(?:{ID_PATTERN}|{'|'.join(REFERENCES)})"
+
+GAMUT_ID = _of_form(
+    _GAMUT,
+    f"{_AN_ID}, or the slug of a reference gamut",
+    "Give an `id` from POST /v1/gamuts or from a list, or a slug from /v1/references.",
+    REFERENCES,
+)
+"""Annotation of the id of a gamut, or the slug of a reference gamut."""
+
+GAMUT_PATTERN = "[0-9a-z]+(-[0-9a-z]+)*"
+"""Id of a gamut, or slug of a reference gamut."""
+
+ID_OR_NOTHING = _of_form(
+    f"({ID_PATTERN})?", _AN_ID, "Give the `id` of the last entry, or follow `next`."
+)
+"""Annotation of the start of a page of a list."""
+
+GAMUT_IDS = _of_form(
+    f"{_GAMUT}(,{_GAMUT})*",
+    "a list of ids, each of 64 hexadecimal digits in lower case, or of slugs of reference gamuts",
+    "Give ids from /v1/gamuts or slugs from /v1/references, separated by commas.",
+    REFERENCES,
+)
+"""Annotation of one or more ids of gamuts or slugs."""
+
+SideName = Annotated[
+    Side,
+    Query(
+        alias="side",
+        description="`inside`: the mesh is contained in the full boundary. `outside`: it contains "
+        "the full boundary. `both`: the most accurate mesh, which crosses the full boundary. On "
+        "one side, device values are those of the vertices before they were moved there. Very "
+        "thin bodies may get fewer triangles than requested.",
+        examples=["both"],
+    ),
+]
+"""A query parameter of the operations on levels."""
+
+
+async def check_query(request: Request) -> None:
+    """Refuse unknown and repeated query parameters."""
+    check_items(request, request.query_params.multi_items())
+
+
+def check_items(request: Request, items: list[tuple[str, str]]) -> None:
+    """Refuse unknown and repeated parameters among `items` of the query.
+
+    Raise ``invalid-parameter``, with the names that the operation accepts.
+    """
+    if not items:
+        return
+    parameters = get_flat_params(request.scope["route"].dependant)
+    # Fields of a model of the query have no class of FastAPI.
+    known = [each.alias for each in parameters if not isinstance(each.field_info, Path | Header)]
+    for name, count in Counter(name for name, _ in items).items():
+        shown = name[:_LONGEST_SHOWN]
+        if name not in known:
+            fault = f"There is no parameter {shown!r} here."
+        elif count > 1:
+            fault = f"The parameter {shown!r} is given {count} times."
+        else:
+            continue
+        names = ", ".join(known)
+        remedy = f"Give each at most once: {names}." if known else "Leave the query out."
+        where = {"in": "query", "field": shown, "known": known}
+        raise ProblemError(Problem("invalid-parameter", fault, where, remedy))
 
 
 class HeadAsGet:

@@ -14,7 +14,7 @@ import zipfile
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
-from service.http.negotiation import OCTET_STREAM
+from service.http.representations import OCTET_STREAM
 from service.problems.problem import MEDIA_TYPE, Problem
 
 if TYPE_CHECKING:

@@ -16,10 +16,15 @@ from gamutcore.export import FORMATS, mesh_file
 from gamutcore.export.rendering import mesh_picture
 from gamutcore.levels import Bounds, Side
 from gamutcore.questions import PNG_KEYWORD
-from service.http.compression import IDENTITY, compress
-from service.http.conditional import IMMUTABLE, entity_tag, matches
-from service.http.file_names import content_disposition
-from service.http.negotiation import OCTET_STREAM
+from service.http.representations import (
+    IDENTITY,
+    IMMUTABLE,
+    OCTET_STREAM,
+    compress,
+    content_disposition,
+    entity_tag,
+    matches,
+)
 from service.http.request_context import timed
 
 if TYPE_CHECKING:

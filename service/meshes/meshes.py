@@ -14,7 +14,7 @@ from gamutcore.errors import TriangleCountError
 from gamutcore.export.rendering import PICTURE_TRIANGLES
 from service.caching.byte_bounded_cache import ByteBoundedCache
 from service.caching.single_flight import SingleFlight
-from service.http.compression import IDENTITY
+from service.http.representations import IDENTITY
 from service.library import Charge, Cost
 from service.meshes.encoding import (
     EncodedMesh,

@@ -7,8 +7,7 @@ Routes name their problems, and `problems` makes the responses from the table in
 from collections.abc import Mapping
 from typing import Any
 
-from service.http.conditional import IMMUTABLE
-from service.http.negotiation import OCTET_STREAM
+from service.http.representations import IMMUTABLE, OCTET_STREAM
 from service.openapi.models import ProblemDocument
 from service.problems.kinds import KINDS
 from service.problems.problem import MEDIA_TYPE, Problem

@@ -24,7 +24,7 @@ from gamutcore.errors import (
 from gamutcore.queries import LARGEST_COORDINATE, checked_points
 from gamutcore.questions import Parameter
 from gamutcore.tables import read_table
-from service.http.json_bodies import parse_json
+from service.http.bodies import parse_json
 from service.problems.problem import Problem, ProblemError
 from service.queries.parameters import refuse
 

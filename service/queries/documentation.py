@@ -11,7 +11,7 @@ from gamutcore.questions.declarations import (
     described,
     list_of,
 )
-from service.http.conditional import IMMUTABLE
+from service.http.representations import IMMUTABLE
 from service.openapi.documentation import binary_content, header
 from service.queries.bodies import CSV, FORMS, JSON, NPY, SVG, TABLES
 from service.queries.parameters import description

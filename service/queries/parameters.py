@@ -23,7 +23,7 @@ from gamutcore.arguments import (
     marks,
 )
 from gamutcore.errors import OptionError
-from service.http.parameters import DECIMAL_PATTERN
+from service.http.requests import DECIMAL_PATTERN
 from service.problems.problem import Problem, ProblemError
 
 if TYPE_CHECKING:

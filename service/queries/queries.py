@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
     from gamutcore.colours.spaces import ColourSpace
     from gamutcore.questions import Answer, Question
-    from service.http.spool import Body as Sent
+    from service.http.bodies import Body as Sent
     from service.library import Library
     from service.meshes.requested_levels import RequestedLevels
     from service.queries.answers import Writer

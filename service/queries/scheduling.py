@@ -10,7 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextvars import copy_context
 from typing import TYPE_CHECKING, ParamSpec, TypeVar
 
-from service.http.shares import Refused, SharedAmount
+from service.http.bodies import Refused, SharedAmount
 from service.problems.problem import Problem, ProblemError
 
 if TYPE_CHECKING:

@@ -13,9 +13,14 @@ from gamutcore.errors import OptionError, TriangleCountError
 from gamutcore.export import FORMATS
 from gamutcore.levels import LevelRequest
 from service.container import ServiceContainer, service_of
-from service.http.conditional import IMMUTABLE, check_if_match, matches
-from service.http.negotiation import OCTET_STREAM, preferred_media_type
-from service.http.parameters import DECIMAL_PATTERN, GAMUT_IDS, GAMUT_PATTERN, SideName
+from service.http.representations import (
+    IMMUTABLE,
+    OCTET_STREAM,
+    check_if_match,
+    matches,
+    preferred_media_type,
+)
+from service.http.requests import DECIMAL_PATTERN, GAMUT_IDS, GAMUT_PATTERN, SideName
 from service.library import Charge, ChargedResponse, Cost
 from service.meshes.containers import CONTAINERS, Asked, Container, Item, ZipContainer
 from service.meshes.encoding import file_stem

@@ -24,10 +24,10 @@ from pydantic import TypeAdapter, ValidationError
 from gamutcore.building import gamut_id as id_of_build
 from gamutcore.options import OPTIONS, Options, option_value
 from gamutcore.references import REFERENCES, Reference
-from service.access.clients import client_of
+from service.access.rate_limits import client_of
 from service.container import service_of
-from service.http.parameters import GAMUT_ID, GAMUT_PATTERN, ID_PATTERN, check_items
-from service.http.requests import check_head
+from service.http.bodies import check_head
+from service.http.requests import GAMUT_ID, GAMUT_PATTERN, ID_PATTERN, check_items
 from service.openapi.documentation import EXAMPLE_ID
 from service.problems.problem import Problem, ProblemError
 from service.routes.jobs import wait_for_build

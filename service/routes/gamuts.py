@@ -8,21 +8,23 @@ from typing import IO, Annotated, Any, Literal
 from fastapi import APIRouter, Depends, Query, Request
 from fastapi.responses import Response, StreamingResponse
 
-from service.access.clients import client_of
-from service.access.ownership import check_owner, claim, may_change
+from service.access.middleware import check_owner, claim, may_change
+from service.access.rate_limits import client_of
 from service.container import ServiceContainer, service_of
-from service.http.compression import CODINGS, compress, compress_response
-from service.http.conditional import (
+from service.http.representations import (
+    CODINGS,
     IMMUTABLE,
+    OCTET_STREAM,
     byte_range,
     check_if_match,
+    compress,
+    compress_response,
     conditional,
+    content_disposition,
     entity_tag,
     matches,
 )
-from service.http.file_names import content_disposition
-from service.http.negotiation import OCTET_STREAM
-from service.http.parameters import SideName
+from service.http.requests import SideName
 from service.openapi.documentation import (
     EXAMPLE_GAMUT,
     EXAMPLE_ID,

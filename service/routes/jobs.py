@@ -7,11 +7,11 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Depends, Header, Path, Request
 from fastapi.responses import Response, StreamingResponse
 
-from service.access.ownership import check_owner
+from service.access.middleware import check_owner
 from service.container import ServiceContainer, service_of
-from service.http.negotiation import preference
-from service.http.parameters import ID, ID_PATTERN, check_query
+from service.http.representations import preference
 from service.http.request_context import timed
+from service.http.requests import ID, ID_PATTERN, check_query
 from service.jobs.book import JobDocument
 from service.jobs.events import HEARTBEAT_SECONDS, MEDIA_TYPE, event_id, stream_of_events
 from service.openapi.documentation import EXAMPLE_ID, EXAMPLE_JOB, header, json_response, problems

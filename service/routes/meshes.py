@@ -14,10 +14,8 @@ from starlette.types import Receive, Scope, Send
 from gamutcore.export import FORMATS
 from gamutcore.levels import DEFAULT_TRIANGLES, LevelRequest
 from service.container import service_of
-from service.http.compression import preferred_coding
-from service.http.conditional import check_if_match
-from service.http.negotiation import preferred_media_type
-from service.http.parameters import (
+from service.http.representations import check_if_match, preferred_coding, preferred_media_type
+from service.http.requests import (
     DECIMAL_NUMBER,
     ID_PATTERN,
     LARGEST_WHOLE,

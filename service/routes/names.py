@@ -10,7 +10,7 @@ from fastapi import APIRouter, Depends, Request
 from fastapi.responses import Response
 
 from gamutcore.names import ranked
-from service.access.ownership import check_owner
+from service.access.middleware import check_owner
 from service.container import service_of
 from service.openapi.documentation import EXAMPLE_ID, NAME_BODY, json_response, problems
 from service.openapi.models import GamutName

@@ -17,8 +17,7 @@ from fastapi.responses import HTMLResponse, Response
 
 from gamutcore.version import ALGORITHM_VERSION, __version__
 from service.container import ServiceContainer, service_of
-from service.http.conditional import conditional
-from service.http.negotiation import preferred_media_type
+from service.http.representations import conditional, preferred_media_type
 from service.problems.kinds import KINDS, Kind
 from service.problems.problem import JsonResponse, Problem, ProblemError
 from service.readiness import Report

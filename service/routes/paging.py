@@ -7,7 +7,7 @@ from urllib.parse import urlencode
 
 from fastapi import Query
 
-from service.http.parameters import ID_OR_NOTHING, ID_PATTERN, LARGEST_WHOLE, POSITIVE_NUMBER
+from service.http.requests import ID_OR_NOTHING, ID_PATTERN, LARGEST_WHOLE, POSITIVE_NUMBER
 from service.openapi.documentation import EXAMPLE_ID
 
 if TYPE_CHECKING:

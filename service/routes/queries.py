@@ -17,9 +17,9 @@ from fastapi.routing import APIRoute
 
 from gamutcore.colours.spaces import ColourConversion
 from gamutcore.questions import QUESTIONS, Question
-from service.access.clients import client_of
+from service.access.rate_limits import client_of
 from service.container import ServiceContainer, service_of
-from service.http.negotiation import OCTET_STREAM, preferred_media_type
+from service.http.representations import OCTET_STREAM, preferred_media_type
 from service.http.request_context import timed
 from service.library import ChargedResponse
 from service.meshes.requested_levels import level_request

@@ -8,9 +8,8 @@ from fastapi.responses import Response
 
 from gamutcore.names import ranked
 from gamutcore.references import NOT_OFFERED, REFERENCES, Reference, search_references
-from service.http.compression import compress_response
-from service.http.conditional import conditional
-from service.http.parameters import check_query
+from service.http.representations import compress_response, conditional
+from service.http.requests import check_query
 from service.openapi.documentation import EXAMPLE_REFERENCES, header, json_response, problems
 from service.openapi.models import ReferenceList
 from service.problems.problem import JsonResponse

@@ -22,11 +22,9 @@ from gamutcore.characterisation.samples import MAX_JSON_SAMPLES, json_samples
 from gamutcore.errors import OptionError
 from gamutcore.options import OPTIONS, Options, option_name, option_value
 from gamutcore.references import find_reference, parse_definition
-from service.access.clients import client_of
-from service.http.forms import FIELD_BYTES, decoded, read_form
-from service.http.json_bodies import parse_json
+from service.access.rate_limits import client_of
+from service.http.bodies import FIELD_BYTES, IN_MEMORY, decoded, parse_json, read_form
 from service.http.request_context import timed
-from service.http.spool import IN_MEMORY
 from service.problems.problem import Problem, ProblemError
 from service.storage.names import InvalidNameError, checked_name
 
@@ -35,8 +33,7 @@ if TYPE_CHECKING:
 
     from fastapi import Request
 
-    from service.http.forms import Part
-    from service.http.spool import Body, Spool
+    from service.http.bodies import Body, Part, Spool
     from service.settings import Settings
 
 __all__ = ["Submission", "check_surface_samples", "submission", "submitted_name"]

@@ -21,9 +21,17 @@ from fastapi.openapi.docs import get_swagger_ui_html
 from fastapi.responses import HTMLResponse, Response
 
 from gamutcore.export.viewer_page import VIEWER_FILES
-from service.http.compression import IDENTITY, compress, compress_response, preferred_coding
-from service.http.conditional import IMMUTABLE, conditional, entity_tag, matches
-from service.http.negotiation import preferred_media_type
+from service.http.representations import (
+    IDENTITY,
+    IMMUTABLE,
+    compress,
+    compress_response,
+    conditional,
+    entity_tag,
+    matches,
+    preferred_coding,
+    preferred_media_type,
+)
 from service.problems.problem import JsonResponse, Problem, ProblemError
 from service.routes.pages import SECURITY_HEADERS
 

@@ -20,13 +20,18 @@ from gamutcore.questions import (
     QUESTIONS,
     Question,
 )
-from service.access.clients import client_of
+from service.access.rate_limits import client_of
 from service.container import service_of
-from service.http.compression import compress_response
-from service.http.conditional import IMMUTABLE, check_if_match, conditional
-from service.http.file_names import content_disposition
-from service.http.negotiation import OCTET_STREAM, preferred_media_type
-from service.http.parameters import GAMUT_PATTERN
+from service.http.representations import (
+    IMMUTABLE,
+    OCTET_STREAM,
+    check_if_match,
+    compress_response,
+    conditional,
+    content_disposition,
+    preferred_media_type,
+)
+from service.http.requests import GAMUT_PATTERN
 from service.library import ChargedResponse, Cost
 from service.meshes.encoding import MeshResponse, PictureOptions
 from service.meshes.requested_levels import level_request

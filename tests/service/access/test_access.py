@@ -8,11 +8,11 @@ import pytest
 import servers
 
 from service.access.api_keys import ApiKeys, new_key
-from service.access.hosts import is_loopback
+from service.access.hosts import Hosts, is_loopback
 from service.access.middleware import Access, OpenToAllError
 from service.access.rate_limits import TokenBuckets
 from service.application import access_rules
-from service.http.conditional import IMMUTABLE
+from service.http.representations import IMMUTABLE
 from service.settings import Settings
 
 (READER, READER_KNOWN), (WRITER, WRITER_KNOWN) = servers.READER, servers.WRITER
@@ -31,7 +31,9 @@ def guarded():
     """A function that sends a request to an app behind the layer with these settings."""
 
     def guard(**settings):
-        layer = Access(app, access_rules(Settings(**settings)), re.compile(r"/v1/gamuts/x/ask\Z"))
+        hosts = Hosts((), trusting=False, origins=())
+        reading = re.compile(r"/v1/gamuts/x/ask\Z")
+        layer = Access(app, hosts, access_rules(Settings(**settings)), reading)
 
         def send(method="GET", path=GAMUTS, address="192.0.2.1", headers=(), **named):
             async def request():

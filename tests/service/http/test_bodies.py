@@ -12,7 +12,7 @@ import httpx
 import pytest
 
 from service.application import create_app
-from service.http import spool
+from service.http import bodies
 from service.settings import Settings
 from service.storage.gamuts import GamutStore
 from service.storage.local import LocalBlobs
@@ -145,7 +145,7 @@ def test_the_memory_of_arriving_bodies_is_bounded(default_server, post, kind):
         begun.send(body)
     wait_for_bytes(default_server, count * (len(body) - 10_000))
     # 64 KiB of each body, and as much in the buffer of its connection
-    assert resident(default_server) - before < 2 * count * spool.IN_MEMORY + 64 * MEBIBYTE
+    assert resident(default_server) - before < 2 * count * bodies.IN_MEMORY + 64 * MEBIBYTE
 
 
 def resident(server):
@@ -265,7 +265,7 @@ def test_bodies_that_wait_for_memory_are_bounded_in_bytes(tmp_path, monkeypatch,
 def test_a_full_scratch_folder_is_called_that(request_app, tmp_path, monkeypatch, assert_problem):
     app = create_app(Settings(store=str(tmp_path)))
     monkeypatch.setattr(
-        spool.tempfile,
+        bodies.tempfile,
         "TemporaryFile",
         lambda **_: Path("/dev/full").open("w+b"),  # noqa: SIM115
     )

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from service.http.compression import zstd
+from service.http.representations import zstd
 
 DECODERS = {"gzip": gzip.decompress, "zstd": zstd.decompress, "identity": bytes}
 MADE = re.compile(r"[0-9a-f]{32}\Z")

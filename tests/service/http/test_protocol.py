@@ -32,10 +32,21 @@ HANG = 120
 """Seconds after which a test gives up; it never waits as long."""
 
 
+left = []
+"""Paths of the requests that learnt that their client is gone."""
+
+
 async def app(scope, receive, send):
-    """Answers with the length of the body; at /early before the body, at /large with 64 MiB."""
+    """Answers with the length of the body; at /early before the body, at /large with 64 MiB.
+
+    At /wait, it waits until the client is gone.
+    """
     if scope["type"] != "http":
         return
+    while scope["path"] == "/wait":
+        if (await receive())["type"] == "http.disconnect":
+            left.append(scope["path"])
+            return
     length, more = 0, scope["path"] != "/early"
     while more:
         message = await receive()
@@ -388,7 +399,19 @@ def test_a_connection_with_thousands_of_requests_ahead_is_ended(connect):
     assert whole(good)
 
 
-def test_a_wish_for_another_protocol_is_ignored(connect):
+def test_a_wish_for_another_protocol_is_ignored(connect, caplog):
     fields = b"Connection: Upgrade, HTTP2-Settings\r\nUpgrade: h2c\r\nHTTP2-Settings: \r\n\r\n"
     connection = connect(GET[:-2] + fields)
     assert one_answer(connection) == b"0"
+    assert not caplog.records
+
+
+def test_the_request_that_is_answered_learns_that_its_client_is_gone(connect, clock):
+    """uvicorn itself tells only the newest request of a connection."""
+    left.clear()
+    connection = connect(GET + GET.replace(b"/", b"/wait", 1) + GET)
+    assert one_answer(connection) == b"0"
+    clock.settle()
+    connection.close()
+    clock.settle()
+    assert left == ["/wait"]

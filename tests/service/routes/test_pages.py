@@ -15,7 +15,7 @@ import pytest
 
 from gamutcore.version import __version__
 from service.application import create_app
-from service.http.conditional import IMMUTABLE
+from service.http.representations import IMMUTABLE
 from service.problems.kinds import KINDS
 from service.routes import viewer
 from service.routes.pages import definitions, link, page, table
