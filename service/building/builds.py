@@ -17,7 +17,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from service.building.engine import EngineFacts, shutting_down
-from service.caching.single_flight import SingleFlight
+from service.concurrency import SingleFlight
 from service.http.request_context import timed
 from service.jobs.documents import UNHEARD, client_mark
 from service.problems.problem import Problem
