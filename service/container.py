@@ -21,7 +21,6 @@ from service.http.bodies import Spool
 from service.jobs.book import JobBook
 from service.jobs.events import EventStreams
 from service.library import PROCESS_BYTES, Ledger, Library, keep_heap_small, memory_budget
-from service.meshes.meshes import Meshes
 from service.queries.queries import Queries
 from service.readiness import service_readiness
 from service.settings import Settings
@@ -77,15 +76,14 @@ class ServiceContainer:
         )
         memory = Ledger(memory_budget(settings) - PROCESS_BYTES)
         self.library = Library(
-            self.store, memory, settings.history_cache_bytes, settings.query_index_bytes
+            self.store,
+            memory,
+            settings.history_cache_bytes,
+            settings.mesh_cache_bytes,
+            settings.query_index_bytes,
         )
-        self.meshes = Meshes(self.library, settings.mesh_cache_bytes)
         self.queries = Queries(
-            self.library,
-            self.meshes.levels,
-            self.metrics.queries,
-            most_rows=settings.query_rows,
-            client_share=settings.client_share,
+            self.metrics.queries, most_rows=settings.query_rows, client_share=settings.client_share
         )
         self.spool = Spool(
             lambda: self.scratch_directory,
@@ -120,7 +118,7 @@ class ServiceContainer:
         loop = self._loop = asyncio.get_running_loop()
         if self.store.blobs.remote:
             loop.set_default_executor(ThreadPoolExecutor(_REMOTE_CALLS, "store"))
-        self.store.on_evicted = lambda gamut_id: _call_soon(loop, self.forget, gamut_id)
+        self.store.on_evicted = lambda gamut_id: _call_soon(loop, self.library.discard, gamut_id)
         await asyncio.to_thread(self.store.open)
         await self.builds.start()
         background = [asyncio.create_task(self.kernels.prepare())]
@@ -153,16 +151,11 @@ class ServiceContainer:
             await asyncio.sleep(_DELETIONS_SECONDS)
             try:
                 for gamut_id in await asyncio.to_thread(self.store.deleted_elsewhere):
-                    self.forget(gamut_id)
+                    self.library.discard(gamut_id)
             except StoreUnavailableError:
                 pass  # the store has logged it
             except Exception:
                 logger.exception("deletions by other replicas are not known")
-
-    def forget(self, gamut_id: str) -> None:
-        """Remove a deleted gamut from all caches in memory."""
-        self.library.discard(gamut_id)
-        self.meshes.discard_gamut(gamut_id)
 
 
 def _build_engine(

@@ -18,7 +18,7 @@ from dataclasses import replace
 from typing import Any
 
 from service.building.engine import Engine, EngineFacts
-from service.caching.single_flight import SingleFlight
+from service.concurrency import SingleFlight
 from service.http.request_context import timed
 from service.jobs.book import UNHEARD, JobBook, JobDocument, client_mark
 from service.problems.problem import Problem, ProblemError

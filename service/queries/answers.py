@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 
     from gamutcore.questions import Answer, Question
     from gamutcore.tables import ColourTable
+    from service.library import QueryLevel
     from service.queries.bodies import Body
-    from service.queries.levels import QueryLevel
 
 __all__ = [
     "WRITERS",

@@ -1,4 +1,4 @@
-"""Execution of queries: threads, and answers piece by piece.
+"""Execution of queries: admission by rows, threads, and answers piece by piece.
 
 Kernels release the interpreter lock, so threads use all cores and the event loop stays free. A few
 rows on a level in memory are answered on the event loop, because passing them to a thread takes
@@ -8,33 +8,32 @@ longer. See ``docs/decisions/queries-over-http.md``.
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import os
 import time
 from collections import deque
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from gamutcore.errors import InvalidPointsError
+from service.concurrency import Threads
+from service.http.bodies import Refused, SharedAmount
 from service.http.request_context import timed
 from service.library import Cost
 from service.problems.problem import Problem, ProblemError
 from service.queries.answers import WRITERS, level_document, shape_file
 from service.queries.bodies import CSV, FORMS, JSON, SVG, parse_body
-from service.queries.levels import QueryLevels
 from service.queries.parameters import check_alternatives
-from service.queries.scheduling import Admission, DeadlineThreads
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Callable, Mapping, Sequence
+    from collections.abc import AsyncIterator, Callable, Iterator, Mapping, Sequence
 
     from gamutcore.arrays import FloatArray
     from gamutcore.colours.spaces import ColourSpace
     from gamutcore.questions import Answer, Question
     from service.http.bodies import Body as Sent
-    from service.library import Library
-    from service.meshes.requested_levels import RequestedLevels
+    from service.library import QueryLevel
     from service.queries.answers import Writer
     from service.queries.bodies import Body
-    from service.queries.levels import QueryLevel
     from service.telemetry.metrics import QueryMetrics
 
 __all__ = ["Queries", "Query", "level_values"]
@@ -50,6 +49,66 @@ INLINE_ROWS = 16
 
 INLINE_BYTES = 2048
 """Largest body that is parsed on the event loop."""
+
+
+_SMALL_ROWS = 1000
+"""Queries of at most so many rows need no share. They are answered within milliseconds."""
+
+_FOR_SMALL = 1 / 20
+"""The part of all rows that large queries leave to small ones."""
+
+_PATIENCE = 50e-6
+"""Seconds of patience per row, ten times as long as a row of the slowest operation takes. So small
+queries pass large ones in the threads."""
+
+
+class Admission:
+    """The rows under way, which clients share. Belongs to the event loop's thread.
+
+    Rows are counted from the moment when a body has arrived to the end of the answer, which bounds
+    the memory of all queries. Several queries have `most` rows at most, of which a `share` belongs
+    to one client if others compete. A single query is always admitted.
+    """
+
+    def __init__(self, most: int, share: float) -> None:
+        self._rows = SharedAmount(most, share)
+
+    @property
+    def rows(self) -> int:
+        """Rows under way."""
+        return self._rows.used
+
+    @contextlib.contextmanager
+    def held(self, client: str, estimate: int) -> Iterator[Callable[[int], None]]:
+        """Count rows until the end of the context, which gets a function to correct the number.
+
+        Raise the problem ``queries-busy`` if too many rows are under way.
+        """
+        if refused := self._refusal(client, estimate):
+            detail, remedy = f"{self.rows} rows are being answered.", ""
+            if refused is Refused.SHARE:
+                detail = f"{detail} The client would have more than its share of them."
+                remedy = "Wait for the answers to other queries, or try again after Retry-After."
+            headers = {"Retry-After": "1"}
+            raise ProblemError(Problem("queries-busy", detail, remedy=remedy, headers=headers))
+        counted = estimate
+        self._rows.take(client, counted)
+
+        def correct(rows: int) -> None:
+            nonlocal counted
+            self._rows.take(client, rows - counted)
+            counted = rows
+
+        try:
+            yield correct
+        finally:
+            self._rows.take(client, -counted)
+
+    def _refusal(self, client: str, rows: int) -> Refused | None:
+        most = self._rows.most
+        if rows > _SMALL_ROWS:
+            return self._rows.refusal(client, rows + int(_FOR_SMALL * most))
+        return Refused.FULL if self.rows and self.rows + rows > most else None
 
 
 class Query(NamedTuple):
@@ -77,26 +136,16 @@ def level_values(levels: Sequence[QueryLevel], values: Mapping[str, Any]) -> dic
 
 
 class Queries:
-    """Answers queries about a library's gamuts.
+    """Answers queries about levels.
 
-    `requested` finds levels for limits, and `metrics` counts rows and seconds. `most_rows` and
-    `client_share` are limits of `Admission`.
+    `metrics` counts rows and seconds. `most_rows` and `client_share` are limits of `Admission`.
     """
 
-    def __init__(
-        self,
-        library: Library,
-        requested: RequestedLevels,
-        metrics: QueryMetrics,
-        *,
-        most_rows: int,
-        client_share: float,
-    ) -> None:
-        self.levels = QueryLevels(library, requested)
+    def __init__(self, metrics: QueryMetrics, *, most_rows: int, client_share: float) -> None:
         self.admission = Admission(most_rows, client_share)
         self._metrics = metrics
         self._ahead = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 2
-        self._threads = DeadlineThreads(self._ahead)
+        self._threads = Threads(self._ahead, "queries")
 
     async def parse(
         self,
@@ -119,10 +168,11 @@ class Queries:
         with timed("body"):
             if media_type == JSON and sent.size <= INLINE_BYTES:
                 return parse()
-            return await self._threads.run(sent.size // FORMS[media_type].row_bytes, parse)
+            rows = sent.size // FORMS[media_type].row_bytes
+            return await self._threads.run(_PATIENCE * rows, parse)
 
     def answer_bytes(self, body: Body, media_type: str) -> Callable[[int], int]:
-        """Return the memory of an answer, as `QueryLevels.levels` takes it."""
+        """Return the memory of an answer, as `Library.levels` takes it."""
         ahead = 1 if body.table is not None else self._ahead
         rows = min(body.rows, (1 + ahead) * PIECE)
         return lambda _triangles: rows * Cost.ROW[media_type]
@@ -146,7 +196,7 @@ class Queries:
         # A table of a few colours may have any number of other rows and cells.
         if rows <= INLINE_ROWS and query.body.table is None:
             return self._first(query, writer), None
-        first = await self._threads.run(rows, self._first, query, writer)
+        first = await self._threads.run(_PATIENCE * rows, self._first, query, writer)
         return first, self._others(query, writer) if rows > PIECE else None
 
     async def shape(
@@ -160,7 +210,7 @@ class Queries:
         """Return the answer to a question about the shape of gamuts as a file."""
         with self.admission.held(client, VIEW_ROWS):
             arguments = question, levels, values, media_type
-            return await self._threads.run(VIEW_ROWS, self._shape_file, *arguments)
+            return await self._threads.run(_PATIENCE * VIEW_ROWS, self._shape_file, *arguments)
 
     def _shape_file(
         self,
@@ -231,7 +281,8 @@ class Queries:
         pieces: deque[asyncio.Task[bytes]] = deque()
         try:
             for start in range(PIECE, query.body.rows, PIECE):
-                work = self._threads.run(query.body.rows, self._piece, query, writer, start)
+                patience = _PATIENCE * query.body.rows
+                work = self._threads.run(patience, self._piece, query, writer, start)
                 pieces.append(asyncio.create_task(work))
                 if len(pieces) == ahead:
                     yield await pieces.popleft()

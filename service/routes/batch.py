@@ -22,10 +22,9 @@ from service.http.representations import (
 )
 from service.http.requests import DECIMAL_PATTERN, GAMUT_IDS, GAMUT_PATTERN, SideName
 from service.library import Charge, ChargedResponse, Cost
-from service.meshes.containers import CONTAINERS, Asked, Container, Item, ZipContainer
-from service.meshes.encoding import file_stem
 from service.openapi.documentation import BATCH_RESPONSE, EXAMPLE_ID, problems
 from service.problems.problem import Problem, ProblemError
+from service.routes.containers import CONTAINERS, Asked, Container, Item, ZipContainer
 from service.routes.dependencies import GamutRoute, NamedGamuts, check_gamut_query
 from service.storage.gamuts import GamutDamagedError, GamutNotStoredError
 
@@ -206,7 +205,7 @@ class _Batch:
         }
         if self._container.media_type == ZipContainer.media_type:
             ids = {one.gamut_id for one in self._asked}
-            name = f"{file_stem(ids.pop())}-meshes.zip" if len(ids) == 1 else "meshes.zip"
+            name = f"{ids.pop()[:12]}-meshes.zip" if len(ids) == 1 else "meshes.zip"
             headers["Content-Disposition"] = f'attachment; filename="{name}"'
         return headers
 
@@ -230,7 +229,7 @@ class _Batch:
                 continue
             largest = record.description["counts"]["triangles"]
             for one in wanted:
-                count = self._service.meshes.levels.largest_count(record, _level_request(one))
+                count = self._service.library.largest_count(record, _level_request(one))
                 if not 4 <= count <= largest:
                     failed[one] = Problem(
                         "triangle-count",
@@ -260,9 +259,9 @@ class _Batch:
             yield piece
 
     async def _item(self, one: Asked) -> Item:
-        meshes = self._service.meshes
+        library = self._service.library
         try:
-            return Item(one, await meshes.mesh(one.gamut_id, _level_request(one), one.format_name))
+            return Item(one, await library.mesh(one.gamut_id, _level_request(one), one.format_name))
         except (TriangleCountError, OptionError) as error:
             # a body that is too thin for a level on one side, or a format of other gamuts
             return Item(one, None, Problem.from_error(error))

@@ -22,6 +22,7 @@ from fastapi.routing import APIRoute
 from pydantic import TypeAdapter, ValidationError
 
 from gamutcore.building import gamut_id as id_of_build
+from gamutcore.levels import LevelRequest, Side
 from gamutcore.options import OPTIONS, Options, option_value
 from gamutcore.references import REFERENCES, Reference
 from service.access.rate_limits import client_of
@@ -43,6 +44,7 @@ __all__ = [
     "check_gamut_query",
     "check_request",
     "checked_gamut",
+    "level_request",
     "read_only",
 ]
 
@@ -249,6 +251,21 @@ async def check_request(request: Request) -> None:
 async def check_gamut_query(request: Request) -> None:
     """Refuse unknown and repeated parameters. With a slug, options of its build are known."""
     check_items(request, NamedGamuts.of(request).items)
+
+
+def level_request(
+    triangles: int | None,
+    max_error: float | None,
+    max_mismatch: float | None = None,
+    side: Side = "both",
+    remedy: str = "Give either triangles or max_error.",
+) -> LevelRequest:
+    """Return the request of query parameters; refuse a count that is combined with a limit."""
+    if triangles is not None and (max_error is not None or max_mismatch is not None):
+        fault = "A triangle count is combined with an error limit."
+        where = {"in": "query", "field": "triangles"}
+        raise ProblemError(Problem("invalid-parameter", fault, where, remedy))
+    return LevelRequest(triangles, max_error, max_mismatch, side)
 
 
 class GamutRoute(APIRoute):

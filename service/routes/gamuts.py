@@ -236,7 +236,7 @@ async def _keep_name(request: Request, posted: Submission, *, is_new: bool) -> N
         await asyncio.to_thread(names.keep_file, posted.gamut_id, posted.file)
     else:
         return
-    await service.meshes.rename(posted.gamut_id)
+    await service.library.rename(posted.gamut_id)
 
 
 async def _record_of_built(service: ServiceContainer, gamut_id: str) -> PublishedGamut:
@@ -371,7 +371,7 @@ async def delete_gamut(request: Request, gamut_id: GamutId) -> Response:
     if if_match:
         check_if_match(if_match, *_description_tags(await _named(service, record)))
     deleted = await asyncio.to_thread(service.store.delete, gamut_id)
-    service.forget(gamut_id)
+    service.library.discard(gamut_id)
     if not deleted:
         raise GamutNotStoredError(gamut_id)
     return Response(status_code=204)
@@ -405,7 +405,7 @@ async def describe_levels(request: Request, gamut_id: GamutId, side: SideName = 
         levels = record.description["levels"]
     else:
         opened = await service.library.gamut(gamut_id)
-        curve = await service.meshes.levels.curve(opened, side)
+        curve = await service.library.curve(opened, side)
         levels = [level.to_mapping() for level in curve]
     document = {"id": gamut_id, "levels": levels}
     return _conditional(request, JsonResponse(document, headers={"Cache-Control": IMMUTABLE}))

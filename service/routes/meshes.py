@@ -22,12 +22,10 @@ from service.http.requests import (
     WHOLE_NUMBER,
     SideName,
 )
-from service.meshes.encoding import MEDIA_TYPES, SUFFIXES, MeshResponse
-from service.meshes.meshes import Meshes
-from service.meshes.requested_levels import level_request
+from service.library import MEDIA_TYPES, SUFFIXES, EncodedResponse, Library
 from service.openapi.documentation import MESH_HEADERS, binary_content, problems
 from service.problems.problem import Problem, ProblemError
-from service.routes.dependencies import GamutId, GamutRoute, check_gamut_query
+from service.routes.dependencies import GamutId, GamutRoute, check_gamut_query, level_request
 from service.telemetry.request_observer import MatchedRoute
 
 __all__ = ["MeshQuery", "MeshRequest", "ReadyMeshRoute", "mesh_request", "router"]
@@ -203,10 +201,10 @@ async def download_mesh(
     request: Request, gamut_id: GamutId, wanted: Annotated[MeshRequest, Depends(_requested)]
 ) -> Response:
     """Download a mesh in the negotiated format."""
-    mesh = await service_of(request).meshes.mesh(gamut_id, *wanted)
+    mesh = await service_of(request).library.mesh(gamut_id, *wanted)
     check_if_match(request.headers.getlist("if-match"), mesh.etag)
     known = request.headers.getlist("if-none-match")
-    return MeshResponse(mesh, ",".join(known) or None)
+    return EncodedResponse(mesh, ",".join(known) or None)
 
 
 @router.get(
@@ -228,12 +226,12 @@ class ReadyMeshRoute(BaseRoute):
     """Answers plain requests for meshes that are ready, ahead of FastAPI's slower routing.
 
     It matches only if the mesh is ready. Everything else, errors included, goes on to the routes
-    above. Both answer with `EncodedMesh.response`, so clients cannot tell them apart. See
+    above. Both answer with `EncodedLevel.response`, so clients cannot tell them apart. See
     ``docs/decisions/immutable-responses.md``.
     """
 
-    def __init__(self, meshes: Meshes) -> None:
-        self._meshes = meshes
+    def __init__(self, library: Library) -> None:
+        self._library = library
 
     def matches(self, scope: Scope) -> tuple[Match, Scope]:
         """Match if the mesh is ready."""
@@ -252,7 +250,7 @@ class ReadyMeshRoute(BaseRoute):
         wanted = _plain_request(
             scope["query_string"], suffix, fields[b"accept"], fields[b"accept-encoding"]
         )
-        mesh = None if wanted is None else self._meshes.find_ready(gamut_id, *wanted)
+        mesh = None if wanted is None else self._library.find_mesh(gamut_id, *wanted)
         if mesh is None:
             return Match.NONE, {}
         known = fields[b"if-none-match"].decode("latin-1")

@@ -12,8 +12,8 @@ from fastapi.responses import Response
 from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, Metric
 
 from service.building.engine import EngineFacts
-from service.caching.byte_bounded_cache import ByteBoundedCache
 from service.container import ServiceContainer, service_of
+from service.library import ByteBoundedCache
 from service.openapi.documentation import header, problems
 from service.storage.gamuts import GamutStore
 from service.storage.local import LocalBlobs
@@ -90,12 +90,10 @@ def state_families(service: ServiceContainer) -> Iterator[Metric]:
     yield gauge(
         "gamut_level_searches",
         "Level searches, of which all but one wait.",
-        service.meshes.levels.running,
+        service.library.searching,
     )
     library = service.library
-    yield from _cache_families(
-        {"gamuts": library.cache, "meshes": service.meshes.cache, "tables": library.searches}
-    )
+    yield from _cache_families(library.caches)
     memory = library.memory
     yield gauge("gamut_memory_budget_bytes", "Largest sum of all charges.", memory.budget)
     yield _labelled(

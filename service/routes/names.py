@@ -85,7 +85,7 @@ async def name_gamut(request: Request, gamut_id: GamutId) -> Response:
     refuse_reference(await service.library.record(gamut_id))
     await check_owner(request, service.store, gamut_id)
     await asyncio.to_thread(service.store.names.give, gamut_id, name)
-    await service.meshes.rename(gamut_id)
+    await service.library.rename(gamut_id)
     return JsonResponse({"id": gamut_id, "name": name}, headers={"Cache-Control": "no-store"})
 
 

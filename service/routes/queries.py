@@ -22,7 +22,6 @@ from service.container import ServiceContainer, service_of
 from service.http.representations import OCTET_STREAM, preferred_media_type
 from service.http.request_context import timed
 from service.library import ChargedResponse
-from service.meshes.requested_levels import level_request
 from service.openapi.documentation import problems
 from service.problems.problem import Problem, ProblemError
 from service.queries.answers import condition_headers, reading_header
@@ -30,13 +29,19 @@ from service.queries.bodies import CSV, FORMS, NPY, TABLE_PARAMETERS, TABLES
 from service.queries.documentation import query_response, request_body, stated_header
 from service.queries.parameters import documentation, query_values, refuse, values_of
 from service.queries.queries import Query, level_values
-from service.routes.dependencies import GamutId, NamedGamuts, as_alias, check_request, checked_gamut
+from service.routes.dependencies import (
+    GamutId,
+    NamedGamuts,
+    as_alias,
+    check_request,
+    checked_gamut,
+    level_request,
+)
 
 if TYPE_CHECKING:
     from starlette.types import Receive, Scope, Send
 
-    from service.library import Charge
-    from service.queries.levels import QueryLevel
+    from service.library import Charge, QueryLevel
 
 __all__ = ["READING_POSTS", "QueryRoute", "levels_of", "router", "wait_for_kernels"]
 
@@ -200,14 +205,14 @@ async def levels_of(
     values: Mapping[str, Any],
     answer_bytes: Callable[[int], int],
 ) -> tuple[list[QueryLevel], Charge]:
-    """Return the levels that the parameters of a query ask for; see `QueryLevels.levels`."""
+    """Return the levels that the parameters of a query ask for; see `Library.levels`."""
     request, wanted = level_request(values["triangles"], values["max_error"]), []
     for gamut_id in ids:
         opened = await service.library.gamut(gamut_id)
         level = request.or_default(max_error=opened.gamut.default_error)
         wanted.append((opened.record, level))
         del opened
-    return await service.queries.levels.levels(wanted, answer_bytes)
+    return await service.library.levels(wanted, answer_bytes)
 
 
 async def wait_for_kernels(service: ServiceContainer) -> None:

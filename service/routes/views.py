@@ -32,9 +32,7 @@ from service.http.representations import (
     preferred_media_type,
 )
 from service.http.requests import GAMUT_PATTERN
-from service.library import ChargedResponse, Cost
-from service.meshes.encoding import MeshResponse, PictureOptions
-from service.meshes.requested_levels import level_request
+from service.library import ChargedResponse, Cost, EncodedResponse, PictureOptions
 from service.openapi.documentation import (
     EXAMPLE_ID,
     MESH_HEADERS,
@@ -53,6 +51,7 @@ from service.routes.dependencies import (
     NamedGamuts,
     check_gamut_query,
     checked_gamut,
+    level_request,
 )
 from service.routes.names import named
 from service.routes.queries import QueryRoute, levels_of, wait_for_kernels
@@ -219,10 +218,10 @@ async def draw_gamut(request: Request, gamut_id: GamutId) -> Response:
     await wait_for_kernels(service)
     rows = int(options.size**2 * ROWS_PER_PIXEL) + 1
     with service.queries.admission.held(client_of(request.scope), rows):
-        picture = await service.meshes.picture(gamut_id, level, options, MOST_DRAWN_TRIANGLES)
+        picture = await service.library.picture(gamut_id, level, options, MOST_DRAWN_TRIANGLES)
     check_if_match(request.headers.getlist("if-match"), picture.etag)
     known = request.headers.getlist("if-none-match")
-    return MeshResponse(picture, ",".join(known) or None)
+    return EncodedResponse(picture, ",".join(known) or None)
 
 
 @pages.get(

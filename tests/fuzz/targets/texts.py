@@ -11,11 +11,10 @@ import numpy as np
 from gamutcore import Gamut
 from gamutcore.questions import QUESTIONS
 from gamutcore.tables import read_table
-from service.library import Charge, Ledger
+from service.library import Charge, Ledger, QueryLevel
 from service.problems.problem import ProblemError
 from service.queries.answers import WRITERS
 from service.queries.bodies import CSV, JSON, NPY, parse_body
-from service.queries.levels import QueryLevel
 from service.queries.parameters import values_of
 from targets.checks import Target, refused_by_name
 

@@ -116,7 +116,7 @@ def test_the_caches_and_the_store_tell_what_happened(filled, built):
     async def asked():
         wanted = LevelRequest(100)
         for name in (one, one, one, other):
-            await filled.meshes.mesh(name, wanted, "ply")
+            await filled.library.mesh(name, wanted, "ply")
 
     asyncio.run(asked())
     found = read(filled)
@@ -131,7 +131,7 @@ def test_the_caches_and_the_store_tell_what_happened(filled, built):
 
 
 def test_searches_for_levels_that_keep_limits_are_told_of(filled, built):
-    mesh = filled.meshes.mesh
+    mesh = filled.library.mesh
 
     async def asked():
         wanted = [LevelRequest(max_error=error, max_mismatch=0.02) for error in (0.7, 0.6, 0.5)]

@@ -35,7 +35,7 @@ def of_a_damaged_stream(gamut):
 
 def test_a_file_that_is_no_history_is_set_aside(filled_store):
     record = published(filled_store, b"intact, but of another kind")
-    library = Library(filled_store, Ledger(10**9), 10**9)
+    library = Library(filled_store, Ledger(10**9), 10**9, 10**9)
 
     async def scenario():
         with pytest.raises(GamutNotStoredError):
@@ -48,7 +48,7 @@ def test_a_file_that_is_no_history_is_set_aside(filled_store):
 def test_a_file_with_a_damaged_stream_is_set_aside_when_that_is_asked_for(filled_store, built):
     """Its digest is right: it was written like that."""
     record = published(filled_store, of_a_damaged_stream(built[0]), built[0].description)
-    library = Library(filled_store, Ledger(10**9), 10**9)
+    library = Library(filled_store, Ledger(10**9), 10**9, 10**9)
     triangles = built[0].history.triangles
 
     async def scenario():
@@ -69,7 +69,7 @@ def test_a_file_with_a_damaged_stream_is_set_aside_when_that_is_asked_for(filled
 def test_a_reader_of_a_damaged_gamut_leaves_the_one_that_replaced_it(filled_store, built):
     """Two requests hold it; by the time of the second it has been set aside, mended and opened."""
     published(filled_store, of_a_damaged_stream(built[0]))
-    library = Library(filled_store, Ledger(10**9), 10**9)
+    library = Library(filled_store, Ledger(10**9), 10**9, 10**9)
     triangles = built[0].history.triangles
 
     async def scenario():
@@ -93,7 +93,11 @@ def test_what_replaced_a_file_that_is_no_history_while_it_was_read_stays(
     filled_store, built, monkeypatch
 ):
     published(filled_store, b"intact, but of another kind")
-    library, content, mended = Library(filled_store, Ledger(10**9), 10**9), filled_store.content, []
+    library, content, mended = (
+        Library(filled_store, Ledger(10**9), 10**9, 10**9),
+        filled_store.content,
+        [],
+    )
 
     def replaced_when_read(gamut_id):
         found = content(gamut_id)
@@ -114,7 +118,7 @@ def test_what_replaced_a_file_that_is_no_history_while_it_was_read_stays(
 
 
 def test_a_gamut_that_could_not_be_unpacked_is_opened_anew(filled_store, built, monkeypatch):
-    library = Library(filled_store, Ledger(10**9), 10**9)
+    library = Library(filled_store, Ledger(10**9), 10**9, 10**9)
     triangles = built[0].history.triangles
 
     def no_memory(*_):

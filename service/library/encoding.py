@@ -1,7 +1,7 @@
-"""Encoded meshes: a level of a gamut as the bytes and header fields of a response.
+"""Encoded levels: a level of a gamut as the bytes and header fields of a response.
 
-A level in one format and one content coding is immutable. `MeshKey` names it, and `encode_mesh`
-makes it. The module holds no state; `service.meshes.meshes` caches its results.
+A level as a mesh in one format and one content coding, or as a picture with some options, is
+immutable. `EncodedKey` names it, and `encode_level` makes it. The module holds no state.
 """
 
 from __future__ import annotations
@@ -26,20 +26,22 @@ from service.http.representations import (
     matches,
 )
 from service.http.request_context import timed
+from service.library.memory import Cost
 
 if TYPE_CHECKING:
-    from service.library import Charge, OpenGamut
+    from service.library.library import OpenGamut
+    from service.library.memory import Charge
 
 __all__ = [
+    "INLINE_TRIANGLES",
     "MEDIA_TYPES",
     "SUFFIXES",
-    "EncodedMesh",
-    "MeshKey",
-    "MeshResponse",
+    "EncodedKey",
+    "EncodedLevel",
+    "EncodedResponse",
     "PictureOptions",
-    "encode_mesh",
-    "encode_picture",
-    "file_stem",
+    "encode_level",
+    "encoding_cost",
 ]
 
 MEDIA_TYPES = {
@@ -53,18 +55,40 @@ SUFFIXES = {mesh_format.suffix.removeprefix("."): name for name, mesh_format in 
 """Format names by file name suffix, without the dot."""
 
 
-class MeshKey(NamedTuple):
-    """Identity of an encoded mesh: gamut, level, format, content coding and side."""
+INLINE_TRIANGLES = {"glb": 4000, "gltf": 1000, "ply": 4000, "stl": 4000}
+"""Largest levels that are read and encoded in about a millisecond, which the event loop can
+spare. Formats that are not listed are always encoded in a thread."""
+
+
+class PictureOptions(NamedTuple):
+    """Options of a picture of a level; see `gamutcore.export.rendering.mesh_picture`."""
+
+    size: int
+    view: str | tuple[float, float]
+    background: str
+    axes: bool
+
+
+class EncodedKey(NamedTuple):
+    """Identity of an encoded level: gamut, level, form, content coding and side.
+
+    The form is the name of a mesh's format, or the options of a picture.
+    """
 
     gamut_id: str
     triangles: int
-    format_name: str
+    form: str | PictureOptions
     coding: str = IDENTITY
     side: Side = "both"
 
+    @property
+    def plain(self) -> EncodedKey:
+        """The same without a content coding."""
+        return self._replace(coding=IDENTITY)
+
 
 @dataclass(frozen=True)
-class EncodedMesh:
+class EncodedLevel:
     """The representation of a mesh in a response: body, strong entity tag and header fields.
 
     The entity tag is the digest of the body, and the header fields are for a 200 response. `charge`
@@ -84,7 +108,7 @@ class EncodedMesh:
         file_name: tuple[str, str],
         triangles: int,
         vertices: int,
-    ) -> EncodedMesh:
+    ) -> EncodedLevel:
         """Return the encoded mesh of a file with its counts.
 
         `file_name` is the gamut's name, and the part of the file's name that follows it.
@@ -103,7 +127,7 @@ class EncodedMesh:
         }
         return cls(body, etag, [(name.encode(), value.encode()) for name, value in fields.items()])
 
-    def with_bounds(self, bounds: Bounds) -> EncodedMesh:
+    def with_bounds(self, bounds: Bounds) -> EncodedLevel:
         """Return the mesh with other error bounds. Content and entity tag stay the same."""
         own = {
             b"gamut-max-error": b"%g" % bounds.distance,
@@ -112,13 +136,13 @@ class EncodedMesh:
         headers = [item for item in self.headers if item[0] not in own]
         return replace(self, headers=[*headers, *own.items()])
 
-    def in_coding(self, coding: str) -> EncodedMesh:
+    def in_coding(self, coding: str) -> EncodedLevel:
         """Return the mesh in a content coding, with a different entity tag."""
         body = compress(self.body, coding)
         etag = entity_tag(body)
         own = {b"content-length": str(len(body)).encode(), b"etag": etag.encode()}
         headers = [(name, own.get(name, value)) for name, value in self.headers]
-        return EncodedMesh(body, etag, [*headers, (b"content-encoding", coding.encode())])
+        return EncodedLevel(body, etag, [*headers, (b"content-encoding", coding.encode())])
 
     def response(self, if_none_match: str | None) -> tuple[int, list[tuple[bytes, bytes]], bytes]:
         """Return status, header fields and content: 304 if the client has the mesh already."""
@@ -128,69 +152,60 @@ class EncodedMesh:
         return 200, self.headers, self.body
 
 
-class MeshResponse(Response):
+class EncodedResponse(Response):
     """The answer with a mesh, whose memory stays charged until it is sent."""
 
-    def __init__(self, mesh: EncodedMesh, if_none_match: str | None) -> None:
+    def __init__(self, mesh: EncodedLevel, if_none_match: str | None) -> None:
         status, headers, body = mesh.response(if_none_match)
         super().__init__(body, status)
         self.raw_headers = headers
         self.mesh = mesh
 
 
-def file_stem(gamut_id: str) -> str:
-    """Return the beginning of the names of a gamut's files, in ASCII."""
-    return gamut_id[:12]
+def encoding_cost(form: str | PictureOptions, triangles: int) -> int:
+    """Return the peak memory of encoding a level with the largest content coding."""
+    if isinstance(form, PictureOptions):
+        return Cost.PICTURE * triangles + Cost.PIXEL * form.size**2
+    return (Cost.FORMAT.get(form, Cost.OTHER_FORMAT) + Cost.CODING) * triangles
 
 
-def encode_mesh(
-    opened: OpenGamut, key: MeshKey, plain: EncodedMesh | None = None
-) -> dict[MeshKey, EncodedMesh]:
+def encode_level(
+    opened: OpenGamut, key: EncodedKey, plain: EncodedLevel | None = None
+) -> dict[EncodedKey, EncodedLevel]:
     """Encode an unpacked level, and compress it if the key has a content coding.
 
-    `plain` is the mesh without a content coding, if it is known. The result holds the mesh under
-    `key`, and every mesh that was made on the way.
+    `plain` is the level without a content coding, if it is known. The result holds the level under
+    `key`, and every one that was made on the way.
     """
-    made: dict[MeshKey, EncodedMesh] = {}
+    made: dict[EncodedKey, EncodedLevel] = {}
     if plain is None:
-        with timed("encode"):
-            plain = _encode_level(opened, key)
-        made[key._replace(coding=IDENTITY)] = plain
+        if isinstance(key.form, PictureOptions):
+            plain = _picture(opened, key.triangles, key.form)
+        else:
+            plain = _mesh(opened, key.triangles, key.form, key.side)
+        made[key.plain] = plain
     if key.coding != IDENTITY:
         with timed("compress"):
             made[key] = plain.in_coding(key.coding)
     return made
 
 
-class PictureOptions(NamedTuple):
-    """Options of a picture of a level; see `gamutcore.export.rendering.mesh_picture`."""
+def _mesh(opened: OpenGamut, count: int, format_name: str, side: Side) -> EncodedLevel:
+    with timed("encode"):
+        level = opened.gamut.level(count, side=side)
+        body = mesh_file(level, format_name, opened.provenance, opened.space)
+        mesh_format, triangles = FORMATS[format_name], len(level.faces)
+        suffix = f"-{triangles}{'' if side == 'both' else f'-{side}'}{mesh_format.suffix}"
+        name, vertices = (opened.name, suffix), len(level.vertices)
+        mesh = EncodedLevel.of(body, mesh_format.media_type, name, triangles, vertices)
+        bounds = opened.gamut.search.bounds(triangles) if side == "both" else Bounds()
+        return mesh if inf in bounds else mesh.with_bounds(bounds)
 
-    size: int
-    view: str | tuple[float, float]
-    background: str
-    axes: bool
 
-    def key(self, gamut_id: str, triangles: int) -> MeshKey:
-        """Return the identity of the picture of a level."""
-        return MeshKey(gamut_id, triangles, f"picture {self}")
-
-
-def encode_picture(opened: OpenGamut, key: MeshKey, options: PictureOptions) -> EncodedMesh:
-    """Draw a level, which must be unpacked."""
+def _picture(opened: OpenGamut, count: int, options: PictureOptions) -> EncodedLevel:
     with timed("draw"):
-        level = opened.gamut.history.level(key.triangles)
+        level = opened.gamut.history.level(count)
         texts = {PNG_KEYWORD: str(opened.gamut.conditions)}
         body = mesh_picture(level, opened.space, **options._asdict(), texts=texts)
     name = (opened.name, ".png")
-    return EncodedMesh.of(body, "image/png", name, level.triangles, len(level.vertices))
-
-
-def _encode_level(opened: OpenGamut, key: MeshKey) -> EncodedMesh:
-    level = opened.gamut.level(key.triangles, side=key.side)
-    body = mesh_file(level, key.format_name, opened.provenance, opened.space)
-    mesh_format, triangles = FORMATS[key.format_name], len(level.faces)
-    side = "" if key.side == "both" else f"-{key.side}"
-    name = (opened.name, f"-{triangles}{side}{mesh_format.suffix}")
-    mesh = EncodedMesh.of(body, mesh_format.media_type, name, triangles, len(level.vertices))
-    bounds = opened.gamut.search.bounds(triangles) if key.side == "both" else Bounds()
-    return mesh if inf in bounds else mesh.with_bounds(bounds)
+    return EncodedLevel.of(body, "image/png", name, level.triangles, len(level.vertices))

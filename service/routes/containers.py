@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from gamutcore.levels import Side
-    from service.meshes.encoding import EncodedMesh
+    from service.library import EncodedLevel
 
 __all__ = ["CONTAINERS", "Asked", "Container", "Item", "MultipartContainer", "ZipContainer"]
 
@@ -58,7 +58,7 @@ class Item:
     """Result for a requested mesh: the mesh or a problem."""
 
     asked: Asked
-    mesh: EncodedMesh | None
+    mesh: EncodedLevel | None
     problem: Problem | None = None
 
 

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 
 from gamutcore import Gamut
 from service.application import create_app
-from service.caching.byte_bounded_cache import ByteBoundedCache
-from service.library import FREE_BYTES, PROCESS_BYTES, Charge, Ledger, memory_budget
+from service.library import PROCESS_BYTES, ByteBoundedCache, Charge, Ledger, memory_budget
+from service.library.memory import FREE_BYTES
 from service.problems.problem import ProblemError
 from service.settings import Settings
 from service.storage.published import PublishedGamut
@@ -30,6 +30,48 @@ STEPS = st.lists(
     ),
     max_size=40,
 )
+
+
+CAPACITY = 50
+KEYS = st.integers(0, 7)
+SIZES = st.integers(0, 60)
+USES = st.one_of(
+    st.tuples(st.just("put"), KEYS, SIZES),
+    st.tuples(st.just("get"), KEYS, SIZES),
+    st.tuples(st.sampled_from(["discard", "discard_where"]), KEYS, SIZES),
+)
+
+
+@given(st.lists(USES, max_size=60))
+def test_a_cache_keeps_what_was_used_last_up_to_its_bytes(steps):
+    """The expectation is a list of entries, the least recently used first."""
+    cache, expected, hits, added = ByteBoundedCache(CAPACITY), [], 0, 0
+    for name, key, size in steps:
+        kept = next((entry for entry in expected if entry[0] == key), None)
+        if name == "put":
+            value = [key]
+            cache.put(key, value, size)
+            added += kept is None
+            expected = [entry for entry in expected if entry[0] != key]
+            if size <= CAPACITY:
+                expected.append((key, value, size))
+        elif name == "get":
+            found = cache.get(key)
+            assert found is (kept and kept[1])
+            hits += kept is not None
+            if kept:
+                expected.remove(kept)
+                expected.append(kept)
+        elif name == "discard":
+            cache.discard(key)
+            expected = [entry for entry in expected if entry[0] != key]
+        elif name == "discard_where":
+            cache.discard_where(lambda each, least=key: each >= least)
+            expected = [entry for entry in expected if entry[0] < key]
+        while sum(entry[2] for entry in expected) > CAPACITY:
+            expected.pop(0)
+        assert cache.nbytes == sum(entry[2] for entry in expected) <= CAPACITY
+        assert (cache.hits, cache.misses, len(cache)) == (hits, added, len(expected))
 
 
 @given(STEPS)
@@ -205,7 +247,7 @@ def test_the_default_suffices_for_a_comparison_and_a_given_budget_is_taken(tmp_p
     assert memory_budget(Settings(memory_bytes=10**9), small) == 10**9
 
 
-PRESS = Path(__file__).parents[2] / "examples" / "FOGRA39L.ti3"
+PRESS = Path(__file__).parents[3] / "examples" / "FOGRA39L.ti3"
 QUERIES = ("contains", "comparison", "viewer.html", "picture.png?size=512", "mesh.3mf?max_error=0")
 
 

@@ -1,4 +1,4 @@
-"""The library: open gamuts, and the memory of everything that is made of them.
+"""The memory of everything that is made of gamuts: a ledger, and caches that give way to work.
 
 The `Ledger` charges memory before it is allocated. A request takes one charge for everything that
 it will need. A request that waits holds no gamut, and a request that holds a charge never waits for
@@ -6,9 +6,8 @@ another. So no two requests can wait for each other. Values that stay in a cache
 over from the charge. When there is no room, caches first give up the least recently used values of
 all. Then work waits, and is refused in the end.
 
-`Library` opens gamuts, once for simultaneous requests. Opening blocks on the store, and unpacking a
-level takes up to tens of milliseconds, so both run in a few threads. Everything here belongs to the
-event loop's thread, unless stated otherwise. See ``docs/decisions/memory-budget.md``.
+Everything here belongs to the event loop's thread, unless stated otherwise. See
+``docs/decisions/memory-budget.md``.
 """
 
 from __future__ import annotations
@@ -17,53 +16,43 @@ import asyncio
 import contextlib
 import ctypes
 import os
-from collections import Counter, deque
-from concurrent.futures import ThreadPoolExecutor
-from contextvars import copy_context
-from dataclasses import dataclass, field, replace
+from collections import Counter, OrderedDict, deque
+from dataclasses import dataclass
+from itertools import count
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, ParamSpec, Self, TypeVar
-from weakref import WeakValueDictionary
+from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar
 
 from starlette.responses import Response
 
-from gamutcore.colours.spaces import ColourSpace
-from gamutcore.errors import HistoryFileError
-from gamutcore.export.provenance import mesh_provenance
-from gamutcore.gamut import Gamut
-from gamutcore.questions import INDEX_BYTES
-from service.caching.byte_bounded_cache import ByteBoundedCache
-from service.caching.single_flight import SingleFlight
 from service.http.request_context import timed
 from service.problems.problem import Problem, ProblemError
-from service.storage.names import display_name
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Hashable, Mapping
     from types import TracebackType
 
     from starlette.types import Receive, Scope, Send
 
-    from gamutcore.levels import LevelSearch
     from service.settings import Settings
-    from service.storage.gamuts import GamutStore
-    from service.storage.published import PublishedGamut
 
 __all__ = [
+    "FREE_BYTES",
     "PROCESS_BYTES",
+    "ByteBoundedCache",
     "Charge",
     "ChargedResponse",
     "Cost",
     "Ledger",
-    "Library",
-    "OpenGamut",
     "keep_heap_small",
     "memory_budget",
 ]
 
-P = ParamSpec("P")
-T = TypeVar("T")
+Key = TypeVar("Key", bound="Hashable")
+Value = TypeVar("Value")
+
+_CLOCK = count()
+"""Number of the next use of a value, of any cache."""
 
 _MEBIBYTE = 1024 * 1024
 
@@ -95,14 +84,6 @@ _TRIM_BYTES = 32 * _MEBIBYTE
 
 _TRIM_SECONDS = 1.0
 """Delay after such a release, so that a burst of releases is followed by one trim."""
-
-_SEARCH_BYTES = 32 * _MEBIBYTE
-"""Bytes for searches with what they have found, enough for a thousand gamuts. They stay when the
-histories, which are a hundred times as large, leave the memory."""
-
-_THREADS = 2
-"""Number of histories that are opened or unpacked, and large meshes that are encoded, at the same
-time."""
 
 
 class Cost:
@@ -188,6 +169,70 @@ def _lines(path: Path) -> list[str]:
         return path.read_text("ascii", "replace").splitlines()
     except OSError:
         return []
+
+
+class ByteBoundedCache(Generic[Key, Value]):
+    """Cache of the most recently used values, up to `capacity` bytes. A larger value is not kept.
+
+    All caches share one clock of uses, so that the oldest value of several caches can be found.
+    `hits`, `misses` and `evictions` count values that were found, added, and removed for lack of
+    space.
+    """
+
+    def __init__(self, capacity: int) -> None:
+        self.capacity = capacity
+        self.nbytes = 0
+        self.hits = self.misses = self.evictions = 0
+        self._entries: OrderedDict[Key, tuple[Value, int, int]] = OrderedDict()
+
+    def __len__(self) -> int:
+        return len(self._entries)
+
+    def __contains__(self, key: Key) -> bool:
+        return key in self._entries
+
+    def get(self, key: Key) -> Value | None:
+        """Return a value and mark it as used; None if there is none."""
+        entry = self._entries.get(key)
+        if entry is None:
+            return None
+        self._entries[key] = (entry[0], entry[1], next(_CLOCK))
+        self._entries.move_to_end(key)
+        self.hits += 1
+        return entry[0]
+
+    def put(self, key: Key, value: Value, nbytes: int) -> None:
+        """Add or replace a value of `nbytes` bytes, and evict the least recently used values."""
+        self.misses += key not in self._entries
+        self.discard(key)
+        if nbytes > self.capacity:
+            return
+        self._entries[key] = (value, nbytes, next(_CLOCK))
+        self.nbytes += nbytes
+        while self.nbytes > self.capacity:
+            self.evict()
+
+    def discard(self, key: Key) -> None:
+        """Remove a key, if it is there."""
+        entry = self._entries.pop(key, None)
+        if entry is not None:
+            self.nbytes -= entry[1]
+
+    def discard_where(self, condition: Callable[[Key], bool]) -> None:
+        """Remove all keys that fulfil a condition."""
+        for key in [key for key in self._entries if condition(key)]:
+            self.discard(key)
+
+    @property
+    def oldest_use(self) -> int:
+        """Number of the last use of the least recently used value; the cache is not empty."""
+        return next(iter(self._entries.values()))[2]
+
+    def evict(self) -> None:
+        """Remove the least recently used value; the cache is not empty."""
+        _, (_, freed, _) = self._entries.popitem(last=False)
+        self.nbytes -= freed
+        self.evictions += 1
 
 
 class Charge:
@@ -463,200 +508,3 @@ def _return_free_pages() -> None:
     trim = getattr(ctypes.CDLL(None), "malloc_trim", None) if os.name == "posix" else None
     if trim is not None:
         trim(0)
-
-
-@dataclass(frozen=True)
-class OpenGamut:
-    """A gamut in memory, with its record, history and charge.
-
-    A newer gamut with another record may have the same id. `provenance` is for mesh files, `space`
-    is the space of the coordinates, and `name` is for the names of files.
-    """
-
-    record: PublishedGamut
-    gamut: Gamut
-    provenance: dict[str, str]
-    space: ColourSpace
-    name: str
-    charge: Charge = field(repr=False)
-
-
-class Library:
-    """Opens gamuts of a store and keeps the most recently used, up to `capacity` bytes.
-
-    `memory` accounts for everything that is made of gamuts. `index_bytes` is the memory for the
-    indexed levels of one gamut. `searches` has the searches for levels, also of closed gamuts.
-    """
-
-    def __init__(
-        self, store: GamutStore, memory: Ledger, capacity: int, index_bytes: int = INDEX_BYTES
-    ) -> None:
-        self.memory = memory
-        self.searches: ByteBoundedCache[str, LevelSearch] = ByteBoundedCache(_SEARCH_BYTES)
-        self._index_bytes = index_bytes
-        self._store = store
-        self._open: ByteBoundedCache[str, OpenGamut] = ByteBoundedCache(capacity)
-        memory.add(self._open)
-        # Also those in use that have left the cache: opening them again would double their memory.
-        self._used: WeakValueDictionary[str, OpenGamut] = WeakValueDictionary()
-        self._opening: SingleFlight[str, OpenGamut] = SingleFlight()
-        self._threads = ThreadPoolExecutor(_THREADS, thread_name_prefix="library")
-
-    @property
-    def cache(self) -> ByteBoundedCache[str, OpenGamut]:
-        """The open gamuts."""
-        return self._open
-
-    def find_open(self, gamut_id: str) -> OpenGamut | None:
-        """Return a gamut if it is open; else None."""
-        found = self._open.get(gamut_id)
-        if found is None:
-            found = self._used.get(gamut_id)
-            if found is not None:
-                self._return_to_cache(found)
-        if found is not None:
-            self._store.mark_used(gamut_id)
-        return found
-
-    def peek(self, gamut_id: str) -> OpenGamut | None:
-        """Return a gamut if it is open, without counting a use."""
-        return self._used.get(gamut_id)
-
-    def search(self, gamut_id: str) -> LevelSearch | None:
-        """Return the search for levels of a gamut that is or was open; else None."""
-        search = self.searches.get(gamut_id)
-        if search is None and gamut_id in self._used:
-            search = self._used[gamut_id].gamut.search
-        return search
-
-    async def gamut(self, gamut_id: str, charge: Charge | None = None) -> OpenGamut:
-        """Return a gamut, after opening it if needed.
-
-        A given `charge` includes `unpacking_cost`; otherwise the memory for opening is charged.
-        Raise `GamutNotStoredError` if the gamut is missing or damaged.
-        """
-        found = self.find_open(gamut_id)
-        if found is not None:
-            return found
-        return await self._opening.value(gamut_id, lambda: self._open_and_keep(gamut_id, charge))
-
-    def unpacking_cost(self, record: PublishedGamut, triangles: int) -> int:
-        """Return the peak memory of opening a gamut and unpacking an existing level."""
-        opened = self._used.get(record.id)
-        if opened is not None and opened.gamut.history.is_unpacked(triangles):
-            return 0
-        # Groups of splits double in size, and a level needs all of its last group.
-        full: int = record.description["counts"]["triangles"]
-        unpacked = min(full, 2 * triangles)
-        return Cost.UNPACK * unpacked + (0 if opened else Cost.FILE_BYTE * record.nbytes)
-
-    async def unpack(self, opened: OpenGamut, triangles: int) -> None:
-        """Unpack an existing level of an open gamut, so that it can be read.
-
-        The caller has charged `unpacking_cost`, and calls `settle` in the end. Raise
-        `GamutDamagedError` if the history file is damaged.
-        """
-        record, history = opened.record, opened.gamut.history
-        if history.is_unpacked(triangles):
-            return
-        with timed("open"):
-            try:
-                await self.in_thread(history.unpack, triangles)
-            except Exception as error:
-                # Drop the unusable object. A gamut that was built since then can be opened again.
-                self._forget(opened)
-                if not isinstance(error, HistoryFileError):
-                    raise
-                reason = str(error)
-                raise await self.in_thread(self._store.set_aside, record, reason) from error
-
-    def settle(self, opened: OpenGamut, charge: Charge) -> None:
-        """Give a gamut the memory that it has grown by, out of the charge of the work on it."""
-        nbytes = opened.gamut.nbytes
-        opened.charge.shrink(nbytes)
-        if not self.memory.raise_to(opened.charge, nbytes, charge):
-            self._open.discard_value(opened.record.id, opened)
-        elif not self._open.resize(opened.record.id, opened, nbytes):
-            self._return_to_cache(opened)
-        search = opened.gamut.search
-        held = self.searches.resize(opened.record.id, search, search.nbytes)
-        # Nothing is kept of a gamut that was deleted meanwhile.
-        if not held and self.peek(opened.record.id) is opened:
-            self.searches.put(opened.record.id, search, search.nbytes)
-
-    async def record(self, gamut_id: str) -> PublishedGamut:
-        """Return a gamut's record; raises `GamutNotStoredError` if there is none."""
-        with timed("store"):
-            return await asyncio.to_thread(self._store.record, gamut_id)
-
-    async def in_thread(self, function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
-        """Return the result of a function that is too slow for the event loop."""
-        loop = asyncio.get_running_loop()
-        # With the context, so that times measured in the thread belong to the request.
-        context = copy_context()
-        return await loop.run_in_executor(
-            self._threads, lambda: context.run(function, *args, **kwargs)
-        )
-
-    async def rename(self, gamut_id: str) -> None:
-        """Read the name of an open gamut again."""
-        opened = self._open.get(gamut_id) or self._used.get(gamut_id)
-        if opened is None:
-            self._opening.forget(gamut_id)
-            return
-        stored = await self.in_thread(self._store.names.read, gamut_id)
-        if self._used.get(gamut_id) is opened:
-            self._open.discard(gamut_id)
-            renamed = replace(opened, name=display_name(opened.record, stored))
-            self._keep(renamed)
-
-    def discard(self, gamut_id: str) -> None:
-        """Forget a deleted gamut."""
-        self._open.discard(gamut_id)
-        self.searches.discard(gamut_id)
-        self._used.pop(gamut_id, None)
-        self._opening.forget(gamut_id)
-
-    def close(self) -> None:
-        """End the threads."""
-        self._threads.shutdown(wait=False, cancel_futures=True)
-
-    def _keep(self, opened: OpenGamut) -> None:
-        self._used[opened.record.id] = opened
-        self._open.put(opened.record.id, opened, opened.gamut.nbytes)
-
-    def _return_to_cache(self, opened: OpenGamut) -> None:
-        """Put a gamut back that had to give way while it was in use, if nobody waits for room."""
-        if self._used.get(opened.record.id) is opened and not self.memory.waiting:
-            self._open.put(opened.record.id, opened, opened.gamut.nbytes)
-
-    def _forget(self, opened: OpenGamut) -> None:
-        self._open.discard_value(opened.record.id, opened)
-        if self._used.get(opened.record.id) is opened:
-            del self._used[opened.record.id]
-
-    async def _open_and_keep(self, gamut_id: str, charge: Charge | None) -> OpenGamut:
-        if charge is None:
-            record = await self.record(gamut_id)
-            cost = Cost.FILE_BYTE * record.nbytes
-            with await self.memory.charge("work", lambda: cost) as own:
-                return await self._open_and_keep(gamut_id, own)
-        with timed("open"):
-            search = self.searches.get(gamut_id)
-            opened = await self.in_thread(self._open_from_store, gamut_id, search)
-        self.settle(opened, charge)
-        # A gamut that was deleted while it was opened is returned but not kept.
-        if self._opening.is_current(gamut_id):
-            self._keep(opened)
-        return opened
-
-    def _open_from_store(self, gamut_id: str, search: LevelSearch | None) -> OpenGamut:
-        record, content = self._store.content(gamut_id)
-        try:
-            gamut = Gamut.from_bytes(content, search=search, index_bytes=self._index_bytes)
-        except HistoryFileError as error:
-            raise self._store.set_aside(record, str(error)) from error
-        provenance = mesh_provenance(gamut.description)
-        name = display_name(record, self._store.names.read(gamut_id))
-        charge = Charge(self.memory, "gamuts", 0)
-        return OpenGamut(record, gamut, provenance, gamut.colour_space, name, charge)

@@ -1,1 +1,0 @@
-"""Caches and shared work that any part of the service uses."""

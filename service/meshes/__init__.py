@@ -1,1 +1,0 @@
-"""Meshes from opened gamuts: search, encoding and caches."""
