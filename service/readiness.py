@@ -16,7 +16,7 @@ import secrets
 import shutil
 import time
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from service.storage.blobs import StoreFullError, StoreUnavailableError
 from service.storage.local import LocalBlobs
@@ -75,14 +75,6 @@ class Probe:
     status: Status
     detail: str
     seconds: float = 0.0
-
-    def document(self) -> dict[str, Any]:
-        """Return the JSON of the probe, without its name."""
-        return {
-            "status": self.status,
-            "detail": self.detail,
-            "milliseconds": round(1000 * self.seconds, 3),
-        }
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from importlib.resources import files
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Literal
 
 from gamutcore.errors import MalformedFileError, ReferenceNameError
 from gamutcore.names import EXACT, folded, print_condition, ranked, similarity
@@ -42,7 +42,7 @@ _OPTIMAL_SOURCE = (
 )
 _BT2100_SOURCE = "ITU-R BT.2100-2, tables 2, 4 and 5; white level of ITU-R BT.2408-7, 2.2"
 
-_OPTIMAL_WHITES = {
+_OPTIMAL_WHITES: dict[tuple[str, Literal[2, 10]], tuple[float, float]] = {
     ("D50", 2): (0.34567, 0.35851),
     ("D50", 10): (0.34773, 0.35952),
     ("D65", 2): (0.31272, 0.32903),
@@ -79,11 +79,11 @@ class Reference:
 
     slug: str
     name: str
-    kind: str
+    kind: Literal["rgb", "surface", "optimal"]
     definition: Mapping[str, Any]
     white: tuple[float, float]
     illuminant: str
-    observer: int
+    observer: Literal[2, 10]
     source: str
     primaries: tuple[tuple[float, float], ...] = ()
     aliases: tuple[str, ...] = ()
@@ -144,7 +144,7 @@ def _bt2100(curve: str, peak: int) -> Reference:
     return _rgb_space(bt2020 | own, _BT2100_SOURCE)
 
 
-def _optimal_colours(illuminant: str, observer: int) -> Reference:
+def _optimal_colours(illuminant: str, observer: Literal[2, 10]) -> Reference:
     return Reference(
         slug=f"optimal-colours-{illuminant.lower()}-{observer}",
         name=f"Optimal colours, {illuminant}, {observer}°",

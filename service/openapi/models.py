@@ -301,9 +301,9 @@ class StoredDescription(Model):
     """Largest relative difference between this volume and that of any level. Only for costs that
     preserve the volume; for others, `levels` has the volumes."""
     grid_step: float
+    """All coordinates are integer multiples of this power of two."""
     boundary_error: Annotated[float, Field(ge=0)] | SkipJsonSchema[None] = None
     """Largest distance by which the full boundary misses colours on the surface of the device."""
-    """All coordinates are integer multiples of this power of two."""
     area: float
     centre: Coordinates
     bounds: list[Coordinates]

@@ -86,7 +86,7 @@ async def name_gamut(request: Request, gamut_id: GamutId) -> Response:
     await check_owner(request, service.store, gamut_id)
     await asyncio.to_thread(service.store.names.give, gamut_id, name)
     await service.library.rename(gamut_id)
-    return JsonResponse({"id": gamut_id, "name": name}, headers={"Cache-Control": "no-store"})
+    return JsonResponse(GamutName(id=gamut_id, name=name), headers={"Cache-Control": "no-store"})
 
 
 class NamedRecord(NamedTuple):

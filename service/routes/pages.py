@@ -183,7 +183,7 @@ def _landing_document(service: ServiceContainer, report: Report) -> dict[str, An
         "service": "Gamut boundary service",
         "version": __version__,
         "algorithm_version": ALGORITHM_VERSION,
-        "state": readiness(service, report),
+        "state": readiness(service, report).model_dump(),
         "links": {address.strip("/").rpartition("/")[2]: address for address in _LINKS},
     }
 

@@ -1,7 +1,7 @@
 """Route of the list of reference gamuts."""
 
 from functools import cache
-from typing import Annotated, Any
+from typing import Annotated
 
 from fastapi import APIRouter, Depends, Query, Request
 from fastapi.responses import Response
@@ -11,7 +11,12 @@ from gamutcore.references import NOT_OFFERED, REFERENCES, Reference, search_refe
 from service.http.representations import compress_response, conditional
 from service.http.requests import check_query
 from service.openapi.documentation import EXAMPLE_REFERENCES, header, json_response, problems
-from service.openapi.models import ReferenceList
+from service.openapi.models import (
+    MissingReference,
+    ReferenceGamut,
+    ReferenceLinks,
+    ReferenceList,
+)
 from service.problems.problem import JsonResponse
 from service.storage.names import LONGEST_NAME
 
@@ -50,39 +55,42 @@ async def list_references(
     ] = "",
 ) -> Response:
     """List the reference gamuts."""
-    document = _searched(name) if name.strip() else _document()
+    document = _searched(name) if name.strip() else _all()
     answer: Response = JsonResponse(document, headers={"Cache-Control": "no-cache"})
     answer = compress_response(answer, request.headers.getlist("accept-encoding"))
     return conditional(answer, request.headers)
 
 
 @cache
-def _document() -> dict[str, Any]:
-    return {
-        "references": [_entry(each) for each in REFERENCES.values()],
-        "not_offered": [{"name": name, "reason": reason} for name, reason in NOT_OFFERED.items()],
-    }
+def _entries() -> dict[str, ReferenceGamut]:
+    return {slug: _entry(each) for slug, each in REFERENCES.items()}
 
 
-def _searched(name: str) -> dict[str, Any]:
-    missing = _document()["not_offered"]
-    return {
-        "references": [_entry(each) for each in search_references(name)],
-        "not_offered": ranked(name, ((each, (each["name"],)) for each in missing)),
-    }
+_NOT_OFFERED = [MissingReference(name=name, reason=reason) for name, reason in NOT_OFFERED.items()]
 
 
-def _entry(reference: Reference) -> dict[str, Any]:
-    return {
-        "slug": reference.slug,
-        "name": reference.name,
-        "aliases": list(reference.aliases),
-        "kind": reference.kind,
-        "white": list(reference.white),
-        "illuminant": reference.illuminant,
-        "observer": reference.observer,
-        "primaries": [list(each) for each in reference.primaries] or None,
-        "peak_luminance": reference.peak,
-        "source": reference.source,
-        "links": {"gamut": f"/v1/gamuts/{reference.slug}"},
-    }
+def _all() -> ReferenceList:
+    return ReferenceList(references=list(_entries().values()), not_offered=_NOT_OFFERED)
+
+
+def _searched(name: str) -> ReferenceList:
+    return ReferenceList(
+        references=[_entries()[each.slug] for each in search_references(name)],
+        not_offered=ranked(name, ((each, (each.name,)) for each in _NOT_OFFERED)),
+    )
+
+
+def _entry(reference: Reference) -> ReferenceGamut:
+    return ReferenceGamut(
+        slug=reference.slug,
+        name=reference.name,
+        aliases=list(reference.aliases),
+        kind=reference.kind,
+        white=list(reference.white),
+        illuminant=reference.illuminant,
+        observer=reference.observer,
+        primaries=[list(each) for each in reference.primaries] or None,
+        peak_luminance=reference.peak,
+        source=reference.source,
+        links=ReferenceLinks(gamut=f"/v1/gamuts/{reference.slug}"),
+    )

@@ -5,7 +5,7 @@ from fastapi.responses import PlainTextResponse, Response
 
 from service.container import ServiceContainer, service_of
 from service.openapi.documentation import EXAMPLE_READINESS, header, json_response, problems
-from service.openapi.models import Readiness
+from service.openapi.models import BuildCounts, ProbeResult, Readiness
 from service.problems.problem import JsonResponse, Problem, ProblemError
 from service.readiness import Report
 
@@ -62,21 +62,24 @@ async def ready(request: Request) -> Response:
     if not report.ready:
         headers = {"Retry-After": "1"}
         detail = f"The service is not ready: {report.wrong}."
-        raise ProblemError(Problem("not-ready", detail, where=state, headers=headers))
+        raise ProblemError(Problem("not-ready", detail, where=state.model_dump(), headers=headers))
     return JsonResponse(state, headers=_NO_STORE)
 
 
-def readiness(service: ServiceContainer, report: Report) -> dict[str, object]:
-    """Return the JSON of the service's state."""
+def readiness(service: ServiceContainer, report: Report) -> Readiness:
+    """Return the service's state."""
     facts = service.builds.facts()
-    return {
-        "ready": report.ready,
-        "probes": {probe.name: probe.document() for probe in report.probes},
-        "workers": facts.workers,
-        "workers_warm": facts.warm_workers,
-        "builds": {
-            "queued": facts.queued,
-            "running": facts.running,
-            "completed": facts.completed,
+    return Readiness(
+        ready=report.ready,
+        probes={
+            probe.name: ProbeResult(
+                status=probe.status,
+                detail=probe.detail,
+                milliseconds=round(1000 * probe.seconds, 3),
+            )
+            for probe in report.probes
         },
-    }
+        workers=facts.workers,
+        workers_warm=facts.warm_workers,
+        builds=BuildCounts(queued=facts.queued, running=facts.running, completed=facts.completed),
+    )
