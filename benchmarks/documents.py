@@ -11,9 +11,12 @@ from pathlib import Path
 
 from benchmarks import decimation_tables, reliability
 from benchmarks.common import DOCUMENT, RESULTS, ROOT
-from benchmarks.markdown import rows_table, update_document
+from benchmarks.markdown import rows_table, table, update_document
+from gamutcore.characterisation import FORMATS as INPUT_FORMATS
 from gamutcore.colours import SPACE_PARAMETERS
+from gamutcore.export import FORMATS
 from gamutcore.options import OPTIONS
+from service.settings import settings_table
 
 
 def option_table(names: Iterable[str]) -> str:
@@ -25,12 +28,39 @@ def option_table(names: Iterable[str]) -> str:
     return "\n".join(lines)
 
 
+def export_table() -> str:
+    """Return a Markdown table of the formats that meshes are written in."""
+    rows = [
+        (f"`{each.name}`", f"`{each.media_type}`", f"`{each.suffix}`", each.content, each.readers)
+        for each in FORMATS.values()
+    ]
+    return table(("`format=`", "media type", "suffix", "content", "who reads it"), rows)
+
+
+def input_table() -> str:
+    """Return a Markdown table of the formats of characterisation data."""
+    rows = [
+        (
+            each.title,
+            each.kind,
+            " ".join(each.extensions),
+            each.media_types[0] if each.media_types else "–",
+            each.recognition,
+        )
+        for each in INPUT_FORMATS
+    ]
+    return table(("format", "content", "extensions", "media type", "recognised by"), rows)
+
+
 DOCUMENTS: dict[Path, Callable[[], dict[str, str]]] = {
     ROOT / "README.md": lambda: {
         "options": option_table(name for name in OPTIONS if OPTIONS[name].common)
     },
     ROOT / "docs" / "options.md": lambda: {"options": option_table(OPTIONS)},
     ROOT / "docs" / "colour-spaces.md": lambda: {"options": option_table(SPACE_PARAMETERS)},
+    ROOT / "docs" / "exports.md": lambda: {"formats": export_table()},
+    ROOT / "docs" / "characterisation.md": lambda: {"formats": input_table()},
+    ROOT / "docs" / "settings.md": lambda: {"settings": settings_table()},
     DOCUMENT: lambda: {
         name: rows_table(rows) for name, rows in json.loads(RESULTS.read_text()).items()
     },

@@ -1,7 +1,7 @@
 """Settings of the service, read from environment variables with the prefix ``GAMUT_``.
 
-Each field is one variable: ``max_body_bytes`` is ``GAMUT_MAX_BODY_BYTES``. `settings_table` renders
-the table in ``docs/settings.md``, and a test compares both.
+Each field is one variable: ``max_body_bytes`` is ``GAMUT_MAX_BODY_BYTES``. ``make documents``
+writes the table of `settings_table` into ``docs/settings.md``.
 """
 
 import ipaddress

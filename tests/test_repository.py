@@ -30,7 +30,7 @@ of two labels each, so that this file does not name them either."""
 
 TWO_LABELS = re.compile(r"(?<![a-z0-9-])(?=([a-z0-9-]+\.[a-z0-9-]+))")
 
-SETTINGS = re.compile(r"index-url|\"resolved\":|^\s*registry\s*=", re.MULTILINE)
+SETTINGS = re.compile(r"index-url|\"resolved\":|^\s*registry\s*=\s*[\"']?https?:", re.MULTILINE)
 """What tells a tool or a lock file where packages come from."""
 
 

@@ -166,7 +166,7 @@ def encoding_cost(form: str | PictureOptions, triangles: int) -> int:
     """Return the peak memory of encoding a level with the largest content coding."""
     if isinstance(form, PictureOptions):
         return Cost.PICTURE * triangles + Cost.PIXEL * form.size**2
-    return (Cost.FORMAT.get(form, Cost.OTHER_FORMAT) + Cost.CODING) * triangles
+    return (Cost.FORMAT[form] + Cost.CODING) * triangles
 
 
 def encode_level(

@@ -107,10 +107,9 @@ class Cost:
     them stay. The index alone peaks at 350."""
     FORMAT: Mapping[str, int] = MappingProxyType(
         {"glb": 140, "gltf": 280, "ply": 170, "stl": 390, "obj": 350, "3mf": 690, "gam": 430}
+        | {"icc": 200, "cge": 200}
     )
-    """Encoding, per triangle, with the content."""
-    OTHER_FORMAT = 200
-    """The same for ICC (134) and CGE."""
+    """Encoding, per triangle, with the content, of every mesh format."""
     CODING = 65
     """Compressing an encoded mesh, per triangle: 1.3 times the content of STL, which is largest."""
     PICTURE = 400

@@ -7,7 +7,6 @@ import socket
 import subprocess
 import sys
 import threading
-from pathlib import Path
 
 import httpx
 import pytest
@@ -18,7 +17,7 @@ from service.application import create_app
 from service.container import EngineMissingError, ServiceContainer, _build_engine
 from service.jobs.book import JobBook
 from service.server import AddressUnavailableError, bind_sockets, server_config
-from service.settings import Settings, settings_table
+from service.settings import Settings
 from service.storage.gamuts import GamutStore
 from service.storage.local import LocalBlobs
 
@@ -122,13 +121,6 @@ def test_idle_connections_stay_longer_than_clients_reuse_them():
     settings = Settings()
     config = server_config(create_app(settings), settings)
     assert config.timeout_keep_alive > 2 * httpx.Limits().keepalive_expiry
-
-
-DOCUMENT = Path(__file__).parents[2] / "docs" / "settings.md"
-
-
-def test_every_setting_is_documented_as_it_is():
-    assert settings_table() in DOCUMENT.read_text()
 
 
 @pytest.mark.parametrize("value", ["inf", "nan", "1e999"])

@@ -1,14 +1,13 @@
 """Formats are told by content; other content is refused with what is read."""
 
 import io
-from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gamutcore.characterisation import FORMATS, IccProfile, Samples, read_characterisation
+from gamutcore.characterisation import IccProfile, Samples, read_characterisation
 from gamutcore.errors import GamutError
 
 TABLE = "L,a,b\n50,0,0\n60,10,10\n"
@@ -75,23 +74,6 @@ def test_any_bytes_give_samples_or_a_named_error(data):
     except GamutError:
         return
     assert read.format
-
-
-DOCUMENT = Path(__file__).parents[3] / "docs" / "characterisation.md"
-
-
-def row(entry):
-    media_type = entry.media_types[0] if entry.media_types else "–"
-    extensions = " ".join(entry.extensions)
-    cells = (entry.title, entry.kind, extensions, media_type, entry.recognition)
-    return f"| {' | '.join(cells)} |"
-
-
-def test_the_table_of_the_document_has_all_formats():
-    lines = DOCUMENT.read_text().splitlines()
-    start = lines.index("|---|---|---|---|---|") + 1
-    assert lines[start : start + len(FORMATS)] == [row(entry) for entry in FORMATS]
-    assert not lines[start + len(FORMATS)].startswith("|")
 
 
 @pytest.mark.parametrize("name", ["profile", "picture", "mesh", "array"])

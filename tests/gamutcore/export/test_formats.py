@@ -3,7 +3,6 @@
 import io
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,8 +11,6 @@ import trimesh
 from gamutcore.colours.spaces import ColourSpace, srgb
 from gamutcore.errors import OptionError
 from gamutcore.export import FORMATS, format_of_suffix, mesh_file
-
-DOCUMENT = Path(__file__).parents[3] / "docs" / "exports.md"
 
 FOUR_CHANNELS = [name for name in FORMATS if name != "cge"]
 """Formats of meshes with the device values of a press."""
@@ -60,15 +57,6 @@ class TestObj:
 
 
 class TestFormats:
-    def test_the_document_has_all_formats_with_their_readers(self):
-        lines = DOCUMENT.read_text().splitlines()
-        start = lines.index("| `format=` | media type | suffix | content | who reads it |") + 2
-        assert lines[start : start + len(FORMATS)] == [
-            f"| `{each.name}` | `{each.media_type}` | `{each.suffix}` "
-            f"| {each.content} | {each.readers} |"
-            for each in FORMATS.values()
-        ]
-
     @pytest.mark.parametrize("name", FOUR_CHANNELS)
     def test_reruns_are_bit_identical(self, level, name, provenance):
         assert mesh_file(level, name, provenance) == mesh_file(level, name, provenance)

@@ -12,8 +12,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gamutcore import Gamut
+from gamutcore.export import FORMATS
 from service.application import create_app
-from service.library import PROCESS_BYTES, ByteBoundedCache, Charge, Ledger, memory_budget
+from service.library import PROCESS_BYTES, ByteBoundedCache, Charge, Cost, Ledger, memory_budget
 from service.library.memory import FREE_BYTES
 from service.problems.problem import ProblemError
 from service.settings import Settings
@@ -320,3 +321,8 @@ def published(filled_store):
         return filled_store.publish(record, path).id
 
     return publish
+
+
+def test_every_mesh_format_has_its_memory():
+    unknown = set(FORMATS) - set(Cost.FORMAT)
+    assert not unknown, f"measure the bytes per triangle of {unknown} for `Cost.FORMAT`"

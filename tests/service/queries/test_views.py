@@ -5,9 +5,11 @@ import io
 import numpy as np
 import pytest
 
+from gamutcore.questions import QUESTIONS
+
 IMMUTABLE = "public, max-age=31536000, immutable"
 JSON, NPY, CSV = "application/json", "application/x-npy", "text/csv"
-NAMES = ["cusps", "leaves", "slice", "rings", "comparisons"]
+NAMES = [name for name, question in QUESTIONS.items() if question.members]
 
 
 @pytest.fixture(scope="module")
