@@ -1368,7 +1368,15 @@ def _description(metadata: dict[str, str]) -> dict[str, Any]:
         description = dict(json.loads(metadata[DESCRIPTION]))
         bytes.fromhex(description["id"])
         _colour_space(description)
-    except (KeyError, ValueError, TypeError, AttributeError, RecursionError, OptionError) as cause:
+        LevelSearch(description["levels"])
+    except (
+        LookupError,
+        ValueError,
+        TypeError,
+        AttributeError,
+        RecursionError,
+        OptionError,
+    ) as cause:
         raise HistoryFileError(
             "The history file has no description of a gamut.",
             where={"field": DESCRIPTION},

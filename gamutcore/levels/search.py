@@ -172,12 +172,14 @@ class LevelSearch:
     def __init__(self, curve: Sequence[Mapping[str, Any]]) -> None:
         self._curve = [
             BoundedLevel(
-                row["triangles"],
-                Bounds(row.get("distance_bound", inf), row.get("mismatch_bound", inf)),
+                int(row["triangles"]),
+                Bounds(
+                    float(row.get("distance_bound", inf)), float(row.get("mismatch_bound", inf))
+                ),
             )
             for row in curve[:-1]
         ]
-        self._curve.append(BoundedLevel(curve[-1]["triangles"], NO_ERROR))
+        self._curve.append(BoundedLevel(int(curve[-1]["triangles"]), NO_ERROR))
         full = self._curve[-1].triangles
         self._sides: dict[Side, SidedCurve] = {
             side: SidedCurve(full, side) for side in SIDES if side != "both"

@@ -81,6 +81,17 @@ class TestFile:
             {"gamut": '{"id": "00", "options": {"gamma": 7}}'},
             {"gamut": '{"id": "00", "options": {"5": 7}}'},
             {"gamut": "[" * 100_000},
+            *(
+                {"gamut": '{"id": "00", "options": {}' + levels + "}"}
+                for levels in (
+                    "",
+                    ', "levels": []',
+                    ', "levels": [{}]',
+                    ', "levels": [5]',
+                    ', "levels": [{"triangles": "many"}]',
+                    ', "levels": [{"triangles": 4, "distance_bound": []}, {"triangles": 6}]',
+                )
+            ),
         ],
     )
     def test_a_history_that_describes_no_gamut_is_refused(self, small_history, metadata, tmp_path):
