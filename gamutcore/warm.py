@@ -97,24 +97,26 @@ def _exit_after(wait: Callable[[], None]) -> None:
 
 
 def _use_surface() -> None:
-    """Decimate, and wrap boundaries around colours."""
+    """Decimate, wrap a hull around colours, and search an index."""
     _decimate_cube("volume")
     compute_boundary(_device(), "modified-convex-hull")
-    # what only folded surfaces and devices with more channels use
+    points = np.array([(50, 0, 40), (50, 40, -20), (50, -40, -20), (90, 0, 0)], np.float64)
+    index = build_index(points, _TETRAHEDRON, np.array([60.0, 0.0, 0.0]))
+    nearest(index.vertices, index)
+    contains(index.vertices, index)
+
+
+def _use_device_surface() -> None:
+    """Wrap surfaces of devices, with what only folded ones and more channels use."""
     corners = np.vstack([np.eye(3), np.zeros((1, 3))])
-    faces = np.array([(0, 1, 2), (0, 2, 3), (0, 3, 1), (1, 3, 2)], np.int32)
-    hidden_area(face_planes(corners, faces), np.zeros(3))
-    radial_volume(corners, faces, np.full(3, 0.1), COARSE)
+    hidden_area(face_planes(corners, _TETRAHEDRON), np.zeros(3))
+    radial_volume(corners, _TETRAHEDRON, np.full(3, 0.1), COARSE)
     # two tetrahedra that cross
     cube = np.array(list(np.ndindex(2, 2, 2)), np.float64)
     corners = cube[[0, 3, 5, 6, 7, 4, 2, 1]]
-    both = np.concatenate([faces[:, ::-1], faces + np.int32(4)])
+    both = np.concatenate([_TETRAHEDRON[:, ::-1], _TETRAHEDRON + np.int32(4)])
     labels = np.arange(len(both), dtype=np.int32)
     device_surface_boundary(corners, SurfaceFaces(both, labels, closed=False))
-    points = np.array([(50, 0, 40), (50, 40, -20), (50, -40, -20), (90, 0, 0)], np.float64)
-    index = build_index(points, faces, np.array([60.0, 0.0, 0.0]))
-    nearest(index.vertices, index)
-    contains(index.vertices, index)
 
 
 def _decimate_cube(cost: str) -> None:
@@ -125,13 +127,14 @@ def _decimate_cube(cost: str) -> None:
     decimate(TriangleMesh(vertices, np.array(faces, np.int32)), np.zeros(3), cost)
 
 
-def _use_readers_and_models() -> None:
+def _use_levels_and_models() -> None:
     """Read, search and write levels of a saved gamut, and evaluate models of devices."""
+    _use_device_surface()
     corners = np.array([(50, 0, 40), (50, 40, -20), (50, -40, -20), (90, 0, 0)], np.float32)
     # a tetrahedron whose first vertex is split into itself and slot 4
     splits = Splits(
         base_positions=corners,
-        base_faces=np.array([(0, 1, 2), (0, 2, 3), (0, 3, 1), (1, 3, 2)], np.int32),
+        base_faces=_TETRAHEDRON,
         parent=np.zeros(1, np.int32),
         coarse=corners[:1],
         fine=corners[:1],
@@ -220,10 +223,12 @@ def _use_queries() -> None:
     gamut.map(_COLOURS, "clip-nearest")
 
 
+_TETRAHEDRON = np.array([(0, 1, 2), (0, 2, 3), (0, 3, 1), (1, 3, 2)], np.int32)
+
 _COLOURS = np.array([(50.0, 0.0, 0.0), (50.0, 90.0, 0.0)])
 
 STEPS = {
-    "default": (_use_readers_and_models, _use_surface, _use_build),
+    "default": (_use_levels_and_models, _use_surface, _use_build),
     "optional": (_use_options, _use_queries),
 }
 """What uses the kernels of each group. The first two steps take about as long, have few kernels in
