@@ -32,12 +32,14 @@ __all__ = [
     "ID_OR_NOTHING",
     "ID_PATTERN",
     "LARGEST_WHOLE",
+    "LONGEST_SHOWN",
     "POSITIVE_NUMBER",
     "WHOLE_NUMBER",
     "ControlCharacters",
     "HeadAsGet",
     "SideName",
     "check_items",
+    "check_names",
     "check_query",
 ]
 
@@ -55,7 +57,7 @@ _CONTROL = re.compile(r"[\x00-\x1f\x7f]")
 _PARTIAL = frozenset({b"range", b"if-range"})
 """Header fields that ask for a part of the content."""
 
-_LONGEST_SHOWN = 40
+LONGEST_SHOWN = 40
 """Number of characters of a name or value that a problem repeats."""
 
 
@@ -68,7 +70,7 @@ def _of_form(pattern: str, form: str, remedy: str, names: Iterable[str] = ()) ->
 
     def checked(value: object) -> object:
         if isinstance(value, str) and not whole.match(value):
-            shown = repr(value[:_LONGEST_SHOWN])
+            shown = repr(value[:LONGEST_SHOWN])
             meant = near_match(value.rpartition(",")[2], names)
             said = f"Did you mean {meant}? {remedy}" if meant else remedy
             context = {"shown": shown, "form": form, "remedy": said}
@@ -159,16 +161,20 @@ def check_items(request: Request, items: list[tuple[str, str]]) -> None:
     parameters = get_flat_params(request.scope["route"].dependant)
     # Fields of a model of the query have no class of FastAPI.
     known = [each.alias for each in parameters if not isinstance(each.field_info, Path | Header)]
+    check_names(items, known)
+
+
+def check_names(items: Iterable[tuple[str, str]], known: list[str]) -> None:
+    """Refuse names of a query that are not among `known`, or repeated."""
     for name, count in Counter(name for name, _ in items).items():
-        shown = name[:_LONGEST_SHOWN]
+        shown = name[:LONGEST_SHOWN]
         if name not in known:
             fault = f"There is no parameter {shown!r} here."
         elif count > 1:
             fault = f"The parameter {shown!r} is given {count} times."
         else:
             continue
-        names = ", ".join(known)
-        remedy = f"Give each at most once: {names}." if known else "Leave the query out."
+        remedy = f"Give each at most once: {', '.join(known)}." if known else "Leave the query out."
         where = {"in": "query", "field": shown, "known": known}
         raise ProblemError(Problem("invalid-parameter", fault, where, remedy))
 

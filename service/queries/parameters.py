@@ -7,7 +7,6 @@ body, as a member beside the colours.
 from __future__ import annotations
 
 import re
-from collections import Counter
 from typing import TYPE_CHECKING, Annotated, Any
 
 from gamutcore.arguments import (
@@ -23,7 +22,7 @@ from gamutcore.arguments import (
     marks,
 )
 from gamutcore.errors import OptionError
-from service.http.requests import DECIMAL_PATTERN
+from service.http.requests import DECIMAL_PATTERN, LONGEST_SHOWN, check_names
 from service.problems.problem import Problem, ProblemError
 
 if TYPE_CHECKING:
@@ -42,7 +41,6 @@ __all__ = [
 ]
 
 _NUMBER = re.compile(rf"-?{DECIMAL_PATTERN}\Z")
-_LONGEST_SHOWN = 40
 
 _NOTES = {
     "space": " In the query string of a slug, `space` is the option of the build instead.",
@@ -56,7 +54,7 @@ def checked(parameter: Parameter, value: object, place: str) -> object:
     try:
         return check_option(name, value, parameter.kind)
     except OptionError as error:
-        detail = f"{name} is {repr(value)[:_LONGEST_SHOWN]}, which is not accepted."
+        detail = f"{name} is {repr(value)[:LONGEST_SHOWN]}, which is not accepted."
         raise refuse(detail, place, name, error.remedy) from None
 
 
@@ -131,15 +129,7 @@ def query_values(
     """
     known = {each.name: each for each in parameters}
     items = list(query)
-    for name, count in Counter(name for name, _ in items).items():
-        shown = name[:_LONGEST_SHOWN]
-        if name not in known:
-            fault = f"There is no parameter {shown!r} here."
-        elif count > 1:
-            fault = f"The parameter {shown!r} is given {count} times."
-        else:
-            continue
-        raise refuse(fault, "query", shown, f"Give each at most once: {', '.join(known)}.")
+    check_names(items, list(known))
     return {
         name: checked(known[name], _from_text(text, known[name].kind), "query")
         for name, text in items
