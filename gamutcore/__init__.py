@@ -1,9 +1,9 @@
 """Gamut boundaries at any triangle count: colour and geometry, without web or storage.
 
-`Gamut` builds a gamut from characterisation data and answers questions about it. Data flows one
-way, and the folders are named after the stages: `characterisation` → `colours` → `boundary` →
-`decimation` → `history` → `levels` → `queries` and `export`. The package needs none of the web
-packages of the extra ``service``.
+`Gamut` builds a gamut from characterisation data and answers questions about it. `link` makes files
+that apply a gamut mapping in other programs. Data flows one way, and the folders are named after
+the stages: `characterisation` → `colours` → `boundary` → `decimation` → `history` → `levels` →
+`queries` and `export`. The package needs none of the web packages of the extra ``service``.
 """
 
 from __future__ import annotations
@@ -17,11 +17,12 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from gamutcore.gamut import Gamut
+    from gamutcore.links import link
     from gamutcore.options import Options
 
-__all__ = ["Gamut", "Options", "__version__", "reference"]
+__all__ = ["Gamut", "Options", "__version__", "link", "reference"]
 
-_HOME = {"Gamut": "gamutcore.gamut", "Options": "gamutcore.options"}
+_HOME = {"Gamut": "gamutcore.gamut", "Options": "gamutcore.options", "link": "gamutcore.links"}
 """Modules of the names that are imported on first use. Their import takes a tenth of a second,
 which `gamutcore.errors` and the command line's help do not need."""
 

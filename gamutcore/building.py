@@ -74,7 +74,14 @@ if TYPE_CHECKING:
     from gamutcore.history import History
     from gamutcore.results import ChromaticityGamut
 
-__all__ = ["STAGES", "build", "gamut_id", "report_progress"]
+__all__ = [
+    "STAGES",
+    "build",
+    "gamut_id",
+    "input_colours",
+    "parsed_input",
+    "report_progress",
+]
 
 STAGES = ("characterisation", "colours", "boundary", "decimation", "metric")
 """Stages of a build, as they are reported to `progress`. The history belongs to `decimation`, and
@@ -137,9 +144,7 @@ def build(
     another thread. Data that cannot be read or wrapped raises GamutError.
     """
     report("characterisation", 0.0)
-    with apply_limits(limits):
-        parsed = _parsed(content, options)
-    options.check_data(_data_kind(parsed))
+    parsed = parsed_input(content, options, limits)
     report("colours", 0.0)
     full = (
         _boundary_of_mesh(parsed, options)
@@ -225,6 +230,34 @@ class _FullBoundary(NamedTuple):
     absolute: AbsoluteColours | None = None
 
 
+def parsed_input(content: bytes, options: Options, limits: Limits) -> Characterisation:
+    """Return the characterisation data of a file, and check that the options apply to it."""
+    with apply_limits(limits):
+        parsed = _parsed(content, options)
+    options.check_data(_data_kind(parsed))
+    return parsed
+
+
+def input_colours(
+    parsed: Samples | IccProfile | Picture | Reference, options: Options, samples: int | None = None
+) -> SurfaceColours:
+    """Return the colours at the surface of a device, with its model, in CIELAB.
+
+    `samples` replaces the option ``surface_samples``.
+    """
+    return surface_colours(
+        parsed,
+        intent=options.intent,
+        surface_samples=samples or options.surface_samples,
+        limits=InkLimits(options.ink_limit, options.black_limit),
+        observer=options.observer,
+        illuminant=options.illuminant,
+        adaptation=options.adaptation or "Bradford",
+        popularity=options.popularity,
+        model=options.device_model,
+    )
+
+
 def _parsed(data: bytes, options: Options) -> Characterisation:
     """Read characterisation data, or the part of an ICC profile that `options.source` names."""
     if options.source == "measurements":
@@ -251,17 +284,7 @@ def _boundary_of_colours(
     report: Callable[[str, float], None],
 ) -> _FullBoundary:
     """Return the boundary around the colours of a device, a picture or a reference gamut."""
-    colours = surface_colours(
-        parsed,
-        intent=options.intent,
-        surface_samples=options.surface_samples,
-        limits=InkLimits(options.ink_limit, options.black_limit),
-        observer=options.observer,
-        illuminant=options.illuminant,
-        adaptation=options.adaptation or "Bradford",
-        popularity=options.popularity,
-        model=options.device_model,
-    )
+    colours = input_colours(parsed, options)
     states_luminance = isinstance(parsed, Reference) and parsed.peak is not None
     if states_luminance and options.luminance not in {None, MEASURED, DEFAULT_LUMINANCE}:
         raise OptionError.not_applicable(

@@ -26,6 +26,7 @@ from gamutcore.colours.ink_limits import InkLimits, spread_values, values_beside
 from gamutcore.colours.lookup import LookupTable, cube_nodes
 from gamutcore.colours.measured import ILLUMINANTS, OBSERVERS, measured_colours
 from gamutcore.colours.picture import find_values, picture_colours
+from gamutcore.colours.rgb_device import RgbDevice, rgb_device
 from gamutcore.colours.sampling import (
     SURFACE_SAMPLES,
     AbsoluteColours,
@@ -72,6 +73,7 @@ __all__ = [
     "ColourSpace",
     "InkLimits",
     "LookupTable",
+    "RgbDevice",
     "SurfaceColours",
     "SurfaceFaces",
     "adaptation_matrix",
@@ -91,6 +93,7 @@ __all__ = [
     "own_tristimulus",
     "parameter_defaults",
     "picture_colours",
+    "rgb_device",
     "space_parameters",
     "spread_values",
     "srgb",

@@ -108,6 +108,18 @@ def rgb_xyz(reference: Reference, values: FloatArray) -> FloatArray:
     return light @ matrix.T / DEFAULT_LUMINANCE
 
 
+def rgb_values(reference: Reference, lab: FloatArray, intent: str, adaptation: str) -> FloatArray:
+    """Return the encoded values (n, 3) of colours in ICC's CIELAB, clipped to 0 to 1.
+
+    The inverse of `reference_lab` after `rgb_xyz`, for spaces without a peak luminance.
+    """
+    matrix = primary_matrix(reference)
+    if intent != "absolute":
+        matrix = adaptation_matrix(reference_white(reference), ICC_D50, adaptation) @ matrix
+    linear = np.linalg.solve(matrix, lab_to_xyz(lab).T).T
+    return encode_rgb(np.clip(linear, 0.0, 1.0), reference.definition["curve"])
+
+
 def largest_code(reference: Reference) -> float:
     """Return the code of the peak luminance; larger codes have the same light."""
     if reference.definition["curve"] != "PQ":

@@ -541,7 +541,8 @@ def _compress(points: FloatArray, index: LevelIndex, source: LevelIndex) -> Floa
     hues = np.degrees(np.arctan2(points[:, 2], points[:, 1]))
     focus = np.zeros_like(points)
     focus[:, 0] = cusp_points(hues, index).points[:, 0]
-    rows = np.flatnonzero(np.isfinite(focus[:, 0]) & (scaled != focus).any(axis=1))
+    rows = _order_by_hue(points)
+    rows = rows[np.isfinite(focus[rows, 0]) & (scaled[rows] != focus[rows]).any(axis=1)]
     focus, target = focus[rows], scaled[rows]
     # distances from the focus ÷ that of the colour
     surface = _distances(focus, target, index, 0)

@@ -1,0 +1,8 @@
+"""Links: tables from the values of one device to those of another, for other programs.
+
+`link` computes a `Link`, which is written as a ``.cube`` file.
+"""
+
+from gamutcore.links.rgb_link import SIZE, Link, LinkErrors, link
+
+__all__ = ["SIZE", "Link", "LinkErrors", "link"]
