@@ -93,8 +93,10 @@ def rgb_device(
     """
     model = found.device_colours
     if found.channels != ("R", "G", "B") or model is None or len(model.cube.lowest) != 3:
+        channels = " ".join(found.channels)
+        why = f"the channels {channels}" if channels else "no device values"
         raise OptionError(
-            f"The {field} is {_kind(found)}, not an RGB device.",
+            f"The {field} has {why}; a table needs R G B.",
             where={"field": field},
             remedy="Give an RGB space such as display-p3, an RGB profile, or measurements of a "
             "display.",
@@ -118,8 +120,3 @@ def rgb_device(
     return RgbDevice(
         model.points, own, lambda lab: rgb_values(characterisation, lab, intent, adaptation)
     )
-
-
-def _kind(found: SurfaceColours) -> str:
-    channels = " ".join(found.channels)
-    return channels or f"{found.provenance.get('format', 'data')} without device values"

@@ -3,6 +3,6 @@
 `link` computes a `Link`, which is written as a ``.cube`` file.
 """
 
-from gamutcore.links.rgb_link import SIZE, Link, LinkErrors, link
+from gamutcore.links.rgb_link import SIZE, Link, LinkErrors, check_path, link
 
-__all__ = ["SIZE", "Link", "LinkErrors", "link"]
+__all__ = ["SIZE", "Link", "LinkErrors", "check_path", "link"]

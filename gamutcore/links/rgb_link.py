@@ -9,6 +9,8 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from dataclasses import dataclass
+from errno import ENOENT
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
@@ -24,8 +26,8 @@ from gamutcore.colours import (
     luminance_of_black,
     rgb_device,
 )
-from gamutcore.content import content_of, gamut_source, is_saved_gamut
-from gamutcore.errors import OptionError
+from gamutcore.content import gamut_source, is_saved_gamut
+from gamutcore.errors import OptionError, ReferenceNameError
 from gamutcore.gamut import Gamut
 from gamutcore.limits import Limits
 from gamutcore.links.cube import DECIMALS, MOST_NODES, cube_file
@@ -147,8 +149,7 @@ class Link(Shown):
             The file cannot be written.
         """
         target = Path(path)
-        if target.suffix.lower() not in SUFFIXES:
-            raise OptionError.refusal("path", target.name, "a name that ends in .cube")
+        check_path(target)
         data = self.to_bytes()
         draft = target.with_name(f".{target.name}.{os.getpid()}")
         try:
@@ -159,6 +160,14 @@ class Link(Shown):
             raise
 
 
+def check_path(path: Path) -> None:
+    """Refuse a name whose suffix is of no format of links, or whose folder does not exist."""
+    if path.suffix.lower() not in SUFFIXES:
+        raise OptionError.refusal("output", path.name, "a name that ends in .cube")
+    if not path.parent.is_dir():
+        raise FileNotFoundError(ENOENT, "There is no such folder", str(path.parent))
+
+
 def link(
     source: str | os.PathLike[str] | bytes | Gamut,
     destination: str | os.PathLike[str] | bytes | Gamut,
@@ -167,6 +176,7 @@ def link(
     size: int = 33,
     focus: Colours | Literal["cusp"] | None = None,
     black_point_compensation: bool = False,
+    cache: Callable[[Reference, Options, Callable[[], Gamut]], Gamut] | None = None,
     **options: Any,  # noqa: ANN401  # checked by Options
 ) -> Link:
     """Compute a table from the values of one RGB device to those of another, with gamut mapping.
@@ -184,6 +194,8 @@ def link(
         Focal point of ``clip-focal``, in the space of the mapping.
     black_point_compensation : bool, optional
         Whether the black of the source becomes that of the destination. Not for ``sgck``.
+    cache : callable, optional
+        Returns the gamut of an RGB space and options, which its third argument builds.
     **options
         How the gamuts are built, as for `Gamut`, such as ``intent`` and ``space``. The space is IPT
         unless given. Options that do not apply to RGB spaces are meant for the other device. A
@@ -217,7 +229,10 @@ def link(
     method = str(check_option("method", method, METHOD))
     size = int(check_option("size", size, SIZE))
     options = {"space": PICTURE_SPACE, **options}
-    one, two = _side(source, "source", options), _side(destination, "destination", options)
+    one, two = (
+        _side(given, field, options, cache)
+        for given, field in ((source, "source"), (destination, "destination"))
+    )
     if one.options.intent != two.options.intent:
         raise OptionError(
             f"The source has the intent {one.options.intent}, and the destination "
@@ -280,21 +295,37 @@ class _Side(NamedTuple):
 
 
 def _side(
-    given: str | os.PathLike[str] | bytes | Gamut, field: str, choices: dict[str, Any]
+    given: str | os.PathLike[str] | bytes | Gamut,
+    field: str,
+    choices: dict[str, Any],
+    cache: Callable[[Reference, Options, Callable[[], Gamut]], Gamut] | None,
 ) -> _Side:
     if isinstance(given, Gamut):
         return _side_of_gamut(given, field)
-    found = content_of(given) if isinstance(given, bytes) else gamut_source(given)
+    try:
+        found = given if isinstance(given, bytes) else gamut_source(given)
+    except ReferenceNameError as error:
+        error.where["field"] = field
+        raise
     if isinstance(found, Reference):
-        chosen = {each: choices[each] for each in choices if "reference" in OPTIONS[each].data}
-        name, content = found.slug, found.data
+        reference, content = found, found.data
+        unfit = {each for each in OPTIONS if "reference" not in OPTIONS[each].data}
+        choices = {each: choices[each] for each in choices if each not in unfit}
+    elif is_saved_gamut(found):
+        return _side_of_gamut(Gamut.from_bytes(found), field)
     else:
-        if is_saved_gamut(found):
-            return _side_of_gamut(Gamut.from_bytes(found), field)
-        name = f"{field} data" if isinstance(given, bytes) else Path(given).name
-        chosen, content = choices, found
-    options = Options.from_mapping(chosen)
-    return _Side(name, _device(content, options, field), options, lambda: Gamut(content, options))
+        reference, content = None, found
+    options = Options.from_mapping(choices)
+
+    def build() -> Gamut:
+        return Gamut(content, options)
+
+    device = _device(content, options, field)
+    if reference is None:
+        name = f"the {field}" if isinstance(given, bytes) else Path(given).name
+        return _Side(name, device, options, build)
+    cached = build if cache is None else partial(cache, reference, options, build)
+    return _Side(reference.slug, device, options, cached)
 
 
 def _side_of_gamut(gamut: Gamut, field: str) -> _Side:

@@ -1,0 +1,79 @@
+"""The command link: a gamut mapping as a file for other programs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from gamutcore.cli.inputs import asking, chosen_options, numbers_of
+from gamutcore.cli.reference_cache import cached_reference
+
+__all__ = ["add_to"]
+
+
+def add_to(app: typer.Typer) -> None:
+    """Add the command to a program."""
+    app.command(cls=asking("map"))(link)
+
+
+def link(
+    ctx: typer.Context,
+    source: Annotated[
+        str,
+        typer.Argument(
+            metavar="SOURCE",
+            help="An RGB space such as rec2020, an RGB profile, or measurements of a display.",
+        ),
+    ],
+    destination: Annotated[str, typer.Argument(metavar="DESTINATION", help="As the source.")],
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="A .cube file.")],
+    method: str = "sgck",
+    size: Annotated[
+        int, typer.Option(help="Nodes along each channel, 2 to 256. Usual: 17, 33 and 65.")
+    ] = 33,
+    focus: Annotated[
+        str | None, typer.Option(help="Focal point of clip-focal: L,a,b; the cusp by default.")
+    ] = None,
+    black_point_compensation: Annotated[
+        bool, typer.Option("--black-point-compensation", "--bpc")
+    ] = False,
+) -> None:
+    """Write a table that maps the values of one RGB device to those of another.
+
+    Programs such as OpenColorIO, ffmpeg and Resolve apply the .cube file to pictures. Colours are
+    mapped in IPT unless --space names another space.
+
+    The table is exact at its nodes. Its error between them is measured at 20,000 random inputs and
+    on the edges of the source's cube, printed, and stated in the file.
+    """
+    from gamutcore.links import check_path  # noqa: PLC0415
+    from gamutcore.links import link as compute  # noqa: PLC0415
+    from gamutcore.options import option_value  # noqa: PLC0415
+
+    check_path(output)
+    options: dict[str, Any] = {
+        name: option_value(name, text) for name, text in chosen_options(ctx).items()
+    }
+    found = compute(
+        source,
+        destination,
+        method=method,
+        size=size,
+        focus=focus
+        if focus is None or focus == "cusp"
+        else numbers_of(focus, "--focus", "Give three numbers L,a,b."),
+        black_point_compensation=black_point_compensation,
+        cache=cached_reference,
+        **options,
+    )
+    found.save(output)
+    for warning in found.warnings:
+        typer.echo(f"Warning: {warning}", err=True)
+    red, green, blue = found.errors.worst_at
+    typer.echo(
+        f"{output}: {found.source} to {found.destination}, {found.method} in {found.space}, "
+        f"{found.table.size} nodes a side. Error: {found.errors}, at {red:.3f} {green:.3f} "
+        f"{blue:.3f}."
+    )

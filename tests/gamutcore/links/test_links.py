@@ -1,0 +1,196 @@
+"""Links as .cube files: read by OpenColorIO, against mappings by `Gamut.map`, and refusals."""
+
+from pathlib import Path
+
+import numpy as np
+import OpenImageIO
+import pytest
+
+import gamutcore
+from gamutcore import Gamut, link
+from gamutcore.cli.app import app, run
+from gamutcore.colours import cube_nodes
+from gamutcore.errors import OptionError, ReferenceNameError
+from gamutcore.queries import delta_e_2000
+
+DATA = Path(__file__).parents[2] / "data"
+PRESS = Path(__file__).parents[3] / "examples" / "FOGRA39L.ti3"
+P3_TO_SRGB = np.array(  # CSS Color 4, section 17: by way of XYZ, both D65
+    [
+        (1.2249401762805598, -0.22494017628055996, 0.0),
+        (-0.042056954709688163, 1.0420569547096881, 0.0),
+        (-0.019637554590334432, -0.078636045550631889, 1.0982736001409663),
+    ]
+)
+COARSE = {"surface_samples": 2000}
+
+
+@pytest.fixture(scope="module")
+def srgb():
+    return gamutcore.reference("srgb", space="IPT", **COARSE)
+
+
+@pytest.fixture(scope="module")
+def display_p3():
+    return gamutcore.reference("display-p3", space="IPT", **COARSE)
+
+
+def decode(values):
+    return np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
+
+
+def encode(linear):
+    size = np.abs(linear)
+    encoded = np.where(size <= 0.0031308, 12.92 * size, 1.055 * size ** (1 / 2.4) - 0.055)
+    return np.copysign(encoded, linear)
+
+
+def read(path):
+    """Return the lines of a .cube file before the numbers, and the numbers, red fastest."""
+    lines = path.read_text("ascii").splitlines()
+    head = [line for line in lines if not line[0].isdigit()]
+    return head, np.array([line.split() for line in lines[len(head) :]], float)
+
+
+@pytest.mark.parametrize("method", ["sgck", "clip-hue"])
+def test_nodes_have_the_mapped_colours(srgb, display_p3, tmp_path, method):
+    path = tmp_path / "p3.cube"
+    found = link(display_p3, srgb, method=method, size=9)
+    found.save(path)
+    head, numbers = read(path)
+    assert head[-3:] == ["LUT_3D_SIZE 9", "DOMAIN_MIN 0.0 0.0 0.0", "DOMAIN_MAX 1.0 1.0 1.0"]
+    assert head[0].startswith('TITLE "display-p3 to srgb')
+    assert f"worst {found.errors.worst:.2f} dE00" in head[0]
+    nodes = cube_nodes(9)[:, ::-1]  # red fastest
+    given = encode(decode(nodes) @ P3_TO_SRGB.T)
+    source = {"source": display_p3} if method == "sgck" else {}
+    mapped = srgb.map(given, method, space="sRGB", max_error=0, **source)
+    # the table was rounded, and sRGB's primaries have other digits there; steep at black
+    np.testing.assert_allclose(numbers, np.clip(mapped.points, 0.0, 1.0), atol=3e-4)
+    assert list(numbers[0]) == [0.0, 0.0, 0.0]
+    np.testing.assert_allclose(numbers[-1], 1.0, atol=1e-5)
+
+
+def test_opencolorio_applies_the_file(srgb, display_p3, tmp_path):
+    path = tmp_path / "p3.cube"
+    found = link(display_p3, srgb, method="clip-nearest", size=17)
+    found.save(path)
+    values = np.random.default_rng(1).random((64, 64, 3)).astype(np.float32)
+    picture = OpenImageIO.ImageBuf(OpenImageIO.ImageSpec(64, 64, 3, "float"))
+    picture.set_pixels(OpenImageIO.ROI(), values)
+    applied = OpenImageIO.ImageBufAlgo.ociofiletransform(picture, str(path))
+    assert not applied.has_error
+    expected = found.table.values(values.reshape(-1, 3).astype(float))
+    np.testing.assert_allclose(
+        applied.get_pixels(OpenImageIO.FLOAT).reshape(-1, 3), expected, rtol=0, atol=1e-6
+    )
+
+
+def test_a_space_to_itself_is_the_identity(srgb):
+    found = link(srgb, srgb, method="clip-hue", size=17)
+    np.testing.assert_allclose(found.table.nodes.reshape(-1, 3), cube_nodes(17), atol=1e-6)
+    assert found.errors.worst < 0.05  # of curves that are straight between nodes; exact there
+
+
+def test_other_inputs_have_the_stated_errors(srgb, display_p3):
+    found = link(display_p3, srgb, method="clip-nearest", size=17)
+    values = np.random.default_rng(99).random((6000, 3))
+    wanted = srgb.map(
+        encode(decode(values) @ P3_TO_SRGB.T), "clip-nearest", space="sRGB", max_error=0
+    )
+    colours = [
+        Gamut.convert(gamutcore.reference("srgb", **COARSE), rows, "sRGB")
+        for rows in (np.clip(wanted.points, 0.0, 1.0), found.table.values(values))
+    ]
+    difference = delta_e_2000(*colours)
+    assert difference.mean() == pytest.approx(found.errors.mean, rel=0.1)
+    assert 0.03 < (difference > found.errors.percentile_95).mean() < 0.07
+    assert 0.005 < (difference > found.errors.percentile_99).mean() < 0.015
+    assert found.errors.worst >= found.errors.percentile_99
+
+
+def test_profiles_give_the_tables_of_their_spaces(srgb, display_p3):
+    """The profiles of the two spaces, of which the destination's is inverted by search."""
+    spaces = link(display_p3, srgb, method="clip-nearest", size=5)
+    profiles = link(
+        DATA / "DisplayP3-v4.icc", DATA / "sRGB-v4.icc", method="clip-nearest", size=5, **COARSE
+    )
+    assert (profiles.source, profiles.destination) == ("DisplayP3-v4.icc", "sRGB-v4.icc")
+    np.testing.assert_allclose(profiles.table.nodes, spaces.table.nodes, atol=1e-2)
+
+
+def test_black_of_the_source_becomes_that_of_the_destination(srgb):
+    rgb = cube_nodes(3)
+    light = 0.01 + 0.99 * decode(rgb)  # a display whose black has 1 % of its white
+    to_xyz = np.array(
+        [(0.4124, 0.3576, 0.1805), (0.2126, 0.7152, 0.0722), (0.0193, 0.1192, 0.9505)]
+    )
+    rows = np.hstack([100 * rgb, 100 * light @ to_xyz.T])
+    names = "RGB_R RGB_G RGB_B XYZ_X XYZ_Y XYZ_Z"
+    table = "\n".join(" ".join(f"{value:.6f}" for value in row) for row in rows)
+    display = (
+        'CTI3\n\nDEVICE_CLASS "DISPLAY"\nNUMBER_OF_FIELDS 6\nBEGIN_DATA_FORMAT\n'
+        f"{names}\nEND_DATA_FORMAT\nNUMBER_OF_SETS {len(rows)}\nBEGIN_DATA\n{table}\nEND_DATA\n"
+    ).encode()
+    middle = [
+        link(srgb, display, method="clip-chroma", size=5, black_point_compensation=each, **COARSE)
+        .table.nodes[1, 1, 1]
+        .mean()
+        for each in (False, True)
+    ]
+    assert middle[0] + 0.01 < middle[1]  # dark grays are lighter in order to stay apart
+
+
+@pytest.mark.parametrize(
+    ("source", "destination", "choices", "field"),
+    [
+        ("acescg", "srgb", {}, "source"),
+        ("srgb", "bt2100-pq-1000", {}, "destination"),
+        ("srgb", "pointer", {}, "destination"),
+        (PRESS, "srgb", {}, "source"),
+        ("srgb", DATA / "sGrey-v4.icc", {}, "destination"),
+        ("srgb", "srgb", {"size": 1}, "size"),
+        ("srgb", "srgb", {"size": 257}, "size"),
+        ("srgb", "srgb", {"method": "clip"}, "method"),
+        ("srgb", "srgb", {"intent": "perceptual"}, "intent"),
+        ("srgb", "srgb", {"nonsense": 1}, "nonsense"),
+    ],
+)
+def test_refusals_name_the_argument(source, destination, choices, field):
+    with pytest.raises(OptionError) as refused:
+        link(source, destination, **choices)
+    assert refused.value.where["field"] == field
+    assert refused.value.remedy
+
+
+def test_unknown_names_and_gamuts_without_a_model(srgb, tmp_path):
+    with pytest.raises(ReferenceNameError) as refused:
+        link("srgb", "rec2021")
+    assert refused.value.where["field"] == "destination"
+    cube = Gamut(100.0 * cube_nodes(2))
+    with pytest.raises(OptionError, match="Give the file that it was built from"):
+        link(cube, srgb)
+    with pytest.raises(OptionError, match=r"ends in \.cube"):
+        link(srgb, srgb, method="clip-hue", size=2).save(tmp_path / "p3.3dl")
+
+
+def test_nothing_is_left_of_a_file_that_cannot_be_written(srgb, tmp_path):
+    taken = tmp_path / "taken.cube"
+    taken.mkdir()
+    with pytest.raises(OSError, match="taken"):
+        link(srgb, srgb, method="clip-hue", size=2).save(taken)
+    assert list(tmp_path.iterdir()) == [taken]
+
+
+def test_command(tmp_path, capsys):
+    path = tmp_path / "p3.cube"
+    asked = ["link", "display-p3", "srgb", "-o", str(path), "--method", "clip-hue", "--size", "5"]
+    assert run(app, [*asked, "--surface-samples", "2000"]) == 0
+    assert (
+        "display-p3 to srgb, clip-hue in IPT, 5 nodes a side. Error: mean"
+        in capsys.readouterr().out
+    )
+    assert len(read(path)[1]) == 125
+    asked[4] = str(tmp_path / "missing" / "p3.cube")
+    assert run(app, asked) == 1
+    assert "There is no such folder" in capsys.readouterr().err
