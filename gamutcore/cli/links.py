@@ -28,7 +28,9 @@ def link(
         ),
     ],
     destination: Annotated[str, typer.Argument(metavar="DESTINATION", help="As the source.")],
-    output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="A .cube file.")],
+    output: Annotated[
+        Path, typer.Option("--output", "-o", metavar="FILE", help="A .cube, .icc or .icm file.")
+    ],
     method: str = "sgck",
     size: Annotated[
         int, typer.Option(help="Nodes along each channel, 2 to 256. Usual: 17, 33 and 65.")
@@ -42,8 +44,9 @@ def link(
 ) -> None:
     """Write a table that maps the values of one RGB device to those of another.
 
-    Programs such as OpenColorIO, ffmpeg and Resolve apply the .cube file to pictures. Colours are
-    mapped in IPT unless --space names another space.
+    Programs such as OpenColorIO, ffmpeg and Resolve apply a .cube file to pictures, and colour
+    management systems a device link (.icc). Colours are mapped in IPT unless --space names another
+    space.
 
     The table is exact at its nodes. Its error between them is measured at 20,000 random inputs and
     on the edges of the source's cube, printed, and stated in the file.

@@ -1,6 +1,6 @@
 """Links: tables from the values of one device to those of another, for other programs.
 
-`link` computes a `Link`, which is written as a ``.cube`` file.
+`link` computes a `Link`, which is written as a ``.cube`` file or an ICC device link.
 """
 
 from gamutcore.links.rgb_link import SIZE, Link, LinkErrors, check_path, link

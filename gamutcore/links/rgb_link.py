@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 import numpy as np
 
-from gamutcore.arguments import WholeNumber, check_option
+from gamutcore.arguments import Choice, WholeNumber, check_option
 from gamutcore.building import input_colours, parsed_input
 from gamutcore.characterisation import GamutMesh
 from gamutcore.colours import (
@@ -31,6 +31,7 @@ from gamutcore.errors import OptionError, ReferenceNameError
 from gamutcore.gamut import Gamut
 from gamutcore.limits import Limits
 from gamutcore.links.cube import DECIMALS, MOST_NODES, cube_file
+from gamutcore.links.device_link import device_link_file
 from gamutcore.options import OPTIONS, Options
 from gamutcore.queries import delta_e_2000
 from gamutcore.questions import METHOD, PICTURE_SPACE, comparison_warnings, map_colours
@@ -47,7 +48,14 @@ __all__ = ["SIZE", "Link", "LinkErrors", "link"]
 SIZE = Annotated[int, WholeNumber(2, MOST_NODES)]
 """Nodes of a table along each channel."""
 
-SUFFIXES = (".cube",)
+FORMAT = Annotated[str, Choice(("cube", "icc"))]
+"""Formats of links."""
+
+SUFFIXES = {".cube": "cube", ".icc": "icc", ".icm": "icc"}
+"""Formats by the suffix of a file."""
+
+MOST_ICC_NODES = 255
+"""The number of nodes of a device link is a byte."""
 
 INPUTS = 20_000
 """Random inputs at which the error is measured: the 99th percentile then lies between the 98.85th
@@ -124,8 +132,27 @@ class Link(Shown):
     errors: LinkErrors
     warnings: tuple[str, ...] = ()
 
-    def to_bytes(self) -> bytes:
-        """Return the link as a ``.cube`` file (Adobe, Cube LUT Specification 1.0)."""
+    def to_bytes(self, format: str = "cube") -> bytes:  # noqa: A002  # as in other methods
+        """Return the link as a file.
+
+        Parameters
+        ----------
+        format : {"cube", "icc"}, optional
+            A ``.cube`` file (Adobe, Cube LUT Specification 1.0), or an ICC device link of version
+            2, whose values have 16 bits.
+
+        Raises
+        ------
+        OptionError
+            There is no such format, or the table is too large for it.
+        """
+        title = f"{self.source} to {self.destination}, {self.method}: {self.errors}"
+        if check_option("format", format, FORMAT) == "icc":
+            if self.table.size > MOST_ICC_NODES:
+                why = f"a device link has at most {MOST_ICC_NODES} nodes a side"
+                raise OptionError.not_applicable("size", self.table.size, why, "Give 33.")
+            names = self.source, self.destination
+            return device_link_file(title, names, self.intent, self.table.nodes)
         red, green, blue = self.errors.worst_at
         comments = [
             f"Source: {self.source}. Destination: {self.destination}.",
@@ -135,11 +162,10 @@ class Link(Shown):
             f"Worst at {red:.4f} {green:.4f} {blue:.4f}.",
             f"Written by gamutcore {__version__}.",
         ]
-        title = f"{self.source} to {self.destination}, {self.method}: {self.errors}"
         return cube_file(title, comments, self.table.nodes)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the link to a ``.cube`` file, which appears complete or not at all.
+        """Write the link to a ``.cube``, ``.icc`` or ``.icm`` file, complete or not at all.
 
         Raises
         ------
@@ -150,7 +176,7 @@ class Link(Shown):
         """
         target = Path(path)
         check_path(target)
-        data = self.to_bytes()
+        data = self.to_bytes(SUFFIXES[target.suffix.lower()])
         draft = target.with_name(f".{target.name}.{os.getpid()}")
         try:
             draft.write_bytes(data)
@@ -163,7 +189,7 @@ class Link(Shown):
 def check_path(path: Path) -> None:
     """Refuse a name whose suffix is of no format of links, or whose folder does not exist."""
     if path.suffix.lower() not in SUFFIXES:
-        raise OptionError.refusal("output", path.name, "a name that ends in .cube")
+        raise OptionError.refusal("output", path.name, "a name that ends in .cube, .icc or .icm")
     if not path.parent.is_dir():
         raise FileNotFoundError(ENOENT, "There is no such folder", str(path.parent))
 

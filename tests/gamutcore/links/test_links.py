@@ -1,10 +1,13 @@
-"""Links as .cube files: read by OpenColorIO, against mappings by `Gamut.map`, and refusals."""
+"""Links: files read by OpenColorIO and Argyll, against mappings by `Gamut.map`, and refusals."""
 
+import shutil
+import subprocess
 from pathlib import Path
 
 import numpy as np
 import OpenImageIO
 import pytest
+from PIL import ImageCms
 
 import gamutcore
 from gamutcore import Gamut, link
@@ -84,6 +87,24 @@ def test_opencolorio_applies_the_file(srgb, display_p3, tmp_path):
     np.testing.assert_allclose(
         applied.get_pixels(OpenImageIO.FLOAT).reshape(-1, 3), expected, rtol=0, atol=1e-6
     )
+
+
+@pytest.mark.skipif(shutil.which("icclu") is None, reason="Argyll CMS is not installed")
+def test_argyll_and_lcms_read_the_device_link(srgb, display_p3, tmp_path):
+    path = tmp_path / "p3.icc"
+    found = link(display_p3, srgb, method="clip-nearest", size=17)
+    found.save(path)
+    values = np.random.default_rng(2).random((300, 3))
+    asked = "\n".join(" ".join(map(repr, row)) for row in values.tolist())
+    answer = subprocess.run(
+        ["icclu", "-v0", path], input=asked, text=True, capture_output=True, check=True
+    )
+    applied = np.array([line.split() for line in answer.stdout.splitlines()], float)
+    # 16 bits in the table, and six digits in the answer
+    np.testing.assert_allclose(applied, found.table.values(values), rtol=0, atol=2e-5)
+    profile = ImageCms.getOpenProfile(str(path)).profile
+    assert (profile.device_class, profile.xcolor_space.strip()) == ("link", "RGB")
+    assert f"worst {found.errors.worst:.2f} dE00" in profile.profile_description
 
 
 def test_a_space_to_itself_is_the_identity(srgb):
