@@ -33,7 +33,7 @@ def link(
     ],
     method: str = "sgck",
     size: Annotated[
-        int, typer.Option(help="Nodes along each channel, 2 to 256. Usual: 17, 33 and 65.")
+        int, typer.Option(help="Nodes along each channel, 2 to 129. Usual: 17, 33 and 65.")
     ] = 33,
     focus: Annotated[
         str | None, typer.Option(help="Focal point of clip-focal: L,a,b; the cusp by default.")
@@ -42,7 +42,7 @@ def link(
         bool, typer.Option("--black-point-compensation", "--bpc")
     ] = False,
 ) -> None:
-    """Write a table that maps the values of one RGB device to those of another.
+    """Write a gamut mapping between RGB devices as a file.
 
     Programs such as OpenColorIO, ffmpeg and Resolve apply a .cube file to pictures, and colour
     management systems a device link (.icc). Colours are mapped in IPT unless --space names another

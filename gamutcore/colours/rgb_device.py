@@ -94,7 +94,7 @@ def rgb_device(
     model = found.device_colours
     if found.channels != ("R", "G", "B") or model is None or len(model.cube.lowest) != 3:
         channels = " ".join(found.channels)
-        why = f"the channels {channels}" if channels else "no device values"
+        why = f"the channels {channels}" if model is not None else "no model of a device"
         raise OptionError(
             f"The {field} has {why}; a table needs R G B.",
             where={"field": field},

@@ -14,13 +14,10 @@ if TYPE_CHECKING:
 
     from gamutcore.arrays import FloatArray
 
-__all__ = ["DECIMALS", "MOST_NODES", "cube_file"]
+__all__ = ["DECIMALS", "cube_file"]
 
 DECIMALS = 6
 """Digits after the point, as in the specification's examples; a step of 16 bits is 1.5e-5."""
-
-MOST_NODES = 256
-"""Largest LUT_3D_SIZE of the specification."""
 
 _LONGEST_LINE = 250
 """Largest number of characters of a line in the specification, its end included."""

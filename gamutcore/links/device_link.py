@@ -76,8 +76,8 @@ def _sequence(devices: Sequence[str]) -> bytes:
 
 def _lut16(nodes: FloatArray) -> bytes:
     """Return an element of the type lut16Type (6.5.8); the first channel varies least rapidly."""
-    matrix = np.eye(3).astype(">i4") * 65536
-    head = struct.pack(">4sI4B", b"mft2", 0, 3, 3, len(nodes), 0) + matrix.astype(">i4").tobytes()
+    matrix = (65536 * np.eye(3)).astype(">i4").tobytes()
+    head = struct.pack(">4sI4B", b"mft2", 0, 3, 3, len(nodes), 0) + matrix
     curves = struct.pack(">6H", *(0, 65535) * 3)
     table = np.round(nodes * 65535.0).astype(">u2").tobytes()
     return head + struct.pack(">2H", 2, 2) + curves + table + curves

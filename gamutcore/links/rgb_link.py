@@ -30,7 +30,7 @@ from gamutcore.content import gamut_source, is_saved_gamut
 from gamutcore.errors import OptionError, ReferenceNameError
 from gamutcore.gamut import Gamut
 from gamutcore.limits import Limits
-from gamutcore.links.cube import DECIMALS, MOST_NODES, cube_file
+from gamutcore.links.cube import DECIMALS, cube_file
 from gamutcore.links.device_link import device_link_file
 from gamutcore.options import OPTIONS, Options
 from gamutcore.queries import delta_e_2000
@@ -45,17 +45,14 @@ if TYPE_CHECKING:
 
 __all__ = ["SIZE", "Link", "LinkErrors", "link"]
 
-SIZE = Annotated[int, WholeNumber(2, MOST_NODES)]
-"""Nodes of a table along each channel."""
+SIZE = Annotated[int, WholeNumber(2, 129)]
+"""Nodes of a table along each channel. 129 take 300 MB; a ``.cube`` file may have 256."""
 
 FORMAT = Annotated[str, Choice(("cube", "icc"))]
 """Formats of links."""
 
 SUFFIXES = {".cube": "cube", ".icc": "icc", ".icm": "icc"}
 """Formats by the suffix of a file."""
-
-MOST_ICC_NODES = 255
-"""The number of nodes of a device link is a byte."""
 
 INPUTS = 20_000
 """Random inputs at which the error is measured: the 99th percentile then lies between the 98.85th
@@ -144,13 +141,10 @@ class Link(Shown):
         Raises
         ------
         OptionError
-            There is no such format, or the table is too large for it.
+            There is no such format.
         """
         title = f"{self.source} to {self.destination}, {self.method}: {self.errors}"
         if check_option("format", format, FORMAT) == "icc":
-            if self.table.size > MOST_ICC_NODES:
-                why = f"a device link has at most {MOST_ICC_NODES} nodes a side"
-                raise OptionError.not_applicable("size", self.table.size, why, "Give 33.")
             names = self.source, self.destination
             return device_link_file(title, names, self.intent, self.table.nodes)
         red, green, blue = self.errors.worst_at
@@ -215,9 +209,9 @@ def link(
     method : str, optional
         Of gamut mapping, as for `Gamut.map`. ``sgck`` maps from the gamut of the source.
     size : int, optional
-        Nodes along each channel, 2 to 256. Programs usually read 17, 33 and 65.
+        Nodes along each channel, 2 to 129. Programs usually read 17, 33 and 65.
     focus : (3,) array_like or "cusp", optional
-        Focal point of ``clip-focal``, in the space of the mapping.
+        Focal point of ``clip-focal``: L*, a*, b*.
     black_point_compensation : bool, optional
         Whether the black of the source becomes that of the destination. Not for ``sgck``.
     cache : callable, optional
@@ -243,13 +237,14 @@ def link(
 
     Notes
     -----
-    A table is exact at its nodes only. Clipping has edges inside of the cells, which no table
-    holds. `Link.errors` has the differences, and the file states them.
+    Colours are mapped by the full boundary, as those of pictures. A table is exact at its nodes
+    only. Clipping has edges inside of the cells, which no table holds. `Link.errors` has the
+    differences, and the file states them.
 
     Examples
     --------
     >>> same = link("srgb", "srgb", method="clip-hue", size=5, surface_samples=1000)
-    >>> bool(same.errors.worst < 0.01)
+    >>> bool(same.errors.mean < 0.01)
     True
     """
     method = str(check_option("method", method, METHOD))
