@@ -34,7 +34,7 @@ from gamutcore.links.cube import DECIMALS, cube_file
 from gamutcore.links.device_link import device_link_file
 from gamutcore.options import OPTIONS, Options
 from gamutcore.queries import delta_e_2000
-from gamutcore.questions import METHOD, PICTURE_SPACE, comparison_warnings, map_colours
+from gamutcore.questions import METHOD, PICTURE_SPACE, comparison_warnings, map_points
 from gamutcore.references import Reference, find_reference
 from gamutcore.results import Shown
 from gamutcore.version import __version__
@@ -275,7 +275,7 @@ def link(
         found = np.empty_like(values)
         for start in range(0, len(values), _AT_A_TIME):
             part = slice(start, start + _AT_A_TIME)
-            mapped = map_colours(
+            mapped = map_points(
                 into,
                 one.device.colours(values[part]),
                 method,
@@ -286,7 +286,7 @@ def link(
                 space="CIELAB",
                 max_error=0.0,  # edges of a coarser level are visible as arcs
             )
-            found[part] = two.device.values(mapped.points)
+            found[part] = two.device.values(mapped)
         return found
 
     table = LookupTable(np.round(LookupTable.sample(exact, size).nodes, DECIMALS))

@@ -25,7 +25,7 @@ from gamutcore.questions.levels import (
     colours_in,
     tolerance_of,
 )
-from gamutcore.questions.mapping import MAP, METHOD, map_colours, map_picture_file
+from gamutcore.questions.mapping import MAP, METHOD, map_colours, map_picture_file, map_points
 from gamutcore.questions.picture_mapping import PICTURE_SPACE, MappedPicture
 from gamutcore.questions.plotting import (
     MOST_DRAWN_TRIANGLES,
@@ -98,6 +98,7 @@ __all__ = [
     "leaves",
     "map_colours",
     "map_picture_file",
+    "map_points",
     "max_chroma",
     "nearest",
     "notebook_html",

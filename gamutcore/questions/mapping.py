@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal, cast
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, cast
 
 import numpy as np
 
@@ -43,13 +43,14 @@ if TYPE_CHECKING:
     import os
 
     from gamutcore.arrays import FloatArray
-    from gamutcore.colour_rows import Colours
+    from gamutcore.colour_rows import ColourRows, Colours
+    from gamutcore.colours import ColourConversion
     from gamutcore.export.picture_file import Depth
     from gamutcore.queries import MappingMethod
     from gamutcore.questions.levels import AskedGamut, IndexedLevel
     from gamutcore.questions.picture_mapping import MappedPicture
 
-__all__ = ["MAP", "METHOD", "map_colours", "map_picture_file"]
+__all__ = ["MAP", "METHOD", "map_colours", "map_picture_file", "map_points"]
 
 METHOD = Annotated[
     str,
@@ -80,6 +81,63 @@ def map_colours(
     max_error: float | None = None,
 ) -> MappedColours:
     """Map colours into the gamut. `black` is the luminance of their black."""
+    done = _mapped(
+        gamut,
+        colours,
+        method,
+        focus=focus,
+        source=source,
+        black_point_compensation=black_point_compensation,
+        black=black,
+        space=space,
+        triangles=triangles,
+        max_error=max_error,
+    )
+    rows, points = done.rows, done.points
+    difference = delta_e_2000(lab_of(gamut, rows.points), lab_of(gamut, points))
+    moved = np.abs(points - rows.points).max(axis=1, initial=0.0)
+    return MappedColours(
+        points=rows.in_shape(done.conversion.from_gamut(points)),
+        warnings=done.warnings,
+        moved=rows.in_shape(moved > ROUNDING * gamut.default_error),
+        delta_e=rows.in_shape(difference),
+        **surface_facts(gamut, done.level, done.found, rows),
+    )
+
+
+def map_points(gamut: AskedGamut, colours: FloatArray, method: str, **how: Any) -> FloatArray:  # noqa: ANN401
+    """Return the points of `map_colours` alone, (n, 3), in three quarters of its time.
+
+    `how` has the parameters of `map_colours`.
+    """
+    done = _mapped(gamut, colours, method, **how)
+    return done.conversion.from_gamut(done.points)
+
+
+class _Mapping(NamedTuple):
+    """Colours in the space of the gamut before and after mapping, and how they were mapped."""
+
+    rows: ColourRows
+    points: FloatArray
+    conversion: ColourConversion
+    level: IndexedLevel
+    found: queries.Mapped
+    warnings: tuple[str, ...]
+
+
+def _mapped(
+    gamut: AskedGamut,
+    colours: Colours,
+    method: str,
+    *,
+    focus: Colours | Literal["cusp"] | None = None,
+    source: AskedGamut | None = None,
+    black_point_compensation: bool = False,
+    black: float = 0.0,
+    space: str | None = None,
+    triangles: int | None = None,
+    max_error: float | None = None,
+) -> _Mapping:
     name = cast("MappingMethod", check_option("method", method, METHOD))
     rows, conversion = colours_in(gamut, colours, space)
     find_level = answering_level if name == "clip-nearest" else level_with_hue
@@ -104,15 +162,7 @@ def map_colours(
         limit = min(tolerance_of(gamut, level.triangles), gamut.default_error)
         kept = queries.contains(start, level.index, limit)
         points[kept] = start[kept]
-    difference = delta_e_2000(lab_of(gamut, rows.points), lab_of(gamut, points))
-    moved = np.abs(points - rows.points).max(axis=1, initial=0.0)
-    return MappedColours(
-        points=rows.in_shape(conversion.from_gamut(points)),
-        warnings=warnings,
-        moved=rows.in_shape(moved > ROUNDING * gamut.default_error),
-        delta_e=rows.in_shape(difference),
-        **surface_facts(gamut, level, found, rows),
-    )
+    return _Mapping(rows, points, conversion, level, found, warnings)
 
 
 def _with_black(
