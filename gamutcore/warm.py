@@ -22,7 +22,7 @@ from gamutcore.boundary.device_surface import hidden_area
 from gamutcore.boundary.radial_envelope import COARSE, radial_volume
 from gamutcore.characterisation import Samples, read_characterisation
 from gamutcore.characterisation.icc.transforms import Grid
-from gamutcore.colours import SurfaceFaces, surface_colours
+from gamutcore.colours import LookupTable, SurfaceFaces, surface_colours
 from gamutcore.decimation import COSTS, decimate
 from gamutcore.export import FORMATS, mesh_file
 from gamutcore.export.rendering import mesh_picture
@@ -198,6 +198,7 @@ def _use_options() -> None:
         if not entry.needs_faces:
             boundary = compute_boundary(_device(), method)
     history = build_history(decimate(boundary.mesh, boundary.centre, "quadric"))
+    LookupTable.sample(np.asarray, 2).values(np.full((1, 3), 0.5))
     cursor = history.cursor(100)
     cursor.finer()
     cursor.coarser()

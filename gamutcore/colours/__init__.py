@@ -23,6 +23,7 @@ from gamutcore.colours.gamut_colours import (
     volume_description,
 )
 from gamutcore.colours.ink_limits import InkLimits, spread_values, values_beside
+from gamutcore.colours.lookup import LookupTable, cube_nodes
 from gamutcore.colours.measured import ILLUMINANTS, OBSERVERS, measured_colours
 from gamutcore.colours.picture import find_values, picture_colours
 from gamutcore.colours.sampling import (
@@ -70,12 +71,14 @@ __all__ = [
     "ColourConversion",
     "ColourSpace",
     "InkLimits",
+    "LookupTable",
     "SurfaceColours",
     "SurfaceFaces",
     "adaptation_matrix",
     "check_mesh_space",
     "colours_in_space",
     "compensate_black",
+    "cube_nodes",
     "declared_space",
     "display_primaries",
     "find_values",
