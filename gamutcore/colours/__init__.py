@@ -25,7 +25,7 @@ from gamutcore.colours.gamut_colours import (
 from gamutcore.colours.ink_limits import InkLimits, spread_values, values_beside
 from gamutcore.colours.lookup import LookupTable, cube_nodes
 from gamutcore.colours.measured import ILLUMINANTS, OBSERVERS, measured_colours
-from gamutcore.colours.picture import find_values, picture_colours
+from gamutcore.colours.picture import closed_form_values, find_values, picture_colours
 from gamutcore.colours.sampling import (
     SURFACE_SAMPLES,
     AbsoluteColours,
@@ -76,6 +76,7 @@ __all__ = [
     "SurfaceFaces",
     "adaptation_matrix",
     "check_mesh_space",
+    "closed_form_values",
     "colours_in_space",
     "compensate_black",
     "cube_nodes",

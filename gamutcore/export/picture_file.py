@@ -86,6 +86,13 @@ _KEPT = (
 )
 """Attributes of the header that are written as they were read."""
 
+_LOSSLESS = ("none", "lzw", "packbits", "zip")
+"""Compressions of TIFF that are kept."""
+
+PNG_LEVEL = 1
+"""Compression of PNG: a quarter of the time of the usual level 6, and files 9 % larger (measured on
+3 megapixels of smooth noise: 0.5 s instead of 2.0)."""
+
 
 def with_depth(like: Raster, depth: Depth | None, path: Path) -> Raster:
     """Return how a picture is written: a raster with another type of samples, without its bands.
@@ -144,6 +151,11 @@ def picture_writer(path: Path, like: Raster) -> Iterator[Callable[[int, int, NDA
         spec.attribute("oiio:UnassociatedAlpha", 1)
     if WRITTEN[suffix] == "jpeg":
         spec.attribute("Compression", "jpeg:95")
+    if WRITTEN[suffix] == "png":
+        spec.attribute("png:compressionLevel", PNG_LEVEL)
+    compression = like.header.get_string_attribute("compression")
+    if WRITTEN[suffix] == like.format == "tiff" and compression in _LOSSLESS:
+        spec.attribute("compression", compression)
     with tempfile.TemporaryDirectory(dir=path.parent, prefix=".picture-") as folder:
         # the reader knows a format by its usual extension
         draft = Path(folder) / f"picture{EXTENSIONS[WRITTEN[suffix]]}"
