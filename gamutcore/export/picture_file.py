@@ -28,17 +28,17 @@ from gamutcore.errors import OptionError, UnsupportedPictureError
 if TYPE_CHECKING:
     from gamutcore.characterisation.pictures import Raster
 
-__all__ = ["DEPTHS", "WRITTEN", "Depth", "picture_writer", "png", "with_depth"]
+__all__ = ["DEPTHS", "WRITTEN", "Depth", "draft_of", "picture_writer", "png", "with_depth"]
 
-COLOUR_TYPES = {3: 2, 4: 6}
-"""PNG's colour types by the number of channels (11.2.2): truecolour, and with alpha."""
+COLOUR_TYPES = {1: 0, 3: 2, 4: 6}
+"""PNG's colour types by the number of channels (11.2.2): gray, truecolour, and with alpha."""
 
 PERCEPTUAL = b"\0"
 """Content of PNG's chunk sRGB: the perceptual intent (11.3.2.5)."""
 
 
 def png(pixels: NDArray[np.uint8], level: int = 9, texts: Mapping[str, str] | None = None) -> bytes:
-    """Return sRGB pixels (rows, columns, 3 or 4) from the top as PNG (ISO/IEC 15948).
+    """Return sRGB pixels (rows, columns, 1, 3 or 4) from the top as PNG (ISO/IEC 15948).
 
     A fourth channel is alpha. `level` is that of the compression, 0 to 9. `texts` are textual data
     by keywords of at most 79 Latin characters (11.3.3).
@@ -123,6 +123,15 @@ def with_depth(like: Raster, depth: Depth | None, path: Path) -> Raster:
             made.header.erase_attribute(name)
         made.header.attribute("oiio:ColorSpace", "srgb_rec709_scene")
     return made
+
+
+@contextmanager
+def draft_of(path: Path) -> Iterator[Path]:
+    """Yield a file that takes the place of `path` at the end, and not after an exception."""
+    with tempfile.TemporaryDirectory(dir=path.parent, prefix=".picture-") as folder:
+        draft = Path(folder) / path.name
+        yield draft
+        os.replace(draft, path)  # noqa: PTH105  # Path.replace resolves nothing more
 
 
 @contextmanager

@@ -131,11 +131,18 @@ class _Rule:
             return points
         return _with_black(self.gamut, points, self.black, self.level)
 
+    @property
+    def is_clipping(self) -> bool:
+        """Whether points in gamut stay, and only these."""
+        return self.method != "sgck" and self.black is None
+
+    def outside(self, points: FloatArray) -> BooleanArray:
+        """Return which points are out of gamut. The level may miss colours by its error."""
+        return ~queries.contains(points, self.level.index, self._limit)
+
     def kept(self, start: FloatArray) -> BooleanArray:
-        """Return which points stay: the level may miss colours of the device by its error."""
-        if self.method == "sgck":
-            return np.zeros(len(start), np.bool_)
-        return queries.contains(start, self.level.index, self._limit)
+        """Return which points stay."""
+        return np.zeros(len(start), np.bool_) if self.method == "sgck" else ~self.outside(start)
 
     def mapped(self, start: FloatArray) -> Mapped:
         """Return the points, mapped into the level."""
@@ -273,6 +280,8 @@ def map_picture_file(
     source: AskedGamut | None = None,
     black_point_compensation: bool = False,
     depth: Depth | None = None,
+    table: int | None = None,
+    heat_map: str | os.PathLike[str] | None = None,
     triangles: int | None = None,
     max_error: float | None = None,
 ) -> MappedPicture:
@@ -296,21 +305,23 @@ def map_picture_file(
         )
         negligible = ROUNDING * gamut.default_error
 
-        def moves(lab: FloatArray) -> tuple[LongArray, FloatArray]:
+        def moves(lab: FloatArray) -> tuple[BooleanArray, LongArray, FloatArray]:
             nonlocal turned
             own = conversion.to_gamut(lab)
+            outside = rule.outside(own)
             start = rule.start(own)
             points = start.copy()
-            rest = np.flatnonzero(~rule.kept(start))
+            rest = np.flatnonzero(outside if rule.is_clipping else ~rule.kept(start))
             points[rest] = rule.mapped(start[rest]).points
             moved = np.flatnonzero(np.abs(points - own).max(axis=1, initial=0.0) > negligible)
             after = conversion.from_gamut(points[moved])
             turned = turned or (by_lab_hue and turns_blue(lab[moved], after))
-            return moved, after
+            return outside, moved, after
 
         return moves
 
-    done = map_picture(data, Path(output), moves_from, depth)
+    heat_file = None if heat_map is None else Path(heat_map)
+    done = map_picture(data, Path(output), moves_from, depth, table=table, heat_map=heat_file)
     warnings = done.warnings
     if source is not None:
         warnings += _warnings(gamut.conditions, source.conditions)
