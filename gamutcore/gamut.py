@@ -492,6 +492,8 @@ class Gamut:
         source: Self | str | os.PathLike[str] | None = None,
         black_point_compensation: bool = False,
         depth: Depth | None = None,
+        table: int | None = None,
+        heat_map: str | os.PathLike[str] | None = None,
         triangles: int | None = None,
         max_error: float | None = None,
     ) -> MappedPicture:
@@ -513,13 +515,21 @@ class Gamut:
             As for `map`; a focal point is in CIELAB.
         black_point_compensation : bool, optional
             As for `map`, from the black of the picture's profile or encoding.
+        table : int, optional
+            Map through a table of as many nodes along each channel, 5 to 129; 0 maps every colour
+            exactly. By default 65 for pictures of more than 8 megapixels, else 0. The result states
+            the error at 20,000 pixels.
+        heat_map : path, optional
+            A .png file with the colour difference of each pixel and its mapped colour: ΔE00 in
+            steps of 0.05, rounded up, black where nothing changed.
         triangles, max_error : optional
             The level; by default the full boundary.
 
         Returns
         -------
         MappedPicture
-            Numbers of pixels: all, moved, and those whose mapped colour the encoding cannot store.
+            Numbers of pixels and distinct colours, in all and out of gamut; differences; the error
+            of the table; and pixels whose mapped colour the encoding cannot store.
 
         Raises
         ------
@@ -531,8 +541,10 @@ class Gamut:
 
         Notes
         -----
-        Rows are read, mapped and written in parts, so memory is bounded by the size of the file
-        and some ten megabytes. Pixels in gamut keep their values exactly. Transparent pixels stay.
+        Rows are read, mapped and written in parts, by up to four threads. Beside the file, 24
+        megapixels of 8 bits take 250 MB. Transparent pixels stay. Pixels in gamut keep their values
+        exactly. Through a table, those next to the surface may move within the stated error, where
+        the surface bulges into a cell whose corners are all outside.
         """
         return map_picture_file(
             self,
@@ -543,6 +555,8 @@ class Gamut:
             source=self._other(source),
             black_point_compensation=black_point_compensation,
             depth=depth,
+            table=table,
+            heat_map=heat_map,
             triangles=triangles,
             max_error=max_error,
         )

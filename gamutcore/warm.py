@@ -10,9 +10,11 @@ import argparse
 import gc
 import multiprocessing
 import os
+import tempfile
 import threading
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
@@ -25,6 +27,7 @@ from gamutcore.characterisation.icc.transforms import Grid
 from gamutcore.colours import LookupTable, SurfaceFaces, surface_colours
 from gamutcore.decimation import COSTS, decimate
 from gamutcore.export import FORMATS, mesh_file
+from gamutcore.export.picture_file import png
 from gamutcore.export.rendering import mesh_picture
 from gamutcore.gamut import Gamut
 from gamutcore.geometry import DeviceValues, TriangleMesh
@@ -222,6 +225,9 @@ def _use_queries() -> None:
     gamut.cusps(4)
     gamut.crossings(_COLOURS, _COLOURS[::-1])
     gamut.map(_COLOURS, "clip-nearest")
+    with tempfile.TemporaryDirectory() as folder:
+        picture = png(np.zeros((1, 1, 3), np.uint8))
+        gamut.map_picture(picture, Path(folder) / "mapped.png", table=5)
 
 
 _TETRAHEDRON = np.array([(0, 1, 2), (0, 2, 3), (0, 3, 1), (1, 3, 2)], np.int32)

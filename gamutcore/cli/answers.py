@@ -32,6 +32,7 @@ from gamutcore.cli.output import (
 
 if TYPE_CHECKING:
     from gamutcore.gamut import Gamut
+    from gamutcore.questions import MappedPicture
     from gamutcore.tables import ColourTable
 
 __all__ = ["add_to"]
@@ -233,6 +234,21 @@ def map_colours(
         str | None,
         typer.Option(help="Depth of the picture that is written: 8, 16, half or float."),
     ] = None,
+    lookup_table: Annotated[
+        int | None,
+        typer.Option(
+            "--table",
+            help="Map a picture through a table of as many nodes along each channel, 5 to 129; 0 "
+            "maps every colour exactly. Default: 65 above 8 megapixels, else 0.",
+        ),
+    ] = None,
+    heat_map: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FILE.png",
+            help="Write the colour difference of each pixel as gray: ΔE00 in steps of 0.05.",
+        ),
+    ] = None,
     black_point_compensation: Annotated[
         bool, typer.Option("--black-point-compensation", "--bpc")
     ] = False,
@@ -255,8 +271,10 @@ def map_colours(
     if picture and output is None:
         raise typer.BadParameter("Give a file for the picture.", param_hint="--output")
     _check_source(method, from_gamut)
-    if depth is not None and not picture:
-        raise typer.BadParameter("Only pictures have a depth.", param_hint="--depth")
+    given_options = {"--depth": depth, "--table": lookup_table, "--heat-map": heat_map}
+    for option, value in given_options.items():
+        if value is not None and not picture:
+            raise typer.BadParameter("This is an option of pictures.", param_hint=option)
     if not picture:
         check_answer_form(output, as_json=as_json)
     table = None if picture else _table(colours, colours_in, columns, scale)
@@ -276,13 +294,10 @@ def map_colours(
     }
     if table is None:
         assert output is not None  # noqa: S101  # checked above
-        options["depth"] = depth
+        options |= {"depth": depth, "table": lookup_table, "heat_map": heat_map}
         done = found.map_picture(colours, output, method, **options)
         state(found.conditions, warnings=done.warnings)
-        summary = f"{done.moved} of {done.pixels} pixels moved, mean ΔE00 {done.delta_e:.2f}."
-        if done.missed:
-            summary += f" {done.missed} have mapped colours outside {done.encoding}."
-        typer.echo(summary)
+        typer.echo(_picture_summary(done))
         return
     mapped = found.map(table.points, method, space=table.space, **options)
     points = table.own_values(mapped.points)
@@ -296,6 +311,32 @@ def map_colours(
     write_answer(table, added, output, as_json=as_json, stated=stated)
     summary = f"{int(mapped.moved.sum())} of {len(mapped.moved)} colours moved."
     typer.echo(summary + _skipped(table), err=output is None)
+
+
+def _picture_summary(done: MappedPicture) -> str:
+    pixels, colours = max(done.pixels, 1), max(done.colours, 1)
+    moved = (
+        f"{done.moved} of {done.pixels} pixels moved, mean ΔE00 {done.delta_e:.2f}, 95 % up to "
+        f"{done.delta_e_95:.2f}; of the moved pixels {done.moved_delta_e:.2f} and "
+        f"{done.moved_delta_e_95:.2f}."
+    )
+    outside = (
+        f"{done.outside / pixels:.1%} of the pixels and {done.colours_outside / colours:.1%} of "
+        f"{done.colours} distinct colours are out of gamut."
+    )
+    lines = [moved, outside]
+    if done.missed:
+        lines.append(f"{done.missed} have mapped colours outside {done.encoding}.")
+    error = done.table_error
+    if error is not None:
+        lines.append(
+            f"Mapped through a table of {error.nodes} nodes along each channel. Its error at "
+            f"{error.pixels} pixels is ΔE00 {error.mean:.3f} on average, 95 % up to "
+            f"{error.percentile_95:.2f}, largest {error.largest:.2f}. --table 0 has none."
+        )
+    if done.heat_map is not None:
+        lines.append(f"Heat map: {done.heat_map}")
+    return "\n".join(lines)
 
 
 def _check_source(method: str, source: str | None) -> None:

@@ -7,6 +7,8 @@ from gamutcore.colours.colorimetry import (
     ICC_D50,
     adaptation_matrix,
     compensate_black,
+    decode_srgb,
+    encode_srgb,
     lab_to_xyz,
     luminance_of_black,
     white_point,
@@ -25,7 +27,7 @@ from gamutcore.colours.gamut_colours import (
 from gamutcore.colours.ink_limits import InkLimits, spread_values, values_beside
 from gamutcore.colours.lookup import LookupTable, cube_nodes
 from gamutcore.colours.measured import ILLUMINANTS, OBSERVERS, measured_colours
-from gamutcore.colours.picture import find_values, picture_colours
+from gamutcore.colours.picture import closed_form_values, find_values, picture_colours
 from gamutcore.colours.rgb_device import RgbDevice, rgb_device
 from gamutcore.colours.sampling import (
     SURFACE_SAMPLES,
@@ -78,11 +80,14 @@ __all__ = [
     "SurfaceFaces",
     "adaptation_matrix",
     "check_mesh_space",
+    "closed_form_values",
     "colours_in_space",
     "compensate_black",
     "cube_nodes",
     "declared_space",
+    "decode_srgb",
     "display_primaries",
+    "encode_srgb",
     "find_values",
     "lab_to_xyz",
     "linear_srgb",

@@ -28,17 +28,17 @@ from gamutcore.errors import OptionError, UnsupportedPictureError
 if TYPE_CHECKING:
     from gamutcore.characterisation.pictures import Raster
 
-__all__ = ["DEPTHS", "WRITTEN", "Depth", "picture_writer", "png", "with_depth"]
+__all__ = ["DEPTHS", "WRITTEN", "Depth", "draft_of", "picture_writer", "png", "with_depth"]
 
-COLOUR_TYPES = {3: 2, 4: 6}
-"""PNG's colour types by the number of channels (11.2.2): truecolour, and with alpha."""
+COLOUR_TYPES = {1: 0, 3: 2, 4: 6}
+"""PNG's colour types by the number of channels (11.2.2): gray, truecolour, and with alpha."""
 
 PERCEPTUAL = b"\0"
 """Content of PNG's chunk sRGB: the perceptual intent (11.3.2.5)."""
 
 
 def png(pixels: NDArray[np.uint8], level: int = 9, texts: Mapping[str, str] | None = None) -> bytes:
-    """Return sRGB pixels (rows, columns, 3 or 4) from the top as PNG (ISO/IEC 15948).
+    """Return sRGB pixels (rows, columns, 1, 3 or 4) from the top as PNG (ISO/IEC 15948).
 
     A fourth channel is alpha. `level` is that of the compression, 0 to 9. `texts` are textual data
     by keywords of at most 79 Latin characters (11.3.3).
@@ -86,6 +86,13 @@ _KEPT = (
 )
 """Attributes of the header that are written as they were read."""
 
+_LOSSLESS = ("none", "lzw", "packbits", "zip")
+"""Compressions of TIFF that are kept."""
+
+PNG_LEVEL = 1
+"""Compression of PNG: a quarter of the time of the usual level 6, and files 9 % larger (measured on
+3 megapixels of smooth noise: 0.5 s instead of 2.0)."""
+
 
 def with_depth(like: Raster, depth: Depth | None, path: Path) -> Raster:
     """Return how a picture is written: a raster with another type of samples, without its bands.
@@ -119,6 +126,15 @@ def with_depth(like: Raster, depth: Depth | None, path: Path) -> Raster:
 
 
 @contextmanager
+def draft_of(path: Path) -> Iterator[Path]:
+    """Yield a file that takes the place of `path` at the end, and not after an exception."""
+    with tempfile.TemporaryDirectory(dir=path.parent, prefix=".picture-") as folder:
+        draft = Path(folder) / path.name
+        yield draft
+        os.replace(draft, path)  # noqa: PTH105  # Path.replace resolves nothing more
+
+
+@contextmanager
 def picture_writer(path: Path, like: Raster) -> Iterator[Callable[[int, int, NDArray[Any]], None]]:
     """Open a picture of red, green and blue for writing, and put it in its place at the end.
 
@@ -144,6 +160,11 @@ def picture_writer(path: Path, like: Raster) -> Iterator[Callable[[int, int, NDA
         spec.attribute("oiio:UnassociatedAlpha", 1)
     if WRITTEN[suffix] == "jpeg":
         spec.attribute("Compression", "jpeg:95")
+    if WRITTEN[suffix] == "png":
+        spec.attribute("png:compressionLevel", PNG_LEVEL)
+    compression = like.header.get_string_attribute("compression")
+    if WRITTEN[suffix] == like.format == "tiff" and compression in _LOSSLESS:
+        spec.attribute("compression", compression)
     with tempfile.TemporaryDirectory(dir=path.parent, prefix=".picture-") as folder:
         # the reader knows a format by its usual extension
         draft = Path(folder) / f"picture{EXTENSIONS[WRITTEN[suffix]]}"

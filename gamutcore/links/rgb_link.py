@@ -283,7 +283,6 @@ def link(
                 source=origin,
                 black_point_compensation=black_point_compensation,
                 black=black,
-                space="CIELAB",
                 max_error=0.0,  # edges of a coarser level are visible as arcs
             )
             found[part] = two.device.values(mapped)

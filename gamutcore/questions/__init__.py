@@ -26,7 +26,7 @@ from gamutcore.questions.levels import (
     tolerance_of,
 )
 from gamutcore.questions.mapping import MAP, METHOD, map_colours, map_picture_file, map_points
-from gamutcore.questions.picture_mapping import PICTURE_SPACE, MappedPicture
+from gamutcore.questions.picture_mapping import PICTURE_SPACE, MappedPicture, TableError
 from gamutcore.questions.plotting import (
     MOST_DRAWN_TRIANGLES,
     PICTURE,
@@ -81,6 +81,7 @@ __all__ = [
     "MappedPicture",
     "Parameter",
     "Question",
+    "TableError",
     "check_space",
     "chromaticity",
     "colours_in",

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from functools import partial
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, cast
+from typing import TYPE_CHECKING, Annotated, Any, Literal, cast
 
 import numpy as np
 
 from gamutcore import queries
 from gamutcore.arguments import Boolean, Choice, Coordinates, check_option
 from gamutcore.colour_rows import colour_rows
-from gamutcore.colours import ICC_D50, compensate_black, luminance_of_black
+from gamutcore.colours import ICC_D50, ColourConversion, compensate_black, luminance_of_black
 from gamutcore.errors import OptionError
 from gamutcore.queries import delta_e_2000
 from gamutcore.questions.conditions import colour_warnings, comparison_warnings
@@ -42,13 +42,12 @@ from gamutcore.results import MappedColours
 if TYPE_CHECKING:
     import os
 
-    from gamutcore.arrays import FloatArray
-    from gamutcore.colour_rows import ColourRows, Colours
-    from gamutcore.colours import ColourConversion
+    from gamutcore.arrays import BooleanArray, FloatArray, LongArray
+    from gamutcore.colour_rows import Colours
     from gamutcore.export.picture_file import Depth
-    from gamutcore.queries import MappingMethod
+    from gamutcore.queries import LevelIndex, Mapped, MappingMethod
     from gamutcore.questions.levels import AskedGamut, IndexedLevel
-    from gamutcore.questions.picture_mapping import MappedPicture
+    from gamutcore.questions.picture_mapping import MappedPicture, Moves
 
 __all__ = ["MAP", "METHOD", "map_colours", "map_picture_file", "map_points"]
 
@@ -81,88 +80,139 @@ def map_colours(
     max_error: float | None = None,
 ) -> MappedColours:
     """Map colours into the gamut. `black` is the luminance of their black."""
-    done = _mapped(
+    rows, conversion = colours_in(gamut, colours, space)
+    rule = _rule(
         gamut,
-        colours,
         method,
+        conversion,
         focus=focus,
         source=source,
-        black_point_compensation=black_point_compensation,
-        black=black,
-        space=space,
+        black=black if black_point_compensation else None,
         triangles=triangles,
         max_error=max_error,
     )
-    rows, points = done.rows, done.points
+    warnings = colour_warnings(gamut.conditions, conversion.name)
+    if source is not None:
+        warnings += _warnings(gamut.conditions, source.conditions)
+    level, start = rule.level, rule.start(rows.points)
+    found = rule.mapped(start)
+    points = found.points
+    kept = rule.kept(start)
+    points[kept] = start[kept]
     difference = delta_e_2000(lab_of(gamut, rows.points), lab_of(gamut, points))
     moved = np.abs(points - rows.points).max(axis=1, initial=0.0)
     return MappedColours(
-        points=rows.in_shape(done.conversion.from_gamut(points)),
-        warnings=done.warnings,
+        points=rows.in_shape(conversion.from_gamut(points)),
+        warnings=warnings,
         moved=rows.in_shape(moved > ROUNDING * gamut.default_error),
         delta_e=rows.in_shape(difference),
-        **surface_facts(gamut, done.level, done.found, rows),
+        **surface_facts(gamut, level, found, rows),
     )
 
 
-def map_points(gamut: AskedGamut, colours: FloatArray, method: str, **how: Any) -> FloatArray:  # noqa: ANN401
-    """Return the points of `map_colours` alone, (n, 3), in three quarters of its time.
-
-    `how` has the parameters of `map_colours`.
-    """
-    done = _mapped(gamut, colours, method, **how)
-    return done.conversion.from_gamut(done.points)
-
-
-class _Mapping(NamedTuple):
-    """Colours in the space of the gamut before and after mapping, and how they were mapped."""
-
-    rows: ColourRows
-    points: FloatArray
-    conversion: ColourConversion
-    level: IndexedLevel
-    found: queries.Mapped
-    warnings: tuple[str, ...]
-
-
-def _mapped(
+def map_points(
     gamut: AskedGamut,
-    colours: Colours,
+    lab: FloatArray,
     method: str,
     *,
     focus: Colours | Literal["cusp"] | None = None,
     source: AskedGamut | None = None,
     black_point_compensation: bool = False,
     black: float = 0.0,
-    space: str | None = None,
     triangles: int | None = None,
     max_error: float | None = None,
-) -> _Mapping:
+) -> FloatArray:
+    """Return colours (n, 3) in CIELAB, mapped as by `map_colours`, without what it states."""
+    conversion = _from_lab(gamut)
+    rule = _rule(
+        gamut,
+        method,
+        conversion,
+        focus=focus,
+        source=source,
+        black=black if black_point_compensation else None,
+        triangles=triangles,
+        max_error=max_error,
+    )
+    return conversion.from_gamut(rule.moved(conversion.to_gamut(lab))[1])
+
+
+def _from_lab(gamut: AskedGamut) -> ColourConversion:
+    return ColourConversion("CIELAB", gamut.colour_space, as_measured=is_as_measured(gamut))
+
+
+@dataclass(frozen=True)
+class _Rule:
+    """A method with its arguments, and the level that it maps into.
+
+    `focus` is in the space of the gamut. `black` is the luminance of the black of the colours if it
+    is compensated.
+    """
+
+    gamut: AskedGamut
+    method: MappingMethod
+    level: IndexedLevel
+    focus: Any
+    source: LevelIndex | None
+    black: float | None
+
+    def start(self, points: FloatArray) -> FloatArray:
+        """Return points in the space of the gamut, with its black if it is compensated."""
+        if self.black is None:
+            return points
+        return _with_black(self.gamut, points, self.black, self.level)
+
+    def outside(self, points: FloatArray) -> BooleanArray:
+        """Return which points are out of gamut. The level may miss colours by its error."""
+        return ~queries.contains(points, self.level.index, self._limit)
+
+    def kept(self, start: FloatArray) -> BooleanArray:
+        """Return which points stay."""
+        return np.zeros(len(start), np.bool_) if self.method == "sgck" else ~self.outside(start)
+
+    def mapped(self, start: FloatArray) -> Mapped:
+        """Return the points, mapped into the level."""
+        return queries.map_colours(
+            start, self.level.index, self.method, focus=self.focus, source=self.source
+        )
+
+    def moved(self, own: FloatArray) -> tuple[BooleanArray, FloatArray]:
+        """Return which points are out of gamut, and all points after mapping."""
+        outside, start = self.outside(own), self.start(own)
+        points = start.copy()
+        is_clipping = self.method != "sgck" and self.black is None
+        rest = np.flatnonzero(outside if is_clipping else ~self.kept(start))
+        points[rest] = self.mapped(start[rest]).points
+        return outside, points
+
+    @cached_property
+    def _limit(self) -> float:
+        known = tolerance_of(self.gamut, self.level.triangles)
+        return min(known, self.gamut.default_error)
+
+
+def _rule(
+    gamut: AskedGamut,
+    method: str,
+    conversion: ColourConversion,
+    *,
+    focus: Colours | Literal["cusp"] | None,
+    source: AskedGamut | None,
+    black: float | None,
+    triangles: int | None,
+    max_error: float | None,
+) -> _Rule:
     name = cast("MappingMethod", check_option("method", method, METHOD))
-    rows, conversion = colours_in(gamut, colours, space)
     find_level = answering_level if name == "clip-nearest" else level_with_hue
     level = find_level(gamut, triangles, max_error)
     if focus is not None and not isinstance(focus, str):
         focus = conversion.to_gamut(colour_rows(focus, "focus").points)[0]
+    if black is not None and name == "sgck":
+        raise OptionError.not_applicable(
+            "black_point_compensation", value=True, why="sgck maps black itself"
+        )
     origin = None if source is None else answering_level(source, triangles, max_error).index
-    start = rows.points
-    if black_point_compensation:
-        if name == "sgck":
-            raise OptionError.not_applicable(
-                "black_point_compensation", value=True, why="sgck maps black itself"
-            )
-        start = _with_black(gamut, start, black, level)
-    warnings = colour_warnings(gamut.conditions, conversion.name)
-    if source is not None:
-        warnings += _warnings(gamut.conditions, source.conditions)
-    found = queries.map_colours(start, level.index, name, focus=focus, source=origin)
-    points = found.points
-    if name != "sgck":
-        # the level may miss colours of the device by its error
-        limit = min(tolerance_of(gamut, level.triangles), gamut.default_error)
-        kept = queries.contains(start, level.index, limit)
-        points[kept] = start[kept]
-    return _Mapping(rows, points, conversion, level, found, warnings)
+    return _Rule(gamut, name, level, focus, origin, black)
 
 
 def _with_black(
@@ -265,6 +315,8 @@ def map_picture_file(
     source: AskedGamut | None = None,
     black_point_compensation: bool = False,
     depth: Depth | None = None,
+    table: int | None = None,
+    heat_map: str | os.PathLike[str] | None = None,
     triangles: int | None = None,
     max_error: float | None = None,
 ) -> MappedPicture:
@@ -273,26 +325,37 @@ def map_picture_file(
         max_error = 0.0  # edges of a coarser level are visible as arcs
     by_lab_hue = gamut.colour_space.name == "CIELAB" and method != "clip-nearest"
     turned = False
+    conversion = _from_lab(gamut)
 
-    def mapped(lab: FloatArray, black: float) -> MappedColours:
-        nonlocal turned
-        found = map_colours(
+    def moves_from(black: float) -> Moves:
+        rule = _rule(
             gamut,
-            lab,
             method,
+            conversion,
             focus=focus,
             source=source,
-            black_point_compensation=black_point_compensation,
-            black=black,
-            space="CIELAB",
+            black=black if black_point_compensation else None,
             triangles=triangles,
             max_error=max_error,
         )
-        turned = turned or (by_lab_hue and turns_blue(lab, found.points))
-        return found
+        negligible = ROUNDING * gamut.default_error
 
-    done = replace(map_picture(data, Path(output), mapped, depth), gamut=gamut.conditions)
+        def moves(lab: FloatArray) -> tuple[BooleanArray, LongArray, FloatArray]:
+            nonlocal turned
+            own = conversion.to_gamut(lab)
+            outside, points = rule.moved(own)
+            moved = np.flatnonzero(np.abs(points - own).max(axis=1, initial=0.0) > negligible)
+            after = conversion.from_gamut(points[moved])
+            turned = turned or (by_lab_hue and turns_blue(lab[moved], after))
+            return outside, moved, after
+
+        return moves
+
+    heat_file = None if heat_map is None else Path(heat_map)
+    done = map_picture(data, Path(output), moves_from, depth, table=table, heat_map=heat_file)
+    warnings = done.warnings
     if source is not None:
-        compared = _warnings(gamut.conditions, source.conditions)
-        done = replace(done, warnings=(*done.warnings, *compared))
-    return replace(done, warnings=(*done.warnings, BLUE_TURNS)) if turned else done
+        warnings += _warnings(gamut.conditions, source.conditions)
+    if turned:
+        warnings += (BLUE_TURNS,)
+    return replace(done, warnings=warnings, gamut=gamut.conditions)

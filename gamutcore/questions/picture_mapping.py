@@ -3,14 +3,21 @@
 The result has the encoding, depth, alpha and profile of the picture. Pixels whose colours stay keep
 their values exactly. The others get the values of the mapped colour in the same encoding. Another
 depth can be asked for; integers of a picture in linear light are sRGB.
+
+Large pictures are mapped through a table of nodes in the encoding of the picture. A cell whose
+corners all stay keeps its colours. A cell whose corners all move is interpolated. Colours of the
+other cells, at the boundary of the gamut, are mapped exactly: there the mapping has an edge.
 """
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -26,22 +33,44 @@ from gamutcore.characterisation.pictures import (
     refuse_not_finite,
     refuse_too_bright,
 )
-from gamutcore.colours import find_values, lab_to_xyz, luminance_of_black, picture_colours
-from gamutcore.errors import MalformedFileError, UnsupportedPictureError
-from gamutcore.export.picture_file import picture_writer, with_depth
+from gamutcore.colours import (
+    LookupTable,
+    closed_form_values,
+    cube_nodes,
+    decode_srgb,
+    encode_srgb,
+    find_values,
+    lab_to_xyz,
+    luminance_of_black,
+    picture_colours,
+)
+from gamutcore.errors import MalformedFileError, OptionError, UnsupportedPictureError
+from gamutcore.export.picture_file import PNG_LEVEL, draft_of, picture_writer, png, with_depth
+from gamutcore.kernels import kernel
+from gamutcore.queries import delta_e_2000
 from gamutcore.results import Shown
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from gamutcore.arrays import FloatArray, LongArray
+    from gamutcore.arrays import BooleanArray, ByteArray, FloatArray, IndexArray, LongArray
     from gamutcore.characterisation.pictures import Raster
     from gamutcore.export.picture_file import Depth
-    from gamutcore.results import Conditions, MappedColours
+    from gamutcore.results import Conditions
 
-    Mapping = Callable[[FloatArray, float], MappedColours]
+    Moves = Callable[[FloatArray], tuple[BooleanArray, LongArray, FloatArray]]
 
-__all__ = ["BLUE_TURNS", "PICTURE_SPACE", "MappedPicture", "map_picture", "turns_blue"]
+__all__ = [
+    "BLUE_TURNS",
+    "HEAT_STEP",
+    "PICTURE_SPACE",
+    "TABLE_NODES",
+    "TABLE_PIXELS",
+    "MappedPicture",
+    "TableError",
+    "map_picture",
+    "turns_blue",
+]
 
 PICTURE_SPACE = "IPT"
 """Space in which gamuts for pictures are best built; docs/decisions/picture-space.md has why."""
@@ -62,46 +91,122 @@ VISIBLE = 1.0
 """Distance in CIELAB from which a mapped colour counts as missed by the encoding."""
 
 _AT_A_TIME = 2**16
-"""Distinct colours that are mapped at once; each takes up to 700 bytes."""
+"""Colours that a thread maps at once; each takes up to 700 bytes."""
+
+THREADS = 4
+"""Most threads that map. Kernels and NumPy release the interpreter's lock for most of the time."""
+
+
+TABLE_NODES = 65
+"""Nodes of the default table along each channel."""
+
+TABLE_PIXELS = 8_000_000
+"""Pixels from which a table is the default. The exact mapping of as many takes about 3 s on two
+cores, and the table alone 1 s."""
+
+MOST_NODES = 129
+"""Nodes along a channel of the largest table: 2.1 million nodes, 100 MB."""
+
+CHECKED = 20_000
+"""Pixels at which the error of a table is measured."""
+
+HEAT_STEP = 0.05
+"""ΔE00 of a step of gray in a heat map. White is 12.75, which is a large error in any picture."""
+
+HEAT_MAP = (
+    f"CIEDE2000 between each pixel and its mapped colour, rounded up: gray value × {HEAT_STEP:g}. "
+    f"0 is an unchanged pixel, and 255 stands for {255 * HEAT_STEP:g} and more."
+)
+"""Text in the heat map."""
+
+RESOLUTION = 0.01
+"""Steps of percentiles of ΔE00."""
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class TableError(Shown):
+    """Difference CIE 2000 of pixels of the result from the exact calculation.
+
+    Attributes
+    ----------
+    nodes : int
+        Nodes of the table along each channel.
+    pixels : int
+        Pixels of the picture, chosen at random with a fixed seed, that were calculated exactly.
+    mean, percentile_95, largest : float
+        ΔE00 between the two results, both in the depth of the result.
+    """
+
+    nodes: int
+    pixels: int
+    mean: float
+    percentile_95: float
+    largest: float
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class MappedPicture(Shown):
     """What became of the pixels of a picture.
 
+    Through a table, the numbers beside `pixels` and `colours` are estimates.
+
     Attributes
     ----------
     pixels : int
         Opaque pixels.
+    outside : int
+        Those whose colours are out of gamut.
     moved : int
-        Those whose colours have another place.
+        Those whose colours have another place. More than `outside` if colours in gamut move too.
     missed : int
         Those whose mapped colour is not in the encoding of the picture: they have its nearest
         colour, which is more than `VISIBLE` away.
-    delta_e : float
-        Mean colour difference CIE 2000 of the opaque pixels and their mapped colours.
+    colours, colours_outside : int
+        Distinct colours of the opaque pixels, and those with a pixel out of gamut. Pictures with
+        more than 8 bits are rounded to 8 bits a channel for this, linear light after the curve of
+        sRGB.
+    delta_e, delta_e_95 : float
+        Mean and 95th percentile, in steps of `RESOLUTION`, of the colour difference CIE 2000 of all
+        opaque pixels and their mapped colours.
+    moved_delta_e, moved_delta_e_95 : float
+        The same of the moved pixels. 0 without any.
     encoding : str
         Of the result.
     warnings : tuple of str
         Assumptions about the picture, and blue that became purple.
+    table_error : TableError, optional
+        Error of the table; None if every colour was mapped exactly.
+    heat_map : str, optional
+        What the values of the heat map mean, if one was written.
     gamut : Conditions, optional
         What the colours of the gamut are relative to.
     """
 
     pixels: int
+    outside: int
     moved: int
     missed: int
+    colours: int
+    colours_outside: int
     delta_e: float
+    delta_e_95: float
+    moved_delta_e: float
+    moved_delta_e_95: float
     encoding: str
     warnings: tuple[str, ...]
+    table_error: TableError | None = None
+    heat_map: str | None = None
     gamut: Conditions | None = None
 
 
 def map_picture(
     data: bytes,
     output: Path,
-    mapped: Mapping,
+    moves_from: Callable[[float], Moves],
     depth: Depth | None = None,
+    *,
+    table: int | None = None,
+    heat_map: Path | None = None,
 ) -> MappedPicture:
     """Map the colours of a picture, and write the result.
 
@@ -111,10 +216,17 @@ def map_picture(
         A file of gray or RGB.
     output : Path
         A .png, .tif, .exr or .jpg file.
-    mapped : callable
-        From colours in CIELAB, and the luminance of the black of their encoding, to mapped ones.
+    moves_from : callable
+        From the luminance of the black of the encoding to a function, which several threads call.
+        It takes colours (n, 3) in CIELAB, and returns which are out of gamut, the rows that move,
+        and the new colours of these rows.
     depth : {"8", "16", "half", "float"}, optional
         As for `gamutcore.export.picture_file.with_depth`.
+    table : int, optional
+        Nodes of a table along each channel, 5 to `MOST_NODES`; 0 maps every colour exactly. By
+        default `TABLE_NODES` for pictures of more than `TABLE_PIXELS` pixels, else 0.
+    heat_map : Path, optional
+        A .png file for the colour difference of each pixel; see `HEAT_MAP`.
 
     Raises
     ------
@@ -126,10 +238,14 @@ def map_picture(
         The picture is CMYK, CIELAB or has a profile of one channel; or the output cannot store the
         depth, alpha or encoding.
     OptionError
-        There is no such depth.
+        There is no such depth or table, or the heat map is no PNG file beside the output.
     OSError
-        The file cannot be written.
+        A file cannot be written.
     """
+    if not (table is None or table == 0 or 5 <= table <= MOST_NODES):
+        raise OptionError.refusal("table", table, f"0, or 5 to {MOST_NODES}")
+    if heat_map is not None and (heat_map.suffix.lower() != ".png" or heat_map == output):
+        raise OptionError.refusal("heat_map", str(heat_map), "a .png file beside the output")
     file_format = picture_format(data)
     if file_format is None:
         raise MalformedFileError(
@@ -150,17 +266,39 @@ def map_picture(
             )
         assert meaning is not None  # noqa: S101  # only CIELAB has none
         result = with_depth(raster, depth, output)
-        pixels = _Pixels(raster, meaning, result, mapped)
-        with picture_writer(output, result) as write:
-            for first, band, alpha in raster.bands:
-                write(first, first + len(band) // raster.width, pixels.mapped(first, band, alpha))
+        if table is None:
+            table = TABLE_NODES if raster.width * raster.height > TABLE_PIXELS else 0
+        with ExitStack() as stack:
+            heat_file = stack.enter_context(draft_of(heat_map)) if heat_map else None
+            write = stack.enter_context(picture_writer(output, result))
+            writing = stack.enter_context(ThreadPoolExecutor(1))
+            threads = min(THREADS, os.cpu_count() or 1)
+            workers = stack.enter_context(ThreadPoolExecutor(threads))
+            pixels = _Pixels(raster, meaning, result, moves_from, workers, table)
+            if heat_file is not None:
+                pixels.heat = np.zeros(raster.height * raster.width, np.uint8)
+            # a band is read, and another one written, while a third is mapped
+            reading = stack.enter_context(ThreadPoolExecutor(1))
+            read = reading.submit(pixels.next_band)
+            written: Future[None] | None = None
+            while (band := read.result()) is not None:
+                read = reading.submit(pixels.next_band)
+                rows = pixels.mapped(band)
+                if written is not None:
+                    written.result()
+                end = band.row + len(rows) // raster.width
+                written = writing.submit(write, band.row, end, rows)
+            if written is not None:
+                written.result()
+            figures = pixels.figures()
+            if heat_file is not None:
+                gray = pixels.heat.reshape(raster.height, raster.width, 1)
+                heat_file.write_bytes(png(gray, PNG_LEVEL, {"Description": HEAT_MAP}))
     return MappedPicture(
-        pixels=pixels.count,
-        moved=pixels.moved,
-        missed=pixels.missed,
-        delta_e=pixels.delta_e / max(pixels.count, 1),
+        **figures,
         encoding=pixels.encoding,
         warnings=tuple(dict.fromkeys([*raster.warnings, *said])),
+        heat_map=HEAT_MAP if heat_map else None,
     )
 
 
@@ -172,30 +310,64 @@ def turns_blue(before: FloatArray, after: FloatArray) -> bool:
     return bool((blue & (loss > _LOSS)).any())
 
 
+_CHANGE = np.dtype([("delta_e", "f4"), ("outside", "?"), ("moved", "?"), ("missed", "?")])
+"""What became of a colour."""
+
+
+class _Band(NamedTuple):
+    """Some rows: samples (n, 3), alpha (n,), which are opaque, and the colours of these.
+
+    Colours of 8 bits have numbers, of which those in `new` are met here for the first time.
+    """
+
+    row: int
+    given: NDArray[Any]
+    alpha: NDArray[Any] | None
+    opaque: BooleanArray | None
+    straight: NDArray[Any]
+    numbers: IndexArray | None
+    new: slice
+
+
 class _Pixels:
-    """The way of some rows from samples to mapped samples, with the counts."""
+    """The way of some rows from samples to mapped samples, with the counts.
+
+    `heat` (pixels,) receives the heat map if it has room.
+    """
 
     def __init__(
         self,
         raster: Raster,
         meaning: IccProfile | Encoding,
         result: Raster,
-        mapping: Mapping,
+        moves_from: Callable[[float], Moves],
+        workers: ThreadPoolExecutor,
+        table: int,
     ) -> None:
-        self._raster, self._meaning, self._mapping = raster, meaning, mapping
+        self._raster, self._meaning, self._workers = raster, meaning, workers
         self._result, self._encoded = result, result.encoding or meaning
         self._full, self._full_result = _full_scale(raster.dtype), _full_scale(result.dtype)
-        linear = isinstance(self._encoded, Encoding) and self._encoded.transfer == "linear"
-        self._wide = linear and result.dtype.kind == "f"
-        self._light = (
-            raster.dtype.kind == "f"
-            and isinstance(meaning, Encoding)
-            and meaning.transfer == "linear"
-        )
+        self._is_linear = isinstance(meaning, Encoding) and meaning.transfer == "linear"
         self._recoded = self._encoded != meaning
-        self._black = luminance_of_black(lab_to_xyz(self._colours(np.zeros((1, 3)), meaning))[0])
-        self.count = self.moved = self.missed = 0
-        self.delta_e = 0.0
+        self._wide = self._is_linear and not self._recoded and result.dtype.kind == "f"
+        black = luminance_of_black(lab_to_xyz(self._colours(np.zeros((1, 3)), meaning))[0])
+        self._moves = moves_from(black)
+        self._known = _KnownColours() if raster.dtype == np.uint8 else None
+        room = self._known.room if self._known else 0
+        self._results = np.empty((room, 3), result.dtype)
+        self._changes = np.empty(room, _CHANGE)
+        self._seen = np.zeros(0 if self._known else 2**24, np.uint8)
+        self.heat = np.empty(0, np.uint8)
+        self._counts = dict.fromkeys(("pixels", "outside", "moved", "missed"), 0)
+        self._sum = 0.0
+        self._histogram = np.zeros(1, np.int64)
+        self._table, self._cells = None, np.empty(0, np.uint8)
+        size = raster.width * raster.height
+        chosen = np.random.default_rng(0).choice(size, min(size, CHECKED), replace=False)
+        self._chosen = np.sort(chosen) if table else np.empty(0, np.int64)
+        self._checked: list[tuple[NDArray[Any], NDArray[Any]]] = []
+        if table:
+            self._table, self._cells = self._tabulated(table)
 
     @property
     def encoding(self) -> str:
@@ -203,27 +375,52 @@ class _Pixels:
         encoded = self._encoded
         return "the embedded profile" if isinstance(encoded, IccProfile) else encoded.name
 
-    def mapped(self, row: int, band: NDArray[Any], alpha: NDArray[Any] | None) -> NDArray[Any]:
+    def next_band(self) -> _Band | None:
+        """Read some rows, and number their colours; None at the end."""
+        for row, samples, alpha in self._raster.bands:
+            given = np.empty((len(samples), 3), samples.dtype)
+            given[:] = samples  # gray is equal R, G and B
+            straight, opaque = given, None
+            if alpha is not None:
+                opaque = alpha > 0
+                straight = given[opaque]
+                if self._raster.premultiplied:
+                    straight = divided_by_alpha(straight, alpha[opaque])
+            refuse_not_finite(straight, row)
+            if self._is_linear and straight.dtype.kind == "f":
+                refuse_too_bright(straight, row)
+            numbers, new = None, slice(0)
+            if self._known is not None:
+                first = self._known.count
+                numbers = self._known.places(straight)
+                new = slice(first, self._known.count)
+            return _Band(row, given, alpha, opaque, straight, numbers, new)
+        return None
+
+    def mapped(self, band: _Band) -> NDArray[Any]:
         """Return the samples of the result, alpha included."""
-        given = np.empty((len(band), 3), band.dtype)
-        given[:] = band  # gray is equal R, G and B
-        if alpha is None:
-            return self._opaque(given, row)
-        samples = np.empty((len(band), 4), self._result.dtype)
-        samples[:, :3], samples[:, 3] = self._stored(given), self._stored(alpha)
-        opaque = alpha > 0
-        colours = given[opaque]
-        if not self._raster.premultiplied:
-            samples[opaque, :3] = self._opaque(colours, row)
-            return samples
-        straight = divided_by_alpha(colours, alpha[opaque])
-        found = self._opaque(straight, row)
+        given, opaque, straight = band.given, band.opaque, band.straight
+        first = band.row * self._raster.width
+        heat = self.heat[first : first + len(given)]
+        begin, end = np.searchsorted(self._chosen, (first, first + len(given)))
+        chosen = self._chosen[begin:end] - first
+        found, gray = self._opaque(band)
+        if opaque is None or band.alpha is None:
+            heat[:] = gray
+            self._checked.append((given[chosen], found[chosen]))
+            return found
+        if len(heat):
+            heat[opaque] = gray
+        chosen = np.cumsum(opaque)[chosen[opaque[chosen]]] - 1
+        self._checked.append((straight[chosen], found[chosen]))
+        samples = np.empty((len(given), 4), self._result.dtype)
+        samples[:, :3], samples[:, 3] = self._stored(given), self._stored(band.alpha)
         if not self._result.premultiplied:
             samples[opaque, :3] = found
             return samples
-        colours = self._stored(colours)
+        colours = self._stored(given[opaque])
         changed = (found != self._stored(straight)).any(axis=1)
-        share = alpha[opaque][changed, np.newaxis] / self._full
+        share = band.alpha[opaque][changed, np.newaxis] / self._full
         product = found[changed] * share
         colours[changed] = product if self._full_result == 1.0 else np.round(product)
         samples[opaque, :3] = colours
@@ -245,43 +442,187 @@ class _Pixels:
         integers: NDArray[Any] = np.round(limited * self._full_result).astype(self._result.dtype)
         return integers
 
-    def _opaque(self, samples: NDArray[Any], row: int) -> NDArray[Any]:
-        if len(samples) == 0:
-            return samples
-        refuse_not_finite(samples, row)
-        if self._light:
-            refuse_too_bright(samples, row)
-        distinct, place = _distinct(samples)
-        times = np.bincount(place, minlength=len(distinct))
-        result = np.empty(distinct.shape, self._result.dtype)
-        for start in range(0, len(distinct), _AT_A_TIME):
-            part = slice(start, start + _AT_A_TIME)
-            result[part] = self._values(distinct[part], times[part])
-        mapped: NDArray[Any] = result[place]
-        return mapped
+    def _opaque(self, band: _Band) -> tuple[NDArray[Any], ByteArray]:
+        """Return the mapped samples, and their values in the heat map if there is one."""
+        samples, numbers = band.straight, band.numbers
+        if self._known is not None and numbers is not None:
+            new = self._known.colours[band.new]
+            self._results[band.new], self._changes[band.new] = self._evaluated(new)
+            return np.take(self._results, numbers, axis=0), self._gray(self._changes, numbers)
+        if self._table is None and samples.dtype.kind != "f":
+            distinct, place, times = _distinct(samples)
+        else:  # as fast as sorting
+            distinct, place = samples, np.arange(len(samples))
+            times = np.ones(len(samples), np.int64)
+        result, changes = self._evaluated(distinct)
+        self._count(changes, times)
+        light = np.clip(self._shaped(distinct / self._full), 0.0, 1.0)
+        red, green, blue = np.rint(255.0 * light).astype(np.int32).T
+        key = red << 16 | green << 8 | blue
+        self._seen[key] |= 1
+        self._seen[key[changes["outside"]]] |= 2
+        return np.take(result, place, axis=0), self._gray(changes, place)
 
-    def _values(self, distinct: NDArray[Any], times: LongArray) -> NDArray[Any]:
-        """Return the samples of the mapped colours, and count the pixels."""
-        values = distinct / self._full
-        found = self._mapping(self._colours(values, self._meaning), self._black)
-        searched = found.moved | self._recoded
+    def _gray(self, changes: NDArray[Any], numbers: NDArray[np.integer[Any]]) -> ByteArray:
+        if len(self.heat) == 0:
+            return self.heat
+        differences = np.take(changes["delta_e"], numbers)
+        return np.minimum(np.ceil(differences / HEAT_STEP), 255.0).astype(np.uint8)
+
+    def figures(self) -> dict[str, Any]:
+        """Return the counts and the differences."""
+        if self._known is not None:
+            count = self._known.count
+            self._count(self._changes[:count], self._known.times[:count].astype(np.int64))
+            colours, outside = count, int(self._changes["outside"][:count].sum())
+        else:
+            colours, outside = (int(np.count_nonzero(self._seen & bit)) for bit in (1, 2))
+        pixels, moved = self._counts["pixels"], self._counts["moved"]
+        every = self._histogram.copy()
+        every[0] += pixels - moved
+        return {
+            **self._counts,
+            "colours": colours,
+            "colours_outside": outside,
+            "delta_e": self._sum / max(pixels, 1),
+            "delta_e_95": _percentile_95(every),
+            "moved_delta_e": self._sum / max(moved, 1),
+            "moved_delta_e_95": _percentile_95(self._histogram),
+            "table_error": self._table_error(),
+        }
+
+    def _count(self, changes: NDArray[Any], times: LongArray) -> None:
+        self._counts["pixels"] += int(times.sum())
+        for name in ("outside", "moved", "missed"):
+            self._counts[name] += int(times[changes[name]].sum())
+        moved = changes["moved"]
+        differences = changes["delta_e"][moved].astype(np.float64)
+        self._sum += float(times[moved] @ differences)
+        steps = np.rint(differences / RESOLUTION).astype(np.int64)
+        size = max(len(self._histogram), int(steps.max(initial=0)) + 1)
+        histogram = np.bincount(steps, times[moved], size).astype(np.int64)
+        histogram[: len(self._histogram)] += self._histogram
+        self._histogram = histogram
+
+    def _evaluated(self, samples: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
+        """Return samples of the mapped colours, and what became of each."""
+        evaluate = self._exact if self._table is None else self._by_table
+        result = np.empty(samples.shape, self._result.dtype)
+        changes = np.empty(len(samples), _CHANGE)
+
+        def write(start: int) -> None:
+            part = slice(start, start + _AT_A_TIME)
+            values, changes[part], _ = evaluate(samples[part] / self._full)
+            result[part] = self._scaled(values)
+
+        for _ in self._workers.map(write, range(0, len(samples), _AT_A_TIME)):
+            pass
+        return result, changes
+
+    def _exact(self, values: FloatArray) -> tuple[FloatArray, NDArray[Any], FloatArray]:
+        """Return values of the mapped colours, what became of each, and what the encoding misses.
+
+        The values are in the encoding of the result. The last array has the distances in CIELAB.
+        """
+        lab = self._colours(values, self._meaning)
+        outside, rows, target = self._moves(lab)
+        changes = np.zeros(len(values), _CHANGE)
+        changes["outside"], changes["moved"][rows] = outside, True
+        changes["delta_e"][rows] = delta_e_2000(lab[rows], target)
+        if self._recoded:
+            lab[rows] = target
+            rows, target = np.arange(len(lab)), lab
         most = LARGEST_LIGHT if self._wide else 1.0
-        changed, distance = find_values(
-            found.points[searched],
-            values[searched],
-            lambda rows: self._colours(rows, self._encoded),
+        begin = closed_form_values(target, self._encoded)
+        found, distance = find_values(
+            target,
+            values[rows] if begin is None else begin,
+            lambda some: self._colours(some, self._encoded),
             -most if self._wide else 0.0,
             most,
         )
-        result = self._stored(distinct).copy()
-        result[searched] = self._scaled(changed)
-        self.count += int(times.sum())
-        self.moved += int(times[found.moved].sum())
-        self.missed += int(times[searched][distance > VISIBLE].sum())
-        self.delta_e += float(times @ found.delta_e)
-        return result
+        result, missed = values.copy(), np.zeros(len(values))
+        result[rows], missed[rows] = found, distance
+        changes["missed"] = missed > VISIBLE
+        return result, changes, missed
+
+    def _tabulated(self, size: int) -> tuple[LookupTable, ByteArray]:
+        """Return a table of what `_exact` returns, and the kind of each cell."""
+        nodes = cube_nodes(size)
+        columns, moved = np.empty((len(nodes), 6)), np.empty(len(nodes), np.bool_)
+
+        def write(start: int) -> None:
+            part = slice(start, start + _AT_A_TIME)
+            values, changes, missed = self._exact(self._shaped(nodes[part], back=True))
+            columns[part, :3] = values if self._recoded else self._shaped(values)
+            columns[part, 3], columns[part, 4] = changes["delta_e"], missed
+            columns[part, 5], moved[part] = changes["outside"], changes["moved"]
+
+        for _ in self._workers.map(write, range(0, len(nodes), _AT_A_TIME)):
+            pass
+        corners = moved.reshape(size, size, size).astype(np.uint8)
+        for _ in range(3):  # along each axis in turn
+            corners = np.moveaxis(corners[1:] + corners[:-1], 0, -1)
+        cells = np.full(corners.shape, _MIXED, np.uint8)
+        cells[corners == 0] = _MIXED if self._recoded else _KEPT
+        cells[corners == 8] = _MOVED
+        return LookupTable(columns.reshape(size, size, size, 6)), cells.ravel()
+
+    def _by_table(self, values: FloatArray) -> tuple[FloatArray, NDArray[Any], FloatArray]:
+        """Return what `_exact` returns, from the table where it is interpolated."""
+        assert self._table is not None  # noqa: S101  # chosen by `_evaluated`
+        places, last = self._shaped(values), self._table.size - 1
+        x, y, z = np.clip(places * last, 0, last - 1).astype(np.int64).T
+        kind = self._cells[(x * last + y) * last + z]
+        if values.dtype.kind == "f" and self._raster.dtype.kind == "f":
+            kind[((places < 0.0) | (places > 1.0)).any(axis=1)] = _MIXED
+        result, missed = values.copy(), np.zeros(len(values))
+        changes = np.zeros(len(values), _CHANGE)
+        rows = np.flatnonzero(kind == _MOVED)
+        columns = self._table.values(places[rows])
+        found = columns[:, :3]
+        result[rows] = found if self._recoded else self._shaped(found, back=True)
+        missed[rows] = columns[:, 4]
+        changes["delta_e"][rows], changes["moved"][rows] = columns[:, 3], True
+        changes["missed"][rows], changes["outside"][rows] = (
+            missed[rows] > VISIBLE,
+            columns[:, 5] > 0.5,
+        )
+        rows = np.flatnonzero(kind == _MIXED)
+        result[rows], changes[rows], missed[rows] = self._exact(values[rows])
+        return result, changes, missed
+
+    def _table_error(self) -> TableError | None:
+        """Compare the chosen pixels with the exact calculation."""
+        if self._table is None:
+            return None
+        given, found = (np.concatenate(each) for each in zip(*self._checked, strict=True))
+        exact = self._scaled(self._exact(given / self._full)[0])
+        one, two = (
+            self._colours(each / self._full_result, self._encoded) for each in (found, exact)
+        )
+        errors = delta_e_2000(one, two) if len(one) else np.zeros(1)
+        return TableError(
+            nodes=self._table.size,
+            pixels=len(one),
+            mean=float(errors.mean()),
+            percentile_95=float(np.percentile(errors, 95)),
+            largest=float(errors.max()),
+        )
+
+    def _shaped(self, values: FloatArray, *, back: bool = False) -> FloatArray:
+        """Return linear light by the curve of sRGB, whose steps are visually more equal, or back.
+
+        Values of other encodings are returned unchanged.
+        """
+        if not self._is_linear:
+            return values
+        curve = decode_srgb if back else encode_srgb
+        return np.copysign(curve(np.abs(values)), values)
 
     def _colours(self, values: FloatArray, meaning: IccProfile | Encoding) -> FloatArray:
+        if len(values) == 0:
+            return np.empty((0, 3))
         raster, once = self._raster, np.ones(len(values), np.int64)
         picture = Picture(raster.format, "RGB", values, once, meaning)
         colours: FloatArray = picture_colours(picture, "relative").points
@@ -292,12 +633,81 @@ def _full_scale(dtype: np.dtype[Any]) -> float:
     return 1.0 if dtype.kind == "f" else float(np.iinfo(dtype).max)
 
 
-def _distinct(samples: NDArray[Any]) -> tuple[NDArray[Any], LongArray]:
-    """Return distinct samples (m, 3), and the place of each of the n samples among them."""
-    if samples.dtype.kind == "f":
-        return samples, np.arange(len(samples))
+_KEPT, _MOVED, _MIXED = 0, 1, 2
+"""Kinds of cells of a table: no corner moves, all do, and others, which are mapped exactly."""
+
+
+def _percentile_95(histogram: LongArray) -> float:
+    """Return the 95th percentile of differences that are counted in steps of `RESOLUTION`."""
+    total = np.cumsum(histogram)
+    return float(np.searchsorted(total, 0.95 * total[-1])) * RESOLUTION
+
+
+class _KnownColours:
+    """The distinct colours of 8 bits, numbered as they are met.
+
+    `colours` has the samples of each, and `times` the number of its pixels. Arrays have room for
+    all colours; the system provides the memory of the parts in use.
+    """
+
+    room = 2**24
+
+    def __init__(self) -> None:
+        self.count = 0
+        self.colours = np.empty((self.room, 3), np.uint8)
+        self.times = np.zeros(self.room, np.int32)
+        self._numbers = np.zeros(self.room, np.int32)
+
+    def places(self, samples: NDArray[np.uint8]) -> IndexArray:
+        """Return the number of the colour of each pixel."""
+        places = np.empty(len(samples), np.int32)
+        self.count = _number_colours(
+            samples, _SPREAD, self._numbers, self.colours, self.times, self.count, places
+        )
+        return places
+
+
+_SPREAD = np.array(
+    [sum((v >> bit & 1) << 3 * bit for bit in range(8)) for v in range(256)], np.int32
+)
+"""The bits of a sample, three places apart."""
+
+
+@kernel
+def _number_colours(
+    samples: ByteArray,
+    spread: IndexArray,
+    numbers: IndexArray,
+    colours: ByteArray,
+    times: IndexArray,
+    count: int,
+    places: IndexArray,
+) -> int:
+    """Write the number of each pixel's colour to `places`; return the count of colours.
+
+    `numbers` has the number of each colour plus 1. Its order is that of Morton (1966), in which the
+    colours of adjacent pixels share cache lines.
+    """
+    for pixel in range(len(samples)):
+        r, g, b = samples[pixel, 0], samples[pixel, 1], samples[pixel, 2]
+        key = spread[r] << 2 | spread[g] << 1 | spread[b]
+        number = numbers[key] - 1
+        if number < 0:
+            number = count
+            colours[count, 0], colours[count, 1], colours[count, 2] = r, g, b
+            count += 1
+            numbers[key] = count
+        times[number] += 1
+        places[pixel] = number
+    return count
+
+
+def _distinct(samples: NDArray[Any]) -> tuple[NDArray[Any], LongArray, LongArray]:
+    """Return distinct samples (m, 3), the place of each of the n samples, and numbers of pixels."""
     key = samples[:, 0].astype(np.uint64)
     for channel in (1, 2):
         key = (key << np.uint64(16)) | samples[:, channel]
-    _, first, place = np.unique(key, return_index=True, return_inverse=True)
-    return samples[first], place
+    _, first, place, times = np.unique(
+        key, return_index=True, return_inverse=True, return_counts=True
+    )
+    return samples[first], place, times

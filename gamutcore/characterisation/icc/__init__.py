@@ -5,6 +5,13 @@ rendering intent on request. Damage in other tags therefore does not matter.
 """
 
 from gamutcore.characterisation.icc.profile import IccProfile, icc_profile, looks_like_icc
-from gamutcore.characterisation.icc.transforms import largest_output_sum
+from gamutcore.characterisation.icc.transforms import CurveSet, Matrix, largest_output_sum
 
-__all__ = ["IccProfile", "icc_profile", "largest_output_sum", "looks_like_icc"]
+__all__ = [
+    "CurveSet",
+    "IccProfile",
+    "Matrix",
+    "icc_profile",
+    "largest_output_sum",
+    "looks_like_icc",
+]

@@ -248,6 +248,8 @@ def divided_by_alpha(values: npt.NDArray[Any], alpha: npt.NDArray[Any]) -> npt.N
 
 def refuse_not_finite(values: npt.NDArray[Any], row: int) -> None:
     """Raise InvalidPointsError if a pixel from a row on has a value that is not finite."""
+    if values.dtype.kind != "f":
+        return
     finite = np.isfinite(values).all(axis=1)
     if not finite.all():
         raise InvalidPointsError(

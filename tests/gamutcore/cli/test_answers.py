@@ -265,6 +265,23 @@ def test_map_a_picture(command, cubes, tmp_path):
     command("map", given, "--gamut", cubes / "small.gamut", "-o", tmp_path / "mapped.gif", status=1)
 
 
+def test_a_picture_by_a_table_and_its_heat_map(command, cubes, tmp_path):
+    given, heat = tmp_path / "given.png", tmp_path / "heat.png"
+    Image.new("RGB", (3, 2), (255, 0, 0)).save(given)
+    arguments = ("map", given, "--gamut", cubes / "small.gamut", "-o", tmp_path / "mapped.png")
+    told, _ = command(*arguments, "--table", "9", "--heat-map", heat)
+    assert "100.0% of the pixels and 100.0% of 1 distinct colours" in told
+    assert "9 nodes" in told
+    assert "6 pixels" in told
+    with Image.open(heat) as found:
+        assert (found.size, found.mode) == ((3, 2), "L")
+    command(*arguments, "--table", "3", status=2)
+    command(*arguments, "--heat-map", tmp_path / "heat.jpg", status=2)
+    table = tmp_path / "colours.csv"
+    table.write_text("L,a,b\n50,0,0\n")
+    command("map", table, "--gamut", cubes / "small.gamut", "--table", "9", status=2)
+
+
 def test_a_picture_is_written_with_another_depth(command, cubes, tmp_path):
     given, mapped = tmp_path / "given.png", tmp_path / "mapped.png"
     Image.new("RGB", (3, 2), (255, 0, 0)).save(given)

@@ -18,7 +18,8 @@ from gamutcore.errors import (
     OptionError,
     UnsupportedPictureError,
 )
-from gamutcore.questions.picture_mapping import VISIBLE
+from gamutcore.questions import picture_mapping
+from gamutcore.questions.picture_mapping import HEAT_STEP, VISIBLE
 
 PROFILES = Path("tests/data")
 CORNERS = 2.0 * np.array(list(np.ndindex(2, 2, 2))) - 1
@@ -395,3 +396,119 @@ def test_compensation_that_does_not_apply(body, tmp_path):
         beside.map_picture(given, tmp_path / "mapped.png", black_point_compensation=True)
     with pytest.raises(OptionError, match="black itself"):
         body.map([50, 0, 0], "sgck", source=body, black_point_compensation=True)
+
+
+def ramps(kind, rows=90, columns=120):
+    """Colours of 0 to 1 that change smoothly, of which a part is out of the gamut `body`."""
+    x, y = np.meshgrid(np.linspace(0, 1, columns), np.linspace(0, 1, rows))
+    pixels = np.stack([x, y, 0.5 + 0.5 * np.sin(5 * x) * y], axis=-1)
+    if kind == "float":
+        return pixels.astype(np.float32)
+    return np.round(pixels * np.iinfo(kind).max).astype(kind)
+
+
+def difference(one, two):
+    return colour.difference.delta_E_CIE2000(lab_of(one), lab_of(two))
+
+
+@pytest.mark.parametrize(
+    ("kind", "suffix"), [("uint8", ".png"), ("uint16", ".tif"), ("float", ".exr")]
+)
+def test_the_stated_error_of_a_table_is_that_of_its_pixels(body, tmp_path, kind, suffix):
+    pixels = ramps(kind)
+    given = write(tmp_path / f"given{suffix}", pixels, kind)
+    files = [tmp_path / f"{name}{suffix}" for name in ("exact", "table", "coarse")]
+    exact, done, coarse = (
+        body.map_picture(given, file, table=nodes, max_error=0)
+        for file, nodes in zip(files, (0, 33, 9), strict=True)
+    )
+    assert exact.table_error is None
+    full = 1 if kind == "float" else np.iinfo(kind).max
+    whole, mapped = (read(file)[0] / full for file in files[:2])
+    if kind == "float":
+        whole, mapped = (colour.cctf_encoding(each, "sRGB") for each in (whole, mapped))
+    errors = difference(whole, mapped).ravel()
+    stated = done.table_error
+    assert (stated.nodes, stated.pixels) == (33, errors.size)  # all, as there are few
+    assert stated.mean == pytest.approx(errors.mean(), rel=1e-2, abs=1e-5)
+    assert stated.percentile_95 == pytest.approx(np.percentile(errors, 95), rel=1e-2, abs=1e-5)
+    assert stated.largest == pytest.approx(errors.max(), rel=1e-2)
+    assert stated.mean < min(0.1, 0.5 * coarse.table_error.mean)
+    assert done.moved == pytest.approx(exact.moved, rel=0.01)
+    assert done.delta_e == pytest.approx(exact.delta_e, rel=0.01)
+
+
+@pytest.mark.parametrize("kind", ["uint8", "uint16", "float"])
+def test_a_table_keeps_pixels_in_gamut(body, tmp_path, kind):
+    pixels = ramps(kind)
+    suffix = ".exr" if kind == "float" else ".tif"
+    given, output = write(tmp_path / f"given{suffix}", pixels, kind), tmp_path / f"mapped{suffix}"
+    body.map_picture(given, output, table=33, max_error=0)
+    values = pixels / (1 if kind == "float" else np.iinfo(kind).max)
+    if kind == "float":
+        values = colour.cctf_encoding(values, "sRGB")
+    inside = (np.abs(lab_of(values) - (50, 0, 0)) < (39, 24, 24)).all(axis=-1)
+    assert 0.05 < inside.mean() < 0.9
+    np.testing.assert_array_equal(read(output)[0][inside], pixels[inside])
+
+
+def test_large_pictures_have_a_table_by_default(body, tmp_path, monkeypatch):
+    given = write(tmp_path / "given.png", ramps("uint8"), "uint8")
+    assert body.map_picture(given, tmp_path / "mapped.png").table_error is None
+    monkeypatch.setattr(picture_mapping, "TABLE_PIXELS", 1000)
+    assert body.map_picture(given, tmp_path / "mapped.png").table_error.nodes == 65
+    assert body.map_picture(given, tmp_path / "mapped.png", table=0).table_error is None
+
+
+@pytest.mark.parametrize("kind", ["uint8", "uint16"])
+def test_figures_and_heat_map_are_those_of_each_pixel(body, tmp_path, kind):
+    pixels = ramps("uint8")[:, ::2].repeat(2, axis=1)
+    if kind == "uint16":
+        pixels = pixels.astype(np.uint16) * 257
+    given = write(tmp_path / "given.png", pixels, kind)
+    heat_file = tmp_path / "heat.png"
+    done = body.map_picture(given, tmp_path / "mapped.png", heat_map=heat_file, max_error=0)
+    rows = pixels.reshape(-1, 3)
+    values = rows / np.iinfo(kind).max
+    outside = ~body.contains(values, space="sRGB", max_error=0)
+    found = body.map(values, space="sRGB", max_error=0)
+    assert (done.outside, done.moved) == (outside.sum(), found.moved.sum())
+    assert done.colours == len(np.unique(rows, axis=0)) < done.pixels
+    assert done.colours_outside == len(np.unique(rows[outside], axis=0)) > 0
+    moved = found.delta_e[found.moved]
+    assert (done.delta_e, done.moved_delta_e) == pytest.approx(
+        (found.delta_e.mean(), moved.mean()), rel=1e-5
+    )
+    for stated, differences in (done.delta_e_95, found.delta_e), (done.moved_delta_e_95, moved):
+        assert stated == pytest.approx(np.percentile(differences, 95), abs=0.02)
+    with Image.open(heat_file) as heat:
+        assert (heat.mode, heat.size) == ("L", pixels.shape[1::-1])
+        assert heat.text["Description"] == done.heat_map
+        gray = np.asarray(heat).ravel()
+    np.testing.assert_array_equal(gray > 0, found.moved)
+    shown = np.minimum(found.delta_e, 255 * HEAT_STEP)
+    assert (np.abs(gray * HEAT_STEP - shown) < HEAT_STEP * 1.01).all()
+
+
+def test_transparent_pixels_are_black_in_the_heat_map(body, tmp_path):
+    pixels = np.full((4, 6, 4), (255, 0, 0, 255), np.uint8)
+    pixels[:2, :, 3] = 0
+    given = write(tmp_path / "given.png", pixels, "uint8", oiio__UnassociatedAlpha=1)
+    options = {"heat_map": tmp_path / "heat.png", "table": 17}
+    done = body.map_picture(given, tmp_path / "mapped.png", **options)
+    assert (done.pixels, done.colours, done.table_error.pixels) == (12, 1, 12)
+    np.testing.assert_array_equal(read(tmp_path / "heat.png")[0][..., 0] > 0, pixels[..., 3] > 0)
+
+
+@pytest.mark.parametrize(
+    ("options", "field"),
+    [({"table": 3}, "table"), ({"table": 500}, "table"), ({"heat_map": "heat.jpg"}, "heat_map")],
+)
+def test_impossible_tables_and_heat_maps_write_nothing(body, tmp_path, options, field):
+    given = write(tmp_path / "given.png", ramps("uint8"), "uint8")
+    with pytest.raises(OptionError) as told:
+        body.map_picture(given, tmp_path / "mapped.png", **options)
+    assert told.value.where == {"field": field}
+    with pytest.raises(OSError, match="nowhere"):
+        body.map_picture(given, tmp_path / "mapped.png", heat_map=tmp_path / "nowhere" / "heat.png")
+    assert [each.name for each in tmp_path.iterdir()] == ["given.png"]
