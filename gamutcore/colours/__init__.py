@@ -22,8 +22,9 @@ from gamutcore.colours.gamut_colours import (
     surface_colours,
     volume_description,
 )
-from gamutcore.colours.ink_limits import InkLimits, spread_values, values_beside
+from gamutcore.colours.ink_limits import BLACK_NAMES, InkLimits, spread_values, values_beside
 from gamutcore.colours.measured import ILLUMINANTS, OBSERVERS, measured_colours
+from gamutcore.colours.models import DeviceModel
 from gamutcore.colours.picture import find_values, picture_colours
 from gamutcore.colours.sampling import (
     SURFACE_SAMPLES,
@@ -52,6 +53,7 @@ from gamutcore.colours.spaces import (
 )
 
 __all__ = [
+    "BLACK_NAMES",
     "CIELAB",
     "DEFAULT_LUMINANCE",
     "DEVICE_MODELS",
@@ -69,6 +71,7 @@ __all__ = [
     "AbsoluteColours",
     "ColourConversion",
     "ColourSpace",
+    "DeviceModel",
     "InkLimits",
     "SurfaceColours",
     "SurfaceFaces",
