@@ -68,7 +68,7 @@ if TYPE_CHECKING:
 
     from gamutcore.arrays import FloatArray
     from gamutcore.boundary import Boundary
-    from gamutcore.colours import AbsoluteColours, SurfaceColours
+    from gamutcore.colours import AbsoluteColours, DeviceModel, SurfaceColours
     from gamutcore.decimation import Decimation
     from gamutcore.geometry import DeviceValues, TriangleMesh
     from gamutcore.history import History
@@ -135,8 +135,8 @@ def build(
     options: Options,
     report: Callable[[str, float], None],
     limits: Limits,
-) -> tuple[dict[str, Any], History]:
-    """Build the history of a gamut, and describe it.
+) -> tuple[dict[str, Any], History, DeviceModel | None]:
+    """Build the history of a gamut, describe it, and return the model of its device if it has one.
 
     The description is JSON-able: id, options, provenance, counts, volume, area, centre, bounds,
     levels and limits. The content is a file in any format of `gamutcore.characterisation`. `report`
@@ -200,7 +200,7 @@ def build(
         ),
         "levels": [level.to_mapping() for level in curve],
     }
-    return description, history
+    return description, history, full.model
 
 
 def _volume_error(decimation: Decimation, full: TriangleMesh) -> dict[str, Any]:
@@ -228,6 +228,7 @@ class _FullBoundary(NamedTuple):
     device_volume: float | None = None
     boundary_error: float = 0.0
     absolute: AbsoluteColours | None = None
+    model: DeviceModel | None = None
 
 
 def parsed_input(content: bytes, options: Options, limits: Limits) -> Characterisation:
@@ -342,6 +343,7 @@ def _boundary_of_colours(
         wrapping.device_volume,
         missed,
         colours.absolute,
+        None if colours.device_colours is None else colours.device_colours.model,
     )
 
 

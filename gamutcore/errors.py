@@ -16,6 +16,7 @@ __all__ = [
     "CharacterisationError",
     "ConditionError",
     "DecimationError",
+    "DeviceModelError",
     "FlatPointsError",
     "GamutError",
     "HistoryFileError",
@@ -208,3 +209,7 @@ class TriangleCountError(GamutError, code="triangle-count"):
 
 class HistoryFileError(GamutError, code="malformed-history"):
     """A history file is damaged, has another version, or is not a history."""
+
+
+class DeviceModelError(GamutError, code="no-device-model"):
+    """The gamut has no device model: it is of colours only, or its file does not have the model."""

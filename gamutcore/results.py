@@ -24,6 +24,7 @@ __all__ = [
     "ChromaticityGamut",
     "ColourCrossings",
     "ColourCusps",
+    "ColourRecipes",
     "ColourSection",
     "Comparison",
     "Conditions",
@@ -292,6 +293,41 @@ class MappedColours(SurfaceAnswer):
 
     moved: BooleanArray
     delta_e: FloatArray
+
+
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class ColourRecipes(Shown):
+    """Device values of colours, by the device model.
+
+    Attributes
+    ----------
+    device : (..., k) float64
+        From 0 to 1.
+    channels : tuple of str
+        Names of the k channels.
+    points : (..., 3) float64
+        Colours of the device values by the model, in the space of the colours that were given.
+    delta_e : (...) float64
+        Colour difference CIE 2000 of these and the colours that were given.
+    inside : (...) bool
+        Whether the colours that were given are in gamut.
+    black_least, black_most : (...) float64 or None
+        Range of black with which the colour is possible. None without black ink.
+    gamut : Conditions or None
+        What the colours of the gamut are relative to.
+    warnings : tuple of str
+        Reasons why the answer may mislead.
+    """
+
+    device: FloatArray
+    channels: tuple[str, ...]
+    points: FloatArray
+    delta_e: FloatArray
+    inside: BooleanArray
+    black_least: FloatArray | None = None
+    black_most: FloatArray | None = None
+    gamut: Conditions | None = None
+    warnings: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)

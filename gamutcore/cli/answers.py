@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -73,6 +74,7 @@ def add_to(app: typer.Typer) -> None:
     app.command(cls=asking("comparisons"))(compare)
     app.command(cls=BuildCommand)(plot)
     app.command("map", cls=asking("map"))(map_colours)
+    app.command(cls=asking("recipes"))(recipe)
 
 
 def query(
@@ -109,7 +111,7 @@ def query(
 
     The columns of the table stay. Added are in_gamut, position (inside, edge or outside), distance
     (negative inside), the nearest colour of the gamut, its difference delta_e_2000, and its device
-    values in per cent. A colour inside is its own nearest, and has no device values.
+    values in per cent. A colour inside is its own nearest; its device values are those of `recipe`.
 
     A colour is in gamut if it is not farther outside than the tolerance. It is at the edge if its
     distance is at most the edge width. Both are in units of the space.
@@ -162,6 +164,8 @@ def _report(
     """
     import numpy as np  # noqa: PLC0415
 
+    from gamutcore.errors import DeviceModelError  # noqa: PLC0415
+
     tolerance, edge_width, passing = limits
     if edge_width is None:
         edge_width = gamut.default_edge_width
@@ -185,11 +189,13 @@ def _report(
     columns["delta_e_2000"] = difference
     if passing is not None:
         columns["passes"] = difference <= passing
-    for place, channel in enumerate(near.channels):
-        values = np.full(len(own), np.nan)
-        if near.device is not None:
-            values[outside] = 100.0 * near.device[:, place]
-        columns[channel] = values
+    if near.device is not None:
+        device = np.full((len(own), len(near.channels)), np.nan)
+        device[outside] = near.device
+        with contextlib.suppress(DeviceModelError):  # saved by an older version, for example
+            found = gamut.to_device(table.points[inside], space=table.space, **level)
+            device[inside] = found.device
+        columns |= dict(zip(near.channels, 100.0 * device.T, strict=True))
     unit = f"in {gamut.colour_space.name}"
     summary = (
         f"{int(inside.sum())} of {len(own)} colours are in gamut."
@@ -204,6 +210,77 @@ def _report(
             f" Worst: {table.label(worst)}, ΔE00 {difference[worst]:.2f} from the nearest colour."
         )
     return columns, summary, near.warnings
+
+
+def recipe(
+    ctx: typer.Context,
+    colours: Colours,
+    gamut: OfGamut,
+    black: Annotated[
+        str,
+        typer.Option(
+            help="How much black: smooth, none, maximum or least-ink; a share of the possible "
+            "range from 0 to 1; or a curve of L*:per cent, such as 10:90,50:30,90:0."
+        ),
+    ] = "smooth",
+    method: str = "clip-nearest",
+    colours_in: ColourSpace = None,
+    columns: ColumnNames = None,
+    scale: Scale = None,
+    triangles: int | None = None,
+    max_error: float | None = None,
+    output: Output = None,
+    as_json: AsJson = False,
+) -> None:
+    """Find device values that give colours, for a press or a display.
+
+    The columns of the table stay. Added are in_gamut, the device values in per cent, the difference
+    delta_e_2000 of their colour from the colour asked, and the possible range of black in per cent.
+
+    A colour out of gamut gets the device values of the colour that it is mapped to. The options
+    --ink-limit and --black-limit of the gamut are kept.
+    """
+    check_answer_form(output, as_json=as_json)
+    table = _table(colours, colours_in, columns, scale)
+    found = gamut_of(gamut, ctx)
+    recipes = found.to_device(
+        table.points,
+        black=_black(black),
+        method=method,
+        space=table.space,
+        triangles=triangles,
+        max_error=max_error,
+    )
+    added: dict[str, Any] = {"in_gamut": recipes.inside}
+    added |= dict(zip(recipes.channels, 100.0 * recipes.device.T, strict=True))
+    added["delta_e_2000"] = recipes.delta_e
+    if recipes.black_least is not None and recipes.black_most is not None:
+        added["black_least"] = 100.0 * recipes.black_least
+        added["black_most"] = 100.0 * recipes.black_most
+    stated = state(found.conditions, warnings=recipes.warnings)
+    write_answer(table, added, output, as_json=as_json, stated=stated)
+    inside = int(recipes.inside.sum())
+    summary = f"{inside} of {len(recipes.inside)} colours are in gamut."
+    if inside:
+        worst = float(recipes.delta_e[recipes.inside].max())
+        summary += f" Their recipes miss them by ΔE00 {worst:.2g} at most, by the device model."
+    typer.echo(summary + _skipped(table), err=output is None)
+
+
+def _black(text: str) -> str | float | list[list[float]]:
+    """Return the rule of black that an option names."""
+    if ":" in text:
+        try:
+            pairs = [[float(number) for number in each.split(":")] for each in text.split(",")]
+            return [[lightness, black / 100.0] for lightness, black in pairs]
+        except ValueError:
+            raise typer.BadParameter(
+                "Give pairs of L* and per cent, such as 10:90,50:30,90:0.", param_hint="--black"
+            ) from None
+    try:
+        return float(text)
+    except ValueError:
+        return text
 
 
 def map_colours(

@@ -50,10 +50,11 @@ def cached_reference(reference: Reference, options: Options, build: Callable[[],
         return build()
     path = folder / f"{gamut_id(options, reference.sha256)}.gamut"
     found = _read(path)
-    if found is None:
+    # files of earlier versions have no device model
+    if found is None or (reference.kind == "rgb" and not found.has_device_model):
         found = build()
         with suppress(OSError):
-            _write(path, found.to_bytes())
+            _write(path, found.to_bytes(device_model=True))
     return found
 
 

@@ -24,9 +24,10 @@ from gamutcore.colours.gamut_colours import (
     surface_colours,
     volume_description,
 )
-from gamutcore.colours.ink_limits import InkLimits, spread_values, values_beside
+from gamutcore.colours.ink_limits import BLACK_NAMES, InkLimits, spread_values, values_beside
 from gamutcore.colours.lookup import LookupTable, cube_nodes
 from gamutcore.colours.measured import ILLUMINANTS, OBSERVERS, measured_colours
+from gamutcore.colours.models import DeviceModel
 from gamutcore.colours.picture import closed_form_values, find_values, picture_colours
 from gamutcore.colours.rgb_device import RgbDevice, rgb_device
 from gamutcore.colours.sampling import (
@@ -56,6 +57,7 @@ from gamutcore.colours.spaces import (
 )
 
 __all__ = [
+    "BLACK_NAMES",
     "CIELAB",
     "DEFAULT_LUMINANCE",
     "DEVICE_MODELS",
@@ -73,6 +75,7 @@ __all__ = [
     "AbsoluteColours",
     "ColourConversion",
     "ColourSpace",
+    "DeviceModel",
     "InkLimits",
     "LookupTable",
     "RgbDevice",

@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -22,11 +22,12 @@ import numpy.typing as npt
 from gamutcore.characterisation.icc.transforms import checked_positions, multilinear
 from gamutcore.characterisation.samples import JSON
 from gamutcore.colours.colorimetry import ICC_D50, lab_to_xyz
+from gamutcore.colours.models import Arrays, device_function
 from gamutcore.errors import OptionError, UnsupportedProfileError
 from gamutcore.kernels import kernel
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Mapping
 
     from gamutcore.arrays import FloatArray
     from gamutcore.characterisation import Samples
@@ -48,18 +49,18 @@ themselves are a half to a quarter of the estimate."""
 
 
 @dataclass(frozen=True, eq=False)
-class DeviceModel:
+class SampleModel:
     """Device value to colour, from measured samples.
 
-    `device` (n, k) and `lab` (n, 3) are the samples used. `colours` maps device values (m, k) to
-    colours (m, 3); it is None if no model can be fitted, and `degenerate` tells why. `mean_error`
+    `device` (n, k) and `lab` (n, 3) are the samples used. `function` is None if no model can be
+    fitted, and `degenerate` tells why. `mean_error`
     is the mean ΔE*ab of left-out samples, if some can be left out. `nodes` (k, l) are levels of
     each channel between which the model is smooth, if all channels have equally many.
     """
 
     device: FloatArray
     lab: FloatArray
-    colours: Callable[[FloatArray], FloatArray] | None
+    function: Fit | Interpolation | None
     provenance: dict[str, JSON]
     mean_error: float | None = None
     nodes: FloatArray | None = None
@@ -67,7 +68,7 @@ class DeviceModel:
     warnings: tuple[str, ...] = ()
 
 
-def device_model(device: FloatArray, lab: FloatArray, kind: str | None = None) -> DeviceModel:
+def device_model(device: FloatArray, lab: FloatArray, kind: str | None = None) -> SampleModel:
     """Return the device model of samples with distinct device values (n, k), 0 to 1.
 
     Without a `kind` of `DEVICE_MODELS`, complete grids are interpolated and other samples are
@@ -83,7 +84,7 @@ def device_model(device: FloatArray, lab: FloatArray, kind: str | None = None) -
     if isinstance(fitted, DegenerateSamplesError):
         none: dict[str, JSON] = {"name": "none: the samples' own colours"}
         why = str(fitted) if len(device) > 1 else "there is only one distinct device value"
-        return DeviceModel(device, lab, None, none, degenerate=why)
+        return SampleModel(device, lab, None, none, degenerate=why)
     mean, high = _figures(fitted.leave_out_errors)
     provenance: dict[str, JSON] = {
         "name": "radial basis functions",
@@ -93,9 +94,7 @@ def device_model(device: FloatArray, lab: FloatArray, kind: str | None = None) -
         "leave_out_error": {"unit": "ΔE*ab", "mean": mean, "percentile_95": high},
     }
     varied = np.ptp(device, axis=0) > _APART
-    return DeviceModel(
-        device, lab, lambda values: fitted.colours(values[:, varied]), provenance, mean
-    )
+    return SampleModel(device, lab, Fit(fitted, varied), provenance, mean)
 
 
 def _incomplete_grid(device: FloatArray) -> OptionError:
@@ -120,7 +119,7 @@ def _fit(device: FloatArray, lab: FloatArray) -> ScatteredModel | DegenerateSamp
         return error
 
 
-def _interpolation(grid: GridModel, device: FloatArray, lab: FloatArray) -> DeviceModel:
+def _interpolation(grid: GridModel, device: FloatArray, lab: FloatArray) -> SampleModel:
     errors = grid.leave_out_errors()
     provenance: dict[str, JSON] = {
         "name": "n-linear interpolation of a complete grid",
@@ -158,7 +157,8 @@ def _interpolation(grid: GridModel, device: FloatArray, lab: FloatArray) -> Devi
             "level that could be left out."
         )
     nodes = np.stack(grid.levels) if len(set(grid.shape)) == 1 else None
-    return DeviceModel(device, lab, grid.colours, provenance, mean, nodes, warnings=tuple(warnings))
+    function = Interpolation(grid)
+    return SampleModel(device, lab, function, provenance, mean, nodes, warnings=tuple(warnings))
 
 
 def _figures(errors: FloatArray) -> tuple[float, float]:
@@ -426,6 +426,71 @@ def _reflection(
         side, trans, reflectors, scales, matrix, lwork=int(work[0]), overwrite_c=1
     )
     return product
+
+
+@device_function
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """Radial basis functions of the channels that vary, `varied` (n,)."""
+
+    kind: ClassVar[str] = "fit"
+    model: ScatteredModel
+    varied: np.ndarray
+
+    def fitted(self, device: FloatArray) -> FloatArray:
+        """Return the values of the functions, which may be below L* 0."""
+        return self.model.colours(device[:, self.varied])
+
+    def lab(self, device: FloatArray) -> FloatArray:
+        """Return colours; those below L* 0 are raised to it."""
+        return _raised(self.fitted(device))
+
+    def parts(self) -> tuple[Arrays, dict[str, Any]]:
+        """Return the centres, the weights and the linear part."""
+        model = self.model
+        arrays = {"centres": model.centres, "weights": model.weights, "linear": model.linear}
+        return arrays, {"varied": self.varied.tolist()}
+
+    @classmethod
+    def of(cls, arrays: Arrays, facts: Mapping[str, Any]) -> Self:
+        """Return the function of its parts."""
+        parts = (arrays["centres"], arrays["weights"], arrays["linear"])
+        return cls(ScatteredModel(*parts, np.empty(0)), np.array(facts["varied"], bool))
+
+
+@device_function
+@dataclass(frozen=True, eq=False)
+class Interpolation:
+    """Multilinear interpolation of a complete grid of samples."""
+
+    kind: ClassVar[str] = "grid"
+    model: GridModel
+
+    def fitted(self, device: FloatArray) -> FloatArray:
+        """Return the interpolated values, which may be below L* 0."""
+        return self.model.colours(device)
+
+    def lab(self, device: FloatArray) -> FloatArray:
+        """Return colours; those below L* 0 are raised to it."""
+        return _raised(self.fitted(device))
+
+    def parts(self) -> tuple[Arrays, dict[str, Any]]:
+        """Return the levels of all channels, one after the other, and the table."""
+        model = self.model
+        arrays = {"levels": np.concatenate(model.levels), "table": model.table}
+        return arrays, {"shape": list(model.shape)}
+
+    @classmethod
+    def of(cls, arrays: Arrays, facts: Mapping[str, Any]) -> Self:
+        """Return the function of its parts."""
+        ends = np.cumsum(facts["shape"])[:-1]
+        levels = tuple(np.ascontiguousarray(part) for part in np.split(arrays["levels"], ends))
+        return cls(GridModel(levels, arrays["table"]))
+
+
+def _raised(lab: FloatArray) -> FloatArray:
+    lab[:, 0] = np.maximum(lab[:, 0], 0.0)
+    return lab
 
 
 _FAR = 0.5

@@ -117,7 +117,11 @@ def colours_in_space(colours: SurfaceColours, space: ColourSpace) -> SurfaceColo
     device = colours.device_colours
     if device is not None:
         lab = device.points
-        device = device._replace(points=lambda values: _coordinates(lab(values), colours, space)[0])
+        own = None if space.is_icc_cielab else _own_values(colours)
+        device = device._replace(
+            points=lambda values: _coordinates(lab(values), colours, space)[0],
+            model=replace(device.model, own=own),
+        )
     described = space.description()
     if space.is_icc_cielab:
         described["adaptation"] = "none: the colours are relative to D50"

@@ -37,6 +37,7 @@ from gamutcore.colours.device_model import (
     range_warnings,
 )
 from gamutcore.colours.ink_limits import InkLimits, limited_cube, surface_corners
+from gamutcore.colours.models import DeviceModel
 from gamutcore.colours.sampling import (
     AbsoluteColours,
     SurfaceColours,
@@ -615,7 +616,7 @@ def sample_surface(
     lowest, highest = device.min(axis=0), device.max(axis=0)
     limited = limited_cube(samples.channels, lowest, highest, limits, inks=samples.inks)
     provenance["model"] = model.provenance
-    if model.colours is None:
+    if model.function is None:
         why = f"no device model can be fitted ({model.degenerate})"
         if limits:
             raise limits.refusal(f"{why}.")
@@ -630,15 +631,9 @@ def sample_surface(
     warnings += range_warnings(samples, device, limited)
     if model.mean_error is not None and model.mean_error > _POOR_FIT:
         warnings.append(f"Left-out samples have a mean error of {model.mean_error:.1f} ΔE*ab.")
-    fitted = model.colours
-
-    def own_lab(values: FloatArray) -> FloatArray:
-        lab = fitted(values)
-        lab[:, 0] = np.maximum(lab[:, 0], 0.0)
-        return lab
-
-    surface = surface_values(limited, fitted, surface_samples, model.nodes)
-    density, points = surface.density, fitted(surface.device)
+    function = model.function
+    surface = surface_values(limited, function.fitted, surface_samples, model.nodes)
+    density, points = surface.density, function.fitted(surface.device)
     dark = points[:, 0] < 0
     if dark.any():
         warnings.append(f"{int(dark.sum())} colours below L* 0 were raised to 0.")
@@ -657,7 +652,9 @@ def sample_surface(
         provenance,
         channels=samples.channels,
         faces=surface.faces,
-        device_colours=device_colours(limited, surface, own_lab, printable),
+        device_colours=device_colours(
+            DeviceModel(samples.channels, samples.inks, limited, function), surface, printable
+        ),
     )
 
 

@@ -10,14 +10,16 @@ from __future__ import annotations
 
 import contextlib
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
+from gamutcore.characterisation.icc import icc_profile, reduced_profile
 from gamutcore.characterisation.samples import JSON
 from gamutcore.colours.colorimetry import ICC_D50, adaptation_matrix, lab_to_xyz, xyz_to_lab
 from gamutcore.colours.device_model import impossible_colour_warnings
 from gamutcore.colours.ink_limits import InkLimits, limited_cube
+from gamutcore.colours.models import Arrays, DeviceModel, device_function
 from gamutcore.colours.sampling import (
     AbsoluteColours,
     SurfaceColours,
@@ -28,6 +30,8 @@ from gamutcore.colours.sampling import (
 from gamutcore.errors import MalformedProfileError
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from gamutcore.arrays import FloatArray
     from gamutcore.characterisation.icc import IccProfile
 
@@ -96,6 +100,30 @@ def profile_colours(profile: IccProfile, device: FloatArray, intent: str) -> Pro
     return ProfileColours(lab, transform.tag, transform.kind, adaptation, tuple(warnings))
 
 
+@device_function
+@dataclass(frozen=True, eq=False)
+class ProfileTransform:
+    """The transform of an ICC profile for an intent."""
+
+    kind: ClassVar[str] = "profile"
+    profile: IccProfile
+    intent: str
+
+    def lab(self, device: FloatArray) -> FloatArray:
+        """Return colours as `profile_colours`."""
+        return profile_colours(self.profile, device, self.intent).lab
+
+    def parts(self) -> tuple[Arrays, dict[str, Any]]:
+        """Return the profile with the tags that the transform needs."""
+        data = reduced_profile(self.profile, self.intent)
+        return {"profile": np.frombuffer(data, np.uint8)}, {"intent": self.intent}
+
+    @classmethod
+    def of(cls, arrays: Arrays, facts: Mapping[str, Any]) -> Self:
+        """Return the function of its parts."""
+        return cls(icc_profile(arrays["profile"].tobytes()), str(facts["intent"]))
+
+
 def declared_white(profile: IccProfile) -> tuple[JSON, list[str]]:
     """Return X, Y, Z of the media white for the provenance, and warnings; None if it is broken.
 
@@ -143,11 +171,8 @@ def profile_surface(
         profile.channels, np.zeros(channels), np.ones(channels), limits, inks=profile.inks
     )
     nodes = profile.transform(intent)[0].nodes
-
-    def lab(values: FloatArray) -> FloatArray:
-        return profile_colours(profile, values, intent).lab
-
-    surface = surface_values(limited, lab, surface_samples, nodes)
+    function = ProfileTransform(profile, intent)
+    surface = surface_values(limited, function.lab, surface_samples, nodes)
     density = surface.density
     colours = profile_colours(profile, surface.device, intent)
     points = colours.lab
@@ -184,7 +209,7 @@ def profile_surface(
         intent == "absolute" and absolute is not None and absolute.as_measured,
         profile.channels,
         surface.faces,
-        device_colours(limited, surface, lab),
+        device_colours(DeviceModel(profile.channels, profile.inks, limited, function), surface),
         absolute,
     )
 

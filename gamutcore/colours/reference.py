@@ -7,8 +7,9 @@ optimal colour reflects all light of one band of wavelengths and none of the res
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from math import isqrt
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
@@ -26,6 +27,7 @@ from gamutcore.colours.colorimetry import (
 from gamutcore.colours.formulas import hlg_luminance, pq_luminance, pq_signal
 from gamutcore.colours.ink_limits import InkLimits, limited_cube
 from gamutcore.colours.measured import illuminated_functions
+from gamutcore.colours.models import Arrays, DeviceModel, device_function
 from gamutcore.colours.sampling import (
     AbsoluteColours,
     SurfaceColours,
@@ -35,10 +37,12 @@ from gamutcore.colours.sampling import (
 )
 from gamutcore.colours.spaces import DEFAULT_LUMINANCE
 from gamutcore.errors import OptionError
+from gamutcore.references import Reference, parse_definition
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from gamutcore.arrays import FloatArray, IndexArray, LongArray
-    from gamutcore.references import Reference
 
 RGB_CURVES: dict[str, tuple[float, float, float, float, float]] = {
     "sRGB": (2.4, 1 / 1.055, 0.055 / 1.055, 1 / 12.92, 0.04045),  # IEC 61966-2-1
@@ -168,6 +172,36 @@ def reference_lab(
     return lab, adaptation_text(adaptation, "the white")
 
 
+@device_function
+@dataclass(frozen=True, eq=False)
+class RgbSpace:
+    """The primaries, white and curve of an RGB space."""
+
+    kind: ClassVar[str] = "rgb"
+    reference: Reference
+    intent: str
+    adaptation: str
+
+    def lab(self, device: FloatArray) -> FloatArray:
+        """Return colours as `reference_lab`."""
+        white = reference_white(self.reference)
+        xyz = rgb_xyz(self.reference, device)
+        return reference_lab(xyz, white, self.intent, self.adaptation)[0]
+
+    def parts(self) -> tuple[Arrays, dict[str, Any]]:
+        """Return the definition of the space."""
+        facts = {"intent": self.intent, "adaptation": self.adaptation}
+        return {"definition": np.frombuffer(self.reference.data, np.uint8)}, facts
+
+    @classmethod
+    def of(cls, arrays: Arrays, facts: Mapping[str, Any]) -> Self:
+        """Return the function of its parts."""
+        reference = parse_definition(arrays["definition"].tobytes().decode())
+        if reference is None:
+            raise ValueError("no definition")
+        return cls(reference, str(facts["intent"]), str(facts["adaptation"]))
+
+
 def optimal_colours(illuminant: str, observer: int, count: int) -> FloatArray:
     """Return the tristimulus values of optimal colours (n, 3), at most `count` (MacAdam 1935).
 
@@ -248,12 +282,9 @@ def reference_surface(
         # PQ and HLG are nearly uniform, so their faces are divided evenly
         nodes = None if reference.peak else np.tile(encode_rgb(_LINEAR_NODES, curve), (3, 1))
         limited = limited_cube(channels, np.zeros(3), np.full(3, top), InkLimits(), inks=False)
-
-        def rgb_lab(values: FloatArray) -> FloatArray:
-            return reference_lab(rgb_xyz(reference, values), white, intent, adaptation)[0]
-
-        surface = surface_values(limited, rgb_lab, surface_samples, nodes)
-        own = device_colours(limited, surface, rgb_lab)
+        function = RgbSpace(reference, intent, adaptation)
+        surface = surface_values(limited, function.lab, surface_samples, nodes)
+        own = device_colours(DeviceModel(channels, False, limited, function), surface)
         device, density, faces = surface.device, {"density": surface.density}, surface.faces
         xyz = rgb_xyz(reference, device)
         encoding = curve if isinstance(curve, str) else f"γ {curve:g}"

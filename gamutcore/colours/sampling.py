@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from gamutcore.characterisation.samples import JSON
+    from gamutcore.colours.models import DeviceModel
 
 SURFACE_SAMPLES = Annotated[int, WholeNumber(8, 5_000_000)]
 """Accepted numbers of points: from the corners of a cube of three channels to the number whose
@@ -88,12 +89,14 @@ class DeviceColours(NamedTuple):
     """All colours that a device can make.
 
     `points` maps device values (m, k) in the cube to colours, as those of `SurfaceColours`. A
-    boundary is likely to miss the colours of the device values `tried` (j, k).
+    boundary is likely to miss the colours of the device values `tried` (j, k). `model` has them in
+    CIELAB.
     """
 
     cube: InkCube
     points: Callable[[FloatArray], FloatArray]
     tried: FloatArray
+    model: DeviceModel
 
 
 class AbsoluteColours(NamedTuple):
@@ -729,17 +732,17 @@ def surface_values(
 
 
 def device_colours(
-    limited: LimitedCube,
-    surface: DeviceSurface,
-    lab: Callable[[FloatArray], FloatArray],
-    samples: FloatArray | None = None,
+    model: DeviceModel, surface: DeviceSurface, samples: FloatArray | None = None
 ) -> DeviceColours:
     """All colours of a device; `samples` are further device values, (m, n), to be tried."""
-    tried = values_between(surface)
+    tried, limited = values_between(surface), model.limited
     if samples is not None:
         tried = np.concatenate([tried, samples])
     return DeviceColours(
-        limited.cube, lambda values: lab(limited.device(values)), tried[:, limited.free]
+        limited.cube,
+        lambda values: model.lab(limited.device(values)),
+        tried[:, limited.free],
+        model,
     )
 
 

@@ -6,7 +6,12 @@ with the levels of `replay` and the codes of `bit_codes`.
 """
 
 from gamutcore.history.device import DeviceHistory, build_device_history, nearest_places
-from gamutcore.history.file import history_bytes, history_from_bytes, history_metadata
+from gamutcore.history.file import (
+    history_bytes,
+    history_from_bytes,
+    history_metadata,
+    history_section,
+)
 from gamutcore.history.history import MINIMUM_TRIANGLES, History, LevelCursor, build_history
 from gamutcore.history.splits import Splits, apply_splits, fine_columns
 
@@ -23,5 +28,6 @@ __all__ = [
     "history_bytes",
     "history_from_bytes",
     "history_metadata",
+    "history_section",
     "nearest_places",
 ]

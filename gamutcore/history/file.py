@@ -74,7 +74,11 @@ TYPES: dict[str, np.dtype[Any]] = {
 }
 
 
-def history_bytes(history: History, metadata: Mapping[str, str] | None = None) -> bytes:
+def history_bytes(
+    history: History,
+    metadata: Mapping[str, str] | None = None,
+    sections: Mapping[str, bytes] | None = None,
+) -> bytes:
     """Write a history to bytes.
 
     Parameters
@@ -83,6 +87,8 @@ def history_bytes(history: History, metadata: Mapping[str, str] | None = None) -
     metadata : mapping of str to str, optional
         Texts for the header, beside ``format``, ``version``, ``vertices`` and ``device`` of the
         format itself.
+    sections : mapping of str to bytes, optional
+        Further content by the name of its array, at the end of the file. Readers ignore it.
 
     Returns
     -------
@@ -112,6 +118,8 @@ def history_bytes(history: History, metadata: Mapping[str, str] | None = None) -
         arrays.append(("device.base", history.device.base.astype("<i4")))
         streams = device_streams(history.device, history.splits, history.step)
         arrays += _named_streams(DEVICE, streams)
+    for name, content in (sections or {}).items():
+        arrays.append((name, np.frombuffer(content, np.uint8)))
     names = {kind: name for name, kind in TYPES.items()}
     header: dict[str, object] = {"__metadata__": described}
     offset = 0
@@ -171,6 +179,16 @@ def history_from_bytes(data: bytes, *, partial: bool = False) -> tuple[History, 
     splits = PackedSplits(streams, positions, faces, vertices, centre, step)
     device = _device(arrays, metadata, vertices, step, partial=partial)
     return History(splits, centre, step, device), metadata
+
+
+def history_section(data: bytes, name: str) -> bytes | None:
+    """Return the content of an array that `history_bytes` wrote for a section; None without it."""
+    size = 8 + struct.unpack("<Q", data[:8])[0]
+    entry = json.loads(data[8:size]).get(name)
+    if entry is None:
+        return None
+    start, end = entry["data_offsets"]
+    return data[size + start : size + end]
 
 
 def history_metadata(path: Path) -> dict[str, str]:

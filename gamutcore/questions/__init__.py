@@ -47,6 +47,7 @@ from gamutcore.questions.points import (
     nearest,
     positions,
 )
+from gamutcore.questions.recipes import RECIPES, device_colours, recipes
 from gamutcore.questions.shape import (
     CUSPS,
     LEAVES,
@@ -73,6 +74,7 @@ __all__ = [
     "PICTURE_SPACE",
     "PNG_KEYWORD",
     "QUESTIONS",
+    "RECIPES",
     "RINGS",
     "SECTORS",
     "SPACE",
@@ -91,6 +93,7 @@ __all__ = [
     "conditions_of",
     "crossings",
     "cusps",
+    "device_colours",
     "distance",
     "draw_rings",
     "draw_section",
@@ -108,6 +111,7 @@ __all__ = [
     "plot_rings",
     "plot_slice",
     "positions",
+    "recipes",
     "rings",
     "section",
     "tolerance_of",

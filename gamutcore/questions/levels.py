@@ -21,10 +21,12 @@ from gamutcore.tables import frame_colours
 if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray, IndexArray
     from gamutcore.colour_rows import ColourRows, Colours
+    from gamutcore.colours import DeviceModel
     from gamutcore.colours.spaces import ColourSpace
     from gamutcore.geometry import DeviceValues
     from gamutcore.history import History
     from gamutcore.levels import BoundedLevel, LevelSearch
+    from gamutcore.recipes import InverseModel
     from gamutcore.results import Conditions
 
 __all__ = [
@@ -143,6 +145,14 @@ class AskedGamut(Protocol):
     @property
     def default_edge_width(self) -> float:
         """Largest distance from the surface of a colour at the edge, unless another is given."""
+
+    @property
+    def device_model(self) -> DeviceModel:
+        """Device values to colours."""
+
+    @property
+    def inverse_model(self) -> InverseModel:
+        """Colours to device values."""
 
 
 class SurfacePlaces(Protocol):

@@ -4,7 +4,12 @@
 rendering intent on request. Damage in other tags therefore does not matter.
 """
 
-from gamutcore.characterisation.icc.profile import IccProfile, icc_profile, looks_like_icc
+from gamutcore.characterisation.icc.profile import (
+    IccProfile,
+    icc_profile,
+    looks_like_icc,
+    reduced_profile,
+)
 from gamutcore.characterisation.icc.transforms import CurveSet, Matrix, largest_output_sum
 
 __all__ = [
@@ -14,4 +19,5 @@ __all__ = [
     "icc_profile",
     "largest_output_sum",
     "looks_like_icc",
+    "reduced_profile",
 ]

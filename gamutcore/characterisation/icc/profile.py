@@ -28,7 +28,7 @@ from gamutcore.errors import MalformedProfileError, UnsupportedProfileError
 if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
 
-__all__ = ["IccProfile", "icc_profile", "looks_like_icc"]
+__all__ = ["IccProfile", "icc_profile", "looks_like_icc", "reduced_profile"]
 
 LONGEST_NAME = 200
 """Maximum length of a name; longer names are cut."""
@@ -358,6 +358,25 @@ def icc_profile(data: bytes) -> IccProfile:
     if version[0] == 5:
         _refuse_other_conditions(profile)
     return _described(profile, space)
+
+
+_ALWAYS_NEEDED = ("wtpt", "chad", "svcn", "clrt")
+"""Tags that the colours of a transform depend on besides its own, and names of inks."""
+
+
+def reduced_profile(profile: IccProfile, intent: str) -> bytes:
+    """Return a profile with only the tags that the transform of an intent needs."""
+    transform, _ = profile.transform(intent)
+    needed = (*transform.tag.split(", "), *_ALWAYS_NEEDED)
+    contents = {tag: profile.element(tag).data for tag in needed if tag in profile.tags}
+    table, body = b"", b""
+    start = HEADER_SIZE + 4 + 12 * len(contents)
+    for tag, data in contents.items():
+        table += struct.pack(">4sII", tag.encode("latin-1"), start + len(body), len(data))
+        body += data + bytes(-len(data) % 4)
+    size = struct.pack(">I", start + len(body))
+    count = struct.pack(">I", len(contents))
+    return size + profile.data[4:HEADER_SIZE] + count + table + body
 
 
 def _refuse_other_conditions(profile: IccProfile) -> None:

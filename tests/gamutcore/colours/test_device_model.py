@@ -35,7 +35,7 @@ def test_complete_grids_are_interpolated_between_all_their_patches(levels, chann
     assert model.provenance["name"] == N_LINEAR
     assert model.provenance["levels"] == [levels] * channels
     assert len(model.device) == levels**channels
-    np.testing.assert_allclose(model.colours(device), bent(device), atol=1e-4)
+    np.testing.assert_allclose(model.function.fitted(device), bent(device), atol=1e-4)
 
 
 @pytest.mark.parametrize("counts", [(3, 4, 5), (2, 3, 2, 4)])
@@ -48,7 +48,7 @@ def test_the_model_of_a_grid_is_scipys_n_linear_interpolation(counts):
     reference = RegularGridInterpolator(levels, bent(device).reshape(*counts, 3))
     lowest, highest = device.min(axis=0), device.max(axis=0)
     points = lowest + chance.random((500, len(counts))) * (highest - lowest)
-    np.testing.assert_allclose(model.colours(points), reference(points), atol=1e-4)
+    np.testing.assert_allclose(model.function.fitted(points), reference(points), atol=1e-4)
 
 
 def test_one_patch_less_or_beside_and_samples_are_scattered():
@@ -65,7 +65,7 @@ def test_one_patch_less_or_beside_and_samples_are_scattered():
 def test_one_device_value_is_neither_a_grid_nor_fitted():
     one = np.full((1, 4), 0.5)
     model = device_model(one, bent(one), "fit")
-    assert model.colours is None
+    assert model.function is None
     assert "one distinct device value" in model.degenerate
     with pytest.raises(OptionError, match="one distinct device value") as caught:
         device_model(one, bent(one), "interpolation")
@@ -90,14 +90,14 @@ def test_the_error_is_that_at_the_nodes_left_out():
     assert model.provenance["leave_out_error"]["mean"] == pytest.approx(1, abs=1e-5)
     # And a quarter of it between the nodes of the whole grid.
     middle = (device[1:] + device[:-1]) / 2
-    errors = model.colours(middle)[:, 0] - 64 * middle[:, 0] ** 2
+    errors = model.function.fitted(middle)[:, 0] - 64 * middle[:, 0] ** 2
     np.testing.assert_allclose(errors, 0.25, atol=1e-5)
 
 
 def test_what_would_take_too_long_is_refused():
     model = device_model(grid(2, 13), np.zeros((8192, 3)))
     with pytest.raises(OptionError) as caught:
-        model.colours(np.full((100_000, 13), 0.5))
+        model.function.fitted(np.full((100_000, 13), 0.5))
     assert caught.value.where == {"field": "surface_samples"}
 
 
@@ -108,7 +108,7 @@ def test_a_fit_of_a_grid_can_be_asked_for():
     assert model.provenance["name"] == FITTED
     points = np.random.default_rng(0).random((1000, 3))
     reference = RBFInterpolator(device, bent(device), kernel="cubic", smoothing=1e-3)
-    np.testing.assert_allclose(model.colours(points), reference(points), atol=1e-6)
+    np.testing.assert_allclose(model.function.fitted(points), reference(points), atol=1e-6)
     interpolated = device_model(device, bent(device), "interpolation")
     assert interpolated.provenance["name"] == N_LINEAR
 
@@ -160,7 +160,7 @@ def test_kinks_at_levels_are_followed():
     assert model.provenance["name"] == N_LINEAR
     assert model.provenance["leave_out_error"]["mean"] < 1e-4
     points = np.random.default_rng(0).random((1000, 3))
-    np.testing.assert_allclose(model.colours(points), clipped(points), atol=1e-4)
+    np.testing.assert_allclose(model.function.fitted(points), clipped(points), atol=1e-4)
 
 
 @pytest.mark.parametrize(
@@ -180,7 +180,7 @@ def test_grids_of_real_devices_at_their_surface(shared_data, uniform_surface, na
     model = device_model(device, colours(device))
     assert model.provenance["name"] == N_LINEAR
     surface = uniform_surface(channels, 24)[::7]
-    errors = np.linalg.norm(model.colours(surface) - colours(surface), axis=1)
+    errors = np.linalg.norm(model.function.fitted(surface) - colours(surface), axis=1)
     assert errors.mean() < bound
     assert errors.mean() < model.mean_error
 
@@ -200,7 +200,7 @@ def test_it_is_scipys_interpolator(count, channels):
     reference = RBFInterpolator(device, colours, kernel="cubic", smoothing=SMOOTHING)
     points = np.random.default_rng(1).random((500, channels))
     model = scattered_model(device, colours)
-    np.testing.assert_allclose(model.colours(points), reference(points), atol=1e-6)
+    np.testing.assert_allclose(model.function.fitted(points), reference(points), atol=1e-6)
 
 
 def test_leave_out_errors_are_those_of_refitted_models():
@@ -220,7 +220,7 @@ def test_a_linear_device_is_met_exactly():
     model = scattered_model(device, colours)
     points = np.random.default_rng(2).random((10, 4))
     np.testing.assert_allclose(
-        model.colours(points), points @ np.arange(12).reshape(4, 3) + [1, 2, 3]
+        model.function.fitted(points), points @ np.arange(12).reshape(4, 3) + [1, 2, 3]
     )
     np.testing.assert_allclose(model.leave_out_errors, 0, atol=1e-9)
 
@@ -232,7 +232,7 @@ def test_held_out_patches_of_a_real_press(fogra39):
     lab = samples.lab[first]
     held_out = np.random.default_rng(0).permutation(len(device)) % 10 == 0
     model = scattered_model(device[~held_out], lab[~held_out])
-    errors = np.linalg.norm(model.colours(device[held_out]) - lab[held_out], axis=1)
+    errors = np.linalg.norm(model.function.fitted(device[held_out]) - lab[held_out], axis=1)
     assert 0.1 < errors.mean() < 0.17
     assert scattered_model(device, lab).leave_out_errors.mean() == pytest.approx(0.13, abs=0.01)
 

@@ -1,0 +1,193 @@
+"""Questions about device values: the recipe of a colour, and the colour of a recipe."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+import numpy as np
+
+from gamutcore import queries
+from gamutcore.arguments import Choice, Number, check_option
+from gamutcore.colours import lab_to_xyz
+from gamutcore.errors import InvalidPointsError, OptionError
+from gamutcore.queries import delta_e_2000
+from gamutcore.questions.conditions import colour_warnings
+from gamutcore.questions.declarations import (
+    BOOLEAN,
+    COLOUR,
+    NULLABLE_NUMBER,
+    NUMBER,
+    Column,
+    Parameter,
+    Question,
+    list_of,
+)
+from gamutcore.questions.levels import answering_level, colours_in, is_as_measured, lab_of
+from gamutcore.questions.mapping import METHOD, map_colours
+from gamutcore.recipes import LEAST_INK, SHARE, SMOOTH, WANTED, BlackRule
+from gamutcore.results import ColourRecipes
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from gamutcore.arrays import FloatArray
+    from gamutcore.colour_rows import Colours
+    from gamutcore.questions.levels import AskedGamut
+
+__all__ = ["RECIPES", "device_colours", "recipes"]
+
+_RULES = {
+    "smooth": BlackRule(SMOOTH),
+    "none": BlackRule(SHARE, 0.0),
+    "maximum": BlackRule(SHARE, 1.0),
+    "least-ink": BlackRule(LEAST_INK),
+}
+
+BLACK = Annotated[str, Choice(tuple(_RULES))] | Annotated[float, Number(0.0, 1.0)]
+"""How much black a recipe has: a rule, or a share of the possible range."""
+
+NEAREST_METHOD = "clip-nearest"
+
+
+def recipes(
+    gamut: AskedGamut,
+    colours: Colours,
+    *,
+    black: str | float | ArrayLike = "smooth",
+    method: str = NEAREST_METHOD,
+    space: str | None = None,
+    triangles: int | None = None,
+    max_error: float | None = None,
+) -> ColourRecipes:
+    """Return the device values of colours."""
+    model, rule = gamut.device_model, _black_rule(black)
+    rows, conversion = colours_in(gamut, colours, space)
+    level = answering_level(gamut, triangles, max_error)
+    inside = queries.contains(rows.points, level.index)
+    targets = rows.points.copy()
+    outside = ~inside
+    if outside.any():
+        if check_option("method", method, METHOD) == "sgck":
+            raise OptionError.not_applicable("method", method, "it needs another gamut to map from")
+        mapped = map_colours(
+            gamut, rows.points[outside], method, triangles=triangles, max_error=max_error
+        )
+        targets[outside] = mapped.points
+    found = gamut.inverse_model.recipes(lab_of(gamut, targets), rule)
+    points = _in_space(gamut, found.lab)
+    has_black = gamut.inverse_model.black is not None
+    least, most = (rows.in_shape(found.black[:, end]) for end in range(2))
+    return ColourRecipes(
+        points=rows.in_shape(conversion.from_gamut(points)),
+        device=rows.in_shape(found.device),
+        channels=model.channels,
+        inside=rows.in_shape(inside),
+        delta_e=rows.in_shape(delta_e_2000(lab_of(gamut, rows.points), found.lab)),
+        black_least=least if has_black else None,
+        black_most=most if has_black else None,
+        gamut=gamut.conditions,
+        warnings=colour_warnings(gamut.conditions, conversion.name),
+    )
+
+
+def device_colours(gamut: AskedGamut, device: ArrayLike, *, space: str | None = None) -> FloatArray:
+    """Return the colours of device values, (..., 3)."""
+    model = gamut.device_model
+    values = np.asarray(device, np.float64)
+    count = len(model.channels)
+    if values.shape[-1:] != (count,):
+        raise InvalidPointsError(
+            f"The device values have the shape {values.shape}.",
+            where={"field": "device"},
+            remedy=f"Give rows of {count} numbers: {', '.join(model.channels)}.",
+        )
+    rows = values.reshape(-1, count)
+    wrong = np.flatnonzero(~((rows >= 0.0) & (rows <= 1.0)).all(axis=1))
+    if len(wrong):
+        raise InvalidPointsError(
+            f"Device values are from 0 to 1. Row {wrong[0]} has {rows[wrong[0]].tolist()}.",
+            where={"field": "device", "row": int(wrong[0])},
+            remedy="Divide per cent by 100, and codes of 8 bits by 255.",
+        )
+    _, conversion = colours_in(gamut, np.empty((0, 3)), space)
+    points = conversion.from_gamut(_in_space(gamut, model.lab(rows)))
+    return points.reshape(*values.shape[:-1], 3)
+
+
+def _in_space(gamut: AskedGamut, lab: FloatArray) -> FloatArray:
+    """Return CIELAB relative to D50 in the space of the gamut, as `lab_of` the other way."""
+    if gamut.colour_space.is_icc_cielab:
+        return lab
+    as_measured = is_as_measured(gamut)
+    return gamut.colour_space.from_tristimulus(lab_to_xyz(lab), as_measured=as_measured)[0]
+
+
+def _black_rule(black: object) -> BlackRule:
+    """Return the rule that a name, a share or a curve (n, 2) of L* and black stands for."""
+    if isinstance(black, str | float | int):
+        value = check_option("black", black, BLACK)
+        return _RULES[value] if isinstance(value, str) else BlackRule(SHARE, value)
+    try:
+        curve = np.asarray(black, np.float64)
+    except (TypeError, ValueError):
+        curve = np.empty(0)
+    accepted = curve.ndim == 2 and curve.shape[1:] == (2,) and len(curve) > 1
+    if not accepted or not (
+        np.isfinite(curve).all()
+        and (np.diff(curve[:, 0]) > 0).all()
+        and ((curve[:, 1] >= 0) & (curve[:, 1] <= 1)).all()
+    ):
+        raise OptionError(
+            "The curve of black is not accepted.",
+            where={"field": "black"},
+            remedy="Give two or more pairs of L* and black, with ascending L* and black 0 to 1.",
+        )
+    return BlackRule(WANTED, curve=curve)
+
+
+RECIPES = Question(
+    "recipes",
+    "findRecipes",
+    "Find device values that give colours",
+    "For each colour, device values that give it by the device model: that of measured samples, "
+    "an ICC profile or an RGB space. A colour out of gamut gets those of the colour that it is "
+    "mapped to. Ink limits of the gamut are kept.",
+    (
+        Parameter(
+            "black",
+            BLACK,
+            "How much black. `smooth`: a curve over L* that changes least along the neutral axis. "
+            "`none` and `maximum`: the ends of the possible range; a number from 0 to 1: a share "
+            "of it. `least-ink`: the least sum of inks.",
+            default="smooth",
+            example=0.5,
+        ),
+        Parameter(
+            "method",
+            METHOD,
+            "How a colour out of gamut is mapped, as for `map`; not `sgck`.",
+            default=NEAREST_METHOD,
+        ),
+    ),
+    recipes,
+    inputs=("colours",),
+    columns=(
+        Column("device", "Device values from 0 to 1.", list_of(NUMBER), "channels"),
+        Column("colour", "Their colour by the device model.", COLOUR, "axes", "points"),
+        Column(
+            "delta_e_2000", "Its difference CIEDE2000 from the colour asked.", NUMBER, "", "delta_e"
+        ),
+        Column("inside", "Whether the colour asked is in gamut.", BOOLEAN),
+        Column("black_least", "Least possible black.", NULLABLE_NUMBER),
+        Column("black_most", "Most possible black.", NULLABLE_NUMBER),
+    ),
+    example={"colours": [[50, 30, 20]], "black": "smooth"},
+    answered={
+        "device": [[0.15, 0.62, 0.55, 0.21]],
+        "colour": [[50, 30, 20]],
+        "delta_e_2000": [0.0],
+        "inside": [True],
+        "black_least": [0.0],
+        "black_most": [0.42],
+    },
+)

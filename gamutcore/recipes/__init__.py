@@ -1,0 +1,9 @@
+"""Recipes: device values that give a colour, by the inverse of a device model.
+
+`InverseModel` answers for one `BlackRule`. `black_paths` has the solutions of three inks and black.
+"""
+
+from gamutcore.recipes.black_paths import LEAST_INK, SHARE, WANTED
+from gamutcore.recipes.inverse import SMOOTH, BlackRule, InverseModel, Recipes
+
+__all__ = ["LEAST_INK", "SHARE", "SMOOTH", "WANTED", "BlackRule", "InverseModel", "Recipes"]

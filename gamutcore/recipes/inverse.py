@@ -1,0 +1,417 @@
+"""The inverse device model: colours to device values, for one rule of black.
+
+A press of four inks has a path of recipes for a colour (`gamutcore.recipes.black_paths`). Presses
+with more inks use three chromatic inks and black in a recipe: neighbours on the hue circle, or
+cyan, magenta and yellow. Of the sets that give a colour, the one with the least ink is taken, so
+that inks enter and leave at zero. The table's solution is corrected on the device model itself.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from gamutcore.colours import BLACK_NAMES
+from gamutcore.errors import DeviceModelError, OptionError
+from gamutcore.recipes.black_paths import (
+    LEAST_INK,
+    SHARE,
+    WANTED,
+    InkTable,
+    correct_recipes,
+    ink_table,
+    trace_paths,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from gamutcore.arrays import BooleanArray, FloatArray, LongArray
+    from gamutcore.colours import DeviceModel
+
+__all__ = ["SMOOTH", "BlackRule", "InverseModel", "Recipes"]
+
+SMOOTH = -1
+"""The rule of a curve of black that changes least along the neutral axis."""
+
+_THREE, _FOUR, _MORE = (33, 1), (17, 17), (13, 11)
+"""Nodes along each chromatic ink, and levels of black, for devices of three, four and more
+channels: 36,000, 84,000 and 24,000 evaluations of the device model for each set."""
+
+_MOST_OTHERS = 8
+"""Largest number of sets beside the tiles; six chromatic inks have sixteen."""
+
+_CLOSE = 0.002
+"""Largest difference of L*, a* and b* from the target at which a recipe is not corrected."""
+
+_CORRECTIONS = 8
+"""Largest number of corrections. Most recipes need two; those of colours at the surface, more."""
+
+_MISSED = 0.02
+"""Largest difference of L*, a* and b* at which no other solution is searched."""
+
+_LARGEST = 1000.0
+"""Largest magnitude of L*, a* and b* of a table; that of lights is below 300."""
+
+_RANKS = (0, 1, 2, 4, 7, 12, 20, 35)
+"""Nodes from which missed solutions are searched, by their rank of nearness. Gaps between the ranks
+lead to other branches."""
+
+_ROUNDING = 1e-9
+"""Rounding error of a sum of inks."""
+
+_EXTRA_INK = 4.0
+"""Cost of an ink beside cyan, magenta and yellow. These are preferred where both give a colour,
+because choices between similar costs jump."""
+
+_BEYOND_CORE = 1e3
+"""Cost of leaving cyan, magenta and yellow, more than of any recipe."""
+
+_ANYWHERE: FloatArray = np.empty((0, 4))
+"""No starts: solutions are searched in all layers."""
+
+_NEUTRAL = np.arange(0.0, 100.5, 0.5)
+"""L* of the neutral colours on which the smooth curve of black is found."""
+
+_RELAXATIONS = 20_000
+"""Steps of relaxation of the smooth curve. After these, it moves by less than 0.001."""
+
+
+class BlackRule(NamedTuple):
+    """How much black a recipe has: a rule of `gamutcore.recipes.black_paths` and its number.
+
+    `curve` (p, 2) has amounts of black, 0 to 1, at ascending L*.
+    """
+
+    rule: int
+    share: float = 0.0
+    curve: FloatArray | None = None
+
+    def wanted(self, targets: FloatArray) -> FloatArray:
+        """Return the number of the rule for each colour, (m,)."""
+        if self.curve is None:
+            return np.full(len(targets), self.share)
+        return np.interp(targets[:, 0], self.curve[:, 0], self.curve[:, 1])
+
+
+class Recipes(NamedTuple):
+    """Device values (m, n) of colours, and the possible range of black (m, 2), 0 to 1.
+
+    `lab` (m, 3) are the colours of the device values. The range is NaN without black.
+    """
+
+    device: FloatArray
+    lab: FloatArray
+    black: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class _InkSet:
+    """The channels of a set, three chromatic ones and perhaps black, with their table."""
+
+    channels: tuple[int, ...]
+    table: InkTable
+    scale: FloatArray
+    cost: FloatArray
+    room: float
+    device: FloatArray  # device values (p, 4) of the nodes
+
+
+class _Trace(NamedTuple):
+    """Recipes (m, 4) in a set, the ranges of black (m, 2), and which of them are solutions."""
+
+    recipes: FloatArray
+    black: FloatArray
+    solved: BooleanArray
+
+
+class InverseModel:
+    """Device values of colours, by a device model.
+
+    Parameters
+    ----------
+    model : DeviceModel
+        Of a device with at least three channels that vary.
+
+    Attributes
+    ----------
+    black : int or None
+        Number of the black channel.
+
+    Raises
+    ------
+    OptionError
+        The device has fewer than three channels that vary.
+
+    Notes
+    -----
+    It takes 0.1 s for three channels, 0.5 s for four and 1 s for seven, and 10 to 40 MB.
+    """
+
+    def __init__(self, model: DeviceModel) -> None:
+        self.model = model
+        limited = model.limited
+        names = [name.strip().lower() for name in model.channels]
+        varied = np.flatnonzero(limited.free).tolist()
+        black = [i for i in varied if model.inks and names[i] in BLACK_NAMES]
+        self.black = black[0] if black and len(varied) > 3 else None
+        chromatic = [i for i in varied if i != self.black]
+        if len(chromatic) < 3:
+            raise OptionError(
+                f"The device has {len(varied)} channels that vary; recipes need three or more.",
+                where={"field": "channels"},
+                remedy="Give a device such as RGB, CMYK or more inks.",
+            )
+        self._lowest = limited.base.copy()
+        self._lowest[limited.free] = limited.cube.lowest
+        self._range = np.zeros(len(names))
+        self._range[limited.free] = limited.cube.highest - limited.cube.lowest
+        self._room = limited.cube.limit - float(self._lowest[limited.free].sum())
+        sets, self._tiles = self._ink_sets(chromatic)
+        self._sets = [self._ink_set(each) for each in sets]
+        self._smooth_curve: FloatArray | None = None
+        self._nodes: tuple[Any, LongArray, FloatArray] | None = None
+
+    @property
+    def nbytes(self) -> int:
+        """Memory of the tables in bytes."""
+        return sum(each.table.nbytes for each in self._sets)
+
+    def recipes(self, targets: FloatArray, black: BlackRule) -> Recipes:
+        """Return recipes of colours (m, 3) in CIELAB, relative to D50 as the model's.
+
+        A colour that the device cannot make gets a recipe near it.
+        """
+        count = len(targets)
+        black = self._smooth() if black.rule == SMOOTH else black
+        wanted = self._wanted(targets, black)
+        found = _Found(self, targets)
+        cost = np.full(count, np.inf)
+        chosen, recipes = np.full(count, -1), np.zeros((count, 4))
+        for number, some in enumerate(self._sets[: self._tiles]):
+            # beyond the core, as little of the other ink as possible: it enters at zero
+            rule = black if number == 0 else BlackRule(LEAST_INK)
+            trace = _traced(some, targets, rule, wanted, _ANYWHERE)
+            found.widen(np.flatnonzero(trace.solved), trace.black[trace.solved])
+            own = (trace.recipes * some.cost).sum(axis=1) + (number > 0) * _BEYOND_CORE
+            better = trace.solved & (own < cost)
+            cost[better], chosen[better] = own[better], number
+            recipes[better] = trace.recipes[better]
+        rows = np.flatnonzero(chosen >= 0)
+        found.correct(rows, recipes[rows], chosen[rows])
+        for rank in _RANKS:
+            rows = np.flatnonzero(found.error > _MISSED)
+            if len(rows) == 0:
+                break
+            chosen, starts = self._nearest_nodes(targets[rows], rank)
+            for number, some in enumerate(self._sets):
+                mine = np.flatnonzero(chosen == number)
+                if len(mine) == 0:
+                    continue
+                own = rows[mine]
+                traced, ranges, _ = _traced(some, targets[own], black, wanted[own], starts[mine])
+                better = found.correct(own, traced, chosen[mine])
+                found.widen(own[better], ranges[better])
+        if self.black is None:
+            found.black[:] = np.nan
+        else:
+            found.black *= self._range[self.black]
+            found.black += self._lowest[self.black]
+        return Recipes(found.device, found.lab, found.black)
+
+    def _wanted(self, targets: FloatArray, black: BlackRule) -> FloatArray:
+        wanted = black.wanted(targets)
+        if black.rule == WANTED and self.black is not None:
+            wanted = (wanted - self._lowest[self.black]) / self._range[self.black]
+        return wanted
+
+    def _nearest_nodes(self, targets: FloatArray, rank: int) -> tuple[LongArray, FloatArray]:
+        """Return the set and the recipe (m, 4) of the node that is the nearest, or of a rank."""
+        if self._nodes is None:
+            from scipy.spatial import cKDTree  # noqa: PLC0415  # slow, and few colours need it
+
+            printable = [
+                (some.device * some.scale).sum(axis=1) <= some.room + _ROUNDING
+                for some in self._sets
+            ]
+            each = list(zip(self._sets, printable, strict=True))
+            self._nodes = (
+                cKDTree(np.concatenate([some.table.nodes[kept] for some, kept in each])),
+                np.repeat(np.arange(len(each)), [kept.sum() for kept in printable]),
+                np.concatenate([some.device[kept] for some, kept in each]),
+            )
+        tree, sets, device = self._nodes
+        _, ranked = tree.query(targets, k=[rank + 1])
+        nearest = np.asarray(ranked)[:, 0]
+        return sets[nearest], device[nearest]
+
+    def corrected(self, rests: FloatArray, recipes: FloatArray, chosen: LongArray) -> FloatArray:
+        """Return recipes whose colours differ by `rests`, by the slopes of the tables."""
+        for number, some in enumerate(self._sets):
+            mine = np.flatnonzero(chosen == number)
+            changed = recipes[mine]
+            correct_recipes(some.table, some.scale, some.room, rests[mine], changed)
+            recipes[mine] = changed
+        return recipes
+
+    def device(self, recipes: FloatArray, chosen: LongArray) -> FloatArray:
+        """Return complete device values (m, n) of recipes of their sets."""
+        device = np.tile(self._lowest, (len(recipes), 1))
+        for number, some in enumerate(self._sets):
+            mine = np.flatnonzero(chosen == number)
+            used = len(some.channels)
+            shares = recipes[mine][:, :used] * some.scale[:used]
+            device[np.ix_(mine, np.array(some.channels))] += shares
+        return device
+
+    def _ink_sets(self, chromatic: list[int]) -> tuple[list[tuple[int, ...]], int]:
+        """Return sets of three chromatic channels, and how many of them tile the hue circle.
+
+        The tiles are cyan, magenta and yellow, or else the three of the largest area in the plane
+        of a* and b*, and those that the other inks form with their neighbours. Two tiles have two
+        inks in common, so inks enter and leave at zero where colours cross from one to another.
+        The other sets give dark colours that no tile has.
+        """
+        if len(chromatic) == 3:
+            self._core = tuple(chromatic)
+            return [self._core], 1
+        solids = np.tile(self._lowest, (len(chromatic), 1))
+        solids[np.arange(len(chromatic)), chromatic] += self._range[chromatic]
+        plane = self.model.lab(solids)[:, 1:]
+        order = np.argsort(np.arctan2(plane[:, 1], plane[:, 0]), kind="stable")
+        circle = [chromatic[i] for i in order]
+        initials = [self.model.channels[i].strip().lower()[:1] for i in circle]
+        core = [circle[initials.index(each)] for each in "cmy" if each in initials]
+        if len(core) < 3:
+            place = dict(zip(chromatic, plane, strict=True))
+            core = list(max(combinations(circle, 3), key=lambda each: _area(place, tuple(each))))
+        self._core = tuple(sorted(core))
+        tiles = [self._core]
+        corners = sorted(circle.index(each) for each in core)
+        for start, end in zip(corners, [*corners[1:], corners[0] + len(circle)], strict=True):
+            tiles += [
+                tuple(sorted((circle[i - 1], circle[i % len(circle)], circle[end % len(circle)])))
+                for i in range(start + 1, end)
+            ]
+        others = [each for each in combinations(sorted(circle), 3) if each not in tiles]
+        return [*tiles, *others[:_MOST_OTHERS]], len(tiles)
+
+    def _smooth(self) -> BlackRule:
+        """Return the curve of black over L* that is possible for neutral colours and bends least.
+
+        It is the shortest curve between the smallest and the largest amounts, a taut string. It
+        ends in the darkest neutral colour.
+        """
+        if self._smooth_curve is None:
+            neutral = np.zeros((len(_NEUTRAL), 3))
+            neutral[:, 0] = _NEUTRAL
+            found = self.recipes(neutral, NO_BLACK)
+            made = np.flatnonzero(np.abs(found.lab - neutral).max(axis=1) < _MISSED)
+            low, high = found.black[made].T
+            if len(made) < 3:
+                return BlackRule(SHARE, 0.5)
+            amount = 0.5 * (low + high)
+            for _ in range(_RELAXATIONS):
+                amount[1:-1] = 0.5 * (amount[:-2] + amount[2:])
+                np.clip(amount, low, high, out=amount)
+            self._smooth_curve = np.stack([_NEUTRAL[made], amount], axis=1)
+        return BlackRule(WANTED, curve=self._smooth_curve)
+
+    def _ink_set(self, chromatic: Sequence[int]) -> _InkSet:
+        channels = (*chromatic, *(() if self.black is None else (self.black,)))
+        nodes, layers = _THREE
+        if self.black is not None:
+            nodes, layers = _FOUR if len(self._range) == 4 else _MORE
+        steps, levels = np.linspace(0.0, 1.0, nodes), np.linspace(0.0, 1.0, layers)
+        grid = np.meshgrid(levels, steps, steps, steps, indexing="ij")
+        fractions = np.stack([grid[1], grid[2], grid[3], grid[0]], axis=-1).reshape(-1, 4)
+        scale = np.zeros(4)
+        scale[: len(channels)] = self._range[list(channels)]
+        device = np.tile(self._lowest, (len(fractions), 1))
+        device[:, channels] += (fractions * scale)[:, : len(channels)]
+        colours = np.ascontiguousarray(self.model.lab(device))
+        if not (np.abs(colours) <= _LARGEST).all():  # also where it is not a number
+            raise DeviceModelError(
+                f"The device model gives L*, a* or b* beyond {_LARGEST:g}.",
+                where={"field": "model"},
+                remedy="Correct the data of the device, and build the gamut again.",
+            )
+        table = ink_table(colours, nodes, layers)
+        room = min(self._room, 1e9)  # of a kernel
+        weight = [1.0 if i in self._core or i == self.black else _EXTRA_INK for i in channels]
+        cost = scale * [*weight, *[1.0] * (4 - len(channels))]
+        return _InkSet(channels, table, scale, cost, room, fractions)
+
+
+class _Found:
+    """The best recipes so far: device values, their colours, largest errors and ranges of black."""
+
+    def __init__(self, inverse: InverseModel, targets: FloatArray) -> None:
+        count = len(targets)
+        self._inverse, self._targets = inverse, targets
+        self.device = np.zeros((count, len(inverse.model.channels)))
+        self.lab = np.zeros((count, 3))
+        self.error = np.full(count, np.inf)
+        self.black = np.stack([np.full(count, np.inf), np.full(count, -np.inf)], axis=1)
+
+    def widen(self, rows: LongArray, ranges: FloatArray) -> None:
+        """Widen the ranges of black of some rows."""
+        self.black[rows, 0] = np.minimum(self.black[rows, 0], ranges[:, 0])
+        self.black[rows, 1] = np.maximum(self.black[rows, 1], ranges[:, 1])
+
+    def correct(self, rows: LongArray, recipes: FloatArray, chosen: LongArray) -> BooleanArray:
+        """Correct recipes on the device model, and keep better ones; return which are better."""
+        inverse, before = self._inverse, self.error[rows]
+        current, places = recipes, np.arange(len(rows))
+        for step in range(_CORRECTIONS + 1):
+            own = rows[places]
+            device = inverse.device(current, chosen[places])
+            lab = inverse.model.lab(device)
+            rests = self._targets[own] - lab
+            error = np.abs(rests).max(axis=1)
+            better = error < self.error[own]
+            kept = own[better]
+            self.device[kept], self.lab[kept] = device[better], lab[better]
+            self.error[kept] = error[better]
+            open_ = error > _CLOSE
+            places = places[open_]
+            if step == _CORRECTIONS or len(places) == 0:
+                break
+            current = inverse.corrected(rests[open_], current[open_], chosen[places])
+        return self.error[rows] < before
+
+
+def _area(place: dict[int, FloatArray], inks: tuple[int, ...]) -> float:
+    """Return the area of the triangle of three inks in the plane of a* and b*."""
+    one, two, three = (place[each] for each in inks)
+    (a, b), (c, d) = two - one, three - one
+    return float(abs(a * d - b * c))
+
+
+def _traced(
+    some: _InkSet, targets: FloatArray, black: BlackRule, wanted: FloatArray, starts: FloatArray
+) -> _Trace:
+    """Return what `trace_paths` finds in a set, from starts (m, 4) or anywhere (0, 4)."""
+    count = len(targets)
+    recipes, ranges = np.zeros((count, 4)), np.zeros((count, 2))
+    solved = np.zeros(count, np.bool_)
+    trace_paths(
+        some.table,
+        np.ascontiguousarray(targets),
+        some.scale,
+        some.cost,
+        some.room,
+        black.rule,
+        wanted,
+        starts,
+        recipes,
+        ranges,
+        solved,
+    )
+    return _Trace(recipes, ranges, solved)
+
+
+NO_BLACK = BlackRule(SHARE, 0.0)
