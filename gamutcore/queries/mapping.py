@@ -566,7 +566,7 @@ def _mapped_lightness(
 ) -> FloatArray:
     """Return the lightness after the sigmoid and before the knee.
 
-    `ranges` has the lowest and highest lightness of the source, then of the gamut, and that of white.
+    `ranges` has the lowest and highest lightness of the source, of the gamut, and that of white.
     """
     from scipy.special import ndtr  # noqa: PLC0415  # 15 MB; only this method needs it
 
