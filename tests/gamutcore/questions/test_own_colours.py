@@ -80,8 +80,8 @@ def test_samples_are_outside_by_the_misfit_of_the_model_at_most(
     np.add.at(mean, which, lab)
     mean /= np.bincount(which)[:, np.newaxis]
     model = device_model(distinct, mean, None)
-    assert model.colours is not None
-    misfit = np.linalg.norm(model.colours(samples.device) - lab, axis=1)
+    assert model.function is not None
+    misfit = np.linalg.norm(model.function.fitted(samples.device) - lab, axis=1)
     printable = samples.device.sum(axis=1) <= (limit or 400) / 100 + 1e-9
     assert printable.sum() > 500
     for level in LEVELS:
