@@ -100,8 +100,10 @@ _LOSS = 10.0
 VISIBLE = 1.0
 """Distance in CIELAB from which a mapped colour counts as missed by the encoding."""
 
-_AT_A_TIME = 2**16
-"""Colours that a thread maps at once; each takes up to 700 bytes."""
+_AT_A_TIME = 2**14
+"""Colours that a thread maps at once; each takes up to 700 bytes. OpenBLAS multiplies up to 2¹⁸ ÷ 9
+rows by a matrix in the calling thread; above, its own threads wait for ours, which takes four times
+the processor time."""
 
 THREADS = 4
 """Most threads that map. Kernels and NumPy release the interpreter's lock for most of the time."""
@@ -601,11 +603,11 @@ class _Pixels:
 
         def write(start: int) -> None:
             part = slice(start, start + _AT_A_TIME)
-            values: FloatArray = samples[part] / self._full
+            given = samples[part] / self._full
             if at is None:
-                values, changes[part], _ = evaluate(values)
+                values, changes[part], _ = evaluate(given)
             else:
-                values, changes[part], _ = self._exact(values, at[part])
+                values, changes[part], _ = self._exact(given, at[part])
             result[part] = self._scaled(values)
 
         for _ in self._workers.map(write, range(0, len(samples), _AT_A_TIME)):
@@ -649,7 +651,8 @@ class _Pixels:
             assert self._moves is not None  # noqa: S101  # else there are shifts
             return self._moves(lab)
         directions, shares, _, outside = self._shifts
-        return outside[at], *self.spatial.shifted(lab, shares[at, np.newaxis] * directions[at])
+        shifts: NDArray[Any] = shares[at, np.newaxis] * directions[at]
+        return outside[at], *self.spatial.shifted(lab, shifts)
 
     def _tabulated(self, size: int) -> tuple[LookupTable, ByteArray]:
         """Return a table of what `_exact` returns, and the kind of each cell."""

@@ -103,7 +103,7 @@ def test_a_picture_in_gamut_stays_and_a_uniform_one_is_clipped(press, texture, t
     assert (many != uniform).any()
 
 
-def test_pixels_far_from_colours_out_of_gamut_stay(press, texture, tmp_path):
+def test_pixels_far_from_colours_out_of_gamut_stay(press, tmp_path):
     pixels = np.full((9, 80, 3), 30000, np.uint16)
     pixels[:, 0] = 60000, 0, 0
     found, _ = mapped(press, pixels, tmp_path, iterations=5)
