@@ -442,15 +442,17 @@ class _Pixels:
         shifts = _Shifts.of_room(width * height)
         room = 0 if self._known is None else self._known.room
         of_colours = _Shifts.of_room(room)
-        while (band := self.next_band()) is not None:
+        read = self._workers.submit(self.next_band)
+        while (band := read.result()) is not None:
+            read = self._workers.submit(self.next_band)
             at = self._opaque_places(band)
             if band.numbers is None or self._known is None:
                 self._write_lines(band.straight, shifts, at)
                 continue
             new = np.arange(band.new.start, band.new.stop)
             self._write_lines(self._known.colours[band.new], of_colours, new)
-            for each, found in zip(shifts, of_colours, strict=True):
-                each[at] = np.take(found, band.numbers, axis=0)
+            for each, known in zip(shifts, of_colours, strict=True):
+                each[at] = np.take(known, band.numbers, axis=0)
         directions, least, most, _ = shifts
         del of_colours
         self._known, self._seen = None, np.zeros(2**24, np.uint8)
