@@ -134,6 +134,10 @@ same: install .venv/.installed-test ## compare what users see with an earlier re
 bench-queries: install .venv/.installed-test .venv/.installed-figures ## measure queries beside trimesh and Manifold; writes docs/benchmarks.md
 	$(python) -m benchmarks.bench --only queries level-queries
 
+.PHONY: bench-recipes
+bench-recipes: install .venv/.installed-test ## measure recipes beside Argyll's xicclu; writes docs/benchmarks.md
+	$(python) -m benchmarks.bench --only recipes recipes-continuity
+
 .PHONY: bench-viewer
 bench-viewer: install .venv/.installed-test web/node_modules/.package-lock.json ## measure the viewer in Chromium; writes docs/benchmarks.md
 	$(python) -m benchmarks.bench --only viewer

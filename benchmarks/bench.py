@@ -41,6 +41,7 @@ from benchmarks.common import (
 )
 from benchmarks.http import load, message, server
 from benchmarks.queries import colour_queries, level_queries
+from benchmarks.recipes import continuity, recipes
 from benchmarks.startup import startup
 from benchmarks.viewer import viewer
 from gamutcore import Gamut
@@ -238,6 +239,8 @@ MEASUREMENTS: dict[str, Callable[[bool], Rows]] = {
     "boundaries": boundaries,
     "queries": colour_queries,
     "level-queries": level_queries,
+    "recipes": recipes,
+    "recipes-continuity": continuity,
     "levels": levels,
 }
 DEFAULT = ("machine", "inputs", "meshes", "queries-http", "levels")

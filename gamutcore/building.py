@@ -77,6 +77,7 @@ if TYPE_CHECKING:
 __all__ = [
     "STAGES",
     "build",
+    "device_model",
     "gamut_id",
     "input_colours",
     "parsed_input",
@@ -237,6 +238,21 @@ def parsed_input(content: bytes, options: Options, limits: Limits) -> Characteri
         parsed = _parsed(content, options)
     options.check_data(_data_kind(parsed))
     return parsed
+
+
+FEWEST_SAMPLES = 8
+"""Points at the surface of a device whose model alone is wanted: the corners of RGB's cube."""
+
+
+def device_model(content: bytes, options: Options, limits: Limits) -> DeviceModel | None:
+    """Return the device model of the gamut that `build` makes of some content; None without one."""
+    parsed = parsed_input(content, options, limits)
+    if isinstance(parsed, GamutMesh):
+        return None
+    found = input_colours(parsed, options, samples=FEWEST_SAMPLES)
+    space = options.colour_space(found.provenance.get("white_luminance"))
+    device = colours_in_space(found, space).device_colours
+    return None if device is None else device.model
 
 
 def input_colours(

@@ -213,6 +213,7 @@ class Gamut:
         self.search = LevelSearch(description["levels"]) if search is None else search
         self.levels = IndexedLevels(history, index_bytes)
         self._model = model
+        self._inverse: InverseModel | None = None
         self._lock = threading.Lock()
 
     @property
@@ -237,8 +238,9 @@ class Gamut:
 
     @property
     def nbytes(self) -> int:
-        """Memory of the history and of the levels that queries have used, in bytes."""
-        return self.history.nbytes + self.levels.nbytes
+        """Memory of the history, the levels that queries have used, and recipes, in bytes."""
+        tables = 0 if self._inverse is None else self._inverse.nbytes
+        return self.history.nbytes + self.levels.nbytes + tables
 
     @cached_property
     def conditions(self) -> Conditions:
@@ -254,6 +256,28 @@ class Gamut:
     def default_edge_width(self) -> float:
         """Largest distance from the surface of a colour at the edge, unless another is given."""
         return DEFAULT_EDGE_WIDTH / 100.0 * self.colour_space.white_lightness
+
+    @property
+    def is_of_device(self) -> bool:
+        """Whether the gamut was built with a device model."""
+        facts = self.description.get("provenance", {})
+        model = facts.get("model", {}).get("name", "none")
+        return "channels" in facts and not str(model).startswith("none")
+
+    def no_device_model(self) -> DeviceModelError:
+        """Return the error of a gamut without a device model."""
+        if not self.is_of_device:
+            kind = self.description.get("provenance", {}).get("format", "")
+            return DeviceModelError(
+                f"The gamut has no device model: its data, of the format {kind}, is colours only.",
+                where={"field": "gamut"},
+                remedy="Give measured samples with device values, an ICC profile or an RGB space.",
+            )
+        return DeviceModelError(
+            "The file of the gamut does not have the device model.",
+            where={"field": "gamut"},
+            remedy="Build the gamut again from its data; Gamut.save keeps the model.",
+        )
 
     @property
     def has_device_model(self) -> bool:
@@ -273,13 +297,27 @@ class Gamut:
             if isinstance(self._model, bytes):
                 self._model = DeviceModel.from_bytes(self._model)
             if self._model is None:
-                raise _no_device_model(self.description)
+                raise self.no_device_model()
             return self._model
 
-    @cached_property
+    @property
     def inverse_model(self) -> InverseModel:
         """The inverse device model, whose tables are made when it is first asked for."""
-        return InverseModel(self.device_model)
+        model = self.device_model
+        with self._lock:
+            if self._inverse is None:
+                self._inverse = InverseModel(model)
+            return self._inverse
+
+    @property
+    def has_inverse(self) -> bool:
+        """Whether the tables of `inverse_model` are made."""
+        return self._inverse is not None
+
+    def use_device_model(self, data: bytes) -> None:
+        """Take the device model of `DeviceModel.to_bytes`, for a gamut that was saved without."""
+        with self._lock:
+            self._model = data
 
     def __repr__(self) -> str:
         space, volume = self.colour_space.name, self.volume
@@ -1511,22 +1549,6 @@ def _chosen_options(given: object, choices: Mapping[str, object]) -> Options:
     raise TypeError(
         f"The options are of the type {type(given).__name__}. Give gamutcore.Options(...), a "
         "mapping of option names to values, or nothing for the defaults."
-    )
-
-
-def _no_device_model(description: dict[str, Any]) -> DeviceModelError:
-    facts = description.get("provenance", {})
-    model, kind = facts.get("model", {}).get("name", "none"), facts.get("format", "")
-    if "channels" not in facts or str(model).startswith("none"):
-        return DeviceModelError(
-            f"The gamut has no device model: its data, of the format {kind}, is colours only.",
-            where={"field": "gamut"},
-            remedy="Give measured samples with device values, an ICC profile or an RGB space.",
-        )
-    return DeviceModelError(
-        "The file of the gamut does not have the device model.",
-        where={"field": "gamut"},
-        remedy="Build the gamut again from its data; Gamut.save keeps the model.",
     )
 
 

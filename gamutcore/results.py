@@ -313,6 +313,10 @@ class ColourRecipes(Shown):
         Whether the colours that were given are in gamut.
     black_least, black_most : (...) float64 or None
         Range of black with which the colour is possible. None without black ink.
+    triangles : int
+        Triangle count of the level that decides what is in gamut.
+    max_error : float or None
+        Upper bound of the distance of the level from the full boundary; None if it is not known.
     gamut : Conditions or None
         What the colours of the gamut are relative to.
     warnings : tuple of str
@@ -324,6 +328,8 @@ class ColourRecipes(Shown):
     points: FloatArray
     delta_e: FloatArray
     inside: BooleanArray
+    triangles: int
+    max_error: float | None
     black_least: FloatArray | None = None
     black_most: FloatArray | None = None
     gamut: Conditions | None = None

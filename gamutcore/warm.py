@@ -225,6 +225,7 @@ def _use_queries() -> None:
     gamut.cusps(4)
     gamut.crossings(_COLOURS, _COLOURS[::-1])
     gamut.map(_COLOURS, "clip-nearest")
+    gamut.to_device(_COLOURS)
     with tempfile.TemporaryDirectory() as folder:
         picture = png(np.zeros((1, 1, 3), np.uint8))
         gamut.map_picture(picture, Path(folder) / "mapped.png", table=5)

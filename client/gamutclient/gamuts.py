@@ -207,6 +207,27 @@ class RemoteGamut:
         )
 
     @method
+    def to_device(
+        self,
+        colours: Colours,
+        *,
+        black: str | float = "smooth",
+        method: str = "clip-nearest",
+        **asked: Unpack[Question],
+    ) -> Steps[results.ColourRecipes]:
+        """Find device values that give colours, with a rule of black; others are mapped first."""
+        params = {**asked, "black": black, "method": method}
+        found, facts = yield from self._ask("recipes", colour_rows(colours), params)
+        return results.ColourRecipes(
+            points=found["colour"],
+            delta_e=found["delta_e_2000"],
+            inside=found["inside"],
+            black_least=found.get("black_least"),
+            black_most=found.get("black_most"),
+            **facts,
+        )
+
+    @method
     def map(
         self,
         colours: Colours,

@@ -49,6 +49,11 @@ SETTINGS = {
     "legend.frameon": False,
 }
 
+YELLOW = "#b58a00"
+
+BROWN = np.array([46.0, 24.0, 32.0])
+"""A colour inside of the press with a wide range of black."""
+
 SAMPLES = 5000
 """Points on a device's surface, enough for pictures of this size."""
 
@@ -277,6 +282,26 @@ def _mapping(gamuts: Gamuts) -> Figure:
     return figure
 
 
+def _recipe(gamuts: Gamuts) -> Figure:
+    """Inks of one colour along its range of black, and of neutral colours by the smooth curve."""
+    figure, (one, gray) = _figure(7.4, 3.2, 2)
+    press = gamuts.press
+    steps = [press.to_device(BROWN, black=share) for share in np.linspace(0.0, 1.0, 40)]
+    inks = 100.0 * np.array([step.device for step in steps])
+    lightness = np.linspace(94.0, 12.0, 165)
+    neutral = press.to_device(np.stack([lightness, 0 * lightness, 0 * lightness], axis=1))
+    names = ("cyan", "magenta", "yellow", "black")
+    for number, (name, colour) in enumerate(zip(names, (BLUE, VIOLET, YELLOW, INK), strict=True)):
+        if name != "black":
+            one.plot(inks[:, 3], inks[:, number], color=colour)
+        gray.plot(lightness, 100.0 * neutral.device[:, number], color=colour, label=name)
+    one.set(xlabel="black, %", ylabel="ink, %", ylim=(-3, 103), title="L*a*b* 46 24 32")
+    gray.set(xlabel="L*", ylim=(-3, 103), title="neutral colours, smooth")
+    gray.invert_xaxis()
+    figure.legend(loc="outside right upper")
+    return figure
+
+
 def _arrow(colour: str) -> dict[str, object]:
     return {"arrowstyle": "->", "color": colour, "shrinkA": 3, "shrinkB": 3}
 
@@ -351,6 +376,7 @@ CONCEPTS: dict[str, Callable[[Gamuts], Figure]] = {
     "coverage": _coverage,
     "rings": _rings,
     "mapping": _mapping,
+    "recipe": _recipe,
 }
 """File names of the pictures and the functions that draw them, in the order of the page."""
 

@@ -216,13 +216,7 @@ def recipe(
     ctx: typer.Context,
     colours: Colours,
     gamut: OfGamut,
-    black: Annotated[
-        str,
-        typer.Option(
-            help="How much black: smooth, none, maximum or least-ink; a share of the possible "
-            "range from 0 to 1; or a curve of L*:per cent, such as 10:90,50:30,90:0."
-        ),
-    ] = "smooth",
+    black: str = "smooth",
     method: str = "clip-nearest",
     colours_in: ColourSpace = None,
     columns: ColumnNames = None,
@@ -245,7 +239,7 @@ def recipe(
     found = gamut_of(gamut, ctx)
     recipes = found.to_device(
         table.points,
-        black=_black(black),
+        black=_number_or_text(black),
         method=method,
         space=table.space,
         triangles=triangles,
@@ -267,16 +261,7 @@ def recipe(
     typer.echo(summary + _skipped(table), err=output is None)
 
 
-def _black(text: str) -> str | float | list[list[float]]:
-    """Return the rule of black that an option names."""
-    if ":" in text:
-        try:
-            pairs = [[float(number) for number in each.split(":")] for each in text.split(",")]
-            return [[lightness, black / 100.0] for lightness, black in pairs]
-        except ValueError:
-            raise typer.BadParameter(
-                "Give pairs of L* and per cent, such as 10:90,50:30,90:0.", param_hint="--black"
-            ) from None
+def _number_or_text(text: str) -> float | str:
     try:
         return float(text)
     except ValueError:

@@ -89,10 +89,9 @@ def asking(question: str) -> type[BuildCommand]:
 def _describe(params: list[Any], question: str) -> None:
     """Give parameters without a help the description that the question declares."""
     from gamutcore.arguments import accepted_values  # noqa: PLC0415
-    from gamutcore.questions import QUESTIONS, RECIPES  # noqa: PLC0415
+    from gamutcore.questions import QUESTIONS  # noqa: PLC0415
 
-    asked = {**QUESTIONS, RECIPES.name: RECIPES}[question]
-    declared = {each.name: each for each in asked.all_parameters}
+    declared = {each.name: each for each in QUESTIONS[question].all_parameters}
     for each in params:
         if each.name in declared and each.help is None:
             found = declared[each.name]

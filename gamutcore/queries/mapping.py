@@ -126,6 +126,7 @@ def map_colours(
     *,
     focus: ArrayLike | Literal["cusp"] | None = None,
     source: Level | None = None,
+    white: float = 100.0,
 ) -> Mapped:
     """Map colours into a level.
 
@@ -140,6 +141,8 @@ def map_colours(
         lightness of the cusp of the colour's hue.
     source : LevelIndex or (vertices, faces, centre), optional
         The gamut that ``sgck`` maps from.
+    white : float, optional
+        Lightness of white in the space. The constants of ``sgck`` are for 100.
 
     Returns
     -------
@@ -174,7 +177,7 @@ def map_colours(
         )
     found, index = checked_points(points), as_index(level)
     if source is not None:
-        mapped = _compress(found, index, as_index(source))
+        mapped = _compress(found, index, as_index(source), white)
         return _clipped(mapped, found, index, FOCAL, None)
     focal = None
     if method == "clip-focal" and not (focus is None or isinstance(focus, str)):
@@ -529,14 +532,16 @@ KNEE = 0.9
 """Share of the distance to the gamut's surface that is not compressed (CIE 156:2004)."""
 
 
-def _compress(points: FloatArray, index: LevelIndex, source: LevelIndex) -> FloatArray:
+def _compress(
+    points: FloatArray, index: LevelIndex, source: LevelIndex, white: float
+) -> FloatArray:
     """Return colours (n, 3) of `source` compressed into `index` by SGCK, in gamut within rounding.
 
     Exceptions are colours outside the source, and lines that do not begin in gamut. The knee ends
     at the source's surface after the mapping of lightness. If the centre does not see all of that
     surface, the knee ends at the surface before the mapping.
     """
-    ranges = (*source.box[:, 0].tolist(), *index.box[:, 0].tolist())
+    ranges = (*source.box[:, 0].tolist(), *index.box[:, 0].tolist(), white)
     scaled = _with_lightness(points, ranges)
     hues = np.degrees(np.arctan2(points[:, 2], points[:, 1]))
     focus = np.zeros_like(points)
@@ -557,32 +562,37 @@ def _compress(points: FloatArray, index: LevelIndex, source: LevelIndex) -> Floa
 
 
 def _mapped_lightness(
-    lightness: FloatArray, chroma: FloatArray, ranges: tuple[float, float, float, float]
+    lightness: FloatArray, chroma: FloatArray, ranges: tuple[float, float, float, float, float]
 ) -> FloatArray:
     """Return the lightness after the sigmoid and before the knee.
 
-    `ranges` has the lowest and highest lightness of the source, then of the gamut.
+    `ranges` has the lowest and highest lightness of the source, of the gamut, and that of white.
     """
     from scipy.special import ndtr  # noqa: PLC0415  # 15 MB; only this method needs it
 
-    low, high, darkest, lightest = ranges
-    mean, deviation = np.interp(darkest, DARKEST, MEANS), np.interp(darkest, DARKEST, DEVIATIONS)
+    low, high, darkest, lightest, white = ranges
+    dark = 100.0 * darkest / white
+    mean, deviation = np.interp(dark, DARKEST, MEANS), np.interp(dark, DARKEST, DEVIATIONS)
     part = 100.0 * (lightness - low) / (high - low)
     shares = np.asarray(ndtr((part - mean) / deviation))
     least, most = ndtr((np.array([0.0, 100.0]) - mean) / deviation)
     sigmoid = darkest + (lightest - darkest) * (shares - least) / (most - least)
-    cubed = chroma**3
+    cubed = (100.0 * chroma / white) ** 3
     weight = 1.0 - np.sqrt(cubed / (cubed + CHROMA_CUBED))
     found: FloatArray = weight * sigmoid + (1.0 - weight) * lightness
     return found
 
 
-def _with_lightness(points: FloatArray, ranges: tuple[float, float, float, float]) -> FloatArray:
+def _with_lightness(
+    points: FloatArray, ranges: tuple[float, float, float, float, float]
+) -> FloatArray:
     chroma = np.hypot(points[:, 1], points[:, 2])
     return np.column_stack([_mapped_lightness(points[:, 0], chroma, ranges), points[:, 1:]])
 
 
-def _compressed_source(source: LevelIndex, ranges: tuple[float, float, float, float]) -> LevelIndex:
+def _compressed_source(
+    source: LevelIndex, ranges: tuple[float, float, float, float, float]
+) -> LevelIndex:
     """Return the source after the mapping of lightness."""
     vertices = _with_lightness(source.vertices, ranges)
     centre = _with_lightness(source.centre[np.newaxis], ranges)[0]

@@ -128,7 +128,7 @@ __all__ = [
 QUESTIONS: Mapping[str, Question] = {
     each.name: each
     for each in (
-        *(CONTAINS, NEAREST, MAP, CROSSINGS),
+        *(CONTAINS, NEAREST, MAP, CROSSINGS, RECIPES),
         *(CUSPS, LEAVES, SLICE, RINGS),
         *(COMPARISON, PICTURE),
     )

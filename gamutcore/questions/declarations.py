@@ -177,6 +177,8 @@ class Question:
         Parameters of which exactly one is given.
     level : tuple of Parameter
         The parameters of the level.
+    needs_model : bool
+        Whether the gamut must have its device model.
     """
 
     name: str
@@ -197,6 +199,7 @@ class Question:
     picture: Callable[..., bytes] | None = None
     alternatives: tuple[str, ...] = ()
     level: tuple[Parameter, ...] = LEVEL_PARAMETERS
+    needs_model: bool = False
 
     @property
     def all_parameters(self) -> tuple[Parameter, ...]:

@@ -186,7 +186,12 @@ class _Rule:
     def mapped(self, start: FloatArray) -> Mapped:
         """Return the points, mapped into the level."""
         return queries.map_colours(
-            start, self.level.index, self.method, focus=self.focus, source=self.source
+            start,
+            self.level.index,
+            self.method,
+            focus=self.focus,
+            source=self.source,
+            white=self.gamut.colour_space.white_lightness,
         )
 
     def moved(self, own: FloatArray) -> tuple[BooleanArray, FloatArray]:

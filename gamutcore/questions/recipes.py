@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import numpy as np
 
 from gamutcore import queries
-from gamutcore.arguments import Choice, Number, check_option
+from gamutcore.arguments import Choice, Number, Text, check_option
 from gamutcore.colours import lab_to_xyz
 from gamutcore.errors import InvalidPointsError, OptionError
 from gamutcore.queries import delta_e_2000
@@ -43,8 +43,12 @@ _RULES = {
     "least-ink": BlackRule(LEAST_INK),
 }
 
-BLACK = Annotated[str, Choice(tuple(_RULES))] | Annotated[float, Number(0.0, 1.0)]
-"""How much black a recipe has: a rule, or a share of the possible range."""
+BLACK = (
+    Annotated[str, Choice(tuple(_RULES))]
+    | Annotated[float, Number(0.0, 1.0)]
+    | Annotated[str, Text(400, "pairs of L* and black, such as '10:0.9, 50:0.3, 90:0'")]
+)
+"""How much black a recipe has: a rule, a share of the possible range, or a curve."""
 
 NEAREST_METHOD = "clip-nearest"
 
@@ -85,6 +89,8 @@ def recipes(
         delta_e=rows.in_shape(delta_e_2000(lab_of(gamut, rows.points), found.lab)),
         black_least=least if has_black else None,
         black_most=most if has_black else None,
+        triangles=level.triangles,
+        max_error=level.max_error,
         gamut=gamut.conditions,
         warnings=colour_warnings(gamut.conditions, conversion.name),
     )
@@ -126,7 +132,11 @@ def _black_rule(black: object) -> BlackRule:
     """Return the rule that a name, a share or a curve (n, 2) of L* and black stands for."""
     if isinstance(black, str | float | int):
         value = check_option("black", black, BLACK)
-        return _RULES[value] if isinstance(value, str) else BlackRule(SHARE, value)
+        if value in _RULES:
+            return _RULES[value]
+        if not isinstance(value, str):
+            return BlackRule(SHARE, value)
+        black = [pair.split(":") for pair in value.split(",")]
     try:
         curve = np.asarray(black, np.float64)
     except (TypeError, ValueError):
@@ -138,9 +148,10 @@ def _black_rule(black: object) -> BlackRule:
         and ((curve[:, 1] >= 0) & (curve[:, 1] <= 1)).all()
     ):
         raise OptionError(
-            "The curve of black is not accepted.",
+            "The rule of black is not accepted.",
             where={"field": "black"},
-            remedy="Give two or more pairs of L* and black, with ascending L* and black 0 to 1.",
+            remedy="Give smooth, none, maximum, least-ink, a share from 0 to 1, or two or more "
+            "pairs of L* and black, with ascending L* and black from 0 to 1.",
         )
     return BlackRule(WANTED, curve=curve)
 
@@ -158,7 +169,8 @@ RECIPES = Question(
             BLACK,
             "How much black. `smooth`: a curve over L* that changes least along the neutral axis. "
             "`none` and `maximum`: the ends of the possible range; a number from 0 to 1: a share "
-            "of it. `least-ink`: the least sum of inks.",
+            "of it. `least-ink`: the least sum of inks. Pairs such as `10:0.9, 50:0.3, 90:0`: a "
+            "curve of black over L*, which is kept to the possible range.",
             default="smooth",
             example=0.5,
         ),
@@ -190,4 +202,5 @@ RECIPES = Question(
         "black_least": [0.0],
         "black_most": [0.42],
     },
+    needs_model=True,
 )

@@ -41,8 +41,8 @@ _THREE, _FOUR, _MORE = (33, 1), (17, 17), (13, 11)
 """Nodes along each chromatic ink, and levels of black, for devices of three, four and more
 channels: 36,000, 84,000 and 24,000 evaluations of the device model for each set."""
 
-_MOST_OTHERS = 8
-"""Largest number of sets beside the tiles; six chromatic inks have sixteen."""
+_MOST_OTHERS = 16
+"""Largest number of sets beside the tiles: all that six chromatic inks have."""
 
 _CLOSE = 0.002
 """Largest difference of L*, a* and b* from the target at which a recipe is not corrected."""
@@ -148,7 +148,7 @@ class InverseModel:
 
     Notes
     -----
-    It takes 0.1 s for three channels, 0.5 s for four and 1 s for seven, and 10 to 40 MB.
+    It takes 0.1 s for three channels, 0.5 s for four and 1 s for seven, and 10 to 65 MB.
     """
 
     def __init__(self, model: DeviceModel) -> None:
@@ -207,14 +207,15 @@ class InverseModel:
             if len(rows) == 0:
                 break
             chosen, starts = self._nearest_nodes(targets[rows], rank)
-            for number, some in enumerate(self._sets):
-                mine = np.flatnonzero(chosen == number)
-                if len(mine) == 0:
-                    continue
+            traced, ranges = np.zeros((len(rows), 4)), np.zeros((len(rows), 2))
+            for number in np.unique(chosen).tolist():
+                mine, some = np.flatnonzero(chosen == number), self._sets[number]
                 own = rows[mine]
-                traced, ranges, _ = _traced(some, targets[own], black, wanted[own], starts[mine])
-                better = found.correct(own, traced, chosen[mine])
-                found.widen(own[better], ranges[better])
+                traced[mine], ranges[mine], _ = _traced(
+                    some, targets[own], black, wanted[own], starts[mine]
+                )
+            better = found.correct(rows, traced, chosen)
+            found.widen(rows[better], ranges[better])
         if self.black is None:
             found.black[:] = np.nan
         else:
@@ -250,8 +251,8 @@ class InverseModel:
 
     def corrected(self, rests: FloatArray, recipes: FloatArray, chosen: LongArray) -> FloatArray:
         """Return recipes whose colours differ by `rests`, by the slopes of the tables."""
-        for number, some in enumerate(self._sets):
-            mine = np.flatnonzero(chosen == number)
+        for number in np.unique(chosen).tolist():
+            mine, some = np.flatnonzero(chosen == number), self._sets[number]
             changed = recipes[mine]
             correct_recipes(some.table, some.scale, some.room, rests[mine], changed)
             recipes[mine] = changed
@@ -260,11 +261,10 @@ class InverseModel:
     def device(self, recipes: FloatArray, chosen: LongArray) -> FloatArray:
         """Return complete device values (m, n) of recipes of their sets."""
         device = np.tile(self._lowest, (len(recipes), 1))
-        for number, some in enumerate(self._sets):
-            mine = np.flatnonzero(chosen == number)
-            used = len(some.channels)
-            shares = recipes[mine][:, :used] * some.scale[:used]
-            device[np.ix_(mine, np.array(some.channels))] += shares
+        used = len(self._sets[0].channels)
+        channels = np.array([some.channels for some in self._sets])[chosen]
+        scale = np.array([some.scale[:used] for some in self._sets])[chosen]
+        device[np.arange(len(device))[:, None], channels] += recipes[:, :used] * scale
         return device
 
     def _ink_sets(self, chromatic: list[int]) -> tuple[list[tuple[int, ...]], int]:

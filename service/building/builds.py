@@ -220,7 +220,10 @@ class Builds:
         if document is not None:
             return document
         with contextlib.suppress(GamutNotStoredError), timed("store"):
-            return await asyncio.to_thread(self._store.record, gamut_id)
+            stored = await asyncio.to_thread(self._store.record, gamut_id)
+            if data is not None:
+                await asyncio.to_thread(self._keep_again, gamut_id, options, data, sha256)
+            return stored
         # Requests for a job under way need no room in the queue.
         present = await asyncio.to_thread(self._book.read, gamut_id)
         # Counted before the engine is asked, so that simultaneous requests see each other.
@@ -239,6 +242,14 @@ class Builds:
         finally:
             self._arriving -= 1
         return accepted
+
+    def _keep_again(
+        self, gamut_id: str, options: Mapping[str, Any], data: bytes, sha256: str | None
+    ) -> None:
+        """Store the input of an existing gamut that was evicted: device models are made of it."""
+        if self._store.keep_inputs and not self._store.input_kept(gamut_id):
+            with contextlib.suppress(OSError, StoreUnavailableError):
+                self._store.keep_input(gamut_id, data, dict(options), sha256)
 
     async def _keep_input(
         self, document: JobDocument, data: bytes, sha256: str | None, *, new: bool

@@ -18,13 +18,15 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, NamedTuple, ParamSpec, TypeVar
 from weakref import WeakValueDictionary
 
+from gamutcore.building import device_model
 from gamutcore.colours.spaces import ColourSpace
-from gamutcore.errors import HistoryFileError, TriangleCountError
+from gamutcore.errors import DeviceModelError, HistoryFileError, TriangleCountError
 from gamutcore.export.provenance import mesh_provenance
 from gamutcore.export.rendering import PICTURE_TRIANGLES
 from gamutcore.gamut import Gamut
 from gamutcore.history import MINIMUM_TRIANGLES
 from gamutcore.levels import BoundedLevel, LevelRequest, LevelSearch
+from gamutcore.limits import Limits
 from gamutcore.questions import INDEX_BYTES
 from service.concurrency import SingleFlight, Threads
 from service.http.representations import IDENTITY
@@ -38,6 +40,7 @@ from service.library.encoding import (
     encoding_cost,
 )
 from service.library.memory import ByteBoundedCache, Charge, Cost
+from service.storage.blobs import BlobNotFoundError
 from service.storage.names import display_name
 
 if TYPE_CHECKING:
@@ -195,6 +198,55 @@ class Library:
                 (gamut_id, "open"), lambda: self._open_and_keep(gamut_id, charge)
             )
         return found
+
+    async def load_device_model(self, gamut_id: str) -> None:
+        """Give an open gamut its device model and the inverse, from the store or from the input.
+
+        Raise `DeviceModelError` if the gamut is of colours only, or its input is gone, and
+        `GamutNotStoredError` if the gamut is missing.
+        """
+        opened = await self.gamut(gamut_id)
+        if opened.gamut.has_inverse:
+            return
+
+        async def load() -> None:
+            with await self.memory.charge("work", lambda: Cost.MODEL) as charge:
+                with timed("model"):
+                    await self.in_thread(self._prepare_recipes, opened)
+                self.settle(opened, charge)
+
+        await self._flights.value((gamut_id, "model"), load)
+
+    def _prepare_recipes(self, opened: OpenGamut) -> None:
+        gamut, gamut_id = opened.gamut, opened.record.id
+        if not gamut.has_device_model:
+            content = self._store.device_model(gamut_id)
+            if content is None:
+                content = self._make_device_model(gamut)
+                self._store.keep_device_model(gamut_id, content)
+            gamut.use_device_model(content)
+        _ = gamut.inverse_model
+
+    def _make_device_model(self, gamut: Gamut) -> bytes:
+        """Return the device model of the kept input of a gamut."""
+        try:
+            path = self._store.input_path(gamut.id)
+        except BlobNotFoundError:
+            if not gamut.is_of_device:
+                raise gamut.no_device_model() from None
+            raise DeviceModelError(
+                "The data of the gamut is not stored any more, and its device model was not made.",
+                where={"field": "gamut"},
+                remedy="Post the same data with the same options again.",
+            ) from None
+        try:
+            content = path.read_bytes()
+        finally:
+            path.unlink(missing_ok=True)
+        model = device_model(content, gamut.options, Limits())
+        if model is None:
+            raise gamut.no_device_model()
+        return model.to_bytes()
 
     def unpacking_cost(self, record: PublishedGamut, triangles: int) -> int:
         """Return the peak memory of opening a gamut and unpacking an existing level."""

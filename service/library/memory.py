@@ -122,6 +122,8 @@ class Cost:
     """The viewer in the page, and its compression."""
     COMPARISON = 40
     """Comparing gamuts, per triangle of both levels; sections and their pictures take 20."""
+    MODEL = 256 * _MEBIBYTE
+    """Making a device model and its inverse: a fit to 5,000 samples has a matrix of 200 MB."""
     CELL = 850
     """Answer to a view, per cell or row: leaves as JSON."""
     ROW: Mapping[str, int] = MappingProxyType(

@@ -166,6 +166,12 @@ _TABLE = {
         "Post the characterisation data again.",
         "The history file is damaged.",
     ),
+    "no-device-model": Kind(
+        "The gamut has no device model",
+        "Ask a gamut of measured samples with device values, an ICC profile or an RGB space.",
+        "The gamut has no device model: its data, of the format npy, is colours only.",
+        {"field": "gamut"},
+    ),
     "gamut-error": Kind(
         "The gamut cannot be built",
         "Compare the request with the documentation.",

@@ -105,7 +105,10 @@ def _add_route(question: Question) -> None:
         summary=question.summary,
         description=question.description,
         response_class=Response,
-        responses={200: query_response(question), **problems(*_PROBLEMS)},
+        responses={
+            200: query_response(question),
+            **problems(*_PROBLEMS, *(("no-device-model",) if question.needs_model else ())),
+        },
         openapi_extra={
             "requestBody": request_body(question),
             "parameters": documentation((*question.all_parameters, *TABLE_PARAMETERS)),
@@ -170,6 +173,8 @@ async def _answer(request: Request, gamut_id: str, question: Question) -> Respon
             values["space"] = body.table.space
         body = body._replace(axes=ColourConversion(values["space"], opened.space).axes)
         del opened  # it may go while the question waits for memory
+        if question.needs_model:
+            await service.library.load_device_model(gamut_id)
         ids = [gamut_id]
         if values.get("source") is not None:
             place = "body" if "source" in body.members else "query"

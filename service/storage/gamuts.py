@@ -14,6 +14,9 @@ survives the process. It stays as ``inputs/<aa>/<id>.input``, so that a damaged 
 rebuilt. It has three parts: the SHA-256 of the next line, a line of JSON with the options and the
 SHA-256 of the data, and the data as posted. See ``docs/decisions/store.md``.
 
+The device model of a gamut is made from its input when it is first asked for, and kept, sealed, as
+``models/<aa>/<id>.model``.
+
 All methods block; the event loop calls them in threads.
 """
 
@@ -40,7 +43,9 @@ from service.storage.blobs import (
     Blobs,
     StoreFullError,
     StoreUnavailableError,
+    seal,
     stored_bytes,
+    unseal,
 )
 from service.storage.eviction import Eviction, remove_uncommitted
 from service.storage.local import LocalBlobs
@@ -239,6 +244,7 @@ class GamutStore:
         self._used.pop(gamut_id, None)
         self.blobs.delete(record.key)
         self.drop_input(gamut_id)
+        self.blobs.delete(blob_key(gamut_id, "model"))
         self.names.drop(gamut_id)
         self.owners.drop(gamut_id)
         return deleted
@@ -255,7 +261,8 @@ class GamutStore:
 
     def evict(self, gamut_id: str) -> int:
         """Remove a gamut for lack of space; return the number of freed bytes."""
-        keys = [blob_key(gamut_id, "input"), *self._keys_of(gamut_id)]
+        others = [blob_key(gamut_id, kind) for kind in ("input", "model")]
+        keys = [*others, *self._keys_of(gamut_id)]
         nbytes = sum(stored_bytes(self.blobs, key) for key in keys)
         if self.is_being_published(gamut_id) or not self.delete(gamut_id):
             return 0
@@ -343,6 +350,26 @@ class GamutStore:
     def input_options(self, gamut_id: str) -> dict[str, Any]:
         """Return the options of a verified input; raises `BlobNotFoundError` as `input_path`."""
         return self._read_input(gamut_id, None)
+
+    def device_model(self, gamut_id: str) -> bytes | None:
+        """Return the device model of a gamut; None if there is none, or a damaged one."""
+        key = blob_key(gamut_id, "model")
+        try:
+            return unseal(self.blobs.read(key).data)
+        except BlobNotFoundError:
+            return None
+        except BlobDamagedError:
+            self.blobs.delete(key)
+            with self._lock:
+                self.corruptions += 1
+            return None
+
+    def keep_device_model(self, gamut_id: str, data: bytes) -> None:
+        """Store the device model of a gamut, unless there is one or the gamut is gone."""
+        key = blob_key(gamut_id, "model")
+        self.blobs.create(key, seal(data))
+        if not self.is_stored(gamut_id):
+            self.blobs.delete(key)
 
     def count_damaged_job(self, gamut_id: str) -> None:  # noqa: ARG002 - the interface of JobBook
         """Count a damaged job document that was replaced or removed."""

@@ -17,6 +17,7 @@ _FOLDERS = {
     "record": "published",
     "gamut": "published",
     "input": "inputs",
+    "model": "models",
     "name": "names",
     "owner": "owners",
 }

@@ -158,6 +158,8 @@ QUESTIONS = {
     "map from a source": lambda gamut, other: gamut.map(COLOURS, "sgck", source=other, **LEVEL),
     "map to a focus": lambda gamut, _: gamut.map(COLOURS, "clip-focal", focus=CENTRE, **LEVEL),
     "map with black": lambda gamut, _: gamut.map(COLOURS, black_point_compensation=True, **LEVEL),
+    "to_device": lambda gamut, _: gamut.to_device(COLOURS),
+    "to_device by a rule": lambda gamut, _: gamut.to_device(CENTRE, black="maximum", **LEVEL),
     "crossings": lambda gamut, _: gamut.crossings(COLOURS, CENTRE),
     "crossings of lines": lambda gamut, _: gamut.crossings(COLOURS, CENTRE, kind="line", **LEVEL),
     "crossings of none": lambda gamut, _: gamut.crossings(np.empty((0, 3)), CENTRE),
@@ -235,7 +237,8 @@ def test_both_kinds_have_the_same_methods(remote):
         name
         for name, _ in inspect.getmembers(gamutcore.Gamut, inspect.isfunction)
         if not name.startswith(("_", "plot"))
-    } - {"convert", "level", "map_picture", "to_html"}  # docs/client.md
+    } - {"convert", "level", "map_picture", "to_html", "to_colour"}  # docs/client.md
+    methods -= {"no_device_model", "use_device_model"}  # of the service
     assert methods <= set(dir(remote[0]))
     assert methods <= set(dir(gamutclient.AsyncGamut))
 

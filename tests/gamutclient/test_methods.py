@@ -10,7 +10,7 @@ from gamutclient.gamuts import Question as Asked
 from gamutcore.questions import QUESTIONS, SPACE
 from gamutcore.questions.declarations import LEVEL_PARAMETERS
 
-METHODS = {"comparisons": "compare"}
+METHODS = {"comparisons": "compare", "recipes": "to_device"}
 """Methods of the client whose names are not those of the questions."""
 
 CLASSIFYING = {"contains": "classify"}

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+from safetensors.numpy import load
 from scipy.optimize import least_squares
 
 from gamutcore import Gamut, reference
@@ -212,6 +213,18 @@ def test_a_saved_gamut_keeps_its_recipes(tmp_path: Path) -> None:
 def test_the_model_is_a_small_part_of_a_saved_press() -> None:
     gamut = Gamut(ROOT / "examples" / "FOGRA39L.ti3")
     assert len(gamut.to_bytes()) >= 0.7 * len(gamut.to_bytes(device_model=True))
+
+
+def test_another_reader_evaluates_a_saved_model_by_its_specification(tmp_path: Path) -> None:
+    """Only docs/history-format.md, safetensors and numpy: the kind `fit`."""
+    path = tmp_path / "press.gamut"
+    press().save(path)
+    model = load(load(path.read_bytes())["device_model"].tobytes())
+    device = printable(300, 4)
+    distances = np.linalg.norm(device[:, None] - model["centres"], axis=2)
+    colours = model["linear"][0] + device @ model["linear"][1:] + distances**3 @ model["weights"]
+    colours[:, 0] = np.maximum(colours[:, 0], 0.0)
+    np.testing.assert_allclose(press().to_colour(device), colours, atol=1e-6)
 
 
 def test_damage_to_the_model_is_refused_as_such() -> None:

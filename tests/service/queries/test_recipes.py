@@ -1,0 +1,115 @@
+"""Recipes over HTTP: the device model is made of the kept input, stored, and made again."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gamutcore import Gamut
+
+ROOT = Path(__file__).parents[3]
+PRESS = ROOT / "examples" / "FOGRA39L.ti3"
+OPTIONS = {"surface_samples": 4000, "ink_limit": 300}
+COLOURS = [[50.0, 30.0, 20.0], [40.0, 0.0, 0.0], [50.0, 0.0, 110.0]]
+
+
+@pytest.fixture(scope="module")
+def press(server):
+    """The address of a press, and the same gamut built here."""
+    return post_press(server), Gamut(PRESS, **OPTIONS)
+
+
+def post_press(server):
+    answer = server.client.post(
+        "/v1/gamuts",
+        files={"file": PRESS.read_bytes()},
+        data={"options": json.dumps(OPTIONS)},
+        headers={"Prefer": "wait=60"},
+    )
+    assert answer.status_code in {200, 201}, answer.text
+    return answer.json()["links"]["self"]
+
+
+def model_file(server, address):
+    name = address.rpartition("/")[2]
+    return server.data / "models" / name[:2] / f"{name}.model"
+
+
+def test_recipes_are_those_of_the_package(server, press):
+    address, here = press
+    answer = server.client.post(f"{address}/recipes", json={"colours": COLOURS, "black": 0.25})
+    assert answer.status_code == 200, answer.text
+    found, expected = answer.json(), here.to_device(COLOURS, black=0.25)
+    assert found["inside"] == [True, True, False]
+    np.testing.assert_allclose(found["device"], expected.device, atol=1e-9)
+    np.testing.assert_allclose(found["colour"], expected.points, atol=1e-9)
+    np.testing.assert_allclose(found["delta_e_2000"], expected.delta_e, atol=1e-9)
+    np.testing.assert_allclose(found["black_least"], expected.black_least, atol=1e-9)
+    np.testing.assert_allclose(found["black_most"], expected.black_most, atol=1e-9)
+    curve = server.client.post(
+        f"{address}/recipes", params={"black": "0:1,100:0"}, json={"colours": COLOURS[:1]}
+    ).json()
+    expected = here.to_device(COLOURS[:1], black=[(0, 1), (100, 0)])
+    np.testing.assert_allclose(curve["device"], expected.device, atol=1e-9)
+
+
+def test_a_reference_has_recipes_by_its_slug(server):
+    codes = [[0.2, 0.5, 0.7], [1.0, 1.0, 1.0]]
+    answer = server.client.post(
+        "/v1/gamuts/srgb/recipes",
+        params={"surface_samples": 2000},
+        json={"colours": codes, "space": "sRGB"},
+    )
+    assert answer.status_code == 200, answer.text
+    np.testing.assert_allclose(answer.json()["device"], codes, atol=1e-3)
+    assert "black_least" not in answer.json()
+
+
+@pytest.mark.parametrize("black", ["sometimes", 2, "9:0.5", "a:b,c:d"])
+def test_rules_that_do_not_exist_are_refused(server, press, black):
+    answer = server.client.post(f"{press[0]}/recipes", json={"colours": COLOURS, "black": black})
+    assert answer.status_code in {400, 422}
+    assert answer.json()["where"]["field"] == "black"
+
+
+def test_colours_alone_have_no_recipes(server, cubes, assert_problem):
+    answer = server.client.post(f"{cubes[0]}/recipes", json={"colours": COLOURS})
+    assert_problem(answer, 422, "no-device-model")
+    assert "colours only" in answer.json()["detail"]
+
+
+def test_the_model_is_stored_once_and_removed_with_the_gamut(start_server, assert_problem):
+    server = start_server()
+    server.wait_ready()
+    address = post_press(server)
+    digest = server.client.get(f"{address}/history").headers["etag"]
+    assert not model_file(server, address).exists()
+    first = server.client.post(f"{address}/recipes", json={"colours": COLOURS})
+    assert first.status_code == 200, first.text
+    assert model_file(server, address).exists()
+    assert server.client.get(f"{address}/history").headers["etag"] == digest
+    # damaged: made again of the input
+    content = bytearray(model_file(server, address).read_bytes())
+    content[len(content) // 2] ^= 1
+    model_file(server, address).write_bytes(content)
+    server.stop()
+    server = start_server(server.data)
+    server.wait_ready()
+    again = server.client.post(f"{address}/recipes", json={"colours": COLOURS})
+    assert again.json()["device"] == first.json()["device"]
+    # neither the model nor the input: the same data has to be posted again
+    name = address.rpartition("/")[2]
+    model_file(server, address).unlink()
+    (server.data / "inputs" / name[:2] / f"{name}.input").unlink()
+    server.stop()
+    server = start_server(server.data)
+    server.wait_ready()
+    gone = server.client.post(f"{address}/recipes", json={"colours": COLOURS})
+    assert_problem(gone, 422, "no-device-model")
+    assert "Post the same data" in gone.json()["remedy"]
+    post_press(server)
+    back = server.client.post(f"{address}/recipes", json={"colours": COLOURS})
+    assert back.json()["device"] == first.json()["device"]
+    assert server.client.delete(address).status_code == 204
+    assert not model_file(server, address).exists()
