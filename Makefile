@@ -211,6 +211,10 @@ viewer-check: web/node_modules/.package-lock.json ## compare gamutcore/export/vi
 hues: install .venv/.installed-docs ## redraw docs/pictures/hues.png, and print the table of its record
 	$(python) docs/pictures/hues.py
 
+.PHONY: spatial
+spatial: install .venv/.installed-docs ## redraw docs/pictures/spatial.png, and print the table of its record
+	$(python) docs/pictures/spatial.py
+
 .PHONY: chromaticity
 chromaticity: install .venv/.installed-docs ## redraw docs/pictures/chromaticity.svg
 	$(python) docs/pictures/chromaticity.py

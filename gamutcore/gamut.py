@@ -572,6 +572,7 @@ class Gamut:
         focus: Colours | Literal["cusp"] | None = None,
         source: Self | str | os.PathLike[str] | None = None,
         black_point_compensation: bool = False,
+        iterations: int | None = None,
         depth: Depth | None = None,
         table: int | None = None,
         heat_map: str | os.PathLike[str] | None = None,
@@ -593,9 +594,14 @@ class Gamut:
             half floats, which become floats there by default. Integers of a picture in linear light
             are sRGB, with straight alpha.
         method, focus, source : optional
-            As for `map`; a focal point is in CIELAB.
+            As for `map`; a focal point is in CIELAB. In addition, ``"spatial"`` keeps the
+            differences between neighbouring pixels, and their hues (Alsam & Farup 2012). Pixels in
+            gamut may move towards the neutral axis. It needs the whole picture in memory.
         black_point_compensation : bool, optional
             As for `map`, from the black of the picture's profile or encoding.
+        iterations : int, optional
+            Of ``"spatial"``, 25 by default, at most 10,000. Without one, it is clipping. Details
+            that are larger than some ten pixels need more.
         table : int, optional
             Map through a table of as many nodes along each channel, 5 to 129; 0 maps every colour
             exactly. By default 65 for pictures of more than 8 megapixels, else 0. The result states
@@ -624,8 +630,8 @@ class Gamut:
         -----
         Rows are read, mapped and written in parts, by up to four threads. Beside the file, 24
         megapixels of 8 bits take 250 MB. Transparent pixels stay. Pixels in gamut keep their values
-        exactly. Through a table, those next to the surface may move within the stated error, where
-        the surface bulges into a cell whose corners are all outside.
+        exactly, except by ``"spatial"``. Through a table, those next to the surface may move within
+        the stated error, where the surface bulges into a cell whose corners are all outside.
         """
         return map_picture_file(
             self,
@@ -635,6 +641,7 @@ class Gamut:
             focus=focus,
             source=self._other(source),
             black_point_compensation=black_point_compensation,
+            iterations=iterations,
             depth=depth,
             table=table,
             heat_map=heat_map,

@@ -229,6 +229,7 @@ def _use_queries() -> None:
     with tempfile.TemporaryDirectory() as folder:
         picture = png(np.zeros((1, 1, 3), np.uint8))
         gamut.map_picture(picture, Path(folder) / "mapped.png", table=5)
+        gamut.map_picture(picture, Path(folder) / "mapped.png", "spatial", iterations=1)
 
 
 _TETRAHEDRON = np.array([(0, 1, 2), (0, 2, 3), (0, 3, 1), (1, 3, 2)], np.int32)

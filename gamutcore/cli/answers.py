@@ -314,6 +314,13 @@ def map_colours(
     black_point_compensation: Annotated[
         bool, typer.Option("--black-point-compensation", "--bpc")
     ] = False,
+    iterations: Annotated[
+        int | None,
+        typer.Option(
+            help="Iterations of --method spatial, which keeps the differences between the pixels "
+            "of a picture. Default: 25; 0 is clipping."
+        ),
+    ] = None,
 ) -> None:
     """Map a table of colours or a picture into a gamut.
 
@@ -321,7 +328,8 @@ def map_colours(
     difference delta_e_2000, and its device values in per cent, which exist on the surface only.
 
     A picture is written to a .png, .tif, .exr or .jpg file with its encoding, profile, depth and
-    alpha. Pixels in gamut keep their values. With --depth, floats can be written as PNG and JPEG:
+    alpha. Pixels in gamut keep their values, except by --method spatial, which is for pictures
+    only. With --depth, floats can be written as PNG and JPEG:
     integers of a picture in linear light are sRGB.
 
     For a picture, the gamut is built in IPT unless --space names another space, and the full
@@ -333,7 +341,12 @@ def map_colours(
     if picture and output is None:
         raise typer.BadParameter("Give a file for the picture.", param_hint="--output")
     _check_source(method, from_gamut)
-    given_options = {"--depth": depth, "--table": lookup_table, "--heat-map": heat_map}
+    given_options = {
+        "--depth": depth,
+        "--table": lookup_table,
+        "--heat-map": heat_map,
+        "--iterations": iterations,
+    }
     for option, value in given_options.items():
         if value is not None and not picture:
             raise typer.BadParameter("This is an option of pictures.", param_hint=option)
@@ -356,7 +369,12 @@ def map_colours(
     }
     if table is None:
         assert output is not None  # noqa: S101  # checked above
-        options |= {"depth": depth, "table": lookup_table, "heat_map": heat_map}
+        options |= {
+            "depth": depth,
+            "table": lookup_table,
+            "heat_map": heat_map,
+            "iterations": iterations,
+        }
         done = found.map_picture(colours, output, method, **options)
         state(found.conditions, warnings=done.warnings)
         typer.echo(_picture_summary(done))
@@ -403,9 +421,10 @@ def _picture_summary(done: MappedPicture) -> str:
 
 def _check_source(method: str, source: str | None) -> None:
     from gamutcore.arguments import check_option  # noqa: PLC0415
-    from gamutcore.questions import METHOD  # noqa: PLC0415
+    from gamutcore.questions import METHOD, SPATIAL  # noqa: PLC0415
 
-    if (check_option("method", method, METHOD) == "sgck") != (source is not None):
+    known = method if method == SPATIAL else check_option("method", method, METHOD)
+    if (known == "sgck") != (source is not None):
         raise typer.BadParameter(
             "Give the gamut that sgck maps from."
             if source is None

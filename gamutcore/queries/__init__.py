@@ -38,6 +38,7 @@ from gamutcore.queries.sections import (
     leaves,
     slice_polygons,
 )
+from gamutcore.queries.spatial_mapping import Lines, find_lines, neutral_ends, relax_shifts
 
 __all__ = [
     "CHROMATICITY_STANDARDS",
@@ -49,6 +50,7 @@ __all__ = [
     "Leaves",
     "Level",
     "LevelIndex",
+    "Lines",
     "Mapped",
     "MappingMethod",
     "Section",
@@ -63,12 +65,15 @@ __all__ = [
     "crossings",
     "cusp_points",
     "delta_e_2000",
+    "find_lines",
     "gamut_rings",
     "hue_leaf",
     "leaves",
     "map_colours",
     "nearest",
     "nearest_ciede2000",
+    "neutral_ends",
+    "relax_shifts",
     "signed_distance",
     "slice_polygons",
 ]

@@ -25,7 +25,14 @@ from gamutcore.questions.levels import (
     colours_in,
     tolerance_of,
 )
-from gamutcore.questions.mapping import MAP, METHOD, map_colours, map_picture_file, map_points
+from gamutcore.questions.mapping import (
+    MAP,
+    METHOD,
+    SPATIAL,
+    map_colours,
+    map_picture_file,
+    map_points,
+)
 from gamutcore.questions.picture_mapping import PICTURE_SPACE, MappedPicture, TableError
 from gamutcore.questions.plotting import (
     MOST_DRAWN_TRIANGLES,
@@ -78,6 +85,7 @@ __all__ = [
     "RINGS",
     "SECTORS",
     "SPACE",
+    "SPATIAL",
     "Answer",
     "IndexedLevels",
     "MappedPicture",

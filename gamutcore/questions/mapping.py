@@ -36,16 +36,17 @@ from gamutcore.questions.levels import (
     surface_facts,
     tolerance_of,
 )
-from gamutcore.questions.picture_mapping import BLUE_TURNS, map_picture, turns_blue
+from gamutcore.questions.picture_mapping import BLUE_TURNS, SpatialMoves, map_picture, turns_blue
 from gamutcore.results import MappedColours
 
 if TYPE_CHECKING:
     import os
+    from collections.abc import Callable
 
-    from gamutcore.arrays import BooleanArray, FloatArray, LongArray
+    from gamutcore.arrays import BooleanArray, Float32Array, FloatArray, LongArray
     from gamutcore.colour_rows import Colours
     from gamutcore.export.picture_file import Depth
-    from gamutcore.queries import LevelIndex, Mapped, MappingMethod
+    from gamutcore.queries import LevelIndex, Lines, Mapped, MappingMethod
     from gamutcore.questions.levels import AskedGamut, IndexedLevel
     from gamutcore.questions.picture_mapping import MappedPicture, Moves
 
@@ -59,6 +60,18 @@ METHOD = Annotated[
     ),
 ]
 """Methods of mapping."""
+
+SPATIAL = "spatial"
+"""Method for pictures alone: colours of a table have no neighbours."""
+
+ITERATIONS = 25
+"""Iterations of the spatial mapping: 20 to 30 are enough for Alsam & Farup (2012)."""
+
+MOST_ITERATIONS = 10_000
+"""An hour for 24 megapixels."""
+
+SHIFT = 1e-2
+"""A shift by less than this share of `default_error` is no move: 16 bits hardly store it."""
 
 ROUNDING = 1e-9
 """A change of less than this share of `default_error` is a rounding error, and no move."""
@@ -207,6 +220,13 @@ def _rule(
     triangles: int | None,
     max_error: float | None,
 ) -> _Rule:
+    if method == SPATIAL:
+        raise OptionError.not_applicable(
+            "method",
+            method,
+            "it keeps the differences between neighbours, and only pixels have neighbours",
+            "Map a picture, or give another method.",
+        )
     name = cast("MappingMethod", check_option("method", method, METHOD))
     find_level = answering_level if name == "clip-nearest" else level_with_hue
     level = find_level(gamut, triangles, max_error)
@@ -319,6 +339,7 @@ def map_picture_file(
     focus: Colours | Literal["cusp"] | None = None,
     source: AskedGamut | None = None,
     black_point_compensation: bool = False,
+    iterations: int | None = None,
     depth: Depth | None = None,
     table: int | None = None,
     heat_map: str | os.PathLike[str] | None = None,
@@ -326,16 +347,27 @@ def map_picture_file(
     max_error: float | None = None,
 ) -> MappedPicture:
     """Map the colours of a picture file, and write the result."""
+    is_spatial = method == SPATIAL
+    if is_spatial:
+        given = {"focus": focus, "source": None if source is None else "of another gamut"}
+        _check_spatial(given | {"table": table or None})
+        table = 0
+    elif iterations is not None:
+        message = "only the method spatial has iterations"
+        raise OptionError.not_applicable("iterations", iterations, message)
+    iterations = ITERATIONS if iterations is None else iterations
+    if not 0 <= iterations <= MOST_ITERATIONS:
+        raise OptionError.refusal("iterations", iterations, f"0 to {MOST_ITERATIONS}")
     if triangles is None and max_error is None:
         max_error = 0.0  # edges of a coarser level are visible as arcs
     by_lab_hue = gamut.colour_space.name == "CIELAB" and method != "clip-nearest"
     turned = False
     conversion = _from_lab(gamut)
 
-    def moves_from(black: float) -> Moves:
+    def moves_from(black: float) -> Moves | SpatialMoves:
         rule = _rule(
             gamut,
-            method,
+            "clip-hue" if is_spatial else method,
             conversion,
             focus=focus,
             source=source,
@@ -354,7 +386,17 @@ def map_picture_file(
             turned = turned or (by_lab_hue and turns_blue(lab[moved], after))
             return outside, moved, after
 
-        return moves
+        def shifted(lab: FloatArray, shifts: FloatArray) -> tuple[LongArray, FloatArray]:
+            nonlocal turned
+            own = conversion.to_gamut(lab)
+            points = rule.start(own) - shifts
+            least = SHIFT * gamut.default_error
+            moved = np.flatnonzero(np.abs(points - own).max(axis=1, initial=0.0) > least)
+            after = conversion.from_gamut(points[moved])
+            turned = turned or (by_lab_hue and turns_blue(lab[moved], after))
+            return moved, after
+
+        return _spatial_moves(rule, conversion, iterations, shifted) if is_spatial else moves
 
     heat_file = None if heat_map is None else Path(heat_map)
     done = map_picture(data, Path(output), moves_from, depth, table=table, heat_map=heat_file)
@@ -364,3 +406,37 @@ def map_picture_file(
     if turned:
         warnings += (BLUE_TURNS,)
     return replace(done, warnings=warnings, gamut=gamut.conditions)
+
+
+def _check_spatial(given: dict[str, Any]) -> None:
+    for name, value in given.items():
+        if value is not None:
+            message = "the method spatial maps pixels, not colours"
+            raise OptionError.not_applicable(name, value, message)
+
+
+def _spatial_moves(
+    rule: _Rule,
+    conversion: ColourConversion,
+    iterations: int,
+    shifted: Callable[[FloatArray, FloatArray], tuple[LongArray, FloatArray]],
+) -> SpatialMoves:
+    """Return the functions of a spatial mapping into the level of a rule."""
+    index = rule.level.index
+    ends = queries.neutral_ends(index)
+    if ends is None:
+        raise OptionError.not_applicable(
+            "method", SPATIAL, "the gamut has no neutral colours", "Give another method."
+        )
+
+    def lines(lab: FloatArray) -> tuple[BooleanArray, Lines]:
+        own = conversion.to_gamut(lab)
+        start = rule.start(own)
+        outside = rule.outside(own)
+        clipped = outside if rule.black is None else rule.outside(start)
+        return outside, queries.find_lines(start, clipped, index, ends)
+
+    def relaxed(directions: Float32Array, least: Float32Array, most: Float32Array) -> Float32Array:
+        return queries.relax_shifts(directions, least, most, iterations, ends[1] - ends[0])
+
+    return SpatialMoves(lines, relaxed, shifted)

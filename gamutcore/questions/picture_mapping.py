@@ -7,6 +7,8 @@ depth can be asked for; integers of a picture in linear light are sRGB.
 Large pictures are mapped through a table of nodes in the encoding of the picture. A cell whose
 corners all stay keeps its colours. A cell whose corners all move is interpolated. Colours of the
 other cells, at the boundary of the gamut, are mapped exactly: there the mapping has an edge.
+
+Spatial mapping reads the picture twice: for the lines on which its pixels move, and to move them.
 """
 
 from __future__ import annotations
@@ -47,13 +49,20 @@ from gamutcore.colours import (
 from gamutcore.errors import MalformedFileError, OptionError, UnsupportedPictureError
 from gamutcore.export.picture_file import PNG_LEVEL, draft_of, picture_writer, png, with_depth
 from gamutcore.kernels import kernel
-from gamutcore.queries import delta_e_2000
+from gamutcore.queries import Lines, delta_e_2000
 from gamutcore.results import Shown
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from gamutcore.arrays import BooleanArray, ByteArray, FloatArray, IndexArray, LongArray
+    from gamutcore.arrays import (
+        BooleanArray,
+        ByteArray,
+        Float32Array,
+        FloatArray,
+        IndexArray,
+        LongArray,
+    )
     from gamutcore.characterisation.pictures import Raster
     from gamutcore.export.picture_file import Depth
     from gamutcore.results import Conditions
@@ -67,6 +76,7 @@ __all__ = [
     "TABLE_NODES",
     "TABLE_PIXELS",
     "MappedPicture",
+    "SpatialMoves",
     "TableError",
     "map_picture",
     "turns_blue",
@@ -90,8 +100,10 @@ _LOSS = 10.0
 VISIBLE = 1.0
 """Distance in CIELAB from which a mapped colour counts as missed by the encoding."""
 
-_AT_A_TIME = 2**16
-"""Colours that a thread maps at once; each takes up to 700 bytes."""
+_AT_A_TIME = 2**14
+"""Colours that a thread maps at once; each takes up to 700 bytes. OpenBLAS multiplies up to 2¹⁸ ÷ 9
+rows by a matrix in the calling thread; above, its own threads wait for ours, which takes four times
+the processor time."""
 
 THREADS = 4
 """Most threads that map. Kernels and NumPy release the interpreter's lock for most of the time."""
@@ -199,10 +211,31 @@ class MappedPicture(Shown):
     gamut: Conditions | None = None
 
 
+@dataclass(frozen=True)
+class SpatialMoves:
+    """The functions of a mapping that depends on the neighbours of a pixel.
+
+    Attributes
+    ----------
+    lines : callable
+        From colours (n, 3) in CIELAB to which are out of gamut, and their lines.
+    relaxed : callable
+        From the lines of all pixels of a picture, as planes of float32, to the shares of the
+        shifts (rows, columns).
+    shifted : callable
+        From colours (n, 3) in CIELAB and shifts in the space of the gamut to the rows that move,
+        and the new colours of these rows.
+    """
+
+    lines: Callable[[FloatArray], tuple[BooleanArray, Lines]]
+    relaxed: Callable[[Float32Array, Float32Array, Float32Array], Float32Array]
+    shifted: Callable[[FloatArray, FloatArray], tuple[LongArray, FloatArray]]
+
+
 def map_picture(
     data: bytes,
     output: Path,
-    moves_from: Callable[[float], Moves],
+    moves_from: Callable[[float], Moves | SpatialMoves],
     depth: Depth | None = None,
     *,
     table: int | None = None,
@@ -219,7 +252,7 @@ def map_picture(
     moves_from : callable
         From the luminance of the black of the encoding to a function, which several threads call.
         It takes colours (n, 3) in CIELAB, and returns which are out of gamut, the rows that move,
-        and the new colours of these rows.
+        and the new colours of these rows. Or to the functions of a spatial mapping.
     depth : {"8", "16", "half", "float"}, optional
         As for `gamutcore.export.picture_file.with_depth`.
     table : int, optional
@@ -275,6 +308,8 @@ def map_picture(
             threads = min(THREADS, os.cpu_count() or 1)
             workers = stack.enter_context(ThreadPoolExecutor(threads))
             pixels = _Pixels(raster, meaning, result, moves_from, workers, table)
+            if pixels.spatial is not None:
+                pixels.find_shifts(stack.enter_context(open_raster(data, file_format)))
             if heat_file is not None:
                 pixels.heat = np.zeros(raster.height * raster.width, np.uint8)
             # a band is read, and another one written, while a third is mapped
@@ -340,7 +375,7 @@ class _Pixels:
         raster: Raster,
         meaning: IccProfile | Encoding,
         result: Raster,
-        moves_from: Callable[[float], Moves],
+        moves_from: Callable[[float], Moves | SpatialMoves],
         workers: ThreadPoolExecutor,
         table: int,
     ) -> None:
@@ -351,7 +386,10 @@ class _Pixels:
         self._recoded = self._encoded != meaning
         self._wide = self._is_linear and not self._recoded and result.dtype.kind == "f"
         black = luminance_of_black(lab_to_xyz(self._colours(np.zeros((1, 3)), meaning))[0])
-        self._moves = moves_from(black)
+        moves = moves_from(black)
+        self.spatial = moves if isinstance(moves, SpatialMoves) else None
+        self._moves = None if isinstance(moves, SpatialMoves) else moves
+        self._shifts: _Shifts | None = None
         self._known = _KnownColours() if raster.dtype == np.uint8 else None
         room = self._known.room if self._known else 0
         self._results = np.empty((room, 3), result.dtype)
@@ -396,6 +434,55 @@ class _Pixels:
                 new = slice(first, self._known.count)
             return _Band(row, given, alpha, opaque, straight, numbers, new)
         return None
+
+    def find_shifts(self, again: Raster) -> None:
+        """Read the picture to the end for the shifts of all pixels. `again` is read next."""
+        assert self.spatial is not None  # noqa: S101  # else there are none
+        width, height = self._raster.width, self._raster.height
+        shifts = _Shifts.of_room(width * height)
+        room = 0 if self._known is None else self._known.room
+        of_colours = _Shifts.of_room(room)
+        read = self._workers.submit(self.next_band)
+        while (band := read.result()) is not None:
+            read = self._workers.submit(self.next_band)
+            at = self._opaque_places(band)
+            if band.numbers is None or self._known is None:
+                self._write_lines(band.straight, shifts, at)
+                continue
+            new = np.arange(band.new.start, band.new.stop)
+            self._write_lines(self._known.colours[band.new], of_colours, new)
+            for each, known in zip(shifts, of_colours, strict=True):
+                each[at] = np.take(known, band.numbers, axis=0)
+        directions, least, most, _ = shifts
+        del of_colours
+        self._known, self._seen = None, np.zeros(2**24, np.uint8)
+        self._results, self._changes = np.empty((0, 3)), np.empty(0, _CHANGE)
+        shares = self.spatial.relaxed(
+            directions.reshape(height, width, 3),
+            least.reshape(height, width),
+            most.reshape(height, width),
+        )
+        self._shifts = shifts._replace(least=shares.ravel())
+        self._raster = again
+
+    def _opaque_places(self, band: _Band) -> LongArray:
+        """Return the numbers in the picture of the opaque pixels of a band."""
+        first = band.row * self._raster.width
+        if band.opaque is None:
+            return np.arange(first, first + len(band.given))
+        return first + np.flatnonzero(band.opaque)
+
+    def _write_lines(self, samples: NDArray[Any], shifts: _Shifts, at: LongArray) -> None:
+        def write(start: int) -> None:
+            part = slice(start, start + _AT_A_TIME)
+            assert self.spatial is not None  # noqa: S101  # checked by the caller
+            lab = self._colours(samples[part] / self._full, self._meaning)
+            outside, lines = self.spatial.lines(lab)
+            for each, found in zip(shifts, (*lines, outside), strict=True):
+                each[at[part]] = found
+
+        for _ in self._workers.map(write, range(0, len(samples), _AT_A_TIME)):
+            pass
 
     def mapped(self, band: _Band) -> NDArray[Any]:
         """Return the samples of the result, alpha included."""
@@ -449,12 +536,13 @@ class _Pixels:
             new = self._known.colours[band.new]
             self._results[band.new], self._changes[band.new] = self._evaluated(new)
             return np.take(self._results, numbers, axis=0), self._gray(self._changes, numbers)
-        if self._table is None and samples.dtype.kind != "f":
+        at = None if self._shifts is None else self._opaque_places(band)
+        if self._table is None and self._shifts is None and samples.dtype.kind != "f":
             distinct, place, times = _distinct(samples)
         else:  # as fast as sorting
             distinct, place = samples, np.arange(len(samples))
             times = np.ones(len(samples), np.int64)
-        result, changes = self._evaluated(distinct)
+        result, changes = self._evaluated(distinct, at)
         self._count(changes, times)
         light = np.clip(self._shaped(distinct / self._full), 0.0, 1.0)
         red, green, blue = np.rint(255.0 * light).astype(np.int32).T
@@ -504,28 +592,39 @@ class _Pixels:
         histogram[: len(self._histogram)] += self._histogram
         self._histogram = histogram
 
-    def _evaluated(self, samples: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
-        """Return samples of the mapped colours, and what became of each."""
+    def _evaluated(
+        self, samples: NDArray[Any], at: LongArray | None = None
+    ) -> tuple[NDArray[Any], NDArray[Any]]:
+        """Return samples of the mapped colours, and what became of each.
+
+        `at` has the numbers of the pixels in the picture for a spatial mapping.
+        """
         evaluate = self._exact if self._table is None else self._by_table
         result = np.empty(samples.shape, self._result.dtype)
         changes = np.empty(len(samples), _CHANGE)
 
         def write(start: int) -> None:
             part = slice(start, start + _AT_A_TIME)
-            values, changes[part], _ = evaluate(samples[part] / self._full)
+            given = samples[part] / self._full
+            if at is None:
+                values, changes[part], _ = evaluate(given)
+            else:
+                values, changes[part], _ = self._exact(given, at[part])
             result[part] = self._scaled(values)
 
         for _ in self._workers.map(write, range(0, len(samples), _AT_A_TIME)):
             pass
         return result, changes
 
-    def _exact(self, values: FloatArray) -> tuple[FloatArray, NDArray[Any], FloatArray]:
+    def _exact(
+        self, values: FloatArray, at: LongArray | None = None
+    ) -> tuple[FloatArray, NDArray[Any], FloatArray]:
         """Return values of the mapped colours, what became of each, and what the encoding misses.
 
         The values are in the encoding of the result. The last array has the distances in CIELAB.
         """
         lab = self._colours(values, self._meaning)
-        outside, rows, target = self._moves(lab)
+        outside, rows, target = self._moved(lab, at)
         changes = np.zeros(len(values), _CHANGE)
         changes["outside"], changes["moved"][rows] = outside, True
         changes["delta_e"][rows] = delta_e_2000(lab[rows], target)
@@ -545,6 +644,17 @@ class _Pixels:
         result[rows], missed[rows] = found, distance
         changes["missed"] = missed > VISIBLE
         return result, changes, missed
+
+    def _moved(
+        self, lab: FloatArray, at: LongArray | None
+    ) -> tuple[BooleanArray, LongArray, FloatArray]:
+        """Return what `Moves` does; with a spatial mapping, for the pixels of these numbers."""
+        if self.spatial is None or self._shifts is None or at is None:
+            assert self._moves is not None  # noqa: S101  # else there are shifts
+            return self._moves(lab)
+        directions, shares, _, outside = self._shifts
+        shifts: NDArray[Any] = shares[at, np.newaxis] * directions[at]
+        return outside[at], *self.spatial.shifted(lab, shifts)
 
     def _tabulated(self, size: int) -> tuple[LookupTable, ByteArray]:
         """Return a table of what `_exact` returns, and the kind of each cell."""
@@ -627,6 +737,24 @@ class _Pixels:
         picture = Picture(raster.format, "RGB", values, once, meaning)
         colours: FloatArray = picture_colours(picture, "relative").points
         return colours
+
+
+class _Shifts(NamedTuple):
+    """`Lines` of pixels or colours in float32, and which are out of gamut.
+
+    `least` becomes the share of the shift. Transparent pixels have zeros.
+    """
+
+    directions: Float32Array
+    least: Float32Array
+    most: Float32Array
+    outside: BooleanArray
+
+    @classmethod
+    def of_room(cls, size: int) -> _Shifts:
+        """Return zeros, which occupy no memory until they are written."""
+        directions, planes = np.zeros((size, 3), np.float32), np.zeros((2, size), np.float32)
+        return cls(directions, planes[0], planes[1], np.zeros(size, np.bool_))
 
 
 def _full_scale(dtype: np.dtype[Any]) -> float:

@@ -281,6 +281,22 @@ def test_a_picture_by_a_table_and_its_heat_map(command, cubes, tmp_path):
     command("map", table, "--gamut", cubes / "small.gamut", "--table", "9", status=2)
 
 
+def test_a_picture_is_mapped_spatially(command, cubes, tmp_path):
+    given, mapped = tmp_path / "given.png", tmp_path / "mapped.png"
+    Image.new("RGB", (3, 2), (255, 0, 0)).save(given)
+    arguments = ("map", given, "--gamut", cubes / "small.gamut", "-o", mapped)
+    told, _ = command(*arguments, "--method", "spatial", "--iterations", "3")
+    assert told.startswith("6 of 6 pixels moved")
+    command(*arguments, "--iterations", "3", status=2)
+    command(*arguments, "--method", "spatial", "--table", "9", status=2)
+    (tmp_path / "table.csv").write_text("L,a,b\n50,0,0\n")
+    _, told = command(
+        "map", tmp_path / "table.csv", *arguments[2:4], "--method", "spatial", status=2
+    )
+    assert "neighbours" in told
+    assert "Map a picture" in told
+
+
 def test_a_picture_is_written_with_another_depth(command, cubes, tmp_path):
     given, mapped = tmp_path / "given.png", tmp_path / "mapped.png"
     Image.new("RGB", (3, 2), (255, 0, 0)).save(given)
