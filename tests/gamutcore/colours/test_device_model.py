@@ -113,7 +113,7 @@ def test_a_fit_of_a_grid_can_be_asked_for():
     assert interpolated.provenance["name"] == N_LINEAR
 
     def missed(some):
-        return np.linalg.norm(some.colours(points) - bent(points), axis=1).mean()
+        return np.linalg.norm(some.function.fitted(points) - bent(points), axis=1).mean()
 
     assert missed(model) < missed(interpolated) / 1.5
     (said,) = device_model(device, bent(device)).warnings
@@ -200,7 +200,7 @@ def test_it_is_scipys_interpolator(count, channels):
     reference = RBFInterpolator(device, colours, kernel="cubic", smoothing=SMOOTHING)
     points = np.random.default_rng(1).random((500, channels))
     model = scattered_model(device, colours)
-    np.testing.assert_allclose(model.function.fitted(points), reference(points), atol=1e-6)
+    np.testing.assert_allclose(model.colours(points), reference(points), atol=1e-6)
 
 
 def test_leave_out_errors_are_those_of_refitted_models():
@@ -220,7 +220,7 @@ def test_a_linear_device_is_met_exactly():
     model = scattered_model(device, colours)
     points = np.random.default_rng(2).random((10, 4))
     np.testing.assert_allclose(
-        model.function.fitted(points), points @ np.arange(12).reshape(4, 3) + [1, 2, 3]
+        model.colours(points), points @ np.arange(12).reshape(4, 3) + [1, 2, 3]
     )
     np.testing.assert_allclose(model.leave_out_errors, 0, atol=1e-9)
 
@@ -232,7 +232,7 @@ def test_held_out_patches_of_a_real_press(fogra39):
     lab = samples.lab[first]
     held_out = np.random.default_rng(0).permutation(len(device)) % 10 == 0
     model = scattered_model(device[~held_out], lab[~held_out])
-    errors = np.linalg.norm(model.function.fitted(device[held_out]) - lab[held_out], axis=1)
+    errors = np.linalg.norm(model.colours(device[held_out]) - lab[held_out], axis=1)
     assert 0.1 < errors.mean() < 0.17
     assert scattered_model(device, lab).leave_out_errors.mean() == pytest.approx(0.13, abs=0.01)
 
