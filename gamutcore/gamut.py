@@ -725,8 +725,9 @@ class Gamut:
 
         Examples
         --------
-        >>> Gamut("examples/FOGRA39L.ti3", surface_samples=1000).to_colour((0, 0, 0, 0)).round(1)
-        array([100.,   0.,  -0.])
+        >>> press = Gamut("examples/FOGRA39L.ti3", surface_samples=1000)
+        >>> press.to_colour((0, 0, 0, 0))[0].round(1).item()
+        100.0
         """
         return device_colours(self, device, space=space)
 

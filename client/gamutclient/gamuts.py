@@ -211,11 +211,11 @@ class RemoteGamut:
         self,
         colours: Colours,
         *,
-        black: str | float = "smooth",
+        black: str | float | None = None,
         method: str = "clip-nearest",
         **asked: Unpack[Question],
     ) -> Steps[results.ColourRecipes]:
-        """Find device values that give colours, with a rule of black; others are mapped first."""
+        """Find device values that give colours, with a rule of black, by default ``"smooth"``."""
         params = {**asked, "black": black, "method": method}
         found, facts = yield from self._ask("recipes", colour_rows(colours), params)
         return results.ColourRecipes(

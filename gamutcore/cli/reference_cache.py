@@ -51,7 +51,7 @@ def cached_reference(reference: Reference, options: Options, build: Callable[[],
     path = folder / f"{gamut_id(options, reference.sha256)}.gamut"
     found = _read(path)
     # files of earlier versions have no device model
-    if found is None or (reference.kind == "rgb" and not found.has_device_model):
+    if found is None or (found.is_of_device and not found.has_device_model):
         found = build()
         with suppress(OSError):
             _write(path, found.to_bytes(device_model=True))

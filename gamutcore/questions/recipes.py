@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import numpy as np
 
 from gamutcore import queries
-from gamutcore.arguments import Choice, Number, Text, check_option
+from gamutcore.arguments import Number, Text, check_option
 from gamutcore.colours import lab_to_xyz
 from gamutcore.errors import InvalidPointsError, OptionError
 from gamutcore.queries import delta_e_2000
@@ -44,9 +44,15 @@ _RULES = {
 }
 
 BLACK = (
-    Annotated[str, Choice(tuple(_RULES))]
+    Annotated[
+        str,
+        Text(
+            400,
+            "one of smooth, none, maximum and least-ink, or pairs of L* and black, such as "
+            "'10:0.9, 50:0.3, 90:0'",
+        ),
+    ]
     | Annotated[float, Number(0.0, 1.0)]
-    | Annotated[str, Text(400, "pairs of L* and black, such as '10:0.9, 50:0.3, 90:0'")]
 )
 """How much black a recipe has: a rule, a share of the possible range, or a curve."""
 
@@ -57,14 +63,14 @@ def recipes(
     gamut: AskedGamut,
     colours: Colours,
     *,
-    black: str | float | ArrayLike = "smooth",
+    black: str | float | ArrayLike | None = None,
     method: str = NEAREST_METHOD,
     space: str | None = None,
     triangles: int | None = None,
     max_error: float | None = None,
 ) -> ColourRecipes:
     """Return the device values of colours."""
-    model, rule = gamut.device_model, _black_rule(black)
+    model, rule = gamut.device_model, _black_rule("smooth" if black is None else black)
     rows, conversion = colours_in(gamut, colours, space)
     level = answering_level(gamut, triangles, max_error)
     inside = queries.contains(rows.points, level.index)
@@ -170,8 +176,7 @@ RECIPES = Question(
             "How much black. `smooth`: a curve over L* that changes least along the neutral axis. "
             "`none` and `maximum`: the ends of the possible range; a number from 0 to 1: a share "
             "of it. `least-ink`: the least sum of inks. Pairs such as `10:0.9, 50:0.3, 90:0`: a "
-            "curve of black over L*, which is kept to the possible range.",
-            default="smooth",
+            "curve of black over L*, which is kept to the possible range. Default: `smooth`.",
             example=0.5,
         ),
         Parameter(

@@ -49,7 +49,7 @@ KNOWN_PARAMETERS = (
     *("a", "b", "reference", "sectors", "hues", "hue", "lightness", "plane"),
     *("space", "distance", "tolerance", "edge_width", "position", "metric", "kind"),
     *("method", "focus", "source", "columns", "table_scale"),
-    *("size", "view", "background", "axes", "black_point_compensation"),
+    *("size", "view", "background", "axes", "black", "black_point_compensation"),
 )
 """Query parameters that are logged."""
 
