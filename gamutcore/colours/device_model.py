@@ -22,7 +22,7 @@ import numpy.typing as npt
 from gamutcore.characterisation.icc.transforms import checked_positions, multilinear
 from gamutcore.characterisation.samples import JSON
 from gamutcore.colours.colorimetry import ICC_D50, lab_to_xyz
-from gamutcore.colours.models import Arrays, device_function
+from gamutcore.colours.models import Arrays, check_shapes, device_function
 from gamutcore.errors import OptionError, UnsupportedProfileError
 from gamutcore.kernels import kernel
 
@@ -454,8 +454,12 @@ class Fit:
     @classmethod
     def of(cls, arrays: Arrays, facts: Mapping[str, Any]) -> Self:
         """Return the function of its parts."""
+        varied = np.array(facts["varied"], bool)
         parts = (arrays["centres"], arrays["weights"], arrays["linear"])
-        return cls(ScatteredModel(*parts, np.empty(0)), np.array(facts["varied"], bool))
+        count, channels = len(parts[0]), int(varied.sum())
+        # kernels do not check indices
+        check_shapes(parts, ((count, channels), (count, 3), (channels + 1, 3)), np.float64)
+        return cls(ScatteredModel(*parts, np.empty(0)), varied)
 
 
 @device_function
@@ -483,7 +487,10 @@ class Interpolation:
     @classmethod
     def of(cls, arrays: Arrays, facts: Mapping[str, Any]) -> Self:
         """Return the function of its parts."""
-        ends = np.cumsum(facts["shape"])[:-1]
+        shape = [int(count) for count in facts["shape"]]
+        check_shapes((arrays["levels"],), ((sum(shape),),), np.float64)
+        check_shapes((arrays["table"],), ((math.prod(shape), 3),), np.float32)
+        ends = np.cumsum(shape)[:-1]
         levels = tuple(np.ascontiguousarray(part) for part in np.split(arrays["levels"], ends))
         return cls(GridModel(levels, arrays["table"]))
 

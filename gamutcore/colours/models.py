@@ -21,11 +21,11 @@ from gamutcore.colours.ink_limits import InkCube, LimitedCube
 from gamutcore.errors import GamutError, HistoryFileError
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from gamutcore.arrays import FloatArray
 
-__all__ = ["Arrays", "DeviceFunction", "DeviceModel", "device_function"]
+__all__ = ["Arrays", "DeviceFunction", "DeviceModel", "check_shapes", "device_function"]
 
 Arrays = dict[str, Any]
 
@@ -119,7 +119,11 @@ class DeviceModel:
             facts = json.loads(json.loads(data[8 : 8 + length])["__metadata__"][FORMAT])
             arrays = {name: _array(each) for name, each in read_tensors(data)}
             cube = InkCube(arrays["lowest"], arrays["highest"], facts["total"])
-            limited = LimitedCube(cube, np.array(facts["free"], bool), arrays["base"], {})
+            free, count = np.array(facts["free"], bool), len(facts["channels"])
+            ranges = (arrays["lowest"], arrays["highest"], arrays["base"])
+            varied = (int(free.sum()),)
+            check_shapes((*ranges, free), (varied, varied, (count,), (count,)))
+            limited = LimitedCube(cube, free, arrays["base"], {})
             function = FUNCTIONS[facts["kind"]].of(arrays, facts)
             model = cls(
                 tuple(map(str, facts["channels"])),
@@ -144,6 +148,18 @@ class DeviceModel:
         if damaged:
             raise _damaged()
         return model
+
+
+def check_shapes(
+    arrays: Sequence[np.ndarray],
+    shapes: Sequence[tuple[int, ...]],
+    dtype: Any = None,  # noqa: ANN401
+) -> None:
+    """Raise ValueError if arrays of a file do not have these shapes and this type."""
+    for array, shape in zip(arrays, shapes, strict=True):
+        if array.shape != shape or (dtype is not None and array.dtype != dtype):
+            message = f"an array has the shape {array.shape}, not {shape}"
+            raise ValueError(message)
 
 
 def _damaged() -> HistoryFileError:

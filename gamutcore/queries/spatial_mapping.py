@@ -10,8 +10,8 @@ the shifts s d of neighbours p and q. Iterations reduce their weighted squares,
     E = Σ w |s_p d_p − s_q d_q|²,  w = 1 ÷ (1 + |d_p − d_q|² ÷ κ²),
 
 by exact steps in each s, projected onto its limits. The scalar product d_p · d_q in E projects the
-shift of a neighbour onto the pixel's own line of constant hue, and w is the conductance of Perona
-and Malik, so shifts do not spread across edges as halos. The result of n iterations depends on
+shift of a neighbour onto the pixel's own line of constant hue. w is the conductance of Perona and
+Malik: shifts do not spread across edges as halos. The result of n iterations depends on
 pixels at most 2n away. The time is linear in pixels and iterations.
 
 Source: A. Alsam & I. Farup, "Spatial colour gamut mapping by orthogonal projection of gradients

@@ -4,6 +4,15 @@
 """
 
 from gamutcore.recipes.black_paths import LEAST_INK, SHARE, WANTED
-from gamutcore.recipes.inverse import SMOOTH, BlackRule, InverseModel, Recipes
+from gamutcore.recipes.inverse import SMOOTH, SMOOTH_BLACK, BlackRule, InverseModel, Recipes
 
-__all__ = ["LEAST_INK", "SHARE", "SMOOTH", "WANTED", "BlackRule", "InverseModel", "Recipes"]
+__all__ = [
+    "LEAST_INK",
+    "SHARE",
+    "SMOOTH",
+    "SMOOTH_BLACK",
+    "WANTED",
+    "BlackRule",
+    "InverseModel",
+    "Recipes",
+]

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from gamutcore.arrays import BooleanArray, FloatArray, LongArray
     from gamutcore.colours import DeviceModel
 
-__all__ = ["SMOOTH", "BlackRule", "InverseModel", "Recipes"]
+__all__ = ["SMOOTH", "SMOOTH_BLACK", "BlackRule", "InverseModel", "Recipes"]
 
 SMOOTH = -1
 """The rule of a curve of black that changes least along the neutral axis."""
@@ -186,7 +186,8 @@ class InverseModel:
         A colour that the device cannot make gets a recipe near it.
         """
         count = len(targets)
-        black = self._smooth() if black.rule == SMOOTH else black
+        if black.rule == SMOOTH:
+            black = NO_BLACK if self.black is None else self._smooth()
         wanted = self._wanted(targets, black)
         found = _Found(self, targets)
         cost = np.full(count, np.inf)
@@ -415,3 +416,4 @@ def _traced(
 
 
 NO_BLACK = BlackRule(SHARE, 0.0)
+SMOOTH_BLACK = BlackRule(SMOOTH)

@@ -14,9 +14,12 @@ loop's thread.
 from __future__ import annotations
 
 import asyncio
+import contextlib
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, NamedTuple, ParamSpec, TypeVar
 from weakref import WeakValueDictionary
+
+import numpy as np
 
 from gamutcore.building import device_model
 from gamutcore.colours.spaces import ColourSpace
@@ -28,6 +31,7 @@ from gamutcore.history import MINIMUM_TRIANGLES
 from gamutcore.levels import BoundedLevel, LevelRequest, LevelSearch
 from gamutcore.limits import Limits
 from gamutcore.questions import INDEX_BYTES
+from gamutcore.recipes import SMOOTH_BLACK
 from service.concurrency import SingleFlight, Threads
 from service.http.representations import IDENTITY
 from service.http.request_context import timed
@@ -40,7 +44,7 @@ from service.library.encoding import (
     encoding_cost,
 )
 from service.library.memory import ByteBoundedCache, Charge, Cost
-from service.storage.blobs import BlobNotFoundError
+from service.storage.blobs import BlobNotFoundError, StoreFullError, StoreUnavailableError
 from service.storage.names import display_name
 
 if TYPE_CHECKING:
@@ -199,23 +203,30 @@ class Library:
             )
         return found
 
-    async def load_device_model(self, gamut_id: str) -> None:
-        """Give an open gamut its device model and the inverse, from the store or from the input.
+    async def load_device_model(self, gamut_id: str) -> OpenGamut:
+        """Return a gamut with its device model and the inverse, from the store or from the input.
+
+        The object stays the one in use while the caller keeps it.
 
         Raise `DeviceModelError` if the gamut is of colours only, or its input is gone, and
         `GamutNotStoredError` if the gamut is missing.
         """
         opened = await self.gamut(gamut_id)
         if opened.gamut.has_inverse:
-            return
+            return opened
+        if not opened.gamut.is_of_device:
+            raise opened.gamut.no_device_model()
+        patches = opened.gamut.description["provenance"].get("patches", {}).get("used", 0)
+        cost = Cost.MODEL + Cost.PATCHES * patches**2
 
         async def load() -> None:
-            with await self.memory.charge("work", lambda: Cost.MODEL) as charge:
+            with await self.memory.charge("work", lambda: cost) as charge:
                 with timed("model"):
                     await self.in_thread(self._prepare_recipes, opened)
                 self.settle(opened, charge)
 
         await self._flights.value((gamut_id, "model"), load)
+        return opened
 
     def _prepare_recipes(self, opened: OpenGamut) -> None:
         gamut, gamut_id = opened.gamut, opened.record.id
@@ -223,17 +234,17 @@ class Library:
             content = self._store.device_model(gamut_id)
             if content is None:
                 content = self._make_device_model(gamut)
-                self._store.keep_device_model(gamut_id, content)
+                with contextlib.suppress(OSError, StoreFullError, StoreUnavailableError):
+                    self._store.keep_device_model(gamut_id, content)
             gamut.use_device_model(content)
-        _ = gamut.inverse_model
+        # The first colours make further tables; one of these is out of every gamut.
+        gamut.inverse_model.recipes(np.array([(50.0, 0.0, 0.0), (50.0, 300.0, 0.0)]), SMOOTH_BLACK)
 
     def _make_device_model(self, gamut: Gamut) -> bytes:
         """Return the device model of the kept input of a gamut."""
         try:
             path = self._store.input_path(gamut.id)
         except BlobNotFoundError:
-            if not gamut.is_of_device:
-                raise gamut.no_device_model() from None
             raise DeviceModelError(
                 "The data of the gamut is not stored any more, and its device model was not made.",
                 where={"field": "gamut"},

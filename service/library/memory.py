@@ -122,8 +122,10 @@ class Cost:
     """The viewer in the page, and its compression."""
     COMPARISON = 40
     """Comparing gamuts, per triangle of both levels; sections and their pictures take 20."""
-    MODEL = 256 * _MEBIBYTE
-    """Making a device model and its inverse: a fit to 5,000 samples has a matrix of 200 MB."""
+    MODEL = 96 * _MEBIBYTE
+    """Making the inverse of a device model: seven inks have tables of 65 MB."""
+    PATCHES = 24
+    """Fitting a device model, per square of the number of patches: its matrix and two copies."""
     CELL = 850
     """Answer to a view, per cell or row: leaves as JSON."""
     ROW: Mapping[str, int] = MappingProxyType(

@@ -173,14 +173,16 @@ async def _answer(request: Request, gamut_id: str, question: Question) -> Respon
             values["space"] = body.table.space
         body = body._replace(axes=ColourConversion(values["space"], opened.space).axes)
         del opened  # it may go while the question waits for memory
+        prepared = None
         if question.needs_model:
-            await service.library.load_device_model(gamut_id)
+            prepared = await service.library.load_device_model(gamut_id)
         ids = [gamut_id]
         if values.get("source") is not None:
             place = "body" if "source" in body.members else "query"
             ids.append(await checked_gamut(request, values["source"], place, "source"))
         answer_bytes = queries.answer_bytes(body, accepted)
         levels, charge = await levels_of(service, ids, values, answer_bytes)
+        del prepared  # the level keeps the gamut now
         values = level_values(levels, values)
         level, gamuts = levels[0], [each.gamut for each in levels]
         warnings = question.warnings(gamuts, values["space"])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 import subprocess
 from functools import lru_cache
@@ -11,12 +12,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 from safetensors.numpy import load
+from safetensors.numpy import save as save_tensors
 from scipy.optimize import least_squares
 
 from gamutcore import Gamut, reference
+from gamutcore.colours import DeviceModel
 from gamutcore.errors import (
     DeviceModelError,
     GamutError,
+    HistoryFileError,
     InvalidPointsError,
     OptionError,
 )
@@ -240,6 +244,17 @@ def test_damage_to_the_model_is_refused_as_such() -> None:
         except GamutError:
             refused += 1
     assert refused > 6
+
+
+@pytest.mark.parametrize("name", ["weights", "linear", "centres", "lowest", "base"])
+def test_models_whose_arrays_do_not_fit_together_are_refused(name: str) -> None:
+    """Kernels do not check indices, so a short array must not reach them."""
+    data = press().device_model.to_bytes()
+    arrays = load(data)
+    arrays[name] = arrays[name][:-1]
+    header = json.loads(data[8 : 8 + int.from_bytes(data[:8], "little")])
+    with pytest.raises(HistoryFileError):
+        DeviceModel.from_bytes(save_tensors(arrays, header["__metadata__"]))
 
 
 def test_what_has_no_device_is_refused() -> None:
