@@ -103,7 +103,8 @@ class Settings(BaseSettings):
     them is answered with 507."""
 
     keep_inputs: bool = True
-    """Keep the input of a gamut, so that a damaged gamut can be rebuilt."""
+    """Keep the input of a gamut, so that a damaged gamut can be rebuilt, and recipes be asked
+    for."""
 
     broker: str = Field(default="", repr=False)  # it may contain a password
     """URL of the broker (`redis://`, `rediss://`, `amqp://` or `amqps://`) that passes builds to

@@ -245,10 +245,13 @@ class Library:
         try:
             path = self._store.input_path(gamut.id)
         except BlobNotFoundError:
+            remedy = "Post the same data with the same options again."
+            if not self._store.keep_inputs:
+                remedy = "Ask the operator to keep inputs (GAMUT_KEEP_INPUTS); then post it again."
             raise DeviceModelError(
                 "The data of the gamut is not stored any more, and its device model was not made.",
                 where={"field": "gamut"},
-                remedy="Post the same data with the same options again.",
+                remedy=remedy,
             ) from None
         try:
             content = path.read_bytes()
