@@ -29,7 +29,7 @@ from gamutcore.colours.lookup import LookupTable, cube_nodes
 from gamutcore.colours.measured import ILLUMINANTS, OBSERVERS, measured_colours
 from gamutcore.colours.models import DeviceModel
 from gamutcore.colours.picture import closed_form_values, find_values, picture_colours
-from gamutcore.colours.rgb_device import RgbDevice, rgb_device
+from gamutcore.colours.reference import RgbSpace
 from gamutcore.colours.sampling import (
     SURFACE_SAMPLES,
     AbsoluteColours,
@@ -78,7 +78,7 @@ __all__ = [
     "DeviceModel",
     "InkLimits",
     "LookupTable",
-    "RgbDevice",
+    "RgbSpace",
     "SurfaceColours",
     "SurfaceFaces",
     "adaptation_matrix",
@@ -101,7 +101,6 @@ __all__ = [
     "own_tristimulus",
     "parameter_defaults",
     "picture_colours",
-    "rgb_device",
     "space_parameters",
     "spread_values",
     "srgb",

@@ -29,6 +29,7 @@ from gamutcore.questions.mapping import (
     MAP,
     METHOD,
     SPATIAL,
+    black_luminance,
     map_colours,
     map_picture_file,
     map_points,
@@ -54,7 +55,7 @@ from gamutcore.questions.points import (
     nearest,
     positions,
 )
-from gamutcore.questions.recipes import RECIPES, device_colours, recipes
+from gamutcore.questions.recipes import RECIPES, black_rule, device_colours, recipes
 from gamutcore.questions.shape import (
     CUSPS,
     LEAVES,
@@ -92,6 +93,8 @@ __all__ = [
     "Parameter",
     "Question",
     "TableError",
+    "black_luminance",
+    "black_rule",
     "check_space",
     "chromaticity",
     "colours_in",

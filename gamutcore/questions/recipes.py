@@ -24,7 +24,7 @@ from gamutcore.questions.declarations import (
 )
 from gamutcore.questions.levels import answering_level, colours_in, is_as_measured, lab_of
 from gamutcore.questions.mapping import METHOD, map_colours
-from gamutcore.recipes import LEAST_INK, SHARE, SMOOTH, WANTED, BlackRule
+from gamutcore.recipes import LEAST_INK, SHARE, SMOOTH_BLACK, WANTED, BlackRule
 from gamutcore.results import ColourRecipes
 
 if TYPE_CHECKING:
@@ -34,10 +34,10 @@ if TYPE_CHECKING:
     from gamutcore.colour_rows import Colours
     from gamutcore.questions.levels import AskedGamut
 
-__all__ = ["RECIPES", "device_colours", "recipes"]
+__all__ = ["RECIPES", "black_rule", "device_colours", "recipes"]
 
 _RULES = {
-    "smooth": BlackRule(SMOOTH),
+    "smooth": SMOOTH_BLACK,
     "none": BlackRule(SHARE, 0.0),
     "maximum": BlackRule(SHARE, 1.0),
     "least-ink": BlackRule(LEAST_INK),
@@ -70,7 +70,7 @@ def recipes(
     max_error: float | None = None,
 ) -> ColourRecipes:
     """Return the device values of colours."""
-    model, rule = gamut.device_model, _black_rule("smooth" if black is None else black)
+    model, rule = gamut.device_model, black_rule(black)
     rows, conversion = colours_in(gamut, colours, space)
     level = answering_level(gamut, triangles, max_error)
     inside = queries.contains(rows.points, level.index)
@@ -134,8 +134,13 @@ def _in_space(gamut: AskedGamut, lab: FloatArray) -> FloatArray:
     return gamut.colour_space.from_tristimulus(lab_to_xyz(lab), as_measured=as_measured)[0]
 
 
-def _black_rule(black: object) -> BlackRule:
-    """Return the rule that a name, a share or a curve (n, 2) of L* and black stands for."""
+def black_rule(black: object = None) -> BlackRule:
+    """Return the rule that a name, a share or a curve (n, 2) of L* and black stands for.
+
+    None is ``smooth``.
+    """
+    if black is None:
+        return SMOOTH_BLACK
     if isinstance(black, str | float | int):
         value = check_option("black", black, BLACK)
         if value in _RULES:
