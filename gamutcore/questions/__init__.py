@@ -55,7 +55,7 @@ from gamutcore.questions.points import (
     nearest,
     positions,
 )
-from gamutcore.questions.recipes import RECIPES, black_rule, device_colours, recipes
+from gamutcore.questions.recipes import COLOURS, RECIPES, black_rule, device_colours, recipes
 from gamutcore.questions.shape import (
     CUSPS,
     LEAVES,
@@ -131,7 +131,7 @@ __all__ = [
 QUESTIONS: Mapping[str, Question] = {
     each.name: each
     for each in (
-        *(CONTAINS, NEAREST, MAP, CROSSINGS, RECIPES),
+        *(CONTAINS, NEAREST, MAP, CROSSINGS, RECIPES, COLOURS),
         *(CUSPS, LEAVES, SLICE, RINGS),
         *(COMPARISON, PICTURE),
     )
