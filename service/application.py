@@ -27,6 +27,7 @@ from service.routes import (
     batch,
     gamuts,
     jobs,
+    links,
     meshes,
     metrics,
     names,
@@ -49,6 +50,7 @@ _ROUTERS = (
     queries.router,  # the router tries routes in turn, and single colours are asked for most often
     *(gamuts.router, names.router, meshes.router, batch.router, references.router, jobs.router),
     *views.routers,
+    links.router,
     *(state.router, metrics.router, pages.router, viewer.router),
 )
 

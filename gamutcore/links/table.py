@@ -31,10 +31,14 @@ from gamutcore.links.device_link import device_link_file
 from gamutcore.options import OPTIONS, Options
 from gamutcore.queries import delta_e_2000
 from gamutcore.questions import (
+    MAP,
     METHOD,
     PICTURE_SPACE,
+    RECIPES,
+    Parameter,
     black_luminance,
     black_rule,
+    check_space,
     comparison_warnings,
     map_points,
 )
@@ -50,7 +54,7 @@ if TYPE_CHECKING:
     from gamutcore.colour_rows import Colours
     from gamutcore.colours import DeviceModel
 
-__all__ = ["SIZE", "Link", "LinkErrors", "link"]
+__all__ = ["PARAMETERS", "Link", "LinkErrors", "check_path", "link", "table_size"]
 
 SIZE = Annotated[int, WholeNumber(2, 129)]
 """Nodes of a table along each channel. 129 take 300 MB; a ``.cube`` file may have 256."""
@@ -66,6 +70,33 @@ MOST_NODES = 129**3
 
 FORMAT = Annotated[str, Choice(("cube", "icc"))]
 """Formats of links."""
+
+PARAMETERS = (
+    Parameter(
+        "method",
+        METHOD,
+        "How colours are mapped into the gamut of the destination, as for `map`. `sgck` maps from "
+        "the gamut of the source.",
+        default="sgck",
+    ),
+    Parameter(
+        "size",
+        SIZE,
+        "Nodes along each channel of the source. Programs usually read 17, 33 and 65. Default: 33 "
+        "for three channels, 17 for four, and fewer for more.",
+        example=33,
+    ),
+    *(each for each in MAP.parameters if each.name in {"focus", "black_point_compensation"}),
+    *(each for each in RECIPES.parameters if each.name == "black"),
+    Parameter(
+        "format",
+        FORMAT,
+        "`cube`: a `.cube` file, from RGB to RGB. `icc`: an ICC device link of version 2. Default: "
+        "`cube` from RGB to RGB, else `icc`.",
+        example="cube",
+    ),
+)
+"""Parameters of a link besides the devices."""
 
 SUFFIXES = {".cube": "cube", ".icc": "icc", ".icm": "icc"}
 """Formats by the suffix of a file."""
@@ -149,14 +180,19 @@ class Link(Shown):
     errors: LinkErrors
     warnings: tuple[str, ...] = ()
 
-    def to_bytes(self, format: str = "cube") -> bytes:  # noqa: A002  # as in other methods
+    @property
+    def format(self) -> str:
+        """The format that a file has unless another is asked for."""
+        return "cube" if (self.channels, self.destination_channels) == (_RGB, _RGB) else "icc"
+
+    def to_bytes(self, format: str | None = None) -> bytes:  # noqa: A002  # as in other methods
         """Return the link as a file.
 
         Parameters
         ----------
         format : {"cube", "icc"}, optional
-            A ``.cube`` file (Adobe, Cube LUT Specification 1.0) from RGB to RGB, or an ICC device
-            link of version 2, whose values have 16 bits.
+            A ``.cube`` file (Adobe, Cube LUT Specification 1.0) from RGB to RGB, which is the
+            default for them, or an ICC device link of version 2, whose values have 16 bits.
 
         Raises
         ------
@@ -164,13 +200,13 @@ class Link(Shown):
             There is no such format, or it cannot hold these channels.
         """
         title = f"{self.source} to {self.destination}, {self.method}: {self.errors}"
-        if check_option("format", format, FORMAT) == "icc":
+        if check_option("format", format or self.format, FORMAT) == "icc":
             devices = (
                 (self.source, self.channels),
                 (self.destination, self.destination_channels),
             )
             return device_link_file(title, devices, self.intent, self.table.nodes)
-        if (self.channels, self.destination_channels) != (_RGB, _RGB):
+        if self.format != "cube":
             raise OptionError.not_applicable(
                 "format",
                 "cube",
@@ -292,7 +328,7 @@ def link(
         _side(given, field, options, cache)
         for given, field in ((source, "source"), (destination, "destination"))
     )
-    size = _checked_size(size, len(one.model.channels))
+    size = table_size(size, len(one.model.channels))
     if one.options.intent != two.options.intent:
         raise OptionError(
             f"The source has the intent {one.options.intent}, and the destination "
@@ -301,6 +337,8 @@ def link(
             remedy="Build both gamuts with the same intent.",
         )
     into, origin = two.gamut(), one.gamut() if method == "sgck" else None
+    if origin is not None:
+        check_space(into, origin)
     inverse, darkest = two.inverse(), 0.0
     if black_point_compensation and one.model.inks:
         darkest = black_luminance(one.gamut())
@@ -349,13 +387,17 @@ def link(
     )
 
 
-def _checked_size(size: int | None, channels: int) -> int:
+def table_size(size: int | None, channels: int, most: int = MOST_NODES) -> int:
+    """Return the number of nodes along each channel; the default for None.
+
+    Raise OptionError if all channels together have more than `most` nodes.
+    """
     if size is None:
         return SIZES.get(channels, FEWEST_NODES)
     checked = int(check_option("size", size, SIZE))
-    if checked**channels > MOST_NODES:
-        most = int(MOST_NODES ** (1.0 / channels) + 1e-9)
-        raise OptionError.refusal("size", size, f"at most {most} for {channels} channels")
+    if checked**channels > most:
+        largest = int(most ** (1.0 / channels) + 1e-9)
+        raise OptionError.refusal("size", size, f"at most {largest} for {channels} channels")
     return checked
 
 

@@ -76,6 +76,7 @@ __all__ = [
     "DEFAULT_EDGE_WIDTH",
     "DEFAULT_ERROR",
     "INDEX_BYTES",
+    "MAP",
     "METHOD",
     "MOST_DRAWN_TRIANGLES",
     "PICTURE",

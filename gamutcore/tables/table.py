@@ -719,6 +719,14 @@ def _of_array(data: bytes, space: str | None, scale: float | None) -> ColourTabl
             f"The array has the shape {found.shape} and the type {found.dtype}.",
             remedy="Save an (n, 3) array of numbers with numpy.save.",
         )
+    finite = np.isfinite(found).all(axis=1)
+    if not finite.all():
+        row = int(np.argmin(finite))
+        raise InvalidPointsError(
+            f"Row {row} of the array is {found[row].tolist()}.",
+            where={"row": row},
+            remedy="Give finite numbers.",
+        )
     if scale is not None:
         raise OptionError.not_applicable("scale", scale, "an array has the scale of its space")
     values = np.ascontiguousarray(found, np.float64)

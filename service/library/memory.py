@@ -126,6 +126,10 @@ class Cost:
     """Making the inverse of a device model: seven inks have tables of 65 MB."""
     PATCHES = 24
     """Fitting a device model, per square of the number of patches: its matrix and two copies."""
+    LINK = 64 * _MEBIBYTE
+    """Computing a link: the colours that threads map at once."""
+    NODE = 250
+    """Computing a link, per node of its table; with the file."""
     CELL = 850
     """Answer to a view, per cell or row: leaves as JSON."""
     ROW: Mapping[str, int] = MappingProxyType(

@@ -56,7 +56,11 @@ _SHORT_LIVED = f"public, max-age={CACHE_SECONDS}".encode()
 
 _ID = re.compile(ID_PATTERN + r"\Z")
 
-_NAMING = {"/v1/meshes": ("gamuts",), "/v1/comparisons": ("a", "b")}
+_NAMING = {
+    "/v1/meshes": ("gamuts",),
+    "/v1/comparisons": ("a", "b"),
+    "/v1/links": ("source", "destination"),
+}
 """Query parameters that name gamuts, by path. Others have `reference` and `source`."""
 
 _MOST_NAMES = 400

@@ -59,7 +59,7 @@ from service.routes.queries import QueryRoute, levels_of, wait_for_kernels
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-__all__ = ["routers"]
+__all__ = ["NOT_MODIFIED", "named_gamut", "only", "routers"]
 
 _PROBLEMS = (
     "not-acceptable",
@@ -76,7 +76,7 @@ _PROBLEMS = (
     "store-unavailable",
 )
 
-_NOT_MODIFIED = {"description": "The client has the current content (If-None-Match)."}
+NOT_MODIFIED = {"description": "The client has the current content (If-None-Match)."}
 
 ROWS_PER_PIXEL = 1 / 100
 """Rows of queries that a pixel counts as, among the rows under way."""
@@ -110,7 +110,7 @@ def _add_route(question: Question) -> None:
         summary=question.summary,
         description=question.description,
         response_class=Response,
-        responses={200: view_response(question), 304: _NOT_MODIFIED, **problems(*_PROBLEMS)},
+        responses={200: view_response(question), 304: NOT_MODIFIED, **problems(*_PROBLEMS)},
         openapi_extra={"parameters": documentation(question.all_parameters)},
     )
 
@@ -128,7 +128,7 @@ def _add_picture(question: Question) -> None:
         summary=f"{question.summary}, as a picture",
         description=f"{question.description} As SVG; `Accept` is ignored.",
         response_class=Response,
-        responses={200: picture_response(), 304: _NOT_MODIFIED, **problems(*_PROBLEMS)},
+        responses={200: picture_response(), 304: NOT_MODIFIED, **problems(*_PROBLEMS)},
         openapi_extra={"parameters": documentation(question.all_parameters)},
     )
 
@@ -140,12 +140,14 @@ for _question in QUESTIONS.values():
             _add_picture(_question)
 
 
-def _compared(name: str) -> dict[str, object]:
+def named_gamut(name: str) -> dict[str, object]:
+    """Return the documentation of a query parameter that names a gamut."""
+    shown = name.upper() if len(name) == 1 else f"of the {name}"
     return {
         "name": name,
         "in": "query",
         "required": True,
-        "description": f"Id of the gamut {name.upper()}, or slug of a reference gamut.",
+        "description": f"Id of the gamut {shown}, or slug of a reference gamut.",
         "schema": {"type": "string", "pattern": f"^{GAMUT_PATTERN}$"},
         "example": EXAMPLE_ID,
     }
@@ -157,10 +159,10 @@ def _compared(name: str) -> dict[str, object]:
     summary=COMPARISON.summary,
     description=COMPARISON.description,
     response_class=Response,
-    responses={200: view_response(COMPARISON), 304: _NOT_MODIFIED, **problems(*_PROBLEMS)},
+    responses={200: view_response(COMPARISON), 304: NOT_MODIFIED, **problems(*_PROBLEMS)},
     openapi_extra={
         "parameters": [
-            *map(_compared, "ab"),
+            *map(named_gamut, "ab"),
             *documentation(COMPARISON.all_parameters),
         ]
     },
@@ -168,7 +170,7 @@ def _compared(name: str) -> dict[str, object]:
 async def compare_gamuts(request: Request) -> Response:
     """Compare two gamuts."""
     items = NamedGamuts.of(request).items
-    ids = [await checked_gamut(request, _only(items, name), "query", name) for name in "ab"]
+    ids = [await checked_gamut(request, only(items, name), "query", name) for name in "ab"]
     others = [item for item in items if item[0] not in {"a", "b"}]
     values = _values(COMPARISON, others)
     return await _answer(request, COMPARISON, ids, values, _accepted_form(request))
@@ -190,7 +192,7 @@ async def compare_gamuts(request: Request) -> Response:
             },
             "content": binary_content({"image/png": "A picture as PNG"}),
         },
-        304: _NOT_MODIFIED,
+        304: NOT_MODIFIED,
         **problems(
             "invalid-option",
             "triangle-count",
@@ -247,7 +249,7 @@ async def draw_gamut(request: Request, gamut_id: GamutId) -> Response:
                 )
             },
         },
-        304: _NOT_MODIFIED,
+        304: NOT_MODIFIED,
         **problems(
             "gamut-not-found",
             "gamut-rebuilding",
@@ -289,12 +291,12 @@ async def download_page(request: Request, gamut_id: GamutId) -> Response:
     return ChargedResponse(conditional(page, request.headers), charge)
 
 
-def _only(items: Sequence[tuple[str, str]], name: str) -> str:
-    """Return the value of a parameter that must be given once."""
+def only(items: Sequence[tuple[str, str]], name: str) -> str:
+    """Return the value of a parameter that names a gamut and must be given once."""
     values = [value for key, value in items if key == name]
     if len(values) != 1:
         fault = f"The parameter {name!r} is given {len(values)} times."
-        raise refuse(fault, "query", name, "Give the ids or slugs of two gamuts as a and b.")
+        raise refuse(fault, "query", name, "Give the id or slug of a gamut, once.")
     return values[0]
 
 

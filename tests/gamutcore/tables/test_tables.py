@@ -364,6 +364,15 @@ def test_files_of_measurements_may_be_limited_in_bytes():
     assert len(read("L,a,b\n" + 100 * "50,0,0\n", most_bytes=500).points) == 100
 
 
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_rows_of_an_array_are_finite(value):
+    file = io.BytesIO()
+    np.save(file, [(50.0, 0.0, 0.0), (50.0, value, 0.0)])
+    with pytest.raises(InvalidPointsError, match="Row 1") as refused:
+        read_table(file.getvalue())
+    assert refused.value.where["row"] == 1
+
+
 def test_arrays_that_promise_more_than_there_is_are_refused():
     file = io.BytesIO()
     np.save(file, np.zeros((4, 3)))
