@@ -1,8 +1,20 @@
-"""Links: tables from the values of one device to those of another, for other programs.
+"""Links and profiles: what a gamut tells, as files that other programs apply.
 
-`link` computes a `Link`, which is written as a ``.cube`` file or an ICC device link.
+`link` computes a `Link`, a table from the values of one device to those of another, which is
+written as a ``.cube`` file or an ICC device link. `profile` makes the `Profile` of a device.
 """
 
+from gamutcore.links.device_profile import Differences, Profile, check_profile_path, profile
 from gamutcore.links.rgb_link import SIZE, Link, LinkErrors, check_path, link
 
-__all__ = ["SIZE", "Link", "LinkErrors", "check_path", "link"]
+__all__ = [
+    "SIZE",
+    "Differences",
+    "Link",
+    "LinkErrors",
+    "Profile",
+    "check_path",
+    "check_profile_path",
+    "link",
+    "profile",
+]

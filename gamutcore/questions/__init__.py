@@ -54,7 +54,7 @@ from gamutcore.questions.points import (
     nearest,
     positions,
 )
-from gamutcore.questions.recipes import RECIPES, device_colours, recipes
+from gamutcore.questions.recipes import RECIPES, black_rule, device_colours, recipes
 from gamutcore.questions.shape import (
     CUSPS,
     LEAVES,
@@ -92,6 +92,7 @@ __all__ = [
     "Parameter",
     "Question",
     "TableError",
+    "black_rule",
     "check_space",
     "chromaticity",
     "colours_in",

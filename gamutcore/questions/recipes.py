@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from gamutcore.colour_rows import Colours
     from gamutcore.questions.levels import AskedGamut
 
-__all__ = ["RECIPES", "device_colours", "recipes"]
+__all__ = ["RECIPES", "black_rule", "device_colours", "recipes"]
 
 _RULES = {
     "smooth": BlackRule(SMOOTH),
@@ -70,7 +70,7 @@ def recipes(
     max_error: float | None = None,
 ) -> ColourRecipes:
     """Return the device values of colours."""
-    model, rule = gamut.device_model, _black_rule("smooth" if black is None else black)
+    model, rule = gamut.device_model, black_rule("smooth" if black is None else black)
     rows, conversion = colours_in(gamut, colours, space)
     level = answering_level(gamut, triangles, max_error)
     inside = queries.contains(rows.points, level.index)
@@ -134,7 +134,7 @@ def _in_space(gamut: AskedGamut, lab: FloatArray) -> FloatArray:
     return gamut.colour_space.from_tristimulus(lab_to_xyz(lab), as_measured=as_measured)[0]
 
 
-def _black_rule(black: object) -> BlackRule:
+def black_rule(black: object) -> BlackRule:
     """Return the rule that a name, a share or a curve (n, 2) of L* and black stands for."""
     if isinstance(black, str | float | int):
         value = check_option("black", black, BLACK)
