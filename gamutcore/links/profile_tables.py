@@ -37,17 +37,20 @@ _OFFSET = np.array((0.0, 128.0, 128.0))
 _LAB_ENTRIES = 1286
 """Entries of curves for L*, a* and b*. L* = 100 is the code 256/257, so it has an entry."""
 
-_INK_ENTRIES = 257
-"""Entries of curves for device values."""
+_INK_ENTRIES = 2001
+"""Entries of curves for device values: steps of 0.05 %, which charts have."""
+
+_USUAL = 0.01
+"""Share of the samples that a level of a chart has."""
+
+_CLOSE = 0.005
+"""Least distance of the levels of a chart."""
 
 MOST_NODES = 2**17
 """Largest number of nodes of an A2B table: 17 a side for four inks, 5 for seven."""
 
 MOST_A_SIDE = {3: 33}
 """Largest number of nodes a side by the number of channels; 17 for others."""
-
-_EVEN = 0.5
-"""Share of the mean density of nodes that is everywhere; the rest follows the curvature."""
 
 _MARGIN = 4.0
 """Distance in L*, a* and b* from the colours of the device to the outermost nodes but one."""
@@ -84,16 +87,22 @@ def lab_codes(lab: FloatArray) -> FloatArray:
     return codes
 
 
-def forward_table(model: DeviceModel, change: Callable[[FloatArray], FloatArray] | None) -> bytes:
+def forward_table(
+    model: DeviceModel,
+    measured: FloatArray | None = None,
+    change: Callable[[FloatArray], FloatArray] | None = None,
+) -> bytes:
     """Return the element of a device model's colours, or of changed ones.
 
-    The white is exactly that of the connection space.
+    The white is exactly that of the connection space. Nodes are at the levels of `measured` device
+    values (m, n).
     """
     count = len(model.channels)
     size = min(int(MOST_NODES ** (1 / count) + 1e-9), MOST_A_SIDE.get(count, 17))
-    curves = _ink_curves(model)
-    places, steps = np.linspace(0.0, 1.0, size), np.linspace(0.0, 1.0, _INK_ENTRIES)
-    axes = [np.interp(places, curve, steps) for curve in curves]
+    places = np.linspace(0.0, 1.0, size)
+    axes = [places] * count if measured is None else [_levels(each, size) for each in measured.T]
+    steps = np.linspace(0.0, 1.0, _INK_ENTRIES)
+    curves = np.stack([np.interp(steps, axis, places) for axis in axes])
     device = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, count)
     lab = model.lab(device)
     lab[0 if model.inks else -1] = (100.0, 0.0, 0.0)
@@ -101,24 +110,21 @@ def forward_table(model: DeviceModel, change: Callable[[FloatArray], FloatArray]
     return lut16_element(codes.reshape(*[size] * count, 3), curves)
 
 
-def _ink_curves(model: DeviceModel) -> FloatArray:
-    """Return curves (n, entries) that put nodes where the colours of each channel curve.
+def _levels(values: FloatArray, size: int) -> FloatArray:
+    """Return `size` levels of a channel: those that many samples have, and some between.
 
-    The error of linear interpolation is h²·|f″|/8, so steps h are as 1/√|f″|.
+    The samples of a chart are then at nodes, where a table has no error. Equal steps are taken
+    where the levels are too many.
     """
-    steps = np.linspace(0.0, 1.0, _INK_ENTRIES)
-    others = model.limited.device(spread_values(model.limited.cube, 16))
-    curves = np.empty((len(model.channels), _INK_ENTRIES))
-    for channel, curve in enumerate(curves):
-        rows = np.repeat(others, _INK_ENTRIES, axis=0)
-        rows[:, channel] = np.tile(steps, len(others))
-        lab = model.lab(rows).reshape(len(others), _INK_ENTRIES, 3)
-        bend = np.linalg.norm(np.diff(lab, 2, axis=1), axis=2).mean(axis=0)
-        density = np.sqrt(np.convolve(bend, np.full(9, 1 / 9), "same"))
-        density = np.interp(steps[:-1] + 0.5 / _INK_ENTRIES, steps[1:-1], density)
-        density += _EVEN * density.mean() + 1e-9
-        curve[0], curve[1:] = 0.0, np.cumsum(density) / density.sum()
-    return np.round(65535.0 * curves) / 65535.0
+    levels, counts = np.unique(np.round(values, 4), return_counts=True)
+    usual = levels[counts >= _USUAL * len(values)]
+    found = np.unique([0.0, *usual[(usual > _CLOSE) & (usual < 1.0 - _CLOSE)], 1.0])
+    if len(found) > size or (np.diff(found) < _CLOSE).any():
+        return np.linspace(0.0, 1.0, size)
+    while len(found) < size:
+        widest = int(np.argmax(np.diff(found)))
+        found = np.insert(found, widest + 1, found[widest : widest + 2].mean())
+    return found
 
 
 @dataclass(frozen=True, eq=False)
