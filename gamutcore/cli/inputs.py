@@ -24,6 +24,7 @@ __all__ = [
     "asking",
     "chosen_options",
     "gamut_of",
+    "number_or_text",
     "numbers_of",
 ]
 
@@ -162,6 +163,14 @@ def numbers_of(text: str, option: str, remedy: str) -> list[float]:
         return [float(part) for part in text.replace(",", " ").split()]
     except ValueError as error:
         raise typer.BadParameter(remedy, param_hint=option) from error
+
+
+def number_or_text(text: str) -> float | str:
+    """Return the number of an option, or its text if it is none."""
+    try:
+        return float(text)
+    except ValueError:
+        return text
 
 
 def _fits(kinds: tuple[str, ...]) -> bool:

@@ -1,4 +1,4 @@
-"""ICC profiles as bytes: the header, the tags, and the elements that several kinds of profiles have.
+"""ICC profiles as bytes: the header, the tags, and the elements that several profiles have.
 
 All numbers are big-endian. Clauses are those of ICC.1:2001-04 (version 2.4), ICC.1:2010 (version
 4.3) and ICC.2:2019 (version 5). The same content always gives the same bytes: the date is that of

@@ -4,17 +4,17 @@
 written as a ``.cube`` file or an ICC device link. `profile` makes the `Profile` of a device.
 """
 
-from gamutcore.links.device_profile import Differences, Profile, check_profile_path, profile
+from gamutcore.links.device_profile import PROFILE_SUFFIXES, Differences, Profile, profile
 from gamutcore.links.rgb_link import SIZE, Link, LinkErrors, check_path, link
 
 __all__ = [
+    "PROFILE_SUFFIXES",
     "SIZE",
     "Differences",
     "Link",
     "LinkErrors",
     "Profile",
     "check_path",
-    "check_profile_path",
     "link",
     "profile",
 ]

@@ -4,10 +4,10 @@ Encodings are those of lut16Type: L* to 100 is 0 to 0xFF00, and a* and b* from �
 (ICC.1:2010, 10.8). Curves before the tables put the nodes where the device's colours are. White is
 at a node: L* = 100 is the last one, and a* = b* = 0 are nodes as well.
 
-Nodes out of gamut decide about colours in gamut whose cell they share. If these nodes had the device
-values of clipped colours, interpolation would bend before the surface. They therefore have device
+Nodes out of gamut decide about colours in gamut whose cell they share. With the device values of
+clipped colours, interpolation would bend before the surface. These nodes therefore have device
 values beyond 0 to 1, which the curves after the table clip. The values are those with the least
-squared error of multilinear interpolation, at random colours of the cells across the surface.
+squared error of trilinear interpolation, at random colours of the cells across the surface.
 """
 
 from __future__ import annotations
@@ -73,6 +73,15 @@ need."""
 
 _OUTSIDE = 0.3
 """Weight of colours out of gamut beside those in gamut."""
+
+_SLOPE = 0.02
+"""Step of numerical derivatives."""
+
+_FULL_INK = 60.0
+"""ΔE*ab of a full ink, about: errors of device values and of colours become comparable."""
+
+_VALUES = 0.01
+"""Weight of errors of device values beside those of the colour. It keeps recipes alike."""
 
 _AT_LIMIT = 1e-6
 """Device values within this distance of 0 or 1 may be exceeded by interpolation."""
@@ -265,21 +274,40 @@ class InverseTables:
         rows = np.repeat(np.arange(len(places)), 8)
         shape = (len(places), len(device))
         matrix = csr_array((weights.ravel(), (rows, corners.ravel())), shape=shape)
-        weight = np.where(own, 1.0, _OUTSIDE)[:, np.newaxis]
-        step = 1.0 / (matrix.T @ weight + _RIDGE)  # rows of weights have the sum 1
+        metric = np.where(own, 1.0, _OUTSIDE)[:, np.newaxis, np.newaxis] * self._metric(wanted)
+        # rows of the matrix have the sum 1, and those of the metric bound its eigenvalues
+        step = 1.0 / (matrix.T @ np.abs(metric).sum(axis=2) + _RIDGE)
         at_least, at_most = wanted <= _AT_LIMIT, wanted >= 1.0 - _AT_LIMIT
         found, ahead, speed = device, device, 1.0
         for _ in range(STEPS):
             made = matrix @ ahead
             rest = made - wanted
             rest[(at_least & (made < 0.0)) | (at_most & (made > 1.0))] = 0.0
-            after = ahead - step * (matrix.T @ (weight * rest) + _RIDGE * (ahead - device))
+            slope = matrix.T @ np.einsum("mij,mj->mi", metric, rest)
+            after = ahead - step * (slope + _RIDGE * (ahead - device))
             after[fixed] = device[fixed]
             after = self._printable(after)
             faster = 0.5 * (1.0 + np.sqrt(1.0 + 4.0 * speed**2))
             ahead = after + (speed - 1.0) / faster * (after - found)
             found, speed = after, faster
         return found
+
+    def _metric(self, device: FloatArray) -> FloatArray:
+        """Return matrices (m, n, n): rest · metric · rest is the squared error of device values.
+
+        It is that of the colour, ΔE*ab ÷ `_FULL_INK`, and a share of that of the values.
+        """
+        count = device.shape[1]
+        lab = self._model.lab(device)
+        slopes = np.empty((len(device), 3, count))
+        for channel in range(count):
+            step = np.where(device[:, channel] > 0.5, -_SLOPE, _SLOPE)
+            moved = device.copy()
+            moved[:, channel] += step
+            slopes[:, :, channel] = (self._model.lab(moved) - lab) / (
+                _FULL_INK * step[:, np.newaxis]
+            )
+        return np.einsum("mci,mcj->mij", slopes, slopes) + _VALUES * np.eye(count)
 
     def _printable(self, device: FloatArray) -> FloatArray:
         """Return the nearest values whose positive parts are within the limits.

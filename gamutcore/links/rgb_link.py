@@ -7,7 +7,7 @@ table holds this way at its nodes. Its error against the way itself is measured 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from errno import ENOENT
 from functools import partial
@@ -28,6 +28,7 @@ from gamutcore.colours import (
 )
 from gamutcore.content import gamut_source, is_saved_gamut
 from gamutcore.errors import OptionError, ReferenceNameError
+from gamutcore.export.picture_file import draft_of
 from gamutcore.gamut import Gamut
 from gamutcore.limits import Limits
 from gamutcore.links.cube import DECIMALS, cube_file
@@ -171,19 +172,15 @@ class Link(Shown):
         target = Path(path)
         check_path(target)
         data = self.to_bytes(SUFFIXES[target.suffix.lower()])
-        draft = target.with_name(f".{target.name}.{os.getpid()}")
-        try:
+        with draft_of(target) as draft:
             draft.write_bytes(data)
-            draft.replace(target)
-        except BaseException:
-            draft.unlink(missing_ok=True)
-            raise
 
 
-def check_path(path: Path) -> None:
-    """Refuse a name whose suffix is of no format of links, or whose folder does not exist."""
-    if path.suffix.lower() not in SUFFIXES:
-        raise OptionError.refusal("output", path.name, "a name that ends in .cube, .icc or .icm")
+def check_path(path: Path, suffixes: Sequence[str] = tuple(SUFFIXES)) -> None:
+    """Refuse a name with another suffix, or in a folder that does not exist."""
+    if path.suffix.lower() not in suffixes:
+        names = f"{', '.join(suffixes[:-1])} or {suffixes[-1]}"
+        raise OptionError.refusal("output", path.name, f"a name that ends in {names}")
     if not path.parent.is_dir():
         raise FileNotFoundError(ENOENT, "There is no such folder", str(path.parent))
 
