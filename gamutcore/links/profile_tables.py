@@ -280,7 +280,7 @@ class InverseTables:
         at_least, at_most = wanted <= _AT_LIMIT, wanted >= 1.0 - _AT_LIMIT
         found, ahead, speed = device, device, 1.0
         for _ in range(STEPS):
-            made = matrix @ ahead
+            made = np.asarray(matrix @ ahead)
             rest = made - wanted
             rest[(at_least & (made < 0.0)) | (at_most & (made > 1.0))] = 0.0
             slope = matrix.T @ np.einsum("mij,mj->mi", metric, rest)
@@ -307,7 +307,8 @@ class InverseTables:
             slopes[:, :, channel] = (self._model.lab(moved) - lab) / (
                 _FULL_INK * step[:, np.newaxis]
             )
-        return np.einsum("mci,mcj->mij", slopes, slopes) + _VALUES * np.eye(count)
+        squares: FloatArray = np.einsum("mci,mcj->mij", slopes, slopes)
+        return squares + _VALUES * np.eye(count)
 
     def _printable(self, device: FloatArray) -> FloatArray:
         """Return the nearest values whose positive parts are within the limits.
