@@ -3,8 +3,8 @@
 ``profcheck -k`` compares the measurements with the colours that a profile gives for them. The round
 trip asks ``xicclu -fb`` for device values and ``xicclu -ff`` for their colours, with the relative
 intent. Colours in gamut are those of random device values within the ink limit; colours out of
-gamut have a* and b* from −100 to 100. Times are processor times. colprof has no ink limit, so its gamut is
-larger where it is dark.
+gamut have a* and b* from −100 to 100. Times are processor times. colprof has no ink limit, so its
+gamut is larger where it is dark.
 """
 
 from __future__ import annotations
@@ -31,6 +31,7 @@ PRESSES = {
     "FOGRA29L": (ROOT / "examples" / "FOGRA29L.ti3", 300),
 }
 """Measurements and total ink limits in per cent."""
+
 
 def profiles(quick: bool) -> Rows:
     """Errors and times of profiles by both programs."""
