@@ -138,6 +138,10 @@ bench-queries: install .venv/.installed-test .venv/.installed-figures ## measure
 bench-recipes: install .venv/.installed-test ## measure recipes beside Argyll's xicclu; writes docs/benchmarks.md
 	$(python) -m benchmarks.bench --only recipes recipes-continuity
 
+.PHONY: bench-profiles
+bench-profiles: install .venv/.installed-test ## measure profiles beside Argyll's colprof, 20 minutes; writes docs/benchmarks.md
+	$(python) -m benchmarks.bench --only profiles
+
 .PHONY: bench-viewer
 bench-viewer: install .venv/.installed-test web/node_modules/.package-lock.json ## measure the viewer in Chromium; writes docs/benchmarks.md
 	$(python) -m benchmarks.bench --only viewer

@@ -40,6 +40,7 @@ from benchmarks.common import (
     use_one_core,
 )
 from benchmarks.http import load, message, server
+from benchmarks.profiles import profiles
 from benchmarks.queries import colour_queries, level_queries
 from benchmarks.recipes import continuity, recipes
 from benchmarks.startup import startup
@@ -241,6 +242,7 @@ MEASUREMENTS: dict[str, Callable[[bool], Rows]] = {
     "level-queries": level_queries,
     "recipes": recipes,
     "recipes-continuity": continuity,
+    "profiles": profiles,
     "levels": levels,
 }
 DEFAULT = ("machine", "inputs", "meshes", "queries-http", "levels")

@@ -1,9 +1,10 @@
 """Gamut boundaries at any triangle count: colour and geometry, without web or storage.
 
 `Gamut` builds a gamut from characterisation data and answers questions about it. `link` makes files
-that apply a gamut mapping in other programs. Data flows one way, and the folders are named after
-the stages: `characterisation` → `colours` → `boundary` → `decimation` → `history` → `levels` →
-`queries` and `export`. The package needs none of the web packages of the extra ``service``.
+that apply a gamut mapping in other programs, and `profile` makes ICC profiles. Data flows one way,
+and the folders are named after the stages: `characterisation` → `colours` → `boundary` →
+`decimation` → `history` → `levels` → `queries` and `export`. The package needs none of the web
+packages of the extra ``service``.
 """
 
 from __future__ import annotations
@@ -17,12 +18,17 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from gamutcore.gamut import Gamut
-    from gamutcore.links import link
+    from gamutcore.links import link, profile
     from gamutcore.options import Options
 
-__all__ = ["Gamut", "Options", "__version__", "link", "reference"]
+__all__ = ["Gamut", "Options", "__version__", "link", "profile", "reference"]
 
-_HOME = {"Gamut": "gamutcore.gamut", "Options": "gamutcore.options", "link": "gamutcore.links"}
+_HOME = {
+    "Gamut": "gamutcore.gamut",
+    "Options": "gamutcore.options",
+    "link": "gamutcore.links",
+    "profile": "gamutcore.links",
+}
 """Modules of the names that are imported on first use. Their import takes a tenth of a second,
 which `gamutcore.errors` and the command line's help do not need."""
 

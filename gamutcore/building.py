@@ -79,6 +79,7 @@ __all__ = [
     "build",
     "device_model",
     "gamut_id",
+    "parsed_input",
     "report_progress",
 ]
 
@@ -143,7 +144,7 @@ def build(
     another thread. Data that cannot be read or wrapped raises GamutError.
     """
     report("characterisation", 0.0)
-    parsed = _parsed_input(content, options, limits)
+    parsed = parsed_input(content, options, limits)
     report("colours", 0.0)
     full = (
         _boundary_of_mesh(parsed, options)
@@ -230,7 +231,7 @@ class _FullBoundary(NamedTuple):
     model: DeviceModel | None = None
 
 
-def _parsed_input(content: bytes, options: Options, limits: Limits) -> Characterisation:
+def parsed_input(content: bytes, options: Options, limits: Limits) -> Characterisation:
     """Return the characterisation data of a file, and check that the options apply to it."""
     with apply_limits(limits):
         parsed = _parsed(content, options)
@@ -244,7 +245,7 @@ FEWEST_SAMPLES = 8
 
 def device_model(content: bytes, options: Options, limits: Limits) -> DeviceModel | None:
     """Return the device model of the gamut that `build` makes of some content; None without one."""
-    parsed = _parsed_input(content, options, limits)
+    parsed = parsed_input(content, options, limits)
     if isinstance(parsed, GamutMesh):
         return None
     found = _input_colours(parsed, options, samples=FEWEST_SAMPLES)

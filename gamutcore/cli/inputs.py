@@ -24,6 +24,7 @@ __all__ = [
     "asking",
     "chosen_options",
     "gamut_of",
+    "number_or_text",
     "numbers_of",
 ]
 

@@ -1,4 +1,4 @@
-"""The command link: a gamut mapping as a file for other programs."""
+"""The commands link and profile: files for other programs."""
 
 from __future__ import annotations
 
@@ -14,8 +14,9 @@ __all__ = ["add_to"]
 
 
 def add_to(app: typer.Typer) -> None:
-    """Add the command to a program."""
+    """Add the commands to a program."""
     app.command(cls=asking("map"))(link)
+    app.command(cls=asking("recipes"))(profile)
 
 
 def link(
@@ -86,4 +87,65 @@ def link(
     typer.echo(
         f"{output}: {found.source} to {found.destination}, {found.method} in {found.space}, "
         f"{found.table.size} nodes a side. Error: {found.errors}, at {worst_at}."
+    )
+
+
+def profile(
+    ctx: typer.Context,
+    measurements: Annotated[
+        str,
+        typer.Argument(
+            metavar="MEASUREMENTS",
+            help="Measured device values of a press or a display; also a profile, an RGB space or "
+            "a saved .gamut file.",
+        ),
+    ],
+    output: Annotated[
+        Path, typer.Option("--output", "-o", metavar="FILE", help="An .icc or .icm file.")
+    ],
+    version: Annotated[int, typer.Option(help="Version of the profile: 2 or 4.")] = 2,
+    black: str = "smooth",
+    size: Annotated[
+        int, typer.Option(help="Nodes of B2A tables along L*, a* and b*, 9 to 65.")
+    ] = 33,
+    source_gamut: Annotated[
+        str, typer.Option(metavar="GAMUT", help="Gamut that the perceptual intent maps from.")
+    ] = "srgb",
+    name: Annotated[
+        str | None, typer.Option(help="What the description of the profile begins with.")
+    ] = None,
+) -> None:
+    """Make an ICC profile of a press or a display.
+
+    A press has tables A2B and B2A for the perceptual, relative and saturation intents, and gamt. A
+    display has them unless a matrix with curves is close to its model. Measurements are kept in
+    the tag targ. The limits --ink-limit and --black-limit hold for all B2A tables.
+
+    The error of the profile against the device model, and that of the round trip, are measured at
+    20,000 device values and on the edges of the device's cube, printed, and stated in the file.
+    """
+    from gamutcore.links import PROFILE_SUFFIXES, check_path  # noqa: PLC0415
+    from gamutcore.links import profile as compute  # noqa: PLC0415
+    from gamutcore.options import option_value  # noqa: PLC0415
+
+    check_path(output, PROFILE_SUFFIXES)
+    options = {each: option_value(each, text) for each, text in chosen_options(ctx).items()}
+    made = compute(
+        measurements,
+        version=version,
+        black=number_or_text(black),
+        size=size,
+        source_gamut=source_gamut,
+        name=name,
+        **options,
+    )
+    made.save(output)
+    for warning in made.warnings:
+        typer.echo(f"Warning: {warning}", err=True)
+    kind = "Output" if made.device_class == "prtr" else "Display"
+    form = "tables" if made.form == "tables" else "matrix and curves"
+    round_trip = "" if made.round_trip is None else f" Round trip: {made.round_trip}."
+    typer.echo(
+        f"{output}: {kind} profile of {made.name}, version {made.version}, {form}. "
+        f"Error: {made.forward}.{round_trip}"
     )

@@ -18,7 +18,6 @@ intent. All numbers are big-endian.
 
 from __future__ import annotations
 
-import hashlib
 import struct
 from itertools import product
 from typing import TYPE_CHECKING
@@ -29,6 +28,13 @@ from gamutcore.characterisation.meshes import GAMUT_BOUNDARY_TAGS
 from gamutcore.colours import lab_to_xyz
 from gamutcore.colours.spaces import CIELAB, ColourSpace
 from gamutcore.errors import OptionError
+from gamutcore.export.icc_file import (
+    COPYRIGHT,
+    D50,
+    description_element,
+    icc_file,
+    xyz_element,
+)
 from gamutcore.export.provenance import ascii_line
 from gamutcore.history import nearest_places
 from gamutcore.version import __version__
@@ -205,18 +211,6 @@ def _cube_surface() -> FloatArray:
     )
 
 
-HEADER = 128
-VERSION = bytes((5, 0, 0, 0))
-D50 = struct.pack(">3i", *(round(65536 * part) for part in (0.9642, 1.0, 0.8249)))
-CREATED = struct.pack(">6H", 2019, 1, 1, 0, 0, 0)
-"""The year of the standard: the same mesh always gives the same bytes."""
-
-INTENTS = tuple(GAMUT_BOUNDARY_TAGS)
-"""Rendering intents by their number (ICC.2:2019, 7.2.17)."""
-
-COPYRIGHT = "The program that wrote this profile claims no copyright."
-
-
 def icc(mesh: TriangleMesh, provenance: Mapping[str, str], space: ColourSpace = CIELAB) -> bytes:
     """Return a mesh as a gamut boundary description in an iccMAX profile, in CIELAB (D50) only.
 
@@ -225,41 +219,16 @@ def icc(mesh: TriangleMesh, provenance: Mapping[str, str], space: ColourSpace = 
     """
     check_icc_cielab(space, "icc")
     intent = provenance.get("intent", "relative")
-    intent = intent if intent in INTENTS else "relative"
+    intent = intent if intent in GAMUT_BOUNDARY_TAGS else "relative"
     description = f"Gamut boundary {provenance.get('gamut', '')[:12]} by gamutcore {__version__}"
     tags = {
-        "desc": _text(description),
-        "cprt": _text(COPYRIGHT),
-        "wtpt": b"XYZ \0\0\0\0" + D50,
+        "desc": description_element(description, 5),
+        "cprt": description_element(COPYRIGHT, 5),
+        "wtpt": xyz_element(D50),
         "A2B0": _identity(),
         GAMUT_BOUNDARY_TAGS[intent]: _boundary(mesh),
     }
-    offset = HEADER + 4 + 12 * len(tags)
-    table, parts = [struct.pack(">I", len(tags))], []
-    for signature, data in tags.items():
-        table.append(struct.pack(">4sII", signature.encode(), offset, len(data)))
-        padded = data + bytes(-len(data) % 4)
-        parts.append(padded)
-        offset += len(padded)
-    content = b"".join((*table, *parts))
-    # the digest is of a profile with zeros for flags, intent and digest (ICC.2:2019, 7.2.20)
-    blank = _header(offset, 0, bytes(16)) + content
-    digest = hashlib.md5(blank, usedforsecurity=False).digest()
-    return _header(offset, INTENTS.index(intent), digest) + content
-
-
-def _header(size: int, intent: int, digest: bytes) -> bytes:
-    """Return the header of the profile (ICC.2:2019, 7.2)."""
-    head = struct.pack(">I4s4s4s4s4s", size, bytes(4), VERSION, b"abst", b"Lab ", b"Lab ")
-    head += CREATED + b"acsp" + bytes(24)  # platform, flags, manufacturer, model, attributes
-    head += struct.pack(">I", intent) + D50 + bytes(4) + digest
-    return head + bytes(HEADER - len(head))  # neither spectra nor materials
-
-
-def _text(text: str) -> bytes:
-    """Return an element of the type multiLocalizedUnicodeType with one record."""
-    data = text.encode("utf-16-be")
-    return struct.pack(">4s3I2s2s2I", b"mluc", 0, 1, 12, b"en", b"US", len(data), 28) + data
+    return icc_file(5, "abst", ("Lab ", "Lab "), tags, intent)
 
 
 def _identity() -> bytes:

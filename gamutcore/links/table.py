@@ -8,7 +8,7 @@ way itself is measured for each link.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from errno import ENOENT
@@ -24,6 +24,7 @@ from gamutcore.building import device_model
 from gamutcore.colours import LookupTable, RgbSpace, lab_to_xyz, luminance_of_black
 from gamutcore.content import gamut_source, is_saved_gamut
 from gamutcore.errors import OptionError, ReferenceNameError
+from gamutcore.export.picture_file import draft_of
 from gamutcore.gamut import Gamut
 from gamutcore.limits import Limits
 from gamutcore.links.cube import DECIMALS, cube_file
@@ -237,22 +238,18 @@ class Link(Shown):
         target = Path(path)
         check_path(target)
         data = self.to_bytes(SUFFIXES[target.suffix.lower()])
-        draft = target.with_name(f".{target.name}.{os.getpid()}")
-        try:
+        with draft_of(target) as draft:
             draft.write_bytes(data)
-            draft.replace(target)
-        except BaseException:
-            draft.unlink(missing_ok=True)
-            raise
 
 
 _RGB = ("R", "G", "B")
 
 
-def check_path(path: Path) -> None:
-    """Refuse a name whose suffix is of no format of links, or whose folder does not exist."""
-    if path.suffix.lower() not in SUFFIXES:
-        raise OptionError.refusal("output", path.name, "a name that ends in .cube, .icc or .icm")
+def check_path(path: Path, suffixes: Sequence[str] = tuple(SUFFIXES)) -> None:
+    """Refuse a name with another suffix, or in a folder that does not exist."""
+    if path.suffix.lower() not in suffixes:
+        names = f"{', '.join(suffixes[:-1])} or {suffixes[-1]}"
+        raise OptionError.refusal("output", path.name, f"a name that ends in {names}")
     if not path.parent.is_dir():
         raise FileNotFoundError(ENOENT, "There is no such folder", str(path.parent))
 
