@@ -29,6 +29,7 @@ from gamutcore.colours.lookup import LookupTable, cube_nodes
 from gamutcore.colours.measured import ILLUMINANTS, OBSERVERS, measured_colours
 from gamutcore.colours.models import DeviceModel
 from gamutcore.colours.picture import closed_form_values, find_values, picture_colours
+from gamutcore.colours.reference import RGB_CURVES, primary_matrix, reference_white
 from gamutcore.colours.rgb_device import RgbDevice, rgb_device
 from gamutcore.colours.sampling import (
     SURFACE_SAMPLES,
@@ -68,6 +69,7 @@ __all__ = [
     "MEASURED",
     "OBSERVERS",
     "OTHER_AXES",
+    "RGB_CURVES",
     "SPACE",
     "SPACES",
     "SPACE_PARAMETERS",
@@ -101,6 +103,8 @@ __all__ = [
     "own_tristimulus",
     "parameter_defaults",
     "picture_colours",
+    "primary_matrix",
+    "reference_white",
     "rgb_device",
     "space_parameters",
     "spread_values",

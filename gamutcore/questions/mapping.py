@@ -37,11 +37,15 @@ from gamutcore.questions.levels import (
     tolerance_of,
 )
 from gamutcore.questions.picture_mapping import BLUE_TURNS, SpatialMoves, map_picture, turns_blue
+from gamutcore.questions.picture_targets import DEVICE as TO_DEVICE
+from gamutcore.questions.picture_targets import OWN, device_target
 from gamutcore.results import MappedColours
 
 if TYPE_CHECKING:
     import os
     from collections.abc import Callable
+
+    from numpy.typing import ArrayLike
 
     from gamutcore.arrays import BooleanArray, Float32Array, FloatArray, LongArray
     from gamutcore.colour_rows import Colours
@@ -343,6 +347,8 @@ def map_picture_file(
     depth: Depth | None = None,
     table: int | None = None,
     heat_map: str | os.PathLike[str] | None = None,
+    to: str = OWN,
+    black: str | float | ArrayLike | None = None,
     triangles: int | None = None,
     max_error: float | None = None,
 ) -> MappedPicture:
@@ -358,6 +364,10 @@ def map_picture_file(
     iterations = ITERATIONS if iterations is None else iterations
     if not 0 <= iterations <= MOST_ITERATIONS:
         raise OptionError.refusal("iterations", iterations, f"0 to {MOST_ITERATIONS}")
+    if black is not None and to != TO_DEVICE:
+        raise OptionError.not_applicable(
+            "black", black, f"only device values (to={TO_DEVICE}) need it"
+        )
     if triangles is None and max_error is None:
         max_error = 0.0  # edges of a coarser level are visible as arcs
     by_lab_hue = gamut.colour_space.name == "CIELAB" and method != "clip-nearest"
@@ -399,7 +409,10 @@ def map_picture_file(
         return _spatial_moves(rule, conversion, iterations, shifted) if is_spatial else moves
 
     heat_file = None if heat_map is None else Path(heat_map)
-    done = map_picture(data, Path(output), moves_from, depth, table=table, heat_map=heat_file)
+    target = device_target(gamut, conversion, black) if to == TO_DEVICE else to
+    done = map_picture(
+        data, Path(output), moves_from, depth, table=table, heat_map=heat_file, to=target
+    )
     warnings = done.warnings
     if source is not None:
         warnings += _warnings(gamut.conditions, source.conditions)

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gamutcore import queries
-from gamutcore.arguments import Number, Text, check_option
+from gamutcore.arguments import check_option
 from gamutcore.colours import lab_to_xyz
 from gamutcore.errors import InvalidPointsError, OptionError
 from gamutcore.queries import delta_e_2000
+from gamutcore.questions.black_rules import BLACK, black_rule
 from gamutcore.questions.conditions import colour_warnings
 from gamutcore.questions.declarations import (
     BOOLEAN,
@@ -24,7 +25,6 @@ from gamutcore.questions.declarations import (
 )
 from gamutcore.questions.levels import answering_level, colours_in, is_as_measured, lab_of
 from gamutcore.questions.mapping import METHOD, map_colours
-from gamutcore.recipes import LEAST_INK, SHARE, SMOOTH, WANTED, BlackRule
 from gamutcore.results import ColourRecipes
 
 if TYPE_CHECKING:
@@ -35,26 +35,6 @@ if TYPE_CHECKING:
     from gamutcore.questions.levels import AskedGamut
 
 __all__ = ["RECIPES", "device_colours", "recipes"]
-
-_RULES = {
-    "smooth": BlackRule(SMOOTH),
-    "none": BlackRule(SHARE, 0.0),
-    "maximum": BlackRule(SHARE, 1.0),
-    "least-ink": BlackRule(LEAST_INK),
-}
-
-BLACK = (
-    Annotated[
-        str,
-        Text(
-            400,
-            "one of smooth, none, maximum and least-ink, or pairs of L* and black, such as "
-            "'10:0.9, 50:0.3, 90:0'",
-        ),
-    ]
-    | Annotated[float, Number(0.0, 1.0)]
-)
-"""How much black a recipe has: a rule, a share of the possible range, or a curve."""
 
 NEAREST_METHOD = "clip-nearest"
 
@@ -70,7 +50,7 @@ def recipes(
     max_error: float | None = None,
 ) -> ColourRecipes:
     """Return the device values of colours."""
-    model, rule = gamut.device_model, _black_rule("smooth" if black is None else black)
+    model, rule = gamut.device_model, black_rule("smooth" if black is None else black)
     rows, conversion = colours_in(gamut, colours, space)
     level = answering_level(gamut, triangles, max_error)
     inside = queries.contains(rows.points, level.index)
@@ -132,34 +112,6 @@ def _in_space(gamut: AskedGamut, lab: FloatArray) -> FloatArray:
         return lab
     as_measured = is_as_measured(gamut)
     return gamut.colour_space.from_tristimulus(lab_to_xyz(lab), as_measured=as_measured)[0]
-
-
-def _black_rule(black: object) -> BlackRule:
-    """Return the rule that a name, a share or a curve (n, 2) of L* and black stands for."""
-    if isinstance(black, str | float | int):
-        value = check_option("black", black, BLACK)
-        if value in _RULES:
-            return _RULES[value]
-        if not isinstance(value, str):
-            return BlackRule(SHARE, value)
-        black = [pair.split(":") for pair in value.split(",")]
-    try:
-        curve = np.asarray(black, np.float64)
-    except (TypeError, ValueError):
-        curve = np.empty(0)
-    accepted = curve.ndim == 2 and curve.shape[1:] == (2,) and len(curve) > 1
-    if not accepted or not (
-        np.isfinite(curve).all()
-        and (np.diff(curve[:, 0]) > 0).all()
-        and ((curve[:, 1] >= 0) & (curve[:, 1] <= 1)).all()
-    ):
-        raise OptionError(
-            "The rule of black is not accepted.",
-            where={"field": "black"},
-            remedy="Give smooth, none, maximum, least-ink, a share from 0 to 1, or two or more "
-            "pairs of L* and black, with ascending L* and black from 0 to 1.",
-        )
-    return BlackRule(WANTED, curve=curve)
 
 
 RECIPES = Question(
