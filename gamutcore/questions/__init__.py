@@ -28,12 +28,19 @@ from gamutcore.questions.levels import (
 from gamutcore.questions.mapping import (
     MAP,
     METHOD,
+    PICTURE_PARAMETERS,
     SPATIAL,
     map_colours,
     map_picture_file,
     map_points,
 )
-from gamutcore.questions.picture_mapping import PICTURE_SPACE, MappedPicture, TableError
+from gamutcore.questions.picture_mapping import (
+    PICTURE_SPACE,
+    MappedPicture,
+    TableError,
+    no_picture,
+)
+from gamutcore.questions.picture_targets import DEVICE as DEVICE_VALUES
 from gamutcore.questions.plotting import (
     MOST_DRAWN_TRIANGLES,
     PICTURE,
@@ -74,10 +81,12 @@ __all__ = [
     "COMPARISON",
     "DEFAULT_EDGE_WIDTH",
     "DEFAULT_ERROR",
+    "DEVICE_VALUES",
     "INDEX_BYTES",
     "METHOD",
     "MOST_DRAWN_TRIANGLES",
     "PICTURE",
+    "PICTURE_PARAMETERS",
     "PICTURE_SPACE",
     "PNG_KEYWORD",
     "QUESTIONS",
@@ -113,6 +122,7 @@ __all__ = [
     "map_points",
     "max_chroma",
     "nearest",
+    "no_picture",
     "notebook_html",
     "picture",
     "plot",

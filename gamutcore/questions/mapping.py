@@ -10,16 +10,19 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, cast
 import numpy as np
 
 from gamutcore import queries
-from gamutcore.arguments import Boolean, Choice, Coordinates, check_option
+from gamutcore.arguments import Boolean, Choice, Coordinates, Text, WholeNumber, check_option
 from gamutcore.colour_rows import colour_rows
 from gamutcore.colours import ICC_D50, ColourConversion, compensate_black, luminance_of_black
 from gamutcore.errors import OptionError
+from gamutcore.export.picture_file import DEPTHS
 from gamutcore.queries import delta_e_2000
+from gamutcore.questions.black_rules import BLACK
 from gamutcore.questions.conditions import colour_warnings, comparison_warnings
 from gamutcore.questions.declarations import (
     BOOLEAN,
     COLOUR,
     DEVICE,
+    LEVEL_PARAMETERS,
     NUMBER,
     OTHER_GAMUT,
     Column,
@@ -36,7 +39,13 @@ from gamutcore.questions.levels import (
     surface_facts,
     tolerance_of,
 )
-from gamutcore.questions.picture_mapping import BLUE_TURNS, SpatialMoves, map_picture, turns_blue
+from gamutcore.questions.picture_mapping import (
+    BLUE_TURNS,
+    MOST_NODES,
+    SpatialMoves,
+    map_picture,
+    turns_blue,
+)
 from gamutcore.questions.picture_targets import DEVICE as TO_DEVICE
 from gamutcore.questions.picture_targets import OWN, device_target
 from gamutcore.results import MappedColours
@@ -54,7 +63,14 @@ if TYPE_CHECKING:
     from gamutcore.questions.levels import AskedGamut, IndexedLevel
     from gamutcore.questions.picture_mapping import MappedPicture, Moves
 
-__all__ = ["MAP", "METHOD", "map_colours", "map_picture_file", "map_points"]
+__all__ = [
+    "MAP",
+    "METHOD",
+    "PICTURE_PARAMETERS",
+    "map_colours",
+    "map_picture_file",
+    "map_points",
+]
 
 METHOD = Annotated[
     str,
@@ -332,6 +348,50 @@ MAP = Question(
         "device": [[0.0, 1.0, 0.05, 0.02]],
     },
 )
+
+
+_OF_PICTURES = (
+    Parameter(
+        "iterations",
+        Annotated[int, WholeNumber(0, MOST_ITERATIONS)],
+        f"Iterations of the method `{SPATIAL}`, {ITERATIONS} by default; without one, it is "
+        "clipping.",
+    ),
+    Parameter(
+        "depth",
+        Annotated[str, Choice(tuple(DEPTHS))],
+        "Depth of the picture that is returned, by default that of the picture: bits, or floats.",
+    ),
+    Parameter(
+        "table",
+        Annotated[int, WholeNumber(0, MOST_NODES)],
+        f"Nodes of a table along each channel, 5 to {MOST_NODES}; 0 maps every colour exactly. By "
+        "default, large pictures have one. The report states its error.",
+    ),
+    Parameter(
+        "to",
+        Annotated[str, Text(60, f"{OWN}, {TO_DEVICE}, or the slug of an RGB space")],
+        f"Encoding of the picture that is returned. `{OWN}`: that of the picture. The slug of an "
+        f"RGB space, with its profile. `{TO_DEVICE}`: values of the device as TIFF, such as CMYK, "
+        "with the profile that the gamut was built from.",
+        default=OWN,
+        example="display-p3",
+    ),
+    Parameter("black", BLACK, "How much black device values have, as for `recipes`.", example=0.5),
+)
+_METHOD, *_OTHERS = MAP.parameters
+PICTURE_PARAMETERS: tuple[Parameter, ...] = (
+    replace(
+        _METHOD,
+        kind=METHOD | Annotated[str, Choice((SPATIAL,))],
+        description=f"{_METHOD.description} `{SPATIAL}`: for pictures, keeps the differences "
+        "between neighbouring pixels.",
+    ),
+    *_OTHERS,
+    *_OF_PICTURES,
+    *LEVEL_PARAMETERS,
+)
+"""Parameters of `map_picture_file`, without the heat map."""
 
 
 def map_picture_file(

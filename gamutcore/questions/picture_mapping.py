@@ -95,6 +95,7 @@ __all__ = [
     "SpatialMoves",
     "TableError",
     "map_picture",
+    "no_picture",
     "turns_blue",
 ]
 
@@ -303,11 +304,7 @@ def map_picture(
         raise OptionError.refusal("heat_map", str(heat_map), "a .png file beside the output")
     file_format = picture_format(data)
     if file_format is None:
-        raise MalformedFileError(
-            "The file is not a picture.",
-            where={"field": "header"},
-            remedy="Give PNG, TIFF, JPEG, OpenEXR or another format of pictures.",
-        )
+        raise no_picture()
     with open_raster(data, file_format) as raster:
         meaning, said = picture_meaning(raster)
         if raster.model not in {"RGB", "gray"} or (
@@ -357,6 +354,15 @@ def map_picture(
         encoding=pixels.encoding,
         warnings=tuple(dict.fromkeys([*raster.warnings, *said, *lost])),
         heat_map=HEAT_MAP if heat_map else None,
+    )
+
+
+def no_picture() -> MalformedFileError:
+    """Return the error of a file that is not a picture."""
+    return MalformedFileError(
+        "The file is not a picture.",
+        where={"field": "header"},
+        remedy="Give PNG, TIFF, JPEG, OpenEXR or another format of pictures.",
     )
 
 

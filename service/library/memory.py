@@ -126,6 +126,15 @@ class Cost:
     """Making the inverse of a device model: seven inks have tables of 65 MB."""
     PATCHES = 24
     """Fitting a device model, per square of the number of patches: its matrix and two copies."""
+    MAPPING = 192 * _MEBIBYTE
+    """Mapping a picture in its process, beside its pixels: a full boundary with its index, and the
+    tables of recipes."""
+    MAPPED_PIXEL = 48
+    """Mapping a picture, per pixel up to 8 million, with the answer: its colours are distinct."""
+    FURTHER_PIXEL = 24
+    """The same of further pixels. There are at most 16.8 million distinct colours of 8 bits."""
+    SPATIAL_PIXEL = 100
+    """What the spatial mapping adds per pixel."""
     CELL = 850
     """Answer to a view, per cell or row: leaves as JSON."""
     ROW: Mapping[str, int] = MappingProxyType(
