@@ -72,13 +72,9 @@ __all__ = [
     "map_points",
 ]
 
-METHOD = Annotated[
-    str,
-    Choice(
-        ("clip-nearest", "clip-hue", "clip-lightness", "clip-chroma", "clip-focal", "sgck"),
-        {"hpminde": "clip-hue"},
-    ),
-]
+_METHODS = ("clip-nearest", "clip-hue", "clip-lightness", "clip-chroma", "clip-focal", "sgck")
+_ALIASES = {"hpminde": "clip-hue"}
+METHOD = Annotated[str, Choice(_METHODS, _ALIASES)]
 """Methods of mapping."""
 
 SPATIAL = "spatial"
@@ -383,7 +379,7 @@ _METHOD, *_OTHERS = MAP.parameters
 PICTURE_PARAMETERS: tuple[Parameter, ...] = (
     replace(
         _METHOD,
-        kind=METHOD | Annotated[str, Choice((SPATIAL,))],
+        kind=Annotated[str, Choice((*_METHODS, SPATIAL), _ALIASES)],
         description=f"{_METHOD.description} `{SPATIAL}`: for pictures, keeps the differences "
         "between neighbouring pixels.",
     ),

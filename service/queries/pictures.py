@@ -21,7 +21,7 @@ from service.library import Cost
 from service.problems.problem import Problem, ProblemError, sentence
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Iterator
     from pathlib import Path
 
     from service.library import Charge, Ledger
@@ -38,6 +38,9 @@ MOST_WAITING = 8
 
 IDLE_SECONDS = 60.0
 """Time without pictures after which the process ends."""
+
+_FIRST_PIXELS = 8_000_000
+"""Pixels that are charged in full."""
 
 _COMMAND_LINE = "Send a smaller picture, or map it on your computer with `gamut map`."
 
@@ -99,10 +102,9 @@ class Pictures:
             limits = {"pixels": min(MOST_PIXELS, self._settings.max_pixels)}
             measure = {"picture": str(request.picture), "limits": limits}
             pixels = (await self._result(measure, 0))["pixels"]
-            first = min(pixels, 8_000_000)
-            nbytes = (
-                Cost.MAPPING + Cost.MAPPED_PIXEL * first + Cost.FURTHER_PIXEL * (pixels - first)
-            )
+            further = max(0, pixels - _FIRST_PIXELS)
+            nbytes = Cost.MAPPING + Cost.MAPPED_PIXEL * (pixels - further)
+            nbytes += Cost.FURTHER_PIXEL * further
             if request.arguments.get("method") == "spatial":
                 nbytes += Cost.SPATIAL_PIXEL * pixels
             charge = await self._memory.charge("work", lambda: nbytes)
@@ -191,7 +193,8 @@ class Pictures:
         return None
 
 
-_ignore: Callable[[str, float], None] = lambda _stage, _fraction: None  # noqa: E731
+def _ignore(_stage: str, _fraction: float) -> None:
+    """Take no notice of progress, which pictures do not report."""
 
 
 _REPORTED = ("pixels", "outside", "moved", "missed", "colours", "colours_outside")

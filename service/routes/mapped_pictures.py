@@ -21,7 +21,7 @@ from service.container import service_of
 from service.http.representations import preferred_media_type
 from service.http.request_context import timed
 from service.library import ChargedResponse
-from service.openapi.documentation import header
+from service.openapi.documentation import binary_content, header
 from service.problems.problem import JsonResponse, Problem, ProblemError
 from service.queries.answers import warning_header
 from service.queries.parameters import documentation, query_values, values_of
@@ -30,7 +30,7 @@ from service.routes.dependencies import NamedGamuts, checked_gamut
 from service.storage.blobs import SCRATCH_FOLDER, BlobNotFoundError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping
 
     from fastapi import Request
 
@@ -196,13 +196,17 @@ def document_pictures(
         " A picture of gray or RGB is recognised by its content: any media type image/* stands for "
         "every format that is read. Its parameters are in the query string."
     )
-    body["content"]["image/*"] = {"schema": {"type": "string", "format": "binary"}}
-    answer["content"] |= {
-        media_type: {"schema": {"type": "string", "format": "binary"}} for media_type in PICTURES
-    }
+    body["content"] |= _files_described({"image/*": "A picture of gray or RGB"})
+    answer["content"] |= _files_described(dict.fromkeys(PICTURES, "The mapped picture"))
     answer["headers"]["Gamut-Mapped"] = header(
         "For pictures: numbers of pixels and distinct colours, in all, out of gamut and moved, and "
         "colour differences CIEDE2000, as a dictionary (RFC 9651).",
         "pixels=6000000, outside=120000, moved=120000, missed=0, colours=400000, "
         "colours-outside=9000, delta-e=0.0500, delta-e-95=0.2000",
     )
+
+
+def _files_described(summaries: Mapping[str, str]) -> dict[str, Any]:
+    """Return the content of bodies that are files, from descriptions by media type."""
+    content = binary_content(summaries)
+    return {media_type: content[media_type] for media_type in summaries}
