@@ -14,14 +14,14 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from service.building.process import BuildProcess, ProcessDiedError, private_bytes
+from service.building.process import WORKER_COMMAND, BuildProcess, ProcessDiedError, private_bytes
 from service.http.bodies import Refused, SharedAmount
 from service.http.request_context import timed
 from service.library import Cost
 from service.problems.problem import Problem, ProblemError, sentence
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
     from pathlib import Path
 
     from service.library import Charge, Ledger
@@ -69,8 +69,10 @@ class MappingRequest:
 class Pictures:
     """The mapping of pictures. Belongs to the event loop's thread, unless stated otherwise."""
 
-    def __init__(self, settings: Settings, memory: Ledger) -> None:
-        self._settings, self._memory = settings, memory
+    def __init__(
+        self, settings: Settings, memory: Ledger, command: Sequence[str] = WORKER_COMMAND
+    ) -> None:
+        self._settings, self._memory, self._command = settings, memory, command
         self._places = SharedAmount(MOST_WAITING, settings.client_share)
         self._turn = asyncio.Lock()
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="pictures")
@@ -147,10 +149,14 @@ class Pictures:
     def _run(self, document: dict[str, Any], nbytes: int) -> dict[str, Any]:
         """Send a request to the process, in the thread, and return the last event."""
         try:
-            if self._process is None or not self._process.alive:
-                self._process = BuildProcess()
-                self._process.wait_until_ready(self._check)
             process = self._process
+            if process is None or not process.alive:
+                process = BuildProcess(self._command)
+                process.wait_until_ready(self._check)
+                self._process = process
+        except ProcessDiedError as error:
+            return {"event": "unstarted", "message": str(error)}
+        try:
             memory = (private_bytes(process.pid) or 0) + (nbytes or Cost.MAPPING)
             request = {**document, "memory": memory, "seconds": self._settings.build_timeout}
             return process.result(request, progress=_ignore, check=self._check)
@@ -162,35 +168,49 @@ class Pictures:
             raise ProcessDiedError("the service is stopping")
 
     def _end_idle(self) -> None:
+        if self._process is None or self._turn.locked() or self._closing:
+            return
         process, self._process = self._process, None
-        if process is not None and not self._turn.locked():
-            self._thread.submit(process.kill)
+        self._thread.submit(process.kill)
 
     def _problem(self, event: dict[str, Any]) -> Problem | None:
         """Return the problem that an event reports; None for a result."""
-        match event["event"]:
-            case "refused":
-                where, remedy = dict(event["where"]), event["remedy"]
-                code = event["code"]
-                if code == "invalid-option":
-                    code, where = "invalid-parameter", {"in": "query", **where}
-                if code == "picture-too-large":
-                    remedy = f"{remedy} Larger ones are mapped by `gamut map` on your computer."
-                return Problem(code, sentence(event["message"]), where, remedy)
-            case "timeout":
-                detail = f"The mapping was ended after {self._settings.build_timeout:g} s."
-                return Problem("picture-too-complex", detail, {"field": "data"}, _COMMAND_LINE)
-            case "exhausted":
-                detail = "The picture needs more memory than pictures of its size should."
-                return Problem("picture-too-complex", detail, {"field": "data"}, _COMMAND_LINE)
-            case "died":
-                detail = f"The process that reads pictures died ({event['message']})."
-                remedy = "Save the picture again, as PNG, TIFF or baseline JPEG."
-                return Problem("malformed-file", detail, {"field": "data"}, remedy)
-            case "failed":
-                detail = "The mapping ended with an unexpected error."
-                return Problem.from_errno(event["errno"]) or Problem("internal-error", detail)
-        return None
+        kind, fault = event["event"], event.get("message", "")
+        if kind == "refused":
+            return _refusal(event)
+        if kind in {"unstarted", "died"} and self._closing:
+            return Problem("shutting-down", "The service is stopping.")
+        if kind == "failed":
+            detail = "The mapping ended with an unexpected error."
+            return Problem.from_errno(event["errno"]) or Problem("internal-error", detail)
+        seconds = self._settings.build_timeout
+        data, again = {"field": "data"}, "Save the picture again, as PNG, TIFF or baseline JPEG."
+        slow, large = "picture-too-complex", "more memory than pictures of its size should"
+        problems = {
+            "timeout": Problem(
+                slow, f"The mapping was ended after {seconds:g} s.", data, _COMMAND_LINE
+            ),
+            "exhausted": Problem(slow, f"The picture needs {large}.", data, _COMMAND_LINE),
+            "died": Problem(
+                "malformed-file", f"The process that reads pictures died ({fault}).", data, again
+            ),
+            "unstarted": Problem(
+                "overloaded",
+                f"The process that reads pictures did not start ({fault}).",
+                headers={"Retry-After": "5"},
+            ),
+        }
+        return problems.get(kind)
+
+
+def _refusal(event: dict[str, Any]) -> Problem:
+    """Return the problem of an error of `gamutcore`."""
+    code, where, remedy = event["code"], dict(event["where"]), event["remedy"]
+    if code == "invalid-option":
+        code, where = "invalid-parameter", {"in": "query", **where}
+    if code == "picture-too-large":
+        remedy = f"{remedy} Larger ones are mapped by `gamut map` on your computer."
+    return Problem(code, sentence(event["message"]), where, remedy)
 
 
 def _ignore(_stage: str, _fraction: float) -> None:

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from fastapi import Request
 
     from service.container import ServiceContainer
+    from service.http.bodies import Body
 
 __all__ = ["PARAMETERS", "answer_picture", "document_pictures", "is_picture"]
 
@@ -80,7 +81,7 @@ async def answer_picture(request: Request, gamut_id: str) -> Response:
                 await arriving.receive(service.settings.max_body_bytes)
             media_type = _media_type(request, arriving.read(0, 64), answer, values["to"])
             picture = files.folder / "given"
-            await asyncio.to_thread(lambda: picture.write_bytes(arriving.content()))
+            await asyncio.to_thread(_copy, arriving, picture)
         model, profile = await files.device(gamut_id) if values["to"] == DEVICE else (None, None)
         history, conditions = await files.history(gamut_id, "gamut")
         other = None if source is None else (await files.history(source, "source"))[0]
@@ -111,6 +112,17 @@ async def answer_picture(request: Request, gamut_id: str) -> Response:
                 response = Response(content, 200, fields, media_type)
             failing.pop_all()
         return ChargedResponse(response, charge)
+
+
+def _copy(body: Body, path: Path) -> None:
+    """Write a body to a file without holding all of it in memory."""
+    with path.open("wb") as file:
+        for start in range(0, body.size, _PIECE):
+            file.write(body.read(start, _PIECE))
+
+
+_PIECE = 1 << 20
+"""Bytes that are copied at a time."""
 
 
 class _Files:

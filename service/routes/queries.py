@@ -77,6 +77,8 @@ _PROBLEMS = (
 
 
 _PICTURE_PROBLEMS = (
+    "overloaded",
+    "shutting-down",
     "malformed-file",
     "malformed-profile",
     "unsupported-profile",

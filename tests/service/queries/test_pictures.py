@@ -1,8 +1,10 @@
 """Pictures over HTTP: posted, mapped and returned; hostile ones are refused."""
 
+import asyncio
 import io
 import json
 import struct
+import sys
 import zlib
 from pathlib import Path
 
@@ -12,7 +14,10 @@ import pytest
 from PIL import Image
 
 from gamutcore import Gamut
+from service.library import Ledger
+from service.problems.problem import ProblemError
 from service.queries import pictures
+from service.settings import Settings
 
 ROOT = Path(__file__).parents[3]
 PRESS = ROOT / "examples" / "FOGRA39L.ti3"
@@ -172,6 +177,41 @@ def test_damaged_pictures_are_never_defects(server, press):
         answer = post(server, press, path.read_bytes(), "image/tiff")
         assert answer.status_code == 422, answer.text
     assert opened(post(server, press, file_of(PIXELS))).size == (40, 30)
+
+
+@pytest.mark.parametrize(
+    ("request_seen", "code"),
+    [
+        ("os.kill(os.getpid(), 11)", "malformed-file"),
+        ("time.sleep(60)", "picture-too-complex"),
+        ("bytearray(1 << 30).count(1)", "picture-too-complex"),
+    ],
+)
+def test_a_process_that_fails_is_a_problem_of_the_picture(tmp_path, request_seen, code):
+    """A decoder that crashes, hangs or takes all memory ends its process alone."""
+    script = f"""
+import os, sys, time
+print('{{"event": "ready"}}', flush=True)
+sys.stdin.readline()
+{request_seen}
+{request_seen}
+time.sleep(60)
+"""
+    settings = Settings(build_timeout=1.0, store=str(tmp_path))
+    ledger = Ledger(1 << 30)
+    asked = pictures.MappingRequest(tmp_path / "a", tmp_path / "b.png", tmp_path / "c")
+
+    async def ask():
+        mapping = pictures.Pictures(settings, ledger, (sys.executable, "-c", script))
+        try:
+            with pytest.raises(ProblemError) as caught:
+                await mapping.mapped(asked)
+        finally:
+            await mapping.close()
+        return caught.value.problem
+
+    assert asyncio.run(ask()).code == code
+    assert ledger.total == 0
 
 
 def test_gamuts_of_colours_have_no_device(server, gamut, assert_problem):
