@@ -79,8 +79,6 @@ __all__ = [
     "build",
     "device_model",
     "gamut_id",
-    "input_colours",
-    "parsed_input",
     "report_progress",
 ]
 
@@ -145,7 +143,7 @@ def build(
     another thread. Data that cannot be read or wrapped raises GamutError.
     """
     report("characterisation", 0.0)
-    parsed = parsed_input(content, options, limits)
+    parsed = _parsed_input(content, options, limits)
     report("colours", 0.0)
     full = (
         _boundary_of_mesh(parsed, options)
@@ -232,7 +230,7 @@ class _FullBoundary(NamedTuple):
     model: DeviceModel | None = None
 
 
-def parsed_input(content: bytes, options: Options, limits: Limits) -> Characterisation:
+def _parsed_input(content: bytes, options: Options, limits: Limits) -> Characterisation:
     """Return the characterisation data of a file, and check that the options apply to it."""
     with apply_limits(limits):
         parsed = _parsed(content, options)
@@ -246,16 +244,16 @@ FEWEST_SAMPLES = 8
 
 def device_model(content: bytes, options: Options, limits: Limits) -> DeviceModel | None:
     """Return the device model of the gamut that `build` makes of some content; None without one."""
-    parsed = parsed_input(content, options, limits)
+    parsed = _parsed_input(content, options, limits)
     if isinstance(parsed, GamutMesh):
         return None
-    found = input_colours(parsed, options, samples=FEWEST_SAMPLES)
+    found = _input_colours(parsed, options, samples=FEWEST_SAMPLES)
     space = options.colour_space(found.provenance.get("white_luminance"))
     device = colours_in_space(found, space).device_colours
     return None if device is None else device.model
 
 
-def input_colours(
+def _input_colours(
     parsed: Samples | IccProfile | Picture | Reference, options: Options, samples: int | None = None
 ) -> SurfaceColours:
     """Return the colours at the surface of a device, with its model, in CIELAB.
@@ -301,7 +299,7 @@ def _boundary_of_colours(
     report: Callable[[str, float], None],
 ) -> _FullBoundary:
     """Return the boundary around the colours of a device, a picture or a reference gamut."""
-    colours = input_colours(parsed, options)
+    colours = _input_colours(parsed, options)
     states_luminance = isinstance(parsed, Reference) and parsed.peak is not None
     if states_luminance and options.luminance not in {None, MEASURED, DEFAULT_LUMINANCE}:
         raise OptionError.not_applicable(

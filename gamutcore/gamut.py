@@ -262,6 +262,11 @@ class Gamut:
         return DEFAULT_EDGE_WIDTH / 100.0 * self.colour_space.white_lightness
 
     @property
+    def channels(self) -> tuple[str, ...]:
+        """Names of the device's channels; empty if the gamut is of colours only."""
+        return tuple(map(str, self.description.get("provenance", {}).get("channels") or ()))
+
+    @property
     def is_of_device(self) -> bool:
         """Whether the gamut was built with a device model."""
         facts = self.description.get("provenance", {})
@@ -333,8 +338,7 @@ class Gamut:
 
     def __repr__(self) -> str:
         space, volume = self.colour_space.name, self.volume
-        device = self.description.get("provenance", {}).get("channels")
-        of = f" of {' '.join(map(str, device))}" if device else ""
+        of = f" of {' '.join(self.channels)}" if self.channels else ""
         return (
             f"<Gamut {self.id[:12]}{of} in {space}: volume {volume:.4g}, "
             f"{self.history.triangles} triangles>"

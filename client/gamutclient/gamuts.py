@@ -70,10 +70,14 @@ class Level(TypedDict, total=False):
     max_error: float | None
 
 
-class Question(Level, total=False):
-    """The level, and the space of the colours; that of the gamut by default."""
+class Space(TypedDict, total=False):
+    """The space of the colours; that of the gamut by default."""
 
     space: str | None
+
+
+class Question(Level, Space, total=False):
+    """The level, and the space of the colours."""
 
 
 class MeshLevel(TypedDict, total=False):
@@ -235,6 +239,14 @@ class RemoteGamut:
             black_most=found.get("black_most"),
             **facts,
         )
+
+    @method
+    def to_colour(self, device: ArrayLike, **asked: Unpack[Space]) -> Steps[FloatArray]:
+        """Give the colours of device values, (..., k) from 0 to 1, in the order of the channels."""
+        values = np.asarray(device, np.float64)
+        rows = ColourRows(values.reshape(-1, values.shape[-1]), values.shape[:-1])
+        found, _ = yield from self._ask("colours", rows, asked)
+        return found["colour"]
 
     @method
     def map(

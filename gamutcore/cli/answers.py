@@ -17,6 +17,7 @@ from gamutcore.cli.inputs import (
     asking,
     chosen_options,
     gamut_of,
+    number_or_text,
     numbers_of,
 )
 from gamutcore.cli.output import (
@@ -239,7 +240,7 @@ def recipe(
     found = gamut_of(gamut, ctx)
     recipes = found.to_device(
         table.points,
-        black=_number_or_text(black),
+        black=number_or_text(black),
         method=method,
         space=table.space,
         triangles=triangles,
@@ -259,13 +260,6 @@ def recipe(
         worst = float(recipes.delta_e[recipes.inside].max())
         summary += f" Their recipes miss them by ΔE00 {worst:.2g} at most, by the device model."
     typer.echo(summary + _skipped(table), err=output is None)
-
-
-def _number_or_text(text: str) -> float | str:
-    try:
-        return float(text)
-    except ValueError:
-        return text
 
 
 def map_colours(
@@ -388,7 +382,7 @@ def map_colours(
             "heat_map": heat_map,
             "iterations": iterations,
             "to": to or "picture",
-            "black": None if black is None else _number_or_text(black),
+            "black": None if black is None else number_or_text(black),
         }
         done = found.map_picture(colours, output, method, **options)
         state(found.conditions, warnings=done.warnings)

@@ -164,6 +164,14 @@ def numbers_of(text: str, option: str, remedy: str) -> list[float]:
         raise typer.BadParameter(remedy, param_hint=option) from error
 
 
+def number_or_text(text: str) -> float | str:
+    """Return the number that a text is, or the text."""
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
 def _fits(kinds: tuple[str, ...]) -> bool:
     return "reference" in kinds
 

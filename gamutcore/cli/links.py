@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from gamutcore.cli.inputs import asking, chosen_options, numbers_of
+from gamutcore.cli.inputs import asking, chosen_options, number_or_text, numbers_of
 from gamutcore.cli.reference_cache import cached_reference
 
 __all__ = ["add_to"]
@@ -24,7 +24,7 @@ def link(
         str,
         typer.Argument(
             metavar="SOURCE",
-            help="An RGB space such as rec2020, an RGB profile, or measurements of a display.",
+            help="An RGB space such as rec2020, an ICC profile, or measurements of a device.",
         ),
     ],
     destination: Annotated[str, typer.Argument(metavar="DESTINATION", help="As the source.")],
@@ -33,20 +33,27 @@ def link(
     ],
     method: str = "sgck",
     size: Annotated[
-        int, typer.Option(help="Nodes along each channel, 2 to 129. Usual: 17, 33 and 65.")
-    ] = 33,
+        int | None,
+        typer.Option(
+            help="Nodes along each channel, 2 to 129. Usual: 17, 33 and 65. Default: 33 for three "
+            "channels, 17 for four, and fewer for more."
+        ),
+    ] = None,
     focus: Annotated[
         str | None, typer.Option(help="Focal point of clip-focal: L,a,b; the cusp by default.")
     ] = None,
     black_point_compensation: Annotated[
         bool, typer.Option("--black-point-compensation", "--bpc")
     ] = False,
+    black: Annotated[
+        str, typer.Option(help="How much black ink the destination gets, as for recipe.")
+    ] = "smooth",
 ) -> None:
-    """Write a gamut mapping between RGB devices as a file.
+    """Write a gamut mapping between devices as a file.
 
-    Programs such as OpenColorIO, ffmpeg and Resolve apply a .cube file to pictures, and colour
-    management systems a device link (.icc). Colours are mapped in IPT unless --space names another
-    space.
+    Programs such as OpenColorIO, ffmpeg and Resolve apply a .cube file to RGB pictures, and colour
+    management systems a device link (.icc), also from and to presses. Colours are mapped in IPT
+    unless --space names another space.
 
     The table is exact at its nodes. Its error between them is measured at 20,000 random inputs and
     on the edges of the source's cube, printed, and stated in the file.
@@ -68,15 +75,15 @@ def link(
         if focus is None or focus == "cusp"
         else numbers_of(focus, "--focus", "Give three numbers L,a,b."),
         black_point_compensation=black_point_compensation,
+        black=number_or_text(black),
         cache=cached_reference,
         **options,
     )
     found.save(output)
     for warning in found.warnings:
         typer.echo(f"Warning: {warning}", err=True)
-    red, green, blue = found.errors.worst_at
+    worst_at = " ".join(f"{value:.3f}" for value in found.errors.worst_at)
     typer.echo(
         f"{output}: {found.source} to {found.destination}, {found.method} in {found.space}, "
-        f"{found.table.size} nodes a side. Error: {found.errors}, at {red:.3f} {green:.3f} "
-        f"{blue:.3f}."
+        f"{found.table.size} nodes a side. Error: {found.errors}, at {worst_at}."
     )

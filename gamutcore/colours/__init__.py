@@ -29,8 +29,7 @@ from gamutcore.colours.lookup import LookupTable, cube_nodes
 from gamutcore.colours.measured import ILLUMINANTS, OBSERVERS, measured_colours
 from gamutcore.colours.models import DeviceModel
 from gamutcore.colours.picture import closed_form_values, find_values, picture_colours
-from gamutcore.colours.reference import RGB_CURVES, primary_matrix, reference_white
-from gamutcore.colours.rgb_device import RgbDevice, rgb_device
+from gamutcore.colours.reference import RGB_CURVES, RgbSpace, primary_matrix, reference_white
 from gamutcore.colours.sampling import (
     SURFACE_SAMPLES,
     AbsoluteColours,
@@ -80,7 +79,7 @@ __all__ = [
     "DeviceModel",
     "InkLimits",
     "LookupTable",
-    "RgbDevice",
+    "RgbSpace",
     "SurfaceColours",
     "SurfaceFaces",
     "adaptation_matrix",
@@ -105,7 +104,6 @@ __all__ = [
     "picture_colours",
     "primary_matrix",
     "reference_white",
-    "rgb_device",
     "space_parameters",
     "spread_values",
     "srgb",

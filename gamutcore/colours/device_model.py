@@ -22,7 +22,7 @@ import numpy.typing as npt
 from gamutcore.characterisation.icc.transforms import checked_positions, multilinear
 from gamutcore.characterisation.samples import JSON
 from gamutcore.colours.colorimetry import ICC_D50, lab_to_xyz
-from gamutcore.colours.models import Arrays, check_shapes, device_function
+from gamutcore.colours.models import Arrays, DeviceFunction, check_shapes, device_function
 from gamutcore.errors import OptionError, UnsupportedProfileError
 from gamutcore.kernels import kernel
 
@@ -430,7 +430,7 @@ def _reflection(
 
 @device_function
 @dataclass(frozen=True, eq=False)
-class Fit:
+class Fit(DeviceFunction):
     """Radial basis functions of the channels that vary, `varied` (n,)."""
 
     kind: ClassVar[str] = "fit"
@@ -464,7 +464,7 @@ class Fit:
 
 @device_function
 @dataclass(frozen=True, eq=False)
-class Interpolation:
+class Interpolation(DeviceFunction):
     """Multilinear interpolation of a complete grid of samples."""
 
     kind: ClassVar[str] = "grid"

@@ -41,6 +41,10 @@ class DeviceFunction(Protocol):
     def lab(self, device: FloatArray) -> FloatArray:
         """Return the colours (m, 3) of device values (m, n), 0 to 1."""
 
+    def closed_values(self, lab: FloatArray) -> FloatArray | None:  # noqa: ARG002
+        """Return device values of colours by an inverse formula, about exact; None without one."""
+        return None
+
     def parts(self) -> tuple[Arrays, dict[str, Any]]:
         """Return arrays and JSON-able facts, from which `of` makes the function again."""
 
@@ -90,6 +94,12 @@ class DeviceModel:
         """Return CIELAB (m, 3) relative to D50 of device values (m, n), 0 to 1."""
         lab = self.function.lab(device)
         return lab if self.own is None else xyz_to_lab(lab_to_xyz(lab) @ self.own.T)
+
+    def closed_values(self, lab: FloatArray) -> FloatArray | None:
+        """Return device values of colours by the function's inverse formula; None without one."""
+        if self.own is not None:
+            lab = xyz_to_lab(lab_to_xyz(lab) @ np.linalg.inv(self.own).T)
+        return self.function.closed_values(lab)
 
     def to_bytes(self) -> bytes:
         """Return the model as a safetensors file."""

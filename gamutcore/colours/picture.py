@@ -12,7 +12,6 @@ import numpy as np
 
 from gamutcore.arrays import FloatArray
 from gamutcore.characterisation import IccProfile
-from gamutcore.characterisation.icc import CurveSet, Matrix
 from gamutcore.characterisation.pictures import MODELS, Encoding, Picture
 from gamutcore.characterisation.samples import JSON, IntArray
 from gamutcore.colours.colorimetry import (
@@ -28,7 +27,12 @@ from gamutcore.colours.colorimetry import (
     xyz_to_lab,
 )
 from gamutcore.colours.formulas import hlg_luminance, pq_luminance, pq_signal
-from gamutcore.colours.profile import absolute_colours, declared_white, profile_colours
+from gamutcore.colours.profile import (
+    absolute_colours,
+    declared_white,
+    profile_colours,
+    values_by_curves,
+)
 from gamutcore.colours.sampling import AbsoluteColours, SurfaceColours
 from gamutcore.colours.spaces import DEFAULT_LUMINANCE
 from gamutcore.errors import OptionError
@@ -182,10 +186,6 @@ def _light(values: FloatArray, encoding: Encoding, luminance: FloatArray) -> Flo
     return decode_srgb(values)
 
 
-CURVE_SAMPLES = 4097
-"""Samples of a profile's curve for its inverse. The search removes the rest of the error."""
-
-
 def closed_form_values(lab: FloatArray, meaning: IccProfile | Encoding) -> FloatArray | None:
     """Return the channel values (n, 3), also beyond 0 to 1, of colours by an inverse formula.
 
@@ -193,7 +193,7 @@ def closed_form_values(lab: FloatArray, meaning: IccProfile | Encoding) -> Float
     for other profiles.
     """
     if isinstance(meaning, IccProfile):
-        return _values_by_curves(lab, meaning)
+        return values_by_curves(meaning, lab)
     if meaning.transfer == "HLG":
         return None
     white = chromaticity_xyz(*meaning.white)
@@ -208,23 +208,6 @@ def closed_form_values(lab: FloatArray, meaning: IccProfile | Encoding) -> Float
     if meaning.transfer == "PQ":
         return pq_signal(light * DEFAULT_LUMINANCE)
     return encode_srgb(light)
-
-
-def _values_by_curves(lab: FloatArray, profile: IccProfile) -> FloatArray | None:
-    """Return channel values by the inverses of a profile's curves and matrix."""
-    transform, _ = profile.transform("relative")
-    match transform.stages:
-        case (CurveSet() as curves, Matrix() as linear) if transform.pcs == "XYZ":
-            light = (lab_to_xyz(lab) - linear.offset) @ np.linalg.pinv(linear.matrix).T
-        case _:
-            return None
-    ramp = np.linspace(0.0, 1.0, CURVE_SAMPLES)
-    samples = curves.values(np.repeat(ramp[:, np.newaxis], len(curves.curves), axis=1))
-    if not (np.diff(samples, axis=0) >= 0.0).all():
-        return None
-    return np.column_stack(
-        [np.interp(light[:, each], samples[:, each], ramp) for each in range(light.shape[1])]
-    )
 
 
 ACCURACY = 1e-4

@@ -14,12 +14,12 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
-from gamutcore.characterisation.icc import icc_profile, reduced_profile
+from gamutcore.characterisation.icc import CurveSet, Matrix, icc_profile, reduced_profile
 from gamutcore.characterisation.samples import JSON
 from gamutcore.colours.colorimetry import ICC_D50, adaptation_matrix, lab_to_xyz, xyz_to_lab
 from gamutcore.colours.device_model import impossible_colour_warnings
 from gamutcore.colours.ink_limits import InkLimits, limited_cube
-from gamutcore.colours.models import Arrays, DeviceModel, device_function
+from gamutcore.colours.models import Arrays, DeviceFunction, DeviceModel, device_function
 from gamutcore.colours.sampling import (
     AbsoluteColours,
     SurfaceColours,
@@ -102,7 +102,7 @@ def profile_colours(profile: IccProfile, device: FloatArray, intent: str) -> Pro
 
 @device_function
 @dataclass(frozen=True, eq=False)
-class ProfileTransform:
+class ProfileTransform(DeviceFunction):
     """The transform of an ICC profile for an intent."""
 
     kind: ClassVar[str] = "profile"
@@ -113,6 +113,12 @@ class ProfileTransform:
         """Return colours as `profile_colours`."""
         return profile_colours(self.profile, device, self.intent).lab
 
+    def closed_values(self, lab: FloatArray) -> FloatArray | None:
+        """Return device values as `values_by_curves`, for colours that an intent does not scale."""
+        if self.intent not in {"relative", "saturation"}:
+            return None
+        return values_by_curves(self.profile, lab, self.intent)
+
     def parts(self) -> tuple[Arrays, dict[str, Any]]:
         """Return the profile with the tags that the transform needs."""
         data = reduced_profile(self.profile, self.intent)
@@ -122,6 +128,32 @@ class ProfileTransform:
     def of(cls, arrays: Arrays, facts: Mapping[str, Any]) -> Self:
         """Return the function of its parts."""
         return cls(icc_profile(arrays["profile"].tobytes()), str(facts["intent"]))
+
+
+_CURVE_SAMPLES = 4097
+"""Samples of a profile's curve for its inverse, whose error is below a step of 12 bits."""
+
+
+def values_by_curves(
+    profile: IccProfile, lab: FloatArray, intent: str = "relative"
+) -> FloatArray | None:
+    """Return device values (n, k) of relative colours by the inverses of curves and a matrix.
+
+    They are close, and may be outside of 0 to 1. None for other profiles.
+    """
+    transform, _ = profile.transform(intent)
+    match transform.stages:
+        case (CurveSet() as curves, Matrix() as linear) if transform.pcs == "XYZ":
+            light = (lab_to_xyz(lab) - linear.offset) @ np.linalg.pinv(linear.matrix).T
+        case _:
+            return None
+    ramp = np.linspace(0.0, 1.0, _CURVE_SAMPLES)
+    samples = curves.values(np.repeat(ramp[:, np.newaxis], len(curves.curves), axis=1))
+    if not (np.diff(samples, axis=0) >= 0.0).all():
+        return None
+    return np.column_stack(
+        [np.interp(light[:, each], samples[:, each], ramp) for each in range(light.shape[1])]
+    )
 
 
 def declared_white(profile: IccProfile) -> tuple[JSON, list[str]]:

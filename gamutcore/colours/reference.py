@@ -27,7 +27,7 @@ from gamutcore.colours.colorimetry import (
 from gamutcore.colours.formulas import hlg_luminance, pq_luminance, pq_signal
 from gamutcore.colours.ink_limits import InkLimits, limited_cube
 from gamutcore.colours.measured import illuminated_functions
-from gamutcore.colours.models import Arrays, DeviceModel, device_function
+from gamutcore.colours.models import Arrays, DeviceFunction, DeviceModel, device_function
 from gamutcore.colours.sampling import (
     AbsoluteColours,
     SurfaceColours,
@@ -112,18 +112,6 @@ def rgb_xyz(reference: Reference, values: FloatArray) -> FloatArray:
     return light @ matrix.T / DEFAULT_LUMINANCE
 
 
-def rgb_values(reference: Reference, lab: FloatArray, intent: str, adaptation: str) -> FloatArray:
-    """Return the encoded values (n, 3) of colours in ICC's CIELAB, clipped to 0 to 1.
-
-    The inverse of `reference_lab` after `rgb_xyz`, for spaces without a peak luminance.
-    """
-    matrix = primary_matrix(reference)
-    if intent != "absolute":
-        matrix = adaptation_matrix(reference_white(reference), ICC_D50, adaptation) @ matrix
-    linear = np.linalg.solve(matrix, lab_to_xyz(lab).T).T
-    return encode_rgb(np.clip(linear, 0.0, 1.0), reference.definition["curve"])
-
-
 def largest_code(reference: Reference) -> float:
     """Return the code of the peak luminance; larger codes have the same light."""
     if reference.definition["curve"] != "PQ":
@@ -174,7 +162,7 @@ def reference_lab(
 
 @device_function
 @dataclass(frozen=True, eq=False)
-class RgbSpace:
+class RgbSpace(DeviceFunction):
     """The primaries, white and curve of an RGB space."""
 
     kind: ClassVar[str] = "rgb"
@@ -187,6 +175,17 @@ class RgbSpace:
         white = reference_white(self.reference)
         xyz = rgb_xyz(self.reference, device)
         return reference_lab(xyz, white, self.intent, self.adaptation)[0]
+
+    def closed_values(self, lab: FloatArray) -> FloatArray | None:
+        """Return the encoded values of colours, clipped to 0 to 1; None with a peak luminance."""
+        if self.reference.peak is not None:
+            return None
+        matrix = primary_matrix(self.reference)
+        if self.intent != "absolute":
+            white = reference_white(self.reference)
+            matrix = adaptation_matrix(white, ICC_D50, self.adaptation) @ matrix
+        linear = lab_to_xyz(lab) @ np.linalg.inv(matrix).T
+        return encode_rgb(np.clip(linear, 0.0, 1.0), self.reference.definition["curve"])
 
     def parts(self) -> tuple[Arrays, dict[str, Any]]:
         """Return the definition of the space."""

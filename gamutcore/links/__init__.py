@@ -3,6 +3,6 @@
 `link` computes a `Link`, which is written as a ``.cube`` file or an ICC device link.
 """
 
-from gamutcore.links.rgb_link import SIZE, Link, LinkErrors, check_path, link
+from gamutcore.links.table import SIZE, Link, LinkErrors, check_path, link
 
 __all__ = ["SIZE", "Link", "LinkErrors", "check_path", "link"]

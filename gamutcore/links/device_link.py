@@ -34,17 +34,17 @@ _HEADER = 128
 
 
 def device_link_file(
-    description: str, devices: Sequence[str], intent: str, nodes: FloatArray
+    description: str, devices: Sequence[tuple[str, Sequence[str]]], intent: str, nodes: FloatArray
 ) -> bytes:
-    """Return the profile of nodes (n, n, n, 3), n up to 255, from RGB to RGB, 0 to 1.
+    """Return the profile of nodes (n, …, n, k), n up to 255, from device values to others, 0 to 1.
 
-    `devices` are the names of the source and the destination. Characters outside ASCII become
-    question marks.
+    `devices` has the names of the source and the destination, and those of their channels, up to
+    15. Characters outside ASCII become question marks.
     """
     tags = {
         b"desc": _description(description),
         b"cprt": b"text" + bytes(4) + COPYRIGHT.encode("ascii") + b"\0",
-        b"pseq": _sequence(devices),
+        b"pseq": _sequence([name for name, _ in devices]),
         b"A2B0": _lut16(nodes),
     }
     offset = _HEADER + 4 + 12 * len(tags)
@@ -53,10 +53,17 @@ def device_link_file(
         table.append(struct.pack(">4sII", signature, offset, len(data)))
         parts.append(data + bytes(-len(data) % 4))
         offset += len(parts[-1])
-    head = struct.pack(">I4s4s4s4s4s", offset, bytes(4), VERSION, b"link", b"RGB ", b"RGB ")
+    spaces = [_signature(channels) for _, channels in devices]
+    head = struct.pack(">I4s4s4s4s4s", offset, bytes(4), VERSION, b"link", *spaces)
     head += CREATED + b"acsp" + bytes(24)  # platform, flags, manufacturer, model, attributes
     head += struct.pack(">I", INTENTS.index(intent)) + D50
     return b"".join((head, bytes(_HEADER - len(head)), *table, *parts))
+
+
+def _signature(channels: Sequence[str]) -> bytes:
+    """Return the signature of a colour space (6.1.5)."""
+    known = {("R", "G", "B"): b"RGB ", ("C", "M", "Y"): b"CMY ", ("C", "M", "Y", "K"): b"CMYK"}
+    return known.get(tuple(channels), f"{len(channels):X}CLR".encode())
 
 
 def _description(text: str) -> bytes:
@@ -77,7 +84,9 @@ def _sequence(devices: Sequence[str]) -> bytes:
 def _lut16(nodes: FloatArray) -> bytes:
     """Return an element of the type lut16Type (6.5.8); the first channel varies least rapidly."""
     matrix = (65536 * np.eye(3)).astype(">i4").tobytes()
-    head = struct.pack(">4sI4B", b"mft2", 0, 3, 3, len(nodes), 0) + matrix
-    curves = struct.pack(">6H", *(0, 65535) * 3)
-    table = np.round(nodes * 65535.0).astype(">u2").tobytes()
-    return head + struct.pack(">2H", 2, 2) + curves + table + curves
+    inputs, outputs = nodes.ndim - 1, nodes.shape[-1]
+    head = struct.pack(">4sI4B", b"mft2", 0, inputs, outputs, len(nodes), 0) + matrix
+    identity = struct.pack(">2H", 0, 65535)
+    table = np.round(nodes * 65535.0).astype(">u2")
+    curves = inputs * identity, outputs * identity
+    return b"".join((head, struct.pack(">2H", 2, 2), curves[0], table.tobytes(), curves[1]))

@@ -254,20 +254,20 @@ LARGEST_COORDINATE = 1e60
 """Largest accepted magnitude of a coordinate. Products of five coordinates must stay finite."""
 
 
-def checked_points(points: ArrayLike, name: str = "points") -> FloatArray:
-    """Return points as an (n, 3) array in double precision.
+def checked_points(points: ArrayLike, name: str = "points", width: int = 3) -> FloatArray:
+    """Return points as an (n, width) array in double precision.
 
     Another shape, or a coordinate that is not within ±1e60, raises InvalidPointsError.
     ``where["row"]`` is the first such row, counted from 0, and `name` is the argument in the
     message.
     """
-    remedy = "Give an (n, 3) array of numbers."
+    remedy = f"Give an (n, {width}) array of numbers."
     try:
         found = np.ascontiguousarray(points)
     except ValueError as error:
         message = f"The rows of {name} do not have the same number of values."
         raise InvalidPointsError(message, where={"field": name}, remedy=remedy) from error
-    if found.ndim != 2 or found.shape[1] != 3 or found.dtype.kind not in "fiu":
+    if found.ndim != 2 or found.shape[1] != width or found.dtype.kind not in "fiu":
         raise InvalidPointsError(
             f"{name} has the shape {found.shape} and the type {found.dtype}.",
             where={"field": name},

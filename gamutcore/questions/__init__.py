@@ -7,6 +7,7 @@ functions. `QUESTIONS` has the declarations, from which the service makes its ro
 
 from collections.abc import Mapping
 
+from gamutcore.questions.black_rules import black_rule
 from gamutcore.questions.comparison import (
     COMPARISON,
     SECTORS,
@@ -30,6 +31,7 @@ from gamutcore.questions.mapping import (
     METHOD,
     PICTURE_PARAMETERS,
     SPATIAL,
+    black_luminance,
     map_colours,
     map_picture_file,
     map_points,
@@ -61,7 +63,7 @@ from gamutcore.questions.points import (
     nearest,
     positions,
 )
-from gamutcore.questions.recipes import RECIPES, device_colours, recipes
+from gamutcore.questions.recipes import COLOURS, RECIPES, device_colours, recipes
 from gamutcore.questions.shape import (
     CUSPS,
     LEAVES,
@@ -101,6 +103,8 @@ __all__ = [
     "Parameter",
     "Question",
     "TableError",
+    "black_luminance",
+    "black_rule",
     "check_space",
     "chromaticity",
     "colours_in",
@@ -138,7 +142,7 @@ __all__ = [
 QUESTIONS: Mapping[str, Question] = {
     each.name: each
     for each in (
-        *(CONTAINS, NEAREST, MAP, CROSSINGS, RECIPES),
+        *(CONTAINS, NEAREST, MAP, CROSSINGS, RECIPES, COLOURS),
         *(CUSPS, LEAVES, SLICE, RINGS),
         *(COMPARISON, PICTURE),
     )

@@ -8,12 +8,12 @@ import numpy as np
 
 from gamutcore.arguments import Number, Text, check_option
 from gamutcore.errors import OptionError
-from gamutcore.recipes import LEAST_INK, SHARE, SMOOTH, WANTED, BlackRule
+from gamutcore.recipes import LEAST_INK, SHARE, SMOOTH_BLACK, WANTED, BlackRule
 
 __all__ = ["BLACK", "black_rule"]
 
 _RULES = {
-    "smooth": BlackRule(SMOOTH),
+    "smooth": SMOOTH_BLACK,
     "none": BlackRule(SHARE, 0.0),
     "maximum": BlackRule(SHARE, 1.0),
     "least-ink": BlackRule(LEAST_INK),
@@ -33,8 +33,13 @@ BLACK = (
 """How much black a recipe has: a rule, a share of the possible range, or a curve."""
 
 
-def black_rule(black: object) -> BlackRule:
-    """Return the rule that a name, a share or a curve (n, 2) of L* and black stands for."""
+def black_rule(black: object = None) -> BlackRule:
+    """Return the rule that a name, a share or a curve (n, 2) of L* and black stands for.
+
+    None is ``smooth``.
+    """
+    if black is None:
+        return SMOOTH_BLACK
     if isinstance(black, str | float | int):
         value = check_option("black", black, BLACK)
         if value in _RULES:

@@ -179,6 +179,8 @@ class Question:
         The parameters of the level.
     needs_model : bool
         Whether the gamut must have its device model.
+    of_device : bool
+        Whether the rows are device values instead of colours.
     """
 
     name: str
@@ -200,6 +202,7 @@ class Question:
     alternatives: tuple[str, ...] = ()
     level: tuple[Parameter, ...] = LEVEL_PARAMETERS
     needs_model: bool = False
+    of_device: bool = False
 
     @property
     def all_parameters(self) -> tuple[Parameter, ...]:

@@ -67,6 +67,7 @@ __all__ = [
     "MAP",
     "METHOD",
     "PICTURE_PARAMETERS",
+    "black_luminance",
     "map_colours",
     "map_picture_file",
     "map_points",
@@ -261,7 +262,7 @@ def _with_black(
 ) -> FloatArray:
     """Return points in the space of the gamut, with its black in place of another one."""
     space, as_measured = gamut.colour_space, is_as_measured(gamut)
-    own = _black(gamut, level)
+    own = black_luminance(gamut, level)
     if own == black:
         return points
     xyz = space.tristimulus(points, as_measured=as_measured)
@@ -269,8 +270,9 @@ def _with_black(
     return space.from_tristimulus(scaled, as_measured=as_measured)[0]
 
 
-def _black(gamut: AskedGamut, level: IndexedLevel) -> float:
-    """Return the luminance of the darkest neutral colour."""
+def black_luminance(gamut: AskedGamut, level: IndexedLevel | None = None) -> float:
+    """Return the luminance of the darkest neutral colour, of the full boundary by default."""
+    level = answering_level(gamut, None, 0.0) if level is None else level
     space, as_measured = gamut.colour_space, is_as_measured(gamut)
     ends = np.stack([np.zeros(3), ICC_D50])
     (black, white), _ = space.from_tristimulus(ends, as_measured=as_measured)

@@ -18,7 +18,7 @@ from gamutcore.export.picture_file import WRITTEN, in_encoding
 from gamutcore.export.rgb_profile import rgb_profile
 from gamutcore.questions.black_rules import black_rule
 from gamutcore.questions.levels import lab_of
-from gamutcore.recipes import SMOOTH
+from gamutcore.recipes import SMOOTH_BLACK
 from gamutcore.references import REFERENCES, find_reference
 
 if TYPE_CHECKING:
@@ -109,7 +109,7 @@ def device_target(
     black: str | float | ArrayLike | None,
 ) -> DeviceValues:
     """Return the device of a gamut as the encoding of pictures; `black` as for `recipes`."""
-    model, rule = gamut.device_model, black_rule("smooth" if black is None else black)
+    model, rule = gamut.device_model, black_rule(black)
     inverse = gamut.inverse_model
 
     def recipes(lab: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -117,7 +117,7 @@ def device_target(
         return found.device, found.lab
 
     recipes(np.array([(50.0, 0.0, 0.0)]))  # makes the curve of black before threads need it
-    is_smooth = rule.rule == SMOOTH and len(model.channels) <= _SMOOTH_CHANNELS
+    is_smooth = rule is SMOOTH_BLACK and len(model.channels) <= _SMOOTH_CHANNELS
     return DeviceValues(model, recipes, is_smooth, gamut.profile or b"")
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from gamutcore.colour_rows import Colours
     from gamutcore.questions.levels import AskedGamut
 
-__all__ = ["RECIPES", "device_colours", "recipes"]
+__all__ = ["COLOURS", "RECIPES", "device_colours", "recipes"]
 
 NEAREST_METHOD = "clip-nearest"
 
@@ -50,7 +50,7 @@ def recipes(
     max_error: float | None = None,
 ) -> ColourRecipes:
     """Return the device values of colours."""
-    model, rule = gamut.device_model, black_rule("smooth" if black is None else black)
+    model, rule = gamut.device_model, black_rule(black)
     rows, conversion = colours_in(gamut, colours, space)
     level = answering_level(gamut, triangles, max_error)
     inside = queries.contains(rows.points, level.index)
@@ -104,6 +104,32 @@ def device_colours(gamut: AskedGamut, device: ArrayLike, *, space: str | None = 
     _, conversion = colours_in(gamut, np.empty((0, 3)), space)
     points = conversion.from_gamut(_in_space(gamut, model.lab(rows)))
     return points.reshape(*values.shape[:-1], 3)
+
+
+class _Colours(NamedTuple):
+    points: FloatArray
+
+
+def _colours(gamut: AskedGamut, device: FloatArray, *, space: str | None = None) -> _Colours:
+    return _Colours(device_colours(gamut, device, space=space))
+
+
+COLOURS = Question(
+    "colours",
+    "convertDeviceValues",
+    "Give the colours of device values",
+    "The colour of each device value, by the device model: that of measured samples, an ICC "
+    "profile or an RGB space. The boundary and the ink limits of the gamut do not matter.",
+    (),
+    _colours,
+    inputs=("device",),
+    columns=(Column("colour", "Colour of the device value.", COLOUR, "axes", "points"),),
+    example={"device": [[0.15, 0.62, 0.55, 0.21]]},
+    answered={"colour": [[50, 30, 20]]},
+    level=(),
+    needs_model=True,
+    of_device=True,
+)
 
 
 def _in_space(gamut: AskedGamut, lab: FloatArray) -> FloatArray:

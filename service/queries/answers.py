@@ -184,7 +184,8 @@ class CsvWriter(Writer):
             return (mark + head).encode()
         prefixes = [f"{name}_" for name in self.question.inputs]
         prefixes = prefixes if len(prefixes) > 1 else [""]
-        own = [prefix + axis for prefix in prefixes for axis in self._axes]
+        axes = self.level.gamut.channels if self.question.of_device else self._axes
+        own = [prefix + axis for prefix in prefixes for axis in axes]
         return _lines([own + self._names(first)])
 
     def _own_values(self, name: str, values: NDArray[Any]) -> NDArray[Any]:

@@ -136,25 +136,27 @@ def parse_body(
     media_type: str,
     question: Question,
     own: ColourSpace,
+    width: int,
     given: Mapping[str, Any],
 ) -> Body:
     """Return the content of a body of a form of `FORMS`. A table is not copied if it is bytes.
 
-    `own` is the space of the gamut, and `given` has the parameters in the query string. Raise
-    `ProblemError` if the body is malformed, has other members, columns or shapes, or too many
-    rows, and `InvalidPointsError` if a row is not three finite numbers.
+    `own` is the space of the gamut, `width` the number of values in a row of an input, and `given`
+    has the parameters in the query string. Raise `ProblemError` if the body is malformed, has other
+    members, columns or shapes, or too many rows, and `InvalidPointsError` if a row is not as many
+    finite numbers.
     """
     if media_type == JSON:
-        body = _json(content, question)
+        body = _json(content, question, width)
     elif media_type == NPY:
-        body = Body(_npy(content, question.inputs), {})
+        body = Body(_npy(content, question.inputs, width), {})
     else:
         table = _table(bytes(content), question.inputs, own, given)
         body = Body(table.inputs, {}, table)
     checked = []
     for name, points in zip(question.inputs, body.inputs, strict=True):
         try:
-            checked.append(checked_points(points, name))
+            checked.append(checked_points(points, name, width))
         except InvalidPointsError as error:
             if body.table is not None and "row" in error.where:
                 error.where |= body.table.place(int(str(error.where["row"])))
@@ -162,7 +164,7 @@ def parse_body(
     return body._replace(inputs=checked)
 
 
-def _json(content: bytes | bytearray, question: Question) -> Body:
+def _json(content: bytes | bytearray, question: Question, width: int) -> Body:
     most = FORMS[JSON].most_rows
     # Decoding makes an object of two bytes, so the number is limited before.
     if content.count(b"[") > most * len(question.inputs) + 100:
@@ -179,7 +181,7 @@ def _json(content: bytes | bytearray, question: Question) -> Body:
     for name in question.inputs:
         if name not in document:
             raise _invalid(f"The JSON object has no member {name}.", name)
-        inputs.append(_points(document.pop(name), name, most))
+        inputs.append(_points(document.pop(name), name, most, width))
     _same_rows(question.inputs, inputs)
     return Body(inputs, document)
 
@@ -197,26 +199,26 @@ def _decoded(content: bytes | bytearray) -> Any:  # noqa: ANN401 - JSON before i
     return document if content.count(b'"') == 2 * texts else parse_json(content)
 
 
-def _points(rows: object, name: str, most: int) -> FloatArray:
+def _points(rows: object, name: str, most: int, width: int) -> FloatArray:
     """Return the points in a list of lists, unchecked for infinities."""
     if not isinstance(rows, list):
-        raise _invalid(f"{name} is not a list of colours.", name)
+        raise _invalid(f"{name} is not a list of rows.", name)
     if len(rows) > most:
         raise _too_many(str(len(rows)), most)
     if not rows:
-        return np.empty((0, 3))
+        return np.empty((0, width))
     try:
         points = np.array(rows, np.float64)
     except (ValueError, TypeError, OverflowError):
         points = np.empty(0)
     # NumPy takes texts, booleans and null for numbers.
-    if points.shape != (len(rows), 3) or not _are_numbers(rows):
+    if points.shape != (len(rows), width) or not _are_numbers(rows):
         for row, colour in enumerate(rows):
-            if not _is_colour(colour):
+            if not _is_row(colour, width):
                 raise InvalidPointsError(
                     f"Row {row} of {name} is {str(colour)[:60]}.",
                     where={"field": name, "row": row},
-                    remedy="Give three numbers.",
+                    remedy=f"Give {width} numbers.",
                 )
     return points
 
@@ -225,16 +227,16 @@ def _are_numbers(rows: list[Any]) -> bool:
     return {type(value) for row in rows for value in row} <= {int, float}
 
 
-def _is_colour(colour: object) -> bool:
+def _is_row(colour: object, width: int) -> bool:
     return (
         isinstance(colour, list)
-        and len(colour) == 3
+        and len(colour) == width
         and _are_numbers([colour])
         and max(map(abs, colour)) <= LARGEST_COORDINATE
     )
 
 
-def _npy(content: bytes | bytearray, names: Sequence[str]) -> list[FloatArray]:
+def _npy(content: bytes | bytearray, names: Sequence[str], each: int) -> list[FloatArray]:
     file = io.BytesIO(content[: _HEADER_BYTES + 12])
     try:
         version = np.lib.format.read_magic(file)
@@ -245,7 +247,7 @@ def _npy(content: bytes | bytearray, names: Sequence[str]) -> list[FloatArray]:
         shape, is_fortran, dtype = readers[version](file, max_header_size=_HEADER_BYTES)
     except _BROKEN_HEADER as error:
         raise _no_npy("The body is not an .npy file with a valid header.") from error
-    width = 3 * len(names)
+    width = each * len(names)
     if len(shape) != 2 or shape[1] != width or dtype.kind != "f" or dtype.itemsize not in {4, 8}:
         detail = f"The array has the shape {shape} and the type {dtype}"[:200] + "."
         remedy = f"Send an (n, {width}) array of float32 or float64: {', '.join(names)}."
@@ -258,7 +260,7 @@ def _npy(content: bytes | bytearray, names: Sequence[str]) -> list[FloatArray]:
         raise _no_npy(f"The array of shape {shape} has {size} bytes of data.")
     flat = np.frombuffer(content, dtype, offset=file.tell())
     array = flat.reshape(shape, order="F" if is_fortran else "C")
-    return [array[:, first : first + 3] for first in range(0, width, 3)]
+    return [array[:, first : first + each] for first in range(0, width, each)]
 
 
 def _table(

@@ -37,6 +37,7 @@ def _object(
 _TEXT = {"type": "string"}
 _BINARY = {"type": "string", "format": "binary"}
 _COLOURS = {**list_of(COLOUR), "maxItems": FORMS[JSON].most_rows}
+_DEVICE_VALUES = {**list_of(list_of(NUMBER)), "maxItems": FORMS[JSON].most_rows}
 
 _LEVEL = _object(
     "AnsweringLevel",
@@ -142,32 +143,32 @@ def request_body(question: Question) -> dict[str, Any]:
     """Return the description of the body of a question."""
     names = question.inputs
     colours = dict.fromkeys(names, described(_COLOURS, "Colours, in the space of the gamut."))
+    if question.of_device:
+        colours = dict.fromkeys(names, described(_DEVICE_VALUES, "Device values, 0 to 1."))
     members = {
         each.name: described(schema_of(each), description(each)) for each in question.all_parameters
     }
     schema = _object(f"{_title(question)}Query", {**colours, **members}, names)
     schema["additionalProperties"] = False
-    width = 3 * len(names)
+    width = "channels" if question.of_device else 3 * len(names)
     others = ", ".join(f"`{each}`" for each in sorted(TABLES - {CSV}))
+    content = {
+        JSON: {"schema": schema, "examples": {"colours": {"value": dict(question.example)}}},
+        NPY: {
+            "schema": _BINARY,
+            "examples": {"array": {"summary": f"An array (n, {width}) of float32 or float64"}},
+        },
+    }
+    if question.of_device:
+        about = "Device values, one number for each channel."
+        return {"description": about, "required": True, "content": content}
+    # client generators pass other types of body as a file
+    table = {"schema": _BINARY, "examples": {"table": {"value": _table(question)}}}
     return {
         "description": "Colours. Tables are recognised by their content, such as CSV, CGATS, CxF "
         f"and Adobe swatches: `{CSV}` stands for {others} as well.",
         "required": True,
-        "content": {
-            JSON: {
-                "schema": schema,
-                "examples": {"colours": {"value": dict(question.example)}},
-            },
-            NPY: {
-                "schema": _BINARY,
-                "examples": {"array": {"summary": f"An array (n, {width}) of float32 or float64"}},
-            },
-            CSV: {
-                # client generators pass other types of body as a file
-                "schema": _BINARY,
-                "examples": {"table": {"value": _table(question)}},
-            },
-        },
+        "content": {**content, CSV: table},
     }
 
 
@@ -181,7 +182,7 @@ def query_response(question: Question) -> dict[str, Any]:
         for name in question.answered
         if name not in columns
     }
-    of_tables = dict.fromkeys(question.inputs, described(_COLOURS, _OWN_SPACE))
+    of_tables = {**_READING, **dict.fromkeys(question.inputs, described(_COLOURS, _OWN_SPACE))}
     required = {"level": _LEVEL, "gamut": _CONDITIONS, "warnings": _WARNINGS, **stated}
     shown = {"level": _EXAMPLE_LEVEL, "gamut": _EXAMPLE_CONDITIONS, "warnings": []}
     return {
@@ -189,7 +190,7 @@ def query_response(question: Question) -> dict[str, Any]:
         "content": _forms(
             question,
             required,
-            {**_READING, **of_tables, **columns},
+            columns if question.of_device else {**of_tables, **columns},
             shown,
             array="A structured array, one field per column",
             table="The columns of the body and those of the result",

@@ -153,6 +153,7 @@ class Queries:
         media_type: str,
         question: Question,
         own: ColourSpace,
+        width: int,
         given: Mapping[str, Any],
     ) -> Body:
         """Return the content of a body that has arrived; see `parse_body`.
@@ -163,7 +164,7 @@ class Queries:
         def parse() -> Body:
             # The text of a table is kept for its answer, so it is read as bytes at once.
             content = sent.read(0, sent.size) if media_type == CSV else sent.content()
-            return parse_body(content, media_type, question, own, given)
+            return parse_body(content, media_type, question, own, width, given)
 
         with timed("body"):
             if media_type == JSON and sent.size <= INLINE_BYTES:
@@ -252,7 +253,7 @@ class Queries:
     def _first(self, query: Query, writer: Writer) -> bytes:
         result = self._result(query, 0)
         entries = query.body.rows
-        if query.values.get("space") is not None:
+        if query.values.get("space") is not None and not query.question.of_device:
             # Conversion may refuse a row. Later, the answer would have begun.
             for start in range(PIECE, entries, PIECE):
                 self._check_conversion(query, start)

@@ -7,7 +7,7 @@ parameters would take longer than the answer to a single colour.
 from __future__ import annotations
 
 import re
-from collections.abc import AsyncIterator, Callable, Coroutine, Mapping, Sequence
+from collections.abc import AsyncIterator, Callable, Coroutine, Iterable, Mapping, Sequence
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
@@ -25,7 +25,7 @@ from service.library import ChargedResponse
 from service.openapi.documentation import problems
 from service.problems.problem import Problem, ProblemError
 from service.queries.answers import condition_headers, reading_header
-from service.queries.bodies import CSV, FORMS, NPY, TABLE_PARAMETERS, TABLES
+from service.queries.bodies import CSV, FORMS, JSON, NPY, TABLE_PARAMETERS, TABLES
 from service.queries.documentation import query_response, request_body, stated_header
 from service.queries.parameters import documentation, query_values, refuse, values_of
 from service.queries.queries import Query, level_values
@@ -114,7 +114,8 @@ def _add_route(question: Question) -> None:
         return await _answer(request, gamut_id, question)
 
     body, answer = request_body(question), query_response(question)
-    parameters = documentation((*question.all_parameters, *TABLE_PARAMETERS))
+    table = () if question.of_device else TABLE_PARAMETERS
+    parameters = documentation((*question.all_parameters, *table))
     if question is MAP:
         document_pictures(parameters, body, answer)
     endpoint.__doc__ = question.description
@@ -177,9 +178,10 @@ class _Answer(Response):
 async def _answer(request: Request, gamut_id: str, question: Question) -> Response:
     service = service_of(request)
     queries = service.queries
-    parameters = (*question.all_parameters, *TABLE_PARAMETERS)
+    tables = () if question.of_device else TABLE_PARAMETERS
+    parameters = (*question.all_parameters, *tables)
     given = query_values(parameters, NamedGamuts.of(request).items)
-    sent = _sent_form(request)
+    sent = _sent_form(request, (*FORMS, *TABLES) if tables else (JSON, NPY))
     _check_table_parameters(given, sent)
     accepted = _accepted_form(request, sent)
     with ExitStack() as held:
@@ -191,7 +193,10 @@ async def _answer(request: Request, gamut_id: str, question: Question) -> Respon
             correct = held.enter_context(queries.admission.held(client, estimate))
             await wait_for_kernels(service)
             opened = service.library.find_open(gamut_id) or await service.library.gamut(gamut_id)
-            body = await queries.parse(arriving, sent, question, opened.space, given)
+            if question.needs_model and not opened.gamut.is_of_device:
+                raise opened.gamut.no_device_model()
+            width = len(opened.gamut.channels) if question.of_device else 3
+            body = await queries.parse(arriving, sent, question, opened.space, width, given)
         correct(body.rows)
         values = values_of(parameters, given, body.members)
         if body.table is not None and (values["space"] or opened.space.name) != body.table.space:
@@ -238,7 +243,7 @@ async def levels_of(
     answer_bytes: Callable[[int], int],
 ) -> tuple[list[QueryLevel], Charge]:
     """Return the levels that the parameters of a query ask for; see `Library.levels`."""
-    request, wanted = level_request(values["triangles"], values["max_error"]), []
+    request, wanted = level_request(values.get("triangles"), values.get("max_error")), []
     for gamut_id in ids:
         opened = await service.library.gamut(gamut_id)
         level = request.or_default(max_error=opened.gamut.default_error)
@@ -254,7 +259,7 @@ async def wait_for_kernels(service: ServiceContainer) -> None:
         raise ProblemError(Problem("not-ready", detail, headers={"Retry-After": "10"}))
 
 
-def _sent_form(request: Request) -> str:
+def _sent_form(request: Request, accepted: Iterable[str]) -> str:
     coding = request.headers.get("content-encoding", "").strip().lower()
     if coding not in {"", "identity"}:
         detail = f"The body has the content coding {coding[:40]!r}."
@@ -263,15 +268,13 @@ def _sent_form(request: Request) -> str:
         headers = {"Accept-Encoding": "identity"}  # RFC 9110, 12.5.3
         raise ProblemError(Problem("unsupported-media-type", detail, where, remedy, headers))
     media_type = request.headers.get("content-type", "").partition(";")[0].strip().lower()
-    if media_type in TABLES:
-        return CSV
-    if media_type not in FORMS:
+    if media_type not in accepted:
         detail = f"The media type of the body is {media_type[:100] or 'not given'}."
-        accepted = sorted({*FORMS, *TABLES})
-        named = {"header": "Content-Type", "available": accepted}
-        remedy = f"Send {', '.join(accepted)}."
+        available = sorted(set(accepted))
+        named = {"header": "Content-Type", "available": available}
+        remedy = f"Send {', '.join(available)}."
         raise ProblemError(Problem("unsupported-media-type", detail, named, remedy))
-    return media_type
+    return CSV if media_type in TABLES else media_type
 
 
 def _check_table_parameters(given: Mapping[str, Any], sent: str) -> None:

@@ -4,13 +4,13 @@ import inspect
 
 import gamutclient
 import pytest
-from gamutclient.gamuts import Level
+from gamutclient.gamuts import Level, Space
 from gamutclient.gamuts import Question as Asked
 
 from gamutcore.questions import QUESTIONS, SPACE
 from gamutcore.questions.declarations import LEVEL_PARAMETERS
 
-METHODS = {"comparisons": "compare", "recipes": "to_device"}
+METHODS = {"colours": "to_colour", "comparisons": "compare", "recipes": "to_device"}
 """Methods of the client whose names are not those of the questions."""
 
 CLASSIFYING = {"contains": "classify"}
@@ -29,6 +29,7 @@ def test_methods_of_the_client_have_the_declared_parameters_and_summaries(questi
     """The level, and the space of the colours, are the arguments of all methods."""
     name = METHODS.get(question.name, question.name)
     asked = Asked if question.inputs else Level
+    asked = Space if question.of_device else asked
     columns = {each.name for each in question.columns}  # `distance` is a method, and no parameter
     others = {other: None for other in (*question.inputs, question.other) if other}
     declared = others | {each.name: each.default for each in question.parameters}
@@ -50,3 +51,4 @@ def test_methods_of_the_client_have_the_declared_parameters_and_summaries(questi
 def test_arguments_of_all_methods_of_the_client_are_declared():
     assert set(Level.__annotations__) == {each.name for each in LEVEL_PARAMETERS}
     assert set(Asked.__annotations__) == {*Level.__annotations__, SPACE.name}
+    assert set(Space.__annotations__) == {SPACE.name}

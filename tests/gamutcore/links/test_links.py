@@ -13,7 +13,7 @@ import gamutcore
 from gamutcore import Gamut, link
 from gamutcore.cli.app import app, run
 from gamutcore.colours import cube_nodes
-from gamutcore.errors import OptionError, ReferenceNameError
+from gamutcore.errors import DeviceModelError, OptionError, ReferenceNameError
 from gamutcore.queries import delta_e_2000
 
 DATA = Path(__file__).parents[2] / "data"
@@ -68,8 +68,15 @@ def test_nodes_have_the_mapped_colours(srgb, display_p3, tmp_path, method):
     given = encode(decode(nodes) @ P3_TO_SRGB.T)
     source = {"source": display_p3} if method == "sgck" else {}
     mapped = srgb.map(given, method, space="sRGB", max_error=0, **source)
+    clipped = np.clip(mapped.points, 0.0, 1.0)
+    within = (np.abs(clipped - mapped.points) < 1e-6).all(axis=1)
     # the table was rounded, and sRGB's primaries have other digits there; steep at black
-    np.testing.assert_allclose(numbers, np.clip(mapped.points, 0.0, 1.0), atol=3e-4)
+    np.testing.assert_allclose(numbers[within], clipped[within], atol=3e-4)
+    cielab = gamutcore.reference("srgb", **COARSE)
+    wanted, cut, got = (cielab.convert(rows, "sRGB") for rows in (mapped.points, clipped, numbers))
+    beyond = ~within  # the boundary is a mesh, and leaves sRGB by a little
+    further = delta_e_2000(got, wanted)[beyond] - delta_e_2000(cut, wanted)[beyond]
+    assert np.percentile(further, 99) < 0.02
     assert list(numbers[0]) == [0.0, 0.0, 0.0]
     np.testing.assert_allclose(numbers[-1], 1.0, atol=1e-5)
 
@@ -162,13 +169,51 @@ def test_black_of_the_source_becomes_that_of_the_destination(srgb):
     assert middle[0] + 0.01 < middle[1]  # dark grays are lighter in order to stay apart
 
 
+def test_a_press_gets_separations_within_its_ink_limit(tmp_path):
+    path = tmp_path / "press.icc"
+    press = Gamut(PRESS, space="IPT", ink_limit=280, **COARSE)
+    found = link("srgb", press, method="clip-hue", black="maximum", size=17, **COARSE)
+    assert (found.channels, found.destination_channels) == (("R", "G", "B"), ("C", "M", "Y", "K"))
+    values = np.random.default_rng(4).random((500, 3))
+    inks = found.table.values(values)
+    assert inks.sum(axis=1).max() <= 2.8 + 1e-5
+    wanted = press.map(values, "clip-hue", space="sRGB", max_error=0)
+    cielab = gamutcore.reference("srgb", **COARSE)
+    difference = delta_e_2000(
+        press.to_colour(inks, space="CIELAB"), cielab.convert(wanted.points, "sRGB")
+    )
+    assert np.percentile(difference, 99) <= found.errors.worst
+    assert difference.mean() == pytest.approx(found.errors.mean, rel=0.2)
+    found.save(path)
+    header = path.read_bytes()[:128]
+    assert (header[12:16], header[16:20], header[20:24]) == (b"link", b"RGB ", b"CMYK")
+    with pytest.raises(OptionError, match=r"from R G B to C M Y K"):
+        found.save(tmp_path / "press.cube")
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.skipif(shutil.which("icclu") is None, reason="Argyll CMS is not installed")
+def test_argyll_reads_a_link_from_a_press(srgb, tmp_path):
+    path = tmp_path / "proof.icc"
+    found = link(PRESS, srgb, method="clip-chroma", size=9, **COARSE)
+    found.save(path)
+    nodes = cube_nodes(9, 4)[::41]
+    asked = "\n".join(" ".join(map(repr, row)) for row in nodes.tolist())
+    answer = subprocess.run(
+        ["icclu", "-v0", path], input=asked, text=True, capture_output=True, check=True
+    )
+    applied = np.array([line.split() for line in answer.stdout.splitlines()], float)
+    np.testing.assert_allclose(applied, found.table.values(nodes), rtol=0, atol=2e-5)
+
+
 @pytest.mark.parametrize(
     ("source", "destination", "choices", "field"),
     [
         ("acescg", "srgb", {}, "source"),
         ("srgb", "bt2100-pq-1000", {}, "destination"),
         ("srgb", "pointer", {}, "destination"),
-        (PRESS, "srgb", {}, "source"),
+        (PRESS, "srgb", {"method": "clip-hue", "size": 39}, "size"),
+        ("srgb", PRESS, {"method": "clip-hue", "black": "much"}, "black"),
         ("srgb", DATA / "sGrey-v4.icc", {}, "destination"),
         ("srgb", "srgb", {"size": 1}, "size"),
         ("srgb", "srgb", {"size": 130}, "size"),
@@ -189,8 +234,9 @@ def test_unknown_names_and_gamuts_without_a_model(srgb, tmp_path):
         link("srgb", "rec2021")
     assert refused.value.where["field"] == "destination"
     cube = Gamut(100.0 * cube_nodes(2))
-    with pytest.raises(OptionError, match="Give the file that it was built from"):
+    with pytest.raises(DeviceModelError, match="colours only") as refused:
         link(cube, srgb)
+    assert refused.value.where["field"] == "source"
     with pytest.raises(OptionError, match=r"ends in \.cube"):
         link(srgb, srgb, method="clip-hue", size=2).save(tmp_path / "p3.3dl")
 

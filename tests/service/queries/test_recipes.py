@@ -1,8 +1,10 @@
 """Recipes over HTTP: the device model is made of the kept input, stored, and made again."""
 
+import io
 import json
 from pathlib import Path
 
+import gamutclient
 import numpy as np
 import pytest
 
@@ -54,6 +56,55 @@ def test_recipes_are_those_of_the_package(server, press):
     np.testing.assert_allclose(curve["device"], expected.device, atol=1e-9)
 
 
+def test_device_values_have_the_colours_of_the_package(server, press):
+    address, here = press
+    device = np.random.default_rng(0).random((40, 4)).round(3)
+    answer = server.client.post(f"{address}/colours", json={"device": device.tolist()})
+    assert answer.status_code == 200, answer.text
+    np.testing.assert_allclose(answer.json()["colour"], here.to_colour(device), atol=1e-9)
+    body = io.BytesIO()
+    np.save(body, device)
+    answer = server.client.post(
+        f"{address}/colours",
+        params={"space": "sRGB"},
+        content=body.getvalue(),
+        headers={"Content-Type": "application/x-npy"},
+    )
+    rows = np.load(io.BytesIO(answer.content))["colour"]
+    np.testing.assert_allclose(rows, here.to_colour(device, space="sRGB"), atol=1e-9)
+    client = gamutclient.Client(server.url)
+    remote = client.gamut(address.rpartition("/")[2])
+    np.testing.assert_allclose(remote.to_colour(device[0]), here.to_colour(device[0]), atol=1e-9)
+    csv = server.client.post(
+        f"{address}/colours", json={"device": device[:1].tolist()}, headers={"Accept": "text/csv"}
+    )
+    assert csv.text.splitlines()[0] == "C,M,Y,K,colour_L*,colour_a*,colour_b*"
+
+
+@pytest.mark.parametrize(
+    ("path", "body", "status", "code"),
+    [
+        ("srgb", {"device": [[0.5, 0.5]]}, 422, "invalid-points"),
+        ("srgb", {"device": [[0.5, 0.5, 1.5]]}, 422, "invalid-points"),
+        ("srgb", {"device": [[0.5, 0.5, 1e300]]}, 422, "invalid-points"),
+        ("srgb", {"colours": [[50, 0, 0]]}, 422, "invalid-body"),
+        ("srgb", {"device": [[0, 0, 0]], "triangles": 100}, 422, "invalid-body"),
+    ],
+)
+def test_other_device_values_are_refused(server, path, body, status, code):
+    answer = server.client.post(f"/v1/gamuts/{path}/colours", json=body)
+    assert (answer.status_code, answer.json()["code"]) == (status, code)
+    assert answer.json()["remedy"]
+
+
+def test_tables_of_device_values_are_refused(server):
+    answer = server.client.post(
+        "/v1/gamuts/srgb/colours", content="R,G,B\n0,0,0\n", headers={"Content-Type": "text/csv"}
+    )
+    assert answer.status_code == 415
+    assert "application/json" in answer.json()["remedy"]
+
+
 def test_a_reference_has_recipes_by_its_slug(server):
     codes = [[0.2, 0.5, 0.7], [1.0, 1.0, 1.0]]
     answer = server.client.post(
@@ -75,6 +126,8 @@ def test_rules_that_do_not_exist_are_refused(server, press, black):
 
 def test_colours_alone_have_no_recipes(server, cubes, assert_problem):
     answer = server.client.post(f"{cubes[0]}/recipes", json={"colours": COLOURS})
+    assert_problem(answer, 422, "no-device-model")
+    answer = server.client.post(f"{cubes[0]}/colours", json={"device": [[0.5, 0.5, 0.5]]})
     assert_problem(answer, 422, "no-device-model")
     assert "colours only" in answer.json()["detail"]
 

@@ -1,31 +1,27 @@
 """From device values of a source to device values of a destination, as a table.
 
-The way is the same as for pictures: encoded values → colours → gamut mapping → encoded values. The
-table holds this way at its nodes. Its error against the way itself is measured for each link.
+The way is: device values → colours by the source's device model → gamut mapping → device values by
+the destination's inverse device model. The table holds this way at its nodes. Its error against the
+way itself is measured for each link.
 """
 
 from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from errno import ENOENT
 from functools import partial
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 import numpy as np
 
 from gamutcore.arguments import Choice, WholeNumber, check_option
-from gamutcore.building import input_colours, parsed_input
-from gamutcore.characterisation import GamutMesh
-from gamutcore.colours import (
-    LookupTable,
-    RgbDevice,
-    lab_to_xyz,
-    luminance_of_black,
-    rgb_device,
-)
+from gamutcore.building import device_model
+from gamutcore.colours import LookupTable, RgbSpace, lab_to_xyz, luminance_of_black
 from gamutcore.content import gamut_source, is_saved_gamut
 from gamutcore.errors import OptionError, ReferenceNameError
 from gamutcore.gamut import Gamut
@@ -34,19 +30,39 @@ from gamutcore.links.cube import DECIMALS, cube_file
 from gamutcore.links.device_link import device_link_file
 from gamutcore.options import OPTIONS, Options
 from gamutcore.queries import delta_e_2000
-from gamutcore.questions import METHOD, PICTURE_SPACE, comparison_warnings, map_points
-from gamutcore.references import Reference, find_reference
+from gamutcore.questions import (
+    METHOD,
+    PICTURE_SPACE,
+    black_luminance,
+    black_rule,
+    comparison_warnings,
+    map_points,
+)
+from gamutcore.recipes import InverseModel
+from gamutcore.references import Reference
 from gamutcore.results import Shown
 from gamutcore.version import __version__
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from gamutcore.arrays import FloatArray
     from gamutcore.colour_rows import Colours
+    from gamutcore.colours import DeviceModel
 
 __all__ = ["SIZE", "Link", "LinkErrors", "link"]
 
 SIZE = Annotated[int, WholeNumber(2, 129)]
 """Nodes of a table along each channel. 129 take 300 MB; a ``.cube`` file may have 256."""
+
+SIZES = {3: 33, 4: 17, 5: 11, 6: 8, 7: 6}
+"""Nodes by the number of the source's channels, if no size is given: at most 280,000 in all."""
+
+FEWEST_NODES = 4
+"""Nodes along each of still more channels."""
+
+MOST_NODES = 129**3
+"""Largest number of nodes of a table."""
 
 FORMAT = Annotated[str, Choice(("cube", "icc"))]
 """Formats of links."""
@@ -58,15 +74,15 @@ INPUTS = 20_000
 """Random inputs at which the error is measured: the 99th percentile then lies between the 98.85th
 and the 99.15th in 95 of 100 cases."""
 
-EDGE_STEPS = 255
-"""Parts of an edge of the source's cube where the error is measured as well; no usual number of
-nodes has the same places."""
+EDGE_INPUTS = 3072
+"""Inputs on the edges of the source's cube, where the error is measured as well: 256 on each edge
+of three channels. No usual number of nodes has the same places."""
 
-FEWEST_SAMPLES = 8
-"""Samples of the surface of a device of which only the model is needed."""
+_AT_A_TIME = 2**14
+"""Inputs that are mapped at once by a thread; each takes up to 1 kB."""
 
-_AT_A_TIME = 2**16
-"""Inputs that are mapped at once; each takes up to 700 bytes."""
+_HELD = {"PQ": "high dynamic range", "HLG": "high dynamic range", 1.0: "linear light"}
+"""Transfer curves whose values a table with equal steps from 0 to 1 cannot hold."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,7 +95,7 @@ class LinkErrors:
         Of random inputs, uniform in the cube of the source.
     worst : float
         Of these and of the edges of the cube.
-    worst_at : tuple of three float
+    worst_at : tuple of float
         Device value of the source with the worst error.
     inputs : int
         Number of random inputs.
@@ -89,7 +105,7 @@ class LinkErrors:
     percentile_95: float
     percentile_99: float
     worst: float
-    worst_at: tuple[float, float, float]
+    worst_at: tuple[float, ...]
     inputs: int = INPUTS
 
     def __str__(self) -> str:
@@ -107,6 +123,8 @@ class Link(Shown):
     ----------
     source, destination : str
         Names of the devices.
+    channels, destination_channels : tuple of str
+        Names of the inputs and of the outputs.
     method : str
         Method of gamut mapping.
     intent : str
@@ -114,7 +132,7 @@ class Link(Shown):
     space : str
         Colour space of the mapping.
     table : LookupTable
-        Red, green and blue of the destination, encoded, 0 to 1, by those of the source.
+        Device values of the destination, 0 to 1, by those of the source.
     errors : LinkErrors
         Differences between the table and the exact way.
     warnings : tuple of str
@@ -122,6 +140,8 @@ class Link(Shown):
 
     source: str
     destination: str
+    channels: tuple[str, ...]
+    destination_channels: tuple[str, ...]
     method: str
     intent: str
     space: str
@@ -135,25 +155,35 @@ class Link(Shown):
         Parameters
         ----------
         format : {"cube", "icc"}, optional
-            A ``.cube`` file (Adobe, Cube LUT Specification 1.0), or an ICC device link of version
-            2, whose values have 16 bits.
+            A ``.cube`` file (Adobe, Cube LUT Specification 1.0) from RGB to RGB, or an ICC device
+            link of version 2, whose values have 16 bits.
 
         Raises
         ------
         OptionError
-            There is no such format.
+            There is no such format, or it cannot hold these channels.
         """
         title = f"{self.source} to {self.destination}, {self.method}: {self.errors}"
         if check_option("format", format, FORMAT) == "icc":
-            names = self.source, self.destination
-            return device_link_file(title, names, self.intent, self.table.nodes)
-        red, green, blue = self.errors.worst_at
+            devices = (
+                (self.source, self.channels),
+                (self.destination, self.destination_channels),
+            )
+            return device_link_file(title, devices, self.intent, self.table.nodes)
+        if (self.channels, self.destination_channels) != (_RGB, _RGB):
+            raise OptionError.not_applicable(
+                "format",
+                "cube",
+                f"a .cube file leads from R G B to R G B, and this link from "
+                f"{' '.join(self.channels)} to {' '.join(self.destination_channels)}",
+                "Give icc, a device link.",
+            )
         comments = [
             f"Source: {self.source}. Destination: {self.destination}.",
             f"Gamut mapping: {self.method} in {self.space}, intent {self.intent}.",
             f"Error of tetrahedral interpolation against the exact mapping: {self.errors}.",
             f"Of {self.errors.inputs} random inputs; the worst is also of the cube's edges.",
-            f"Worst at {red:.4f} {green:.4f} {blue:.4f}.",
+            f"Worst at {' '.join(f'{value:.4f}' for value in self.errors.worst_at)}.",
             f"Written by gamutcore {__version__}.",
         ]
         return cube_file(title, comments, self.table.nodes)
@@ -164,7 +194,7 @@ class Link(Shown):
         Raises
         ------
         OptionError
-            The name has another suffix.
+            The name has another suffix, or the format cannot hold these channels.
         OSError
             The file cannot be written.
         """
@@ -180,6 +210,9 @@ class Link(Shown):
             raise
 
 
+_RGB = ("R", "G", "B")
+
+
 def check_path(path: Path) -> None:
     """Refuse a name whose suffix is of no format of links, or whose folder does not exist."""
     if path.suffix.lower() not in SUFFIXES:
@@ -193,33 +226,37 @@ def link(
     destination: str | os.PathLike[str] | bytes | Gamut,
     *,
     method: str = "sgck",
-    size: int = 33,
+    size: int | None = None,
     focus: Colours | Literal["cusp"] | None = None,
     black_point_compensation: bool = False,
+    black: str | float | ArrayLike | None = None,
     cache: Callable[[Reference, Options, Callable[[], Gamut]], Gamut] | None = None,
     **options: Any,  # noqa: ANN401  # checked by Options
 ) -> Link:
-    """Compute a table from the values of one RGB device to those of another, with gamut mapping.
+    """Compute a table from the device values of one device to those of another.
 
     Parameters
     ----------
     source, destination : str, path, bytes or Gamut
-        An RGB space by its name, such as ``"rec2020"``; an RGB profile or measurements of a
-        display, as a file or its bytes; or the gamut of an RGB space.
+        An RGB space by its name, such as ``"rec2020"``; an ICC profile or measurements of a display
+        or a press, as a file or its bytes; or the gamut of a device.
     method : str, optional
         Of gamut mapping, as for `Gamut.map`. ``sgck`` maps from the gamut of the source.
     size : int, optional
-        Nodes along each channel, 2 to 129. Programs usually read 17, 33 and 65.
+        Nodes along each channel of the source, 2 to 129. Programs usually read 17, 33 and 65.
+        Default: 33 for three channels, 17 for four, and fewer for more.
     focus : (3,) array_like or "cusp", optional
         Focal point of ``clip-focal``: L*, a*, b*.
     black_point_compensation : bool, optional
         Whether the black of the source becomes that of the destination. Not for ``sgck``.
+    black : str, float or (n, 2) array_like, optional
+        How much black a destination with black ink gets, as for `Gamut.to_device`.
     cache : callable, optional
         Returns the gamut of an RGB space and options, which its third argument builds.
     **options
-        How the gamuts are built, as for `Gamut`, such as ``intent`` and ``space``. The space is IPT
-        unless given. Options that do not apply to RGB spaces are meant for the other device. A
-        `Gamut` has its own options.
+        How the gamuts are built, as for `Gamut`, such as ``intent``, ``ink_limit`` and ``space``.
+        The space is IPT unless given. Options that do not apply to RGB spaces are meant for the
+        other device. A `Gamut` has its own options.
 
     Returns
     -------
@@ -228,8 +265,8 @@ def link(
     Raises
     ------
     OptionError
-        A device is not RGB or has linear values, the gamuts do not fit together, or an option is
-        not accepted; ``where["field"]`` names it.
+        A device has fewer than three channels, no model or linear values, the gamuts do not fit
+        together, or an option is not accepted; ``where["field"]`` names it.
     GamutError
         The data cannot be read, or no gamut can be built.
     OSError
@@ -239,7 +276,8 @@ def link(
     -----
     Colours are mapped by the full boundary, as those of pictures. A table is exact at its nodes
     only. Clipping has edges inside of the cells, which no table holds. `Link.errors` has the
-    differences, and the file states them.
+    differences, and the file states them. Limits of inks are kept between the nodes as well,
+    because interpolated values are means of values at nodes.
 
     Examples
     --------
@@ -248,12 +286,13 @@ def link(
     True
     """
     method = str(check_option("method", method, METHOD))
-    size = int(check_option("size", size, SIZE))
+    rule = black_rule(black)
     options = {"space": PICTURE_SPACE, **options}
     one, two = (
         _side(given, field, options, cache)
         for given, field in ((source, "source"), (destination, "destination"))
     )
+    size = _checked_size(size, len(one.model.channels))
     if one.options.intent != two.options.intent:
         raise OptionError(
             f"The source has the intent {one.options.intent}, and the destination "
@@ -261,34 +300,37 @@ def link(
             where={"field": "intent"},
             remedy="Build both gamuts with the same intent.",
         )
-    if one.device.as_measured != two.device.as_measured:
-        raise OptionError.not_applicable(
-            "intent",
-            one.options.intent,
-            "the colours of one of the devices are adapted to D50, and those of the other are not",
-            "Give relative.",
-        )
     into, origin = two.gamut(), one.gamut() if method == "sgck" else None
-    black = luminance_of_black(lab_to_xyz(one.device.colours(np.zeros((1, 3))))[0])
+    inverse, darkest = two.inverse(), 0.0
+    if black_point_compensation and one.model.inks:
+        darkest = black_luminance(one.gamut())
+    elif black_point_compensation:
+        darkest = luminance_of_black(lab_to_xyz(one.model.lab(one.model.limited.base[None]))[0])
 
     def exact(values: FloatArray) -> FloatArray:
-        found = np.empty_like(values)
-        for start in range(0, len(values), _AT_A_TIME):
+        found = np.empty((len(values), len(two.model.channels)))
+
+        def write(start: int) -> None:
             part = slice(start, start + _AT_A_TIME)
             mapped = map_points(
                 into,
-                one.device.colours(values[part]),
+                one.model.lab(values[part]),
                 method,
                 focus=focus,
                 source=origin,
                 black_point_compensation=black_point_compensation,
-                black=black,
+                black=darkest,
                 max_error=0.0,  # edges of a coarser level are visible as arcs
             )
-            found[part] = two.device.values(mapped)
+            found[part] = inverse.recipes(mapped, rule).device
+
+        with ThreadPoolExecutor(os.cpu_count()) as workers:
+            for _ in workers.map(write, range(0, len(values), _AT_A_TIME)):
+                pass
         return found
 
-    table = LookupTable(np.round(LookupTable.sample(exact, size).nodes, DECIMALS))
+    sampled = LookupTable.sample(exact, size, len(one.model.channels))
+    table = LookupTable(np.round(sampled.nodes, DECIMALS))
     warnings: tuple[str, ...] = ()
     if origin is not None:
         names = "the destination", "the source"
@@ -296,22 +338,35 @@ def link(
     return Link(
         source=one.name,
         destination=two.name,
+        channels=one.model.channels,
+        destination_channels=two.model.channels,
         method=method,
         intent=two.options.intent,
         space=into.colour_space.name,
         table=table,
-        errors=_errors(table, exact, two.device),
+        errors=_errors(table, exact, two.model),
         warnings=warnings,
     )
 
 
+def _checked_size(size: int | None, channels: int) -> int:
+    if size is None:
+        return SIZES.get(channels, FEWEST_NODES)
+    checked = int(check_option("size", size, SIZE))
+    if checked**channels > MOST_NODES:
+        most = int(MOST_NODES ** (1.0 / channels) + 1e-9)
+        raise OptionError.refusal("size", size, f"at most {most} for {channels} channels")
+    return checked
+
+
 class _Side(NamedTuple):
-    """One of the two devices, and how to get its gamut."""
+    """One of the two devices, and how to get its gamut and the inverse of its model."""
 
     name: str
-    device: RgbDevice
+    model: DeviceModel
     options: Options
     gamut: Callable[[], Gamut]
+    inverse: Callable[[], InverseModel]
 
 
 def _side(
@@ -340,64 +395,77 @@ def _side(
     def build() -> Gamut:
         return Gamut(content, options)
 
-    device = _device(content, options, field)
+    model = device_model(content, options, Limits())
+    if model is None:
+        raise _unfit(field, "has no model of a device")
+    _check_device(model, field)
+    inverse = partial(InverseModel, model)
     if reference is None:
         name = f"the {field}" if isinstance(given, bytes) else Path(given).name
-        return _Side(name, device, options, build)
+        return _Side(name, model, options, build, inverse)
     cached = build if cache is None else partial(cache, reference, options, build)
-    return _Side(reference.slug, device, options, cached)
+    return _Side(reference.slug, model, options, cached, inverse)
 
 
 def _side_of_gamut(gamut: Gamut, field: str) -> _Side:
-    """Return the device of a reference gamut; other gamuts have no model of their device."""
-    slug = gamut.description["provenance"].get("reference")
-    if slug is None:
-        raise OptionError.not_applicable(
-            field,
-            "of a built gamut",
-            "a gamut does not keep the model of its device",
-            "Give the file that it was built from.",
-        )
-    found = find_reference(str(slug))
-    device = _device(found.data, gamut.options, field)
-    return _Side(found.slug, device, gamut.options, lambda: gamut)
+    if not gamut.has_device_model:
+        error = gamut.no_device_model()
+        error.where["field"] = field
+        raise error
+    model = gamut.device_model
+    _check_device(model, field)
+    name = gamut.description["provenance"].get("reference") or f"the {field}"
+    return _Side(str(name), model, gamut.options, lambda: gamut, lambda: gamut.inverse_model)
 
 
-def _device(content: bytes, options: Options, field: str) -> RgbDevice:
-    parsed = parsed_input(content, options, Limits())
-    if isinstance(parsed, GamutMesh):
-        raise OptionError.not_applicable(
-            field, "of a mesh", "it has no device values", "Give an RGB profile or space."
-        )
-    found = input_colours(parsed, options, samples=FEWEST_SAMPLES)
-    return rgb_device(parsed, found, field, options.adaptation or "Bradford")
+def _check_device(model: DeviceModel, field: str) -> None:
+    """Refuse devices of fewer than three channels, and those of linear or HDR values."""
+    if int(model.limited.free.sum()) < 3:
+        raise _unfit(field, f"has the channels {' '.join(model.channels)}")
+    if isinstance(model.function, RgbSpace):
+        space = model.function.reference
+        if (curve := space.definition["curve"]) in _HELD:
+            raise OptionError(
+                f"The {field} {space.slug} has values in {_HELD[curve]}, which a table with equal "
+                "steps from 0 to 1 cannot hold.",
+                where={"field": field},
+                remedy="Give a space with a transfer curve for displays, such as bt2020.",
+            )
+
+
+def _unfit(field: str, why: str) -> OptionError:
+    return OptionError(
+        f"The {field} {why}; a table needs a device of three or more.",
+        where={"field": field},
+        remedy="Give an RGB space such as display-p3, an ICC profile, or measurements of a display "
+        "or a press.",
+    )
 
 
 def _errors(
-    table: LookupTable, exact: Callable[[FloatArray], FloatArray], device: RgbDevice
+    table: LookupTable, exact: Callable[[FloatArray], FloatArray], model: DeviceModel
 ) -> LinkErrors:
     """Measure a table at random inputs and on the edges of the source's cube."""
-    inputs = np.random.default_rng(0).random((INPUTS, 3))
-    inputs = np.concatenate([inputs, _edges()])
-    difference = delta_e_2000(device.colours(table.values(inputs)), device.colours(exact(inputs)))
+    inputs = np.random.default_rng(0).random((INPUTS, table.inputs))
+    inputs = np.concatenate([inputs, _edges(table.inputs)])
+    difference = delta_e_2000(model.lab(table.values(inputs)), model.lab(exact(inputs)))
     random, worst = difference[:INPUTS], int(np.argmax(difference))
     percentiles = np.percentile(random, (95.0, 99.0)).tolist()
-    red, green, blue = inputs[worst].tolist()
     return LinkErrors(
         mean=float(random.mean()),
         percentile_95=percentiles[0],
         percentile_99=percentiles[1],
         worst=float(difference[worst]),
-        worst_at=(red, green, blue),
+        worst_at=tuple(inputs[worst].tolist()),
     )
 
 
-def _edges() -> FloatArray:
-    """Return values on the twelve edges of the cube, (12 · (`EDGE_STEPS` + 1), 3)."""
-    along = np.linspace(0.0, 1.0, EDGE_STEPS + 1)
-    edges = np.empty((3, 2, 2, len(along), 3))
-    for axis in range(3):
-        edges[axis, ..., axis] = along
-        edges[axis, 1, :, :, axis - 1], edges[axis, 0, :, :, axis - 1] = 1.0, 0.0
-        edges[axis, :, 1, :, axis - 2], edges[axis, :, 0, :, axis - 2] = 1.0, 0.0
-    return edges.reshape(-1, 3)
+def _edges(inputs: int) -> FloatArray:
+    """Return values on the edges of the cube, about `EDGE_INPUTS` of them in equal steps."""
+    corners = list(product((0.0, 1.0), repeat=inputs - 1))
+    along = np.linspace(0.0, 1.0, max(EDGE_INPUTS // (inputs * len(corners)), 3))
+    edges = np.empty((inputs, len(corners), len(along), inputs))
+    for axis in range(inputs):
+        edges[axis] = np.insert(np.array(corners), axis, 0.0, axis=1)[:, np.newaxis]
+        edges[axis, :, :, axis] = along
+    return edges.reshape(-1, inputs)
