@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Self, cast
 
 from gamutcore.building import build, report_progress
+from gamutcore.characterisation.icc import looks_like_icc
 from gamutcore.colours import SPACE_PARAMETERS, DeviceModel
 from gamutcore.colours.spaces import ColourSpace
 from gamutcore.content import content_of, gamut_source, is_saved_gamut
@@ -199,7 +200,8 @@ class Gamut:
         chosen, content = _chosen_options(options, choices), content_of(data)
         with report_progress(progress) as report:
             description, history, model = build(content, chosen, report, limits)
-        self._hold(description, history, model)
+        profile = content if model is not None and looks_like_icc(content) else None
+        self._hold(description, history, model, profile=profile)
 
     def _hold(
         self,
@@ -208,11 +210,13 @@ class Gamut:
         model: DeviceModel | bytes | None,
         search: LevelSearch | None = None,
         index_bytes: int = INDEX_BYTES,
+        profile: bytes | None = None,
     ) -> None:
         self.description, self.history = description, history
         self.search = LevelSearch(description["levels"]) if search is None else search
         self.levels = IndexedLevels(history, index_bytes)
         self._model = model
+        self._profile = profile
         self._inverse: InverseModel | None = None
         self._lock = threading.Lock()
 
@@ -319,10 +323,18 @@ class Gamut:
         """Whether the tables of `inverse_model` are made."""
         return self._inverse is not None
 
-    def use_device_model(self, data: bytes) -> None:
-        """Take the device model of `DeviceModel.to_bytes`, for a gamut that was saved without."""
+    @property
+    def profile(self) -> bytes | None:
+        """The ICC profile that the gamut was built from; None for others, and from a file."""
+        return self._profile
+
+    def use_device_model(self, data: bytes, profile: bytes | None = None) -> None:
+        """Take the device model of `DeviceModel.to_bytes`, for a gamut that was saved without.
+
+        `profile` is the profile that the gamut was built from.
+        """
         with self._lock:
-            self._model = data
+            self._model, self._profile = data, profile
 
     def __repr__(self) -> str:
         space, volume = self.colour_space.name, self.volume
@@ -580,6 +592,8 @@ class Gamut:
         depth: Depth | None = None,
         table: int | None = None,
         heat_map: str | os.PathLike[str] | None = None,
+        to: str = "picture",
+        black: str | float | ArrayLike | None = None,
         triangles: int | None = None,
         max_error: float | None = None,
     ) -> MappedPicture:
@@ -592,7 +606,7 @@ class Gamut:
             gives the colours, relative to its white; sRGB is assumed without one.
         output : path
             A .png, .tif, .exr or .jpg file. It has the encoding, the depth, the profile and the
-            alpha of the picture.
+            alpha of the picture, unless `to` or `depth` names others.
         depth : {"8", "16", "half", "float"}, optional
             Another depth: 8 or 16 bits, or floats of 16 or 32 bits. PNG has no floats, and TIFF no
             half floats, which become floats there by default. Integers of a picture in linear light
@@ -613,6 +627,14 @@ class Gamut:
         heat_map : path, optional
             A .png file with the colour difference of each pixel and its mapped colour: ΔE00 in
             steps of 0.05, rounded up, black where nothing changed.
+        to : str, optional
+            The encoding of the output: ``"picture"``, that of the picture; the slug of an RGB
+            space such as ``"display-p3"``, with its profile, or in OpenEXR in linear light; or
+            ``"device"``, values of the device of the gamut as TIFF with 8 or 16 bits, such as CMYK,
+            with the profile that the gamut was built from. Ink limits are kept.
+        black : str, float or (n, 2) array, optional
+            As for `to_device`, of device values. Those of up to four channels with the smooth rule
+            go through a table of 33 nodes from 250,000 pixels on.
         triangles, max_error : optional
             The level; by default the full boundary.
 
@@ -649,6 +671,8 @@ class Gamut:
             depth=depth,
             table=table,
             heat_map=heat_map,
+            to=to,
+            black=black,
             triangles=triangles,
             max_error=max_error,
         )

@@ -21,6 +21,7 @@ from service.http.bodies import Spool
 from service.jobs.book import JobBook
 from service.jobs.events import EventStreams
 from service.library import PROCESS_BYTES, Ledger, Library, keep_heap_small, memory_budget
+from service.queries.pictures import Pictures
 from service.queries.queries import Queries
 from service.readiness import service_readiness
 from service.settings import Settings
@@ -85,6 +86,7 @@ class ServiceContainer:
         self.queries = Queries(
             self.metrics.queries, most_rows=settings.query_rows, client_share=settings.client_share
         )
+        self.pictures = Pictures(settings, memory)
         self.spool = Spool(
             lambda: self.scratch_directory,
             most_body=settings.max_body_bytes,
@@ -131,6 +133,7 @@ class ServiceContainer:
                 task.cancel()
             await asyncio.gather(*background, return_exceptions=True)
             await self.builds.stop()
+            await self.pictures.close()
             self.queries.close()
             self.library.close()
             # Closing joins threads, so it must not block the event loop.

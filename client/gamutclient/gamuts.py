@@ -48,6 +48,15 @@ NPY = "application/x-npy"
 CSV = "text/csv"
 JSON = "application/json"
 
+PICTURES = {
+    ".png": "image/png",
+    ".tif": "image/tiff",
+    ".tiff": "image/tiff",
+    ".jpg": "image/jpeg",
+    ".exr": "image/x-exr",
+}
+"""Media types of pictures that the service writes, by the suffix of the file."""
+
 MOST_ROWS = 250_000
 """Rows of one request: the service takes a million, and answers while the next rows are sent."""
 
@@ -260,6 +269,60 @@ class RemoteGamut:
         return results.MappedColours(
             points=found["mapped"], moved=found["moved"], delta_e=found["delta_e_2000"], **facts
         )
+
+    @method
+    def map_picture(
+        self,
+        picture: str | os.PathLike[str] | bytes,
+        output: str | os.PathLike[str],
+        method: str = "clip-hue",
+        *,
+        focus: Colours | Literal["cusp"] | None = None,
+        source: RemoteGamut | str | None = None,
+        black_point_compensation: bool = False,
+        iterations: int | None = None,
+        depth: Literal["8", "16", "half", "float"] | None = None,
+        table: int | None = None,
+        to: str = "picture",
+        black: str | float | Sequence[tuple[float, float]] | None = None,
+        **level: Unpack[Level],
+    ) -> Steps[dict[str, float]]:
+        """Map a picture file of gray or RGB into the gamut, and write the result.
+
+        `output` is a .png, .tif, .exr or .jpg file. `to` is the encoding of the result:
+        ``"picture"``, the slug of an RGB space, or ``"device"``, such as CMYK as TIFF. Returned are
+        the numbers of pixels and distinct colours, in all, ``outside`` and ``moved``, and the
+        differences ``delta_e`` and ``delta_e_95``, by their names in the field Gamut-Mapped.
+        """
+        target = Path(output)
+        suffix = target.suffix.lower()
+        if suffix not in PICTURES:
+            message = f"Pictures are not written as {suffix!r}. Give one of {', '.join(PICTURES)}."
+            raise ValueError(message)
+        content = picture if isinstance(picture, bytes) else Path(picture).read_bytes()
+        if black is not None and not isinstance(black, str | float | int):
+            black = ",".join(f"{light}:{amount}" for light, amount in black)
+        params = {
+            **level,
+            "method": method,
+            "source": _id(source),
+            "black_point_compensation": black_point_compensation or None,
+            "focus": focus if focus is None or isinstance(focus, str) else np.ravel(focus).tolist(),
+            "iterations": iterations,
+            "depth": depth,
+            "table": table,
+            "to": to,
+            "black": black,
+        }
+        headers = {"Content-Type": "image/*", "Accept": PICTURES[suffix]}
+        path = f"/v1/gamuts/{self.id}/map"
+        request = Request("POST", path, params, headers, {"content": content})
+        answer = yield from sent(request, self.retries)
+        draft = target.with_name(f".{target.name}.part")
+        draft.write_bytes(answer.content)
+        draft.replace(target)
+        told = (each.partition("=") for each in answer.headers["gamut-mapped"].split(", "))
+        return {name.replace("-", "_"): float(value) for name, _, value in told}
 
     def _crossings(
         self, starts: Colours, ends: Colours, params: Mapping[str, Any]

@@ -305,6 +305,16 @@ def map_colours(
             help="Write the colour difference of each pixel as gray: ΔE00 in steps of 0.05.",
         ),
     ] = None,
+    to: Annotated[
+        str | None,
+        typer.Option(
+            help="Encoding of the picture that is written: picture, that of the picture (default); "
+            "an RGB space such as display-p3; or device, values of the device as TIFF."
+        ),
+    ] = None,
+    black: Annotated[
+        str | None, typer.Option(help="How much black the device values have, as for gamut recipe.")
+    ] = None,
     black_point_compensation: Annotated[
         bool, typer.Option("--black-point-compensation", "--bpc")
     ] = False,
@@ -324,7 +334,8 @@ def map_colours(
     A picture is written to a .png, .tif, .exr or .jpg file with its encoding, profile, depth and
     alpha. Pixels in gamut keep their values, except by --method spatial, which is for pictures
     only. With --depth, floats can be written as PNG and JPEG:
-    integers of a picture in linear light are sRGB.
+    integers of a picture in linear light are sRGB. --to names another encoding: an RGB space, whose
+    profile is embedded, or the device itself, such as CMYK with the profile of --gamut.
 
     For a picture, the gamut is built in IPT unless --space names another space, and the full
     boundary answers unless --triangles or --max-error chooses a level.
@@ -340,6 +351,8 @@ def map_colours(
         "--table": lookup_table,
         "--heat-map": heat_map,
         "--iterations": iterations,
+        "--to": to,
+        "--black": black,
     }
     for option, value in given_options.items():
         if value is not None and not picture:
@@ -368,6 +381,8 @@ def map_colours(
             "table": lookup_table,
             "heat_map": heat_map,
             "iterations": iterations,
+            "to": to or "picture",
+            "black": None if black is None else number_or_text(black),
         }
         done = found.map_picture(colours, output, method, **options)
         state(found.conditions, warnings=done.warnings)

@@ -29,7 +29,7 @@ from gamutcore.colours.lookup import LookupTable, cube_nodes
 from gamutcore.colours.measured import ILLUMINANTS, OBSERVERS, measured_colours
 from gamutcore.colours.models import DeviceModel
 from gamutcore.colours.picture import closed_form_values, find_values, picture_colours
-from gamutcore.colours.reference import RgbSpace
+from gamutcore.colours.reference import RGB_CURVES, RgbSpace, primary_matrix, reference_white
 from gamutcore.colours.sampling import (
     SURFACE_SAMPLES,
     AbsoluteColours,
@@ -68,6 +68,7 @@ __all__ = [
     "MEASURED",
     "OBSERVERS",
     "OTHER_AXES",
+    "RGB_CURVES",
     "SPACE",
     "SPACES",
     "SPACE_PARAMETERS",
@@ -101,6 +102,8 @@ __all__ = [
     "own_tristimulus",
     "parameter_defaults",
     "picture_colours",
+    "primary_matrix",
+    "reference_white",
     "space_parameters",
     "spread_values",
     "srgb",

@@ -30,6 +30,7 @@ __all__ = [
     "fixed_element",
     "icc_file",
     "lut16_element",
+    "parametric_element",
     "text_element",
     "xyz_element",
 ]
@@ -131,6 +132,15 @@ def description_element(text: str, version: int) -> bytes:
 def curve_element(values: FloatArray) -> bytes:
     """Return an element of the type curveType, of values from 0 to 1."""
     return b"curv" + struct.pack(">2I", 0, len(values)) + _sixteen_bits(values)
+
+
+def parametric_element(parameters: Sequence[float]) -> bytes:
+    """Return an element of the type parametricCurveType: an exponent, or g, a, b, c and d.
+
+    These are the functions 0 and 3 of ICC.1:2010, 10.16.
+    """
+    kind = 0 if len(parameters) == 1 else 3
+    return b"para" + bytes(4) + struct.pack(">2H", kind, 0) + _fixed(parameters)
 
 
 def lut16_element(

@@ -6,7 +6,7 @@ import os
 import struct
 import tempfile
 import zlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -28,7 +28,17 @@ from gamutcore.errors import OptionError, UnsupportedPictureError
 if TYPE_CHECKING:
     from gamutcore.characterisation.pictures import Raster
 
-__all__ = ["DEPTHS", "WRITTEN", "Depth", "draft_of", "picture_writer", "png", "with_depth"]
+__all__ = [
+    "DEPTHS",
+    "WRITTEN",
+    "Depth",
+    "device_writer",
+    "draft_of",
+    "in_encoding",
+    "picture_writer",
+    "png",
+    "with_depth",
+]
 
 COLOUR_TYPES = {1: 0, 3: 2, 4: 6}
 """PNG's colour types by the number of channels (11.2.2): gray, truecolour, and with alpha."""
@@ -125,6 +135,24 @@ def with_depth(like: Raster, depth: Depth | None, path: Path) -> Raster:
     return made
 
 
+def in_encoding(like: Raster, meaning: Encoding | bytes) -> Raster:
+    """Return how a picture is written in another encoding of RGB, or with another profile.
+
+    Linear light is stated by its chromaticities, as OpenEXR files do.
+    """
+    made = replace(like, model="RGB", bands=iter(()), profile=b"", encoding=None)
+    made.header = openimageio().ImageSpec(like.header)
+    for name in _COLOUR:
+        made.header.erase_attribute(name)
+    if isinstance(meaning, bytes):
+        made.profile = meaning
+        return made
+    made.encoding = meaning
+    corners = np.ravel((*meaning.primaries, meaning.white)).tolist()
+    made.header.attribute("chromaticities", "float[8]", corners)
+    return made
+
+
 @contextmanager
 def draft_of(path: Path) -> Iterator[Path]:
     """Yield a file that takes the place of `path` at the end, and not after an exception."""
@@ -195,6 +223,94 @@ def picture_writer(path: Path, like: Raster) -> Iterator[Callable[[int, int, NDA
             raise OSError(f"The picture cannot be written: {output.geterror()}")
         _check(draft, WRITTEN[suffix], like)
         os.replace(draft, path)  # noqa: PTH105  # Path.replace resolves nothing more
+
+
+_SHORT, _LONG, _RATIONAL, _ASCII, _UNDEFINED = 3, 4, 5, 2, 7
+"""Types of fields of TIFF 6.0, section 2."""
+
+_SEPARATED, _RGB, _DEFLATE, _CMYK_INKS, _OTHER_INKS = 5, 2, 8, 1, 2
+"""Values of PhotometricInterpretation, Compression and InkSet (TIFF 6.0, section 16; TIFF
+Specification Supplement 2, 2002)."""
+
+
+@contextmanager
+def device_writer(
+    path: Path, like: Raster, channels: Sequence[str], *, inks: bool
+) -> Iterator[Callable[[int, int, NDArray[Any]], None]]:
+    """Open a TIFF of device values for writing, as `picture_writer`.
+
+    Inks are separated colours, 0 for no ink (TIFF 6.0, section 16). OpenImageIO writes these with 8
+    bits alone, and without the names of further inks. All calls but the last have equally many
+    rows, which are a strip.
+    """
+    if WRITTEN.get(path.suffix.lower()) != "tiff":
+        raise _refusal("Device values are written as TIFF.", "Give a .tif file.")
+    strips: list[tuple[int, int]] = []
+    with draft_of(path) as draft, draft.open("wb") as file:
+        file.write(struct.pack("<2sHI", b"II", 42, 0))
+        rows = [like.height]
+
+        def write(first: int, end: int, samples: NDArray[Any]) -> None:
+            if first == 0:
+                rows[0] = end
+            stored = samples.astype(samples.dtype.newbyteorder("<"), copy=False)
+            content = zlib.compress(stored.tobytes(), PNG_LEVEL)
+            strips.append((file.tell(), len(content)))
+            file.write(content)
+
+        yield write
+        is_cmyk = [name.upper()[:1] for name in channels] == list("CMYK")
+        offsets, sizes = zip(*strips, strict=True)
+        fields: dict[int, tuple[int, Sequence[int] | bytes]] = {
+            256: (_LONG, [like.width]),
+            257: (_LONG, [like.height]),
+            258: (_SHORT, [8 * like.dtype.itemsize] * len(channels)),
+            259: (_SHORT, [_DEFLATE]),
+            262: (_SHORT, [_SEPARATED if inks else _RGB]),
+            273: (_LONG, offsets),
+            274: (_SHORT, [like.header.get_int_attribute("Orientation", 1)]),
+            277: (_SHORT, [len(channels)]),
+            278: (_LONG, rows),
+            279: (_LONG, sizes),
+        }
+        for tag, name in ((282, "XResolution"), (283, "YResolution")):
+            density = like.header.get_float_attribute(name, 0.0)
+            if density > 0:
+                unit = like.header.get_string_attribute("ResolutionUnit")
+                fields[tag] = _RATIONAL, [round(1000 * min(density, 4e6)), 1000]
+                fields[296] = _SHORT, [3 if unit == "cm" else 2]
+        if inks:
+            names = b"".join(name.encode("ascii", "replace") + b"\0" for name in channels)
+            fields[332] = _SHORT, [_CMYK_INKS if is_cmyk else _OTHER_INKS]
+            fields[334] = _SHORT, [len(channels)]
+            if not is_cmyk:
+                fields[333] = _ASCII, names
+        if like.profile:
+            fields[34675] = _UNDEFINED, like.profile
+        place = file.tell() + file.tell() % 2
+        file.seek(place)
+        file.write(_directory(fields, place))
+        file.seek(4)
+        file.write(struct.pack("<I", place))
+
+
+def _directory(fields: dict[int, tuple[int, Sequence[int] | bytes]], place: int) -> bytes:
+    """Return an image file directory at a place in the file, with the values behind it."""
+    after = place + 2 + 12 * len(fields) + 4
+    entries, values = [struct.pack("<H", len(fields))], b""
+    for tag, (kind, value) in sorted(fields.items()):
+        if isinstance(value, bytes):
+            data, count = value, len(value)
+        else:
+            data = struct.pack(f"<{len(value)}{'H' if kind == _SHORT else 'I'}", *value)
+            count = len(value) // 2 if kind == _RATIONAL else len(value)
+        entries.append(struct.pack("<HHI", tag, kind, count))
+        if len(data) <= 4:
+            entries.append(data.ljust(4, b"\0"))
+        else:
+            entries.append(struct.pack("<I", after + len(values)))
+            values += data + bytes(len(data) % 2)
+    return b"".join([*entries, bytes(4), values])
 
 
 def _check(draft: Path, file_format: str, like: Raster) -> None:

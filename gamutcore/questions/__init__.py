@@ -7,6 +7,7 @@ functions. `QUESTIONS` has the declarations, from which the service makes its ro
 
 from collections.abc import Mapping
 
+from gamutcore.questions.black_rules import black_rule
 from gamutcore.questions.comparison import (
     COMPARISON,
     SECTORS,
@@ -28,13 +29,20 @@ from gamutcore.questions.levels import (
 from gamutcore.questions.mapping import (
     MAP,
     METHOD,
+    PICTURE_PARAMETERS,
     SPATIAL,
     black_luminance,
     map_colours,
     map_picture_file,
     map_points,
 )
-from gamutcore.questions.picture_mapping import PICTURE_SPACE, MappedPicture, TableError
+from gamutcore.questions.picture_mapping import (
+    PICTURE_SPACE,
+    MappedPicture,
+    TableError,
+    no_picture,
+)
+from gamutcore.questions.picture_targets import DEVICE as DEVICE_VALUES
 from gamutcore.questions.plotting import (
     MOST_DRAWN_TRIANGLES,
     PICTURE,
@@ -55,7 +63,7 @@ from gamutcore.questions.points import (
     nearest,
     positions,
 )
-from gamutcore.questions.recipes import COLOURS, RECIPES, black_rule, device_colours, recipes
+from gamutcore.questions.recipes import COLOURS, RECIPES, device_colours, recipes
 from gamutcore.questions.shape import (
     CUSPS,
     LEAVES,
@@ -75,11 +83,13 @@ __all__ = [
     "COMPARISON",
     "DEFAULT_EDGE_WIDTH",
     "DEFAULT_ERROR",
+    "DEVICE_VALUES",
     "INDEX_BYTES",
     "MAP",
     "METHOD",
     "MOST_DRAWN_TRIANGLES",
     "PICTURE",
+    "PICTURE_PARAMETERS",
     "PICTURE_SPACE",
     "PNG_KEYWORD",
     "QUESTIONS",
@@ -117,6 +127,7 @@ __all__ = [
     "map_points",
     "max_chroma",
     "nearest",
+    "no_picture",
     "notebook_html",
     "picture",
     "plot",

@@ -154,6 +154,10 @@ class AskedGamut(Protocol):
     def inverse_model(self) -> InverseModel:
         """Colours to device values."""
 
+    @property
+    def profile(self) -> bytes | None:
+        """The ICC profile that the gamut was built from, if it is known."""
+
 
 class SurfacePlaces(Protocol):
     """Places on the surface: the face of each, and its barycentric coordinates there."""

@@ -10,16 +10,19 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, cast
 import numpy as np
 
 from gamutcore import queries
-from gamutcore.arguments import Boolean, Choice, Coordinates, check_option
+from gamutcore.arguments import Boolean, Choice, Coordinates, Text, WholeNumber, check_option
 from gamutcore.colour_rows import colour_rows
 from gamutcore.colours import ICC_D50, ColourConversion, compensate_black, luminance_of_black
 from gamutcore.errors import OptionError
+from gamutcore.export.picture_file import DEPTHS
 from gamutcore.queries import delta_e_2000
+from gamutcore.questions.black_rules import BLACK
 from gamutcore.questions.conditions import colour_warnings, comparison_warnings
 from gamutcore.questions.declarations import (
     BOOLEAN,
     COLOUR,
     DEVICE,
+    LEVEL_PARAMETERS,
     NUMBER,
     OTHER_GAMUT,
     Column,
@@ -36,12 +39,22 @@ from gamutcore.questions.levels import (
     surface_facts,
     tolerance_of,
 )
-from gamutcore.questions.picture_mapping import BLUE_TURNS, SpatialMoves, map_picture, turns_blue
+from gamutcore.questions.picture_mapping import (
+    BLUE_TURNS,
+    MOST_NODES,
+    SpatialMoves,
+    map_picture,
+    turns_blue,
+)
+from gamutcore.questions.picture_targets import DEVICE as TO_DEVICE
+from gamutcore.questions.picture_targets import OWN, device_target
 from gamutcore.results import MappedColours
 
 if TYPE_CHECKING:
     import os
     from collections.abc import Callable
+
+    from numpy.typing import ArrayLike
 
     from gamutcore.arrays import BooleanArray, Float32Array, FloatArray, LongArray
     from gamutcore.colour_rows import Colours
@@ -50,15 +63,19 @@ if TYPE_CHECKING:
     from gamutcore.questions.levels import AskedGamut, IndexedLevel
     from gamutcore.questions.picture_mapping import MappedPicture, Moves
 
-__all__ = ["MAP", "METHOD", "black_luminance", "map_colours", "map_picture_file", "map_points"]
-
-METHOD = Annotated[
-    str,
-    Choice(
-        ("clip-nearest", "clip-hue", "clip-lightness", "clip-chroma", "clip-focal", "sgck"),
-        {"hpminde": "clip-hue"},
-    ),
+__all__ = [
+    "MAP",
+    "METHOD",
+    "PICTURE_PARAMETERS",
+    "black_luminance",
+    "map_colours",
+    "map_picture_file",
+    "map_points",
 ]
+
+_METHODS = ("clip-nearest", "clip-hue", "clip-lightness", "clip-chroma", "clip-focal", "sgck")
+_ALIASES = {"hpminde": "clip-hue"}
+METHOD = Annotated[str, Choice(_METHODS, _ALIASES)]
 """Methods of mapping."""
 
 SPATIAL = "spatial"
@@ -331,6 +348,50 @@ MAP = Question(
 )
 
 
+_OF_PICTURES = (
+    Parameter(
+        "iterations",
+        Annotated[int, WholeNumber(0, MOST_ITERATIONS)],
+        f"Iterations of the method `{SPATIAL}`, {ITERATIONS} by default; without one, it is "
+        "clipping.",
+    ),
+    Parameter(
+        "depth",
+        Annotated[str, Choice(tuple(DEPTHS))],
+        "Depth of the picture that is returned, by default that of the picture: bits, or floats.",
+    ),
+    Parameter(
+        "table",
+        Annotated[int, WholeNumber(0, MOST_NODES)],
+        f"Nodes of a table along each channel, 5 to {MOST_NODES}; 0 maps every colour exactly. By "
+        "default, large pictures have one. The report states its error.",
+    ),
+    Parameter(
+        "to",
+        Annotated[str, Text(60, f"{OWN}, {TO_DEVICE}, or the slug of an RGB space")],
+        f"Encoding of the picture that is returned. `{OWN}`: that of the picture. The slug of an "
+        f"RGB space, with its profile. `{TO_DEVICE}`: values of the device as TIFF, such as CMYK, "
+        "with the profile that the gamut was built from.",
+        default=OWN,
+        example="display-p3",
+    ),
+    Parameter("black", BLACK, "How much black device values have, as for `recipes`.", example=0.5),
+)
+_METHOD, *_OTHERS = MAP.parameters
+PICTURE_PARAMETERS: tuple[Parameter, ...] = (
+    replace(
+        _METHOD,
+        kind=Annotated[str, Choice((*_METHODS, SPATIAL), _ALIASES)],
+        description=f"{_METHOD.description} `{SPATIAL}`: for pictures, keeps the differences "
+        "between neighbouring pixels.",
+    ),
+    *_OTHERS,
+    *_OF_PICTURES,
+    *LEVEL_PARAMETERS,
+)
+"""Parameters of `map_picture_file`, without the heat map."""
+
+
 def map_picture_file(
     gamut: AskedGamut,
     data: bytes,
@@ -344,6 +405,8 @@ def map_picture_file(
     depth: Depth | None = None,
     table: int | None = None,
     heat_map: str | os.PathLike[str] | None = None,
+    to: str = OWN,
+    black: str | float | ArrayLike | None = None,
     triangles: int | None = None,
     max_error: float | None = None,
 ) -> MappedPicture:
@@ -359,6 +422,10 @@ def map_picture_file(
     iterations = ITERATIONS if iterations is None else iterations
     if not 0 <= iterations <= MOST_ITERATIONS:
         raise OptionError.refusal("iterations", iterations, f"0 to {MOST_ITERATIONS}")
+    if black is not None and to != TO_DEVICE:
+        raise OptionError.not_applicable(
+            "black", black, f"only device values (to={TO_DEVICE}) need it"
+        )
     if triangles is None and max_error is None:
         max_error = 0.0  # edges of a coarser level are visible as arcs
     by_lab_hue = gamut.colour_space.name == "CIELAB" and method != "clip-nearest"
@@ -400,7 +467,10 @@ def map_picture_file(
         return _spatial_moves(rule, conversion, iterations, shifted) if is_spatial else moves
 
     heat_file = None if heat_map is None else Path(heat_map)
-    done = map_picture(data, Path(output), moves_from, depth, table=table, heat_map=heat_file)
+    target = device_target(gamut, conversion, black) if to == TO_DEVICE else to
+    done = map_picture(
+        data, Path(output), moves_from, depth, table=table, heat_map=heat_file, to=target
+    )
     warnings = done.warnings
     if source is not None:
         warnings += _warnings(gamut.conditions, source.conditions)

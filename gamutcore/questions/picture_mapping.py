@@ -2,7 +2,8 @@
 
 The result has the encoding, depth, alpha and profile of the picture. Pixels whose colours stay keep
 their values exactly. The others get the values of the mapped colour in the same encoding. Another
-depth can be asked for; integers of a picture in linear light are sRGB.
+depth can be asked for; integers of a picture in linear light are sRGB. So can another encoding: an
+RGB space, or device values (`gamutcore.questions.picture_targets`).
 
 Large pictures are mapped through a table of nodes in the encoding of the picture. A cell whose
 corners all stay keeps its colours. A cell whose corners all move is interpolated. Colours of the
@@ -16,7 +17,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import ExitStack
+from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -47,9 +48,24 @@ from gamutcore.colours import (
     picture_colours,
 )
 from gamutcore.errors import MalformedFileError, OptionError, UnsupportedPictureError
-from gamutcore.export.picture_file import PNG_LEVEL, draft_of, picture_writer, png, with_depth
+from gamutcore.export.picture_file import (
+    PNG_LEVEL,
+    device_writer,
+    draft_of,
+    picture_writer,
+    png,
+    with_depth,
+)
 from gamutcore.kernels import kernel
 from gamutcore.queries import Lines, delta_e_2000
+from gamutcore.questions.picture_targets import (
+    OWN,
+    DeviceValues,
+    blank_samples,
+    device_raster,
+    full_scale,
+    space_raster,
+)
 from gamutcore.results import Shown
 
 if TYPE_CHECKING:
@@ -79,6 +95,7 @@ __all__ = [
     "SpatialMoves",
     "TableError",
     "map_picture",
+    "no_picture",
     "turns_blue",
 ]
 
@@ -111,6 +128,9 @@ THREADS = 4
 
 TABLE_NODES = 65
 """Nodes of the default table along each channel."""
+
+DEVICE_NODES, DEVICE_PIXELS = 33, 250_000
+"""The same for device values, which take ten times as long as values of an encoding."""
 
 TABLE_PIXELS = 8_000_000
 """Pixels from which a table is the default. The exact mapping of as many takes about 3 s on two
@@ -240,6 +260,7 @@ def map_picture(
     *,
     table: int | None = None,
     heat_map: Path | None = None,
+    to: str | DeviceValues = OWN,
 ) -> MappedPicture:
     """Map the colours of a picture, and write the result.
 
@@ -260,6 +281,8 @@ def map_picture(
         default `TABLE_NODES` for pictures of more than `TABLE_PIXELS` pixels, else 0.
     heat_map : Path, optional
         A .png file for the colour difference of each pixel; see `HEAT_MAP`.
+    to : str or DeviceValues, optional
+        The encoding of the result: ``"picture"``, the slug of an RGB space, or a device.
 
     Raises
     ------
@@ -281,11 +304,7 @@ def map_picture(
         raise OptionError.refusal("heat_map", str(heat_map), "a .png file beside the output")
     file_format = picture_format(data)
     if file_format is None:
-        raise MalformedFileError(
-            "The file is not a picture.",
-            where={"field": "header"},
-            remedy="Give PNG, TIFF, JPEG, OpenEXR or another format of pictures.",
-        )
+        raise no_picture()
     with open_raster(data, file_format) as raster:
         meaning, said = picture_meaning(raster)
         if raster.model not in {"RGB", "gray"} or (
@@ -298,16 +317,17 @@ def map_picture(
                 remedy="Convert it to RGB.",
             )
         assert meaning is not None  # noqa: S101  # only CIELAB has none
-        result = with_depth(raster, depth, output)
+        device = to if isinstance(to, DeviceValues) else None
+        result, encoded, lost = _result_of(raster, to, depth, output)
         if table is None:
-            table = TABLE_NODES if raster.width * raster.height > TABLE_PIXELS else 0
+            table = _default_nodes(raster.width * raster.height, device)
         with ExitStack() as stack:
             heat_file = stack.enter_context(draft_of(heat_map)) if heat_map else None
-            write = stack.enter_context(picture_writer(output, result))
+            write = stack.enter_context(_writer(output, result, device))
             writing = stack.enter_context(ThreadPoolExecutor(1))
             threads = min(THREADS, os.cpu_count() or 1)
             workers = stack.enter_context(ThreadPoolExecutor(threads))
-            pixels = _Pixels(raster, meaning, result, moves_from, workers, table)
+            pixels = _Pixels(raster, meaning, result, encoded, device, moves_from, workers, table)
             if pixels.spatial is not None:
                 pixels.find_shifts(stack.enter_context(open_raster(data, file_format)))
             if heat_file is not None:
@@ -332,9 +352,44 @@ def map_picture(
     return MappedPicture(
         **figures,
         encoding=pixels.encoding,
-        warnings=tuple(dict.fromkeys([*raster.warnings, *said])),
+        warnings=tuple(dict.fromkeys([*raster.warnings, *said, *lost])),
         heat_map=HEAT_MAP if heat_map else None,
     )
+
+
+def no_picture() -> MalformedFileError:
+    """Return the error of a file that is not a picture."""
+    return MalformedFileError(
+        "The file is not a picture.",
+        where={"field": "header"},
+        remedy="Give PNG, TIFF, JPEG, OpenEXR or another format of pictures.",
+    )
+
+
+def _result_of(
+    raster: Raster, to: str | DeviceValues, depth: Depth | None, output: Path
+) -> tuple[Raster, IccProfile | Encoding | None, list[str]]:
+    """Return how a picture is written, its encoding unless it is its own, and what it loses."""
+    if isinstance(to, DeviceValues):
+        result = device_raster(raster, depth, to)
+        return result, None, result.warnings
+    result = with_depth(raster, depth, output)
+    return (result, None, []) if to == OWN else (*space_raster(result, raster, to, output), [])
+
+
+def _writer(
+    output: Path, result: Raster, device: DeviceValues | None
+) -> AbstractContextManager[Callable[[int, int, NDArray[Any]], None]]:
+    if device is None:
+        return picture_writer(output, result)
+    return device_writer(output, result, device.model.channels, inks=device.model.inks)
+
+
+def _default_nodes(pixels: int, device: DeviceValues | None) -> int:
+    """Return the nodes of the default table along each channel, 0 for none."""
+    if device is None:
+        return TABLE_NODES if pixels > TABLE_PIXELS else 0
+    return DEVICE_NODES if device.tabulated and pixels > DEVICE_PIXELS else 0
 
 
 def turns_blue(before: FloatArray, after: FloatArray) -> bool:
@@ -375,16 +430,21 @@ class _Pixels:
         raster: Raster,
         meaning: IccProfile | Encoding,
         result: Raster,
+        encoded: IccProfile | Encoding | None,
+        device: DeviceValues | None,
         moves_from: Callable[[float], Moves | SpatialMoves],
         workers: ThreadPoolExecutor,
         table: int,
     ) -> None:
         self._raster, self._meaning, self._workers = raster, meaning, workers
-        self._result, self._encoded = result, result.encoding or meaning
-        self._full, self._full_result = _full_scale(raster.dtype), _full_scale(result.dtype)
+        self._result, self._encoded = result, encoded or result.encoding or meaning
+        self._device = device
+        self._full, self._full_result = full_scale(raster.dtype), full_scale(result.dtype)
         self._is_linear = isinstance(meaning, Encoding) and meaning.transfer == "linear"
-        self._recoded = self._encoded != meaning
-        self._wide = self._is_linear and not self._recoded and result.dtype.kind == "f"
+        self._recoded = device is not None or self._encoded != meaning
+        self._channels = 3 if device is None else len(device.model.channels)
+        linear = isinstance(self._encoded, Encoding) and self._encoded.transfer == "linear"
+        self._wide = linear and result.dtype.kind == "f"
         black = luminance_of_black(lab_to_xyz(self._colours(np.zeros((1, 3)), meaning))[0])
         moves = moves_from(black)
         self.spatial = moves if isinstance(moves, SpatialMoves) else None
@@ -392,7 +452,7 @@ class _Pixels:
         self._shifts: _Shifts | None = None
         self._known = _KnownColours() if raster.dtype == np.uint8 else None
         room = self._known.room if self._known else 0
-        self._results = np.empty((room, 3), result.dtype)
+        self._results = np.empty((room, self._channels), result.dtype)
         self._changes = np.empty(room, _CHANGE)
         self._seen = np.zeros(0 if self._known else 2**24, np.uint8)
         self.heat = np.empty(0, np.uint8)
@@ -410,6 +470,8 @@ class _Pixels:
     @property
     def encoding(self) -> str:
         """The name of the encoding of the result."""
+        if self._device is not None:
+            return self._device.name
         encoded = self._encoded
         return "the embedded profile" if isinstance(encoded, IccProfile) else encoded.name
 
@@ -456,7 +518,7 @@ class _Pixels:
         directions, least, most, _ = shifts
         del of_colours
         self._known, self._seen = None, np.zeros(2**24, np.uint8)
-        self._results, self._changes = np.empty((0, 3)), np.empty(0, _CHANGE)
+        self._results, self._changes = np.empty((0, self._channels)), np.empty(0, _CHANGE)
         shares = self.spatial.relaxed(
             directions.reshape(height, width, 3),
             least.reshape(height, width),
@@ -500,6 +562,10 @@ class _Pixels:
             heat[opaque] = gray
         chosen = np.cumsum(opaque)[chosen[opaque[chosen]]] - 1
         self._checked.append((straight[chosen], found[chosen]))
+        if self._device is not None:
+            samples = blank_samples(self._device, len(given), self._result.dtype)
+            samples[opaque] = found
+            return samples
         samples = np.empty((len(given), 4), self._result.dtype)
         samples[:, :3], samples[:, 3] = self._stored(given), self._stored(band.alpha)
         if not self._result.premultiplied:
@@ -521,6 +587,9 @@ class _Pixels:
 
     def _scaled(self, values: NDArray[Any]) -> NDArray[Any]:
         """Return values, 1 is full scale, in the type of the result."""
+        if self._device is not None:
+            codes: NDArray[Any] = self._device.codes(values, self._full_result)
+            return codes.astype(self._result.dtype)
         if self._full_result == 1.0:
             floats: NDArray[Any] = values.astype(self._result.dtype)
             return floats
@@ -600,7 +669,7 @@ class _Pixels:
         `at` has the numbers of the pixels in the picture for a spatial mapping.
         """
         evaluate = self._exact if self._table is None else self._by_table
-        result = np.empty(samples.shape, self._result.dtype)
+        result = np.empty((len(samples), self._channels), self._result.dtype)
         changes = np.empty(len(samples), _CHANGE)
 
         def write(start: int) -> None:
@@ -631,12 +700,17 @@ class _Pixels:
         if self._recoded:
             lab[rows] = target
             rows, target = np.arange(len(lab)), lab
+        if self._device is not None:
+            found, made = self._device.recipes(lab)
+            missed = np.linalg.norm(made - lab, axis=1)
+            changes["missed"] = missed > VISIBLE
+            return found, changes, missed
         most = LARGEST_LIGHT if self._wide else 1.0
         begin = closed_form_values(target, self._encoded)
         found, distance = find_values(
             target,
             values[rows] if begin is None else begin,
-            lambda some: self._colours(some, self._encoded),
+            self._encoded_colours,
             -most if self._wide else 0.0,
             most,
         )
@@ -659,14 +733,15 @@ class _Pixels:
     def _tabulated(self, size: int) -> tuple[LookupTable, ByteArray]:
         """Return a table of what `_exact` returns, and the kind of each cell."""
         nodes = cube_nodes(size)
-        columns, moved = np.empty((len(nodes), 6)), np.empty(len(nodes), np.bool_)
+        columns = np.empty((len(nodes), 3 + self._channels))
+        moved = np.empty(len(nodes), np.bool_)
 
         def write(start: int) -> None:
             part = slice(start, start + _AT_A_TIME)
             values, changes, missed = self._exact(self._shaped(nodes[part], back=True))
-            columns[part, :3] = values if self._recoded else self._shaped(values)
-            columns[part, 3], columns[part, 4] = changes["delta_e"], missed
-            columns[part, 5], moved[part] = changes["outside"], changes["moved"]
+            columns[part, 3:] = values if self._recoded else self._shaped(values)
+            columns[part, 0], columns[part, 1] = changes["delta_e"], missed
+            columns[part, 2], moved[part] = changes["outside"], changes["moved"]
 
         for _ in self._workers.map(write, range(0, len(nodes), _AT_A_TIME)):
             pass
@@ -674,9 +749,10 @@ class _Pixels:
         for _ in range(3):  # along each axis in turn
             corners = np.moveaxis(corners[1:] + corners[:-1], 0, -1)
         cells = np.full(corners.shape, _MIXED, np.uint8)
-        cells[corners == 0] = _MIXED if self._recoded else _KEPT
+        if self._device is not None or not self._recoded:  # formulas need no table
+            cells[corners == 0] = _KEPT
         cells[corners == 8] = _MOVED
-        return LookupTable(columns.reshape(size, size, size, 6)), cells.ravel()
+        return LookupTable(columns.reshape(size, size, size, -1)), cells.ravel()
 
     def _by_table(self, values: FloatArray) -> tuple[FloatArray, NDArray[Any], FloatArray]:
         """Return what `_exact` returns, from the table where it is interpolated."""
@@ -686,17 +762,22 @@ class _Pixels:
         kind = self._cells[(x * last + y) * last + z]
         if values.dtype.kind == "f" and self._raster.dtype.kind == "f":
             kind[((places < 0.0) | (places > 1.0)).any(axis=1)] = _MIXED
-        result, missed = values.copy(), np.zeros(len(values))
-        changes = np.zeros(len(values), _CHANGE)
+        missed, changes = np.zeros(len(values)), np.zeros(len(values), _CHANGE)
         rows = np.flatnonzero(kind == _MOVED)
+        if self._device is None:
+            result = values.copy()
+        else:
+            result = np.empty((len(values), self._channels))
+            kept = np.flatnonzero(kind == _KEPT)
+            result[kept] = self._table.values(places[kept])[:, 3:]
         columns = self._table.values(places[rows])
-        found = columns[:, :3]
+        found = columns[:, 3:]
         result[rows] = found if self._recoded else self._shaped(found, back=True)
-        missed[rows] = columns[:, 4]
-        changes["delta_e"][rows], changes["moved"][rows] = columns[:, 3], True
+        missed[rows] = columns[:, 1]
+        changes["delta_e"][rows], changes["moved"][rows] = columns[:, 0], True
         changes["missed"][rows], changes["outside"][rows] = (
             missed[rows] > VISIBLE,
-            columns[:, 5] > 0.5,
+            columns[:, 2] > 0.5,
         )
         rows = np.flatnonzero(kind == _MIXED)
         result[rows], changes[rows], missed[rows] = self._exact(values[rows])
@@ -708,9 +789,8 @@ class _Pixels:
             return None
         given, found = (np.concatenate(each) for each in zip(*self._checked, strict=True))
         exact = self._scaled(self._exact(given / self._full)[0])
-        one, two = (
-            self._colours(each / self._full_result, self._encoded) for each in (found, exact)
-        )
+        colours = self._encoded_colours if self._device is None else self._device.model.lab
+        one, two = (colours(each / self._full_result) for each in (found, exact))
         errors = delta_e_2000(one, two) if len(one) else np.zeros(1)
         return TableError(
             nodes=self._table.size,
@@ -729,6 +809,9 @@ class _Pixels:
             return values
         curve = decode_srgb if back else encode_srgb
         return np.copysign(curve(np.abs(values)), values)
+
+    def _encoded_colours(self, values: FloatArray) -> FloatArray:
+        return self._colours(values, self._encoded)
 
     def _colours(self, values: FloatArray, meaning: IccProfile | Encoding) -> FloatArray:
         if len(values) == 0:
@@ -755,10 +838,6 @@ class _Shifts(NamedTuple):
         """Return zeros, which occupy no memory until they are written."""
         directions, planes = np.zeros((size, 3), np.float32), np.zeros((2, size), np.float32)
         return cls(directions, planes[0], planes[1], np.zeros(size, np.bool_))
-
-
-def _full_scale(dtype: np.dtype[Any]) -> float:
-    return 1.0 if dtype.kind == "f" else float(np.iinfo(dtype).max)
 
 
 _KEPT, _MOVED, _MIXED = 0, 1, 2

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from gamutcore import queries
-from gamutcore.arguments import Number, Text, check_option
+from gamutcore.arguments import check_option
 from gamutcore.colours import lab_to_xyz
 from gamutcore.errors import InvalidPointsError, OptionError
 from gamutcore.queries import delta_e_2000
+from gamutcore.questions.black_rules import BLACK, black_rule
 from gamutcore.questions.conditions import colour_warnings
 from gamutcore.questions.declarations import (
     BOOLEAN,
@@ -24,7 +25,6 @@ from gamutcore.questions.declarations import (
 )
 from gamutcore.questions.levels import answering_level, colours_in, is_as_measured, lab_of
 from gamutcore.questions.mapping import METHOD, map_colours
-from gamutcore.recipes import LEAST_INK, SHARE, SMOOTH_BLACK, WANTED, BlackRule
 from gamutcore.results import ColourRecipes
 
 if TYPE_CHECKING:
@@ -34,27 +34,7 @@ if TYPE_CHECKING:
     from gamutcore.colour_rows import Colours
     from gamutcore.questions.levels import AskedGamut
 
-__all__ = ["COLOURS", "RECIPES", "black_rule", "device_colours", "recipes"]
-
-_RULES = {
-    "smooth": SMOOTH_BLACK,
-    "none": BlackRule(SHARE, 0.0),
-    "maximum": BlackRule(SHARE, 1.0),
-    "least-ink": BlackRule(LEAST_INK),
-}
-
-BLACK = (
-    Annotated[
-        str,
-        Text(
-            400,
-            "one of smooth, none, maximum and least-ink, or pairs of L* and black, such as "
-            "'10:0.9, 50:0.3, 90:0'",
-        ),
-    ]
-    | Annotated[float, Number(0.0, 1.0)]
-)
-"""How much black a recipe has: a rule, a share of the possible range, or a curve."""
+__all__ = ["COLOURS", "RECIPES", "device_colours", "recipes"]
 
 NEAREST_METHOD = "clip-nearest"
 
@@ -158,39 +138,6 @@ def _in_space(gamut: AskedGamut, lab: FloatArray) -> FloatArray:
         return lab
     as_measured = is_as_measured(gamut)
     return gamut.colour_space.from_tristimulus(lab_to_xyz(lab), as_measured=as_measured)[0]
-
-
-def black_rule(black: object = None) -> BlackRule:
-    """Return the rule that a name, a share or a curve (n, 2) of L* and black stands for.
-
-    None is ``smooth``.
-    """
-    if black is None:
-        return SMOOTH_BLACK
-    if isinstance(black, str | float | int):
-        value = check_option("black", black, BLACK)
-        if value in _RULES:
-            return _RULES[value]
-        if not isinstance(value, str):
-            return BlackRule(SHARE, value)
-        black = [pair.split(":") for pair in value.split(",")]
-    try:
-        curve = np.asarray(black, np.float64)
-    except (TypeError, ValueError):
-        curve = np.empty(0)
-    accepted = curve.ndim == 2 and curve.shape[1:] == (2,) and len(curve) > 1
-    if not accepted or not (
-        np.isfinite(curve).all()
-        and (np.diff(curve[:, 0]) > 0).all()
-        and ((curve[:, 1] >= 0) & (curve[:, 1] <= 1)).all()
-    ):
-        raise OptionError(
-            "The rule of black is not accepted.",
-            where={"field": "black"},
-            remedy="Give smooth, none, maximum, least-ink, a share from 0 to 1, or two or more "
-            "pairs of L* and black, with ascending L* and black from 0 to 1.",
-        )
-    return BlackRule(WANTED, curve=curve)
 
 
 RECIPES = Question(

@@ -22,6 +22,13 @@ file is written. The last event has ``seconds`` by stage, and ``last`` if the pr
 - ``exhausted``: memory.
 - ``failed``: the system, or a defect.
 
+The same process maps pictures, whose decoders need the same protection. Such a request has
+``picture``, the path of a picture, and nothing else, which is answered by ``measured`` with its
+``pixels``. With ``gamut``, the path of a history file, the picture is mapped to ``output``, with
+``arguments`` of `Gamut.map_picture`; ``model``, ``profile`` and ``source`` are paths too, and
+``heat_map`` is written if it is given. ``mapped`` has the ``report``. The deadline alone limits the
+time, which the service watches.
+
 The service watches the memory of a build and kills the process. The process itself limits single
 large allocations. See ``docs/decisions/builds-in-a-worker-process.md``.
 """
@@ -40,14 +47,17 @@ import tempfile
 import threading
 import time
 from collections.abc import Iterator
+from dataclasses import asdict, fields
 from pathlib import Path
 from typing import IO, Any
 
+from gamutcore.characterisation.pictures import open_raster, picture_format
 from gamutcore.errors import GamutError
 from gamutcore.gamut import Gamut
 from gamutcore.kernels import ensure_compiled, load_kernels
-from gamutcore.limits import Limits
+from gamutcore.limits import Limits, apply_limits
 from gamutcore.options import Options
+from gamutcore.questions import no_picture
 from service.building.process import NO_NEW_PRIVILEGES, prctl, private_bytes
 from service.telemetry.logs import configure_logging
 
@@ -66,6 +76,9 @@ _MOST = {
 """Limits of a worker. A build has less than 20 open files, compilers of kernels have more.
 Histories have less than 0.1 GB, temporary copies of pictures the size of the request. The
 number of processes is not limited: the limit would count those of neighbours, too."""
+
+_ROOM = 1 << 30
+"""Address space of the tables of all colours of 8 bits, most of which is never used: 0.6 GB."""
 
 _MARGIN_SECONDS = 10.0
 """Processor time of a build beyond its deadline on all cores."""
@@ -163,6 +176,73 @@ def build(request: dict[str, Any], events: Events) -> None:
         logger.exception("build ended with an unexpected error")
         result = {"event": "failed", "errno": None}
     events.send(**result, seconds=progress.seconds())
+
+
+def map_picture(request: dict[str, Any], events: Events) -> None:
+    """Measure or map one picture, and send the outcome (see the module)."""
+    result: dict[str, Any]
+    try:
+        limits = Limits(**request.get("limits", {}))
+        if "gamut" in request:
+            with (
+                apply_limits(limits),
+                _data_limit(request["memory"] + _ROOM if request.get("memory") else 0),
+                _temporary_files_beside(request["output"]),
+            ):
+                result = {"event": "mapped", "report": _mapped(request)}
+        else:
+            with apply_limits(limits), _temporary_files_beside(request["picture"]):
+                result = _measured(Path(request["picture"]).read_bytes())
+    except Exception as error:  # noqa: BLE001 - only this picture may fail
+        result = _failure(error)
+    events.send(**result)
+
+
+def _measured(data: bytes) -> dict[str, Any]:
+    file_format = picture_format(data)
+    if file_format is None:
+        raise no_picture()
+    with open_raster(data, file_format) as raster:
+        return {"event": "measured", "pixels": raster.width * raster.height}
+
+
+def _mapped(request: dict[str, Any]) -> dict[str, Any]:
+    """Map a picture, and return what became of its pixels."""
+
+    def content(name: str) -> bytes | None:
+        return Path(request[name]).read_bytes() if request.get(name) else None
+
+    arguments = dict(request["arguments"])
+    history, model, source = content("gamut"), content("model"), content("source")
+    gamut = Gamut.from_bytes(history or b"")
+    if model is not None:
+        gamut.use_device_model(model, content("profile"))
+    if source is not None:
+        arguments["source"] = Gamut.from_bytes(source)
+    done = gamut.map_picture(
+        content("picture") or b"",
+        request["output"],
+        heat_map=request.get("heat_map"),
+        **arguments,
+    )
+    report = {each.name: getattr(done, each.name) for each in fields(done)}
+    error, conditions = done.table_error, done.gamut
+    report["table_error"] = None if error is None else asdict(error)
+    report["gamut"] = None if conditions is None else conditions.to_dict()
+    return report
+
+
+def _failure(error: Exception) -> dict[str, Any]:
+    """Return the event of an exception."""
+    if isinstance(error, GamutError):
+        return _refusal(error)
+    if isinstance(error, MemoryError):
+        return {"event": "exhausted"}
+    if isinstance(error, OSError):
+        logger.error("cannot read or write a picture: %s", error)
+        return {"event": "failed", "errno": error.errno}
+    logger.error("a picture ended with an unexpected error", exc_info=error)
+    return {"event": "failed", "errno": None}
 
 
 def _refusal(error: GamutError) -> dict[str, Any]:
@@ -279,7 +359,8 @@ def main() -> None:
     load_kernels()
     events.send("ready")
     while True:
-        build(requests.get(), events)
+        request = requests.get()
+        (map_picture if "picture" in request else build)(request, events)
 
 
 if __name__ == "__main__":

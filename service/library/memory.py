@@ -130,6 +130,15 @@ class Cost:
     """Computing a link: the colours that threads map at once."""
     NODE = 250
     """Computing a link, per node of its table; with the file."""
+    MAPPING = 192 * _MEBIBYTE
+    """Mapping a picture in its process, beside its pixels: a full boundary with its index, and the
+    tables of recipes."""
+    MAPPED_PIXEL = 48
+    """Mapping a picture, per pixel up to 8 million, with the answer: its colours are distinct."""
+    FURTHER_PIXEL = 24
+    """The same of further pixels. There are at most 16.8 million distinct colours of 8 bits."""
+    SPATIAL_PIXEL = 100
+    """What the spatial mapping adds per pixel."""
     CELL = 850
     """Answer to a view, per cell or row: leaves as JSON."""
     ROW: Mapping[str, int] = MappingProxyType(

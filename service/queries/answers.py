@@ -33,6 +33,7 @@ __all__ = [
     "level_document",
     "reading_header",
     "shape_file",
+    "warning_header",
 ]
 
 _AT_ONCE = 2000
@@ -57,11 +58,16 @@ def condition_headers(levels: Sequence[QueryLevel], warnings: Sequence[str]) -> 
     Warnings are a list of strings (RFC 9651, 3.1 and 3.3.3), which are ASCII.
     """
     fields = {"Gamut-Conditions": ", ".join(each.gamut.conditions.header for each in levels)}
-    if warnings:
-        plain = (each.encode("ascii", "replace").decode() for each in warnings)
-        escaped = (each.replace("\\", "\\\\").replace('"', '\\"') for each in plain)
-        fields["Gamut-Warning"] = ", ".join(f'"{each}"' for each in escaped)
-    return fields
+    return fields | warning_header(warnings)
+
+
+def warning_header(warnings: Sequence[str]) -> dict[str, str]:
+    """Return the header field with warnings if there are any."""
+    if not warnings:
+        return {}
+    plain = (each.encode("ascii", "replace").decode() for each in warnings)
+    escaped = (each.replace("\\", "\\\\").replace('"', '\\"') for each in plain)
+    return {"Gamut-Warning": ", ".join(f'"{each}"' for each in escaped)}
 
 
 def reading_header(table: ColourTable | None) -> dict[str, str]:

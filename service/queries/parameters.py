@@ -144,7 +144,7 @@ def refuse(detail: str, place: str, field: str, remedy: str) -> ProblemError:
 
 def _from_text(text: str, kind: object) -> object:
     """Return the value that a text in a query string stands for, unchecked."""
-    for each in marks(kind):
+    for each in sorted(marks(kind), key=lambda mark: isinstance(mark, Text)):  # a number is a text
         match each:
             case Boolean():
                 if text in {"true", "false"}:

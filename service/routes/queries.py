@@ -37,6 +37,7 @@ from service.routes.dependencies import (
     checked_gamut,
     level_request,
 )
+from service.routes.mapped_pictures import answer_picture, document_pictures, is_picture
 
 if TYPE_CHECKING:
     from starlette.types import Receive, Scope, Send
@@ -45,6 +46,7 @@ if TYPE_CHECKING:
 
 __all__ = ["READING_POSTS", "QueryRoute", "levels_of", "router", "wait_for_kernels"]
 
+MAP = QUESTIONS["map"]
 _POSTED = {question.name: question for question in QUESTIONS.values() if question.inputs}
 
 READING_POSTS = re.compile(rf"/v1/gamuts/[^/]+/(?:{'|'.join(_POSTED)})\Z")
@@ -74,6 +76,18 @@ _PROBLEMS = (
 )
 
 
+_PICTURE_PROBLEMS = (
+    "overloaded",
+    "shutting-down",
+    "malformed-file",
+    "malformed-profile",
+    "unsupported-profile",
+    "picture-too-large",
+    "picture-too-complex",
+    "unsupported-picture",
+)
+
+
 class QueryRoute(APIRoute):
     """A route whose endpoint reads the request itself."""
 
@@ -94,8 +108,16 @@ router = APIRouter(prefix="/v1/gamuts", tags=["queries"], route_class=QueryRoute
 
 def _add_route(question: Question) -> None:
     async def endpoint(request: Request, gamut_id: GamutId) -> Response:
+        if question is MAP and is_picture(request):
+            await wait_for_kernels(service_of(request))
+            return await answer_picture(request, gamut_id)
         return await _answer(request, gamut_id, question)
 
+    body, answer = request_body(question), query_response(question)
+    table = () if question.of_device else TABLE_PARAMETERS
+    parameters = documentation((*question.all_parameters, *table))
+    if question is MAP:
+        document_pictures(parameters, body, answer)
     endpoint.__doc__ = question.description
     router.add_api_route(
         f"/{{gamut_id}}/{question.name}",
@@ -106,14 +128,16 @@ def _add_route(question: Question) -> None:
         description=question.description,
         response_class=Response,
         responses={
-            200: query_response(question),
-            **problems(*_PROBLEMS, *(("no-device-model",) if question.needs_model else ())),
+            200: answer,
+            **problems(
+                *_PROBLEMS,
+                *(("no-device-model",) if question.needs_model or question is MAP else ()),
+                *(_PICTURE_PROBLEMS if question is MAP else ()),
+            ),
         },
         openapi_extra={
-            "requestBody": request_body(question),
-            "parameters": documentation(
-                (*question.all_parameters, *(() if question.of_device else TABLE_PARAMETERS))
-            ),
+            "requestBody": body,
+            "parameters": parameters,
         },
     )
 

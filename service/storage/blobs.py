@@ -23,6 +23,7 @@ from pathlib import Path
 from typing import BinaryIO, NamedTuple, Protocol, TypeAlias
 
 __all__ = [
+    "SCRATCH_FOLDER",
     "UNVERSIONED",
     "Blob",
     "BlobDamagedError",
@@ -35,6 +36,10 @@ __all__ = [
     "stored_bytes",
     "unseal",
 ]
+
+
+SCRATCH_FOLDER = "picture-"
+"""Start of the names of folders beside scratch files, which are for work in progress as well."""
 
 
 class BlobNotFoundError(LookupError):

@@ -17,13 +17,21 @@ import logging
 import os
 import re
 import secrets
+import shutil
 import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import IO, BinaryIO
 
-from service.storage.blobs import UNVERSIONED, Blob, BlobNotFoundError, Content, StoreFullError
+from service.storage.blobs import (
+    SCRATCH_FOLDER,
+    UNVERSIONED,
+    Blob,
+    BlobNotFoundError,
+    Content,
+    StoreFullError,
+)
 
 __all__ = ["LocalBlobs", "StoreInUseError"]
 
@@ -90,7 +98,9 @@ class LocalBlobs:
             raise StoreInUseError(message) from error
         self._lock = lock
         for leftover in self._temporary.iterdir():
-            if leftover.is_dir() and not leftover.is_symlink():
+            if leftover.name.startswith(SCRATCH_FOLDER):
+                shutil.rmtree(leftover, ignore_errors=True)
+            elif leftover.is_dir() and not leftover.is_symlink():
                 # Not made by this program, so it is not removed.
                 logger.warning("%s was not made by the service and is kept", leftover)
             else:

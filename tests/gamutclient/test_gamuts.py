@@ -8,6 +8,7 @@ import gamutclient
 import numpy as np
 import pytest
 import trimesh
+from PIL import Image
 
 import gamutcore
 
@@ -232,12 +233,25 @@ def test_chromaticities_are_those_of_gamutcore(local, remote):
     assert found.uv.area_ratio == pytest.approx(found.uv.area_a / found.uv.area_b)
 
 
+def test_pictures_are_mapped_as_by_gamutcore(local, remote, tmp_path):
+    given, here, there = (tmp_path / f"{name}.png" for name in ("given", "here", "there"))
+    pixels = np.random.default_rng(4).integers(0, 256, (12, 10, 3), np.uint8)
+    Image.fromarray(pixels).save(given)
+    options = {"to": "display-p3", "max_error": 0.5}
+    done = local[0].map_picture(given, here, **options)
+    told = remote[0].map_picture(given, there, **options)
+    np.testing.assert_array_equal(Image.open(here), Image.open(there))
+    assert told["outside"] == done.outside
+    assert told["delta_e"] == pytest.approx(done.delta_e, abs=1e-4)
+    assert {*tmp_path.iterdir()} == {given, here, there}
+
+
 def test_both_kinds_have_the_same_methods(remote):
     methods = {
         name
         for name, _ in inspect.getmembers(gamutcore.Gamut, inspect.isfunction)
         if not name.startswith(("_", "plot"))
-    } - {"convert", "level", "map_picture", "to_html", "to_colour"}  # docs/client.md
+    } - {"convert", "level", "to_html", "to_colour"}  # docs/client.md
     methods -= {"no_device_model", "use_device_model"}  # of the service
     assert methods <= set(dir(remote[0]))
     assert methods <= set(dir(gamutclient.AsyncGamut))

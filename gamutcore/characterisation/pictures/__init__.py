@@ -5,7 +5,7 @@ the distinct values of its pixels, their counts, and a profile or `Encoding`. `o
 the pixels themselves, and `picture_meaning` what they mean. OpenImageIO and Pillow decode.
 """
 
-from gamutcore.characterisation.pictures.encoding import SRGB, Encoding
+from gamutcore.characterisation.pictures.encoding import SRGB, Encoding, chromaticity_encoding
 from gamutcore.characterisation.pictures.picture import (
     LARGEST_LIGHT,
     Picture,
@@ -32,6 +32,7 @@ __all__ = [
     "Encoding",
     "Picture",
     "Raster",
+    "chromaticity_encoding",
     "divided_by_alpha",
     "open_raster",
     "openimageio",

@@ -72,9 +72,10 @@ def test_device_values_have_the_colours_of_the_package(server, press):
     )
     rows = np.load(io.BytesIO(answer.content))["colour"]
     np.testing.assert_allclose(rows, here.to_colour(device, space="sRGB"), atol=1e-9)
-    client = gamutclient.Client(server.url)
-    remote = client.gamut(address.rpartition("/")[2])
-    np.testing.assert_allclose(remote.to_colour(device[0]), here.to_colour(device[0]), atol=1e-9)
+    with gamutclient.Client(server.url) as client:
+        remote = client.gamut(address.rpartition("/")[2])
+        found = remote.to_colour(device[0])
+    np.testing.assert_allclose(found, here.to_colour(device[0]), atol=1e-9)
     csv = server.client.post(
         f"{address}/colours", json={"device": device[:1].tolist()}, headers={"Accept": "text/csv"}
     )

@@ -1,0 +1,209 @@
+"""The encoding of a mapped picture: that of the picture, an RGB space, or a device.
+
+The argument `to` names it. An RGB space is stated by an embedded profile, in OpenEXR by linear
+light and its chromaticities. Device values come from the inverse device model.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gamutcore.characterisation.icc import icc_profile
+from gamutcore.characterisation.pictures import Encoding, chromaticity_encoding, picture_meaning
+from gamutcore.errors import OptionError, ReferenceNameError
+from gamutcore.export.picture_file import WRITTEN, in_encoding
+from gamutcore.export.rgb_profile import rgb_profile
+from gamutcore.questions.black_rules import black_rule
+from gamutcore.questions.levels import lab_of
+from gamutcore.recipes import SMOOTH_BLACK
+from gamutcore.references import REFERENCES, find_reference
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from numpy.typing import ArrayLike, NDArray
+
+    from gamutcore.arrays import FloatArray
+    from gamutcore.characterisation import IccProfile
+    from gamutcore.characterisation.pictures import Raster
+    from gamutcore.colours import DeviceModel
+    from gamutcore.colours.spaces import ColourConversion
+    from gamutcore.export.picture_file import Depth
+    from gamutcore.questions.levels import AskedGamut
+
+__all__ = ["DEVICE", "OWN", "DeviceValues", "device_raster", "device_target", "space_raster"]
+
+OWN, DEVICE = "picture", "device"
+"""Names of encodings beside RGB spaces."""
+
+_NO_PROFILE = (
+    "No profile is embedded: the gamut was not built here from an ICC profile. Assign the profile "
+    "of the device to the picture."
+)
+
+_NO_ALPHA = (
+    "Device values have no alpha: transparent pixels are blank, and others have their full colour."
+)
+
+_DISPLAYS = ("srgb", "display-p3", "adobe-rgb-1998", "bt2020", "prophoto-rgb")
+"""Spaces that an error names; all others with the kind rgb are accepted too."""
+
+
+@dataclass(frozen=True, eq=False)
+class DeviceValues:
+    """The device as the encoding of a picture.
+
+    Attributes
+    ----------
+    model : DeviceModel
+    recipes : callable
+        From colours (n, 3) in CIELAB to device values (n, k), and their colours in CIELAB.
+    tabulated : bool
+        Whether recipes are so smooth that they may be interpolated unless exact ones are asked for.
+    profile : bytes
+        The ICC profile of the device; empty if none is known.
+    """
+
+    model: DeviceModel
+    recipes: Callable[[FloatArray], tuple[FloatArray, FloatArray]]
+    tabulated: bool
+    profile: bytes
+
+    @property
+    def name(self) -> str:
+        """The name of the encoding."""
+        return f"device values {' '.join(self.model.channels)}"
+
+    @property
+    def blank(self) -> float:
+        """The value of all channels where nothing is printed or light is full."""
+        return 0.0 if self.model.inks else 1.0
+
+    def codes(self, values: FloatArray, full: float) -> FloatArray:
+        """Return device values (n, k) as whole codes, of which none exceeds the ink limits."""
+        codes = values * full
+        if not self.model.inks:
+            return np.round(codes)
+        limited = self.model.limited
+        highest = limited.base.copy()
+        highest[limited.free] = limited.cube.highest
+        whole = np.minimum(np.round(codes), np.floor(full * highest + _ROUNDING))
+        if limited.cube.total is not None:
+            most = full * (limited.cube.total + limited.base[~limited.free].sum()) + _ROUNDING
+            above = whole.sum(axis=1) > most
+            whole[above] = np.floor(codes[above] + _ROUNDING)
+        return whole
+
+
+_ROUNDING = 1e-6
+"""Rounding error of a code."""
+
+
+def device_target(
+    gamut: AskedGamut,
+    conversion: ColourConversion,
+    black: str | float | ArrayLike | None,
+) -> DeviceValues:
+    """Return the device of a gamut as the encoding of pictures; `black` as for `recipes`."""
+    model, rule = gamut.device_model, black_rule(black)
+    inverse = gamut.inverse_model
+
+    def recipes(lab: FloatArray) -> tuple[FloatArray, FloatArray]:
+        found = inverse.recipes(lab_of(gamut, conversion.to_gamut(lab)), rule)
+        return found.device, found.lab
+
+    recipes(np.array([(50.0, 0.0, 0.0)]))  # makes the curve of black before threads need it
+    is_smooth = rule is SMOOTH_BLACK and len(model.channels) <= _SMOOTH_CHANNELS
+    return DeviceValues(model, recipes, is_smooth, gamut.profile or b"")
+
+
+_SMOOTH_CHANNELS = 4
+"""Recipes of more inks change their set of inks between nodes of a table."""
+
+
+def device_raster(like: Raster, depth: Depth | None, device: DeviceValues) -> Raster:
+    """Return how device values of a picture are written: with 8 or 16 bits, and without alpha."""
+    if depth not in {None, "8", "16"}:
+        raise OptionError.not_applicable(
+            "depth", depth, "device values have 8 or 16 bits", "Give 8 or 16."
+        )
+    bits = depth or ("8" if like.dtype == np.uint8 else "16")
+    made = replace(
+        like,
+        bands=iter(()),
+        stored=f"uint{bits}",
+        dtype=np.dtype(f"uint{bits}"),
+        has_alpha=False,
+        premultiplied=False,
+        profile=device.profile,
+        encoding=None,
+        warnings=[],
+    )
+    if like.has_alpha:
+        made.warnings.append(_NO_ALPHA)
+    if not device.profile:
+        made.warnings.append(_NO_PROFILE)
+    return made
+
+
+def space_raster(
+    like: Raster, given: Raster, to: str, output: Path
+) -> tuple[Raster, IccProfile | Encoding]:
+    """Return how a picture is written in an RGB space, and what its values mean.
+
+    `like` has the depth of the result, and `given` is the picture.
+    """
+    try:
+        reference = find_reference(to)
+    except ReferenceNameError as error:
+        raise _unknown(to, error.remedy) from None
+    if reference.kind != "rgb" or reference.peak is not None:
+        raise _unknown(to, "These are no RGB spaces relative to their white.")
+    curve = reference.definition["curve"]
+    primaries: Any = reference.primaries
+    meaning: IccProfile | Encoding
+    if WRITTEN.get(output.suffix.lower()) == "exr":
+        corners = np.ravel((*primaries, reference.white)).astype(np.float32)
+        stated = chromaticity_encoding(corners.tolist(), linear=True)
+        assert stated is not None  # noqa: S101  # primaries of the catalogue
+        return in_encoding(like, stated), replace(stated, name=reference.name)
+    profile = rgb_profile(reference)
+    if curve == "sRGB":
+        meaning = Encoding(reference.name, primaries, reference.white)
+    elif isinstance(curve, str):
+        meaning = icc_profile(profile)
+    else:
+        transfer = "linear" if curve == 1.0 else "power"
+        meaning = Encoding(reference.name, primaries, reference.white, transfer, float(curve))
+    own, _ = picture_meaning(given)
+    if (
+        isinstance(meaning, Encoding)
+        and isinstance(own, Encoding)
+        and own == replace(meaning, name=own.name)
+    ):
+        meaning = own  # values of colours that stay are kept exactly
+    return in_encoding(like, profile), meaning
+
+
+def _unknown(to: str, why: str) -> OptionError:
+    spaces = ", ".join(each for each in _DISPLAYS if each in REFERENCES)
+    return OptionError(
+        f"There is no encoding {to[:40]!r} of pictures.",
+        where={"field": "to", "available": [OWN, DEVICE, *_DISPLAYS]},
+        remedy=f"Give {OWN}, {DEVICE}, or an RGB space such as {spaces}. {why}",
+    )
+
+
+def full_scale(dtype: np.dtype[Any]) -> float:
+    """Return the largest value of samples: 1 for floats."""
+    return 1.0 if dtype.kind == "f" else float(np.iinfo(dtype).max)
+
+
+def blank_samples(device: DeviceValues, count: int, dtype: np.dtype[Any]) -> NDArray[Any]:
+    """Return samples (n, k) of blank pixels."""
+    blank = device.blank * full_scale(dtype)
+    return np.full((count, len(device.model.channels)), blank, dtype)
