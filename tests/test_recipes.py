@@ -87,6 +87,17 @@ def test_profile_and_measurements(run):
     assert distance.min() < 0 < distance.max()
 
 
+def test_links_and_profiles(run):
+    found = run("links-and-profiles")
+    given, cube = found["picture"].reshape(-1, 3), found["cube"]
+    np.testing.assert_allclose(
+        found["shown"].reshape(-1, 3), cube.table.values(given), rtol=0, atol=1e-6
+    )
+    assert found["separation"].table.nodes.sum(axis=-1).max() <= 3.0 + 1e-5
+    assert found["profile"].round_trip.mean < 0.3
+    assert not list(RECIPES.glob("*.icc"))
+
+
 def test_picture_and_paper(run):
     found = run("picture-and-paper")
     papers, picture = found["papers"], found["picture"]

@@ -364,6 +364,27 @@ def _level_of(
     return queries.build_index(mesh.vertices, mesh.faces, gamut.description["centre"])
 
 
+def _link(_: Gamuts) -> Figure:
+    """Draw the green of sRGB between two colours of Display P3, exactly and by tables."""
+    figure, axes = _figure(6.0, 3.0)
+    few: dict[str, Any] = {"surface_samples": SAMPLES}
+    source, screen = (gc.reference(name, space="IPT", **few) for name in ("display-p3", "srgb"))
+    along = np.linspace(0.0, 1.0, 401)
+    # from gray to the red of P3
+    values = np.stack([0.5 + 0.5 * along, 0.5 - 0.5 * along, 0.5 - 0.5 * along], axis=1)
+    for nodes, colour in ((9, ORANGE), (33, BLUE)):
+        table = gc.link(source, screen, method="clip-nearest", size=nodes).table
+        axes.plot(along, table.values(values)[:, 1], color=colour, label=f"{nodes} nodes")
+    points = source.to_colour(values)
+    exact = screen.map(points, "clip-nearest", max_error=0).points
+    green = screen.to_device(exact).device[:, 1]
+    axes.plot(along, green, color=INK, linewidth=1.0, linestyle=(0, (4, 2)), label="exact")
+    axes.set_xlabel("gray of Display P3 to its red")
+    axes.set_ylabel("green of sRGB")
+    axes.legend()
+    return figure
+
+
 CONCEPTS: dict[str, Callable[[Gamuts], Figure]] = {
     "boundary": _boundary,
     "level": _level,
@@ -377,6 +398,7 @@ CONCEPTS: dict[str, Callable[[Gamuts], Figure]] = {
     "rings": _rings,
     "mapping": _mapping,
     "recipe": _recipe,
+    "link": _link,
 }
 """File names of the pictures and the functions that draw them, in the order of the page."""
 

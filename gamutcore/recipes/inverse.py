@@ -283,12 +283,17 @@ class InverseModel:
         return recipes
 
     def device(self, recipes: FloatArray, chosen: LongArray) -> FloatArray:
-        """Return complete device values (m, n) of recipes of their sets."""
+        """Return complete device values (m, n) of recipes of their sets, within the limit of inks.
+
+        A recipe between two layers of a path can exceed the limit by a little.
+        """
         device = np.tile(self._lowest, (len(recipes), 1))
         used = len(self._sets[0].channels)
         channels = np.array([some.channels for some in self._sets])[chosen]
         scale = np.array([some.scale[:used] for some in self._sets])[chosen]
-        device[np.arange(len(device))[:, None], channels] += recipes[:, :used] * scale
+        inks = recipes[:, :used] * scale
+        inks *= np.minimum(1.0, self._room / np.maximum(inks.sum(axis=1), 1e-9))[:, np.newaxis]
+        device[np.arange(len(device))[:, None], channels] += inks
         return device
 
     def _ink_sets(self, chromatic: list[int]) -> tuple[list[tuple[int, ...]], int]:

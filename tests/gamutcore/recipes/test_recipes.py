@@ -25,6 +25,7 @@ from gamutcore.errors import (
     OptionError,
 )
 from gamutcore.queries import delta_e_2000
+from gamutcore.questions import black_rule
 
 if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
@@ -66,6 +67,17 @@ def test_recipes_of_printable_colours_give_them(black: str | float) -> None:
     np.testing.assert_allclose(found.points, gamut.to_colour(found.device), atol=1e-9)
     # where the boundary is exact, no printable colour is outside of it
     np.testing.assert_allclose(found.delta_e[found.inside], errors[found.inside], atol=1e-9)
+
+
+@pytest.mark.parametrize("black", ["smooth", "maximum", "least-ink"])
+def test_colours_that_nothing_prints_keep_the_limits(black: str) -> None:
+    """The inverse model is asked directly, as for nodes of tables: nothing is mapped before."""
+    gamut, rule = press(), black_rule(black)
+    lab = np.random.default_rng(0).uniform((0, -100, -100), (100, 100, 100), (5000, 3))
+    device = gamut.inverse_model.recipes(lab, rule).device
+    assert device.min() >= 0.0
+    assert device.max() <= 1.0
+    assert device.sum(axis=1).max() <= LIMIT + 1e-5
 
 
 def test_the_range_of_black_contains_what_made_the_colour() -> None:
