@@ -21,10 +21,10 @@ export function deviceLine(channels: string[], values: number[]): string {
   return deviceText(channels, values, "  ") + (isRgb(channels) ? "" : " %");
 }
 
-/** The possible range of black of a recipe, such as 0–42; null if black is not free. */
+/** The possible range of black of a recipe, such as 0–42; null without black. */
 export function blackRange({ black_least: least, black_most: most }: Recipes, row: number): string | null {
-  const [from, to] = [least?.[row], most?.[row]];
-  return from == null || to == null ? null : `${Math.round(100 * from)}–${Math.round(100 * to)}`;
+  const ends = [least?.[row], most?.[row]].flatMap((end) => (end == null ? [] : [Math.round(100 * end)]));
+  return ends.length === 0 ? null : [...new Set(ends)].join("–");
 }
 
 /** The channel of black, whose range is stated. */
