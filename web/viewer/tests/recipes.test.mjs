@@ -6,7 +6,7 @@
 import assert from "node:assert/strict";
 import process from "node:process";
 import { after, before, test } from "node:test";
-import { chromium, close, open, violations } from "./pages.mjs";
+import { chromium, close, open, savedCells, violations } from "./pages.mjs";
 
 const { PRESS, FIRST, VIEWER_URL } = process.env;
 const LIST = "Brown, 50, 30, 20\nOrange, 50, 0, 110";
@@ -17,7 +17,7 @@ before(async () => {
 });
 after(() => browser.close());
 
-/** Check a list, and return the cells of its table by their heads, before and after the recipes. */
+/** Check a list, and wait for its table; the recipes come later. */
 async function check(page, text) {
   await page.$eval("#colours", (area, value) => {
     area.value = value;
@@ -26,6 +26,7 @@ async function check(page, text) {
   await page.waitForSelector("#colours-table table");
 }
 
+/** Cells of each row by the heads of their columns. */
 function table(page) {
   return page.$eval("#colours-table table", (all) => {
     const [head, ...rows] = [...all.rows].map((row) => [...row.cells].map((cell) => cell.textContent));
@@ -89,6 +90,11 @@ test("a list has the recipe of each colour, inside and outside, with the range o
   assert.ok(least <= K && K <= most && most - least > 10, `${K} ${least} ${most}`);
   const ends = await Promise.all(["none", "maximum"].map((black) => ask("recipes", { colours: [[50, 30, 20]], black })));
   assert.deepEqual(ends.map((end) => Math.round(100 * end.device[0][3])), [least, most]);
+
+  const [head, ...lines] = await savedCells(page);
+  const saved = lines.map((cells) => Object.fromEntries(head.map((name, i) => [name, cells[i]])));
+  saved.forEach((row, i) => assert.deepEqual(["C", "M", "Y", "K"].map((name) => Number(row[name]).toFixed(2)), device[i].map((value) => value.toFixed(2))));
+  assert.deepEqual(["least black", "most black"].map((name) => Math.round(100 * saved[0][name])), [least, most]);
 
   await page.click("#colours-clear");
   await page.waitForSelector("#colours-table[hidden]");
