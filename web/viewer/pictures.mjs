@@ -55,13 +55,16 @@ await take("slice", `/view#a=${PRESS}&b=srgb&lightness=50&style-a=shaded`, compa
 await take("rings", `/view#a=${PRESS}&b=${OTHER}&rings=on`, async (page) => {
   await page.waitForFunction("document.getElementById('rings').naturalWidth > 0", { timeout: 60_000 });
 });
-await take("colours", `/view#a=${PRESS}`, async (page) => {
+await take("colours", `/view#a=${PRESS}&lightness=50`, async (page) => {
   await page.evaluate((text) => {
     document.getElementById("colours").value = text;
-  }, "Brand red, 48, 68, 48\nOrange, 66, 60, 90\nGreen, 60, -90, 40\nBlue, 30, 20, -80\nGrey, 60, 0, 0");
+  }, "Brown, 50, 30, 20\nOrange, 66, 60, 90\nGreen, 60, -90, 40\nBlue, 30, 20, -80\nGrey, 60, 0, 0");
   await page.click("#check");
-  await page.waitForSelector("#colours-table table", { timeout: 60_000 });
-  await page.$eval("#colours-title", (title) => title.scrollIntoView());
+  await page.waitForFunction("/Recipe/.test(document.getElementById('colours-table').textContent)", { timeout: 60_000 });
+  await page.$eval("#colours-note", (note) => note.scrollIntoView());
+  const box = await (await page.$("#slice")).boundingBox();
+  await page.mouse.move(box.x + 0.55 * box.width, box.y + 0.5 * box.height);
+  await page.waitForFunction("/ΔE00/.test(document.getElementById('readout').textContent)");
 });
 await take("phone", `/view#a=${PRESS}&b=srgb`, compared, { width: 390, height: 780 });
 

@@ -104,6 +104,12 @@ def test_the_features_in_a_browser(server, sphere, guarded, tmp_path):
         balls.append(server.client.post("/v1/gamuts", json=body).json())
     other = {"samples": sphere(seed=77), "name": "Oklab sphere", "options": {"space": "Oklab"}}
     oklab = server.client.post("/v1/gamuts", json=other).json()
+    press = server.client.post(
+        "/v1/gamuts",
+        files={"file": (ROOT / "examples" / "FOGRA39L.ti3").read_bytes()},
+        data={"options": json.dumps({"surface_samples": 4000, "ink_limit": 300})},
+        headers={"Prefer": "wait=60"},
+    ).json()
     pages = {}
     for name, gamut in (("PAGE", balls[0]), ("OTHER_PAGE", oklab)):
         path = tmp_path / f"{gamut['name']}.html"
@@ -112,7 +118,7 @@ def test_the_features_in_a_browser(server, sphere, guarded, tmp_path):
     bad = tmp_path / "bad.csv"
     bad.write_text("L,a,b\n1,2\n")
     rows = [",".join(f"{value:.6f}" for value in row) for row in sphere(seed=os.getpid())]
-    tests = [f"viewer/tests/{name}.test.mjs" for name in ("view", "gamuts", "colours")]
+    tests = [f"viewer/tests/{name}.test.mjs" for name in ("view", "gamuts", "colours", "recipes")]
     ended = subprocess.run(
         ["node", "--test", "--test-concurrency=2", *tests],
         cwd=WEB,
@@ -122,6 +128,7 @@ def test_the_features_in_a_browser(server, sphere, guarded, tmp_path):
             **pages,
             "VIEWER_URL": server.url,
             "CHROMIUM": chromium.program(),
+            "PRESS": press["id"],
             "FIRST": balls[0]["id"],
             "SECOND": balls[1]["id"],
             "FINEST": str(balls[0]["counts"]["triangles"]),

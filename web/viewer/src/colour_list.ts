@@ -12,15 +12,19 @@ import {
 } from "three";
 import { type Gamut, ProblemError } from "./api.js";
 import { cssColour, linearSrgb } from "./colours.js";
+import { blackChannel, blackRange, deviceText, deviceUnit } from "./device_values.js";
 import { byId, element, problemElements, save, warningTexts } from "./elements.js";
 import {
   type CheckedTable,
   type Nearest,
   type Position,
+  type Recipes,
   type TableReading,
   checkTable,
   edgeText,
+  mayHaveRecipes,
   nearest,
+  recipes,
 } from "./queries.js";
 
 const MOST_TABLE_ROWS = 500;
@@ -28,6 +32,8 @@ const MOST_TABLE_ROWS = 500;
 interface Answer {
   found: CheckedTable;
   near: Nearest;
+  /** Recipes of the colours, and of the nearest ones of those outside; null before they are there. */
+  made: Recipes | null;
 }
 
 export class ColourList {
@@ -115,13 +121,34 @@ export class ColourList {
     try {
       const found = await checkTable(this.gamut, table, this.stated(), asking.signal);
       const near = await nearest(this.gamut, found.colours, asking.signal);
-      this.answer = { found, near };
+      this.answer = { found, near, made: null };
       this.draw(this.answer);
       this.tabulate(this.answer);
+      void this.addRecipes(this.answer, asking.signal);
     } catch (error) {
       if (asking.signal.aborted) return;
       this.refuse(error);
     }
+  }
+
+  /** Ask for recipes, and show them. Without them, the table stays as it is. */
+  private async addRecipes(answer: Answer, signal: AbortSignal): Promise<void> {
+    const { found, near } = answer;
+    const gamut = this.gamut!;
+    if (!mayHaveRecipes(gamut)) return;
+    const note = byId("colours-recipes");
+    note.textContent = "The recipes of the colours are on their way.";
+    try {
+      const targets = found.colours.map((point, i) => (found.inside[i] ? point : near.point[i]!));
+      answer.made = await recipes(gamut, targets, signal);
+      if (signal.aborted) return;
+      note.textContent = "";
+    } catch (error) {
+      if (signal.aborted) return;
+      const [, ...words] = problemElements(error);
+      note.textContent = ["There are no recipes.", ...words.map((word) => word.textContent)].join(" ");
+    }
+    this.tabulate(answer);
   }
 
   /** Show why the service refuses the list, beside it. */
@@ -177,7 +204,7 @@ export class ColourList {
     return labels[row] === `line ${lines[row]}` ? rounded(colours[row]!) : labels[row]!;
   }
 
-  private tabulate({ found, near }: Answer): void {
+  private tabulate({ found, near, made }: Answer): void {
     const { colours, inside, position } = found;
     const count = (where: Position) => `${position.filter((each) => each === where).length} ${where}`;
     const rest = colours.length - MOST_TABLE_ROWS;
@@ -189,13 +216,20 @@ export class ColourList {
     ];
     byId("colours-note").textContent = sentences.join("");
     byId("colours-warnings").replaceChildren(
-      ...warningTexts([...(found.warnings ?? []), ...(near.warnings ?? [])]).map((warning) =>
+      ...warningTexts([found, near, made].flatMap((each) => each?.warnings ?? [])).map((warning) =>
         element("p", warning, { className: "warning" }),
       ),
     );
     const head = element("tr");
-    const channels = near.device ? [`${this.gamut!.channels.join(" ")}, %`] : [];
-    const heads = ["Colour", "Where", "ΔE00", ...channels, "Nearest"];
+    const { channels } = this.gamut!;
+    const hasBlack = made?.black_least !== undefined;
+    const heads = [
+      ...["Colour", "Where", "ΔE00"],
+      ...(made ? [`Recipe, ${deviceUnit(channels)}`] : near.device ? [`${channels.join(" ")}, ${deviceUnit(channels)}`] : []),
+      ...(hasBlack ? [`Possible ${blackChannel(channels)}, %`] : []),
+      ...(made ? ["Recipe ΔE00"] : []),
+      "Nearest",
+    ];
     for (const text of heads) {
       const cell = element("th", text);
       cell.scope = "col";
@@ -210,13 +244,18 @@ export class ColourList {
         spot.style.backgroundColor = cssColour(linearSrgb(Float32Array.from(point)));
         first.prepend(spot);
       }
-      const device = near.device?.[i]!.map((value) => Math.round(100 * value)).join(" ");
+      const device = made?.device[i] ?? (inside[i] ? undefined : near.device?.[i]);
+      const cells = [
+        ...(made || near.device ? [device === undefined ? "" : deviceText(channels, device)] : []),
+        ...(hasBlack ? [blackRange(made!, i) ?? ""] : []),
+        ...(made ? [made.delta_e_2000[i]!.toFixed(2)] : []),
+        inside[i] ? "itself" : rounded(near.point[i]!),
+      ];
       row.append(
         first,
         element("td", position[i]!),
         element("td", inside[i] ? "0" : near.delta_e_2000[i]!.toFixed(2)),
-        ...(device === undefined ? [] : [element("td", inside[i] ? "" : device)]),
-        element("td", inside[i] ? "itself" : rounded(near.point[i]!)),
+        ...cells.map((text) => element("td", text)),
       );
       return row;
     });
@@ -233,18 +272,22 @@ export class ColourList {
 
   private download(): void {
     if (this.answer === null) return;
-    const { found, near } = this.answer;
+    const { found, near, made } = this.answer;
     const { colours, position } = found;
     const quoted = (text: string) => (/[",\r\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
-    const channels = near.device ? this.gamut!.channels : [];
+    const channels = made || near.device ? this.gamut!.channels : [];
     const names = ["c1", "c2", "c3"];
-    const head = ["name", ...names, "position", "inside", "ΔE00", ...names.map((name) => `nearest ${name}`), ...channels];
+    const head = ["name", ...names, "position", "inside", "ΔE00", ...names.map((name) => `nearest ${name}`), ...channels.map(quoted)];
+    if (made) head.push("recipe ΔE00");
+    if (made?.black_least) head.push("least black", "most black");
     const rows = colours.map((point, i) => {
       const inside = found.inside[i]!;
-      const device = near.device?.[i] ?? [];
+      const device = made?.device[i] ?? (inside ? undefined : near.device?.[i]) ?? channels.map(() => "");
       const difference = inside ? 0 : near.delta_e_2000[i]!;
-      const rest = inside ? [...point, ...device.map(() => "")] : [...near.point[i]!, ...device];
-      return [quoted(this.label(found, i)), ...point, position[i], inside, difference, ...rest];
+      const row = [quoted(this.label(found, i)), ...point, position[i], inside, difference, ...(inside ? point : near.point[i]!), ...device];
+      if (made) row.push(made.delta_e_2000[i]!);
+      if (made?.black_least) row.push(made.black_least[i] ?? "", made.black_most![i] ?? "");
+      return row;
     });
     const blob = new Blob([[head, ...rows].map((row) => row.join(",")).join("\n"), "\n"], { type: "text/csv" });
     save(blob, `colours in ${this.gamut!.name}.csv`);
@@ -260,6 +303,7 @@ export class ColourList {
     this.group = null;
     this.answer = null;
     byId("colours-warnings").replaceChildren();
+    byId("colours-recipes").textContent = "";
     byId("colours-problem").hidden = true;
     byId("colours-problem").replaceChildren();
     byId("colours-table").replaceChildren();

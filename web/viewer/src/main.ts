@@ -24,7 +24,7 @@ import { byId, element, problemElements, save } from "./elements.js";
 import { embedded, workerAddress } from "./embedded.js";
 import { Layer, Materials, type Style, headLight, orientation } from "./layer.js";
 import { countAt, facts, limitNote, placeOf } from "./levels.js";
-import { DistanceLine, readout, valuesAt } from "./readout.js";
+import { AnswerLines, distanceLines, readout, valuesAt } from "./readout.js";
 import { type Projection, View } from "./scene.js";
 import { SlicePanel } from "./slice_panel.js";
 
@@ -58,7 +58,7 @@ class Viewer {
   private readonly colours: ColourList;
   private readonly comparison = new ComparisonPanel(() => this.view.draw());
   private readonly materials: Record<Role, Materials> = { a: new Materials(), b: new Materials() };
-  private readonly distance = new DistanceLine();
+  private readonly distance = new AnswerLines();
   private readonly options = new BuildOptions(() => {
     if (this.kept !== undefined) void this.upload(this.kept);
   });
@@ -552,8 +552,10 @@ class Viewer {
     output.replaceChildren(...readout(gamut, axisNames(gamut), layer.level!, hit), this.distance.element);
     const other = this.all().find((each) => each !== shown)?.gamut;
     // Distances need equal coordinates. A page without the service has one gamut.
-    if (other?.options.space === gamut.options.space) this.distance.ask(other, valuesAt(hit, layer.level!.positions, 3));
-    else this.distance.clear();
+    if (other?.options.space === gamut.options.space) {
+      const point = valuesAt(hit, layer.level!.positions, 3);
+      this.distance.ask((signal) => distanceLines(other, point, signal));
+    } else this.distance.clear();
   }
 
   private async savePicture(): Promise<void> {

@@ -1,5 +1,5 @@
-// Questions to the service: comparison, colours in gamut, nearest colours.
-import { type Gamut, request } from "./api.js";
+// Questions to the service: comparison, colours in gamut, nearest colours, recipes.
+import { type Gamut, ProblemError, request } from "./api.js";
 
 /** Areas in a chromaticity diagram; `area_ratio` is A ÷ B. */
 interface Areas {
@@ -47,6 +47,18 @@ export interface Nearest {
   point: number[][];
   delta_e_2000: number[];
   device?: number[][];
+  warnings?: unknown[];
+}
+
+/** Device values in 0 to 1 that give colours, in the order of the colours. */
+export interface Recipes {
+  device: number[][];
+  /** CIEDE2000 of the recipe's colour from the colour asked. */
+  delta_e_2000: number[];
+  inside: boolean[];
+  /** The possible range of black; only of devices with black. */
+  black_least?: (number | null)[];
+  black_most?: (number | null)[];
   warnings?: unknown[];
 }
 
@@ -117,6 +129,30 @@ export async function nearest(gamut: Gamut, colours: number[][], signal: AbortSi
     headers: { "Content-Type": "application/json" },
   });
   return (await response.json()) as Nearest;
+}
+
+/** Gamuts of devices that have no recipes. They are not asked again. */
+const withoutModel = new Set<string>();
+
+/** Whether colours of a gamut may have recipes. */
+export function mayHaveRecipes(gamut: Gamut): boolean {
+  return gamut.channels.length > 0 && !withoutModel.has(gamut.id);
+}
+
+/** Recipes of colours. The first question of a gamut waits until its device model is made. */
+export async function recipes(gamut: Gamut, colours: number[][], signal: AbortSignal): Promise<Recipes> {
+  try {
+    const response = await request(`/v1/gamuts/${gamut.id}/recipes`, {
+      method: "POST",
+      body: JSON.stringify({ colours }),
+      signal,
+      headers: { "Content-Type": "application/json" },
+    });
+    return (await response.json()) as Recipes;
+  } catch (error) {
+    if (error instanceof ProblemError && error.problem.status === 422) withoutModel.add(gamut.id);
+    throw error;
+  }
 }
 
 /** An array (n, 3) of float32 as a NumPy file, version 1.0. */

@@ -1,11 +1,12 @@
-// The colour under the pointer: coordinates, chroma and hue, device values, and the distance to the
-// other gamut.
+// The colour under the pointer: coordinates, chroma and hue, device values, and what the service is
+// asked for: the distance to the other gamut, and the recipe of a colour in a slice.
 import type { Intersection } from "three";
 import type { Gamut } from "./api.js";
 import { cssColour, polar } from "./colours.js";
+import { blackChannel, blackRange, deviceLine } from "./device_values.js";
 import { element } from "./elements.js";
 import type { LevelBuffers } from "./messages.js";
-import { edgeText, positionOf, type Positions } from "./queries.js";
+import { edgeText, positionOf, type Positions, recipes } from "./queries.js";
 
 /** Interpolate values of vertices, `width` numbers each, at a point of a surface. */
 export function valuesAt(hit: Intersection, values: Float32Array, width: number): number[] {
@@ -26,29 +27,38 @@ export function readout(
   const point = mean(level.positions, 3);
   const swatch = element("span", "", { className: "swatch" });
   swatch.style.backgroundColor = cssColour(mean(level.colours, 3));
+  const lines = coordinates(names, point);
+  if (level.device !== null) lines.push(deviceLine(gamut.channels, mean(level.device, gamut.channels.length)));
+  return [swatch, ...lines.map((line) => element("span", line))];
+}
+
+/** Lines with the coordinates of a colour. */
+export function coordinates(names: string[], point: number[]): string[] {
   const digits = Math.max(...point.map(Math.abs)) < 5 ? 4 : 1;
   const lines = [names.map((name, i) => `${name} ${signed(point[i]!, digits)}`).join("  ")];
   if (names[0] !== "X") {
     const [chroma, hue] = polar(point[1]!, point[2]!);
     lines.push(`C ${chroma.toFixed(digits)}  h ${hue.toFixed(1)}°`);
   }
-  if (level.device !== null) {
-    const values = mean(level.device, gamut.channels.length);
-    lines.push(gamut.channels.map((name, i) => `${name} ${deviceText(name, values[i]!)}`).join("  "));
-  }
-  return [swatch, ...lines.map((line) => element("span", line))];
+  return lines;
 }
 
-/** A line with the signed distance to another gamut, which the service is asked for. */
-export class DistanceLine {
+type Question = (signal: AbortSignal) => Promise<string[]>;
+
+/** Lines that the service is asked for, one question at a time. */
+export class AnswerLines {
   readonly element = element("span");
   private busy = false;
-  private wish: { other: Gamut; point: number[] } | null = null;
+  private wish: Question | null = null;
   private asking = new AbortController();
 
-  /** Ask for the distance of a colour. While an answer is under way, only the last wish counts. */
-  ask(other: Gamut, point: number[]): void {
-    this.wish = { other, point };
+  /** `pause` is the time in ms for which a question waits, in case that another one follows. */
+  constructor(private readonly pause = 0) {}
+
+  /** Ask. While an answer is under way, only the last wish counts. The first has a text meanwhile. */
+  ask(question: Question, meanwhile = ""): void {
+    this.wish = question;
+    if (this.element.textContent === "") this.element.textContent = meanwhile;
     if (!this.busy) void this.answer();
   }
 
@@ -56,23 +66,39 @@ export class DistanceLine {
   clear(): void {
     this.wish = null;
     this.asking.abort();
-    this.element.textContent = "";
+    this.element.replaceChildren();
   }
 
   private async answer(): Promise<void> {
     this.busy = true;
     while (this.wish !== null) {
-      const { other, point } = this.wish;
+      if (this.pause > 0) await new Promise((resolve) => setTimeout(resolve, this.pause));
+      const question: Question | null = this.wish;
+      if (question === null) break;
       this.wish = null;
       this.asking = new AbortController();
       const { signal } = this.asking;
-      const found = await positionOf(other, point, signal).catch(() => null);
-      // Colours at which the service fails have no distance: the panel of the comparison tells why.
-      if (signal.aborted) continue;
-      this.element.textContent = found === null ? "" : distanceText(other.name, found);
+      // Colours at which the service fails have no line: the panel of the question tells why.
+      const lines = await question(signal).catch((): string[] => []);
+      if (!signal.aborted) this.element.replaceChildren(...lines.map((line) => element("span", line)));
     }
     this.busy = false;
   }
+}
+
+/** The signed distance of a colour to another gamut. */
+export async function distanceLines(other: Gamut, point: number[], signal: AbortSignal): Promise<string[]> {
+  return [distanceText(other.name, await positionOf(other, point, signal))];
+}
+
+/** The recipe of a colour. */
+export async function recipeLines(gamut: Gamut, point: number[], signal: AbortSignal): Promise<string[]> {
+  const found = await recipes(gamut, [point], signal);
+  const { channels } = gamut;
+  const range = blackRange(found, 0);
+  const black = range === null ? "" : `; ${blackChannel(channels)} can be ${range} %`;
+  const kind = found.inside[0] ? "Recipe" : "Outside; recipe of the nearest colour";
+  return [`${kind}: ΔE00 ${found.delta_e_2000[0]!.toFixed(2)}${black}`, deviceLine(channels, found.device[0]!)];
 }
 
 function distanceText(name: string, found: Positions): string {
@@ -83,9 +109,4 @@ function distanceText(name: string, found: Positions): string {
 
 function signed(value: number, digits: number): string {
   return value.toFixed(digits).replace("-", "−");
-}
-
-/** Percent of ink, or an 8-bit code of red, green and blue. */
-function deviceText(channel: string, value: number): string {
-  return /^[RGB]$/i.test(channel) ? String(Math.round(255 * value)) : `${Math.round(100 * value)} %`;
 }

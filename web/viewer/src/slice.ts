@@ -44,6 +44,22 @@ export function planar(loop: Loop, { kind, value }: Slice, lightness: number): [
   });
 }
 
+/** The colour at a place of the drawing, as fractions from the left and the top; null beside it. */
+export function colourAt(
+  [across, down]: [number, number],
+  { kind, value }: Slice,
+  lightness: number,
+  [[left, right], [bottom, top]]: Frame,
+): [number, number, number] | null {
+  const extent = Math.max(right - left, top - bottom) / (PIXELS - 2 * MARGIN);
+  const h = left + (across * PIXELS - MARGIN) * extent;
+  const v = bottom + (PIXELS - MARGIN - down * PIXELS) * extent;
+  if (h < left || h > right || v < bottom || v > top) return null;
+  const [cos, sin] = direction(value);
+  if (kind === "hue") return [v, h * cos, h * sin];
+  return lightness === 0 ? [value, h, v] : [h, value, v];
+}
+
 function direction(hue: number): [number, number] {
   const angle = (hue * Math.PI) / 180;
   return [Math.cos(angle), Math.sin(angle)];

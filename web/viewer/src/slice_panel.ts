@@ -1,11 +1,17 @@
-// The controls of the slice, and its two pictures.
+// The controls of the slice, its two pictures, and the colour under the pointer in it.
 import { Box3, type LineSegments, type LineBasicMaterial, type Scene, Vector3 } from "three";
 import { type Gamut, request } from "./api.js";
-import { byId } from "./elements.js";
+import { cssColour, linearSrgb } from "./colours.js";
+import { byId, element } from "./elements.js";
+import { embedded } from "./embedded.js";
 import { type Layer, orientation } from "./layer.js";
-import { type Frame, type Slice, drawSlice, sliceLines } from "./slice.js";
+import { mayHaveRecipes } from "./queries.js";
+import { AnswerLines, coordinates, recipeLines } from "./readout.js";
+import { type Frame, type Slice, colourAt, drawSlice, sliceLines } from "./slice.js";
 
 const HUES = 360;
+/** Time in ms for which the pointer rests before a recipe is asked for. */
+const REST = 120;
 
 export interface SliceState {
   kind: "off" | "lightness" | "hue" | "rings";
@@ -18,6 +24,9 @@ export class SlicePanel {
   private lines: LineSegments | null = null;
   /** Address of the rings that are shown or on the way. */
   private rings = "";
+  private readonly recipe = new AnswerLines(REST);
+  /** Show the colour at a place of the drawing, as fractions of it. */
+  private point: (place: [number, number]) => void = () => {};
   private readonly kind = byId<HTMLSelectElement>("slice-kind");
   private readonly value = byId<HTMLInputElement>("slice-value");
 
@@ -35,6 +44,36 @@ export class SlicePanel {
       else this.state.lightness = Number(this.value.value);
       this.changed();
     });
+    const canvas = byId<HTMLCanvasElement>("slice");
+    const pointed = (event: PointerEvent) => {
+      const { left, top, width, height } = canvas.getBoundingClientRect();
+      this.point([(event.clientX - left) / width, (event.clientY - top) / height]);
+    };
+    canvas.addEventListener("pointermove", pointed);
+    canvas.addEventListener("pointerdown", pointed);
+    canvas.addEventListener("pointerleave", (event) => {
+      // A finger that is lifted leaves as well.
+      if (event.pointerType === "mouse") this.read(null, []);
+    });
+  }
+
+  /** Show a colour of the slice with its recipe for the first gamut. */
+  private read(gamut: Gamut | null, names: string[], point: [number, number, number] | null = null): void {
+    const output = byId("readout");
+    output.hidden = gamut === null || point === null;
+    if (gamut === null || point === null) {
+      this.recipe.clear();
+      return;
+    }
+    const lines: HTMLElement[] = coordinates(names, point).map((line) => element("span", line));
+    if (gamut.options.space === "CIELAB") {
+      const swatch = element("span", "", { className: "swatch" });
+      swatch.style.backgroundColor = cssColour(linearSrgb(Float32Array.from(point)));
+      lines.unshift(swatch);
+    }
+    output.replaceChildren(...lines, this.recipe.element);
+    if (embedded !== null || !mayHaveRecipes(gamut)) this.recipe.clear();
+    else this.recipe.ask((signal) => recipeLines(gamut, point, signal), "Recipe: …");
   }
 
   /** Draw the slice of the levels that are shown. */
@@ -70,6 +109,8 @@ export class SlicePanel {
     const labels: [string, string] =
       kind === "hue" ? ["C", names[lightness]!] : [names[others[0]!]!, names[others[1]!]!];
     const canvas = byId<HTMLCanvasElement>("slice");
+    const { gamut } = shown[0]!;
+    this.point = (place) => this.read(gamut, names, colourAt(place, slice, lightness, frame));
     const loops = drawSlice(canvas, levels, slice, lightness, frame, labels);
     this.lines = sliceLines(loops, slice, orientation(names), getComputedStyle(canvas).accentColor);
     this.scene.add(this.lines);

@@ -9,7 +9,7 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import process from "node:process";
 import { after, before, test } from "node:test";
-import { chromium, close, drawn, open, violations } from "./pages.mjs";
+import { chromium, close, drawn, open, savedCells, violations } from "./pages.mjs";
 
 const { FIRST } = process.env;
 const FINEST = Number(process.env.FINEST);
@@ -84,18 +84,7 @@ test("a list of colours is checked: three classes, their limits, and the nearest
   assert.match(note, /^4 colours: 1 inside, 1 edge, 2 outside \(edge: within 1\.0 of the surface; tolerance [\d.]+\)\. .*CIELAB/);
   assert.deepEqual(await violations(page), []);
 
-  const saved = await page.evaluate(async () => {
-    const made = new Promise((resolve) => {
-      const create = URL.createObjectURL;
-      URL.createObjectURL = (blob) => {
-        resolve(blob.text());
-        return create.call(URL, blob);
-      };
-    });
-    document.getElementById("colours-csv").click();
-    return made;
-  });
-  const [head, ...lines] = saved.trim().split("\n").map((line) => line.split(","));
+  const [head, ...lines] = await savedCells(page);
   assert.deepEqual(lines.map((cells) => cells[head.indexOf("position")]), ["inside", "edge", "outside", "outside"]);
   await page.click("#colours-clear");
   await page.waitForSelector("#colours-table[hidden]");

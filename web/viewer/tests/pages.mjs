@@ -65,6 +65,22 @@ export function figures(page) {
   return page.evaluate("window.gamutViewer.figures");
 }
 
+/** Cells of the file that Save CSV of the list of colours gives. */
+export async function savedCells(page) {
+  const saved = await page.evaluate(() => {
+    const made = new Promise((resolve) => {
+      const create = URL.createObjectURL;
+      URL.createObjectURL = (blob) => {
+        resolve(blob.text());
+        return create.call(URL, blob);
+      };
+    });
+    document.getElementById("colours-csv").click();
+    return made;
+  });
+  return saved.trim().split("\n").map((line) => line.split(","));
+}
+
 /** Wait until the first gamut, or both, are drawn with so many triangles. */
 export async function drawn(page, ...triangles) {
   await page.waitForFunction(
