@@ -50,7 +50,10 @@ router = APIRouter(prefix="/v1/links", tags=["gamuts"], route_class=GamutRoute)
         200: {
             "description": "The link.",
             "content": {
-                "text/plain": {"schema": {"type": "string"}, "examples": {}},
+                "text/plain": {
+                    "schema": {"type": "string"},
+                    "examples": {"cube": {"summary": "A .cube file", "value": "LUT_3D_SIZE 33"}},
+                },
                 **binary_content({"application/vnd.iccprofile": "An ICC device link"}),
             },
             "headers": {

@@ -50,7 +50,7 @@ _DEEP |= {"dpx": "image/tiff"}
 PARAMETERS = (
     *PICTURE_PARAMETERS,
     Parameter(
-        "answer",
+        "result",
         Annotated[str, Choice(("picture", "heat-map", "report"))],
         "What is returned. `heat-map`: the colour difference of each pixel as PNG. `report`: the "
         "numbers of the header field Gamut-Mapped as JSON.",
@@ -69,7 +69,7 @@ async def answer_picture(request: Request, gamut_id: str) -> Response:
     service = service_of(request)
     given = query_values(PARAMETERS, NamedGamuts.of(request).items)
     values = values_of(PARAMETERS, given, {})
-    answer, source = values.pop("answer"), values.pop("source")
+    answer, source = values.pop("result"), values.pop("source")
     if source is not None:
         source = await checked_gamut(request, source, "query", "source")
     client = client_of(request.scope)

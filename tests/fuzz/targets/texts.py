@@ -197,7 +197,7 @@ def check_body(data):
         if not question.inputs:
             continue
         with refused_by_name(ProblemError):
-            body = parse_body(bytearray(data), form, question, CUBE.colour_space, {})
+            body = parse_body(bytearray(data), form, question, CUBE.colour_space, 3, {})
             values = values_of(question.all_parameters, {}, body.members)
             values |= {"triangles": LEVEL.triangles, "max_error": None}
             if body.table is not None:

@@ -21,6 +21,7 @@ CONTENT_TYPES = """\
 content_type_overrides:
   application/x-npy: application/octet-stream
   text/csv: application/octet-stream
+  image/*: application/octet-stream
 """
 """Settings of openapi-python-client, as `docs/http-api.md` has them."""
 

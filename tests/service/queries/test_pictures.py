@@ -80,9 +80,9 @@ def test_a_picture_is_mapped_as_by_the_package(server, press, here, tmp_path):
     assert int(told["outside"]) == done.outside
     assert float(told["delta-e"]) == pytest.approx(done.delta_e, abs=1e-4)
     assert "sRGB is assumed" in answer.headers["gamut-warning"]
-    report = post(server, press, given, method="clip-chroma", max_error=0.5, answer="report").json()
+    report = post(server, press, given, method="clip-chroma", max_error=0.5, result="report").json()
     assert (report["pixels"], report["colours"]) == (done.pixels, done.colours)
-    heat = opened(post(server, press, given, answer="heat-map"))
+    heat = opened(post(server, press, given, result="heat-map"))
     assert (heat.mode, heat.size) == ("L", (40, 30))
 
 
@@ -133,7 +133,7 @@ def test_openexr_stays_openexr(server, press, tmp_path):
         ({"table": "3"}, "table"),
         ({"method": "spatial", "iterations": "-1"}, "iterations"),
         ({"method": "sgck"}, "source"),
-        ({"answer": "sound"}, "answer"),
+        ({"result": "sound"}, "result"),
         ({"space": "sRGB"}, "space"),
     ],
 )
