@@ -1,8 +1,9 @@
 """The tables of a profile: device values to CIELAB (A2B), CIELAB to device values (B2A), and gamut.
 
 Encodings are those of lut16Type: L* to 100 is 0 to 0xFF00, and a* and b* from −128 are 0 to 0xFFFF
-(ICC.1:2010, 10.8). Curves before the tables put the nodes where the device's colours are. White is
-at a node: L* = 100 is the last one, and a* = b* = 0 are nodes as well.
+(ICC.1:2010, 10.8). Codes of version 5 are 257/256 of these, and end at L* = 100 and a* = b* = 127.
+Curves before the tables put the nodes where the device's colours are. White is at a node: L* = 100
+is the last one, and a* = b* = 0 are nodes as well.
 
 Nodes out of gamut decide about colours in gamut whose cell they share. With the device values of
 clipped colours, interpolation would bend before the surface. These nodes therefore have device
@@ -18,7 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gamutcore.colours import LookupTable, cube_nodes, spread_values
-from gamutcore.export.icc_file import lut16_element
+from gamutcore.export.icc_file import lut16_element, lut_element
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -36,6 +37,9 @@ _OFFSET = np.array((0.0, 128.0, 128.0))
 
 _LAB_ENTRIES = 1286
 """Entries of curves for L*, a* and b*. L* = 100 is the code 256/257, so it has an entry."""
+
+_LAB_ENTRIES_5 = 1281
+"""Entries of these up to the code 256/257, at which the encoding of version 5 ends."""
 
 _INK_ENTRIES = 2001
 """Entries of curves for device values: steps of 0.05 %, which charts have."""
@@ -100,8 +104,9 @@ def forward_table(
     model: DeviceModel,
     measured: FloatArray | None = None,
     change: Callable[[FloatArray], FloatArray] | None = None,
+    version: int = 2,
 ) -> bytes:
-    """Return the element of a device model's colours, or of changed ones.
+    """Return the element of a device model's colours, or of changed ones, in a version of profiles.
 
     The white is exactly that of the connection space. Nodes are at the levels of `measured` device
     values (m, n).
@@ -115,8 +120,10 @@ def forward_table(
     device = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, count)
     lab = model.lab(device)
     lab[0 if model.inks else -1] = (100.0, 0.0, 0.0)
-    codes = lab_codes(lab if change is None else change(lab))
-    return lut16_element(codes.reshape(*[size] * count, 3), curves)
+    codes = lab_codes(lab if change is None else change(lab)).reshape(*[size] * count, 3)
+    if version == 5:
+        return lut_element("mAB", np.minimum(codes * (257 / 256), 1.0), curves)
+    return lut16_element(codes, curves)
 
 
 def _levels(values: FloatArray, size: int) -> FloatArray:
@@ -144,9 +151,12 @@ class InverseTable:
     nodes: FloatArray
     after: FloatArray
 
-    def to_bytes(self) -> bytes:
-        """Return the element of the table."""
-        return lut16_element(self.nodes, self.before, np.tile(self.after, (self.nodes.shape[3], 1)))
+    def to_bytes(self, version: int = 2) -> bytes:
+        """Return the element of the table in a version of profiles."""
+        after = np.tile(self.after, (self.nodes.shape[3], 1))
+        if version == 5:
+            return lut_element("mBA", self.nodes, self.before[:, :_LAB_ENTRIES_5], after)
+        return lut16_element(self.nodes, self.before, after)
 
     def values(self, lab: FloatArray) -> FloatArray:
         """Return the values of colours by tetrahedral interpolation."""

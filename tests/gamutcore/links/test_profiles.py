@@ -44,6 +44,12 @@ def fourth(press, srgb):
 
 
 @pytest.fixture(scope="module")
+def fifth(srgb):
+    options = {"version": 5, "gamut_boundary": True, "triangles": 500, "source_gamut": srgb}
+    return profile(PRESS, size=9, **options, **COARSE)
+
+
+@pytest.fixture(scope="module")
 def path(made, tmp_path_factory):
     path = tmp_path_factory.mktemp("profiles") / "press.icc"
     made.save(path)
@@ -163,6 +169,39 @@ def test_the_perceptual_intent_of_version_4_has_the_black_of_the_reference_mediu
     assert read.transform("relative")[0].pcs_values(black)[0, 0] > 8.0
 
 
+def test_version_5_has_the_same_tables_and_a_boundary_with_device_values(fifth, made, press):
+    one, two = (read_characterisation(each.to_bytes()) for each in (made, fifth))
+    device = printable(500)
+    for intent in ("relative", "saturation"):
+        colours = [each.transform(intent)[0].pcs_values(device) for each in (one, two)]
+        np.testing.assert_allclose(*colours, atol=4e-3)  # half a step of 16 bits each
+    for tag in ("B2A0", "B2A1", "B2A2"):
+        assert largest_output_sum(two.element(tag), 4) <= 3.0 + 1e-4
+    cielab = Gamut(PRESS, **COARSE)
+    level = Gamut(fifth.to_bytes(), source="boundary")
+    assert level.volume == pytest.approx(cielab.mesh(500).volume, rel=1e-6)
+    element = two.element("gbd1")
+    count, faces = element.unsigned(12, 4), element.unsigned(16, 4)
+    numbers = element.floats(20 + 12 * faces, 7 * count)
+    lab, inks = numbers[: 3 * count].reshape(-1, 3), numbers[3 * count :].reshape(-1, 4)
+    assert inks.sum(axis=1).max() <= 3.0 + 1e-4
+    # vertices are rounded and merged, and samples of the surface are not exact elsewhere
+    assert np.median(delta_e_2000(colours_of(press, inks), lab)) < 0.1
+
+
+def test_a_boundary_needs_version_5_and_measurements(press):
+    for choices, field in (
+        ({"gamut_boundary": True}, "gamut_boundary"),
+        ({"gamut_boundary": True, "version": 4}, "gamut_boundary"),
+        ({"version": 5, "triangles": 500}, "triangles"),
+        ({"version": 5, "gamut_boundary": True}, "gamut_boundary"),  # not in CIELAB
+    ):
+        with pytest.raises(OptionError) as refused:
+            profile(press, **choices)
+        assert refused.value.where["field"] == field
+        assert refused.value.remedy != "Leave it out."
+
+
 def test_gamt_has_the_size_of_the_other_tables(made):
     read = read_characterisation(made.to_bytes())
     element = read.element("gamt")
@@ -171,9 +210,9 @@ def test_gamt_has_the_size_of_the_other_tables(made):
 
 
 @pytest.mark.skipif(find_spec("iccdev") is None, reason="iccdev is not installed")
-def test_the_reference_implementation_finds_no_fault(made, fourth):
+def test_the_reference_implementation_finds_no_fault(made, fourth, fifth):
     iccdev = pytest.importorskip("iccdev")
-    for each in (made, fourth):
+    for each in (made, fourth, fifth):
         status, report = iccdev.validate_profile(each.to_bytes())
         assert (status, report) == (iccdev.ValidationStatus(0), "")
 
