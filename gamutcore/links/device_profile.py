@@ -1,8 +1,9 @@
 """ICC profiles of devices: output and display profiles of versions 2, 4 and 5, from a device model.
 
-Colours are those of the device model, and device values those of its inverse. A display whose
-channels nearly add has a matrix and curves; other devices have tables, and all have them in version
-5. The error of the file against the model is measured for each profile.
+Colours are those of the device model, or measured ones where a node of a table has the device
+values of a sample. Device values are those of the model's inverse. A display whose channels nearly
+add has a matrix and curves; other devices have tables, and all have them in version 5. The error of
+the file against the model is measured for each profile.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from gamutcore.colours import (
     compensate_black,
     lab_to_xyz,
     luminance_of_black,
+    measured_colours,
     xyz_to_lab,
 )
 from gamutcore.content import content_of, gamut_source, is_saved_gamut
@@ -250,8 +252,9 @@ def profile(
     -----
     The relative intent clips to the nearest colours, the perceptual one compresses from
     `source_gamut` by ``sgck``, and the saturation intent scales black and clips towards the cusp.
-    Colours in gamut are exact at nodes. `Profile.forward` and `Profile.round_trip` have the
-    differences between the nodes, and the description of the file states them.
+    A2B nodes at the device values of samples have the measured colours, and others the model's.
+    `Profile.forward` and `Profile.round_trip` have the differences from the model, and the
+    description of the file states them.
 
     Examples
     --------
@@ -284,7 +287,7 @@ def profile(
         mappings = _mappings(gamut, source_gamut, version)
         made = InverseTables(gamut, rule, size)
         inverse, distances = made.colorimetric()
-        elements = {**_forward_tables(device, samples, version)}
+        elements = {**_forward_tables(device, _measured(samples, gamut.options), version)}
         elements["B2A1"] = inverse.to_bytes(version)
         for tag, colours, mapping in mappings:
             elements[tag] = made.mapped(colours, mapping).to_bytes(version)
@@ -448,9 +451,24 @@ def _title(data: object, gamut: Gamut) -> str:
     return " ".join(str(stated or f"gamut {gamut.id[:12]}").split())[:80]
 
 
-def _forward_tables(device: _Device, samples: Samples | None, version: int) -> dict[str, bytes]:
+def _measured(samples: Samples | None, options: Options) -> tuple[FloatArray, FloatArray] | None:
+    """Return device values and media-relative colours of samples."""
+    if samples is None or samples.device is None:
+        return None
+    colours = measured_colours(
+        samples,
+        "relative",
+        observer=options.observer,
+        illuminant=options.illuminant,
+        adaptation=options.adaptation or "Bradford",
+    )
+    return samples.device, colours.lab
+
+
+def _forward_tables(
+    device: _Device, measured: tuple[FloatArray, FloatArray] | None, version: int
+) -> dict[str, bytes]:
     """Return A2B tables. Perceptual black is that of the reference medium from version 4 on."""
-    measured = None if samples is None else samples.device
     relative = forward_table(device.model, measured, version=version)
     tables = {"A2B0": relative, "A2B1": relative, "A2B2": relative}
     if version >= 4:

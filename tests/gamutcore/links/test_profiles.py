@@ -1,5 +1,6 @@
 """Profiles: files read by Argyll, lcms, iccDEV and this package, against the device model."""
 
+import re
 import shutil
 import subprocess
 from importlib.util import find_spec
@@ -101,6 +102,17 @@ def test_argyll_gives_the_colours_of_the_model_and_recipes_for_them(path, press,
     assert back.mean() < 1.2 * made.round_trip.mean
     assert (back > made.round_trip.percentile_95).mean() < 0.07
     assert delta_e_2000(colours_of(press, np.clip(found, 0, 1)), lab).mean() < back.mean() + 0.05
+
+
+def test_measured_patches_have_their_colours(path):
+    if shutil.which("profcheck") is None:
+        pytest.skip("Argyll CMS is not installed")
+    asked = ["profcheck", "-k", PRESS, path]
+    answer = subprocess.run(asked, capture_output=True, text=True, check=True).stdout
+    worst, mean = (float(each) for each in re.findall(r"(?:max|avg)\. = ([0-9.]+)", answer))
+    # a profile of colprof -qh has 0.035 and 0.334
+    assert mean < 0.02
+    assert worst < 0.3
 
 
 def test_white_and_solid_inks_survive(path, press):
