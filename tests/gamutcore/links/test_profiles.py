@@ -221,6 +221,26 @@ def test_gamt_has_the_size_of_the_other_tables(made):
     assert tuple(element.data[8:11]) == (3, 1, 17)
 
 
+@pytest.mark.skipif(shutil.which("transicc") is None, reason="liblcms2-utils is not installed")
+def test_transicc_gives_colours_and_recipes(made, fourth, fifth, press, tmp_path):
+    def transicc(rows, *options):
+        asked = "\n".join(" ".join(map(repr, row)) for row in rows.tolist())
+        command = ["transicc", "-n", "-t1", *options]
+        answer = subprocess.run(command, input=asked, text=True, capture_output=True, check=True)
+        return np.array([line.split() for line in answer.stdout.splitlines()], float)
+
+    path, device = tmp_path / "press.icc", printable(500)
+    lab = colours_of(press, device)
+    for each in (made, fourth, fifth):
+        each.save(path)
+        forward = delta_e_2000(transicc(100.0 * device, f"-i{path}", "-o*Lab4"), lab)
+        assert forward.mean() < 2.0 * each.forward.mean
+        assert forward.max() < 2.0 * each.forward.worst
+        found = np.clip(transicc(lab, "-i*Lab4", f"-o{path}") / 100.0, 0.0, 1.0)
+        back = delta_e_2000(colours_of(press, found), lab)
+        assert back.mean() < 1.2 * each.round_trip.mean + 0.05
+
+
 @pytest.mark.skipif(find_spec("iccdev") is None, reason="iccdev is not installed")
 def test_the_reference_implementation_finds_no_fault(made, fourth, fifth):
     iccdev = pytest.importorskip("iccdev")
