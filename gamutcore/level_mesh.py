@@ -9,6 +9,7 @@ from pathlib import Path
 
 from gamutcore.colours.spaces import CIELAB, ColourSpace
 from gamutcore.export import format_of_suffix, mesh_file
+from gamutcore.export.picture_file import draft_of
 from gamutcore.geometry import TriangleMesh
 from gamutcore.results import Shown
 
@@ -34,35 +35,54 @@ class LevelMesh(Shown, TriangleMesh):
     max_error: float | None = None
     provenance: Mapping[str, str] = field(default_factory=dict)
 
-    def to_bytes(self, format_name: str) -> bytes:
+    def to_bytes(
+        self, format_name: str, *, into: bytes | str | os.PathLike[str] | None = None
+    ) -> bytes:
         """Return the mesh as a file with colours, space and provenance.
 
         Parameters
         ----------
         format_name : str
             A key of `gamutcore.export.FORMATS`.
+        into : bytes or path, optional
+            ICC profile of version 5 that the mesh becomes the gamut boundary of, with device
+            values, for the format ``icc``. All else in the profile is kept.
 
         Raises
         ------
         OptionError
-            There is no such format, or it cannot hold the mesh.
+            There is no such format, or it cannot hold the mesh, or the profile has another version
+            or other channels.
+        MalformedProfileError, UnsupportedProfileError
+            The profile is damaged, or is not of a device.
         """
-        return mesh_file(self, format_name, self.provenance, self.space)
+        if into is not None and not isinstance(into, bytes):
+            into = Path(into).read_bytes()
+        return mesh_file(self, format_name, self.provenance, self.space, into)
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the mesh to a file in the format of its suffix.
+    def save(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        into: bytes | str | os.PathLike[str] | None = None,
+    ) -> None:
+        """Write the mesh to a file in the format of its suffix, complete or not at all.
 
         Parameters
         ----------
         path : path
             With the suffix of a format, such as ``.glb``.
+        into : bytes or path, optional
+            As for `to_bytes`. The file may be the profile itself.
 
         Raises
         ------
-        OptionError
-            There is no format with the suffix, or it cannot hold the mesh.
+        GamutError
+            There is no format with the suffix, or as for `to_bytes`.
         OSError
-            The file cannot be written.
+            The profile cannot be read, or the file cannot be written.
         """
         mesh_format = format_of_suffix(Path(path).suffix)
-        Path(path).write_bytes(self.to_bytes(mesh_format.name))
+        data = self.to_bytes(mesh_format.name, into=into)
+        with draft_of(Path(path)) as draft:
+            draft.write_bytes(data)

@@ -28,6 +28,17 @@ if TYPE_CHECKING:
 __all__ = ["add_to"]
 
 
+Into = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="PROFILE",
+        help="ICC profile of version 5. The .icc file is the profile with the level as its gamut "
+        "boundary.",
+    ),
+]
+"""The profile that a boundary is embedded in."""
+
+
 def add_to(app: typer.Typer) -> None:
     """Add the commands to a program."""
     for command in (build, info, mesh, export):
@@ -78,6 +89,7 @@ def mesh(
     triangles: Triangles = None,
     max_error: MaxError = None,
     side: Annotated[str, typer.Option(help="both, inside or outside of the boundary.")] = "both",
+    into: Into = None,
 ) -> None:
     """Write a level as a mesh file.
 
@@ -92,7 +104,7 @@ def mesh(
     if full and triangles is None and max_error is None:
         max_error = 0.0
     level = gamut.mesh(triangles, max_error=max_error, side=side)  # type: ignore[arg-type]  # checked
-    level.save(output)
+    level.save(output, into=into)
     bound = "" if level.max_error is None else f", within {level.max_error:g} of the boundary"
     typer.echo(f"{output}: {level.triangles} triangles{bound}", err=True)
     state(gamut.conditions)
@@ -114,6 +126,7 @@ def export(
     output: Output = None,
     as_json: AsJson = False,
     as_csv: AsCsv = False,
+    into: Into = None,
 ) -> None:
     """Write a table, a mesh, a picture or a page for browsers.
 
@@ -131,8 +144,10 @@ def export(
             raise typer.BadParameter(
                 "Give --table, --json and --csv for tables only.", param_hint="--output"
             )
-        _export_file(ctx, source, output, triangles, max_error)
+        _export_file(ctx, source, output, triangles, max_error, into)
         return
+    if into is not None:
+        raise typer.BadParameter("Give it for an output that ends in .icc.", param_hint="--into")
     if table is None and not as_json and not as_csv and suffix not in _TABLES:
         raise typer.BadParameter(
             f"Give a name that ends in {', '.join(sorted(others | {'.csv', '.json'}))}, or one of "
@@ -181,11 +196,14 @@ def _export_file(
     output: Path,
     triangles: int | None,
     max_error: float | None,
+    into: Path | None,
 ) -> None:
     """Write a page, a picture or a mesh, by the suffix of the file."""
     from gamutcore.export.viewer_page import HTML_SUFFIXES  # noqa: PLC0415
 
     suffix = output.suffix.lower()
+    if into is not None and suffix != ".icc":
+        raise typer.BadParameter("Give it for an output that ends in .icc.", param_hint="--into")
     if suffix in HTML_SUFFIXES:
         if triangles is not None or max_error is not None:
             raise typer.BadParameter("A page shows every level.", param_hint="--output")
@@ -193,7 +211,7 @@ def _export_file(
     elif suffix == ".png":
         picture(ctx, source, output, triangles=triangles, max_error=max_error)
     else:
-        mesh(ctx, source, output, triangles, max_error)
+        mesh(ctx, source, output, triangles, max_error, into=into)
 
 
 def reference(

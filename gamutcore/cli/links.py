@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from gamutcore.cli.inputs import asking, chosen_options, number_or_text, numbers_of
+from gamutcore.cli.inputs import Triangles, asking, chosen_options, number_or_text, numbers_of
 from gamutcore.cli.reference_cache import cached_reference
 
 __all__ = ["add_to"]
@@ -103,7 +103,7 @@ def profile(
     output: Annotated[
         Path, typer.Option("--output", "-o", metavar="FILE", help="An .icc or .icm file.")
     ],
-    version: Annotated[int, typer.Option(help="Version of the profile: 2 or 4.")] = 2,
+    version: Annotated[int, typer.Option(help="Version of the profile: 2, 4, or 5 (iccMAX).")] = 2,
     black: str = "smooth",
     size: Annotated[
         int, typer.Option(help="Nodes of B2A tables along L*, a* and b*, 9 to 65.")
@@ -114,12 +114,18 @@ def profile(
     name: Annotated[
         str | None, typer.Option(help="What the description of the profile begins with.")
     ] = None,
+    gamut_boundary: Annotated[
+        bool,
+        typer.Option("--gamut-boundary", help="Add the gamut as a mesh, to version 5."),
+    ] = False,
+    triangles: Triangles = None,
 ) -> None:
     """Make an ICC profile of a press or a display.
 
     A press has tables A2B and B2A for the perceptual, relative and saturation intents, and gamt. A
-    display has them unless a matrix with curves is close to its model. Measurements are kept in
-    the tag targ. The limits --ink-limit and --black-limit hold for all B2A tables.
+    display has them unless a matrix with curves is close to its model, and in version 5.
+    Measurements are kept in the tag targ. The limits --ink-limit and --black-limit hold for all
+    B2A tables.
 
     The error of the profile against the device model, and that of the round trip, are measured at
     20,000 device values and on the edges of the device's cube, printed, and stated in the file.
@@ -137,6 +143,8 @@ def profile(
         size=size,
         source_gamut=source_gamut,
         name=name,
+        gamut_boundary=gamut_boundary,
+        triangles=triangles,
         **options,
     )
     made.save(output)

@@ -13,7 +13,8 @@ mesh, at the device values of each point.
 An iccMAX profile has a gamut boundary description (ICC.2:2019, 10.2.11). The profile is abstract:
 from CIELAB to CIELAB, with an identity as its transform. A gamut has no device model, so no other
 class of profile would be true of it. The tag gbd0, gbd1, gbd2 or gbd3 is that of the gamut's
-intent. All numbers are big-endian.
+intent. The boundary may also become a tag of an existing profile, then with device values. All
+numbers are big-endian.
 """
 
 from __future__ import annotations
@@ -24,15 +25,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gamutcore.characterisation.icc import icc_profile, looks_like_icc
 from gamutcore.characterisation.meshes import GAMUT_BOUNDARY_TAGS
 from gamutcore.colours import lab_to_xyz
 from gamutcore.colours.spaces import CIELAB, ColourSpace
-from gamutcore.errors import OptionError
+from gamutcore.errors import GamutError, MalformedProfileError, OptionError
 from gamutcore.export.icc_file import (
     COPYRIGHT,
     D50,
+    data_space,
     description_element,
     icc_file,
+    profile_id,
+    profile_of,
     xyz_element,
 )
 from gamutcore.export.provenance import ascii_line
@@ -43,9 +48,10 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
     from gamutcore.arrays import FloatArray
+    from gamutcore.characterisation.icc import IccProfile
     from gamutcore.geometry import DeviceValues, TriangleMesh
 
-__all__ = ["cge", "gam", "icc"]
+__all__ = ["cge", "gam", "icc", "icc_with_boundary"]
 
 
 def check_icc_cielab(space: ColourSpace, format_name: str) -> None:
@@ -218,8 +224,7 @@ def icc(mesh: TriangleMesh, provenance: Mapping[str, str], space: ColourSpace = 
     values are left out, because the data colour space of the profile is CIELAB.
     """
     check_icc_cielab(space, "icc")
-    intent = provenance.get("intent", "relative")
-    intent = intent if intent in GAMUT_BOUNDARY_TAGS else "relative"
+    intent = _intent(provenance)
     description = f"Gamut boundary {provenance.get('gamut', '')[:12]} by gamutcore {__version__}"
     tags = {
         "desc": description_element(description, 5),
@@ -231,15 +236,72 @@ def icc(mesh: TriangleMesh, provenance: Mapping[str, str], space: ColourSpace = 
     return icc_file(5, "abst", ("Lab ", "Lab "), tags, intent)
 
 
+def _intent(provenance: Mapping[str, str]) -> str:
+    intent = provenance.get("intent", "relative")
+    return intent if intent in GAMUT_BOUNDARY_TAGS else "relative"
+
+
+def icc_with_boundary(
+    mesh: TriangleMesh, provenance: Mapping[str, str], space: ColourSpace, profile: bytes
+) -> bytes:
+    """Return a profile of version 5 with a mesh as its gamut boundary description.
+
+    The mesh's device values are kept, unless the profile is abstract. The description of the same
+    intent is replaced. Elements of other tags stay as they are, and the header but for size and id.
+    """
+    check_icc_cielab(space, "icc")
+    try:
+        read = _undamaged(profile)
+        tags = {tag: read.element(tag).data for tag in read.tags}
+    except GamutError as error:
+        error.where["field"] = "into"
+        raise
+    if read.version[0] != 5:
+        raise _into(
+            f"the profile has version {read.version[0]}, which has no gamut boundaries",
+            "Give a profile of version 5 (gamut profile --version 5), or leave it out: the file is "
+            "then an abstract profile of version 5.",
+        )
+    device = mesh.device if read.channels else None
+    if device is not None and data_space(device.channels) != data_space(read.channels):
+        own, other = " ".join(device.channels), " ".join(read.channels)
+        raise _into(
+            f"the profile's channels are {other}, and those of the gamut are {own}",
+            "Give the profile of the gamut's device.",
+        )
+    tags[GAMUT_BOUNDARY_TAGS[_intent(provenance)]] = _boundary(mesh, device, read.pcs)
+    return profile_of(profile[:128], tags)
+
+
+def _undamaged(data: bytes) -> IccProfile:
+    """Return a profile whose size and id are those of its content."""
+    if not looks_like_icc(data):
+        fault = "The file is not an ICC profile."
+    elif int.from_bytes(data[:4], "big") != len(data):
+        fault = f"The profile has {len(data)} bytes, but declares another size."
+    elif any(data[84:100]) and data[84:100] != profile_id(data):
+        fault = "The profile was changed: its id is not that of its content."
+    else:
+        return icc_profile(data)
+    raise MalformedProfileError(fault, where={}, remedy="Send the whole profile, or make it again.")
+
+
+def _into(why: str, remedy: str) -> OptionError:
+    return OptionError(f"into does not apply: {why}.", where={"field": "into"}, remedy=remedy)
+
+
 def _identity() -> bytes:
     """Return an element of the type multiProcessElementsType: one matrix, the identity."""
     matrix = struct.pack(">4sI2H12f", b"matf", 0, 3, 3, *np.eye(3).ravel(), 0.0, 0.0, 0.0)
     return struct.pack(">4sI2H3I", b"mpet", 0, 3, 3, 1, 24, len(matrix)) + matrix
 
 
-def _boundary(mesh: TriangleMesh) -> bytes:
-    """Return an element of the type gamutBoundaryDescType without device values."""
+def _boundary(mesh: TriangleMesh, device: DeviceValues | None = None, pcs: str = "Lab") -> bytes:
+    """Return an element of the type gamutBoundaryDescType, with vertices in a connection space."""
+    vertices = np.asarray(mesh.vertices, np.float64)
+    vertices = vertices if pcs == "Lab" else lab_to_xyz(vertices)
     clockwise = np.ascontiguousarray(mesh.faces[:, ::-1], ">u4")
-    vertices = np.ascontiguousarray(mesh.vertices, ">f4")
-    counts = struct.pack(">4sI2H2I", b"gbd ", 0, 3, 0, len(vertices), len(clockwise))
-    return counts + clockwise.tobytes() + vertices.tobytes()
+    values = np.empty((len(vertices), 0)) if device is None else device.values
+    counts = struct.pack(">4sI2H2I", b"gbd ", 0, 3, values.shape[1], len(vertices), len(clockwise))
+    numbers = (np.ascontiguousarray(each, ">f4").tobytes() for each in (vertices, values))
+    return counts + clockwise.tobytes() + b"".join(numbers)

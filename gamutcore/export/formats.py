@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from gamutcore.colours.spaces import CIELAB, ColourSpace
 from gamutcore.errors import OptionError
-from gamutcore.export.colour_management import cge, gam, icc
+from gamutcore.export.colour_management import cge, gam, icc, icc_with_boundary
 from gamutcore.export.gltf import glb, gltf
 from gamutcore.export.triangle_files import obj, ply, stl, threemf
 from gamutcore.geometry import TriangleMesh
@@ -127,6 +127,7 @@ def mesh_file(
     format_name: str,
     provenance: Mapping[str, str] | None = None,
     space: ColourSpace = CIELAB,
+    into: bytes | None = None,
 ) -> bytes:
     """Return a mesh as a file.
 
@@ -140,6 +141,8 @@ def mesh_file(
         Origin of the mesh, for the formats that have a place for it.
     space : ColourSpace, optional
         Determines the vertex colours and the upward direction.
+    into : bytes, optional
+        ICC profile of version 5 that the mesh becomes the gamut boundary of, for ``icc``.
 
     Returns
     -------
@@ -148,7 +151,10 @@ def mesh_file(
     Raises
     ------
     OptionError
-        There is no such format, or it cannot hold the mesh.
+        There is no such format, or it cannot hold the mesh, or the profile has another version or
+        other channels.
+    MalformedProfileError, UnsupportedProfileError
+        The profile is damaged, or is not of a device.
     """
     mesh_format = FORMATS.get(format_name)
     if mesh_format is None:
@@ -157,7 +163,15 @@ def mesh_file(
             where={"field": "format"},
             remedy=f"Give one of {', '.join(FORMATS)}.",
         )
-    return mesh_format.encode(mesh, provenance or {}, space)
+    if into is None:
+        return mesh_format.encode(mesh, provenance or {}, space)
+    if format_name != "icc":
+        raise OptionError(
+            f"into does not apply: the format {format_name} is no profile.",
+            where={"field": "into"},
+            remedy="Give the format icc, or leave it out.",
+        )
+    return icc_with_boundary(mesh, provenance or {}, space, into)
 
 
 def format_of_suffix(suffix: str) -> MeshFormat:

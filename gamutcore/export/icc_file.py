@@ -30,7 +30,10 @@ __all__ = [
     "fixed_element",
     "icc_file",
     "lut16_element",
+    "lut_element",
     "parametric_element",
+    "profile_id",
+    "profile_of",
     "text_element",
     "xyz_element",
 ]
@@ -51,12 +54,23 @@ _VERSIONS = {
 """The version in the header, and the date of its specification."""
 
 _HEADER = 128
+_ID = 84
+"""Size of the header, and where it has the profile's id (ICC.1:2010, 7.2)."""
 
 
 def icc_file(
     version: int, kind: str, spaces: tuple[str, str], tags: Mapping[str, bytes], intent: str
 ) -> bytes:
-    """Return a profile of a class (`kind`), from a data colour space to a connection space.
+    """Return a profile of a class (`kind`), from a data colour space to a connection space."""
+    number, date = _VERSIONS[version]
+    head = struct.pack(">I4s4s4s4s4s", 0, bytes(4), number, *map(_signature, (kind, *spaces)))
+    head += struct.pack(">6H", *date, 0, 0, 0) + b"acsp" + bytes(24)  # no platform, flags, model
+    head += struct.pack(">I", INTENTS.index(intent)) + _fixed(D50)
+    return profile_of(head.ljust(_HEADER, b"\0"), tags)
+
+
+def profile_of(header: bytes, tags: Mapping[str, bytes]) -> bytes:
+    """Return a profile with a header, in which the size and, from version 4 on, the id are set.
 
     Tags with equal elements share one place.
     """
@@ -65,23 +79,19 @@ def icc_file(
     for signature, data in tags.items():
         if data not in places:
             places[data] = offset
-            parts.append(data + bytes(-len(data) % 4))
+            parts.append(_padded(data))
             offset += len(parts[-1])
-        table.append(struct.pack(">4sII", signature.encode(), places[data], len(data)))
-    content = b"".join((*table, *parts))
-    number, date = _VERSIONS[version]
-    head = struct.pack(">I4s4s4s4s4s", offset, bytes(4), number, *map(_signature, (kind, *spaces)))
-    head += struct.pack(">6H", *date, 0, 0, 0) + b"acsp" + bytes(24)  # no platform, flags, model
+        table.append(struct.pack(">4sII", signature.encode("latin-1"), places[data], len(data)))
+    whole = b"".join((struct.pack(">I", offset), header[4:], *table, *parts))
+    digest = profile_id(whole) if header[8] >= 4 else bytes(16)
+    return whole[:_ID] + digest + whole[_ID + 16 :]
 
-    def header(number: int, digest: bytes) -> bytes:
-        whole = head + struct.pack(">I", number) + _fixed(D50) + bytes(4) + digest
-        return whole + bytes(_HEADER - len(whole))
 
-    digest = bytes(16)
-    if version >= 4:  # of a profile with zeros for intent and digest (ICC.1:2010, 7.2.18)
-        blank = header(0, digest) + content
-        digest = hashlib.md5(blank, usedforsecurity=False).digest()
-    return header(INTENTS.index(intent), digest) + content
+def profile_id(data: bytes) -> bytes:
+    """Return the digest of a profile without flags, intent and digest (ICC.1:2010, 7.2.18)."""
+    blank = bytearray(data)
+    blank[44:48], blank[64:68], blank[_ID : _ID + 16] = bytes(4), bytes(4), bytes(16)
+    return hashlib.md5(blank, usedforsecurity=False).digest()
 
 
 def data_space(channels: Sequence[str]) -> str:
@@ -157,6 +167,27 @@ def lut16_element(
     head = struct.pack(">4sI4B", b"mft2", 0, inputs, outputs, len(nodes), 0)
     head += _fixed(np.eye(3)) + struct.pack(">2H", before.shape[1], after.shape[1])
     return head + b"".join(map(_sixteen_bits, (before, nodes, after)))
+
+
+def lut_element(
+    kind: str, nodes: FloatArray, before: FloatArray, after: FloatArray | None = None
+) -> bytes:
+    """Return an element of the type lutAToBType (``mAB``) or lutBToAType (``mBA``), as for lut16.
+
+    Version 5 has these in place of lut16Type (ICC.1:2010, 10.10 and 10.11).
+    """
+    inputs, outputs = nodes.ndim - 1, nodes.shape[-1]
+    after = np.tile((0.0, 1.0), (outputs, 1)) if after is None else after
+    grid = bytes(nodes.shape[:-1]).ljust(16, b"\0") + bytes((2, 0, 0, 0)) + _sixteen_bits(nodes)
+    first, last = (b"".join(map(_padded, map(curve_element, each))) for each in (before, after))
+    clut, end = 32 + len(first), 32 + len(first) + len(_padded(grid))
+    ends = (end, 0, 0, clut, 32) if kind == "mAB" else (32, 0, 0, clut, end)
+    head = struct.pack(">4sI2BH5I", _signature(kind), 0, inputs, outputs, 0, *ends)
+    return head + first + _padded(grid) + last
+
+
+def _padded(data: bytes) -> bytes:
+    return data + bytes(-len(data) % 4)
 
 
 def _sixteen_bits(values: FloatArray) -> bytes:

@@ -1,8 +1,9 @@
-"""ICC profiles of devices: output and display profiles of versions 2 and 4, from a device model.
+"""ICC profiles of devices: output and display profiles of versions 2, 4 and 5, from a device model.
 
-Colours are those of the device model, and device values those of its inverse. A display whose
-channels nearly add has a matrix and curves; other devices have tables. The error of the file
-against the model is measured for each profile.
+Colours are those of the device model, or measured ones where a node of a table has the device
+values of a sample. Device values are those of the model's inverse. A display whose channels nearly
+add has a matrix and curves; other devices have tables, and all have them in version 5. The error of
+the file against the model is measured for each profile.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from gamutcore.colours import (
     compensate_black,
     lab_to_xyz,
     luminance_of_black,
+    measured_colours,
     xyz_to_lab,
 )
 from gamutcore.content import content_of, gamut_source, is_saved_gamut
@@ -72,7 +74,7 @@ __all__ = [
 PROFILE_SIZE = Annotated[int, WholeNumber(9, 65)]
 """Nodes of B2A tables along L*, a* and b*."""
 
-PROFILE_VERSION = Annotated[int, Choice((2, 4))]
+PROFILE_VERSION = Annotated[int, Choice((2, 4, 5))]
 """Versions of profiles."""
 
 PROFILE_SPACE = "CAM16-UCS"
@@ -148,7 +150,7 @@ class Profile(Shown):
     device_class : {"prtr", "mntr"}
         Output device or display.
     version : int
-        2 or 4.
+        2, 4 or 5.
     channels : tuple of str
         Names of the device's channels.
     form : {"tables", "matrix"}
@@ -201,6 +203,8 @@ def profile(
     size: int = 33,
     source_gamut: Gamut | str | os.PathLike[str] = SOURCE_GAMUT,
     name: str | None = None,
+    gamut_boundary: bool = False,
+    triangles: int | None = None,
     **options: Any,  # noqa: ANN401  # checked by Options
 ) -> Profile:
     """Make an ICC profile of a press or a display.
@@ -210,8 +214,8 @@ def profile(
     data : path, bytes, table or Gamut
         Measurements with device values, in any form that `Gamut` accepts; an ICC profile; the name
         of an RGB space; or a gamut with a device model and the intent ``relative``.
-    version : {2, 4}, optional
-        Of the profile.
+    version : {2, 4, 5}, optional
+        Of the profile; 5 is iccMAX.
     black : str, float or array_like, optional
         How much black the device values have, as for `Gamut.to_device`.
     size : int, optional
@@ -220,6 +224,10 @@ def profile(
         Gamut that the perceptual intent maps from, as `Gamut.map` accepts.
     name : str, optional
         What the description begins with; by default that of the data.
+    gamut_boundary : bool, optional
+        Whether the profile has its gamut as a mesh in CIELAB with device values. Needs version 5.
+    triangles : int, optional
+        Largest number of triangles of this mesh; 1000 by default.
     **options
         How the gamut is built, as for `Gamut`, such as ``ink_limit``. The space of the gamut
         mapping is CAM16-UCS unless given. A `Gamut` has its own options.
@@ -244,8 +252,9 @@ def profile(
     -----
     The relative intent clips to the nearest colours, the perceptual one compresses from
     `source_gamut` by ``sgck``, and the saturation intent scales black and clips towards the cusp.
-    Colours in gamut are exact at nodes. `Profile.forward` and `Profile.round_trip` have the
-    differences between the nodes, and the description of the file states them.
+    A2B nodes at the device values of samples have the measured colours, and others the model's.
+    `Profile.forward` and `Profile.round_trip` have the differences from the model, and the
+    description of the file states them.
 
     Examples
     --------
@@ -256,11 +265,20 @@ def profile(
     version = int(check_option("version", version, PROFILE_VERSION))
     size = int(check_option("size", size, PROFILE_SIZE))
     rule = black_rule(black)
+    if gamut_boundary and version != 5:
+        raise OptionError.not_applicable(
+            "gamut_boundary", True, f"version {version} has no gamut boundaries", "Give version 5."
+        )
+    if triangles is not None and not gamut_boundary:
+        raise OptionError.not_applicable(
+            "triangles", triangles, "only a gamut boundary has triangles", "Give gamut_boundary."
+        )
     gamut, content = _gamut(data, options)
+    level = _in_cielab(gamut, content, options).mesh(triangles) if gamut_boundary else None
     device = _Device.of(gamut)
     samples = None if content is None else _samples(content, gamut.options)
     elements, form = None, "tables"
-    if device.kind == "mntr" and device.space == "RGB ":
+    if device.kind == "mntr" and device.space == "RGB " and version < 5:
         elements = _matrix(device.model)
     inverse: InverseTable | None = None
     if elements is not None:
@@ -269,10 +287,11 @@ def profile(
         mappings = _mappings(gamut, source_gamut, version)
         made = InverseTables(gamut, rule, size)
         inverse, distances = made.colorimetric()
-        elements = {**_forward_tables(device, samples, version), "B2A1": inverse.to_bytes()}
+        elements = {**_forward_tables(device, _measured(samples, gamut.options), version)}
+        elements["B2A1"] = inverse.to_bytes(version)
         for tag, colours, mapping in mappings:
-            elements[tag] = made.mapped(colours, mapping).to_bytes()
-        elements["gamt"] = distances.to_bytes()
+            elements[tag] = made.mapped(colours, mapping).to_bytes(version)
+        elements["gamt"] = distances.to_bytes(version)
     tags = {**device.tags(version), **elements}
     if content is not None and samples is not None:
         tags["targ"] = text_element(_measurements(content, samples, gamut))
@@ -285,7 +304,8 @@ def profile(
         )
         pcs = "Lab " if form == "tables" else "XYZ "
         intent = "perceptual" if form == "matrix" else "relative"
-        return icc_file(version, device.kind, (device.space, pcs), {**head, **tags}, intent)
+        made = icc_file(version, device.kind, (device.space, pcs), {**head, **tags}, intent)
+        return made if level is None else level.to_bytes("icc", into=made)
 
     forward, round_trip = _errors(file(title), device.model, inverse)
     errors = f"error of A2B {forward}"
@@ -317,6 +337,18 @@ def _gamut(data: object, options: dict[str, Any]) -> tuple[Gamut, bytes | None]:
     for field, value in options.items():
         raise OptionError.not_applicable(field, value, "the gamut is built already")
     return _checked(data), None
+
+
+def _in_cielab(gamut: Gamut, content: bytes | None, options: dict[str, Any]) -> Gamut:
+    """Return the gamut in CIELAB relative to D50, in which boundaries of profiles are."""
+    if gamut.colour_space.is_icc_cielab:
+        return gamut
+    if content is None:
+        raise OptionError.not_applicable(
+            "gamut_boundary", True, "the gamut is not in CIELAB", "Give the measurements."
+        )
+    others = {each: options[each] for each in options.keys() - {"space", *SPACE_PARAMETERS}}
+    return Gamut(content, others)
 
 
 def _checked(gamut: Gamut) -> Gamut:
@@ -419,18 +451,33 @@ def _title(data: object, gamut: Gamut) -> str:
     return " ".join(str(stated or f"gamut {gamut.id[:12]}").split())[:80]
 
 
-def _forward_tables(device: _Device, samples: Samples | None, version: int) -> dict[str, bytes]:
-    """Return A2B tables. The perceptual black of version 4 is that of the reference medium."""
-    measured = None if samples is None else samples.device
-    relative = forward_table(device.model, measured)
+def _measured(samples: Samples | None, options: Options) -> tuple[FloatArray, FloatArray] | None:
+    """Return device values and media-relative colours of samples."""
+    if samples is None or samples.device is None:
+        return None
+    colours = measured_colours(
+        samples,
+        "relative",
+        observer=options.observer,
+        illuminant=options.illuminant,
+        adaptation=options.adaptation or "Bradford",
+    )
+    return samples.device, colours.lab
+
+
+def _forward_tables(
+    device: _Device, measured: tuple[FloatArray, FloatArray] | None, version: int
+) -> dict[str, bytes]:
+    """Return A2B tables. Perceptual black is that of the reference medium from version 4 on."""
+    relative = forward_table(device.model, measured, version=version)
     tables = {"A2B0": relative, "A2B1": relative, "A2B2": relative}
-    if version == 4:
+    if version >= 4:
         black = luminance_of_black(lab_to_xyz(device.black[np.newaxis])[0])
 
         def change(lab: FloatArray) -> FloatArray:
             return xyz_to_lab(compensate_black(lab_to_xyz(lab), black, _PERCEPTUAL_BLACK))
 
-        tables["A2B0"] = forward_table(device.model, measured, change)
+        tables["A2B0"] = forward_table(device.model, measured, change, version)
     return tables
 
 
@@ -442,7 +489,7 @@ def _mappings(
     colours = source.convert(source.level(source.history.triangles).vertices, "CIELAB")
 
     def perceptual(lab: FloatArray) -> FloatArray:
-        if version == 4:
+        if version >= 4:
             lab = xyz_to_lab(compensate_black(lab_to_xyz(lab), _PERCEPTUAL_BLACK, 0.0))
         return map_points(gamut, lab, "sgck", source=source, max_error=0.0)
 

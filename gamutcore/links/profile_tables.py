@@ -1,8 +1,9 @@
 """The tables of a profile: device values to CIELAB (A2B), CIELAB to device values (B2A), and gamut.
 
 Encodings are those of lut16Type: L* to 100 is 0 to 0xFF00, and a* and b* from −128 are 0 to 0xFFFF
-(ICC.1:2010, 10.8). Curves before the tables put the nodes where the device's colours are. White is
-at a node: L* = 100 is the last one, and a* = b* = 0 are nodes as well.
+(ICC.1:2010, 10.8). Codes of version 5 are 257/256 of these, and end at L* = 100 and a* = b* = 127.
+Curves before the tables put the nodes where the device's colours are. White is at a node: L* = 100
+is the last one, and a* = b* = 0 are nodes as well.
 
 Nodes out of gamut decide about colours in gamut whose cell they share. With the device values of
 clipped colours, interpolation would bend before the surface. These nodes therefore have device
@@ -18,7 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gamutcore.colours import LookupTable, cube_nodes, spread_values
-from gamutcore.export.icc_file import lut16_element
+from gamutcore.export.icc_file import lut16_element, lut_element
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -37,6 +38,9 @@ _OFFSET = np.array((0.0, 128.0, 128.0))
 _LAB_ENTRIES = 1286
 """Entries of curves for L*, a* and b*. L* = 100 is the code 256/257, so it has an entry."""
 
+_LAB_ENTRIES_5 = 1281
+"""Entries of these up to the code 256/257, at which the encoding of version 5 ends."""
+
 _INK_ENTRIES = 2001
 """Entries of curves for device values: steps of 0.05 %, which charts have."""
 
@@ -45,6 +49,9 @@ _USUAL = 0.01
 
 _CLOSE = 0.005
 """Least distance of the levels of a chart."""
+
+_AT_NODE = 0.001
+"""Largest distance of a sample from a node that it counts for: half a step of 8 bits."""
 
 MOST_NODES = 2**17
 """Largest number of nodes of an A2B table: 17 a side for four inks, 5 for seven."""
@@ -98,25 +105,52 @@ def lab_codes(lab: FloatArray) -> FloatArray:
 
 def forward_table(
     model: DeviceModel,
-    measured: FloatArray | None = None,
+    measured: tuple[FloatArray, FloatArray] | None = None,
     change: Callable[[FloatArray], FloatArray] | None = None,
+    version: int = 2,
 ) -> bytes:
-    """Return the element of a device model's colours, or of changed ones.
+    """Return the element of a device model's colours, or of changed ones, in a version of profiles.
 
-    The white is exactly that of the connection space. Nodes are at the levels of `measured` device
-    values (m, n).
+    The white is exactly that of the connection space. `measured` has device values (m, n) and their
+    colours (m, 3). Nodes are at the levels of these values, and have the colours of samples there.
     """
     count = len(model.channels)
     size = min(int(MOST_NODES ** (1 / count) + 1e-9), MOST_A_SIDE.get(count, 17))
     places = np.linspace(0.0, 1.0, size)
-    axes = [places] * count if measured is None else [_levels(each, size) for each in measured.T]
+    axes = [places] * count if measured is None else [_levels(each, size) for each in measured[0].T]
     steps = np.linspace(0.0, 1.0, _INK_ENTRIES)
     curves = np.stack([np.interp(steps, axis, places) for axis in axes])
     device = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, count)
     lab = model.lab(device)
+    if measured is not None:
+        nodes, residuals = _residuals(axes, *measured, model)
+        lab[nodes] += residuals
     lab[0 if model.inks else -1] = (100.0, 0.0, 0.0)
-    codes = lab_codes(lab if change is None else change(lab))
-    return lut16_element(codes.reshape(*[size] * count, 3), curves)
+    codes = lab_codes(lab if change is None else change(lab)).reshape(*[size] * count, 3)
+    if version == 5:
+        return lut_element("mAB", np.minimum(codes * (257 / 256), 1.0), curves)
+    return lut16_element(codes, curves)
+
+
+def _residuals(
+    axes: list[FloatArray], device: FloatArray, lab: FloatArray, model: DeviceModel
+) -> tuple[LongArray, FloatArray]:
+    """Return the nodes that samples are at, and how far the samples are from the model.
+
+    Samples of one node are averaged. Samples between nodes do not count: residuals that are spread
+    to other nodes make colours of other samples worse.
+    """
+    places = [
+        np.abs(axis - each[:, np.newaxis]).argmin(axis=1)
+        for axis, each in zip(axes, device.T, strict=True)
+    ]
+    found = np.stack([axis[place] for axis, place in zip(axes, places, strict=True)], axis=1)
+    at = (np.abs(found - device) < _AT_NODE).all(axis=1)
+    rows = np.ravel_multi_index(places, [len(axis) for axis in axes])[at]
+    nodes, which, counts = np.unique(rows, return_inverse=True, return_counts=True)
+    sums = np.zeros((len(nodes), 3))
+    np.add.at(sums, which, (lab - model.lab(device))[at])
+    return nodes, sums / counts[:, np.newaxis]
 
 
 def _levels(values: FloatArray, size: int) -> FloatArray:
@@ -144,9 +178,12 @@ class InverseTable:
     nodes: FloatArray
     after: FloatArray
 
-    def to_bytes(self) -> bytes:
-        """Return the element of the table."""
-        return lut16_element(self.nodes, self.before, np.tile(self.after, (self.nodes.shape[3], 1)))
+    def to_bytes(self, version: int = 2) -> bytes:
+        """Return the element of the table in a version of profiles."""
+        after = np.tile(self.after, (self.nodes.shape[3], 1))
+        if version == 5:
+            return lut_element("mBA", self.nodes, self.before[:, :_LAB_ENTRIES_5], after)
+        return lut16_element(self.nodes, self.before, after)
 
     def values(self, lab: FloatArray) -> FloatArray:
         """Return the values of colours by tetrahedral interpolation."""

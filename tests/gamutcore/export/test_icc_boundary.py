@@ -3,13 +3,16 @@
 import hashlib
 import importlib.util
 import struct
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from gamutcore import Gamut
+import gamutcore
+from gamutcore import Gamut, profile
 from gamutcore.characterisation.icc import icc_profile
-from gamutcore.errors import UnsupportedProfileError
+from gamutcore.cli.app import app, run
+from gamutcore.errors import GamutError, OptionError, UnsupportedProfileError
 from gamutcore.export import mesh_file
 from gamutcore.geometry import TriangleMesh
 from tests.conftest import missing
@@ -27,6 +30,13 @@ def tags(data):
     return {name.decode(): data[start : start + size] for name, start, size in entries}
 
 
+def digest(data):
+    """Return the profile id, ICC.2:2019, 7.2.18."""
+    blank = bytearray(data)
+    blank[44:48], blank[64:68], blank[84:100] = bytes(4), bytes(4), bytes(16)
+    return hashlib.md5(blank, usedforsecurity=False).digest()
+
+
 def test_the_bytes_are_those_of_the_standard():
     data = mesh_file(TriangleMesh(CORNERS, FACES), "icc", {"intent": "perceptual"})
     size, _, version = struct.unpack_from(">I4sI", data)
@@ -38,9 +48,7 @@ def test_the_bytes_are_those_of_the_standard():
     np.testing.assert_allclose(
         np.frombuffer(data[68:80], ">i4") / 65536, (0.9642, 1, 0.8249), atol=1e-5
     )
-    blank = bytearray(data)
-    blank[44:48], blank[64:68], blank[84:100] = bytes(4), bytes(4), bytes(16)
-    assert data[84:100] == hashlib.md5(blank, usedforsecurity=False).digest()
+    assert data[84:100] == digest(data)
     found = tags(data)
     assert {"desc", "cprt", "wtpt", "A2B0", "gbd0"} == set(found)
     element = found["gbd0"]
@@ -95,3 +103,82 @@ def test_an_abstract_profile_is_no_device(fogra39_gamut):
     assert "source=boundary" in caught.value.remedy
     with pytest.raises(UnsupportedProfileError, match="device class"):
         icc_profile(data.replace(b"gbd1", b"gbdx"))
+
+
+PRESS = Path(__file__).parents[3] / "examples" / "FOGRA39L.ti3"
+
+
+@pytest.fixture(scope="module")
+def host(srgb_gamut):
+    """A profile of version 5 with tables and without a boundary."""
+    source = {"size": 9, "source_gamut": srgb_gamut}
+    return profile(PRESS, version=5, surface_samples=1000, ink_limit=300, **source).to_bytes()
+
+
+@pytest.fixture(scope="module")
+def srgb_gamut():
+    return gamutcore.reference("srgb", space="CAM16-UCS", surface_samples=1000)
+
+
+@pytest.mark.parametrize(("intent", "tag"), [("relative", "gbd1"), ("absolute", "gbd3")])
+def test_a_boundary_is_embedded_and_all_else_is_kept(host, iccdev, intent, tag):
+    level = Gamut(PRESS, surface_samples=1000, intent=intent).mesh(300)
+    data = level.to_bytes("icc", into=host)
+    before, after = tags(host), tags(data)
+    element = after.pop(tag)
+    assert after == before
+    assert data[4:84] == host[4:84]
+    assert data[100:128] == host[100:128]
+    assert data[84:100] == digest(data)
+    assert struct.unpack_from(">H", element, 10) == (4,)
+    vertices, faces = len(level.vertices), len(level.faces)
+    values = np.frombuffer(element, ">f4", 4 * vertices, 20 + 12 * faces + 12 * vertices)
+    np.testing.assert_allclose(values.reshape(-1, 4), level.device.values, atol=1e-6)
+    assert iccdev.validate_profile(data) == (iccdev.ValidationStatus(0), "")
+    read = Gamut(data, source="boundary", intent=intent)
+    # as posted again in another format: coordinates are float32 in both
+    assert read.volume == pytest.approx(level.volume, rel=1e-6)
+    assert level.to_bytes("icc", into=data) == data  # replaced
+
+
+def test_a_profile_with_xyz_and_an_abstract_one_get_a_boundary(made_profile):
+    level = gamutcore.reference("srgb", surface_samples=1000).mesh(100)
+    rgb = made_profile({"A2B0": b"mft2" + bytes(60)}, pcs="XYZ ", kind="mntr", version=5)
+    abstract = level.to_bytes("icc")
+    for data, inks in ((rgb, 3), (abstract, 0)):
+        embedded = level.to_bytes("icc", into=data)
+        assert struct.unpack_from(">H", tags(embedded)["gbd1"], 10) == (inks,)
+        read = Gamut(embedded, source="boundary")
+        assert read.volume == pytest.approx(level.volume, rel=1e-4)  # float32 of XYZ
+
+
+def test_profiles_that_cannot_have_the_boundary_are_refused(host, made_profile, tmp_path, capsys):
+    level = gamutcore.reference("srgb", surface_samples=1000).mesh(100)
+    table = {"A2B0": b"mft2" + bytes(60)}
+    fifth = made_profile(table, version=5)
+    for data, reason in (
+        (made_profile(table, version=4), "version 4"),
+        (made_profile(table, version=2), "version 2"),
+        (host, "C M Y K"),
+        (host[:-400], "another size"),
+        (host[:4000] + bytes(4) + host[4004:], "changed"),
+        (fifth[:132] + b"A2B0\0\0\1\0" + fifth[140:], "A2B0"),
+        (b"no profile", "not an ICC profile"),
+    ):
+        with pytest.raises(GamutError, match=reason) as refused:
+            level.to_bytes("icc", into=data)
+        assert refused.value.where["field"] == "into"
+        assert refused.value.remedy
+    with pytest.raises(OptionError, match="no profile"):
+        level.to_bytes("ply", into=fifth)
+    path, out = tmp_path / "old.icc", tmp_path / "out.icc"
+    path.write_bytes(made_profile(table, version=4))
+    asked = ["export", "srgb", "-o", str(out), "--into", str(path), "--surface-samples", "1000"]
+    assert run(app, asked) == 2
+    assert "--version 5" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == [path]
+    path.write_bytes(fifth)
+    assert run(app, asked) == 0
+    assert "gbd1" in tags(out.read_bytes())
+    asked[3] = str(tmp_path / "out.ply")
+    assert run(app, asked) == 2

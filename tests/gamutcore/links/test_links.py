@@ -114,6 +114,36 @@ def test_argyll_and_lcms_read_the_device_link(srgb, display_p3, tmp_path):
     assert f"worst {found.errors.worst:.2f} dE00" in profile.profile_description
 
 
+@pytest.mark.skipif(shutil.which("transicc") is None, reason="liblcms2-utils is not installed")
+def test_transicc_applies_a_device_link_from_rgb_to_inks(srgb, tmp_path):
+    path = tmp_path / "press.icc"
+    found = link(srgb, PRESS, method="clip-nearest", size=9, ink_limit=300, **COARSE)
+    found.save(path)
+    values = np.random.default_rng(5).random((200, 3))
+    asked = "\n".join(" ".join(map(repr, row)) for row in (255.0 * values).tolist())
+    answer = subprocess.run(
+        ["transicc", "-n", "-l", path], input=asked, text=True, capture_output=True, check=True
+    )
+    applied = np.array([line.split() for line in answer.stdout.splitlines()], float) / 100.0
+    # 16 bits in the table and in the program, whose inputs have 16 bits as well
+    np.testing.assert_allclose(applied, found.table.values(values), rtol=0, atol=1e-4)
+
+
+@pytest.mark.skipif(shutil.which("ffmpeg") is None, reason="ffmpeg is not installed")
+def test_ffmpeg_applies_the_cube(srgb, display_p3, tmp_path):
+    path = tmp_path / "p3.cube"
+    found = link(display_p3, srgb, method="clip-nearest", size=17)
+    found.save(path)
+    values = np.random.default_rng(6).integers(0, 65536, (32, 32, 3)).astype("<u2")
+    form = ["-f", "rawvideo", "-pixel_format", "rgb48le", "-video_size", "32x32"]
+    command = ["ffmpeg", "-v", "error", *form, "-i", "-", "-vf"]
+    command += [f"lut3d=file={path}:interp=tetrahedral", *form[:2], "-pix_fmt", "rgb48le", "-"]
+    answer = subprocess.run(command, input=values.tobytes(), capture_output=True, check=True)
+    applied = np.frombuffer(answer.stdout, "<u2").reshape(-1, 3) / 65535.0
+    expected = found.table.values(values.reshape(-1, 3) / 65535.0)
+    np.testing.assert_allclose(applied, expected, rtol=0, atol=4e-5)  # 16 bits
+
+
 def test_a_space_to_itself_is_the_identity(srgb):
     found = link(srgb, srgb, method="clip-hue", size=17)
     np.testing.assert_allclose(found.table.nodes.reshape(-1, 3), cube_nodes(17), atol=1e-6)

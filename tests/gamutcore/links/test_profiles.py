@@ -1,5 +1,6 @@
 """Profiles: files read by Argyll, lcms, iccDEV and this package, against the device model."""
 
+import re
 import shutil
 import subprocess
 from importlib.util import find_spec
@@ -41,6 +42,12 @@ def made(srgb):
 @pytest.fixture(scope="module")
 def fourth(press, srgb):
     return profile(press, size=17, version=4, source_gamut=srgb)
+
+
+@pytest.fixture(scope="module")
+def fifth(srgb):
+    options = {"version": 5, "gamut_boundary": True, "triangles": 500, "source_gamut": srgb}
+    return profile(PRESS, size=9, **options, **COARSE)
 
 
 @pytest.fixture(scope="module")
@@ -95,6 +102,17 @@ def test_argyll_gives_the_colours_of_the_model_and_recipes_for_them(path, press,
     assert back.mean() < 1.2 * made.round_trip.mean
     assert (back > made.round_trip.percentile_95).mean() < 0.07
     assert delta_e_2000(colours_of(press, np.clip(found, 0, 1)), lab).mean() < back.mean() + 0.05
+
+
+def test_measured_patches_have_their_colours(path):
+    if shutil.which("profcheck") is None:
+        pytest.skip("Argyll CMS is not installed")
+    asked = ["profcheck", "-k", PRESS, path]
+    answer = subprocess.run(asked, capture_output=True, text=True, check=True).stdout
+    worst, mean = (float(each) for each in re.findall(r"(?:max|avg)\. = ([0-9.]+)", answer))
+    # a profile of colprof -qh has 0.035 and 0.334
+    assert mean < 0.02
+    assert worst < 0.3
 
 
 def test_white_and_solid_inks_survive(path, press):
@@ -163,6 +181,39 @@ def test_the_perceptual_intent_of_version_4_has_the_black_of_the_reference_mediu
     assert read.transform("relative")[0].pcs_values(black)[0, 0] > 8.0
 
 
+def test_version_5_has_the_same_tables_and_a_boundary_with_device_values(fifth, made, press):
+    one, two = (read_characterisation(each.to_bytes()) for each in (made, fifth))
+    device = printable(500)
+    for intent in ("relative", "saturation"):
+        colours = [each.transform(intent)[0].pcs_values(device) for each in (one, two)]
+        np.testing.assert_allclose(*colours, atol=4e-3)  # half a step of 16 bits each
+    for tag in ("B2A0", "B2A1", "B2A2"):
+        assert largest_output_sum(two.element(tag), 4) <= 3.0 + 1e-4
+    cielab = Gamut(PRESS, **COARSE)
+    level = Gamut(fifth.to_bytes(), source="boundary")
+    assert level.volume == pytest.approx(cielab.mesh(500).volume, rel=1e-6)
+    element = two.element("gbd1")
+    count, faces = element.unsigned(12, 4), element.unsigned(16, 4)
+    numbers = element.floats(20 + 12 * faces, 7 * count)
+    lab, inks = numbers[: 3 * count].reshape(-1, 3), numbers[3 * count :].reshape(-1, 4)
+    assert inks.sum(axis=1).max() <= 3.0 + 1e-4
+    # vertices are rounded and merged, and samples of the surface are not exact elsewhere
+    assert np.median(delta_e_2000(colours_of(press, inks), lab)) < 0.1
+
+
+def test_a_boundary_needs_version_5_and_measurements(press):
+    for choices, field in (
+        ({"gamut_boundary": True}, "gamut_boundary"),
+        ({"gamut_boundary": True, "version": 4}, "gamut_boundary"),
+        ({"version": 5, "triangles": 500}, "triangles"),
+        ({"version": 5, "gamut_boundary": True}, "gamut_boundary"),  # not in CIELAB
+    ):
+        with pytest.raises(OptionError) as refused:
+            profile(press, **choices)
+        assert refused.value.where["field"] == field
+        assert refused.value.remedy != "Leave it out."
+
+
 def test_gamt_has_the_size_of_the_other_tables(made):
     read = read_characterisation(made.to_bytes())
     element = read.element("gamt")
@@ -170,10 +221,30 @@ def test_gamt_has_the_size_of_the_other_tables(made):
     assert tuple(element.data[8:11]) == (3, 1, 17)
 
 
+@pytest.mark.skipif(shutil.which("transicc") is None, reason="liblcms2-utils is not installed")
+def test_transicc_gives_colours_and_recipes(made, fourth, fifth, press, tmp_path):
+    def transicc(rows, *options):
+        asked = "\n".join(" ".join(map(repr, row)) for row in rows.tolist())
+        command = ["transicc", "-n", "-t1", *options]
+        answer = subprocess.run(command, input=asked, text=True, capture_output=True, check=True)
+        return np.array([line.split() for line in answer.stdout.splitlines()], float)
+
+    path, device = tmp_path / "press.icc", printable(500)
+    lab = colours_of(press, device)
+    for each in (made, fourth, fifth):
+        each.save(path)
+        forward = delta_e_2000(transicc(100.0 * device, f"-i{path}", "-o*Lab4"), lab)
+        assert forward.mean() < 2.0 * each.forward.mean
+        assert forward.max() < 2.0 * each.forward.worst
+        found = np.clip(transicc(lab, "-i*Lab4", f"-o{path}") / 100.0, 0.0, 1.0)
+        back = delta_e_2000(colours_of(press, found), lab)
+        assert back.mean() < 1.2 * each.round_trip.mean + 0.05
+
+
 @pytest.mark.skipif(find_spec("iccdev") is None, reason="iccdev is not installed")
-def test_the_reference_implementation_finds_no_fault(made, fourth):
+def test_the_reference_implementation_finds_no_fault(made, fourth, fifth):
     iccdev = pytest.importorskip("iccdev")
-    for each in (made, fourth):
+    for each in (made, fourth, fifth):
         status, report = iccdev.validate_profile(each.to_bytes())
         assert (status, report) == (iccdev.ValidationStatus(0), "")
 
