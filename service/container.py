@@ -17,6 +17,7 @@ from service.building.builds import Builds
 from service.building.embedded import EmbeddedEngine
 from service.building.engine import BuildReport, Engine
 from service.building.kernels import Kernels
+from service.concurrency import Threads
 from service.http.bodies import Spool
 from service.jobs.book import JobBook
 from service.jobs.events import EventStreams
@@ -87,6 +88,8 @@ class ServiceContainer:
             self.metrics.queries, most_rows=settings.query_rows, client_share=settings.client_share
         )
         self.pictures = Pictures(settings, memory)
+        # a link takes seconds of all cores, and must not hold a thread that others wait for
+        self.links = Threads(1, "links")
         self.spool = Spool(
             lambda: self.scratch_directory,
             most_body=settings.max_body_bytes,
@@ -134,6 +137,7 @@ class ServiceContainer:
             await asyncio.gather(*background, return_exceptions=True)
             await self.builds.stop()
             await self.pictures.close()
+            self.links.close()
             self.queries.close()
             self.library.close()
             # Closing joins threads, so it must not block the event loop.

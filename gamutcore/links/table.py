@@ -41,6 +41,7 @@ from gamutcore.questions import (
     black_rule,
     check_space,
     comparison_warnings,
+    is_as_measured,
     map_points,
 )
 from gamutcore.recipes import InverseModel
@@ -112,6 +113,9 @@ of three channels. No usual number of nodes has the same places."""
 
 _AT_A_TIME = 2**14
 """Inputs that are mapped at once by a thread; each takes up to 1 kB."""
+
+_THREADS = 4
+"""Largest number of threads, which bounds the memory."""
 
 _HELD = {"PQ": "high dynamic range", "HLG": "high dynamic range", 1.0: "linear light"}
 """Transfer curves whose values a table with equal steps from 0 to 1 cannot hold."""
@@ -336,6 +340,14 @@ def link(
     into, origin = two.gamut(), one.gamut() if method == "sgck" else None
     if origin is not None:
         check_space(into, origin)
+        if is_as_measured(into) != is_as_measured(origin):
+            raise OptionError.not_applicable(
+                "intent",
+                two.options.intent,
+                "the colours of one of the devices are adapted to D50, and those of the other are "
+                "not",
+                "Give relative, or another method than sgck.",
+            )
     inverse, darkest = two.inverse(), 0.0
     if black_point_compensation and one.model.inks:
         darkest = black_luminance(one.gamut())
@@ -359,7 +371,7 @@ def link(
             )
             found[part] = inverse.recipes(mapped, rule).device
 
-        with ThreadPoolExecutor(os.cpu_count()) as workers:
+        with ThreadPoolExecutor(min(_THREADS, os.cpu_count() or 1)) as workers:
             for _ in workers.map(write, range(0, len(values), _AT_A_TIME)):
                 pass
         return found

@@ -24,6 +24,7 @@ from gamutcore.questions.levels import (
     IndexedLevels,
     check_space,
     colours_in,
+    is_as_measured,
     tolerance_of,
 )
 from gamutcore.questions.mapping import (
@@ -120,6 +121,7 @@ __all__ = [
     "draw_rings",
     "draw_section",
     "figure",
+    "is_as_measured",
     "leaf",
     "leaves",
     "map_colours",

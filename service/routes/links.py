@@ -107,7 +107,7 @@ async def download_link(request: Request) -> Response:
         levels, charge = await levels_of(service, ids, {"max_error": 0.0}, lambda _: work)
         del prepared
         chosen = values.pop("format")
-        data, headers, found = await service.library.in_thread(_file, levels, values, chosen)
+        data, headers, found = await service.links.run(0.0, _file, levels, values, chosen)
     name = "-to-".join(each[:12] for each in names)
     headers |= {
         "Cache-Control": IMMUTABLE,

@@ -250,6 +250,7 @@ def test_argyll_reads_a_link_from_a_press(srgb, tmp_path):
         ("srgb", "srgb", {"method": "clip"}, "method"),
         ("srgb", "srgb", {"intent": "perceptual"}, "intent"),
         ("srgb", "srgb", {"nonsense": 1}, "nonsense"),
+        ("srgb", PRESS, {"intent": "absolute", "surface_samples": 1000}, "intent"),
     ],
 )
 def test_refusals_name_the_argument(source, destination, choices, field):
