@@ -48,7 +48,8 @@ KNOWN_PARAMETERS = (
     "options",
     *("a", "b", "reference", "sectors", "hues", "hue", "lightness", "plane"),
     *("space", "distance", "tolerance", "edge_width", "position", "metric", "kind"),
-    *("method", "focus", "source", "columns", "table_scale"),
+    *("method", "focus", "source", "destination", "columns", "table_scale"),
+    *("to", "depth", "table", "iterations", "result"),
     *("size", "view", "background", "axes", "black", "black_point_compensation"),
 )
 """Query parameters that are logged."""
