@@ -127,8 +127,9 @@ def profile(
     Measurements are kept in the tag targ. The limits --ink-limit and --black-limit hold for all
     B2A tables.
 
-    The error of the profile against the device model, and that of the round trip, are measured at
-    20,000 device values and on the edges of the device's cube, printed, and stated in the file.
+    Two errors are measured, printed, and stated in the file: that of the colours against the
+    device model, and that of the round trip. They are of 20,000 device values and of the edges of
+    the device's cube.
     """
     from gamutcore.links import PROFILE_SUFFIXES, check_path  # noqa: PLC0415
     from gamutcore.links import profile as compute  # noqa: PLC0415

@@ -401,11 +401,11 @@ def table_size(size: int | None, channels: int, most: int = MOST_NODES) -> int:
 
     Raise OptionError if all channels together have more than `most` nodes.
     """
+    largest = int(most ** (1.0 / channels) + 1e-9)
     if size is None:
-        return SIZES.get(channels, FEWEST_NODES)
+        return min(SIZES.get(channels, FEWEST_NODES), largest)
     checked = int(check_option("size", size, SIZE))
-    if checked**channels > most:
-        largest = int(most ** (1.0 / channels) + 1e-9)
+    if checked > largest:
         raise OptionError.refusal("size", size, f"at most {largest} for {channels} channels")
     return checked
 
@@ -519,4 +519,5 @@ def _edges(inputs: int) -> FloatArray:
     for axis in range(inputs):
         edges[axis] = np.insert(np.array(corners), axis, 0.0, axis=1)[:, np.newaxis]
         edges[axis, :, :, axis] = along
-    return edges.reshape(-1, inputs)
+    places = edges.reshape(-1, inputs)
+    return places[:: 1 + len(places) // INPUTS]  # 12 channels have 25,000 edges

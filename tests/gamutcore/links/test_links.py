@@ -14,6 +14,7 @@ from gamutcore import Gamut, link
 from gamutcore.cli.app import app, run
 from gamutcore.colours import cube_nodes
 from gamutcore.errors import DeviceModelError, OptionError, ReferenceNameError
+from gamutcore.links import table_size
 from gamutcore.queries import delta_e_2000
 
 DATA = Path(__file__).parents[2] / "data"
@@ -258,6 +259,16 @@ def test_refusals_name_the_argument(source, destination, choices, field):
         link(source, destination, **choices)
     assert refused.value.where["field"] == field
     assert refused.value.remedy
+
+
+@pytest.mark.parametrize("most", [65**3, 129**3])
+def test_tables_of_any_number_of_channels_are_within_the_limit(most):
+    """ICC profiles have up to 15 channels."""
+    for channels in range(3, 16):
+        size = table_size(None, channels, most)
+        assert size >= 2
+        assert size**channels <= most
+    assert table_size(round(most ** (1 / 3)), 3, most) ** 3 == most
 
 
 def test_unknown_names_and_gamuts_without_a_model(srgb, tmp_path):

@@ -173,8 +173,8 @@ def test_damaged_pictures_are_never_defects(server, press):
             given[place] ^= 0xFF
         answer = post(server, press, bytes(given), f"image/{kind}")
         assert answer.status_code in {200, 422}, answer.text
-    for path in sorted((ROOT.parent / "shared" / "data" / "malformed").glob("*"))[:4]:
-        answer = post(server, press, path.read_bytes(), "image/tiff")
+    for name in ("sRGB-v4.icc", "DisplayP3-v4.icc"):
+        answer = post(server, press, (ROOT / "tests" / "data" / name).read_bytes(), "image/tiff")
         assert answer.status_code == 422, answer.text
     assert opened(post(server, press, file_of(PIXELS))).size == (40, 30)
 
