@@ -59,7 +59,7 @@ def test_colour_spaces(typescript_program, tmp_path):
     rng = np.random.default_rng(35)
     ball = rng.normal(size=(60, 3))
     ball *= 45.0 / np.linalg.norm(ball, axis=1, keepdims=True)
-    lab = np.vstack([ball + [50, 0, 0], [(100, 0, 0), (0, 0, 0), (87, -86, 83)]])
+    lab = np.vstack([ball + np.array([50.0, 0, 0]), [(100, 0, 0), (0, 0, 0), (87, -86, 83)]])
     cases = []
     for name in SPACES:
         given = PARAMETERS.get(name, {})

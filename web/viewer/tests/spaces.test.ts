@@ -8,7 +8,8 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import process from "node:process";
 import { test } from "node:test";
-import { beyondScreen, cssColour, spaceOf, type SpaceDescription } from "../src/colours/spaces.js";
+import { beyondScreen, cssColour } from "../src/colours/colours.js";
+import { spaceOf, type SpaceDescription } from "../src/colours/spaces.js";
 
 interface Case {
   description: SpaceDescription;

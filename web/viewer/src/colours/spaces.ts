@@ -374,35 +374,3 @@ function xyzToLab(c: Float64Array): void {
 function clip(c: Float64Array): void {
   for (let i = 0; i < 3; i++) c[i] = Math.min(Math.max(c[i]!, 0), 1);
 }
-
-/** Linear RGB that no screen shows differently: a hundredth of the light of white. */
-const TOLERANCE = 0.01;
-
-/** Which colours a screen cannot show, from unclipped linear RGB: 1 for each that is beyond it. */
-export function beyondScreen(linear: Float32Array, tolerance = TOLERANCE): Uint8Array {
-  const beyond = new Uint8Array(linear.length / 3);
-  for (let i = 0; i < linear.length; i++) {
-    if (linear[i]! < -tolerance || linear[i]! > 1 + tolerance) beyond[Math.floor(i / 3)] = 1;
-  }
-  return beyond;
-}
-
-/** Values in 0 to 1, encoded for a screen; both screens have the same curve (IEC 61966-2-1). */
-export function encoded(linear: number): number {
-  const value = linear <= 0.0031308 ? 12.92 * linear : 1.055 * linear ** (1 / 2.4) - 0.055;
-  return Math.min(Math.max(value, 0), 1);
-}
-
-/** CSS colour of linear RGB of a screen. */
-export function cssColour(linear: ArrayLike<number>, screen: Screen = "srgb"): string {
-  const parts = Array.from(linear, encoded);
-  if (screen === "display-p3") return `color(display-p3 ${parts.map((value) => value.toFixed(4)).join(" ")})`;
-  return `rgb(${parts.map((value) => Math.round(255 * value)).join(" ")})`;
-}
-
-/** Pixels, RGBA, of linear RGB; opaque. */
-export function pixelsOf(linear: Float32Array): Uint8ClampedArray<ArrayBuffer> {
-  const pixels = new Uint8ClampedArray((linear.length / 3) * 4).fill(255);
-  for (let i = 0; i < linear.length; i++) pixels[i + Math.floor(i / 3)] = 255 * encoded(linear[i]!);
-  return pixels;
-}
