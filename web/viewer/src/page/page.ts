@@ -1,5 +1,6 @@
 // The page: its view, the gamuts that it shows, and the events by which its parts follow them.
 import { Box3, type Group, Vector3 } from "three";
+import { spaceDescription } from "../colours/spaces.js";
 import { axes, axesGrid, disposeAxes } from "../scene/axes.js";
 import { Layer, Materials, type Style, headLight, orientation } from "../scene/layer.js";
 import { View } from "../scene/scene.js";
@@ -169,7 +170,7 @@ export class Page {
       const layer = new Layer(
         WORKER,
         embedded ? { bytes: embedded.history } : { address: address(`${path}/history`), headers: authorization() },
-        gamut.provenance.colour_space,
+        spaceDescription(gamut),
         axisNames(gamut),
         Math.min(this.triangles, gamut.counts.triangles),
         materials,

@@ -1,7 +1,7 @@
 // The controls of the slice, its two pictures, and the colour under the pointer in it.
 import { Box3, type LineSegments, type LineBasicMaterial, Vector3 } from "three";
 import { SCREEN, cssColour } from "../colours/colours.js";
-import { spaceOf } from "../colours/spaces.js";
+import { gamutSpace } from "../colours/spaces.js";
 import { byId, element } from "../page/elements.js";
 import { embedded } from "../page/embedded.js";
 import { type Page, axisNames } from "../page/page.js";
@@ -67,7 +67,7 @@ export class SlicePanel {
     }
     const lines: HTMLElement[] = coordinates(names, point).map((line) => element("span", line));
     const swatch = element("span", "", { className: "swatch" });
-    swatch.style.backgroundColor = cssColour(spaceOf(gamut.provenance.colour_space).linear(Float32Array.from(point), SCREEN));
+    swatch.style.backgroundColor = cssColour(gamutSpace(gamut).linear(Float32Array.from(point), SCREEN));
     lines.unshift(swatch);
     output.replaceChildren(...lines, this.recipe.element);
     if (embedded !== null || !mayHaveRecipes(gamut)) this.recipe.clear();
@@ -87,7 +87,7 @@ export class SlicePanel {
     this.clear();
     const { kind } = this.state;
     const levels = shown.flatMap(({ gamut, layer }) =>
-      layer.level === null ? [] : [{ level: layer.level, space: spaceOf(gamut.provenance.colour_space) }],
+      layer.level === null ? [] : [{ level: layer.level, space: gamutSpace(gamut) }],
     );
     const isOn = levels.length > 0;
     byId("section").hidden = kind === "off" || !isOn;

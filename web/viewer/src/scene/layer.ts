@@ -70,7 +70,7 @@ export class Layer {
   constructor(
     workerAddress: string,
     source: Source,
-    space: SpaceDescription | undefined,
+    space: Partial<SpaceDescription>,
     axes: readonly string[],
     private wanted: number,
     private readonly materials: Materials,
