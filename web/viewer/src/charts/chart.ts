@@ -111,8 +111,8 @@ export class Chart {
     const room = Math.max(8, Math.floor((size.width - 2 * EDGE) / (SMALL * CHARACTER)));
     this.titleLines = wrapped(title, Math.floor(room * 0.85));
     this.captionLines = wrapped(caption, room);
-    this.top = EDGE + LINE * this.titleLines.length + (this.titleLines.length > 0 ? 4 : 0);
-    this.legendRoom = legendAt === "below" ? LEGEND_LINE * legend.length : 0;
+    this.top = EDGE + LINE * this.titleLines.length + (this.titleLines.length > 0 ? 10 : 0);
+    this.legendRoom = legendAt === "below" ? LEGEND_LINE * legend.length + 6 : 0;
     const below = LINE * this.captionLines.length + EDGE + this.legendRoom;
     const [across, upward] = options.isBare ? [0, 0] : [TICK_ROOM + LINE + 4, LINE];
     let height = Math.max(40, size.height - this.top - below - across);

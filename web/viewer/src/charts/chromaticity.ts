@@ -34,6 +34,8 @@ const DIAGRAMS = {
 const RASTER = 128;
 /** Pixels between the labels of two wavelengths. */
 const LABEL_DISTANCE = 25;
+/** Charts that are less wide have no room for names in them. */
+const NARROW = 420;
 
 /** u′, v′ of a chromaticity (CIE 15:2018, 8.2.2). */
 function placed([x, y]: Point, diagram: Diagram): Point {
@@ -59,7 +61,8 @@ export function chromaticityChart(
       name: text,
       style: { stroke: colour, width: 1.8, dash: DASHES[place % DASHES.length]! },
     })),
-    legendAt: diagram === "xy" ? "top" : "bottom", // where the diagram is empty
+    // In the corner where the diagram is empty, if there is room.
+    legendAt: size.width < NARROW || gamuts.length > 3 ? "below" : diagram === "xy" ? "top" : "bottom",
   });
   const locus = LOCUS.map((point) => placed(point, diagram));
   chart.image(area(diagram), x, y, chart.path(locus), 0.85);

@@ -1,7 +1,7 @@
 // Two gamuts by hue: how far each reaches, and the volume that only one of them has.
 import { cssColour } from "../colours/colours.js";
 import type { Space } from "../colours/spaces.js";
-import { Chart, DASHES, type Point, type Size, type Theme, niceStep, numberText } from "./chart.js";
+import { Chart, DASHES, type Point, type Size, type Theme, niceStep, numberText, shortened } from "./chart.js";
 
 /** Figures by sector of hue, as `sectors` of a comparison. Hues are in degrees. */
 export interface HueSectors {
@@ -27,6 +27,8 @@ export interface HueReach {
 /** Lightness of the colours that stand for hues, in parts of the white's. */
 const HUE_LIGHTNESS = 0.65;
 const SPOKES = 12;
+/** Characters of names in sentences. */
+const MOST_NAME = 36;
 
 /** CSS colours of hues in degrees at a chroma. */
 function hueColours(space: Space, hues: readonly number[], chroma: number): string[] {
@@ -117,6 +119,7 @@ export function sectorChart(
   sectors: HueSectors,
   { size, theme, space, unit = "cubic units" }: Options & { unit?: string },
 ): string {
+  const [first, second] = [shortened(a, MOST_NAME), shortened(b, MOST_NAME)];
   const count = sectors.hue_from.length;
   const beyond = (volumes: readonly number[], i: number) => Math.max(0, volumes[i]! - sectors.intersection[i]!);
   const only = Array.from({ length: count }, (_, i) => [beyond(sectors.volume_a, i), beyond(sectors.volume_b, i)] as const);
@@ -135,7 +138,7 @@ export function sectorChart(
     size,
     theme,
     title: "Volume that only one gamut has, by hue",
-    caption: `Above the line: only ${a} has it. Below: only ${b}.`,
+    caption: `Above the line: only ${first} has it. Below: only ${second}.`,
     x: { range: [0, 360], label: "Hue", ticks: [0, 60, 120, 180, 240, 300, 360].map((value) => ({ value, text: `${value}°` })) },
     y: { range: [-1.12 * lower, 1.12 * upper], label: `Volume, ${factor}${unit}`, ticks },
   });
@@ -149,8 +152,8 @@ export function sectorChart(
     if (below > 0) chart.polygon(bar(-below / scale), style);
   });
   chart.line([[0, 0], [360, 0]], { stroke: theme.text, width: 1.2 });
-  chart.text([6, 1.12 * upper], `only ${a}`, [0, 12]);
-  chart.text([6, -1.12 * lower], `only ${b}`, [0, -10]);
+  chart.text([6, 1.12 * upper], `only ${first}`, [0, 12]);
+  chart.text([6, -1.12 * lower], `only ${second}`, [0, -10]);
   return chart.svg();
 }
 

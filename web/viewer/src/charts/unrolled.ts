@@ -1,7 +1,7 @@
 // The unrolled surface: the largest chroma at each hue and lightness, and where another one is larger.
 import { encoded } from "../colours/colours.js";
 import type { Space } from "../colours/spaces.js";
-import { Chart, type Size, type Theme, niceStep, numberText, png } from "./chart.js";
+import { Chart, type Size, type Theme, niceStep, numberText, png, shortened } from "./chart.js";
 
 /** A closed surface, with the name of its gamut. */
 export interface Surface {
@@ -22,6 +22,8 @@ export interface Reach {
 
 const COLUMNS = 180;
 const ROWS = 96;
+/** Characters of names in sentences. */
+const MOST_NAME = 36;
 /** The second gamut reaches further where it does by this part of the largest chroma. */
 const SLIGHT = 0.01;
 
@@ -107,11 +109,11 @@ export function unrolledChart(
   const reach = reachOf(first, range);
   const other = second === null ? null : reachOf(second, range);
   const lightness = space.axes[space.lightness]!;
-  const compared = other === null ? "" : ` Hatched: ${second!.name} reaches further.`;
+  const compared = other === null ? "" : ` Hatched: ${shortened(second!.name, MOST_NAME)} reaches further.`;
   const chart = new Chart({
     size,
     theme,
-    title: `Largest chroma of ${first.name}`,
+    title: `Largest chroma of ${shortened(first.name, MOST_NAME)}`,
     caption: `Each point is the surface's own colour. Lines: equal chroma.${compared}`,
     x: { range: [0, 360], label: "Hue", ticks: [0, 60, 120, 180, 240, 300, 360].map((value) => ({ value, text: `${value}°` })) },
     y: { range: lightnessAxis(range), label: `Lightness ${lightness}` },
