@@ -1,5 +1,5 @@
 // The page: its view, the gamuts that it shows, and the events by which its parts follow them.
-import { Box3, type Group, Vector3 } from "three";
+import { Box3, type Group, type Intersection, type Mesh, Vector3 } from "three";
 import { axes, axesGrid, disposeAxes } from "../scene/axes.js";
 import { Layer, Materials, type Style, headLight, orientation } from "../scene/layer.js";
 import { View } from "../scene/scene.js";
@@ -19,6 +19,14 @@ export interface Shown {
   readonly key: string;
   readonly gamut: Gamut;
   readonly layer: Layer;
+}
+
+/** Something else in the view whose colours the pointer reads. */
+export interface Readable {
+  targets(): Mesh[];
+  read(hit: Intersection): void;
+  /** The pointer is elsewhere. */
+  leave(): void;
 }
 
 /**
@@ -44,6 +52,7 @@ export class Page {
   hasAxes = true;
   /** Called with the progress of a build that a gamut waits for; "" ends it. */
   onProgress: Progress = () => {};
+  readonly readable: Readable[] = [];
   private readonly gamuts = new Map<Slot, Shown>();
   private readonly opening = new Map<Slot, AbortController>();
   private readonly materials = new Map<Slot, Materials>();

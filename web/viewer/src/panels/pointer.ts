@@ -22,7 +22,16 @@ export function connectPointer(page: Page): void {
     const event = pointer;
     pointer = null;
     if (event === null || event.buttons > 1) return;
-    const hit = view.pick(event.clientX, event.clientY, page.shown.flatMap(({ layer }) => layer.targets));
+    const surfaces = page.shown.flatMap(({ layer }) => layer.targets);
+    const targets = [...page.readable.flatMap((part) => part.targets()), ...surfaces];
+    const hit = view.pick(event.clientX, event.clientY, targets);
+    const read = page.readable.find((part) => part.targets().some((mesh) => mesh === hit?.object));
+    for (const part of page.readable) if (part !== read) part.leave();
+    if (hit !== null && read !== undefined) {
+      distance.clear();
+      read.read(hit);
+      return;
+    }
     const output = byId("readout");
     output.hidden = hit === null;
     if (hit === null) {

@@ -10,6 +10,7 @@ import {
   Mesh,
   MeshBasicMaterial,
   MeshLambertMaterial,
+  type Plane,
   Sphere,
   Vector3,
 } from "three";
@@ -47,6 +48,11 @@ export class Materials {
   readonly flat = new MeshBasicMaterial({ vertexColors: true, ...BEHIND_EDGES });
   readonly lit = new MeshLambertMaterial({ vertexColors: true, flatShading: true, ...BEHIND_EDGES });
   readonly line = new LineBasicMaterial({ transparent: true });
+
+  /** Cut off what is beyond planes. */
+  set clippingPlanes(planes: Plane[] | null) {
+    for (const material of [this.flat, this.lit, this.line]) material.clippingPlanes = planes;
+  }
 }
 
 export class Layer {
@@ -119,6 +125,11 @@ export class Layer {
     attribute.clearUpdateRanges();
     attribute.addUpdateRange(0, level.colours.length);
     attribute.needsUpdate = true;
+  }
+
+  /** Cut off what is beyond planes; null shows all. */
+  clip(planes: Plane[] | null): void {
+    this.materials.clippingPlanes = planes;
   }
 
   /** Triangles that are shown when everything has arrived. */
