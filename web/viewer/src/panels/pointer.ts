@@ -22,14 +22,16 @@ export function connectPointer(page: Page): void {
     const event = pointer;
     pointer = null;
     if (event === null || event.buttons > 1) return;
-    const hit = view.pick(event.clientX, event.clientY, page.shown.flatMap(({ layer }) => layer.targets));
+    const pick = (kind: "solid" | "shell") =>
+      view.pick(event.clientX, event.clientY, page.shown.flatMap(({ layer }) => layer.targets[kind]));
+    const hit = pick("solid") ?? pick("shell");
     const output = byId("readout");
     output.hidden = hit === null;
     if (hit === null) {
       distance.clear();
       return;
     }
-    const shown = page.shown.find(({ layer }) => layer.targets.some((mesh) => mesh === hit.object))!;
+    const shown = page.shown.find(({ layer }) => hit.object.parent === layer.group)!;
     const { gamut, layer } = shown;
     output.replaceChildren(...readout(gamut, axisNames(gamut), layer.level!, hit), distance.element);
     const other = page.shown.find((each) => each !== shown)?.gamut;

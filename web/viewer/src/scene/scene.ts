@@ -54,7 +54,7 @@ export class View {
     readonly canvas: HTMLCanvasElement,
     private readonly stage: HTMLElement,
   ) {
-    this.renderer = new WebGLRenderer({ canvas, antialias: true });
+    this.renderer = new WebGLRenderer({ canvas, antialias: true, stencil: true });
     this.renderer.outputColorSpace = SRGBColorSpace;
     // The check waits for the compilation of each shader.
     this.renderer.debug.checkShaderErrors = false;
