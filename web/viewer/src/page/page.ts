@@ -234,11 +234,9 @@ export class Page {
     const [first, ...others] = this.shown;
     for (const { slot, key, gamut } of others) {
       if (inSameSpace(gamut, first!.gamut)) continue;
+      this.remove(slot);
       if (isReference(key)) void this.show(slot, key);
-      else {
-        this.remove(slot);
-        this.complain(differentSpaces(gamut, first!.gamut));
-      }
+      else this.complain(differentSpaces(gamut, first!.gamut));
     }
   }
 
