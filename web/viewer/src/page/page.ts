@@ -1,6 +1,5 @@
 // The page: its view, the gamuts that it shows, and the events by which its parts follow them.
 import { Box3, type Group, Vector3 } from "three";
-import { appearanceOf } from "../colours/appearance.js";
 import { tintOf } from "../colours/tints.js";
 import { axes, axesGrid, disposeAxes } from "../scene/axes.js";
 import { Layer, Materials, type Style, headLight, orientation } from "../scene/layer.js";
@@ -170,14 +169,13 @@ export class Page {
     try {
       const gamut = embedded?.gamut ?? (await this.describeBeside(slot, key, opening.signal));
       const path = `/v1/gamuts/${gamut.id}`;
-      const appearance = await appearanceOf(gamut, path, opening.signal);
       if (opening.signal.aborted) return;
       this.remove(slot);
       const axes = axisNames(gamut);
       const layer: Layer = new Layer(
         WORKER,
         embedded ? { bytes: embedded.history } : { address: address(`${path}/history`), headers: authorization() },
-        appearance,
+        gamut.provenance.colour_space,
         axes,
         lineSteps(gamut.options.space, axes, gamut.provenance.colour_space?.scale ?? 1),
         Math.min(this.triangles, gamut.counts.triangles),

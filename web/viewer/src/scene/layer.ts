@@ -22,8 +22,10 @@ import {
   Sphere,
   Vector3,
 } from "three";
+import { SCREEN } from "../colours/colours.js";
+import type { SpaceDescription } from "../colours/spaces.js";
 import { Lines, type LineSteps, extend } from "./lines.js";
-import type { Appearance, LevelBuffers, Order, Report, Source } from "./messages.js";
+import type { LevelBuffers, Order, Report, Source } from "./messages.js";
 
 export type Style = "solid" | "shaded" | "shell" | "wire" | "both" | "hidden";
 
@@ -156,7 +158,7 @@ export class Layer {
   constructor(
     workerAddress: string,
     source: Source,
-    appearance: Appearance,
+    space: SpaceDescription | undefined,
     axes: readonly string[],
     private readonly steps: LineSteps,
     private wanted: number,
@@ -173,7 +175,7 @@ export class Layer {
     this.worker = new Worker(workerAddress);
     this.worker.onmessage = ({ data }: MessageEvent<Report>) => this.receive(data);
     this.worker.onerror = () => events.failed("The reader of histories could not be loaded.");
-    this.order({ kind: "open", source, appearance });
+    this.order({ kind: "open", source, space, screen: SCREEN });
   }
 
   /** Show a number of triangles, or the nearest that has arrived. */
