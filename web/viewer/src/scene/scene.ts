@@ -58,7 +58,7 @@ export class View {
     readonly canvas: HTMLCanvasElement,
     private readonly stage: HTMLElement,
   ) {
-    this.renderer = new WebGLRenderer({ canvas, antialias: true });
+    this.renderer = new WebGLRenderer({ canvas, antialias: true, stencil: true });
     this.renderer.outputColorSpace = SRGBColorSpace;
     // Vertex colours are linear RGB of the screen, and both screens have the same curve.
     const buffer = this.renderer.getContext();
