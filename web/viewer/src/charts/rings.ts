@@ -41,23 +41,25 @@ export function ringsChart(found: Rings, { names, colours, axes, css, ...options
     const [low, high] = [Math.min(...values), Math.max(...values)];
     return [low - 0.04 * (high - low), high + 0.04 * (high - low)];
   };
+  const lines = [rings[outer]!, ...(reference === undefined ? [] : [reference])];
+  const styles = lines.map((_, i) => ({ stroke: colours[i]!, width: 2, dash: DASHES[i]! }));
+  const both = { stroke: options.theme.soft, width: 1.4, dash: "3 2" };
   const chart = new Chart({
     ...options,
-    x: { range: range(0), label: `${axes[1]}~RSS~` },
-    y: { range: range(1), label: `${axes[2]}~RSS~` },
+    x: { range: range(0), label: `_${axes[1]}_~RSS~` },
+    y: { range: range(1), label: `_${axes[2]}_~RSS~` },
     isEqual: true,
+    legend: [
+      ...styles.map((style, i) => ({ name: names[i]!, style })),
+      ...(found.intersection_radius === undefined ? [] : [{ name: "What both have of each band", style: both }]),
+    ],
+    legendAt: "below",
   });
   drawBands(chart, rings, found.hue, css);
   const within = curves(found.intersection_radius ?? []).map((curve) => chart.path(curve));
-  chart.draw(within.join(""), { stroke: "#fff", width: 1.2, dash: "3 2" });
+  chart.draw(within.join(""), { ...both, stroke: "#fff" });
   for (const ring of rings.slice(0, -1)) chart.polygon(ring, { stroke: "#111", width: 0.7 });
-  const lines = [rings[outer]!, ...(reference === undefined ? [] : [reference])];
-  const styles = lines.map((_, i) => ({ stroke: colours[i]!, width: 2, dash: DASHES[i]! }));
   lines.forEach((line, i) => chart.polygon(line, { ...styles[i]!, rim: true }));
-  chart.legend([
-    ...styles.map((style, i) => ({ name: names[i]!, style })),
-    ...(within.length > 0 ? [{ name: "What both have, within each band", style: { stroke: options.theme.soft, width: 1.4, dash: "3 2" } }] : []),
-  ]);
   chart.point([0, 0], { stroke: "#111", fill: "#fff" }, 2.5);
   // The labels are where the rings are farthest apart.
   const middle = Math.max(Math.floor(rings.length / 2) - 1, 0);

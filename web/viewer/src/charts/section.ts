@@ -30,13 +30,14 @@ export function sectionChart(
   layers: SectionOutline[],
   picture: { address: string; frame: Frame },
 ): { svg: string; placeAt: (x: number, y: number) => Place | null } {
-  const chart = new Chart({ ...options, x: { range: x, label: across }, y: { range: y, label: upward }, isEqual: true });
+  const style = ({ colour, order }: SectionOutline): Style => ({ stroke: colour, width: 2, dash: DASHES[order]! });
+  const legend = layers.map((layer) => ({ name: layer.name, style: style(layer) }));
+  const axes = { x: { range: x, label: across }, y: { range: y, label: upward } };
+  const chart = new Chart({ ...options, ...axes, isEqual: true, legend, legendAt: "below" });
   const path = (outlines: Place[][]) => outlines.map((outline) => chart.path(outline)).join("");
   const filled = layers.filter(({ isFilled }) => isFilled).map(({ outlines }) => path(outlines));
   for (const each of filled) chart.image(picture.address, ...picture.frame, each);
-  const style = ({ colour, order }: SectionOutline): Style => ({ stroke: colour, width: 2, dash: DASHES[order]! });
   for (const layer of layers.toReversed()) chart.draw(path(layer.outlines), { ...style(layer), rim: true });
-  chart.legend(layers.map((layer) => ({ name: layer.name, style: style(layer) })));
   const [left, bottom] = [chart.x(0), chart.y(0)];
   const placeAt = (pixel: number, row: number): Place | null => {
     const place: Point = [(pixel - left) / (chart.x(1) - left), (row - bottom) / (chart.y(1) - bottom)];

@@ -1,6 +1,7 @@
 // The page: its view, the gamuts that it shows, and the events by which its parts follow them.
 import { Box3, type Group, type Intersection, type Mesh, Vector3 } from "three";
 import { tintOf } from "../colours/tints.js";
+import { spaceDescription } from "../colours/spaces.js";
 import { axes, axesGrid, disposeAxes } from "../scene/axes.js";
 import { Layer, Materials, type Style, headLight, orientation } from "../scene/layer.js";
 import { lineSteps } from "../scene/lines.js";
@@ -184,7 +185,7 @@ export class Page {
       const layer: Layer = new Layer(
         WORKER,
         embedded ? { bytes: embedded.history } : { address: address(`${path}/history`), headers: authorization() },
-        gamut.provenance.colour_space,
+        spaceDescription(gamut),
         axes,
         lineSteps(gamut.options.space, axes, gamut.provenance.colour_space?.scale ?? 1),
         Math.min(this.triangles, gamut.counts.triangles),

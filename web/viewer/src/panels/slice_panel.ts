@@ -5,7 +5,7 @@ import { type Rings, ringsChart } from "../charts/rings.js";
 import { pageTheme } from "../charts/save.js";
 import { type Frame, sectionChart } from "../charts/section.js";
 import { SCREEN, cssColour, encoded } from "../colours/colours.js";
-import { type Space, spaceOf } from "../colours/spaces.js";
+import { type Space, gamutSpace, spaceOf } from "../colours/spaces.js";
 import { tintOf } from "../colours/tints.js";
 import { byId, element } from "../page/elements.js";
 import { embedded } from "../page/embedded.js";
@@ -138,7 +138,7 @@ export class SlicePanel {
     const { page, state } = this;
     const { gamut } = shown[0]!;
     const names = axisNames(gamut);
-    const space = spaceOf(gamut.provenance.colour_space);
+    const space = gamutSpace(gamut);
     const { lightness } = space;
     // X, Y and Z have no hue.
     byId<HTMLOptionElement>("slice-hue").disabled = lightness !== 0;
@@ -168,7 +168,7 @@ export class SlicePanel {
         order: SLOTS.indexOf(slot),
       };
     });
-    const frame = frameOf(cut, plane, box, reach, radius);
+    const frame = frameOf(cut, plane, box, reach, positions);
     const raster = colours(space, plane, frame);
     const theme = pageTheme(this.figure.box);
     const turn = orientation(names);
@@ -279,7 +279,7 @@ export class SlicePanel {
     const output = byId("readout");
     output.hidden = false;
     const swatch = element("span", "", { className: "swatch" });
-    swatch.style.backgroundColor = cssColour(spaceOf(gamut.provenance.colour_space).linear(Float32Array.from(point), SCREEN));
+    swatch.style.backgroundColor = cssColour(gamutSpace(gamut).linear(Float32Array.from(point), SCREEN));
     const lines = coordinates(axisNames(gamut), point).map((line) => element("span", line));
     output.replaceChildren(swatch, ...lines, this.recipe.element);
     if (embedded !== null || !mayHaveRecipes(gamut)) this.recipe.clear();
@@ -347,12 +347,20 @@ function farthest(all: Float32Array[], origin: Point, axes: number[]): number {
 }
 
 /** Room for the section at any value of the slider, so that the drawing does not jump. */
-function frameOf(cut: Cut, plane: SectionPlane, box: Box3, reach: number, radius: number): Frame {
+function frameOf(cut: Cut, plane: SectionPlane, box: Box3, reach: number, positions: Float32Array[]): Frame {
   const around = (low: number, high: number): Place => [low + OUTSIDE * (low - high), high + OUTSIDE * (high - low)];
-  if (cut.kind === "plane") return [around(-radius, radius), around(-radius, radius)];
-  const [low, high] = placesIn({ ...plane, origin: [0, 0, 0] }, [...box.min.toArray(), ...box.max.toArray()]) as [Place, Place];
-  if (cut.kind === "hue") return [around(-reach, reach), around(low[1], high[1])];
-  return [around(low[0], high[0]), around(low[1], high[1])];
+  const corners = [...box.min.toArray(), ...box.max.toArray()];
+  const all = cut.kind === "plane" ? positions : [corners];
+  const [low, high]: [Place, Place] = [[Infinity, Infinity], [-Infinity, -Infinity]];
+  for (const points of all) {
+    for (const place of placesIn(plane, points)) {
+      for (const axis of [0, 1] as const) {
+        low[axis] = Math.min(low[axis], place[axis]);
+        high[axis] = Math.max(high[axis], place[axis]);
+      }
+    }
+  }
+  return [cut.kind === "hue" ? around(-reach, reach) : around(low[0], high[0]), around(low[1], high[1])];
 }
 
 /** The colours of a frame, row by row from the top. */

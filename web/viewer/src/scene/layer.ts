@@ -158,7 +158,7 @@ export class Layer {
   constructor(
     workerAddress: string,
     source: Source,
-    space: SpaceDescription | undefined,
+    space: Partial<SpaceDescription>,
     axes: readonly string[],
     private readonly steps: LineSteps,
     private wanted: number,

@@ -27,7 +27,9 @@ export interface Gamut {
   area: number;
   counts: { triangles: number; vertices: number };
   channels: string[];
-  options: { space: string; boundary: string };
+  options: { space: string; boundary: string; adaptation?: string | null };
+  /** Convex polygon in CIE 1931 xy, before any adaptation; null or missing without chromaticities. */
+  chromaticity?: { basis: "primaries" | "colours"; corners: [number, number][] } | null;
   bounds: [number[], number[]];
   /** The error curve: levels from coarse to fine, with a bound of their distance in both directions. */
   levels: { triangles: number; distance_bound: number }[];
