@@ -1,7 +1,7 @@
 // The page: its view, the gamuts that it shows, and the events by which its parts follow them.
-import { Box3, type Group, Vector3 } from "three";
+import { Box3, Vector3 } from "three";
 import { appearanceOf } from "../colours/appearance.js";
-import { axes, axesGrid, disposeAxes } from "../scene/axes.js";
+import { AxesBox, sceneAxes } from "../scene/axes.js";
 import { Layer, Materials, type Style, headLight, orientation } from "../scene/layer.js";
 import { View } from "../scene/scene.js";
 import { type Gamut, ProblemError, type Progress, address, authorization, describe } from "../service/api.js";
@@ -31,8 +31,6 @@ export interface Shown {
 export type PageEvent = "gamuts" | "level" | "camera" | "theme";
 
 const WORKER = workerAddress();
-/** The grid is below the gamuts, so the middle of the view is lower than theirs. */
-const ROOM_BELOW = 0.1;
 const DEFAULT_TRIANGLES = 10_000;
 
 export class Page {
@@ -51,8 +49,8 @@ export class Page {
   private readonly listeners = new Map<PageEvent, (() => void)[]>();
   private readonly light = headLight();
   private readonly dark = matchMedia("(prefers-color-scheme: dark)");
-  private axesKey = "null";
-  private axesGroup: Group | null = null;
+  /** What the extent and the axes of the view were made of. */
+  private extentKey = "";
   private levels = 0;
   /** Times in ms since the page was opened, and what was there at the first picture. */
   private readonly marks: Record<string, number> = {};
@@ -65,7 +63,7 @@ export class Page {
     };
     this.dark.addEventListener("change", () => this.emit("theme"));
     this.on("theme", () => {
-      this.drawAxes();
+      this.fit();
       this.restyle();
     });
     this.address.add({
@@ -85,7 +83,7 @@ export class Page {
     });
     this.address.add({
       read: () => {},
-      write: () => [["camera", this.view.place.join(",")]],
+      write: () => [["camera", this.view.isHome ? null : this.view.place.join(",")]],
     });
     for (const event of ["gamuts", "level", "camera"] as const) this.on(event, () => this.address.save());
   }
@@ -210,7 +208,7 @@ export class Page {
 
   setAxes(hasAxes: boolean): void {
     this.hasAxes = hasAxes;
-    this.drawAxes();
+    this.fit();
     this.view.draw();
     this.address.save();
   }
@@ -256,7 +254,7 @@ export class Page {
     this.view.draw();
   }
 
-  /** Move the camera so that everything is in the picture. */
+  /** Set what the view shows: all gamuts, and the axes around them. */
   private fit(): void {
     const box = new Box3();
     for (const { gamut } of this.shown) {
@@ -265,38 +263,15 @@ export class Page {
       const part = new Box3(new Vector3().fromArray(low), new Vector3().fromArray(high));
       box.union(part.applyMatrix4(turn));
     }
-    if (box.isEmpty()) {
-      this.drawAxes(box);
-      return;
-    }
-    const radius = box.getSize(new Vector3()).length() / 2;
-    const middle = box.getCenter(new Vector3());
-    middle.y -= ROOM_BELOW * radius;
-    this.view.setExtent(middle, radius);
-    this.drawAxes(box);
-  }
-
-  private drawAxes(box?: Box3): void {
     const first = this.shown[0];
-    if (box === undefined && first !== undefined) {
-      this.fit();
-      return;
-    }
-    let wanted: Parameters<typeof axes> | null = null;
-    if (this.hasAxes && first !== undefined) {
-      const { color } = getComputedStyle(document.body);
-      const names = axisNames(first.gamut);
-      const ordered: [string, string, string] =
-        names[0] === "X" ? [names[0], names[1]!, `−${names[2]!}`] : [names[1]!, names[0]!, names[2]!];
-      wanted = [axesGrid(box!.min, box!.max), { names: ordered, line: color, text: color }];
-    }
-    // Labels are textures, which take longer than anything else of a change of gamut.
-    const key = JSON.stringify(wanted);
-    if (key === this.axesKey) return;
-    this.axesKey = key;
-    if (this.axesGroup !== null) disposeAxes(this.axesGroup);
-    this.axesGroup = wanted && axes(...wanted);
-    if (this.axesGroup !== null) this.view.scene.add(this.axesGroup);
+    const hasAxes = this.hasAxes && first !== undefined;
+    const names = first === undefined ? [] : axisNames(first.gamut);
+    const { color } = getComputedStyle(document.body);
+    const key = JSON.stringify([box, names, hasAxes, color]);
+    if (key === this.extentKey) return;
+    this.extentKey = key;
+    // Without gamuts the view stays as it was, without axes.
+    this.view.setExtent(first === undefined ? null : box, hasAxes ? new AxesBox(sceneAxes(names), box, color) : null);
   }
 }
 
