@@ -27,7 +27,7 @@ export function chromium() {
 }
 
 /** Open an address of the service. The page collects what the browser complains of. */
-export async function open(browser, path, { url = process.env.VIEWER_URL, width = 1100, height = 700, scheme = "light", motion = "reduce", isOffline = false } = {}) {
+export async function open(browser, path, { url = process.env.VIEWER_URL, width = 1100, height = 700, scheme = "light", motion = "reduce", gamut = "srgb", isOffline = false } = {}) {
   // All pages share the browser's cache, which saves loading and compiling the scripts again.
   const page = await browser.newPage();
   page.setDefaultTimeout(PATIENCE);
@@ -40,6 +40,7 @@ export async function open(browser, path, { url = process.env.VIEWER_URL, width 
   await page.emulateMediaFeatures([
     { name: "prefers-color-scheme", value: scheme },
     { name: "prefers-reduced-motion", value: motion },
+    { name: "color-gamut", value: gamut },
   ]);
   await page.setOfflineMode(isOffline);
   await page.goto(path.startsWith("file:") ? path : `${url}${path}`);

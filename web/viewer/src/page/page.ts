@@ -1,14 +1,12 @@
 // The page: its view, the gamuts that it shows, and the events by which its parts follow them.
 import { Box3, Vector3 } from "three";
-import { appearanceOf } from "../colours/appearance.js";
 import { AxesBox, sceneAxes } from "../scene/axes.js";
-import { Layer, Materials, type Style, headLight, orientation } from "../scene/layer.js";
+import { Layer, Materials, type Style, orientation } from "../scene/layer.js";
 import { View } from "../scene/scene.js";
 import { type Gamut, ProblemError, type Progress, address, authorization, describe } from "../service/api.js";
 import { AddressBook } from "./address.js";
 import { byId, problemElements } from "./elements.js";
 import { embedded, workerAddress } from "./embedded.js";
-import { AmbientLight } from "three";
 
 /** Places of gamuts, in the order of the list. The first one is the subject of all questions. */
 export const SLOTS = ["a", "b", "c", "d", "e", "f"] as const;
@@ -47,7 +45,6 @@ export class Page {
   private readonly opening = new Map<Slot, AbortController>();
   private readonly materials = new Map<Slot, Materials>();
   private readonly listeners = new Map<PageEvent, (() => void)[]>();
-  private readonly light = headLight();
   private readonly dark = matchMedia("(prefers-color-scheme: dark)");
   /** What the extent and the axes of the view were made of. */
   private extentKey = "";
@@ -56,11 +53,7 @@ export class Page {
   private readonly marks: Record<string, number> = {};
 
   constructor() {
-    this.view.scene.add(new AmbientLight(0xffffff, 1.1), this.light);
-    this.view.onMove = () => {
-      this.light.position.copy(this.view.camera.position);
-      this.emit("camera");
-    };
+    this.view.onMove = () => this.emit("camera");
     this.dark.addEventListener("change", () => this.emit("theme"));
     this.on("theme", () => {
       this.fit();
@@ -161,7 +154,6 @@ export class Page {
     try {
       const gamut = embedded?.gamut ?? (await describe(key, this.onProgress, opening.signal));
       const path = `/v1/gamuts/${gamut.id}`;
-      const appearance = await appearanceOf(gamut, path, opening.signal);
       if (opening.signal.aborted) return;
       this.remove(slot);
       const materials = this.materials.get(slot) ?? new Materials();
@@ -169,7 +161,7 @@ export class Page {
       const layer = new Layer(
         WORKER,
         embedded ? { bytes: embedded.history } : { address: address(`${path}/history`), headers: authorization() },
-        appearance,
+        gamut.provenance.colour_space,
         axisNames(gamut),
         Math.min(this.triangles, gamut.counts.triangles),
         materials,

@@ -2,18 +2,18 @@
 import {
   BufferAttribute,
   BufferGeometry,
-  DirectionalLight,
   Group,
   LineBasicMaterial,
   LineSegments,
   Matrix4,
   Mesh,
-  MeshBasicMaterial,
-  MeshLambertMaterial,
   Sphere,
   Vector3,
 } from "three";
-import type { Appearance, LevelBuffers, Order, Report, Source } from "./messages.js";
+import { SCREEN } from "../colours/colours.js";
+import type { SpaceDescription } from "../colours/spaces.js";
+import { surfaceMaterial } from "./materials.js";
+import type { LevelBuffers, Order, Report, Source } from "./messages.js";
 
 export type Style = "solid" | "shaded" | "wire" | "both" | "hidden";
 
@@ -42,8 +42,8 @@ export interface LayerEvents {
 
 /** Materials of one role. They outlive the gamuts, so that no shader is compiled again. */
 export class Materials {
-  readonly flat = new MeshBasicMaterial({ vertexColors: true, ...BEHIND_EDGES });
-  readonly lit = new MeshLambertMaterial({ vertexColors: true, flatShading: true, ...BEHIND_EDGES });
+  readonly flat = surfaceMaterial(false, BEHIND_EDGES);
+  readonly lit = surfaceMaterial(true, BEHIND_EDGES);
   readonly line = new LineBasicMaterial({ transparent: true });
 }
 
@@ -68,7 +68,7 @@ export class Layer {
   constructor(
     workerAddress: string,
     source: Source,
-    appearance: Appearance,
+    space: SpaceDescription | undefined,
     axes: readonly string[],
     private wanted: number,
     private readonly materials: Materials,
@@ -80,7 +80,7 @@ export class Layer {
     this.worker = new Worker(workerAddress);
     this.worker.onmessage = ({ data }: MessageEvent<Report>) => this.receive(data);
     this.worker.onerror = () => events.failed("The reader of histories could not be loaded.");
-    this.order({ kind: "open", source, appearance });
+    this.order({ kind: "open", source, space, screen: SCREEN });
   }
 
   /** Show a number of triangles, or the nearest that has arrived. */
@@ -218,9 +218,4 @@ function boundingSphere(positions: Float32Array): Sphere {
   }
   const centre = low.clone().add(high).divideScalar(2);
   return new Sphere(centre, high.distanceTo(low) / 2);
-}
-
-/** Light from the camera, for the shaded style. */
-export function headLight(): DirectionalLight {
-  return new DirectionalLight(0xffffff, Math.PI);
 }

@@ -15,7 +15,9 @@ import {
   WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
+import { SCREEN } from "../colours/colours.js";
 import { type AxesBox, type Edges, LABEL_ROOM, LabelLayer } from "./axes.js";
+import { surfaceUniforms } from "./materials.js";
 
 const FIELD_OF_VIEW = 30;
 const HALF_ANGLE = Math.tan((FIELD_OF_VIEW * Math.PI) / 360);
@@ -92,6 +94,9 @@ export class View {
     private readonly stage: HTMLElement,
   ) {
     this.renderer = new WebGLRenderer({ canvas, antialias: true });
+    // Vertex colours are linear RGB of the screen, and both screens have the same curve.
+    const buffer = this.renderer.getContext();
+    if ("drawingBufferColorSpace" in buffer) buffer.drawingBufferColorSpace = SCREEN;
     // The check waits for the compilation of each shader.
     this.renderer.debug.checkShaderErrors = false;
     canvas.after(this.labels.element);
@@ -422,6 +427,7 @@ export class View {
   private setSize(): void {
     const { canvas, height, renderer, width } = this;
     const ratio = this.resolution * Math.min(devicePixelRatio, 2);
+    surfaceUniforms.pixelRatio.value = ratio;
     if (canvas.width === Math.floor(width * ratio) && canvas.height === Math.floor(height * ratio)) return;
     renderer.setDrawingBufferSize(width, height, ratio);
   }
