@@ -1,9 +1,9 @@
 // The page: its view, the gamuts that it shows, and the events by which its parts follow them.
-import { Box3, type Group, type Intersection, type Mesh, Vector3 } from "three";
+import { Box3, type Intersection, type Mesh, Vector3 } from "three";
 import { tintOf } from "../colours/tints.js";
 import { spaceDescription } from "../colours/spaces.js";
-import { axes, axesGrid, disposeAxes } from "../scene/axes.js";
-import { Layer, Materials, type Style, headLight, orientation } from "../scene/layer.js";
+import { AxesBox, sceneAxes } from "../scene/axes.js";
+import { Layer, Materials, type Style, orientation } from "../scene/layer.js";
 import { lineSteps } from "../scene/lines.js";
 import { View } from "../scene/scene.js";
 import { type Gamut, ProblemError, type Progress, address, authorization, describe } from "../service/api.js";
@@ -11,7 +11,6 @@ import { AddressBook } from "./address.js";
 import { byId, problemElements } from "./elements.js";
 import { embedded, workerAddress } from "./embedded.js";
 import { differentSpaces, inSameSpace, optionsOfSpace } from "./same_space.js";
-import { AmbientLight } from "three";
 
 /** Places of gamuts, in the order of the list. The first one is the subject of all questions. */
 export const SLOTS = ["a", "b", "c", "d", "e", "f"] as const;
@@ -42,8 +41,6 @@ export interface Readable {
 export type PageEvent = "gamuts" | "level" | "camera" | "theme";
 
 const WORKER = workerAddress();
-/** The grid is below the gamuts, so the middle of the view is lower than theirs. */
-const ROOM_BELOW = 0.1;
 const DEFAULT_TRIANGLES = 10_000;
 
 export class Page {
@@ -61,23 +58,18 @@ export class Page {
   private readonly opening = new Map<Slot, AbortController>();
   private readonly materials = Object.fromEntries(SLOTS.map((slot) => [slot, new Materials()])) as Record<Slot, Materials>;
   private readonly listeners = new Map<PageEvent, (() => void)[]>();
-  private readonly light = headLight();
   private readonly dark = matchMedia("(prefers-color-scheme: dark)");
-  private axesKey = "null";
-  private axesGroup: Group | null = null;
+  /** What the extent and the axes of the view were made of. */
+  private extentKey = "";
   private levels = 0;
   /** Times in ms since the page was opened, and what was there at the first picture. */
   private readonly marks: Record<string, number> = {};
 
   constructor() {
-    this.view.scene.add(new AmbientLight(0xffffff, 1.1), this.light);
-    this.view.onMove = () => {
-      this.light.position.copy(this.view.camera.position);
-      this.emit("camera");
-    };
+    this.view.onMove = () => this.emit("camera");
     this.dark.addEventListener("change", () => this.emit("theme"));
     this.on("theme", () => {
-      this.drawAxes();
+      this.fit();
       this.restyle();
     });
     this.address.add({
@@ -97,7 +89,7 @@ export class Page {
     });
     this.address.add({
       read: () => {},
-      write: () => [["camera", this.view.place.join(",")]],
+      write: () => [["camera", this.view.isHome ? null : this.view.place.join(",")]],
     });
     for (const event of ["gamuts", "level", "camera"] as const) this.on(event, () => this.address.save());
   }
@@ -263,7 +255,7 @@ export class Page {
 
   setAxes(hasAxes: boolean): void {
     this.hasAxes = hasAxes;
-    this.drawAxes();
+    this.fit();
     this.view.draw();
     this.address.save();
   }
@@ -313,7 +305,7 @@ export class Page {
     this.view.draw();
   }
 
-  /** Move the camera so that everything is in the picture. */
+  /** Set what the view shows: all gamuts, and the axes around them. */
   private fit(): void {
     const box = new Box3();
     for (const { gamut } of this.shown) {
@@ -322,38 +314,15 @@ export class Page {
       const part = new Box3(new Vector3().fromArray(low), new Vector3().fromArray(high));
       box.union(part.applyMatrix4(turn));
     }
-    if (box.isEmpty()) {
-      this.drawAxes(box);
-      return;
-    }
-    const radius = box.getSize(new Vector3()).length() / 2;
-    const middle = box.getCenter(new Vector3());
-    middle.y -= ROOM_BELOW * radius;
-    this.view.setExtent(middle, radius);
-    this.drawAxes(box);
-  }
-
-  private drawAxes(box?: Box3): void {
     const first = this.shown[0];
-    if (box === undefined && first !== undefined) {
-      this.fit();
-      return;
-    }
-    let wanted: Parameters<typeof axes> | null = null;
-    if (this.hasAxes && first !== undefined) {
-      const { color } = getComputedStyle(document.body);
-      const names = axisNames(first.gamut);
-      const ordered: [string, string, string] =
-        names[0] === "X" ? [names[0], names[1]!, `−${names[2]!}`] : [names[1]!, names[0]!, names[2]!];
-      wanted = [axesGrid(box!.min, box!.max), { names: ordered, line: color, text: color }];
-    }
-    // Labels are textures, which take longer than anything else of a change of gamut.
-    const key = JSON.stringify(wanted);
-    if (key === this.axesKey) return;
-    this.axesKey = key;
-    if (this.axesGroup !== null) disposeAxes(this.axesGroup);
-    this.axesGroup = wanted && axes(...wanted);
-    if (this.axesGroup !== null) this.view.scene.add(this.axesGroup);
+    const hasAxes = this.hasAxes && first !== undefined;
+    const names = first === undefined ? [] : axisNames(first.gamut);
+    const { color } = getComputedStyle(document.body);
+    const key = JSON.stringify([box, names, hasAxes, color]);
+    if (key === this.extentKey) return;
+    this.extentKey = key;
+    // Without gamuts the view stays as it was, without axes.
+    this.view.setExtent(first === undefined ? null : box, hasAxes ? new AxesBox(sceneAxes(names), box, color) : null);
   }
 }
 

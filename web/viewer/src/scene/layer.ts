@@ -4,7 +4,6 @@ import {
   BufferAttribute,
   BufferGeometry,
   DecrementWrapStencilOp,
-  DirectionalLight,
   EqualDepth,
   FrontSide,
   Group,
@@ -15,7 +14,6 @@ import {
   Matrix4,
   Mesh,
   MeshBasicMaterial,
-  MeshLambertMaterial,
   NotEqualStencilFunc,
   type Plane,
   type Side,
@@ -25,6 +23,7 @@ import {
 import { SCREEN } from "../colours/colours.js";
 import type { SpaceDescription } from "../colours/spaces.js";
 import { Lines, type LineSteps, extend } from "./lines.js";
+import { surfaceMaterial } from "./materials.js";
 import type { LevelBuffers, Order, Report, Source } from "./messages.js";
 
 export type Style = "solid" | "shaded" | "shell" | "wire" | "both" | "hidden";
@@ -62,10 +61,10 @@ const SHELL_ORDER = 10;
 /** Materials of one slot. They outlive the gamuts, so that no shader is compiled again. */
 export class Materials {
   readonly lines = new Lines();
-  readonly flat = new MeshBasicMaterial({ vertexColors: true, ...BEHIND_EDGES });
-  readonly lit = new MeshLambertMaterial({ vertexColors: true, flatShading: true, ...BEHIND_EDGES });
-  readonly greyFlat = this.flat.clone();
-  readonly greyLit = this.lit.clone();
+  readonly flat = surfaceMaterial(false, BEHIND_EDGES);
+  readonly lit = surfaceMaterial(true, BEHIND_EDGES);
+  readonly greyFlat = surfaceMaterial(false, BEHIND_EDGES);
+  readonly greyLit = surfaceMaterial(true, BEHIND_EDGES);
   readonly edge = new LineBasicMaterial({ transparent: true, color: 0x000000, opacity: 0.35 });
   readonly far = this.shell(BackSide, LINE_OPACITY.far);
   readonly near = this.shell(FrontSide, LINE_OPACITY.near);
@@ -96,7 +95,7 @@ export class Materials {
   }
 
   private shell(side: Side, opacity: number): MeshBasicMaterial {
-    const material = new MeshBasicMaterial({ vertexColors: true, transparent: true, depthWrite: false, side });
+    const material = surfaceMaterial(false, { transparent: true, depthWrite: false, side });
     this.lines.addTo(material, { value: opacity });
     return material;
   }
@@ -322,9 +321,4 @@ function boundingSphere(positions: Float32Array): Sphere {
   }
   const centre = low.clone().add(high).divideScalar(2);
   return new Sphere(centre, high.distanceTo(low) / 2);
-}
-
-/** Light from the camera, for the shaded style. */
-export function headLight(): DirectionalLight {
-  return new DirectionalLight(0xffffff, Math.PI);
 }
