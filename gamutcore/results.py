@@ -6,6 +6,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import Field, dataclass, field, fields
 from html import escape
@@ -24,12 +25,14 @@ __all__ = [
     "ChromaticityGamut",
     "ColourCrossings",
     "ColourCusps",
+    "ColourLoss",
     "ColourRecipes",
     "ColourSection",
     "Comparison",
     "Conditions",
     "GamutComparison",
     "GamutRings",
+    "HueSectors",
     "Intersection",
     "MappedColours",
     "NearestColours",
@@ -618,12 +621,56 @@ def _intersection(one: FloatArray, other: FloatArray) -> FloatArray:
     return one
 
 
+@dataclass(frozen=True, repr=False)
+class ColourLoss(Shown):
+    """What the surface of a gamut loses in another gamut.
+
+    The loss of a colour is its colour difference CIE 2000 to the nearest colour of the other
+    gamut, and 0 for a colour that the other gamut has within its tolerance. Nearest is by CIE 2000
+    in CIELAB with D50, and by the distance of the space elsewhere.
+
+    Attributes
+    ----------
+    mean, percentile_95 : float
+        Over the area of the surface.
+    share_outside : float
+        Share of the area outside of the other gamut, from 0 to 1.
+    """
+
+    mean: float
+    percentile_95: float
+    share_outside: float
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class HueSectors(Overlap[FloatArray]):
+    """Figures of a comparison by sector of hue: volumes, largest chroma, colours lost.
+
+    Attributes
+    ----------
+    max_chroma_a, max_chroma_b : (n,) float64 or None
+        Largest chroma of each gamut in the sector, NaN where it has no colour. None if the space
+        has no hue.
+    lost_mean_a, lost_mean_b, lost_percentile_95_a, lost_percentile_95_b : (n,) float64 or None
+        As `ColourLoss`, of the part of the surface in the sector. NaN where no point of the surface
+        was taken. None unless they were asked for.
+    """
+
+    max_chroma_a: FloatArray | None = None
+    max_chroma_b: FloatArray | None = None
+    lost_mean_a: FloatArray | None = None
+    lost_mean_b: FloatArray | None = None
+    lost_percentile_95_a: FloatArray | None = None
+    lost_percentile_95_b: FloatArray | None = None
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class GamutComparison(Comparison):
     """Comparison of two gamuts, A and B: volumes, coverage both ways, by sector of hue.
 
     Attributes
     ----------
+    sectors : HueSectors
     white_a, white_b, black_a, black_b : (3,) float64
         The lightest and the darkest colours.
     triangles : tuple of two int
@@ -637,8 +684,13 @@ class GamutComparison(Comparison):
     chromaticity : ChromaticityComparison or None
         Area ratio and coverage in the CIE 1931 xy and the CIE 1976 u′v′ diagram. They do not depend
         on the levels. None if a gamut has no chromaticities.
+    lost_a, lost_b : ColourLoss or None
+        What A loses in B, and B in A. None unless they were asked for.
+    summary : tuple of str
+        The comparison in two to six sentences, in which the words A and B stand for the gamuts.
     """
 
+    sectors: HueSectors
     white_a: FloatArray
     white_b: FloatArray
     black_a: FloatArray
@@ -648,6 +700,16 @@ class GamutComparison(Comparison):
     gamuts: tuple[Conditions | None, Conditions | None] = field(repr=False)
     warnings: tuple[str, ...]
     chromaticity: ChromaticityComparison | None
+    lost_a: ColourLoss | None = None
+    lost_b: ColourLoss | None = None
+    summary: tuple[str, ...] = field(default=(), repr=False)
+
+    def summary_with(self, a: str, b: str) -> tuple[str, ...]:
+        """Return the summary with the names of the gamuts."""
+        names = {"A": a, "B": b}
+        return tuple(
+            re.sub(r"\b[AB]\b", lambda word: names[word[0]], each) for each in self.summary
+        )
 
 
 @dataclass(frozen=True, repr=False)
