@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import importlib.util
 import textwrap
-from html import escape
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -49,6 +48,7 @@ from gamutcore.levels import LevelRequest
 from gamutcore.questions.declarations import Parameter, Question
 from gamutcore.questions.levels import answering_level
 from gamutcore.questions.shape import rings, rings_caption, section, section_axes
+from gamutcore.results import facts_table
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -185,6 +185,7 @@ def notebook_html(gamut: AskedGamut) -> str:
     space, description = gamut.colour_space, gamut.description
     lowest, highest = description["bounds"]
     facts = {
+        **({"name": gamut.name} if gamut.name else {}),
         "space": space.name,
         "channels": " ".join(map(str, description["provenance"].get("channels") or ["-"])),
         "volume": f"{description['volume']:.6g}",
@@ -195,14 +196,10 @@ def notebook_html(gamut: AskedGamut) -> str:
         "triangles": f"4 to {gamut.history.triangles}",
         "id": f"{description['id'][:12]}…",
     }
-    rows = "".join(
-        f"<tr><th style='text-align:left'>{escape(name)}</th><td>{escape(value)}</td></tr>"
-        for name, value in facts.items()
-    )
     count = min(NOTEBOOK_TRIANGLES, gamut.history.triangles)
     picture = svg_picture(gamut.history.level(count), space)
     return (
-        f"<div style='display:flex;align-items:center;gap:1em'>{picture}<table>{rows}</table></div>"
+        f"<div style='display:flex;align-items:center;gap:1em'>{picture}{facts_table(facts)}</div>"
     )
 
 
