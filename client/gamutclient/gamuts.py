@@ -158,6 +158,8 @@ class RemoteGamut:
             "channels": self.channels if "device" in columns else (),
             "triangles": int(response.headers["gamut-triangles"]),
             "max_error": float(response.headers["gamut-max-error"]),
+            # the service finds the space of a table by its columns
+            "space": params.get("space") or ("" if table is None else "that of the table"),
             "gamut": stated and results.Conditions.from_header(stated),
             "warnings": _strings(response.headers.get("gamut-warning", "")),
         }
