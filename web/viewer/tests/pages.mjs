@@ -94,20 +94,22 @@ export async function drawn(page, ...triangles) {
   );
 }
 
-/** Colour of the view at a place, as fractions of its size from the left and the top. */
-export function pixel(page, x, y) {
-  return page.evaluate(
-    async (across, down) => {
-      const picture = await createImageBitmap(await window.gamutViewer.view.picture());
-      const canvas = new OffscreenCanvas(picture.width, picture.height);
-      const context = canvas.getContext("2d");
-      context.drawImage(picture, 0, 0);
+/** Colours of one picture of the view at places, as fractions of its size from the left and the top. */
+export function pixels(page, places) {
+  return page.evaluate(async (all) => {
+    const picture = await createImageBitmap(await window.gamutViewer.view.picture());
+    const canvas = new OffscreenCanvas(picture.width, picture.height);
+    const context = canvas.getContext("2d");
+    context.drawImage(picture, 0, 0);
+    return all.map(([across, down]) => {
       const at = [Math.floor(across * picture.width), Math.floor(down * picture.height)];
       return [...context.getImageData(...at, 1, 1).data.slice(0, 3)];
-    },
-    x,
-    y,
-  );
+    });
+  }, places);
+}
+
+export async function pixel(page, x, y) {
+  return (await pixels(page, [[x, y]]))[0];
 }
 
 const PICTURE_WIDTH = 220;

@@ -1,5 +1,6 @@
 // The keyboard in the view, and the buttons of the points of view.
 import { Vector3 } from "three";
+import { stepSection } from "../panels/plane_handle.js";
 import { orientation } from "../scene/layer.js";
 import { STYLE_NAMES, type Page, axisNames } from "./page.js";
 import { byId, element } from "./elements.js";
@@ -25,6 +26,8 @@ export function connectKeys(page: Page): void {
     "0": () => view.home(),
     "[": () => page.setTriangles(page.triangles / 2),
     "]": () => page.setTriangles(page.triangles * 2),
+    PageUp: () => stepSection(5),
+    PageDown: () => stepSection(-5),
     p: () => {
       const select = byId<HTMLSelectElement>("projection");
       select.value = select.value === "perspective" ? "orthographic" : "perspective";

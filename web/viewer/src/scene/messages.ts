@@ -6,7 +6,7 @@ export type Source = { address: string; headers: Record<string, string> } | { by
 
 /** To the worker. */
 export type Order =
-  | { kind: "open"; source: Source; space: SpaceDescription | undefined; screen: Screen }
+  | { kind: "open"; source: Source; space: Partial<SpaceDescription>; screen: Screen }
   | { kind: "level"; triangles: number };
 
 /** A level as the page draws it. */

@@ -6,6 +6,7 @@ import {
   type Object3D,
   OrthographicCamera,
   PerspectiveCamera,
+  type Plane,
   Raycaster,
   type Intersection,
   Scene,
@@ -86,6 +87,8 @@ export class View {
   private resting = 0;
   /** Number of pictures that were drawn. */
   frames = 0;
+  /** The plane in front of which everything is cut away, and nothing can be pointed at. */
+  kept: Plane | null = null;
   /** Called after the camera moved. */
   onMove: () => void = () => {};
 
@@ -93,7 +96,7 @@ export class View {
     readonly canvas: HTMLCanvasElement,
     private readonly stage: HTMLElement,
   ) {
-    this.renderer = new WebGLRenderer({ canvas, antialias: true });
+    this.renderer = new WebGLRenderer({ canvas, antialias: true, stencil: true });
     // Vertex colours are linear RGB of the screen, and both screens have the same curve.
     const buffer = this.renderer.getContext();
     if ("drawingBufferColorSpace" in buffer) buffer.drawingBufferColorSpace = SCREEN;
@@ -253,7 +256,20 @@ export class View {
       1 - (2 * (clientY - box.top)) / box.height,
     );
     this.raycaster.setFromCamera(place, this.camera);
-    return this.raycaster.intersectObjects(objects, false)[0] ?? null;
+    const isKept = ({ point }: Intersection) => (this.kept?.distanceToPoint(point) ?? 0) > -1e-4 * this.radius;
+    return this.raycaster.intersectObjects(objects, false).find(isKept) ?? null;
+  }
+
+  /** Where a point of the scene is on the stage, in pixels from the left and the top. */
+  stagePlace(point: Vector3): [number, number] {
+    this.camera.updateMatrixWorld();
+    const { x, y } = point.project(this.camera);
+    return [((x + 1) / 2) * this.stage.clientWidth, ((1 - y) / 2) * this.stage.clientHeight];
+  }
+
+  /** The direction from the target to the camera. */
+  get towardsCamera(): Vector3 {
+    return this.camera.position.clone().sub(this.controls.target).normalize();
   }
 
   /**
