@@ -1,7 +1,8 @@
 // What is taken away from the page: pictures, a turntable, one file that works offline, and the link.
 import { SCREEN } from "../colours/colours.js";
+import { tintOf } from "../colours/tints.js";
 import { byId, save } from "../page/elements.js";
-import type { Page } from "../page/page.js";
+import { type Page, STYLE_NAMES, axisNames } from "../page/page.js";
 import { type Picture, pngPicture, svgPicture, turntable } from "../scene/picture.js";
 import { request } from "../service/api.js";
 
@@ -89,16 +90,20 @@ function within(id: string, least: number, most: number): number {
 function pictureOf(page: Page): Picture {
   const size = (id: string) => within(id, Number(byId<HTMLInputElement>(id).min), Number(byId<HTMLInputElement>(id).max));
   const { axes } = page.view;
-  const space = page.shown[0]!.gamut.options.space;
-  const scale = axes === null ? space : `${space}: a line of the grid every ${axes.step} in ${axes.axes.map(({ name }) => name).join(", ")}`;
+  const { gamut } = page.shown[0]!;
+  const { space } = gamut.options;
+  const step = axes === null ? "" : `: lines of the grid are ${axes.step} apart in ${axisNames(gamut).join(", ")}`;
   const style = getComputedStyle(byId("stage"));
   return {
     width: size("save-width"),
     height: size("save-height"),
     ratio: Number(byId<HTMLSelectElement>("save-ratio").value),
     title: page.shown.map(({ gamut }) => gamut.name).join(" and "),
-    legend: [...byId("legend").children].map((line) => line.textContent ?? ""),
-    note: `${scale}; colours for ${SCREEN === "srgb" ? "sRGB" : "Display P3"} screens`,
+    legend: page.shown.map(({ slot, gamut }) => ({
+      text: `${gamut.name} · ${STYLE_NAMES[page.styles[slot]].toLowerCase()}`,
+      colour: tintOf(slot, page.isDark),
+    })),
+    note: `${space}${step}; colours for ${SCREEN === "srgb" ? "sRGB" : "Display P3"} screens`,
     colour: style.color,
     ground: style.backgroundColor,
   };

@@ -11,7 +11,8 @@ export interface Picture {
   height: number;
   ratio: number;
   title: string;
-  legend: string[];
+  /** A line for each gamut, with the CSS colour of its mark. */
+  legend: { text: string; colour: string }[];
   note: string;
   /** CSS colours of the text and behind everything. */
   colour: string;
@@ -103,7 +104,13 @@ function drawing({ width, height, ratio, title, legend, note, colour, ground }: 
   const room = width - 2 * MARGIN;
   const lines = [
     text(MARGIN, MARGIN + 12, TITLE_SIZE, shortened(title, TITLE_SIZE, room), ' font-weight="600"'),
-    ...legend.map((line, i) => text(MARGIN, MARGIN + 12 + LINE * (i + 1) + 2, LEGEND_SIZE, shortened(line, LEGEND_SIZE, room))),
+    ...legend.flatMap((line, i) => {
+      const y = MARGIN + 14 + LINE * (i + 1);
+      return [
+        `<circle cx="${MARGIN + 5}" cy="${y - 4.5}" r="5" fill="${line.colour}" stroke="none"/>`,
+        text(MARGIN + LINE, y, LEGEND_SIZE, shortened(line.text, LEGEND_SIZE, room - LINE)),
+      ];
+    }),
     text(MARGIN, height - MARGIN + 4, NOTE_SIZE, shortened(note, NOTE_SIZE, room)),
   ];
   const marks = labels.map(({ text: content, x, y, meaning }) =>
