@@ -7,6 +7,8 @@ import { after, before, test } from "node:test";
 import { chromium, close, drawn, open, pixels } from "./pages.mjs";
 
 const TRIANGLES = 600;
+// Small pictures are quick without a graphics processor.
+const SIZE = { width: 800, height: 420 };
 const LOOK = "&axes=off&projection=orthographic";
 const balls = {};
 let browser;
@@ -65,7 +67,7 @@ const colours = (page, { x0, y0, dx, dy }, places) =>
 
 test("the part inside the second gamut ends where the surfaces meet, at a coarse level, without a request", async () => {
   // The balls meet in the plane a* = (40² − 30² + 30²) / (2 · 30) = 26.67.
-  const page = await open(browser, `/view#a=${balls.large}&b=${balls.small}&style-b=hidden&triangles=${TRIANGLES}${LOOK}`);
+  const page = await open(browser, `/view#a=${balls.large}&b=${balls.small}&style-b=hidden&triangles=${TRIANGLES}${LOOK}`, SIZE);
   await drawn(page, TRIANGLES, TRIANGLES);
   const frame = await fromFront(page);
   await page.waitForFunction("/covers/.test(document.getElementById('coverage').textContent)");
@@ -89,7 +91,7 @@ test("the part inside the second gamut ends where the surfaces meet, at a coarse
 });
 
 test("three gamuts: shells show what is behind them, with a tint each", async () => {
-  const page = await open(browser, `/view#a=${balls.large}&b=${balls.small}&c=${balls.far}&triangles=${TRIANGLES}${LOOK}`);
+  const page = await open(browser, `/view#a=${balls.large}&b=${balls.small}&c=${balls.far}&triangles=${TRIANGLES}${LOOK}`, SIZE);
   await drawn(page, TRIANGLES, TRIANGLES, TRIANGLES);
   const frame = await fromFront(page);
   assert.equal(await page.$eval("#style-c", (select) => select.value), "shell");
@@ -109,7 +111,7 @@ test("three gamuts: shells show what is behind them, with a tint each", async ()
 });
 
 test("gamuts of different spaces are refused, and references follow the space of the first gamut", async () => {
-  const page = await open(browser, `/view#a=${balls.oklab}&b=srgb`);
+  const page = await open(browser, `/view#a=${balls.oklab}&b=srgb`, SIZE);
   const spaces = () => page.evaluate("window.gamutViewer.shown.map(({ gamut }) => gamut.options.space).join()");
   await page.waitForFunction("window.gamutViewer.figures.triangles[1] > 4");
   assert.equal(await spaces(), "Oklab,Oklab");

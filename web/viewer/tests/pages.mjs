@@ -99,7 +99,7 @@ export function pixels(page, places) {
   return page.evaluate(async (all) => {
     const picture = await createImageBitmap(await window.gamutViewer.view.picture());
     const canvas = new OffscreenCanvas(picture.width, picture.height);
-    const context = canvas.getContext("2d");
+    const context = canvas.getContext("2d", { willReadFrequently: true });
     context.drawImage(picture, 0, 0);
     return all.map(([across, down]) => {
       const at = [Math.floor(across * picture.width), Math.floor(down * picture.height)];
