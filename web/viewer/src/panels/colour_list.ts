@@ -8,7 +8,8 @@ import {
   Points,
   PointsMaterial,
 } from "three";
-import { cssColour, linearSrgb } from "../colours/colours.js";
+import { SCREEN, cssColour } from "../colours/colours.js";
+import { spaceOf } from "../colours/spaces.js";
 import { blackChannel, blackRange, deviceText, deviceUnit } from "../colours/device_values.js";
 import { byId, element, problemElements, save, warningTexts } from "../page/elements.js";
 import { type Page, axisNames } from "../page/page.js";
@@ -193,8 +194,7 @@ export class ColourList {
   private draw({ found, near }: Answer): void {
     const { colours, inside, position } = found;
     const points = colours.flat();
-    const isLab = this.gamut!.options.space === "CIELAB";
-    const linear = isLab ? [...linearSrgb(Float32Array.from(points))] : points.map(() => 0.5);
+    const linear = spaceOf(this.gamut!.provenance.colour_space).linear(Float32Array.from(points), SCREEN);
     const vectors = colours.flatMap((point, i) => (inside[i] ? [] : [...point, ...near.point[i]!]));
     const ends = near.point.flatMap((point, i) => (inside[i] ? [] : point));
     const beyond = colours.flatMap((point, i) => (position[i] === "outside" ? point : []));
@@ -249,14 +249,13 @@ export class ColourList {
   private columns({ found, near, made }: Answer): Column[] {
     const { colours, inside, position } = found;
     const { channels } = this.gamut!;
-    const isLab = this.gamut!.options.space === "CIELAB";
+    const linear = spaceOf(this.gamut!.provenance.colour_space).linear(Float32Array.from(colours.flat()), SCREEN);
     const device = (row: number) => made?.device[row] ?? (inside[row] ? undefined : near.device?.[row]);
     const far = (row: number) => (inside[row] ? 0 : near.delta_e_2000[row]!);
     const named = (row: number) => {
       const cell = element("span", this.label(found, row), { title: this.label(found, row) });
-      if (!isLab) return cell;
       const spot = element("span", "", { className: "spot" });
-      spot.style.backgroundColor = cssColour(linearSrgb(Float32Array.from(colours[row]!)));
+      spot.style.backgroundColor = cssColour(linear.subarray(3 * row, 3 * row + 3));
       cell.prepend(spot);
       return cell;
     };

@@ -10,8 +10,9 @@ import {
   Points,
   PointsMaterial,
 } from "three";
-import { linearSrgb } from "../colours/colours.js";
+import { SCREEN } from "../colours/colours.js";
 import { isRgb } from "../colours/device_values.js";
+import { spaceOf } from "../colours/spaces.js";
 import { byId } from "../page/elements.js";
 import { type Page, axisNames } from "../page/page.js";
 import { orientation } from "../scene/layer.js";
@@ -105,8 +106,7 @@ export class Marks {
 
   private points(gamut: Gamut, colours: number[][], size: number): Points {
     const geometry = geometryOf(colours);
-    const isLab = gamut.options.space === "CIELAB";
-    const linear = isLab ? linearSrgb(Float32Array.from(colours.flat())) : new Float32Array(3 * colours.length).fill(0.5);
+    const linear = spaceOf(gamut.provenance.colour_space).linear(Float32Array.from(colours.flat()), SCREEN);
     geometry.setAttribute("color", new Float32BufferAttribute(linear, 3));
     return new Points(geometry, new PointsMaterial({ vertexColors: true, size, sizeAttenuation: false }));
   }
