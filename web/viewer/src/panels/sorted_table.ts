@@ -22,7 +22,7 @@ export class SortedTable {
   private readonly body = element("tbody");
   private readonly caption = element("caption");
   private readonly table = element("table", "", { className: "sorted" });
-  private from = -1;
+  private from = -Infinity;
 
   constructor(private readonly box: HTMLElement) {
     const top = element("thead");
@@ -59,7 +59,7 @@ export class SortedTable {
       order.sort((one, other) => sign * compared(value(one), value(other)));
     }
     this.head.replaceChildren(...this.columns.map((column, place) => this.title(column, place)));
-    this.from = -1;
+    this.from = -Infinity;
     this.draw();
   }
 
