@@ -9,7 +9,7 @@ import {
   PointsMaterial,
 } from "three";
 import { SCREEN, cssColour } from "../colours/colours.js";
-import { spaceOf } from "../colours/spaces.js";
+import { gamutSpace } from "../colours/spaces.js";
 import { blackChannel, blackRange, deviceText, deviceUnit } from "../colours/device_values.js";
 import { byId, element, problemElements, save, warningTexts } from "../page/elements.js";
 import { type Page, axisNames } from "../page/page.js";
@@ -194,7 +194,7 @@ export class ColourList {
   private draw({ found, near }: Answer): void {
     const { colours, inside, position } = found;
     const points = colours.flat();
-    const linear = spaceOf(this.gamut!.provenance.colour_space).linear(Float32Array.from(points), SCREEN);
+    const linear = gamutSpace(this.gamut!).linear(Float32Array.from(points), SCREEN);
     const vectors = colours.flatMap((point, i) => (inside[i] ? [] : [...point, ...near.point[i]!]));
     const ends = near.point.flatMap((point, i) => (inside[i] ? [] : point));
     const beyond = colours.flatMap((point, i) => (position[i] === "outside" ? point : []));
@@ -249,7 +249,7 @@ export class ColourList {
   private columns({ found, near, made }: Answer): Column[] {
     const { colours, inside, position } = found;
     const { channels } = this.gamut!;
-    const linear = spaceOf(this.gamut!.provenance.colour_space).linear(Float32Array.from(colours.flat()), SCREEN);
+    const linear = gamutSpace(this.gamut!).linear(Float32Array.from(colours.flat()), SCREEN);
     const device = (row: number) => made?.device[row] ?? (inside[row] ? undefined : near.device?.[row]);
     const far = (row: number) => (inside[row] ? 0 : near.delta_e_2000[row]!);
     const named = (row: number) => {

@@ -12,7 +12,7 @@ import {
 } from "three";
 import { SCREEN } from "../colours/colours.js";
 import { isRgb } from "../colours/device_values.js";
-import { spaceOf } from "../colours/spaces.js";
+import { gamutSpace } from "../colours/spaces.js";
 import { byId } from "../page/elements.js";
 import { type Page, axisNames } from "../page/page.js";
 import { orientation } from "../scene/layer.js";
@@ -106,7 +106,7 @@ export class Marks {
 
   private points(gamut: Gamut, colours: number[][], size: number): Points {
     const geometry = geometryOf(colours);
-    const linear = spaceOf(gamut.provenance.colour_space).linear(Float32Array.from(colours.flat()), SCREEN);
+    const linear = gamutSpace(gamut).linear(Float32Array.from(colours.flat()), SCREEN);
     geometry.setAttribute("color", new Float32BufferAttribute(linear, 3));
     return new Points(geometry, new PointsMaterial({ vertexColors: true, size, sizeAttenuation: false }));
   }

@@ -27,7 +27,9 @@ export interface Gamut {
   area: number;
   counts: { triangles: number; vertices: number };
   channels: string[];
-  options: { space: string; boundary: string };
+  options: { space: string; boundary: string; adaptation?: string | null };
+  /** Convex polygon in CIE 1931 xy, before any adaptation; null or missing without chromaticities. */
+  chromaticity?: { basis: "primaries" | "colours"; corners: [number, number][] } | null;
   bounds: [number[], number[]];
   /** The error curve: levels from coarse to fine, with a bound of their distance in both directions. */
   levels: { triangles: number; distance_bound: number }[];
@@ -170,10 +172,18 @@ function references(): Promise<Entry[]> {
   return knownReferences;
 }
 
-/** Describe a gamut; a reference that is not built yet is waited for. */
-export async function describe(name: string, progress: Progress, signal: AbortSignal): Promise<Gamut> {
-  const get = () =>
-    request(`/v1/gamuts/${encodeURIComponent(name)}`, { signal, headers: { Prefer: "respond-async" } });
+/**
+ * Describe a gamut; a reference that is not built yet is waited for. `options` are those of its build,
+ * for references only.
+ */
+export async function describe(
+  name: string,
+  progress: Progress,
+  signal: AbortSignal,
+  options: Record<string, string> = {},
+): Promise<Gamut> {
+  const path = `/v1/gamuts/${encodeURIComponent(name)}?${new URLSearchParams(options)}`;
+  const get = () => request(path, { signal, headers: { Prefer: "respond-async" } });
   let response = await get();
   if (response.status === 202) {
     await followed(((await response.json()) as Job).id, progress, signal);

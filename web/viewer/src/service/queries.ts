@@ -1,4 +1,5 @@
 // Questions to the service: comparison, colours in gamut, nearest colours, recipes.
+import type { HueSectors } from "../charts/hues.js";
 import { type Gamut, ProblemError, request } from "./api.js";
 
 /** Areas in a chromaticity diagram; `area_ratio` is A ÷ B. */
@@ -8,11 +9,27 @@ interface Areas {
   b_covers_a: number;
 }
 
+/** ΔE00 between the surface of a gamut and the nearest colours of another one. */
+interface Loss {
+  mean: number;
+  percentile_95: number;
+  share_outside: number;
+}
+
 export interface Comparison {
   intersection: number;
   a_covers_b: number;
   b_covers_a: number;
   jaccard: number;
+  white_a: number[];
+  white_b: number[];
+  black_a: number[];
+  black_b: number[];
+  /** Sentences with A and B for the gamuts. */
+  summary: string[];
+  lost_a?: Loss | null;
+  lost_b?: Loss | null;
+  sectors: HueSectors;
   /** Null if a gamut has no chromaticities. */
   chromaticity: { basis_a: string; basis_b: string; xy: Areas; uv: Areas } | null;
   warnings: string[];
@@ -71,19 +88,8 @@ export interface TableReading {
 }
 
 export async function compare(a: string, b: string, signal: AbortSignal): Promise<Comparison> {
-  const query = new URLSearchParams({ a, b, sectors: "1" });
+  const query = new URLSearchParams({ a, b, lost: "true" });
   return (await (await request(`/v1/comparisons?${query}`, { signal })).json()) as Comparison;
-}
-
-/** Which points are in a gamut; three coordinates each. */
-export async function contained(gamut: Gamut, points: Float32Array, signal: AbortSignal): Promise<boolean[]> {
-  const response = await request(`/v1/gamuts/${gamut.id}/contains`, {
-    method: "POST",
-    body: npy(points),
-    signal,
-    headers: { "Content-Type": "application/x-npy" },
-  });
-  return ((await response.json()) as { inside: boolean[] }).inside;
 }
 
 /** Where a colour is, with its distance from the surface of a gamut, negative inside. */
@@ -172,14 +178,4 @@ export async function recipes(gamut: Gamut, colours: number[][], signal: AbortSi
     if (error instanceof ProblemError && error.problem.status === 422) withoutModel.add(gamut.id);
     throw error;
   }
-}
-
-/** An array (n, 3) of float32 as a NumPy file, version 1.0. */
-function npy(points: Float32Array): Blob {
-  const shape = `{'descr': '<f4', 'fortran_order': False, 'shape': (${points.length / 3}, 3), }`;
-  const text = shape.padEnd(64 * Math.ceil((shape.length + 11) / 64) - 11) + "\n";
-  const head = new Uint8Array(10 + text.length);
-  head.set([0x93, ...new TextEncoder().encode("NUMPY"), 1, 0, text.length & 255, text.length >> 8]);
-  head.set(new TextEncoder().encode(text), 10);
-  return new Blob([head, points as Float32Array<ArrayBuffer>]);
 }
