@@ -10,6 +10,8 @@ import { connectDisplay } from "./panels/display.js";
 import { connectFacts } from "./panels/facts.js";
 import { GamutList } from "./panels/gamut_list.js";
 import { connectLevel } from "./panels/level.js";
+import { Marks } from "./panels/marks.js";
+import { PicturePanel } from "./panels/picture_panel.js";
 import { connectPointer } from "./panels/pointer.js";
 import { SlicePanel } from "./panels/slice_panel.js";
 import { connectSaving } from "./panels/take_away.js";
@@ -34,6 +36,8 @@ function start(): Page {
   if (embedded === null) {
     new Uploads(page);
     new ColourList(page);
+    new Marks(page);
+    new PicturePanel(page);
   } else byId("title").textContent = embedded.gamut.name;
   void page.restore();
   return page;

@@ -48,6 +48,8 @@ export class Page {
   readonly view = new View(this.canvas, byId("stage"));
   readonly address = new AddressBook();
   readonly styles = Object.fromEntries(SLOTS.map((slot) => [slot, slot === "a" ? "solid" : "shell"])) as Record<Slot, Style>;
+  /** Files that gamuts were built from on this page, by id. */
+  readonly files = new Map<string, File>();
   /** Triangles that are wished for, for all gamuts. */
   triangles = DEFAULT_TRIANGLES;
   hasAxes = true;

@@ -8,8 +8,7 @@ export class Uploads {
   private readonly options = new BuildOptions(() => {
     if (this.kept !== undefined) void this.upload(this.kept);
   });
-  /** Files of gamuts that were built on this page, by id, and the file whose build failed last. */
-  private readonly files = new Map<string, File>();
+  /** The file whose build failed last. */
   private failed: File | undefined;
   private uploading: AbortController | null = null;
   private job = "";
@@ -39,7 +38,7 @@ export class Uploads {
 
   /** The file that can be built again. */
   private get kept(): File | undefined {
-    return this.failed ?? this.files.get(this.page.at("a")?.gamut.id ?? "");
+    return this.failed ?? this.page.files.get(this.page.at("a")?.gamut.id ?? "");
   }
 
   private show(stage: string, fraction: number, job: string): void {
@@ -64,7 +63,7 @@ export class Uploads {
     try {
       const id = await build(file, options, page.onProgress, uploading.signal);
       if (uploading.signal.aborted) return;
-      this.files.set(id, file);
+      page.files.set(id, file);
       await page.show("a", id);
       page.announce(`${file.name} is shown`);
     } catch (error) {
