@@ -4,10 +4,11 @@ import { appearanceOf } from "../colours/appearance.js";
 import { axes, axesGrid, disposeAxes } from "../scene/axes.js";
 import { Layer, Materials, type Style, headLight, orientation } from "../scene/layer.js";
 import { View } from "../scene/scene.js";
-import { type Gamut, ProblemError, type Progress, address, authorization, describe } from "../service/api.js";
+import { type Gamut, ProblemError, address, authorization, describe } from "../service/api.js";
 import { AddressBook } from "./address.js";
 import { byId, problemElements } from "./elements.js";
 import { embedded, workerAddress } from "./embedded.js";
+import { Board } from "./progress.js";
 import { AmbientLight } from "three";
 
 /** Places of gamuts, in the order of the list. The first one is the subject of all questions. */
@@ -43,8 +44,10 @@ export class Page {
   /** Triangles that are wished for, for all gamuts. */
   triangles = DEFAULT_TRIANGLES;
   hasAxes = true;
-  /** Called with the progress of a build that a gamut waits for; "" ends it. */
-  onProgress: Progress = () => {};
+  /** What is waited for, and quiet notes. */
+  readonly board = new Board((text) => this.announce(text));
+  /** Whether the gamuts are those of the first screen, which nobody has chosen. */
+  isTrial = false;
   private readonly gamuts = new Map<Slot, Shown>();
   private readonly opening = new Map<Slot, AbortController>();
   private readonly materials = new Map<Slot, Materials>();
@@ -160,8 +163,10 @@ export class Page {
       this.emit("gamuts");
       return;
     }
+    const work = this.board.begin(key.length === 64 ? "The gamut" : key, () => opening.abort());
+    opening.signal.addEventListener("abort", () => work.end());
     try {
-      const gamut = embedded?.gamut ?? (await describe(key, this.onProgress, opening.signal));
+      const gamut = embedded?.gamut ?? (await describe(key, work.report, opening.signal));
       const path = `/v1/gamuts/${gamut.id}`;
       const appearance = await appearanceOf(gamut, path, opening.signal);
       if (opening.signal.aborted) return;
@@ -191,7 +196,7 @@ export class Page {
     } catch (error) {
       if (!opening.signal.aborted) this.complain(error);
     } finally {
-      if (this.opening.get(slot) === opening) this.onProgress("", 1, "");
+      work.end();
     }
   }
 
@@ -213,6 +218,11 @@ export class Page {
     this.drawAxes();
     this.view.draw();
     this.address.save();
+  }
+
+  /** The file that a gamut was built from, if the page can have it. */
+  async sourceOf(_slot: Slot): Promise<File | null> {
+    return null;
   }
 
   announce(text: string): void {
