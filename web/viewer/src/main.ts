@@ -3,6 +3,7 @@ import { byId, element } from "./page/elements.js";
 import { embedded } from "./page/embedded.js";
 import { connectKeys } from "./page/keys.js";
 import { Page } from "./page/page.js";
+import { openPage } from "./page/start.js";
 import { Uploads } from "./page/uploads.js";
 import { ColourList } from "./panels/colour_list.js";
 import { ComparisonPanel } from "./panels/comparison_panel.js";
@@ -35,7 +36,7 @@ function start(): Page {
     new Uploads(page);
     new ColourList(page);
   } else byId("title").textContent = embedded.gamut.name;
-  void page.restore();
+  void openPage(page);
   return page;
 }
 

@@ -4,6 +4,7 @@ import { axes, axesGrid, disposeAxes } from "../scene/axes.js";
 import { Layer, Materials, type Style, headLight, orientation } from "../scene/layer.js";
 import { View } from "../scene/scene.js";
 import { type Gamut, ProblemError, address, authorization, describe } from "../service/api.js";
+import { describeExample, exampleFile, findExample, historyOf } from "../service/examples.js";
 import { AddressBook } from "./address.js";
 import { byId, problemElements } from "./elements.js";
 import { embedded, workerAddress } from "./embedded.js";
@@ -20,6 +21,8 @@ export interface Shown {
   readonly key: string;
   readonly gamut: Gamut;
   readonly layer: Layer;
+  /** Whether only the begin of the history is loaded, from a file of the page. */
+  readonly isPart: boolean;
 }
 
 /**
@@ -150,8 +153,12 @@ export class Page {
     this.emit("gamuts");
   }
 
-  /** Show a gamut by its id or slug in a slot; null removes the one that is there. */
-  async show(slot: Slot, key: string | null): Promise<void> {
+  /**
+   * Show a gamut in a slot by its id, its slug or the key of an example; null removes the one that is
+   * there. Examples are coarse files of the page, or `isWhole`: from the service.
+   */
+  async show(slot: Slot, key: string | null, isWhole = false): Promise<void> {
+    this.isTrial = false;
     this.opening.get(slot)?.abort();
     const opening = new AbortController();
     this.opening.set(slot, opening);
@@ -165,15 +172,19 @@ export class Page {
     const work = this.board.begin(key.length === 64 ? "The gamut" : key, () => opening.abort());
     opening.signal.addEventListener("abort", () => work.end());
     try {
-      const gamut = embedded?.gamut ?? (await describe(key, work.report, opening.signal));
-      const path = `/v1/gamuts/${gamut.id}`;
+      const example = await findExample(key);
+      let gamut = embedded?.gamut;
+      gamut ??= example && (await describeExample(example, () => this.board.prepare(example.name)));
+      if (gamut === undefined || isWhole) gamut = await describe(gamut?.id ?? key, work.report, opening.signal);
+      const isPart = example !== undefined && !isWhole;
+      const source = isPart ? historyOf(example) : address(`/v1/gamuts/${gamut.id}/history`);
       if (opening.signal.aborted) return;
       this.remove(slot);
       const materials = this.materials.get(slot) ?? new Materials();
       this.materials.set(slot, materials);
       const layer = new Layer(
         WORKER,
-        embedded ? { bytes: embedded.history } : { address: address(`${path}/history`), headers: authorization() },
+        embedded ? { bytes: embedded.history } : { address: source, headers: isPart ? {} : authorization() },
         gamut.provenance.colour_space,
         axisNames(gamut),
         Math.min(this.triangles, gamut.counts.triangles),
@@ -187,7 +198,7 @@ export class Page {
           failed: (message) => this.complain(new Error(message)),
         },
       );
-      this.gamuts.set(slot, { slot, key, gamut, layer });
+      this.gamuts.set(slot, { slot, key, gamut, layer, isPart });
       this.view.scene.add(layer.group);
       this.fit();
       this.restyle();
@@ -201,7 +212,10 @@ export class Page {
   setTriangles(triangles: number): void {
     const even = 2 * Math.floor(Math.min(Math.max(triangles, 4), this.finest) / 2);
     this.triangles = even;
-    for (const { layer } of this.shown) layer.setTriangles(even);
+    for (const { slot, key, layer, isPart } of this.shown) {
+      layer.setTriangles(even);
+      if (isPart && even > layer.available && layer.available > 0) void this.show(slot, key, true);
+    }
     this.emit("level");
   }
 
@@ -219,8 +233,9 @@ export class Page {
   }
 
   /** The file that a gamut was built from, if the page can have it. */
-  async sourceOf(_slot: Slot): Promise<File | null> {
-    return null;
+  async sourceOf(slot: Slot): Promise<File | null> {
+    const example = await findExample(this.at(slot)?.key ?? "");
+    return example === undefined ? null : exampleFile(example);
   }
 
   announce(text: string): void {

@@ -24,8 +24,8 @@ export class Work {
   readonly report: Progress = (stage, fraction, job) => {
     this.job = job;
     const next = STAGES[stage] ?? [stage, 0];
-    if (!this.box.isConnected) byId("job").append(this.box);
-    byId("job").hidden = false;
+    if (!this.box.isConnected) this.place.append(this.box);
+    this.place.hidden = false;
     if (stage !== this.stage) {
       this.stage = stage;
       this.entered = Date.now();
@@ -40,6 +40,7 @@ export class Work {
   };
   job = "";
   private readonly box: HTMLElement;
+  private readonly place: HTMLElement;
   private readonly line = element("span");
   private readonly bar = element("progress", "", { max: 1 });
   private readonly clock = setInterval(() => this.tick(), 500);
@@ -49,12 +50,18 @@ export class Work {
   private percent = "";
   private entered = 0;
 
+  /** Without `cancel` it is a line at the lower edge, over a view that can be used meanwhile. */
   constructor(
     private readonly board: Board,
     private readonly name: string,
-    cancel: (job: string) => void,
+    cancel: ((job: string) => void) | null,
   ) {
+    this.place = byId(cancel === null ? "answers" : "job");
     this.box = element("div", "", { className: "work" });
+    if (cancel === null) {
+      this.box.append(element("strong", name), this.line);
+      return;
+    }
     this.bar.setAttribute("aria-label", `Progress of ${name}`);
     const button = element("button", "Cancel", { type: "button", className: "cancel" });
     button.setAttribute("aria-label", `Cancel ${name}`);
@@ -69,7 +76,7 @@ export class Work {
   end(): void {
     clearInterval(this.clock);
     this.box.remove();
-    byId("job").hidden = byId("job").childElementCount === 0;
+    this.place.hidden = this.place.childElementCount === 0;
   }
 
   private tick(): void {
@@ -94,6 +101,11 @@ export class Board {
 
   begin(name: string, cancel: (job: string) => void): Work {
     return new Work(this, name, cancel);
+  }
+
+  /** The same for what is prepared in the background. */
+  prepare(name: string): Work {
+    return new Work(this, `Preparing answers about ${name}`, null);
   }
 
   /** A quiet sentence over the view; it leaves after a moment unless it `stays`. Null removes it. */

@@ -83,9 +83,35 @@ export function address(path: string): string {
   return new URL(root + path, location.href).href;
 }
 
+/** How the service gets gamuts that the page shows from files, by id; each gives the id of the service. */
+const provided = new Map<string, () => Promise<string>>();
+
+/** Tell how the service gets a gamut when it is asked about it for the first time. */
+export function provide(id: string, make: () => Promise<string>): void {
+  let made: Promise<string> | null = null;
+  provided.set(id, () => {
+    made ??= make().catch((error: unknown) => {
+      made = null;
+      throw error;
+    });
+    return made;
+  });
+}
+
+/** A path of the service, once the service has the gamuts of the path. */
+async function answerable(path: string): Promise<string> {
+  if (path.startsWith("/v1/jobs/")) return path;
+  for (const id of path.match(/\b[0-9a-f]{64}\b/g) ?? []) {
+    const known = await provided.get(id)?.();
+    if (known !== undefined) path = path.replace(id, known);
+  }
+  return path;
+}
+
 /** Fetch, or throw the problem that the service describes. */
-export async function request(path: string, init: RequestInit = {}): Promise<Response> {
+export async function request(asked: string, init: RequestInit = {}): Promise<Response> {
   let response: Response;
+  const path = provided.size === 0 ? asked : await answerable(asked);
   const headers = { Accept: "application/json", ...authorization(), ...init.headers };
   try {
     response = await fetch(address(path), { ...init, headers });

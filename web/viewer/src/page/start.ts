@@ -1,0 +1,92 @@
+// The first screen: examples that turn until they are touched, chips for more of them, and what the
+// service is preparing meanwhile.
+import { type Example, examples } from "../service/examples.js";
+import { preparation } from "../service/api.js";
+import { byId, element } from "./elements.js";
+import type { Page } from "./page.js";
+
+/** Examples of the first screen. */
+const FIRST = ["press", "srgb"] as const;
+const ASKING_MILLISECONDS = 2000;
+/** Radians a millisecond: once around in 40 s. */
+const SPIN = (2 * Math.PI) / 40_000;
+/** A machine that takes longer than this, in ms, for so many pictures one after the other shows a still one. */
+const SLOW_PICTURE = 50;
+const SLOW_PICTURES = 5;
+
+/** Show what the address says, or the first screen. */
+export async function openPage(page: Page): Promise<void> {
+  const isFirst = location.hash.length < 2 && !location.pathname.includes("/v1/gamuts/");
+  page.address.isPaused = isFirst;
+  const all = examples();
+  const restored = page.restore();
+  fillChips(page, await all);
+  await restored;
+  if (!isFirst || page.shown.length > 0) return;
+  const keys = (await all).map(({ key }) => key);
+  const [first, second] = keys.includes(FIRST[0]) ? FIRST : [FIRST[1], null];
+  await Promise.all([page.show("a", first), second !== null && page.show("b", second)]);
+  page.isTrial = true;
+  const rest = turnSlowly(page);
+  const touched = () => {
+    for (const name of ["pointerdown", "keydown", "wheel", "drop"]) removeEventListener(name, touched, true);
+    rest();
+    page.address.isPaused = false;
+    page.address.saveNow();
+  };
+  for (const name of ["pointerdown", "keydown", "wheel", "drop"]) addEventListener(name, touched, { capture: true, passive: true });
+  void tellPreparation(page);
+}
+
+/** Turn the view until the returned function is called; not where motion is unwanted, or slow to draw. */
+function turnSlowly({ view }: Page): () => void {
+  if (matchMedia("(prefers-reduced-motion: reduce)").matches) return () => {};
+  let [last, slow, next] = [performance.now(), 0, 0];
+  const turn = (now: number) => {
+    const passed = now - last;
+    last = now;
+    slow = passed > SLOW_PICTURE ? slow + 1 : 0;
+    if (slow > SLOW_PICTURES) return;
+    view.turn(-SPIN * Math.min(passed, SLOW_PICTURE), 0);
+    next = requestAnimationFrame(turn);
+  };
+  next = requestAnimationFrame(turn);
+  return () => cancelAnimationFrame(next);
+}
+
+/** A chip for each example: it becomes the first gamut, or the second one by its plus. */
+function fillChips(page: Page, all: Example[]): void {
+  const chips = byId("chips");
+  chips.replaceChildren(
+    ...all.map(({ key, name, note }) => {
+      const chip = element("span", "", { className: "chip" });
+      const first = element("button", name, { type: "button", title: note });
+      const second = element("button", "+", { type: "button", title: `${name} as the second gamut` });
+      second.setAttribute("aria-label", `${name} as the second gamut`);
+      first.addEventListener("click", ({ shiftKey }) => void page.show(shiftKey ? "b" : "a", key));
+      second.addEventListener("click", () => void page.show("b", key));
+      first.dataset["key"] = key;
+      chip.append(first, second);
+      return chip;
+    }),
+  );
+  const mark = () => {
+    for (const chip of chips.querySelectorAll<HTMLElement>("[data-key]")) {
+      chip.setAttribute("aria-pressed", String(page.shown.some(({ key }) => key === chip.dataset["key"])));
+    }
+  };
+  page.on("gamuts", mark);
+  mark();
+  chips.hidden = all.length === 0;
+}
+
+/** Say what a service that has just started prepares, until it is ready. */
+async function tellPreparation(page: Page): Promise<void> {
+  let isTold = false;
+  for (let text = await preparation(); text !== null; text = await preparation()) {
+    page.board.note(`${text}. The examples can be looked at meanwhile.`, true);
+    isTold = true;
+    await new Promise((resolve) => setTimeout(resolve, ASKING_MILLISECONDS));
+  }
+  if (isTold) page.board.note("The service is ready.");
+}
