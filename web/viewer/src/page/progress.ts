@@ -36,6 +36,7 @@ export class Work {
     const end = ends.find((begin) => begin > next[1]) ?? 1;
     this.bar.value = next[1] + (end - next[1]) * fraction;
     this.percent = stage === "upload" ? ` ${Math.round(100 * fraction)} %` : "";
+    this.isWaiting = stage === "waiting" || (stage === "upload" && fraction === 1);
     this.tell();
   };
   job = "";
@@ -48,6 +49,8 @@ export class Work {
   private stage = "";
   private words = "";
   private percent = "";
+  /** Whether it is the turn of the service, which may have to get ready first. */
+  private isWaiting = false;
   private entered = 0;
 
   /** Without `cancel` it is a line at the lower edge, over a view that can be used meanwhile. */
@@ -82,9 +85,11 @@ export class Work {
   private tick(): void {
     if (this.stage === "") return;
     this.tell();
-    if (this.stage !== "waiting" || Date.now() - this.entered < PATIENCE) return;
+    if (!this.isWaiting || Date.now() - this.entered < PATIENCE) return;
     void preparation().then((text) => {
-      if (this.stage === "waiting") this.words = text ?? STAGES["waiting"]![0];
+      if (!this.isWaiting) return;
+      this.words = text ?? STAGES["waiting"]![0];
+      this.percent = "";
     });
   }
 
