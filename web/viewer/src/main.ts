@@ -1,6 +1,7 @@
 // The viewer: a page and its parts, one line each.
 import { byId, element } from "./page/elements.js";
 import { embedded } from "./page/embedded.js";
+import { connectGlossary } from "./page/glossary.js";
 import { connectKeys } from "./page/keys.js";
 import { Page } from "./page/page.js";
 import { openPage } from "./page/start.js";
@@ -29,6 +30,7 @@ function start(): Page {
   connectPointer(page);
   connectSaving(page);
   connectKeys(page);
+  connectGlossary();
   new GamutList(page);
   new SlicePanel(page);
   new ComparisonPanel(page);

@@ -10,7 +10,7 @@ import {
 } from "three";
 import { SCREEN, cssColour } from "../colours/colours.js";
 import { spaceOf } from "../colours/spaces.js";
-import { blackChannel, blackRange, deviceText, deviceUnit } from "../colours/device_values.js";
+import { blackChannel, blackRange, DEVICE_UNIT, devicePercent, deviceText } from "../colours/device_values.js";
 import { byId, element, problemElements, save, warningTexts } from "../page/elements.js";
 import { type Page, axisNames } from "../page/page.js";
 import { orientation } from "../scene/layer.js";
@@ -221,7 +221,7 @@ export class ColourList {
     const hasBlack = made?.black_least !== undefined;
     const heads = [
       ...["Colour", "Where", "ΔE00"],
-      ...(made ? [`Recipe, ${deviceUnit(channels)}`] : near.device ? [`${channels.join(" ")}, ${deviceUnit(channels)}`] : []),
+      ...(made ? [`Recipe, ${DEVICE_UNIT}`] : near.device ? [`${channels.join(" ")}, ${DEVICE_UNIT}`] : []),
       ...(hasBlack ? [`Possible ${blackChannel(channels)}, %`] : []),
       ...(made ? ["Recipe ΔE00"] : []),
       "Nearest",
@@ -272,12 +272,13 @@ export class ColourList {
     const quoted = (text: string) => (/[",\r\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
     const channels = made || near.device ? this.gamut!.channels : [];
     const names = ["c1", "c2", "c3"];
-    const head = ["name", ...names, "position", "inside", "ΔE00", ...names.map((name) => `nearest ${name}`), ...channels.map(quoted)];
+    const head = ["name", ...names, "position", "inside", "ΔE00", ...names.map((name) => `nearest ${name}`), ...channels.map((channel) => quoted(`${channel} ${DEVICE_UNIT}`))];
     if (made) head.push("recipe ΔE00");
     if (made?.black_least) head.push("least black", "most black");
     const rows = colours.map((point, i) => {
       const inside = found.inside[i]!;
-      const device = made?.device[i] ?? (inside ? undefined : near.device?.[i]) ?? channels.map(() => "");
+      const amounts = made?.device[i] ?? (inside ? undefined : near.device?.[i]);
+      const device = amounts === undefined ? channels.map(() => "") : devicePercent(amounts);
       const difference = inside ? 0 : near.delta_e_2000[i]!;
       const row = [quoted(this.label(found, i)), ...point, position[i], inside, difference, ...(inside ? point : near.point[i]!), ...device];
       if (made) row.push(made.delta_e_2000[i]!);
