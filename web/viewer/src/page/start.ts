@@ -8,11 +8,6 @@ import type { Page } from "./page.js";
 /** Examples of the first screen. */
 const FIRST = ["press", "srgb"] as const;
 const ASKING_MILLISECONDS = 2000;
-/** Radians a millisecond: once around in 40 s. */
-const SPIN = (2 * Math.PI) / 40_000;
-/** A machine that takes longer than this, in ms, for so many pictures one after the other shows a still one. */
-const SLOW_PICTURE = 50;
-const SLOW_PICTURES = 5;
 
 /** Show what the address says, or the first screen. */
 export async function openPage(page: Page): Promise<void> {
@@ -27,31 +22,15 @@ export async function openPage(page: Page): Promise<void> {
   const [first, second] = keys.includes(FIRST[0]) ? FIRST : [FIRST[1], null];
   await Promise.all([page.show("a", first), second !== null && page.show("b", second)]);
   page.isTrial = true;
-  const rest = turnSlowly(page);
+  page.view.spin(true);
   const touched = () => {
     for (const name of ["pointerdown", "keydown", "wheel", "drop"]) removeEventListener(name, touched, true);
-    rest();
+    page.view.spin(false);
     page.address.isPaused = false;
     page.address.saveNow();
   };
   for (const name of ["pointerdown", "keydown", "wheel", "drop"]) addEventListener(name, touched, { capture: true, passive: true });
   void tellPreparation(page);
-}
-
-/** Turn the view until the returned function is called; not where motion is unwanted, or slow to draw. */
-function turnSlowly({ view }: Page): () => void {
-  if (matchMedia("(prefers-reduced-motion: reduce)").matches) return () => {};
-  let [last, slow, next] = [performance.now(), 0, 0];
-  const turn = (now: number) => {
-    const passed = now - last;
-    last = now;
-    slow = passed > SLOW_PICTURE ? slow + 1 : 0;
-    if (slow > SLOW_PICTURES) return;
-    view.turn(-SPIN * Math.min(passed, SLOW_PICTURE), 0);
-    next = requestAnimationFrame(turn);
-  };
-  next = requestAnimationFrame(turn);
-  return () => cancelAnimationFrame(next);
 }
 
 /** A chip for each example: it becomes the first gamut, or the second one by its plus. */

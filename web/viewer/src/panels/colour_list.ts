@@ -274,7 +274,7 @@ export class ColourList {
     const names = ["c1", "c2", "c3"];
     const head = ["name", ...names, "position", "inside", "ΔE00", ...names.map((name) => `nearest ${name}`), ...channels.map((channel) => quoted(`${channel} ${DEVICE_UNIT}`))];
     if (made) head.push("recipe ΔE00");
-    if (made?.black_least) head.push("least black", "most black");
+    if (made?.black_least) head.push(`least black ${DEVICE_UNIT}`, `most black ${DEVICE_UNIT}`);
     const rows = colours.map((point, i) => {
       const inside = found.inside[i]!;
       const amounts = made?.device[i] ?? (inside ? undefined : near.device?.[i]);
@@ -282,7 +282,7 @@ export class ColourList {
       const difference = inside ? 0 : near.delta_e_2000[i]!;
       const row = [quoted(this.label(found, i)), ...point, position[i], inside, difference, ...(inside ? point : near.point[i]!), ...device];
       if (made) row.push(made.delta_e_2000[i]!);
-      if (made?.black_least) row.push(made.black_least[i] ?? "", made.black_most![i] ?? "");
+      if (made?.black_least) row.push(...[made.black_least[i], made.black_most![i]].map((end) => (end == null ? "" : devicePercent([end])[0]!)));
       return row;
     });
     const blob = new Blob([[head, ...rows].map((row) => row.join(",")).join("\n"), "\n"], { type: "text/csv" });
