@@ -1,11 +1,15 @@
 """Modules of the viewer that need no page, run by Node.js on what `gamutcore` computes."""
 
+import base64
+import io
 import json
 import os
 import subprocess
 from pathlib import Path
+from xml.etree import ElementTree as ET
 
 import numpy as np
+from PIL import Image
 
 from gamutcore.colours import ColourSpace
 from gamutcore.colours.colorimetry import (
@@ -72,3 +76,23 @@ def test_colour_spaces(typescript_program, tmp_path):
     path = tmp_path / "spaces.json"
     path.write_text(json.dumps(cases))
     run(typescript_program(TESTS / "spaces.test.ts"), SPACES=str(path))
+
+
+def test_charts(typescript_program, tmp_path):
+    run(typescript_program(TESTS / "charts.test.ts"), CHARTS=str(tmp_path))
+    paths = sorted(tmp_path.glob("*.svg"))
+    assert len(paths) == 28
+    for path in paths:
+        root = ET.parse(path).getroot()  # noqa: S314 (made by the test)
+        width, height = float(root.get("width")), float(root.get("height"))
+        for element in root.iter():
+            size = element.get("font-size")
+            assert size is None or float(size) >= 11.0, path
+            if element.tag.endswith("}text") and element.get("x") is not None:
+                assert 0.0 <= float(element.get("x")) <= width, path
+                assert 0.0 <= float(element.get("y")) <= height, path
+            if element.tag.endswith("}image"):
+                data = element.get("href").removeprefix("data:image/png;base64,")
+                picture = Image.open(io.BytesIO(base64.b64decode(data)))
+                picture.load()  # checks sums and sizes
+                assert picture.mode == "RGBA"

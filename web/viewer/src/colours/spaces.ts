@@ -320,6 +320,25 @@ const CIELAB: SpaceDescription = {
   adaptation: "Bradford",
 };
 
+/** What a gamut says of its space. */
+interface InSpace {
+  options: { space: string; adaptation?: string | null };
+  provenance: { colour_space?: SpaceDescription };
+}
+
+/**
+ * Return the description of the space of a gamut. Its adaptation is that of the options: the
+ * provenance has a sentence for colours that were not adapted.
+ */
+export function spaceDescription({ options, provenance }: InSpace): Partial<SpaceDescription> {
+  return { name: options.space, ...provenance.colour_space, adaptation: options.adaptation ?? "Bradford" };
+}
+
+/** The space of a gamut. */
+export function gamutSpace(gamut: InSpace): Space {
+  return spaceOf(spaceDescription(gamut));
+}
+
 /** No colour has larger tristimulus values; a formula far outside of its domain may give any. */
 const LARGEST = 1e6;
 

@@ -9,7 +9,7 @@ import {
   PointsMaterial,
 } from "three";
 import { SCREEN, cssColour } from "../colours/colours.js";
-import { spaceOf } from "../colours/spaces.js";
+import { gamutSpace } from "../colours/spaces.js";
 import { blackChannel, blackRange, DEVICE_UNIT, devicePercent, deviceText } from "../colours/device_values.js";
 import { byId, element, problemElements, save, warningTexts } from "../page/elements.js";
 import { type Page, axisNames } from "../page/page.js";
@@ -166,7 +166,7 @@ export class ColourList {
   private draw({ found, near }: Answer): void {
     const { colours, inside, position } = found;
     const points = colours.flat();
-    const linear = spaceOf(this.gamut!.provenance.colour_space).linear(Float32Array.from(points), SCREEN);
+    const linear = gamutSpace(this.gamut!).linear(Float32Array.from(points), SCREEN);
     const vectors = colours.flatMap((point, i) => (inside[i] ? [] : [...point, ...near.point[i]!]));
     const ends = near.point.flatMap((point, i) => (inside[i] ? [] : point));
     const beyond = colours.flatMap((point, i) => (position[i] === "outside" ? point : []));
@@ -231,7 +231,7 @@ export class ColourList {
       cell.scope = "col";
       head.append(cell);
     }
-    const linear = spaceOf(this.gamut!.provenance.colour_space).linear(Float32Array.from(colours.flat()), SCREEN);
+    const linear = gamutSpace(this.gamut!).linear(Float32Array.from(colours.flat()), SCREEN);
     const rows = colours.slice(0, MOST_TABLE_ROWS).map((_, i) => {
       const row = element("tr");
       const first = element("th", this.label(found, i));

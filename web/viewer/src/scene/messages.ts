@@ -6,14 +6,14 @@ export type Source = { address: string; headers: Record<string, string> } | { by
 
 /** To the worker. */
 export type Order =
-  | { kind: "open"; source: Source; space: SpaceDescription | undefined; screen: Screen }
+  | { kind: "open"; source: Source; space: Partial<SpaceDescription>; screen: Screen }
   | { kind: "level"; triangles: number };
 
 /** A level as the page draws it. */
 export interface LevelBuffers {
   triangles: number;
   positions: Float32Array;
-  /** Linear RGB of the screen, 0 to 1. */
+  /** Linear RGB of the screen, not clipped: values beyond 0 to 1 are colours that it cannot show. */
   colours: Float32Array;
   faces: Int32Array;
   /** Two vertices for each edge. */

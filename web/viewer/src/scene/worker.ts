@@ -10,7 +10,7 @@ self.onmessage = ({ data: order }: MessageEvent<Order>) => {
   try {
     if (order.kind === "open") {
       const space = spaceOf(order.space);
-      colours = (positions) => space.linear(positions, order.screen);
+      colours = (positions) => space.linear(positions, order.screen, false);
       load(order.source).catch(fail);
     } else {
       send(order.triangles);

@@ -27,7 +27,9 @@ export interface Gamut {
   area: number;
   counts: { triangles: number; vertices: number };
   channels: string[];
-  options: { space: string; boundary: string };
+  options: { space: string; boundary: string; adaptation?: string | null };
+  /** Convex polygon in CIE 1931 xy, before any adaptation; null or missing without chromaticities. */
+  chromaticity?: { basis: "primaries" | "colours"; corners: [number, number][] } | null;
   bounds: [number[], number[]];
   /** The error curve: levels from coarse to fine, with a bound of their distance in both directions. */
   levels: { triangles: number; distance_bound: number }[];
@@ -197,10 +199,20 @@ function references(): Promise<Entry[]> {
   return knownReferences;
 }
 
-/** Describe a gamut; a reference that is not built yet is waited for. Options may follow its slug, as a query. */
-export async function describe(name: string, progress: Progress, signal: AbortSignal): Promise<Gamut> {
-  const [slug, query] = name.split("?");
-  const path = `/v1/gamuts/${encodeURIComponent(slug!)}${query === undefined ? "" : `?${query}`}`;
+/**
+ * Describe a gamut; a reference that is not built yet is waited for. Options of its build follow the
+ * slug of a reference as a query, and `options` come before them.
+ */
+export async function describe(
+  name: string,
+  progress: Progress,
+  signal: AbortSignal,
+  options: Record<string, string> = {},
+): Promise<Gamut> {
+  const [slug, query = ""] = name.split("?");
+  const stated = new URLSearchParams(query);
+  for (const [option, value] of Object.entries(options)) stated.set(option, value);
+  const path = `/v1/gamuts/${encodeURIComponent(slug!)}?${stated}`;
   const get = () => request(path, { signal, headers: { Prefer: "respond-async" } });
   let response = await get();
   if (response.status === 202) {
