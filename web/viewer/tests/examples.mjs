@@ -12,10 +12,11 @@ async function files({ press, srgb, samples }) {
   const made = new Map([["press.csv", Buffer.from(samples)]]);
   for (const [key, id] of [["press", press], ["srgb", srgb]]) {
     made.set(`${key}.json`, Buffer.from(await (await get(`/v1/gamuts/${id}`)).arrayBuffer()));
-    made.set(`${key}.history`, Buffer.from(await (await get(`/v1/gamuts/${id}/history`)).arrayBuffer()).subarray(0, HISTORY_BYTES));
+    made.set(`${key}.gamut`, Buffer.from(await (await get(`/v1/gamuts/${id}/history`)).arrayBuffer()).subarray(0, HISTORY_BYTES));
   }
-  const entry = (key, name, source) => ({ key, name, note: `${name}.`, description: `${key}.json`, history: `${key}.history`, source });
-  made.set("index.json", Buffer.from(JSON.stringify([entry("press", "A press", "press.csv"), entry("srgb", "sRGB", null)])));
+  const entry = (key, name, file) => ({ key, name, text: `${name}.`, kind: file === null ? "reference" : "file", file });
+  const list = { examples: [entry("press", "Ball A", "press.csv"), entry("srgb", "sRGB", null)] };
+  made.set("index.json", Buffer.from(JSON.stringify(list)));
   return made;
 }
 

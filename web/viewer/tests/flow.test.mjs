@@ -127,3 +127,54 @@ test("the search ranks exact names first, and names with aliases before similar 
   }
   await close(page);
 });
+
+/** Faults of the layout that no picture is needed for. */
+function faults(page) {
+  return page.evaluate(() => {
+    const found = [];
+    const isTouch = matchMedia("(pointer: coarse)").matches;
+    const words = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+    for (let node = words.nextNode(); node !== null; node = words.nextNode()) {
+      const box = node.parentElement;
+      if (node.textContent.trim() === "" || !box.checkVisibility() || box.closest(".hidden-text, script, style")) continue;
+      if (parseFloat(getComputedStyle(box).fontSize) < 11) found.push(`small text: ${node.textContent.trim().slice(0, 40)}`);
+    }
+    for (const control of document.querySelectorAll("button, select, input, textarea, summary, nav a")) {
+      // Terms are parts of lines of text, and the label of a box is pressed with it.
+      if (!control.checkVisibility() || control.matches("input[type=file]")) continue;
+      const { width, height } = (control.closest("label") ?? control).getBoundingClientRect();
+      const least = isTouch && !control.matches(".term") ? 44 : 24;
+      if (height < least - 0.5 || width < 24 - 0.5) found.push(`small control: ${control.id || control.textContent} ${width} × ${height}`);
+    }
+    const { left, top, width, height } = document.getElementById("view").getBoundingClientRect();
+    for (const across of [0.35, 0.5, 0.65]) {
+      for (const down of [0.35, 0.5, 0.65]) {
+        const hit = document.elementFromPoint(left + across * width, top + down * height);
+        if (hit?.id !== "view") found.push(`over the view: ${hit?.id || hit?.className || hit?.tagName}`);
+      }
+    }
+    if (document.documentElement.scrollWidth > innerWidth) found.push("wider than the window");
+    for (const button of document.querySelectorAll("header button")) {
+      const { right, bottom } = button.getBoundingClientRect();
+      if (right > innerWidth || bottom > innerHeight) found.push(`outside: ${button.id}`);
+    }
+    return [...new Set(found)];
+  });
+}
+
+for (const [name, width, height] of [["desktop", 1600, 900], ["1280 × 720", 1280, 720], ["a tablet", 820, 1180], ["a phone upright", 390, 844], ["a phone across", 844, 390]]) {
+  test(`on ${name} nothing covers the solids, and everything can be read and tapped`, async () => {
+    const page = await open(browser, "/view", { url: service.url, width, height, isTouch: width < 1000 });
+    await page.waitForFunction("window.gamutViewer.figures.triangles.every((count) => count > 4)");
+    await page.click("#view");
+    for (const scheme of ["light", "dark"]) {
+      await page.emulateMediaFeatures([{ name: "prefers-color-scheme", value: scheme }]);
+      assert.deepEqual(await violations(page, scheme === "dark" ? ["color-contrast"] : null), []);
+      assert.deepEqual(await faults(page), []);
+    }
+    await page.select("#slice-kind", "lightness");
+    await page.waitForSelector("#section:not([hidden])");
+    assert.deepEqual(await faults(page), []);
+    await close(page);
+  });
+}

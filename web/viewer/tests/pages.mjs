@@ -40,7 +40,7 @@ export async function open(browser, path, { url = process.env.VIEWER_URL, width 
     if (["error", "warn"].includes(message.type())) page.complaints.push(message.text());
   });
   page.on("pageerror", (error) => page.complaints.push(error.message));
-  await page.setViewport({ width, height, hasTouch: width < 600, isMobile: width < 600 });
+  await page.setViewport({ width, height, hasTouch: isTouch, isMobile: isTouch });
   await page.emulateMediaFeatures([
     { name: "prefers-color-scheme", value: scheme },
     { name: "prefers-reduced-motion", value: motion },

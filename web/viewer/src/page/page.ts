@@ -243,7 +243,7 @@ export class Page {
     if (example !== undefined && !isWhole && (anchor === undefined || inSameSpace(given!, anchor))) {
       return { gamut: given!, source: { address: historyOf(example), headers: {} }, isPart: true };
     }
-    const name = example?.source ? given!.id : key;
+    const name = example?.file ? given!.id : key;
     // Options that the key states are the reader's; without any, a reference follows the space of the others.
     const options = anchor !== undefined && isReference(name) && !name.includes("?") ? optionsOfSpace(anchor) : {};
     const gamut = await describe(name, work.report, signal, options);

@@ -5,7 +5,8 @@ import { preparation } from "../service/api.js";
 import { byId, element } from "./elements.js";
 import type { Page } from "./page.js";
 
-/** Examples of the first screen. */
+/** Chips of examples that have names of their own, and the examples of the first screen. */
+const CHIPS: Record<string, string> = { press: "A press", photo: "A photograph" };
 const FIRST = ["press", "srgb"] as const;
 const ASKING_MILLISECONDS = 2000;
 
@@ -37,9 +38,9 @@ export async function openPage(page: Page): Promise<void> {
 function fillChips(page: Page, all: Example[]): void {
   const chips = byId("chips");
   chips.replaceChildren(
-    ...all.map(({ key, name, note }) => {
+    ...all.map(({ key, name, text, file }) => {
       const chip = element("span", "", { className: "chip" });
-      const first = element("button", name, { type: "button", title: note });
+      const first = element("button", CHIPS[key] ?? name, { type: "button", title: file === null ? text : `${name}. ${text}` });
       const second = element("button", "+", { type: "button", title: `${name} as the second gamut` });
       second.setAttribute("aria-label", `${name} as the second gamut`);
       first.addEventListener("click", ({ shiftKey }) => void page.show(shiftKey ? "b" : "a", key));

@@ -3,17 +3,15 @@
 import { embedded } from "../page/embedded.js";
 import { type Gamut, type Progress, build, describe, provide } from "./api.js";
 
+/** An entry of `index.json`. Its description and the begin of its history are files beside it. */
 export interface Example {
   /** As in the address: the slug of a reference, or a name of its own. */
   key: string;
   name: string;
-  /** A sentence about it, and where it comes from. */
-  note: string;
-  /** Names of files beside the list: the description, and the begin of the history. */
-  description: string;
-  history: string;
+  /** A sentence about it. */
+  text: string;
   /** The file that the service builds the gamut from; null for references. */
-  source: string | null;
+  file: string | null;
 }
 
 const folder = new URL("examples/", import.meta.url);
@@ -23,7 +21,7 @@ let list: Promise<Example[]> | null = null;
 export function examples(): Promise<Example[]> {
   if (embedded !== null) return Promise.resolve([]);
   list ??= loaded("index.json")
-    .then((response) => response.json() as Promise<Example[]>)
+    .then(async (response) => ((await response.json()) as { examples: Example[] }).examples)
     .catch(() => []);
   return list;
 }
@@ -41,12 +39,12 @@ export async function findExample(key: string): Promise<Example | undefined> {
 
 /** Its description. `progress` begins to tell how the service gets it, once it is asked about it. */
 export async function describeExample(example: Example, progress: () => { report: Progress; end: () => void }): Promise<Gamut> {
-  const gamut = (await (await loaded(example.description)).json()) as Gamut;
+  const gamut = (await (await loaded(`${example.key}.json`)).json()) as Gamut;
   provide(gamut.id, async () => {
     const { report, end } = progress();
     const { signal } = new AbortController();
     try {
-      if (example.source === null) return (await describe(example.key, report, signal)).id;
+      if (example.file === null) return (await describe(example.key, report, signal)).id;
       return await build((await exampleFile(example))!, {}, report, signal);
     } finally {
       end();
@@ -56,10 +54,10 @@ export async function describeExample(example: Example, progress: () => { report
 }
 
 export function historyOf(example: Example): string {
-  return new URL(example.history, folder).href;
+  return new URL(`${example.key}.gamut`, folder).href;
 }
 
 /** The file that an example is built from. */
-export async function exampleFile({ source }: Example): Promise<File | null> {
-  return source === null ? null : new File([await (await loaded(source)).blob()], source);
+export async function exampleFile({ file }: Example): Promise<File | null> {
+  return file === null ? null : new File([await (await loaded(file)).blob()], file);
 }
