@@ -1,8 +1,10 @@
 // The viewer: a page and its parts, one line each.
 import { byId, element } from "./page/elements.js";
 import { embedded } from "./page/embedded.js";
+import { connectGlossary } from "./page/glossary.js";
 import { connectKeys } from "./page/keys.js";
 import { Page } from "./page/page.js";
+import { openPage } from "./page/start.js";
 import { Uploads } from "./page/uploads.js";
 import { ColourList } from "./panels/colour_list.js";
 import { ComparisonPanel } from "./panels/comparison_panel.js";
@@ -30,6 +32,7 @@ function start(): Page {
   connectPointer(page);
   connectSaving(page);
   connectKeys(page);
+  connectGlossary();
   new GamutList(page);
   new SlicePanel(page);
   new ComparisonPanel(page);
@@ -39,7 +42,7 @@ function start(): Page {
     new Marks(page);
     new PicturePanel(page);
   } else byId("title").textContent = embedded.gamut.name;
-  void page.restore();
+  void openPage(page);
   return page;
 }
 

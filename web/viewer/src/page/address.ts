@@ -13,6 +13,8 @@ const PAUSE = 250;
 export class AddressBook {
   private readonly parts: AddressPart[] = [];
   private saving = 0;
+  /** Whether the state is left out of the address, as long as nobody has chosen anything. */
+  isPaused = false;
 
   add(part: AddressPart): void {
     this.parts.push(part);
@@ -39,8 +41,13 @@ export class AddressBook {
     if (this.saving !== 0) return;
     this.saving = setTimeout(() => {
       this.saving = 0;
-      // A page in the `srcdoc` of a frame, as in a notebook, has no address of its own.
-      if (location.protocol !== "about:") history.replaceState(null, "", `#${this.text}`);
+      this.saveNow();
     }, PAUSE);
+  }
+
+  saveNow(): void {
+    // A page in the `srcdoc` of a frame, as in a notebook, has no address of its own.
+    if (this.isPaused || location.protocol === "about:") return;
+    history.replaceState(null, "", `#${this.text}`);
   }
 }

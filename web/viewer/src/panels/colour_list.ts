@@ -10,7 +10,7 @@ import {
 } from "three";
 import { SCREEN, cssColour } from "../colours/colours.js";
 import { gamutSpace } from "../colours/spaces.js";
-import { blackChannel, blackRange, deviceText, deviceUnit } from "../colours/device_values.js";
+import { blackChannel, blackRange, DEVICE_UNIT, devicePercent, deviceText } from "../colours/device_values.js";
 import { byId, element, problemElements, save, warningTexts } from "../page/elements.js";
 import { type Page, axisNames } from "../page/page.js";
 import { orientation } from "../scene/layer.js";
@@ -273,7 +273,7 @@ export class ColourList {
       { title: "ΔE00", value: far, cell: (row) => far(row).toFixed(2) },
       { title: "Distance", value: distance, cell: (row) => distance(row).toFixed(2).replace("-", "−") },
       ...(recipe
-        ? [{ title: `${made ? "Recipe" : channels.join(" ")}, ${deviceUnit(channels)}`, value: text }]
+        ? [{ title: `${made ? "Recipe" : channels.join(" ")}, ${DEVICE_UNIT}`, value: text }]
         : []),
       ...(least && most
         ? [{ title: `Possible ${blackChannel(channels)}, %`, value: (row: number) => most[row] ?? -1, cell: (row: number) => blackRange(made!, row) ?? "" }]
@@ -292,16 +292,17 @@ export class ColourList {
     const quoted = (text: string) => (/[",\r\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
     const channels = made || near.device ? this.gamut!.channels : [];
     const names = ["c1", "c2", "c3"];
-    const head = ["name", ...names, "position", "inside", "ΔE00", ...names.map((name) => `nearest ${name}`), ...channels.map(quoted)];
+    const head = ["name", ...names, "position", "inside", "ΔE00", ...names.map((name) => `nearest ${name}`), ...channels.map((channel) => quoted(`${channel} ${DEVICE_UNIT}`))];
     if (made) head.push("recipe ΔE00");
-    if (made?.black_least) head.push("least black", "most black");
+    if (made?.black_least) head.push(`least black ${DEVICE_UNIT}`, `most black ${DEVICE_UNIT}`);
     const rows = colours.map((point, i) => {
       const inside = found.inside[i]!;
-      const device = made?.device[i] ?? (inside ? undefined : near.device?.[i]) ?? channels.map(() => "");
+      const amounts = made?.device[i] ?? (inside ? undefined : near.device?.[i]);
+      const device = amounts === undefined ? channels.map(() => "") : devicePercent(amounts);
       const difference = inside ? 0 : near.delta_e_2000[i]!;
       const row = [quoted(this.label(found, i)), ...point, position[i], inside, difference, ...(inside ? point : near.point[i]!), ...device];
       if (made) row.push(made.delta_e_2000[i]!);
-      if (made?.black_least) row.push(made.black_least[i] ?? "", made.black_most![i] ?? "");
+      if (made?.black_least) row.push(...[made.black_least[i], made.black_most![i]].map((end) => (end == null ? "" : devicePercent([end])[0]!)));
       return row;
     });
     const blob = new Blob([[head, ...rows].map((row) => row.join(",")).join("\n"), "\n"], { type: "text/csv" });
