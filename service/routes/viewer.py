@@ -33,7 +33,7 @@ from service.http.representations import (
     preferred_media_type,
 )
 from service.problems.problem import JsonResponse, Problem, ProblemError
-from service.routes.pages import SECURITY_HEADERS
+from service.routes.pages import SECURITY_HEADERS, status
 
 __all__ = [
     "MEDIA_TYPES",
@@ -128,6 +128,12 @@ async def documentation_file(
         raise ProblemError(Problem("not-found", detail, remedy="The documentation is at /docs."))
     path, media_type = _SWAGGER_FILES / name, SWAGGER_MEDIA_TYPES[name]
     return await asyncio.to_thread(_file_response, request, path, media_type)
+
+
+@router.get("/")
+async def root(request: Request) -> Response:
+    """Show the viewer in a browser, and the state of the service to others."""
+    return viewer_page(request) if prefers_page(request) else await status(request)
 
 
 @router.get("/view")

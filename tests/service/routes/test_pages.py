@@ -32,7 +32,7 @@ HTML = {"accept": "text/html,application/xhtml+xml,application/xml;q=0.9,*/*;q=0
 """What Chromium and Firefox send for a page."""
 JSON = {"accept": "application/json"}
 
-PLAIN = ("/", "/problems", "/problems/not-found")
+PLAIN = ("/status", "/problems", "/problems/not-found")
 """Pages without scripts."""
 PAGES = (*PLAIN, "/docs", "/view")
 
@@ -123,7 +123,7 @@ def test_nobody_is_asked_whether_the_document_is_valid(get):
     assert '"validatorUrl": null' in shown
 
 
-@pytest.mark.parametrize("path", ["/", "/problems/not-found"])
+@pytest.mark.parametrize("path", ["/status", "/problems/not-found"])
 def test_a_browser_shows_a_page_and_complains_of_nothing(server, browser, path):
     shown = browser(f"{server.url}{path}")
     assert shown.complaints == []
@@ -226,11 +226,11 @@ def test_behind_a_prefix_the_document_says_so():
     assert asyncio.run(document())["servers"] == [{"url": "/gamut"}]
 
 
-# --- landing page, problems, gamuts ---------------------------------------------------------------
+# --- state, problems, gamuts ---------------------------------------------------------------
 
 
-def test_the_landing_page_tells_the_state_and_its_links_lead_somewhere(server, get):
-    shown = get("/")
+def test_the_page_of_the_state_has_links_that_lead_somewhere(server, get):
+    shown = get("/status")
     assert shown.headers["cache-control"] == "no-store"
     assert '<span class="ok">ready</span>' in shown.text
     assert "1 of 1 warm" in shown.text
@@ -242,7 +242,7 @@ def test_the_landing_page_tells_the_state_and_its_links_lead_somewhere(server, g
     links = set(re.findall(r'href="([^"]+)"', shown.text))
     assert {"/docs", "/openapi.json", "/v1/gamuts", "/problems", "/metrics", "/readyz"} <= links
 
-    answer = get("/", JSON)
+    answer = get("/status", JSON)
     assert answer.headers["content-type"] == "application/json"
     assert answer.headers["vary"] == "Accept"
     document = answer.json()
@@ -251,6 +251,14 @@ def test_the_landing_page_tells_the_state_and_its_links_lead_somewhere(server, g
     assert set(document["state"]) == set(get("/readyz").json())
     for address in links | set(document["links"].values()):
         assert get(address).status_code == 200
+
+
+def test_a_browser_gets_the_viewer_at_the_root_and_others_the_state(get):
+    assert get("/").text == get("/view").text
+    answer = get("/", JSON)
+    assert answer.json().keys() == get("/status", JSON).json().keys()
+    assert answer.headers["vary"] == "Accept"
+    assert "Probes" in get("/", {"accept": "*/*"}).text
 
 
 @pytest.mark.parametrize("code", KINDS)
@@ -384,7 +392,7 @@ def luminance(colour):
 @pytest.mark.parametrize("scheme", [":root", "prefers-color-scheme:dark"])
 def test_text_stands_out_from_its_ground(get, scheme):
     """WCAG 2.2, success criterion 1.4.3: a contrast of 4.5 at least."""
-    named = colours(get("/").text, scheme)
+    named = colours(get("/status").text, scheme)
     for ground in ("back", "box"):
         for name in ("text", "soft", "link", "good", "fair", "bad"):
             low, high = sorted((luminance(named[ground]), luminance(named[name])))
