@@ -27,7 +27,7 @@ const results = await Promise.all([
     format: "esm",
   }),
   // A page from disk may start a classic worker only.
-  build({ ...common, entryPoints: { worker: "viewer/src/worker.ts" }, format: "iife" }),
+  build({ ...common, entryPoints: { worker: "viewer/src/scene/worker.ts" }, format: "iife" }),
 ]);
 const files = new Map(
   results.flatMap(({ outputFiles }) => outputFiles).map(({ path, contents }) => {

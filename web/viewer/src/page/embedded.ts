@@ -1,5 +1,5 @@
 // The gamut of a page that was saved as one file: it works without the service.
-import type { Gamut } from "./api.js";
+import type { Gamut } from "../service/api.js";
 
 export interface EmbeddedGamut {
   gamut: Gamut;

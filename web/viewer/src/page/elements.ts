@@ -1,5 +1,5 @@
 // Small helpers for elements of the page.
-import { ProblemError } from "./api.js";
+import { ProblemError } from "../service/api.js";
 
 export function byId<T extends HTMLElement = HTMLElement>(id: string): T {
   return document.getElementById(id) as T;

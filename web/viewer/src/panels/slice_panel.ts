@@ -1,11 +1,12 @@
 // The controls of the slice, its two pictures, and the colour under the pointer in it.
-import { Box3, type LineSegments, type LineBasicMaterial, type Scene, Vector3 } from "three";
-import { type Gamut, request } from "./api.js";
-import { cssColour, linearSrgb } from "./colours.js";
-import { byId, element } from "./elements.js";
-import { embedded } from "./embedded.js";
-import { type Layer, orientation } from "./layer.js";
-import { mayHaveRecipes } from "./queries.js";
+import { Box3, type LineSegments, type LineBasicMaterial, Vector3 } from "three";
+import { cssColour, linearSrgb } from "../colours/colours.js";
+import { byId, element } from "../page/elements.js";
+import { embedded } from "../page/embedded.js";
+import { type Page, axisNames } from "../page/page.js";
+import { orientation } from "../scene/layer.js";
+import { type Gamut, request } from "../service/api.js";
+import { mayHaveRecipes } from "../service/queries.js";
 import { AnswerLines, coordinates, recipeLines } from "./readout.js";
 import { type Frame, type Slice, colourAt, drawSlice, sliceLines } from "./slice.js";
 
@@ -13,14 +14,14 @@ const HUES = 360;
 /** Time in ms for which the pointer rests before a recipe is asked for. */
 const REST = 120;
 
-export interface SliceState {
+interface SliceState {
   kind: "off" | "lightness" | "hue" | "rings";
   lightness: number | null;
   hue: number;
 }
 
 export class SlicePanel {
-  state: SliceState = { kind: "off", lightness: null, hue: 40 };
+  private readonly state: SliceState = { kind: "off", lightness: null, hue: 40 };
   private lines: LineSegments | null = null;
   /** Address of the rings that are shown or on the way. */
   private rings = "";
@@ -30,11 +31,9 @@ export class SlicePanel {
   private readonly kind = byId<HTMLSelectElement>("slice-kind");
   private readonly value = byId<HTMLInputElement>("slice-value");
 
-  constructor(
-    private readonly scene: Scene,
-    private readonly changed: () => void,
-    private readonly fail: (error: unknown) => void,
-  ) {
+  constructor(private readonly page: Page) {
+    page.address.add({ read: (given) => readState(this.state, given), write: () => entries(this.state) });
+    for (const event of ["gamuts", "level", "theme"] as const) page.on(event, () => this.draw());
     this.kind.addEventListener("change", () => {
       this.state.kind = this.kind.value as SliceState["kind"];
       this.changed();
@@ -76,8 +75,16 @@ export class SlicePanel {
     else this.recipe.ask((signal) => recipeLines(gamut, point, signal), "Recipe: …");
   }
 
+  private changed(): void {
+    this.draw();
+    this.page.view.draw();
+    this.page.address.save();
+  }
+
   /** Draw the slice of the levels that are shown. */
-  draw(shown: { gamut: Gamut; layer: Layer }[], names: string[]): void {
+  private draw(): void {
+    const { shown } = this.page;
+    const names = shown[0] === undefined ? [] : axisNames(shown[0].gamut);
     this.clear();
     const { kind } = this.state;
     const levels = shown.flatMap(({ gamut, layer }) =>
@@ -92,7 +99,7 @@ export class SlicePanel {
     this.kind.disabled = shown.length === 0;
     if (kind === "off" || !isOn) return;
     if (kind === "rings") {
-      this.showRings(shown.map(({ gamut }) => gamut)).catch(this.fail);
+      this.showRings(shown.map(({ gamut }) => gamut)).catch((error: unknown) => this.page.complain(error));
       return;
     }
     const box = new Box3();
@@ -113,7 +120,7 @@ export class SlicePanel {
     this.point = (place) => this.read(gamut, names, colourAt(place, slice, lightness, frame));
     const loops = drawSlice(canvas, levels, slice, lightness, frame, labels);
     this.lines = sliceLines(loops, slice, orientation(names), getComputedStyle(canvas).accentColor);
-    this.scene.add(this.lines);
+    this.page.view.scene.add(this.lines);
   }
 
   /** Show the gamut rings that the service draws, with those of the second gamut as reference. */
@@ -158,6 +165,21 @@ export class SlicePanel {
     (this.lines?.material as LineBasicMaterial | undefined)?.dispose();
     this.lines = null;
   }
+}
+
+function readState(state: SliceState, given: URLSearchParams): void {
+  if (given.has("rings")) state.kind = "rings";
+  for (const kind of ["lightness", "hue"] as const) {
+    const text = given.get(kind);
+    if (text === null || !Number.isFinite(Number(text))) continue;
+    state.kind = kind;
+    state[kind] = Number(text);
+  }
+}
+
+function entries({ kind, lightness, hue }: SliceState): [string, string | null][] {
+  if (kind === "off") return [];
+  return [[kind, kind === "rings" ? "on" : String(kind === "hue" ? hue : lightness)]];
 }
 
 /** Room for the slice at any value, so that the drawing does not jump. */

@@ -1,5 +1,5 @@
 // A field with a list of gamuts and references: the combobox pattern of WAI-ARIA 1.2.
-import { type Entry, type Group, choices } from "./api.js";
+import { type Entry, type Group, choices } from "../service/api.js";
 
 const TYPING_MILLISECONDS = 150;
 
@@ -65,6 +65,11 @@ export class Chooser {
   show(name: string): void {
     this.input.value = name;
     this.clear.hidden = name === "";
+  }
+
+  /** Show that no gamut is chosen. What the reader types meanwhile stays. */
+  clearName(): void {
+    if (!this.clear.hidden) this.show("");
   }
 
   private async open(): Promise<void> {

@@ -1,5 +1,5 @@
 // Device values for people: per cent of ink, or 8-bit codes of red, green and blue.
-import type { Recipes } from "./queries.js";
+import type { Recipes } from "../service/queries.js";
 
 function isRgb(channels: string[]): boolean {
   return channels.every((name) => /^[RGB]$/i.test(name)); // G alone may be a green ink

@@ -1,7 +1,7 @@
 // How the vertices of a gamut are coloured.
-import { type Gamut, request } from "./api.js";
-import { embedded } from "./embedded.js";
-import type { Appearance } from "./messages.js";
+import { type Gamut, request } from "../service/api.js";
+import { embedded } from "../page/embedded.js";
+import type { Appearance } from "../scene/messages.js";
 
 const COLOURED_TRIANGLES = 4000;
 const LONGEST_HEADER = 1 << 16;

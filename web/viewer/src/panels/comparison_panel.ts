@@ -1,15 +1,14 @@
 // Two gamuts: coverage both ways, and the part of the first one outside the second.
-import { ProblemError } from "./api.js";
-import { byId, definitions, element } from "./elements.js";
-import type { Layer } from "./layer.js";
-import type { Gamut } from "./api.js";
-import { type Comparison, compare, contained } from "./queries.js";
+import { byId, definitions, element } from "../page/elements.js";
+import type { Page, Shown } from "../page/page.js";
+import { ProblemError } from "../service/api.js";
+import { type Comparison, compare, contained } from "../service/queries.js";
 
 const SETTLED_MILLISECONDS = 120;
 
 interface Pair {
-  a: { gamut: Gamut; layer: Layer };
-  b: { gamut: Gamut };
+  a: Shown;
+  b: Shown;
 }
 
 export class ComparisonPanel {
@@ -19,12 +18,22 @@ export class ComparisonPanel {
   private settling = 0;
   private readonly highlight = byId<HTMLInputElement>("highlight");
 
-  constructor(private readonly changed: () => void) {
+  constructor(private readonly page: Page) {
+    page.on("gamuts", () => {
+      const [a, b] = [page.at("a"), page.at("b")];
+      this.show(a !== null && b !== null ? { a, b } : null);
+    });
+    let level = page.at("a")?.layer.level;
+    page.on("level", () => {
+      if (page.at("a")?.layer.level === level) return;
+      level = page.at("a")?.layer.level;
+      this.levelChanged();
+    });
     this.highlight.addEventListener("change", () => this.mark());
   }
 
   /** Compare what is shown; null if there are not two gamuts. */
-  show(pair: Pair | null): void {
+  private show(pair: Pair | null): void {
     const same = (one: Pair | null) => one && `${one.a.gamut.id} ${one.b.gamut.id}`;
     const isNew = same(pair) !== same(this.pair) || pair?.a.layer !== this.pair?.a.layer;
     this.pair = pair;
@@ -38,7 +47,7 @@ export class ComparisonPanel {
   }
 
   /** The level of the first gamut has changed. */
-  levelChanged(): void {
+  private levelChanged(): void {
     if (!this.highlight.checked) return;
     clearTimeout(this.settling);
     this.settling = setTimeout(() => this.mark(), SETTLED_MILLISECONDS);
@@ -76,7 +85,7 @@ export class ComparisonPanel {
     const { level } = layer;
     if (!this.highlight.checked || level === null) {
       layer.setInside(null);
-      this.changed();
+      this.page.view.draw();
       return;
     }
     const marking = new AbortController();
@@ -85,7 +94,7 @@ export class ComparisonPanel {
       const inside = await contained(this.pair.b.gamut, level.positions, marking.signal);
       if (layer.level !== level) return;
       layer.setInside(inside);
-      this.changed();
+      this.page.view.draw();
     } catch (error) {
       if (marking.signal.aborted) return;
       this.highlight.checked = false;

@@ -5,15 +5,15 @@ import {
   Group,
   LineBasicMaterial,
   LineSegments,
-  type Matrix4,
   Points,
   PointsMaterial,
-  type Scene,
 } from "three";
-import { type Gamut, ProblemError } from "./api.js";
-import { cssColour, linearSrgb } from "./colours.js";
-import { blackChannel, blackRange, deviceText, deviceUnit } from "./device_values.js";
-import { byId, element, problemElements, save, warningTexts } from "./elements.js";
+import { cssColour, linearSrgb } from "../colours/colours.js";
+import { blackChannel, blackRange, deviceText, deviceUnit } from "../colours/device_values.js";
+import { byId, element, problemElements, save, warningTexts } from "../page/elements.js";
+import { type Page, axisNames } from "../page/page.js";
+import { orientation } from "../scene/layer.js";
+import { type Gamut, ProblemError } from "../service/api.js";
 import {
   type CheckedTable,
   type Nearest,
@@ -25,7 +25,7 @@ import {
   mayHaveRecipes,
   nearest,
   recipes,
-} from "./queries.js";
+} from "../service/queries.js";
 
 const MOST_TABLE_ROWS = 500;
 
@@ -40,18 +40,14 @@ export class ColourList {
   private group: Group | null = null;
   private asking: AbortController | null = null;
   private gamut: Gamut | null = null;
-  private turn: Matrix4 | null = null;
   private answer: Answer | null = null;
   /** The opened file. Typing in the list puts it away. */
   private file: File | null = null;
   private readonly text = byId<HTMLTextAreaElement>("colours");
   private readonly reading = byId<HTMLDetailsElement>("colours-reading");
 
-  constructor(
-    private readonly scene: Scene,
-    private readonly changed: () => void,
-    private readonly fail: (error: unknown) => void,
-  ) {
+  constructor(private readonly page: Page) {
+    page.on("gamuts", () => this.show(page.at("a")?.gamut ?? null));
     byId("check").addEventListener("click", () => void this.check());
     byId("colours-clear").addEventListener("click", () => {
       this.text.value = "";
@@ -81,9 +77,9 @@ export class ColourList {
   }
 
   /** Ask about another gamut. */
-  show(gamut: Gamut | null, turn: Matrix4 | null): void {
+  private show(gamut: Gamut | null): void {
     if (gamut?.id === this.gamut?.id) return;
-    [this.gamut, this.turn] = [gamut, turn];
+    this.gamut = gamut;
     byId<HTMLButtonElement>("check").disabled = gamut === null;
     if (this.answer !== null) void this.check();
   }
@@ -107,7 +103,7 @@ export class ColourList {
   private async check(): Promise<void> {
     this.asking?.abort();
     this.clear();
-    this.fail(null);
+    this.page.complain(null);
     const table = this.table;
     if (this.gamut === null || table === null) return;
     const scale = byId<HTMLInputElement>("colours-scale");
@@ -154,7 +150,7 @@ export class ColourList {
   /** Show why the service refuses the list, beside it. */
   private refuse(error: unknown): void {
     if (error instanceof ProblemError && [401, 403].includes(error.problem.status)) {
-      this.fail(error);
+      this.page.complain(error);
       return;
     }
     if (error instanceof ProblemError && error.problem.code === "too-many-rows") {
@@ -194,9 +190,9 @@ export class ColourList {
       part.frustumCulled = false;
     });
     this.group.add(...parts);
-    this.group.applyMatrix4(this.turn!);
-    this.scene.add(this.group);
-    this.changed();
+    this.group.applyMatrix4(orientation(axisNames(this.gamut!)));
+    this.page.view.scene.add(this.group);
+    this.page.view.draw();
   }
 
   /** The name of a colour, or its coordinates where its row has none. */
@@ -310,7 +306,7 @@ export class ColourList {
     byId("colours-table").hidden = true;
     byId("colours-note").textContent = "";
     byId<HTMLButtonElement>("colours-csv").disabled = true;
-    this.changed();
+    this.page.view.draw();
   }
 }
 

@@ -1,8 +1,8 @@
 // Worker of one gamut: loads its history in growing parts, and answers with levels.
 import { History, parts } from "gamut-history";
-import { linearSrgb } from "./colours.js";
+import { linearSrgb } from "../colours/colours.js";
 import type { Appearance, LevelBuffers, Order, Report, Source } from "./messages.js";
-import { pointColours } from "./point_colours.js";
+import { pointColours } from "../colours/point_colours.js";
 
 const history = new History();
 let colours: (positions: Float32Array) => Float32Array = linearSrgb;

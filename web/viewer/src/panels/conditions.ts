@@ -1,6 +1,6 @@
 // What the colours of a gamut are relative to, in words: intent, ink limits, medium, white and space.
-import type { Gamut } from "./api.js";
-import type { Definition } from "./elements.js";
+import type { Gamut } from "../service/api.js";
+import type { Definition } from "../page/elements.js";
 
 /** Rendering intents of the service, each with a sentence. */
 export const INTENTS: Record<string, string> = {

@@ -1,12 +1,12 @@
 // The colour under the pointer: coordinates, chroma and hue, device values, and what the service is
 // asked for: the distance to the other gamut, and the recipe of a colour in a slice.
 import type { Intersection } from "three";
-import type { Gamut } from "./api.js";
-import { cssColour, polar } from "./colours.js";
-import { blackChannel, blackRange, deviceLine } from "./device_values.js";
-import { element } from "./elements.js";
-import type { LevelBuffers } from "./messages.js";
-import { edgeText, positionOf, type Positions, recipes } from "./queries.js";
+import type { Gamut } from "../service/api.js";
+import { cssColour, polar } from "../colours/colours.js";
+import { blackChannel, blackRange, deviceLine } from "../colours/device_values.js";
+import { element } from "../page/elements.js";
+import type { LevelBuffers } from "../scene/messages.js";
+import { edgeText, positionOf, type Positions, recipes } from "../service/queries.js";
 
 /** Interpolate values of vertices, `width` numbers each, at a point of a surface. */
 export function valuesAt(hit: Intersection, values: Float32Array, width: number): number[] {

@@ -1,5 +1,5 @@
 // Options of the next build: rendering intent, ink limit and space.
-import { INTENTS } from "./conditions.js";
+import { INTENTS } from "../panels/conditions.js";
 import { byId } from "./elements.js";
 
 export class BuildOptions {

@@ -1,9 +1,9 @@
 // The slice: outlines of all shown gamuts at one lightness or one hue, beside and in the 3-D view.
 import { BufferGeometry, Float32BufferAttribute, LineBasicMaterial, LineSegments, type Matrix4 } from "three";
-import { niceStep } from "./axes.js";
-import { linearSrgb } from "./colours.js";
-import type { LevelBuffers } from "./messages.js";
-import { type Loop, sectionLoops } from "./sections.js";
+import { niceStep } from "../scene/axes.js";
+import { linearSrgb } from "../colours/colours.js";
+import type { LevelBuffers } from "../scene/messages.js";
+import { type Loop, sectionLoops } from "../scene/sections.js";
 
 const PIXELS = 300;
 const MARGIN = 32;

@@ -1,0 +1,84 @@
+// The list of gamuts: for each its name, its style, and a button that removes it.
+import { Chooser } from "../page/chooser.js";
+import { byId, element } from "../page/elements.js";
+import { embedded } from "../page/embedded.js";
+import { type Page, SLOTS, STYLE_NAMES, type Slot } from "../page/page.js";
+import type { Style } from "../scene/layer.js";
+
+const NAMES: Record<Slot, string> = {
+  a: "First gamut",
+  b: "Second gamut",
+  c: "Third gamut",
+  d: "Fourth gamut",
+  e: "Fifth gamut",
+  f: "Sixth gamut",
+};
+/** Rows that are always there. */
+const LEAST_ROWS = 2;
+
+interface Row {
+  box: HTMLElement;
+  chooser: Chooser;
+  style: HTMLSelectElement;
+}
+
+export class GamutList {
+  private readonly rows: Map<Slot, Row>;
+  private count = LEAST_ROWS;
+
+  constructor(private readonly page: Page) {
+    this.rows = new Map(SLOTS.map((slot) => [slot, this.row(slot)]));
+    byId("gamut-list").append(...[...this.rows.values()].map(({ box }) => box));
+    byId("add").addEventListener("click", () => {
+      this.count = Math.min(SLOTS.length, this.count + 1);
+      this.refresh();
+      byId(`chooser-${SLOTS[this.count - 1]!}`).focus();
+    });
+    byId("swap").addEventListener("click", () => {
+      const [a, b] = [page.at("a")?.key ?? null, page.at("b")?.key ?? null];
+      void page.show("a", b);
+      void page.show("b", a);
+    });
+    page.on("gamuts", () => this.refresh());
+    this.refresh();
+  }
+
+  private row(slot: Slot): Row {
+    const box = element("div", "", { className: "gamut-row" });
+    const field = element("div", "", { className: "chooser online" });
+    field.dataset["role"] = slot;
+    const chooser = new Chooser(
+      field,
+      NAMES[slot],
+      (entry) => void this.page.show(slot, entry?.key ?? null),
+      (error) => this.page.complain(error),
+    );
+    const style = element("select", "", { id: `style-${slot}` });
+    style.setAttribute("aria-label", `Style of the ${NAMES[slot].toLowerCase()}`);
+    style.append(...Object.entries(STYLE_NAMES).map(([value, text]) => element("option", text, { value })));
+    style.addEventListener("change", () => this.page.setStyle(slot, style.value as Style));
+    box.append(field, style);
+    return { box, chooser, style };
+  }
+
+  private refresh(): void {
+    const { page } = this;
+    this.count = Math.max(this.count, ...page.shown.map(({ slot }) => SLOTS.indexOf(slot) + 1));
+    SLOTS.forEach((slot, place) => {
+      const { box, chooser, style } = this.rows.get(slot)!;
+      const shown = page.at(slot);
+      box.hidden = place >= this.count || (embedded !== null && shown === null);
+      style.value = page.styles[slot];
+      if (shown !== null) chooser.show(shown.gamut.name);
+      else chooser.clearName();
+    });
+    byId("add").hidden = this.count >= SLOTS.length;
+    byId("welcome").hidden = page.shown.length > 0;
+    byId("legend").replaceChildren(
+      ...page.shown.map(({ slot, gamut }) => {
+        const text = `${gamut.name} · ${STYLE_NAMES[page.styles[slot]].toLowerCase()}`;
+        return element("p", text, { title: text });
+      }),
+    );
+  }
+}

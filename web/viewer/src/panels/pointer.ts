@@ -1,0 +1,42 @@
+// The colour of the surface under the pointer.
+import { byId } from "../page/elements.js";
+import { type Page, axisNames } from "../page/page.js";
+import { AnswerLines, distanceLines, readout, valuesAt } from "./readout.js";
+
+export function connectPointer(page: Page): void {
+  const { canvas, view } = page;
+  const distance = new AnswerLines();
+  let pointer: PointerEvent | null = null;
+  const later = (event: PointerEvent) => {
+    if (pointer === null) requestAnimationFrame(read);
+    pointer = event;
+  };
+  canvas.addEventListener("pointermove", later);
+  canvas.addEventListener("pointerdown", later);
+  canvas.addEventListener("pointerleave", (event) => {
+    // A finger that is lifted leaves as well.
+    if (event.pointerType === "mouse") byId("readout").hidden = true;
+  });
+
+  function read(): void {
+    const event = pointer;
+    pointer = null;
+    if (event === null || event.buttons > 1) return;
+    const hit = view.pick(event.clientX, event.clientY, page.shown.flatMap(({ layer }) => layer.targets));
+    const output = byId("readout");
+    output.hidden = hit === null;
+    if (hit === null) {
+      distance.clear();
+      return;
+    }
+    const shown = page.shown.find(({ layer }) => layer.targets.some((mesh) => mesh === hit.object))!;
+    const { gamut, layer } = shown;
+    output.replaceChildren(...readout(gamut, axisNames(gamut), layer.level!, hit), distance.element);
+    const other = page.shown.find((each) => each !== shown)?.gamut;
+    // Distances need equal coordinates. A page without the service has one gamut.
+    if (other?.options.space === gamut.options.space) {
+      const point = valuesAt(hit, layer.level!.positions, 3);
+      distance.ask((signal) => distanceLines(other, point, signal));
+    } else distance.clear();
+  }
+}
