@@ -27,8 +27,8 @@ MEDIA_TYPE = "text/html"
 VIEWER_FILES = Path(str(files("gamutcore.export"))) / "viewer"
 """The viewer as it was built."""
 
-_LINKS = re.compile(r"<link rel=\"(?:icon|stylesheet)\".*\n|<script .*\n")
-"""What the page loads from the service."""
+_LINKS = re.compile(r"<link rel=\"(?:icon|stylesheet)\".*\n|<script .*\n|<!--.*-->\n")
+"""What the page loads from the service, and the place of its still picture."""
 
 
 def viewer_page(

@@ -241,9 +241,11 @@ def page(title: str, content: str, *, headers: Mapping[str, str] | None = None) 
         '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width,initial-scale=1">\n'
         f"<title>{escape(whole_title)}</title>\n<style>{_STYLE}</style>\n</head>\n<body>\n"
-        f"<header><nav>{link('/', 'Gamut viewer')}</nav><h1>{escape(title)}</h1></header>\n<main>\n{content}\n</main>\n"
+        f"<header><nav>{link('/', 'Gamut viewer')}</nav><h1>{escape(title)}</h1></header>\n"
+        f"<main>\n{content}\n</main>\n"
         f"<footer>{link('/status', 'Service')} · {link('/docs', 'API')} · "
-        f"{link('/problems', 'Problems')} · {link('/metrics', 'Figures')}</footer>\n</body>\n</html>\n",
+        f"{link('/problems', 'Problems')} · {link('/metrics', 'Figures')}</footer>\n"
+        "</body>\n</html>\n",
         headers={**SECURITY_HEADERS, "Vary": "Accept", **(headers or {})},
     )
 

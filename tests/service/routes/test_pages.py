@@ -287,10 +287,26 @@ def test_the_index_of_problems_has_all(get):
         assert html.escape(kind.title) in shown
 
 
-def test_a_browser_gets_the_viewer_at_a_gamut(get, gamut, assert_problem):
-    shown = get(f"/v1/gamuts/{gamut['id']}")
-    assert shown.text == get("/view").text
+def test_a_browser_gets_the_viewer_with_a_picture_and_facts_at_a_gamut(server, get, sphere):
+    made = server.client.post("/v1/gamuts", json={"samples": sphere(seed=792, count=40)}).json()
+    address = f"/v1/gamuts/{made['id']}"
+    server.client.put(f"{address}/name", json={"name": HOSTILE})
+    shown = get(address)
     assert "Accept" in shown.headers["vary"]
+    assert f"{VIEW}/viewer.js" in shown.text
+    assert HOSTILE not in shown.text
+    assert f"<title>{html.escape(HOSTILE)} – gamut</title>" in shown.text
+    named = dict(re.findall(r'<meta property="og:(\w+)" content="([^"]*)">', shown.text))
+    assert named["image"] == f"{server.url}{address}/picture.png"
+    assert f"{made['counts']['triangles']} triangles" in named["description"]
+    [figure] = re.findall(r"<figure id=\"static\".*?</figure>", shown.text, re.DOTALL)
+    assert f"<h2>{html.escape(HOSTILE)}</h2>" in figure
+    assert "ΔE*ab³" in figure
+    [picture] = re.findall(r'<img src="([^"]+)"', figure)
+    assert get(html.unescape(picture)).headers["content-type"] == "image/png"
+
+
+def test_there_is_no_page_for_a_gamut_that_does_not_exist(get, assert_problem):
     assert_problem(get(f"/v1/gamuts/{'0' * 64}"), 404, "gamut-not-found")
 
 

@@ -42,6 +42,7 @@ function start(): Page {
 try {
   window.gamutViewer = start();
 } catch (error) {
+  document.getElementById("static-note")?.removeAttribute("hidden");
   const box = byId("problem");
   box.hidden = false;
   box.append(element("strong", "This browser cannot show the view"), element("p", String(error)));

@@ -143,7 +143,11 @@ export class Page {
     const keys = new Map(SLOTS.map((slot) => [slot, given.get(slot)]));
     if (embedded !== null) keys.set("a", embedded.gamut.id);
     else if (path !== undefined && keys.get("a") == null) keys.set("a", decodeURIComponent(path));
+    // The picture of another gamut than the address names would mislead.
+    const still = document.getElementById("static");
+    if (![path, still?.dataset["gamut"]].includes(keys.get("a") ?? undefined)) still?.remove();
     await Promise.all([...keys].map(([slot, key]) => key !== null && this.show(slot, key)));
+    if (this.shown.length === 0) still?.remove();
     if (camera !== null) this.view.restore(camera);
     this.emit("gamuts");
   }
@@ -249,6 +253,7 @@ export class Page {
       const now = performance.now();
       if (isWhole) this.marks["whole"] = now;
       if (this.levels === 1) {
+        document.getElementById("static")?.remove();
         Object.assign(this.marks, { first: now, firstTriangles: layer.level!.triangles, firstBytes: layer.bytes });
       }
     }
