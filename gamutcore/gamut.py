@@ -24,7 +24,6 @@ from gamutcore.colours import SPACE_PARAMETERS, DeviceModel
 from gamutcore.colours.spaces import ColourSpace
 from gamutcore.content import content_of, gamut_source, is_saved_gamut
 from gamutcore.errors import DeviceModelError, HistoryFileError, OptionError
-from gamutcore.export import mesh_file
 from gamutcore.export.provenance import mesh_provenance
 from gamutcore.export.rendering import DEFAULT_SIZE
 from gamutcore.export.viewer_page import HTML_SUFFIXES, viewer_page
@@ -110,9 +109,6 @@ DESCRIPTION = "gamut"
 
 DEVICE_MODEL = "device_model"
 """Name of the array with the device model in a history file."""
-
-COLOURED_TRIANGLES = 4000
-"""Triangles of the level from which the viewer takes colours, in spaces that it cannot convert."""
 
 
 class Gamut:
@@ -1467,11 +1463,7 @@ class Gamut:
         bytes
             UTF-8: the viewer and the history. 1.6 MB for a press.
         """
-        coloured = None
-        if self.colour_space.name != "CIELAB":
-            level = self.history.level(min(COLOURED_TRIANGLES, self.history.triangles))
-            coloured = mesh_file(level, "ply", space=self.colour_space)
-        return viewer_page(self.description, self.to_bytes(), name, coloured)
+        return viewer_page(self.description, self.to_bytes(), name)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Self:

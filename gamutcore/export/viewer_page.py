@@ -31,21 +31,16 @@ _LINKS = re.compile(r"<link rel=\"(?:icon|stylesheet)\".*\n|<script .*\n|<!--.*-
 """What the page loads from the service, and the place of its still picture."""
 
 
-def viewer_page(
-    description: Mapping[str, Any], history: bytes, name: str, coloured: bytes | None = None
-) -> bytes:
+def viewer_page(description: Mapping[str, Any], history: bytes, name: str) -> bytes:
     """Return a gamut as an HTML file in UTF-8: about 4/3 of the history's size, and 0.6 MB.
 
-    The description is that of `gamutcore.Gamut`. `name` is the gamut's display name. `coloured` is
-    a coarse level as PLY, from which the viewer takes vertex colours; all spaces but CIELAB need
-    it.
+    The description is that of `gamutcore.Gamut`. `name` is the gamut's display name.
     """
     provenance = description["provenance"]
     gamut = {**description, "name": name, "channels": provenance.get("channels", [])}
     content = {
         "gamut": gamut,
         "history": base64.b64encode(history).decode(),
-        "coloured": None if coloured is None else base64.b64encode(coloured).decode(),
     }
     before, after = _template()
     # JSON may have this character in strings only, and a script must not have it before "/script".

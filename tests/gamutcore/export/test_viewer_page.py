@@ -3,10 +3,8 @@
 import base64
 import hashlib
 import json
-import re
 from html.parser import HTMLParser
 
-import numpy as np
 import pytest
 
 from gamutcore import Gamut
@@ -55,7 +53,6 @@ def test_it_has_the_history_and_the_description(page, gamut):
     content = json.loads(page.text("script", id="gamut-file"))
     assert base64.b64decode(content["history"]) == gamut.to_bytes()
     assert content["gamut"] == {**gamut.description, "name": "A press", "channels": []}
-    assert content["coloured"] is None
 
 
 def test_nothing_is_loaded(page):
@@ -91,13 +88,6 @@ def test_a_name_is_only_a_name(gamut, page, name):
     assert [tag for tag, _ in found.tags] == [tag for tag, _ in page.tags]
     assert json.loads(found.text("script", id="gamut-file"))["gamut"]["name"] == name
     assert content.count(b"</script>") == 3
-
-
-def test_other_spaces_bring_coloured_points():
-    page = Page(Gamut(np.array(COLOURS, float), space="Oklab").to_html("Oklab"))
-    coloured = base64.b64decode(json.loads(page.text("script", id="gamut-file"))["coloured"])
-    assert re.match(rb"ply\nformat binary_little_endian", coloured)
-    assert b"property uchar red" in coloured
 
 
 def test_a_suffix_chooses_the_page(gamut, tmp_path):

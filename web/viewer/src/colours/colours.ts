@@ -1,44 +1,43 @@
-// Appearance of colours on an sRGB display, as `gamutcore.colours.spaces` computes it.
+// Colours on a screen: what it can show, CSS, and pictures.
+import type { Screen } from "./spaces.js";
 
-/** XYZ relative to ICC's D50 → linear sRGB (Bradford, IEC 61966-2-1). */
-const D50_TO_LINEAR_SRGB = [
-  [3.134186364, -1.617208959, -0.490694064],
-  [-0.978748504, 1.916130097, 0.033433399],
-  [0.071963928, -0.228993873, 1.405753733],
-] as const;
+/** The wider gamut, where the screen has it. */
+export const SCREEN: Screen = globalThis.matchMedia?.("(color-gamut: p3)").matches ? "display-p3" : "srgb";
 
-/** ICC.1:2022, 7.2.16. */
-const WHITE_X = 0.9642;
-const WHITE_Z = 0.8249;
+/** Linear RGB that no screen shows differently: a hundredth of the light of white. */
+const TOLERANCE = 0.01;
 
-function inverseF(value: number): number {
-  return value > 6 / 29 ? value ** 3 : ((value - 4 / 29) * 108) / 841;
-}
-
-/** Linear sRGB of CIELAB colours, clipped; `lab` and the result have three numbers per colour. */
-export function linearSrgb(lab: Float32Array): Float32Array {
-  const result = new Float32Array(lab.length);
-  for (let i = 0; i < lab.length; i += 3) {
-    const middle = (lab[i]! + 16) / 116;
-    const x = WHITE_X * inverseF(middle + lab[i + 1]! / 500);
-    const y = inverseF(middle);
-    const z = WHITE_Z * inverseF(middle - lab[i + 2]! / 200);
-    for (let channel = 0; channel < 3; channel++) {
-      const row = D50_TO_LINEAR_SRGB[channel]!;
-      const value = row[0] * x + row[1] * y + row[2] * z;
-      result[i + channel] = Math.min(Math.max(value, 0), 1);
-    }
+/** Which colours a screen cannot show, from unclipped linear RGB: 1 for each that is beyond it. */
+export function beyondScreen(linear: Float32Array, tolerance = TOLERANCE): Uint8Array {
+  const beyond = new Uint8Array(linear.length / 3);
+  for (let i = 0; i < linear.length; i++) {
+    if (linear[i]! < -tolerance || linear[i]! > 1 + tolerance) beyond[Math.floor(i / 3)] = 1;
   }
-  return result;
+  return beyond;
 }
 
-/** CSS colour of linear sRGB. */
-export function cssColour(linear: ArrayLike<number>): string {
-  const parts = Array.from(linear, (value) => {
-    const encoded = value <= 0.0031308 ? 12.92 * value : 1.055 * value ** (1 / 2.4) - 0.055;
-    return Math.round(255 * Math.min(Math.max(encoded, 0), 1));
-  });
-  return `rgb(${parts.join(" ")})`;
+/** Values in 0 to 1, encoded for a screen; both screens have the same curve (IEC 61966-2-1). */
+export function encoded(linear: number): number {
+  const value = linear <= 0.0031308 ? 12.92 * linear : 1.055 * linear ** (1 / 2.4) - 0.055;
+  return Math.min(Math.max(value, 0), 1);
+}
+
+/** CSS colour of linear RGB of a screen. */
+export function cssColour(linear: ArrayLike<number>, screen: Screen = SCREEN): string {
+  const parts = Array.from(linear, encoded);
+  if (screen === "display-p3") return `color(display-p3 ${parts.map((value) => value.toFixed(4)).join(" ")})`;
+  return `rgb(${parts.map((value) => Math.round(255 * value)).join(" ")})`;
+}
+
+/** A picture of so many columns from linear RGB of this screen, row by row from the top. */
+export function pictureOf(linear: Float32Array, columns: number): OffscreenCanvas {
+  const rows = linear.length / 3 / columns;
+  const image = new ImageData(columns, rows, { colorSpace: SCREEN });
+  image.data.fill(255);
+  for (let i = 0; i < linear.length; i++) image.data[i + Math.floor(i / 3)] = 255 * encoded(linear[i]!);
+  const canvas = new OffscreenCanvas(columns, rows);
+  canvas.getContext("2d", { colorSpace: SCREEN })!.putImageData(image, 0, 0);
+  return canvas;
 }
 
 /** Chroma and hue in degrees of two opponent coordinates. */

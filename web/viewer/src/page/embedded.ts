@@ -5,15 +5,13 @@ export interface EmbeddedGamut {
   gamut: Gamut;
   /** The history file. */
   history: Uint8Array<ArrayBuffer>;
-  /** A coarse level as PLY, which has colours; null in CIELAB. */
-  coloured: Uint8Array<ArrayBuffer> | null;
 }
 
 function read(): EmbeddedGamut | null {
   const text = document.getElementById("gamut-file")?.textContent;
   if (text === undefined || text === null) return null;
-  const { gamut, history, coloured } = JSON.parse(text) as Record<"history" | "coloured", string> & { gamut: Gamut };
-  return { gamut, history: bytesOf(history), coloured: coloured === null ? null : bytesOf(coloured) };
+  const { gamut, history } = JSON.parse(text) as { gamut: Gamut; history: string };
+  return { gamut, history: bytesOf(history) };
 }
 
 function bytesOf(base64: string): Uint8Array<ArrayBuffer> {

@@ -1,6 +1,5 @@
 // The page: its view, the gamuts that it shows, and the events by which its parts follow them.
 import { Box3, type Group, Vector3 } from "three";
-import { appearanceOf } from "../colours/appearance.js";
 import { axes, axesGrid, disposeAxes } from "../scene/axes.js";
 import { Layer, Materials, type Style, headLight, orientation } from "../scene/layer.js";
 import { View } from "../scene/scene.js";
@@ -167,7 +166,6 @@ export class Page {
     try {
       const gamut = embedded?.gamut ?? (await describe(key, this.onProgress, opening.signal));
       const path = `/v1/gamuts/${gamut.id}`;
-      const appearance = await appearanceOf(gamut, path, opening.signal);
       if (opening.signal.aborted) return;
       this.remove(slot);
       const materials = this.materials.get(slot) ?? new Materials();
@@ -175,7 +173,7 @@ export class Page {
       const layer = new Layer(
         WORKER,
         embedded ? { bytes: embedded.history } : { address: address(`${path}/history`), headers: authorization() },
-        appearance,
+        gamut.provenance.colour_space,
         axisNames(gamut),
         Math.min(this.triangles, gamut.counts.triangles),
         materials,

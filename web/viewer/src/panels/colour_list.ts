@@ -8,7 +8,8 @@ import {
   Points,
   PointsMaterial,
 } from "three";
-import { cssColour, linearSrgb } from "../colours/colours.js";
+import { SCREEN, cssColour } from "../colours/colours.js";
+import { spaceOf } from "../colours/spaces.js";
 import { blackChannel, blackRange, deviceText, deviceUnit } from "../colours/device_values.js";
 import { byId, element, problemElements, save, warningTexts } from "../page/elements.js";
 import { type Page, axisNames } from "../page/page.js";
@@ -165,8 +166,7 @@ export class ColourList {
   private draw({ found, near }: Answer): void {
     const { colours, inside, position } = found;
     const points = colours.flat();
-    const isLab = this.gamut!.options.space === "CIELAB";
-    const linear = isLab ? [...linearSrgb(Float32Array.from(points))] : points.map(() => 0.5);
+    const linear = spaceOf(this.gamut!.provenance.colour_space).linear(Float32Array.from(points), SCREEN);
     const vectors = colours.flatMap((point, i) => (inside[i] ? [] : [...point, ...near.point[i]!]));
     const ends = near.point.flatMap((point, i) => (inside[i] ? [] : point));
     const beyond = colours.flatMap((point, i) => (position[i] === "outside" ? point : []));
@@ -231,15 +231,14 @@ export class ColourList {
       cell.scope = "col";
       head.append(cell);
     }
-    const rows = colours.slice(0, MOST_TABLE_ROWS).map((point, i) => {
+    const linear = spaceOf(this.gamut!.provenance.colour_space).linear(Float32Array.from(colours.flat()), SCREEN);
+    const rows = colours.slice(0, MOST_TABLE_ROWS).map((_, i) => {
       const row = element("tr");
       const first = element("th", this.label(found, i));
       first.scope = "row";
-      if (this.gamut!.options.space === "CIELAB") {
-        const spot = element("span", "", { className: "spot" });
-        spot.style.backgroundColor = cssColour(linearSrgb(Float32Array.from(point)));
-        first.prepend(spot);
-      }
+      const spot = element("span", "", { className: "spot" });
+      spot.style.backgroundColor = cssColour(linear.subarray(3 * i, 3 * i + 3));
+      first.prepend(spot);
       const device = made?.device[i] ?? (inside[i] ? undefined : near.device?.[i]);
       const cells = [
         ...(made || near.device ? [device === undefined ? "" : deviceText(channels, device)] : []),

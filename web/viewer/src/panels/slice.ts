@@ -1,7 +1,8 @@
 // The slice: outlines of all shown gamuts at one lightness or one hue, beside and in the 3-D view.
 import { BufferGeometry, Float32BufferAttribute, LineBasicMaterial, LineSegments, type Matrix4 } from "three";
 import { niceStep } from "../scene/axes.js";
-import { linearSrgb } from "../colours/colours.js";
+import { SCREEN, pictureOf } from "../colours/colours.js";
+import type { Space } from "../colours/spaces.js";
 import type { LevelBuffers } from "../scene/messages.js";
 import { type Loop, sectionLoops } from "../scene/sections.js";
 
@@ -11,7 +12,7 @@ const RASTER = 96;
 
 export interface SlicedGamut {
   level: LevelBuffers;
-  isLab: boolean;
+  space: Space;
 }
 
 export interface Slice {
@@ -55,6 +56,11 @@ export function colourAt(
   const h = left + (across * PIXELS - MARGIN) * extent;
   const v = bottom + (PIXELS - MARGIN - down * PIXELS) * extent;
   if (h < left || h > right || v < bottom || v > top) return null;
+  return pointAt([h, v], { kind, value }, lightness);
+}
+
+/** The coordinates of a point of the plane. */
+function pointAt([h, v]: [number, number], { kind, value }: Slice, lightness: number): [number, number, number] {
   const [cos, sin] = direction(value);
   if (kind === "hue") return [v, h * cos, h * sin];
   return lightness === 0 ? [value, h, v] : [h, value, v];
@@ -76,7 +82,7 @@ export function drawSlice(
 ): Loop[][] {
   const scale = Math.min(devicePixelRatio, 2);
   canvas.width = canvas.height = PIXELS * scale;
-  const context = canvas.getContext("2d")!;
+  const context = canvas.getContext("2d", { colorSpace: SCREEN })!;
   const { color } = getComputedStyle(canvas);
   context.scale(scale, scale);
   const [[left, right], [bottom, top]] = frame;
@@ -89,17 +95,17 @@ export function drawSlice(
   context.beginPath();
   context.rect(x(left), y(top), x(right) - x(left), y(bottom) - y(top));
   context.clip();
-  const all = gamuts.map(({ level, isLab }, place) => {
+  const all = gamuts.map(({ level, space }, place) => {
     const loops = outlines(level, slice, lightness);
     const path = new Path2D();
     for (const loop of loops) {
       planar(loop, slice, lightness).forEach(([h, v], i) => (i === 0 ? path.moveTo(x(h), y(v)) : path.lineTo(x(h), y(v))));
       path.closePath();
     }
-    if (place === 0 && isLab) {
+    if (place === 0) {
       context.save();
       context.clip(path);
-      context.drawImage(colours(slice, frame), x(left), y(top), x(right) - x(left), y(bottom) - y(top));
+      context.drawImage(colours(space, slice, frame), x(left), y(top), x(right) - x(left), y(bottom) - y(top));
       context.restore();
     }
     context.strokeStyle = color;
@@ -151,29 +157,17 @@ function plain(value: number): string {
   return String(Number(value.toPrecision(4))).replace("-", "−");
 }
 
-/** CIELAB colours of the whole frame. */
-function colours(slice: Slice, [[left, right], [bottom, top]]: Frame): OffscreenCanvas {
-  const lab = new Float32Array(3 * RASTER * RASTER);
-  const [cos, sin] = direction(slice.value);
+/** The colours of the whole frame. */
+function colours(space: Space, slice: Slice, [[left, right], [bottom, top]]: Frame): OffscreenCanvas {
+  const points = new Float32Array(3 * RASTER * RASTER);
   for (let row = 0; row < RASTER; row++) {
     for (let column = 0; column < RASTER; column++) {
       const h = left + ((column + 0.5) / RASTER) * (right - left);
       const v = top - ((row + 0.5) / RASTER) * (top - bottom);
-      lab.set(slice.kind === "lightness" ? [slice.value, h, v] : [v, h * cos, h * sin], 3 * (row * RASTER + column));
+      points.set(pointAt([h, v], slice, space.lightness), 3 * (row * RASTER + column));
     }
   }
-  const linear = linearSrgb(lab);
-  const image = new ImageData(RASTER, RASTER);
-  for (let i = 0; i < RASTER * RASTER; i++) {
-    for (let channel = 0; channel < 3; channel++) {
-      const value = linear[3 * i + channel]!;
-      image.data[4 * i + channel] = 255 * (value <= 0.0031308 ? 12.92 * value : 1.055 * value ** (1 / 2.4) - 0.055);
-    }
-    image.data[4 * i + 3] = 255;
-  }
-  const canvas = new OffscreenCanvas(RASTER, RASTER);
-  canvas.getContext("2d")!.putImageData(image, 0, 0);
-  return canvas;
+  return pictureOf(space.linear(points, SCREEN), RASTER);
 }
 
 /** The outlines as lines of the 3-D view; a hue has only the half with its chroma. */

@@ -1,6 +1,7 @@
 // The controls of the slice, its two pictures, and the colour under the pointer in it.
 import { Box3, type LineSegments, type LineBasicMaterial, Vector3 } from "three";
-import { cssColour, linearSrgb } from "../colours/colours.js";
+import { SCREEN, cssColour } from "../colours/colours.js";
+import { spaceOf } from "../colours/spaces.js";
 import { byId, element } from "../page/elements.js";
 import { embedded } from "../page/embedded.js";
 import { type Page, axisNames } from "../page/page.js";
@@ -65,11 +66,9 @@ export class SlicePanel {
       return;
     }
     const lines: HTMLElement[] = coordinates(names, point).map((line) => element("span", line));
-    if (gamut.options.space === "CIELAB") {
-      const swatch = element("span", "", { className: "swatch" });
-      swatch.style.backgroundColor = cssColour(linearSrgb(Float32Array.from(point)));
-      lines.unshift(swatch);
-    }
+    const swatch = element("span", "", { className: "swatch" });
+    swatch.style.backgroundColor = cssColour(spaceOf(gamut.provenance.colour_space).linear(Float32Array.from(point), SCREEN));
+    lines.unshift(swatch);
     output.replaceChildren(...lines, this.recipe.element);
     if (embedded !== null || !mayHaveRecipes(gamut)) this.recipe.clear();
     else this.recipe.ask((signal) => recipeLines(gamut, point, signal), "Recipe: …");
@@ -88,7 +87,7 @@ export class SlicePanel {
     this.clear();
     const { kind } = this.state;
     const levels = shown.flatMap(({ gamut, layer }) =>
-      layer.level === null ? [] : [{ level: layer.level, isLab: gamut.options.space === "CIELAB" }],
+      layer.level === null ? [] : [{ level: layer.level, space: spaceOf(gamut.provenance.colour_space) }],
     );
     const isOn = levels.length > 0;
     byId("section").hidden = kind === "off" || !isOn;

@@ -13,7 +13,9 @@ import {
   Sphere,
   Vector3,
 } from "three";
-import type { Appearance, LevelBuffers, Order, Report, Source } from "./messages.js";
+import { SCREEN } from "../colours/colours.js";
+import type { SpaceDescription } from "../colours/spaces.js";
+import type { LevelBuffers, Order, Report, Source } from "./messages.js";
 
 export type Style = "solid" | "shaded" | "wire" | "both" | "hidden";
 
@@ -68,7 +70,7 @@ export class Layer {
   constructor(
     workerAddress: string,
     source: Source,
-    appearance: Appearance,
+    space: SpaceDescription | undefined,
     axes: readonly string[],
     private wanted: number,
     private readonly materials: Materials,
@@ -80,7 +82,7 @@ export class Layer {
     this.worker = new Worker(workerAddress);
     this.worker.onmessage = ({ data }: MessageEvent<Report>) => this.receive(data);
     this.worker.onerror = () => events.failed("The reader of histories could not be loaded.");
-    this.order({ kind: "open", source, appearance });
+    this.order({ kind: "open", source, space, screen: SCREEN });
   }
 
   /** Show a number of triangles, or the nearest that has arrived. */

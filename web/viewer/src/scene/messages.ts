@@ -1,23 +1,19 @@
 // Messages between the page and the worker that reads a history.
+import type { Screen, SpaceDescription } from "../colours/spaces.js";
 
 /** Where a history comes from: an address, or the bytes of the file. */
 export type Source = { address: string; headers: Record<string, string> } | { bytes: Uint8Array };
 
 /** To the worker. */
 export type Order =
-  | { kind: "open"; source: Source; appearance: Appearance }
+  | { kind: "open"; source: Source; space: SpaceDescription | undefined; screen: Screen }
   | { kind: "level"; triangles: number };
-
-/** How colours of vertices are found: from CIELAB, or from coloured points of the boundary. */
-export type Appearance =
-  | { kind: "cielab"; scale: number }
-  | { kind: "points"; positions: Float32Array; linear: Float32Array };
 
 /** A level as the page draws it. */
 export interface LevelBuffers {
   triangles: number;
   positions: Float32Array;
-  /** Linear sRGB. */
+  /** Linear RGB of the screen, 0 to 1. */
   colours: Float32Array;
   faces: Int32Array;
   /** Two vertices for each edge. */

@@ -14,6 +14,7 @@ import {
   WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
+import { SCREEN } from "../colours/colours.js";
 
 const FIELD_OF_VIEW = 30;
 const HALF_ANGLE = Math.tan((FIELD_OF_VIEW * Math.PI) / 360);
@@ -56,6 +57,9 @@ export class View {
   ) {
     this.renderer = new WebGLRenderer({ canvas, antialias: true });
     this.renderer.outputColorSpace = SRGBColorSpace;
+    // Vertex colours are linear RGB of the screen, and both screens have the same curve.
+    const buffer = this.renderer.getContext();
+    if ("drawingBufferColorSpace" in buffer) buffer.drawingBufferColorSpace = SCREEN;
     // The check waits for the compilation of each shader.
     this.renderer.debug.checkShaderErrors = false;
     this.controls = new OrbitControls(this.perspective, canvas);

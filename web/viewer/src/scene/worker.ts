@@ -1,16 +1,16 @@
 // Worker of one gamut: loads its history in growing parts, and answers with levels.
 import { History, parts } from "gamut-history";
-import { linearSrgb } from "../colours/colours.js";
-import type { Appearance, LevelBuffers, Order, Report, Source } from "./messages.js";
-import { pointColours } from "../colours/point_colours.js";
+import { spaceOf } from "../colours/spaces.js";
+import type { LevelBuffers, Order, Report, Source } from "./messages.js";
 
 const history = new History();
-let colours: (positions: Float32Array) => Float32Array = linearSrgb;
+let colours: (positions: Float32Array) => Float32Array;
 
 self.onmessage = ({ data: order }: MessageEvent<Order>) => {
   try {
     if (order.kind === "open") {
-      colours = colouring(order.appearance);
+      const space = spaceOf(order.space);
+      colours = (positions) => space.linear(positions, order.screen);
       load(order.source).catch(fail);
     } else {
       send(order.triangles);
@@ -68,12 +68,6 @@ function edgesOf(faces: Int32Array): Int32Array {
     edges[count++] = to;
   }
   return edges;
-}
-
-function colouring(appearance: Appearance): (positions: Float32Array) => Float32Array {
-  if (appearance.kind === "points") return pointColours(appearance.positions, appearance.linear);
-  const { scale } = appearance;
-  return scale === 1 ? linearSrgb : (positions) => linearSrgb(positions.map((value) => value / scale));
 }
 
 function fail(error: unknown): void {

@@ -1,4 +1,5 @@
 // Requests to the service: documents, problems, uploads, and the progress of builds.
+import type { SpaceDescription } from "../colours/spaces.js";
 
 /** An answer that the service describes as a problem (RFC 9457). */
 export interface Problem {
@@ -43,15 +44,7 @@ export interface Gamut {
     white_luminance?: number;
     illuminant?: string;
     observer?: string;
-    colour_space?: {
-      axes: string[];
-      scale: number;
-      reference_white?: string;
-      luminance?: number | string;
-      adapting_luminance?: number;
-      background?: number;
-      surround?: string;
-    };
+    colour_space?: SpaceDescription;
   };
 }
 
