@@ -7,9 +7,35 @@ from collections.abc import Mapping
 from functools import lru_cache
 from typing import Any
 
+from gamutcore.references import REFERENCES
 from gamutcore.version import __version__
 
-__all__ = ["ascii_line", "comment_lines", "mesh_provenance", "property_names"]
+__all__ = [
+    "ascii_line",
+    "comment_lines",
+    "mesh_provenance",
+    "property_names",
+    "stated_name",
+    "stated_names",
+]
+
+_DESCRIPTORS = ("DESCRIPTOR", "DESCRIPTION", "FILE_DESCRIPTOR")
+"""Keywords of characterisation data that describe it, in order."""
+
+
+def stated_names(provenance: Mapping[str, Any]) -> list[str]:
+    """Return how the data of a gamut calls itself, the best name first."""
+    conditions = provenance.get("conditions", {})
+    texts = [*map(conditions.get, _DESCRIPTORS), provenance.get("description")]
+    return [text for text in texts if isinstance(text, str)]
+
+
+def stated_name(description: Mapping[str, Any]) -> str:
+    """Return the name of a gamut from its data, or from its id."""
+    provenance = description["provenance"]
+    reference = REFERENCES.get(provenance.get("reference", ""))
+    names = [reference.name] if reference else stated_names(provenance)
+    return " ".join((names or [f"Gamut {description['id'][:12]}"])[0].split())
 
 
 def mesh_provenance(description: Mapping[str, Any]) -> dict[str, str]:

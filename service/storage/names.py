@@ -15,6 +15,7 @@ import json
 import unicodedata
 from typing import Any, NamedTuple
 
+from gamutcore.export.provenance import stated_names
 from gamutcore.references import REFERENCES
 from service.storage.blobs import (
     BlobDamagedError,
@@ -39,9 +40,6 @@ __all__ = [
 
 LONGEST_NAME = 200
 """Largest number of characters of a name."""
-
-_DESCRIPTORS = ("DESCRIPTOR", "DESCRIPTION", "FILE_DESCRIPTOR")
-"""Keywords of characterisation data that describe it, in order."""
 
 _ATTEMPTS = 50
 """Number of attempts to replace a document while others replace it."""
@@ -182,9 +180,7 @@ def display_name(record: PublishedGamut, stored: GamutName) -> str:
         return str(provenance["reference"]) if reference is None else reference.name
     if stored.given:
         return stored.given
-    conditions = provenance.get("conditions", {})
-    descriptors = [conditions.get(keyword) for keyword in _DESCRIPTORS]
-    for text in (*descriptors, provenance.get("description"), stored.file):
-        if isinstance(text, str) and (name := cleaned_name(text)):
+    for text in (*stated_names(provenance), stored.file):
+        if name := cleaned_name(text):
             return name
     return f"Gamut {record.id[:12]}"

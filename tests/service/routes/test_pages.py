@@ -336,6 +336,17 @@ def test_the_page_of_a_gamut_is_downloaded_under_its_name(server, sphere):
     assert b"<b>" not in after.content.split(b"<script type", 1)[0]
 
 
+def test_a_page_has_other_gamuts_beside_the_first(server, get, gamut, assert_problem):
+    address = f"/v1/gamuts/{gamut['id']}/viewer.html"
+    shown = get(f"{address}?with={gamut['id']},srgb")
+    text = re.findall(r'id="gamut-file">(.*?)</script>', shown.text)[0]
+    first, second = (each["gamut"] for each in json.loads(text)["gamuts"])
+    assert (first["id"], second["name"]) == (gamut["id"], "sRGB")
+    assert shown.headers["content-location"].endswith(f"?with={gamut['id']},{second['id']}")
+    assert_problem(get(f"{address}?with={','.join(['srgb'] * 6)}"), 422, "invalid-parameter")
+    assert_problem(get(f"{address}?with=srbg"), 422, "invalid-parameter")
+
+
 # --- the form of pages without scripts ------------------------------------------------------------
 
 HOSTILE = "<script>alert(1)</script>\"'&"

@@ -30,11 +30,11 @@ function start(): Page {
   connectKeys(page);
   new GamutList(page);
   new SlicePanel(page);
-  new ComparisonPanel(page);
   if (embedded === null) {
+    new ComparisonPanel(page);
     new Uploads(page);
     new ColourList(page);
-  } else byId("title").textContent = embedded.gamut.name;
+  } else byId("title").textContent = embedded.gamuts.map(({ gamut }) => gamut.name).join(" and ");
   void page.restore();
   return page;
 }

@@ -140,8 +140,9 @@ export class Page {
     const camera = given.get("camera")?.split(",").map(Number) ?? null;
     const path = /\/v1\/gamuts\/([^/]+)$/.exec(location.pathname)?.[1];
     const keys = new Map(SLOTS.map((slot) => [slot, given.get(slot)]));
-    if (embedded !== null) keys.set("a", embedded.gamut.id);
-    else if (path !== undefined && keys.get("a") == null) keys.set("a", decodeURIComponent(path));
+    if (embedded !== null && SLOTS.every((slot) => keys.get(slot) == null)) {
+      embedded.gamuts.forEach(({ gamut }, place) => keys.set(SLOTS[place]!, gamut.id));
+    } else if (path !== undefined && keys.get("a") == null) keys.set("a", decodeURIComponent(path));
     // The picture of another gamut than the address names would mislead.
     const still = document.getElementById("static");
     if (![path, still?.dataset["gamut"]].includes(keys.get("a") ?? undefined)) still?.remove();
@@ -164,7 +165,8 @@ export class Page {
       return;
     }
     try {
-      const gamut = embedded?.gamut ?? (await describe(key, this.onProgress, opening.signal));
+      const saved = embedded?.gamuts.find(({ gamut }) => gamut.id === key);
+      const gamut = saved?.gamut ?? (await describe(key, this.onProgress, opening.signal));
       const path = `/v1/gamuts/${gamut.id}`;
       if (opening.signal.aborted) return;
       this.remove(slot);
@@ -172,7 +174,7 @@ export class Page {
       this.materials.set(slot, materials);
       const layer = new Layer(
         WORKER,
-        embedded ? { bytes: embedded.history } : { address: address(`${path}/history`), headers: authorization() },
+        saved ? { bytes: saved.history } : { address: address(`${path}/history`), headers: authorization() },
         gamut.provenance.colour_space,
         axisNames(gamut),
         Math.min(this.triangles, gamut.counts.triangles),

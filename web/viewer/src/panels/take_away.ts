@@ -1,5 +1,6 @@
 // What is taken away from the page: a picture, one file that works offline, and the link.
 import { byId, save } from "../page/elements.js";
+import { withState } from "../page/embedded.js";
 import type { Page } from "../page/page.js";
 import { request } from "../service/api.js";
 
@@ -17,13 +18,19 @@ export function connectSaving(page: Page): void {
   });
 }
 
-/** Save the first gamut as one file that shows it without the service. */
+/** Save all gamuts and the state as one file that shows them without the service. */
 async function savePage(page: Page): Promise<void> {
-  const gamut = page.shown[0]?.gamut;
-  if (gamut === undefined) return;
+  const [first, ...others] = page.shown.map(({ gamut }) => gamut);
+  if (first === undefined) return;
+  const ids = others.map(({ id }) => id).join(",");
+  const address = new URLSearchParams(page.address.text);
+  for (const { slot, gamut } of page.shown) address.set(slot, gamut.id);
+  const path = `/v1/gamuts/${first.id}/viewer.html${ids === "" ? "" : `?with=${ids}`}`;
   try {
-    const answer = await request(`/v1/gamuts/${gamut.id}/viewer.html`, { headers: { Accept: "text/html" } });
-    save(await answer.blob(), `${gamut.name}.html`);
+    const answer = await request(path, { headers: { Accept: "text/html" } });
+    const file = withState(await answer.text(), { address: String(address) });
+    const names = [first, ...others].map(({ name }) => name);
+    save(new Blob([file], { type: "text/html" }), `${names.join(" and ")}.html`);
   } catch (error) {
     page.complain(error);
   }
