@@ -26,7 +26,7 @@ from gamutcore.content import content_of, gamut_source, is_saved_gamut
 from gamutcore.errors import DeviceModelError, HistoryFileError, OptionError
 from gamutcore.export.provenance import mesh_provenance
 from gamutcore.export.rendering import DEFAULT_SIZE
-from gamutcore.export.viewer_page import HTML_SUFFIXES, viewer_page
+from gamutcore.export.viewer_page import HTML_SUFFIXES, PageGamut, viewer_page
 from gamutcore.history import (
     History,
     history_bytes,
@@ -1487,20 +1487,35 @@ class Gamut:
         content = self.to_html(path.stem) if is_page else self.to_bytes(device_model=True)
         path.write_bytes(content)
 
-    def to_html(self, name: str) -> bytes:
-        """Return the gamut as an HTML file that shows every level in a browser, without a network.
+    def to_html(self, name: str | Sequence[str] = (), *others: Gamut) -> bytes:
+        """Return an HTML file that shows every level in a browser, without a network.
 
         Parameters
         ----------
-        name : str
-            By which the page calls the gamut.
+        name : str or sequence of str, optional
+            By which the page calls the gamut, or this one and the others. By default, the names are
+            those in the data.
+        *others : Gamut
+            Up to five gamuts to compare with.
 
         Returns
         -------
         bytes
-            UTF-8: the viewer and the history. 1.6 MB for a press.
+            UTF-8: the viewer and the histories. 1.6 MB for a press.
+
+        Raises
+        ------
+        OptionError
+            There are more than five other gamuts.
         """
-        return viewer_page(self.description, self.to_bytes(), name)
+        gamuts, names = [self, *others], [name] if isinstance(name, str) else list(name)
+        names += [each.name or f"Gamut {each.id[:12]}" for each in gamuts[len(names) :]]
+        return viewer_page(
+            [
+                PageGamut(text, each.description, each.to_bytes())
+                for text, each in zip(names, gamuts, strict=False)
+            ]
+        )
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Self:

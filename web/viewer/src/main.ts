@@ -35,13 +35,13 @@ function start(): Page {
   connectGlossary();
   new GamutList(page);
   new SlicePanel(page);
-  new ComparisonPanel(page);
   if (embedded === null) {
+    new ComparisonPanel(page);
     new Uploads(page);
     new ColourList(page);
     new Marks(page);
     new PicturePanel(page);
-  } else byId("title").textContent = embedded.gamut.name;
+  } else byId("title").textContent = embedded.gamuts.map(({ gamut }) => gamut.name).join(" and ");
   void openPage(page);
   return page;
 }
@@ -49,6 +49,7 @@ function start(): Page {
 try {
   window.gamutViewer = start();
 } catch (error) {
+  document.getElementById("static-note")?.removeAttribute("hidden");
   const box = byId("problem");
   box.hidden = false;
   box.append(element("strong", "This browser cannot show the view"), element("p", String(error)));

@@ -1,4 +1,5 @@
 // The state of the page in its address, behind the number sign: the server never sees it.
+import { embedded } from "./embedded.js";
 
 /** A part of the page that the address restores. */
 export interface AddressPart {
@@ -22,7 +23,7 @@ export class AddressBook {
 
   /** Give all parts what the address says. */
   read(): URLSearchParams {
-    const given = new URLSearchParams(location.hash.slice(1));
+    const given = new URLSearchParams(location.hash.slice(1) || embedded?.state?.address);
     for (const part of this.parts) part.read(given);
     return given;
   }

@@ -161,8 +161,12 @@ export class Page {
     const camera = given.get("camera")?.split(",").map(Number) ?? null;
     const path = /\/v1\/gamuts\/([^/]+)$/.exec(location.pathname)?.[1];
     const keys = new Map(SLOTS.map((slot) => [slot, given.get(slot)]));
-    if (embedded !== null) keys.set("a", embedded.gamut.id);
-    else if (path !== undefined && keys.get("a") == null) keys.set("a", decodeURIComponent(path));
+    if (embedded !== null && SLOTS.every((slot) => keys.get(slot) == null)) {
+      embedded.gamuts.forEach(({ gamut }, place) => keys.set(SLOTS[place]!, gamut.id));
+    } else if (path !== undefined && keys.get("a") == null) keys.set("a", decodeURIComponent(path));
+    // The picture of another gamut than the address names would mislead.
+    const still = document.getElementById("static");
+    if (![path, still?.dataset["gamut"]].includes(keys.get("a") ?? undefined)) still?.remove();
     // The others follow the space of the first one.
     const wanted = [...keys].filter((each): each is [Slot, string] => each[1] !== null);
     const [first, ...others] = wanted.map(([slot, key]) => () => this.show(slot, key));
@@ -238,7 +242,8 @@ export class Page {
 
   /** Describe a gamut of a key, and say where its history is. */
   private async find(slot: Slot, key: string, isWhole: boolean, work: Work, signal: AbortSignal): Promise<Found> {
-    if (embedded !== null) return { gamut: embedded.gamut, source: { bytes: embedded.history }, isPart: false };
+    const saved = embedded?.gamuts.find(({ gamut }) => gamut.id === key);
+    if (saved !== undefined) return { gamut: saved.gamut, source: { bytes: saved.history }, isPart: false };
     const example = await findExample(key);
     const given = example && (await describeExample(example, () => this.board.prepare(example.name)));
     const { anchor, isFirst } = this.beside(slot);
@@ -339,6 +344,7 @@ export class Page {
       const now = performance.now();
       if (isWhole) this.marks["whole"] = now;
       if (this.levels === 1) {
+        document.getElementById("static")?.remove();
         Object.assign(this.marks, { first: now, firstTriangles: layer.level!.triangles, firstBytes: layer.bytes });
       }
     }

@@ -4,6 +4,7 @@ import { tintOf } from "../colours/tints.js";
 import { byId, save } from "../page/elements.js";
 import { type Page, STYLE_NAMES, axisNames } from "../page/page.js";
 import { type Picture, pngPicture, svgPicture, turntable } from "../scene/picture.js";
+import { withState } from "../page/embedded.js";
 import { request } from "../service/api.js";
 
 type Kind = "png" | "svg" | "webp" | "html";
@@ -12,7 +13,7 @@ const NOTES: Record<Kind, string> = {
   png: "The view with its title, legend and scales.",
   svg: "The surfaces are a picture in the file; title, legend and scales stay text that can be edited.",
   webp: "One turn around the upright axis, again and again. Web browsers and slides show it.",
-  html: "One file with the first gamut that works without a network.",
+  html: "One file with all gamuts that are shown, as they are shown. It works without a network.",
 };
 /** Smallest and largest number of frames of a turn. */
 const FRAMES = [36, 90] as const;
@@ -70,8 +71,12 @@ export function connectSaving(page: Page): void {
 async function content(page: Page, kind: Kind, progress: (part: number) => void, signal: AbortSignal): Promise<Blob> {
   const { view } = page;
   if (kind === "html") {
-    const path = `/v1/gamuts/${page.shown[0]!.gamut.id}/viewer.html`;
-    return (await request(path, { headers: { Accept: "text/html" }, signal })).blob();
+    const [first, ...others] = page.shown.map(({ gamut }) => gamut.id);
+    const state = new URLSearchParams(page.address.text);
+    for (const { slot, gamut } of page.shown) state.set(slot, gamut.id);
+    const path = `/v1/gamuts/${first!}/viewer.html${others.length === 0 ? "" : `?with=${others.join(",")}`}`;
+    const answer = await request(path, { headers: { Accept: "text/html" }, signal });
+    return new Blob([withState(await answer.text(), { address: String(state) })], { type: "text/html" });
   }
   const picture = pictureOf(page);
   if (kind === "png") return pngPicture(view, picture);
