@@ -72,10 +72,10 @@ from gamutcore.questions import (
     recipes,
     rings,
     section,
-    stated_name,
     tolerance_of,
 )
 from gamutcore.recipes import InverseModel
+from gamutcore.references import stated_name
 from gamutcore.results import Intersection
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from gamutcore.questions.comparison import (
     compare,
     compared_conditions,
 )
-from gamutcore.questions.conditions import comparison_warnings, conditions_of, stated_name
+from gamutcore.questions.conditions import comparison_warnings, conditions_of
 from gamutcore.questions.declarations import SPACE, Answer, Parameter, Question
 from gamutcore.questions.levels import (
     DEFAULT_EDGE_WIDTH,
@@ -139,7 +139,6 @@ __all__ = [
     "recipes",
     "rings",
     "section",
-    "stated_name",
     "tolerance_of",
 ]
 

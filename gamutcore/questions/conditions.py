@@ -11,13 +11,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gamutcore.colours import INTENTS
-from gamutcore.references import REFERENCES
 from gamutcore.results import AS_GIVEN, Conditions
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-__all__ = ["colour_warnings", "comparison_warnings", "conditions_of", "stated_name"]
+__all__ = ["colour_warnings", "comparison_warnings", "conditions_of"]
 
 VIEWING = ("luminance", "adapting_luminance", "background", "surround")
 """Parameters of a space that describe how its colours are seen."""
@@ -26,21 +25,6 @@ WHITE_LAB = (100.0, 0.0, 0.0)
 
 SAME_WHITE = 0.5
 """ΔE*ab up to which two whites count as one: below the spread of measurements of one paper."""
-
-
-DESCRIPTORS = ("DESCRIPTOR", "DESCRIPTION", "FILE_DESCRIPTOR")
-"""Keywords of characterisation data that describe it, in order."""
-
-
-def stated_name(description: Mapping[str, Any]) -> str:
-    """Return the name that the description of a gamut states, for people; empty if it has none."""
-    provenance = description.get("provenance", {})
-    if provenance.get("format") == "reference":
-        reference = REFERENCES.get(provenance["reference"])
-        return str(provenance["reference"]) if reference is None else reference.name
-    conditions = provenance.get("conditions", {})
-    texts = [*(conditions.get(keyword) for keyword in DESCRIPTORS), provenance.get("description")]
-    return next((" ".join(text.split()) for text in texts if isinstance(text, str) and text), "")
 
 
 def conditions_of(description: Mapping[str, Any]) -> Conditions:

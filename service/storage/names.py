@@ -15,7 +15,7 @@ import json
 import unicodedata
 from typing import Any, NamedTuple
 
-from gamutcore.questions import stated_name
+from gamutcore.references import stated_name
 from service.storage.blobs import (
     BlobDamagedError,
     BlobNotFoundError,
