@@ -12,7 +12,7 @@ import {
 } from "three";
 
 /** Least distances of ticks with labels in pixels: across, and of lines above each other. */
-const LEAST_APART = [40, 26] as const;
+const LEAST_APART = [33, 24] as const;
 /** An axis that is shorter on the screen, in pixels, has no labels. */
 const LEAST_LENGTH = 24;
 export const FONT = 'system-ui, "Segoe UI", Roboto, sans-serif';
