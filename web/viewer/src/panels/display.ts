@@ -1,27 +1,37 @@
 // How everything is displayed: projection, axes, and the colour scheme of the page.
 import { byId } from "../page/elements.js";
 import type { Page } from "../page/page.js";
+import { setMarks } from "../scene/marking.js";
 import type { Projection } from "../scene/scene.js";
 
 export function connectDisplay(page: Page): void {
   const projection = byId<HTMLSelectElement>("projection");
   const axes = byId<HTMLInputElement>("axes");
+  const marks = byId<HTMLInputElement>("marks");
   page.address.add({
     read: (given) => {
       projection.value = given.get("projection") === "orthographic" ? "orthographic" : "perspective";
       axes.checked = given.get("axes") !== "off";
       page.view.setProjection(projection.value as Projection);
       page.hasAxes = axes.checked;
+      marks.checked = given.has("marks");
+      setMarks(marks.checked);
       setTheme(given.get("theme") ?? undefined);
     },
     write: () => [
       ["projection", page.view.projection],
       ["axes", page.hasAxes ? null : "off"],
+      ["marks", marks.checked ? "on" : null],
       ["theme", document.documentElement.dataset["theme"] ?? null],
     ],
   });
   projection.addEventListener("change", () => page.view.setProjection(projection.value as Projection));
   axes.addEventListener("change", () => page.setAxes(axes.checked));
+  marks.addEventListener("change", () => {
+    setMarks(marks.checked);
+    page.view.draw();
+    page.address.save();
+  });
   byId("theme").addEventListener("click", () => {
     const next = { undefined: "light", light: "dark", dark: undefined }[String(document.documentElement.dataset["theme"])];
     setTheme(next);

@@ -15,6 +15,7 @@ import {
 } from "three";
 import { SCREEN } from "../colours/colours.js";
 import type { SpaceDescription } from "../colours/spaces.js";
+import { withMarks } from "./marking.js";
 import type { LevelBuffers, Order, Report, Source } from "./messages.js";
 
 export type Style = "solid" | "shaded" | "wire" | "both" | "hidden";
@@ -44,8 +45,8 @@ export interface LayerEvents {
 
 /** Materials of one role. They outlive the gamuts, so that no shader is compiled again. */
 export class Materials {
-  readonly flat = new MeshBasicMaterial({ vertexColors: true, ...BEHIND_EDGES });
-  readonly lit = new MeshLambertMaterial({ vertexColors: true, flatShading: true, ...BEHIND_EDGES });
+  readonly flat = withMarks(new MeshBasicMaterial({ vertexColors: true, ...BEHIND_EDGES }));
+  readonly lit = withMarks(new MeshLambertMaterial({ vertexColors: true, flatShading: true, ...BEHIND_EDGES }));
   readonly line = new LineBasicMaterial({ transparent: true });
 }
 
@@ -188,6 +189,7 @@ export class Layer {
     };
     copy(this.surface.getAttribute("position") as BufferAttribute, level.positions);
     copy(this.surface.getAttribute("color") as BufferAttribute, level.colours);
+    copy(this.surface.getAttribute("beyond") as BufferAttribute, level.beyond);
     copy(this.surface.index!, level.faces);
     copy(this.lines.index!, level.edges);
     this.surface.setDrawRange(0, level.faces.length);
@@ -203,6 +205,7 @@ export class Layer {
     const positions = new BufferAttribute(new Float32Array(3 * vertices), 3);
     this.surface.setAttribute("position", positions);
     this.surface.setAttribute("color", new BufferAttribute(new Float32Array(3 * vertices), 3));
+    this.surface.setAttribute("beyond", new BufferAttribute(new Float32Array(vertices), 1));
     this.surface.setIndex(new BufferAttribute(new Uint32Array(3 * triangles), 1));
     this.lines.setAttribute("position", positions);
     this.lines.setIndex(new BufferAttribute(new Uint32Array(3 * triangles), 1));

@@ -15,6 +15,8 @@ export interface LevelBuffers {
   positions: Float32Array;
   /** Linear RGB of the screen, 0 to 1. */
   colours: Float32Array;
+  /** How far the linear RGB is from 0 to 1 before it is clipped, vertex by vertex. */
+  beyond: Float32Array;
   faces: Int32Array;
   /** Two vertices for each edge. */
   edges: Int32Array;
