@@ -118,8 +118,10 @@ def test_the_features_in_a_browser(server, sphere, guarded, tmp_path):
     bad = tmp_path / "bad.csv"
     bad.write_text("L,a,b\n1,2\n")
     rows = [",".join(f"{value:.6f}" for value in row) for row in sphere(seed=os.getpid())]
-    names = ("view", "gamuts", "colours", "recipes", "screen")
-    tests = [f"viewer/tests/{name}.test.mjs" for name in names]
+    tests = [
+        f"viewer/tests/{name}.test.mjs"
+        for name in ("view", "gamuts", "layers", "colours", "recipes")
+    ]
     ended = subprocess.run(
         ["node", "--test", "--test-concurrency=2", *tests],
         cwd=WEB,
@@ -130,7 +132,6 @@ def test_the_features_in_a_browser(server, sphere, guarded, tmp_path):
             "VIEWER_URL": server.url,
             "CHROMIUM": chromium.program(),
             "PRESS": press["id"],
-            "OKLAB": oklab["id"],
             "FIRST": balls[0]["id"],
             "SECOND": balls[1]["id"],
             "FINEST": str(balls[0]["counts"]["triangles"]),

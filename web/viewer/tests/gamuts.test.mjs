@@ -86,7 +86,7 @@ test("a second gamut is a wireframe around or in the first, and they change plac
   await page.waitForFunction("document.querySelectorAll('[role=option]').length === 1");
   await page.click("[role=option]");
   await page.waitForFunction("window.gamutViewer.figures.triangles[1] > 4");
-  assert.match(await page.$eval("#legend", (legend) => legend.innerText), /Ball A · solid\n+Ball B · wireframe/);
+  assert.match(await page.$eval("#legend", (legend) => legend.innerText), /Ball A · solid\n+Ball B · translucent/);
   await page.click("#swap");
   await page.waitForFunction("/^Ball B · solid/.test(document.getElementById('legend').innerText)");
   await page.click("button.clear[aria-label='Remove second gamut']");

@@ -27,7 +27,7 @@ export function chromium() {
 }
 
 /** Open an address of the service. The page collects what the browser complains of. */
-export async function open(browser, path, { url = process.env.VIEWER_URL, width = 1100, height = 700, scheme = "light", isOffline = false } = {}) {
+export async function open(browser, path, { url = process.env.VIEWER_URL, width = 1100, height = 700, scheme = "light", motion = "reduce", gamut = "srgb", isOffline = false } = {}) {
   // All pages share the browser's cache, which saves loading and compiling the scripts again.
   const page = await browser.newPage();
   page.setDefaultTimeout(PATIENCE);
@@ -37,7 +37,11 @@ export async function open(browser, path, { url = process.env.VIEWER_URL, width 
   });
   page.on("pageerror", (error) => page.complaints.push(error.message));
   await page.setViewport({ width, height, hasTouch: width < 600, isMobile: width < 600 });
-  await page.emulateMediaFeatures([{ name: "prefers-color-scheme", value: scheme }]);
+  await page.emulateMediaFeatures([
+    { name: "prefers-color-scheme", value: scheme },
+    { name: "prefers-reduced-motion", value: motion },
+    { name: "color-gamut", value: gamut },
+  ]);
   await page.setOfflineMode(isOffline);
   await page.goto(path.startsWith("file:") ? path : `${url}${path}`);
   await page.waitForFunction("window.gamutViewer !== undefined");
@@ -90,20 +94,22 @@ export async function drawn(page, ...triangles) {
   );
 }
 
-/** Colour of the view at a place, as fractions of its size from the left and the top. */
-export function pixel(page, x, y) {
-  return page.evaluate(
-    async (across, down) => {
-      const picture = await createImageBitmap(await window.gamutViewer.view.picture());
-      const canvas = new OffscreenCanvas(picture.width, picture.height);
-      const context = canvas.getContext("2d");
-      context.drawImage(picture, 0, 0);
+/** Colours of one picture of the view at places, as fractions of its size from the left and the top. */
+export function pixels(page, places) {
+  return page.evaluate(async (all) => {
+    const picture = await createImageBitmap(await window.gamutViewer.view.picture());
+    const canvas = new OffscreenCanvas(picture.width, picture.height);
+    const context = canvas.getContext("2d");
+    context.drawImage(picture, 0, 0);
+    return all.map(([across, down]) => {
       const at = [Math.floor(across * picture.width), Math.floor(down * picture.height)];
       return [...context.getImageData(...at, 1, 1).data.slice(0, 3)];
-    },
-    x,
-    y,
-  );
+    });
+  }, places);
+}
+
+export async function pixel(page, x, y) {
+  return (await pixels(page, [[x, y]]))[0];
 }
 
 const PICTURE_WIDTH = 220;
@@ -116,13 +122,9 @@ const PICTURE_WIDTH = 220;
 export async function smallPicture(page) {
   await page.evaluate(async () => {
     const sheet = new CSSStyleSheet();
-    sheet.replaceSync("*, ::placeholder { color: transparent !important; }");
+    sheet.replaceSync("*, ::placeholder { color: transparent !important; } .labels { visibility: hidden; }");
     document.adoptedStyleSheets.push(sheet);
-    const { view } = window.gamutViewer;
-    view.scene.traverse((part) => {
-      if (part.isSprite) part.visible = false;
-    });
-    await view.picture();
+    await window.gamutViewer.view.picture();
   });
   const picture = await page.screenshot({ encoding: "base64" });
   return page.evaluate(

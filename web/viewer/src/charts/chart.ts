@@ -256,11 +256,10 @@ export class Chart {
   }
 
   private legendLines(): string[] {
-    const { size, theme, isBare = false, legend = [], legendAt = "top" } = this.options;
+    const { size, theme, legend = [], legendAt = "top", isBare } = this.options;
     const isBelow = legendAt === "below";
     const bottom = this.top + this.height;
-    const below = bottom + 15 + (isBare ? 0 : TICK_ROOM + LINE + 4);
-    const start = { top: this.top + 15, bottom: bottom - 13 - LEGEND_LINE * (legend.length - 1), below }[legendAt];
+    const start = { top: this.top + 15, bottom: bottom - 13 - LEGEND_LINE * (legend.length - 1), below: bottom + (isBare ? 0 : TICK_ROOM + LINE + 4) + 15 }[legendAt];
     const room = isBelow ? size.width - 2 * EDGE : 0.62 * this.width;
     const most = Math.max(8, Math.floor((room - 50) / (SMALL * CHARACTER)));
     return legend.map(({ name, style }, row) => {

@@ -1,5 +1,6 @@
 // The keyboard in the view, and the buttons of the points of view.
 import { Vector3 } from "three";
+import { stepSection } from "../panels/plane_handle.js";
 import { orientation } from "../scene/layer.js";
 import { STYLE_NAMES, type Page, axisNames } from "./page.js";
 import { byId, element } from "./elements.js";
@@ -25,6 +26,8 @@ export function connectKeys(page: Page): void {
     "0": () => view.home(),
     "[": () => page.setTriangles(page.triangles / 2),
     "]": () => page.setTriangles(page.triangles * 2),
+    PageUp: () => stepSection(5),
+    PageDown: () => stepSection(-5),
     p: () => {
       const select = byId<HTMLSelectElement>("projection");
       select.value = select.value === "perspective" ? "orthographic" : "perspective";
@@ -39,7 +42,7 @@ export function connectKeys(page: Page): void {
   };
   canvas.addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
-    const direction = axisViews(page)[Number(event.key) - 1]?.[1];
+    const direction = axisViews(page)[Number(event.key) - 1]?.direction;
     const name = event.key.length === 1 ? event.key.toLowerCase() : event.key;
     const action = direction === undefined ? actions[name] : () => view.lookAlong(direction);
     if (action === undefined) return;
@@ -50,27 +53,43 @@ export function connectKeys(page: Page): void {
 
 function fillViews(page: Page): void {
   const toolbar = byId("views");
-  for (const old of toolbar.querySelectorAll("[data-axis]")) old.remove();
-  axisViews(page).forEach(([name, direction], place) => {
-    const button = element("button", name, { type: "button", title: `From ${name} (${place + 1})` });
+  const views = axisViews(page);
+  const old = [...toolbar.querySelectorAll<HTMLElement>("[data-axis]")];
+  if (old.map((button) => button.dataset["axis"]).join() === views.map(({ name }) => name).join()) return;
+  for (const button of old) button.remove();
+  views.forEach(({ name, side, direction }, place) => {
+    const title = `From ${side} (${name}), key ${place + 1}`;
+    const button = element("button", name, { type: "button", title });
     button.dataset["axis"] = name;
     button.addEventListener("click", () => page.view.lookAlong(direction));
     toolbar.append(button);
   });
 }
 
-/** Views along the axes: from above, below, and from both ends of the other two. */
-function axisViews(page: Page): [string, Vector3][] {
+interface AxisView {
+  name: string;
+  /** The side from which the gamut is seen. */
+  side: string;
+  direction: Vector3;
+}
+
+/** Sides of the scene at the ends of its axes: the upper end, then the lower one. */
+const SIDES = [["the right", "the left"], ["above", "below"], ["the front", "the back"]] as const;
+
+/** Views along the axes: from both ends of each coordinate. */
+function axisViews(page: Page): AxisView[] {
   const first = page.shown[0];
   if (first === undefined) return [];
   const names = axisNames(first.gamut);
   const turn = orientation(names);
   return names.flatMap((name, axis) =>
-    [1, -1].map((sign): [string, Vector3] => {
+    [1, -1].map((sign): AxisView => {
       const direction = new Vector3().setComponent(axis, sign).applyMatrix4(turn);
+      const place = direction.toArray().findIndex((value) => value !== 0);
+      const side = SIDES[place]![direction.getComponent(place) > 0 ? 0 : 1]!;
       // Not exactly along the camera's up direction, which would leave the turn open.
-      if (Math.abs(direction.y) > 0.5) direction.z += 1e-3;
-      return [`${sign > 0 ? "+" : "−"}${name}`, direction];
+      if (place === 1) direction.z += 1e-3;
+      return { name: `${sign > 0 ? "+" : "−"}${name}`, side, direction };
     }),
   );
 }

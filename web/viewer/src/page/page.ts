@@ -1,14 +1,16 @@
 // The page: its view, the gamuts that it shows, and the events by which its parts follow them.
-import { Box3, type Group, Vector3 } from "three";
+import { Box3, type Intersection, type Mesh, Vector3 } from "three";
+import { tintOf } from "../colours/tints.js";
 import { spaceDescription } from "../colours/spaces.js";
-import { axes, axesGrid, disposeAxes } from "../scene/axes.js";
-import { Layer, Materials, type Style, headLight, orientation } from "../scene/layer.js";
+import { AxesBox, sceneAxes } from "../scene/axes.js";
+import { Layer, Materials, type Style, orientation } from "../scene/layer.js";
+import { lineSteps } from "../scene/lines.js";
 import { View } from "../scene/scene.js";
 import { type Gamut, ProblemError, type Progress, address, authorization, describe } from "../service/api.js";
 import { AddressBook } from "./address.js";
 import { byId, problemElements } from "./elements.js";
 import { embedded, workerAddress } from "./embedded.js";
-import { AmbientLight } from "three";
+import { differentSpaces, inSameSpace, optionsOfSpace } from "./same_space.js";
 
 /** Places of gamuts, in the order of the list. The first one is the subject of all questions. */
 export const SLOTS = ["a", "b", "c", "d", "e", "f"] as const;
@@ -22,6 +24,14 @@ export interface Shown {
   readonly layer: Layer;
 }
 
+/** Something else in the view whose colours the pointer reads. */
+export interface Readable {
+  targets(): Mesh[];
+  read(hit: Intersection): void;
+  /** The pointer is elsewhere. */
+  leave(): void;
+}
+
 /**
  * What the parts of the page follow.
  *
@@ -31,41 +41,35 @@ export interface Shown {
 export type PageEvent = "gamuts" | "level" | "camera" | "theme";
 
 const WORKER = workerAddress();
-/** The grid is below the gamuts, so the middle of the view is lower than theirs. */
-const ROOM_BELOW = 0.1;
 const DEFAULT_TRIANGLES = 10_000;
 
 export class Page {
   readonly canvas = byId<HTMLCanvasElement>("view");
   readonly view = new View(this.canvas, byId("stage"));
   readonly address = new AddressBook();
-  readonly styles = Object.fromEntries(SLOTS.map((slot) => [slot, slot === "a" ? "solid" : "wire"])) as Record<Slot, Style>;
+  readonly styles = Object.fromEntries(SLOTS.map((slot) => [slot, slot === "a" ? "solid" : "shell"])) as Record<Slot, Style>;
   /** Triangles that are wished for, for all gamuts. */
   triangles = DEFAULT_TRIANGLES;
   hasAxes = true;
   /** Called with the progress of a build that a gamut waits for; "" ends it. */
   onProgress: Progress = () => {};
+  readonly readable: Readable[] = [];
   private readonly gamuts = new Map<Slot, Shown>();
   private readonly opening = new Map<Slot, AbortController>();
-  private readonly materials = new Map<Slot, Materials>();
+  private readonly materials = Object.fromEntries(SLOTS.map((slot) => [slot, new Materials()])) as Record<Slot, Materials>;
   private readonly listeners = new Map<PageEvent, (() => void)[]>();
-  private readonly light = headLight();
   private readonly dark = matchMedia("(prefers-color-scheme: dark)");
-  private axesKey = "null";
-  private axesGroup: Group | null = null;
+  /** What the extent and the axes of the view were made of. */
+  private extentKey = "";
   private levels = 0;
   /** Times in ms since the page was opened, and what was there at the first picture. */
   private readonly marks: Record<string, number> = {};
 
   constructor() {
-    this.view.scene.add(new AmbientLight(0xffffff, 1.1), this.light);
-    this.view.onMove = () => {
-      this.light.position.copy(this.view.camera.position);
-      this.emit("camera");
-    };
+    this.view.onMove = () => this.emit("camera");
     this.dark.addEventListener("change", () => this.emit("theme"));
     this.on("theme", () => {
-      this.drawAxes();
+      this.fit();
       this.restyle();
     });
     this.address.add({
@@ -85,7 +89,7 @@ export class Page {
     });
     this.address.add({
       read: () => {},
-      write: () => [["camera", this.view.place.join(",")]],
+      write: () => [["camera", this.view.isHome ? null : this.view.place.join(",")]],
     });
     for (const event of ["gamuts", "level", "camera"] as const) this.on(event, () => this.address.save());
   }
@@ -143,7 +147,11 @@ export class Page {
     const keys = new Map(SLOTS.map((slot) => [slot, given.get(slot)]));
     if (embedded !== null) keys.set("a", embedded.gamut.id);
     else if (path !== undefined && keys.get("a") == null) keys.set("a", decodeURIComponent(path));
-    await Promise.all([...keys].map(([slot, key]) => key !== null && this.show(slot, key)));
+    // The others follow the space of the first one.
+    const wanted = [...keys].filter((each): each is [Slot, string] => each[1] !== null);
+    const [first, ...others] = wanted.map(([slot, key]) => () => this.show(slot, key));
+    await first?.();
+    await Promise.all(others.map((show) => show()));
     if (camera !== null) this.view.restore(camera);
     this.emit("gamuts");
   }
@@ -161,21 +169,21 @@ export class Page {
       return;
     }
     try {
-      const gamut = embedded?.gamut ?? (await describe(key, this.onProgress, opening.signal));
+      const gamut = embedded?.gamut ?? (await this.describeBeside(slot, key, opening.signal));
       const path = `/v1/gamuts/${gamut.id}`;
       if (opening.signal.aborted) return;
       this.remove(slot);
-      const materials = this.materials.get(slot) ?? new Materials();
-      this.materials.set(slot, materials);
-      const layer = new Layer(
+      const axes = axisNames(gamut);
+      const layer: Layer = new Layer(
         WORKER,
         embedded ? { bytes: embedded.history } : { address: address(`${path}/history`), headers: authorization() },
         spaceDescription(gamut),
-        axisNames(gamut),
+        axes,
+        lineSteps(gamut.options.space, axes, gamut.provenance.colour_space?.scale ?? 1),
         Math.min(this.triangles, gamut.counts.triangles),
-        materials,
+        this.materials[slot],
         {
-          level: () => this.levelArrived(slot),
+          level: () => this.levelArrived(layer),
           received: (complete) => {
             if (complete) this.marks["complete"] = performance.now();
             this.emit("level");
@@ -185,12 +193,50 @@ export class Page {
       );
       this.gamuts.set(slot, { slot, key, gamut, layer });
       this.view.scene.add(layer.group);
+      this.followFirst();
       this.fit();
       this.restyle();
     } catch (error) {
       if (!opening.signal.aborted) this.complain(error);
     } finally {
       if (this.opening.get(slot) === opening) this.onProgress("", 1, "");
+    }
+  }
+
+  /** Exchange the gamuts of two slots; nothing is loaded again. */
+  swap(one: Slot, other: Slot): void {
+    for (const slot of [one, other]) this.opening.get(slot)?.abort();
+    const moved = [this.at(one), this.at(other)];
+    [other, one].forEach((slot, place) => {
+      const shown = moved[place];
+      if (shown) this.gamuts.set(slot, { ...shown, slot });
+      else this.gamuts.delete(slot);
+    });
+    this.restyle();
+  }
+
+  /**
+   * Describe a gamut that is shown beside the others: a reference in their space. The first gamut of
+   * the list has its own space, unless it can follow others that cannot follow it.
+   */
+  private async describeBeside(slot: Slot, key: string, signal: AbortSignal): Promise<Gamut> {
+    const others = this.shown.filter((each) => each.slot !== slot);
+    const isFirst = others.every((each) => each.slot > slot);
+    const anchor = others.find((each) => !isFirst || !isReference(each.key))?.gamut;
+    const options = anchor !== undefined && isReference(key) ? optionsOfSpace(anchor) : {};
+    const gamut = await describe(key, this.onProgress, signal, options);
+    if (anchor !== undefined && !isFirst && !inSameSpace(gamut, anchor)) throw differentSpaces(gamut, anchor);
+    return gamut;
+  }
+
+  /** Show the other gamuts in the space of the first one: references are built in it, the rest goes. */
+  private followFirst(): void {
+    const [first, ...others] = this.shown;
+    for (const { slot, key, gamut } of others) {
+      if (inSameSpace(gamut, first!.gamut)) continue;
+      this.remove(slot);
+      if (isReference(key)) void this.show(slot, key);
+      else this.complain(differentSpaces(gamut, first!.gamut));
     }
   }
 
@@ -209,7 +255,7 @@ export class Page {
 
   setAxes(hasAxes: boolean): void {
     this.hasAxes = hasAxes;
-    this.drawAxes();
+    this.fit();
     this.view.draw();
     this.address.save();
   }
@@ -229,7 +275,11 @@ export class Page {
   }
 
   private restyle(): void {
-    for (const { slot, layer } of this.shown) layer.setStyle(this.styles[slot], this.isDark);
+    for (const { slot, layer } of this.shown) {
+      layer.setStyle(this.styles[slot], tintOf(slot, this.isDark), this.materials[slot]);
+    }
+    const sizes = [...this.shown].sort((one, other) => one.gamut.volume - other.gamut.volume);
+    sizes.forEach(({ layer }, rank) => layer.setRank(rank));
     this.emit("gamuts");
     this.view.draw();
   }
@@ -239,9 +289,9 @@ export class Page {
     this.gamuts.delete(slot);
   }
 
-  private levelArrived(slot: Slot): void {
+  private levelArrived(layer: Layer): void {
     this.levels += 1;
-    const { layer, gamut } = this.gamuts.get(slot)!;
+    const { gamut } = this.shown.find((each) => each.layer === layer)!;
     const isWhole = layer.level!.triangles === gamut.counts.triangles;
     if (this.levels === 1 || isWhole) {
       this.view.drawNow();
@@ -255,7 +305,7 @@ export class Page {
     this.view.draw();
   }
 
-  /** Move the camera so that everything is in the picture. */
+  /** Set what the view shows: all gamuts, and the axes around them. */
   private fit(): void {
     const box = new Box3();
     for (const { gamut } of this.shown) {
@@ -264,38 +314,15 @@ export class Page {
       const part = new Box3(new Vector3().fromArray(low), new Vector3().fromArray(high));
       box.union(part.applyMatrix4(turn));
     }
-    if (box.isEmpty()) {
-      this.drawAxes(box);
-      return;
-    }
-    const radius = box.getSize(new Vector3()).length() / 2;
-    const middle = box.getCenter(new Vector3());
-    middle.y -= ROOM_BELOW * radius;
-    this.view.setExtent(middle, radius);
-    this.drawAxes(box);
-  }
-
-  private drawAxes(box?: Box3): void {
     const first = this.shown[0];
-    if (box === undefined && first !== undefined) {
-      this.fit();
-      return;
-    }
-    let wanted: Parameters<typeof axes> | null = null;
-    if (this.hasAxes && first !== undefined) {
-      const { color } = getComputedStyle(document.body);
-      const names = axisNames(first.gamut);
-      const ordered: [string, string, string] =
-        names[0] === "X" ? [names[0], names[1]!, `−${names[2]!}`] : [names[1]!, names[0]!, names[2]!];
-      wanted = [axesGrid(box!.min, box!.max), { names: ordered, line: color, text: color }];
-    }
-    // Labels are textures, which take longer than anything else of a change of gamut.
-    const key = JSON.stringify(wanted);
-    if (key === this.axesKey) return;
-    this.axesKey = key;
-    if (this.axesGroup !== null) disposeAxes(this.axesGroup);
-    this.axesGroup = wanted && axes(...wanted);
-    if (this.axesGroup !== null) this.view.scene.add(this.axesGroup);
+    const hasAxes = this.hasAxes && first !== undefined;
+    const names = first === undefined ? [] : axisNames(first.gamut);
+    const { color } = getComputedStyle(document.body);
+    const key = JSON.stringify([box, names, hasAxes, color]);
+    if (key === this.extentKey) return;
+    this.extentKey = key;
+    // Without gamuts the view stays as it was, without axes.
+    this.view.setExtent(first === undefined ? null : box, hasAxes ? new AxesBox(sceneAxes(names), box, color) : null);
   }
 }
 
@@ -303,10 +330,16 @@ export class Page {
 export const STYLE_NAMES: Record<Style, string> = {
   solid: "Solid",
   shaded: "Shaded",
-  wire: "Wireframe",
-  both: "Solid and edges",
+  shell: "Translucent",
+  wire: "Lines",
+  both: "Triangles",
   hidden: "Hidden",
 };
+
+/** Whether a key is the slug of a reference, which can be built in any space, and not an id. */
+function isReference(key: string): boolean {
+  return !/^[0-9a-f]{64}$/.test(key);
+}
 
 /** Names of the coordinates of a gamut. */
 export function axisNames(gamut: Gamut): string[] {

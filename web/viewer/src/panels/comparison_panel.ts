@@ -2,9 +2,7 @@
 import { byId, definitions, element } from "../page/elements.js";
 import type { Page, Shown } from "../page/page.js";
 import { ProblemError } from "../service/api.js";
-import { type Comparison, compare, contained } from "../service/queries.js";
-
-const SETTLED_MILLISECONDS = 120;
+import { type Comparison, compare } from "../service/queries.js";
 
 interface Pair {
   a: Shown;
@@ -14,20 +12,12 @@ interface Pair {
 export class ComparisonPanel {
   private pair: Pair | null = null;
   private comparing: AbortController | null = null;
-  private marking: AbortController | null = null;
-  private settling = 0;
   private readonly highlight = byId<HTMLInputElement>("highlight");
 
   constructor(private readonly page: Page) {
     page.on("gamuts", () => {
       const [a, b] = [page.at("a"), page.at("b")];
       this.show(a !== null && b !== null ? { a, b } : null);
-    });
-    let level = page.at("a")?.layer.level;
-    page.on("level", () => {
-      if (page.at("a")?.layer.level === level) return;
-      level = page.at("a")?.layer.level;
-      this.levelChanged();
     });
     this.highlight.addEventListener("change", () => this.mark());
   }
@@ -38,19 +28,12 @@ export class ComparisonPanel {
     const isNew = same(pair) !== same(this.pair) || pair?.a.layer !== this.pair?.a.layer;
     this.pair = pair;
     byId("comparison").hidden = pair === null;
+    this.mark();
     if (!isNew) return;
     this.comparing?.abort();
     byId("coverage").replaceChildren();
     if (pair === null) return;
     void this.compare(pair);
-    this.mark();
-  }
-
-  /** The level of the first gamut has changed. */
-  private levelChanged(): void {
-    if (!this.highlight.checked) return;
-    clearTimeout(this.settling);
-    this.settling = setTimeout(() => this.mark(), SETTLED_MILLISECONDS);
   }
 
   private async compare({ a, b }: Pair): Promise<void> {
@@ -78,28 +61,14 @@ export class ComparisonPanel {
   }
 
   /** Show the part of the first gamut inside the second one in grey, or everything in colour. */
-  private async mark(): Promise<void> {
-    this.marking?.abort();
-    if (this.pair === null) return;
-    const { layer } = this.pair.a;
-    const { level } = layer;
-    if (!this.highlight.checked || level === null) {
-      layer.setInside(null);
-      this.page.view.draw();
-      return;
+  private mark(): void {
+    const { pair, page } = this;
+    const isMarked = pair !== null && this.highlight.checked;
+    for (const { layer } of page.shown) {
+      layer.setGrey(isMarked && layer === pair.a.layer);
+      layer.setCounted(isMarked && layer === pair.b.layer);
     }
-    const marking = new AbortController();
-    this.marking = marking;
-    try {
-      const inside = await contained(this.pair.b.gamut, level.positions, marking.signal);
-      if (layer.level !== level) return;
-      layer.setInside(inside);
-      this.page.view.draw();
-    } catch (error) {
-      if (marking.signal.aborted) return;
-      this.highlight.checked = false;
-      byId("coverage").append(element("p", said(error), { className: "note" }));
-    }
+    page.view.draw();
   }
 }
 

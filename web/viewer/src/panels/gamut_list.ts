@@ -2,6 +2,7 @@
 import { Chooser } from "../page/chooser.js";
 import { byId, element } from "../page/elements.js";
 import { embedded } from "../page/embedded.js";
+import { tintOf } from "../colours/tints.js";
 import { type Page, SLOTS, STYLE_NAMES, type Slot } from "../page/page.js";
 import type { Style } from "../scene/layer.js";
 
@@ -20,6 +21,7 @@ interface Row {
   box: HTMLElement;
   chooser: Chooser;
   style: HTMLSelectElement;
+  mark: HTMLElement;
 }
 
 export class GamutList {
@@ -34,11 +36,7 @@ export class GamutList {
       this.refresh();
       byId(`chooser-${SLOTS[this.count - 1]!}`).focus();
     });
-    byId("swap").addEventListener("click", () => {
-      const [a, b] = [page.at("a")?.key ?? null, page.at("b")?.key ?? null];
-      void page.show("a", b);
-      void page.show("b", a);
-    });
+    byId("swap").addEventListener("click", () => page.swap("a", "b"));
     page.on("gamuts", () => this.refresh());
     this.refresh();
   }
@@ -53,22 +51,25 @@ export class GamutList {
       (entry) => void this.page.show(slot, entry?.key ?? null),
       (error) => this.page.complain(error),
     );
+    const mark = element("span", "", { className: "tint" });
+    field.querySelector("label")!.prepend(mark);
     const style = element("select", "", { id: `style-${slot}` });
     style.setAttribute("aria-label", `Style of the ${NAMES[slot].toLowerCase()}`);
     style.append(...Object.entries(STYLE_NAMES).map(([value, text]) => element("option", text, { value })));
     style.addEventListener("change", () => this.page.setStyle(slot, style.value as Style));
     box.append(field, style);
-    return { box, chooser, style };
+    return { box, chooser, style, mark };
   }
 
   private refresh(): void {
     const { page } = this;
     this.count = Math.max(this.count, ...page.shown.map(({ slot }) => SLOTS.indexOf(slot) + 1));
     SLOTS.forEach((slot, place) => {
-      const { box, chooser, style } = this.rows.get(slot)!;
+      const { box, chooser, style, mark } = this.rows.get(slot)!;
       const shown = page.at(slot);
       box.hidden = place >= this.count || (embedded !== null && shown === null);
       style.value = page.styles[slot];
+      mark.style.backgroundColor = tintOf(slot, page.isDark);
       if (shown !== null) chooser.show(shown.gamut.name);
       else chooser.clearName();
     });
@@ -77,7 +78,11 @@ export class GamutList {
     byId("legend").replaceChildren(
       ...page.shown.map(({ slot, gamut }) => {
         const text = `${gamut.name} · ${STYLE_NAMES[page.styles[slot]].toLowerCase()}`;
-        return element("p", text, { title: text });
+        const mark = element("span", "", { className: "tint" });
+        mark.style.backgroundColor = tintOf(slot, page.isDark);
+        const line = element("p", text, { title: text });
+        line.prepend(mark);
+        return line;
       }),
     );
   }

@@ -24,7 +24,7 @@ export function connectLevel(page: Page): void {
     if (document.activeElement !== number) number.value = String(wanted);
     byId("level-note").replaceChildren(
       ...shown.map(({ gamut, layer }) =>
-        element("span", limitNote(gamut, layer.level?.triangles ?? 0, Math.min(wanted, layer.aim))),
+        element("span", limitNote(gamut, layer.level?.triangles ?? 0, wanted)),
       ),
     );
   };

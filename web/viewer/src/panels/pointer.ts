@@ -1,4 +1,5 @@
 // The colour of the surface under the pointer.
+import type { Object3D } from "three";
 import { byId } from "../page/elements.js";
 import { type Page, axisNames } from "../page/page.js";
 import { AnswerLines, distanceLines, readout, valuesAt } from "./readout.js";
@@ -22,14 +23,24 @@ export function connectPointer(page: Page): void {
     const event = pointer;
     pointer = null;
     if (event === null || event.buttons > 1) return;
-    const hit = view.pick(event.clientX, event.clientY, page.shown.flatMap(({ layer }) => layer.targets));
+    const readable = page.readable.flatMap((part) => part.targets());
+    const pick = (kind: "solid" | "shell", more: Object3D[] = []) =>
+      view.pick(event.clientX, event.clientY, [...more, ...page.shown.flatMap(({ layer }) => layer.targets[kind])]);
+    const hit = pick("solid", readable) ?? pick("shell");
+    const reader = page.readable.find((part) => part.targets().some((mesh) => mesh === hit?.object));
+    for (const part of page.readable) if (part !== reader) part.leave();
+    if (hit !== null && reader !== undefined) {
+      distance.clear();
+      reader.read(hit);
+      return;
+    }
     const output = byId("readout");
     output.hidden = hit === null;
     if (hit === null) {
       distance.clear();
       return;
     }
-    const shown = page.shown.find(({ layer }) => layer.targets.some((mesh) => mesh === hit.object))!;
+    const shown = page.shown.find(({ layer }) => hit.object.parent === layer.group)!;
     const { gamut, layer } = shown;
     output.replaceChildren(...readout(gamut, axisNames(gamut), layer.level!, hit), distance.element);
     const other = page.shown.find((each) => each !== shown)?.gamut;

@@ -1,168 +1,294 @@
-// The controls of the slice, its two pictures, and the colour under the pointer in it.
-import { Box3, type LineSegments, type LineBasicMaterial, Vector3 } from "three";
-import { SCREEN, cssColour } from "../colours/colours.js";
-import { gamutSpace } from "../colours/spaces.js";
+// Slices and rings: the controls, the cut in the view, the chart beside it, and the colour at a point.
+import { Box3, Vector3 } from "three";
+import { numberText, png } from "../charts/chart.js";
+import { type Rings, ringsChart } from "../charts/rings.js";
+import { pageTheme } from "../charts/save.js";
+import { type Frame, sectionChart } from "../charts/section.js";
+import { SCREEN, cssColour, encoded } from "../colours/colours.js";
+import { type Space, gamutSpace, spaceOf } from "../colours/spaces.js";
+import { tintOf } from "../colours/tints.js";
 import { byId, element } from "../page/elements.js";
 import { embedded } from "../page/embedded.js";
-import { type Page, axisNames } from "../page/page.js";
+import { type Page, SLOTS, type Shown, axisNames } from "../page/page.js";
+import { CutAway, type CutLayer, type Half, type Raster } from "../scene/cut.js";
 import { orientation } from "../scene/layer.js";
+import { type Cut, type Place, type Point, type SectionPlane, areaWithin, heightAbove, placesIn, planeOf, pointAt, rightHalf, sectionLoops } from "../scene/sections.js";
 import { type Gamut, request } from "../service/api.js";
 import { mayHaveRecipes } from "../service/queries.js";
+import { PlaneHandle } from "./plane_handle.js";
 import { AnswerLines, coordinates, recipeLines } from "./readout.js";
-import { type Frame, type Slice, colourAt, drawSlice, sliceLines } from "./slice.js";
+import { SectionFigure } from "./section_figure.js";
 
-const HUES = 360;
+const KINDS = ["lightness", "hue", "plane", "rings"] as const;
 /** Time in ms for which the pointer rests before a recipe is asked for. */
 const REST = 120;
+/** Columns and rows of the colours of a section; they are interpolated between. */
+const RASTER = 128;
+/** Room between a frame and what is in it, relative to its size. */
+const OUTSIDE = 0.05;
 
 interface SliceState {
-  kind: "off" | "lightness" | "hue" | "rings";
+  kind: "off" | (typeof KINDS)[number];
   lightness: number | null;
   hue: number;
+  azimuth: number;
+  elevation: number;
+  offset: number;
+  half: Half;
 }
 
 export class SlicePanel {
-  private readonly state: SliceState = { kind: "off", lightness: null, hue: 40 };
-  private lines: LineSegments | null = null;
-  /** Address of the rings that are shown or on the way. */
-  private rings = "";
+  private readonly state: SliceState = { kind: "off", lightness: null, hue: 40, azimuth: 300, elevation: 30, offset: 0, half: "front" };
+  private readonly cut: CutAway;
+  private readonly handle: PlaneHandle;
+  private readonly figure: SectionFigure;
   private readonly recipe = new AnswerLines(REST);
-  /** Show the colour at a place of the drawing, as fractions of it. */
-  private point: (place: [number, number]) => void = () => {};
+  private rings: { address: string; found: Rings | null } = { address: "", found: null };
+  /** The colour at a pixel of the chart. */
+  private chartPoint: (x: number, y: number) => Point | null = () => null;
   private readonly kind = byId<HTMLSelectElement>("slice-kind");
   private readonly value = byId<HTMLInputElement>("slice-value");
 
   constructor(private readonly page: Page) {
+    this.cut = new CutAway(page.view);
+    this.handle = new PlaneHandle(page);
+    this.figure = new SectionFigure(() => this.draw(), () => this.change({ kind: "off" }));
     page.address.add({ read: (given) => readState(this.state, given), write: () => entries(this.state) });
     for (const event of ["gamuts", "level", "theme"] as const) page.on(event, () => this.draw());
-    this.kind.addEventListener("change", () => {
-      this.state.kind = this.kind.value as SliceState["kind"];
-      this.changed();
+    page.on("camera", () => this.cut.follow());
+    page.readable.push({
+      targets: () => (this.state.kind === "off" || this.state.kind === "rings" ? [] : [this.cut.cap]),
+      read: ({ point }) => this.read(this.page.shown[0]!.gamut, this.cut.pointOf(point)),
+      leave: () => this.recipe.clear(),
     });
-    this.value.addEventListener("input", () => {
-      if (this.state.kind === "hue") this.state.hue = Number(this.value.value);
-      else this.state.lightness = Number(this.value.value);
-      this.changed();
-    });
-    const canvas = byId<HTMLCanvasElement>("slice");
-    const pointed = (event: PointerEvent) => {
-      const { left, top, width, height } = canvas.getBoundingClientRect();
-      this.point([(event.clientX - left) / width, (event.clientY - top) / height]);
+    this.connectControls();
+    const pointed = ({ clientX, clientY }: PointerEvent) => {
+      const { left, top } = this.figure.box.getBoundingClientRect();
+      const point = this.chartPoint(clientX - left, clientY - top);
+      if (point === null) this.unread();
+      else this.read(this.page.shown[0]!.gamut, point);
     };
-    canvas.addEventListener("pointermove", pointed);
-    canvas.addEventListener("pointerdown", pointed);
-    canvas.addEventListener("pointerleave", (event) => {
+    this.figure.box.addEventListener("pointermove", pointed);
+    this.figure.box.addEventListener("pointerdown", pointed);
+    this.figure.box.addEventListener("pointerleave", (event) => {
       // A finger that is lifted leaves as well.
-      if (event.pointerType === "mouse") this.read(null, []);
+      if (event.pointerType === "mouse") this.unread();
     });
   }
 
-  /** Show a colour of the slice with its recipe for the first gamut. */
-  private read(gamut: Gamut | null, names: string[], point: [number, number, number] | null = null): void {
-    const output = byId("readout");
-    output.hidden = gamut === null || point === null;
-    if (gamut === null || point === null) {
-      this.recipe.clear();
-      return;
+  private connectControls(): void {
+    this.kind.addEventListener("change", () => this.change({ kind: this.kind.value as SliceState["kind"], half: "front" }));
+    const controls = { azimuth: byId<HTMLInputElement>("plane-azimuth"), elevation: byId<HTMLInputElement>("plane-elevation") };
+    this.value.addEventListener("input", () => {
+      const { kind } = this.state;
+      if (kind === "lightness" || kind === "hue") this.change({ [kind]: this.value.valueAsNumber });
+      else this.change({ offset: this.value.valueAsNumber });
+    });
+    for (const [name, slider] of Object.entries(controls)) {
+      slider.addEventListener("input", () => this.change({ [name]: slider.valueAsNumber }));
     }
-    const lines: HTMLElement[] = coordinates(names, point).map((line) => element("span", line));
-    const swatch = element("span", "", { className: "swatch" });
-    swatch.style.backgroundColor = cssColour(gamutSpace(gamut).linear(Float32Array.from(point), SCREEN));
-    lines.unshift(swatch);
-    output.replaceChildren(...lines, this.recipe.element);
-    if (embedded !== null || !mayHaveRecipes(gamut)) this.recipe.clear();
-    else this.recipe.ask((signal) => recipeLines(gamut, point, signal), "Recipe: …");
+    byId("plane-facing").addEventListener("click", () => {
+      const names = axisNames(this.page.shown[0]!.gamut);
+      const [first, second] = names[0] === "X" ? [0, 2] : [1, 2];
+      const towards = this.page.view.towardsCamera.transformDirection(orientation(names).invert()).toArray();
+      const degrees = (radians: number) => Math.round((radians * 180) / Math.PI);
+      this.change({
+        azimuth: (degrees(Math.atan2(towards[second]!, towards[first]!)) + 360) % 360,
+        elevation: degrees(Math.asin(towards[names[0] === "X" ? 1 : 0]!)),
+      });
+    });
+    byId("slice-flip").addEventListener("click", () => this.change({ half: this.cut.isAboveCut ? "below" : "above" }));
+    byId<HTMLInputElement>("slice-open").addEventListener("change", ({ target }) => {
+      this.change({ half: (target as HTMLInputElement).checked ? "front" : "none" });
+    });
   }
 
-  private changed(): void {
+  private change(changes: Partial<SliceState>): void {
+    Object.assign(this.state, changes);
     this.draw();
     this.page.view.draw();
     this.page.address.save();
   }
 
-  /** Draw the slice of the levels that are shown. */
+  /** Draw the section of the levels that are shown. */
   private draw(): void {
-    const { shown } = this.page;
-    const names = shown[0] === undefined ? [] : axisNames(shown[0].gamut);
-    this.clear();
-    const { kind } = this.state;
-    const levels = shown.flatMap(({ gamut, layer }) =>
-      layer.level === null ? [] : [{ level: layer.level, space: gamutSpace(gamut) }],
-    );
-    const isOn = levels.length > 0;
-    byId("section").hidden = kind === "off" || !isOn;
-    byId("slice-row").hidden = kind === "off" || kind === "rings";
-    byId("slice").hidden = kind === "rings";
-    byId("rings").hidden = kind !== "rings";
-    this.kind.value = kind;
-    this.kind.disabled = shown.length === 0;
-    if (kind === "off" || !isOn) return;
-    if (kind === "rings") {
-      this.showRings(shown.map(({ gamut }) => gamut)).catch((error: unknown) => this.page.complain(error));
-      return;
+    const { state } = this;
+    const shown = this.page.shown.filter(({ layer }) => layer.level !== null);
+    const isOn = state.kind !== "off" && shown.length > 0;
+    const isPlane = isOn && state.kind !== "rings";
+    this.kind.value = state.kind;
+    this.kind.disabled = this.page.shown.length === 0;
+    byId("slice-row").hidden = !isPlane;
+    byId("plane-angles").hidden = !isPlane || state.kind !== "plane";
+    byId("slice-half").hidden = !isPlane;
+    if (!isPlane) {
+      this.cut.hide(shown.map(({ layer }) => layer));
+      this.handle.hide();
+      this.chartPoint = () => null;
     }
-    const box = new Box3();
-    for (const { gamut } of shown) {
-      for (const corner of gamut.bounds) box.expandByPoint(new Vector3().fromArray(corner));
+    if (!isOn) this.figure.close();
+    else {
+      this.figure.open();
+      if (isPlane) this.drawPlane(shown);
+      else this.drawRings(shown).catch((error: unknown) => this.page.complain(error));
     }
-    const lightness = names[0] === "X" ? 1 : 0;
-    const slice = this.slice(kind, box, lightness);
-    this.label(slice, names[lightness]!, box, lightness);
-    const second = shown[1]?.gamut.name;
-    if (second !== undefined) byId("slice-caption").append(`; dashed: ${second}`);
-    const others = [0, 1, 2].filter((axis) => axis !== lightness);
-    const frame = frameOf(kind, box, lightness, others);
-    const labels: [string, string] =
-      kind === "hue" ? ["C", names[lightness]!] : [names[others[0]!]!, names[others[1]!]!];
-    const canvas = byId<HTMLCanvasElement>("slice");
+  }
+
+  private drawPlane(shown: Shown[]): void {
+    const { page, state } = this;
     const { gamut } = shown[0]!;
-    this.point = (place) => this.read(gamut, names, colourAt(place, slice, lightness, frame));
-    const loops = drawSlice(canvas, levels, slice, lightness, frame, labels);
-    this.lines = sliceLines(loops, slice, orientation(names), getComputedStyle(canvas).accentColor);
-    this.page.view.scene.add(this.lines);
+    const names = axisNames(gamut);
+    const space = gamutSpace(gamut);
+    const { lightness } = space;
+    // X, Y and Z have no hue.
+    byId<HTMLOptionElement>("slice-hue").disabled = lightness !== 0;
+    if (lightness !== 0 && state.kind === "hue") this.kind.value = state.kind = "lightness";
+    const box = boxOf(shown.map((each) => each.gamut));
+    const middle = (boxOf([gamut]).min.getComponent(lightness) + boxOf([gamut]).max.getComponent(lightness)) / 2;
+    const others = [0, 1, 2].filter((axis) => axis !== lightness);
+    const positions = shown.map(({ layer }) => layer.level!.positions);
+    const origin: Point = [0, 0, 0];
+    const reach = farthest(positions, origin, others);
+    origin[lightness] = middle;
+    const radius = farthest(positions, origin, [0, 1, 2]);
+    state.lightness ??= Number(middle.toPrecision(2));
+    const cut = this.cutOf();
+    const plane = planeOf(cut, lightness, middle);
+    const text = this.label(cut, names[lightness]!, box, lightness, radius);
+    const layers = shown.map(({ slot, gamut: each, layer }): CutLayer => {
+      const { positions, faces } = layer.level!;
+      const loops = sectionLoops(positions, faces, heightAbove(plane));
+      const isSolid = ["solid", "shaded", "both"].includes(page.styles[slot]);
+      return {
+        layer,
+        name: each.name,
+        outlines: loops.map((loop) => placesIn(plane, loop)),
+        isFilled: isSolid || (slot === shown[0]!.slot && page.styles[slot] !== "hidden"),
+        colour: tintOf(slot, page.isDark),
+        order: SLOTS.indexOf(slot),
+      };
+    });
+    const frame = frameOf(cut, plane, box, reach, positions);
+    const raster = colours(space, plane, frame);
+    const theme = pageTheme(this.figure.box);
+    const turn = orientation(names);
+    const visible = layers.filter(({ layer }) => layer.isVisible);
+    this.cut.show({ plane, turn, frame, raster, layers: visible, half: state.half, ink: theme.text, back: theme.back });
+    byId<HTMLInputElement>("slice-open").checked = state.half !== "none";
+    byId<HTMLButtonElement>("slice-flip").disabled = state.half === "none";
+    const [[left, right], [bottom, top]] = frame;
+    const isHue = cut.kind === "hue";
+    const height = (bottom + top) / 2;
+    this.handle.show(
+      (value) => this.cut.screen(pointAt(planeOf(movedTo(cut, value), lightness, middle), isHue ? [right, height] : [right, bottom])),
+      text,
+      isHue ? { place: () => this.cut.screen(pointAt(plane, [left, height])), text: `Hue ${(cut.value + 180) % 360}°` } : undefined,
+    );
+    const half = layers.map((layer) => ({ ...layer, outlines: isHue ? layer.outlines.map(rightHalf).filter((each) => each.length > 0) : layer.outlines }));
+    const areas = half.map(({ name, outlines }) => `${name} ${areaText(areaWithin(outlines))}`);
+    const { svg, placeAt } = sectionChart(
+      {
+        size: this.figure.size,
+        theme,
+        title: cut.kind === "plane" ? `Plane ${planeText(cut)}` : text,
+        caption: `Area: ${areas.join("; ")}`,
+        labels: this.chartLabels(cut, names, lightness, others),
+        frame: isHue ? [[0, right], frame[1]] : frame,
+      },
+      half,
+      { address: png(pixels(raster), raster.columns), frame },
+    );
+    this.figure.show(svg, `${layers.map(({ name }) => name).join(" and ")}, ${text}`);
+    this.chartPoint = (x, y) => {
+      const place = placeAt(x, y);
+      return place && pointAt(plane, place);
+    };
   }
 
-  /** Show the gamut rings that the service draws, with those of the second gamut as reference. */
-  private async showRings([first, second]: Gamut[]): Promise<void> {
-    const query = second === undefined ? "" : `?reference=${second.id}`;
-    const address = `/v1/gamuts/${first!.id}/rings.svg${query}`;
-    if (address === this.rings) return;
-    this.rings = address;
-    byId("slice-caption").textContent = "Gamut rings";
-    const picture = byId<HTMLImageElement>("rings");
-    picture.alt = `Gamut rings of ${first!.name}${second === undefined ? "" : ` and ${second.name}`}`;
-    const response = await request(address, { headers: { Accept: "image/svg+xml" } });
-    const content = await response.blob();
-    if (address !== this.rings) return;
-    URL.revokeObjectURL(picture.src);
-    picture.src = URL.createObjectURL(content);
+  private cutOf(): Cut {
+    const { kind, lightness, hue, azimuth, elevation, offset } = this.state;
+    if (kind === "plane") return { kind, azimuth, elevation, offset };
+    return kind === "hue" ? { kind, value: hue } : { kind: "lightness", value: lightness! };
   }
 
-  private slice(kind: Slice["kind"], box: Box3, lightness: number): Slice {
-    if (kind === "hue") return { kind, value: this.state.hue };
-    const middle = (box.min.getComponent(lightness) + box.max.getComponent(lightness)) / 2;
-    this.state.lightness ??= Number(middle.toPrecision(2));
-    return { kind, value: this.state.lightness };
-  }
-
-  private label(slice: Slice, name: string, box: Box3, lightness: number): void {
-    const [low, high] = slice.kind === "hue" ? [0, HUES] : [box.min.getComponent(lightness), box.max.getComponent(lightness)];
-    const step = slice.kind === "hue" ? 1 : 10 ** Math.round(Math.log10((high - low) / 100));
-    const [from, to] = [Math.ceil(low / step) * step, Math.floor(high / step) * step];
-    Object.assign(this.value, { min: String(from), max: String(to), step: String(step) });
-    this.value.value = String(slice.value);
-    const shown = Number(slice.value.toPrecision(4));
-    const text = slice.kind === "hue" ? `Hue ${shown}°` : `${name} ${shown}`;
+  /** Set the slider and its label; returns the text of the present value. */
+  private label(cut: Cut, name: string, box: Box3, lightness: number, radius: number): string {
+    const span = box.max.getComponent(lightness) - box.min.getComponent(lightness);
+    const fine = 10 ** Math.round(Math.log10(span / 100));
+    const [low, high, step] = {
+      lightness: [box.min.getComponent(lightness), box.max.getComponent(lightness), fine] as const,
+      hue: [0, 360, 1] as const,
+      plane: [-radius, radius, fine] as const,
+    }[cut.kind];
+    const [from, to] = [Math.ceil(low / step), Math.floor(high / step)];
+    const digits = Math.max(0, Math.ceil(-Math.log10(step)));
+    const [min, max] = [from, to].map((steps) => (steps * step).toFixed(digits));
+    Object.assign(this.value, { min, max, step: String(step) });
+    const value = cut.kind === "plane" ? cut.offset : cut.value;
+    this.value.value = String(value);
+    const shown = numberText(Number(value.toPrecision(4)));
+    const text = { lightness: `${name} ${shown}`, hue: `Hue ${shown}°`, plane: `Offset ${shown}` }[cut.kind];
     byId("slice-label").textContent = text;
-    byId("slice-caption").textContent = text;
-    byId("slice").setAttribute("aria-label", `Outlines of the shown gamuts at ${text}`);
+    if (cut.kind === "plane") {
+      for (const angle of ["azimuth", "elevation"] as const) {
+        byId<HTMLInputElement>(`plane-${angle}`).value = String(cut[angle]);
+        byId(`plane-${angle}-value`).textContent = `${numberText(cut[angle])}°`;
+      }
+    }
+    return text;
   }
 
-  private clear(): void {
-    this.lines?.removeFromParent();
-    this.lines?.geometry.dispose();
-    (this.lines?.material as LineBasicMaterial | undefined)?.dispose();
-    this.lines = null;
+  private chartLabels(cut: Cut, names: string[], lightness: number, others: number[]): [string, string] {
+    const light = `_${names[lightness]!}_`;
+    if (cut.kind === "lightness") return [`_${names[others[0]!]!}_`, `_${names[others[1]!]!}_`];
+    if (cut.kind === "hue") return ["Chroma", light];
+    const across = `Towards the hue ${(cut.azimuth + 90) % 360}°`;
+    return [across, cut.elevation === 0 ? light : "Along the plane, upwards"];
+  }
+
+  /** Draw the gamut rings of the service, with those of the second gamut as reference. */
+  private async drawRings(shown: Shown[]): Promise<void> {
+    const [first, second] = shown.map(({ gamut }) => gamut);
+    const address = `/v1/gamuts/${first!.id}/rings${second === undefined ? "" : `?reference=${second.id}`}`;
+    if (address !== this.rings.address) {
+      this.rings = { address, found: null };
+      this.figure.box.replaceChildren(element("p", "Computing the rings …", { className: "note" }));
+      const response = await request(address);
+      const found = (await response.json()) as Rings;
+      if (address !== this.rings.address) return;
+      this.rings = { address, found };
+    }
+    const { found } = this.rings;
+    if (found === null || this.state.kind !== "rings") return;
+    const lab = spaceOf();
+    const svg = ringsChart(found, {
+      size: this.figure.size,
+      theme: pageTheme(this.figure.box),
+      title: "Gamut rings",
+      caption: `The area within a ring is the volume of the gamut up to its lightness. Volume: ${areaText(found.volume)}`,
+      names: [first!, second].flatMap((gamut) => gamut?.name ?? []),
+      colours: shown.map(({ slot }) => tintOf(slot, this.page.isDark)),
+      axes: axisNames(first!),
+      css: (colour) => cssColour(lab.linear(Float32Array.from(colour), "srgb"), "srgb"),
+    });
+    this.figure.show(svg, `Gamut rings of ${[first!.name, second?.name].filter((name) => name !== undefined).join(" and ")}`);
+  }
+
+  /** Show a colour of the section with its recipe for a gamut. */
+  private read(gamut: Gamut, point: Point): void {
+    const output = byId("readout");
+    output.hidden = false;
+    const swatch = element("span", "", { className: "swatch" });
+    swatch.style.backgroundColor = cssColour(gamutSpace(gamut).linear(Float32Array.from(point), SCREEN));
+    const lines = coordinates(axisNames(gamut), point).map((line) => element("span", line));
+    output.replaceChildren(swatch, ...lines, this.recipe.element);
+    if (embedded !== null || !mayHaveRecipes(gamut)) this.recipe.clear();
+    else this.recipe.ask((signal) => recipeLines(gamut, point, signal), "Recipe: …");
+  }
+
+  private unread(): void {
+    byId("readout").hidden = true;
+    this.recipe.clear();
   }
 }
 
@@ -174,29 +300,86 @@ function readState(state: SliceState, given: URLSearchParams): void {
     state.kind = kind;
     state[kind] = Number(text);
   }
-}
-
-function entries({ kind, lightness, hue }: SliceState): [string, string | null][] {
-  if (kind === "off") return [];
-  return [[kind, kind === "rings" ? "on" : String(kind === "hue" ? hue : lightness)]];
-}
-
-/** Room for the slice at any value, so that the drawing does not jump. */
-function frameOf(kind: Slice["kind"], box: Box3, lightness: number, others: number[]): Frame {
-  const range = (axis: number): [number, number] => {
-    const [low, high] = [box.min.getComponent(axis), box.max.getComponent(axis)];
-    return [low - 0.04 * (high - low), high + 0.04 * (high - low)];
-  };
-  if (kind === "lightness") {
-    const [x, y] = others.map(range) as [[number, number], [number, number]];
-    const half = Math.max(x[1] - x[0], y[1] - y[0]) / 2;
-    const around = ([low, high]: [number, number]): [number, number] => [(low + high) / 2 - half, (low + high) / 2 + half];
-    return [around(x), around(y)];
+  const [azimuth, elevation, offset] = (given.get("plane") ?? "").split(",").map(Number);
+  if ([azimuth, elevation, offset].every(Number.isFinite)) {
+    Object.assign(state, { kind: "plane", azimuth, elevation, offset });
   }
-  const reach = Math.max(...others.flatMap((axis) => range(axis).map(Math.abs)));
-  const [bottom, top] = range(lightness);
-  return [
-    [0, Math.max(reach, top - bottom)],
-    [bottom, bottom + Math.max(reach, top - bottom)],
-  ];
+  const half = given.get("cut") as Half | null;
+  if (half !== null && ["above", "below", "none"].includes(half)) state.half = half;
+}
+
+function entries({ kind, lightness, hue, azimuth, elevation, offset, half }: SliceState): [string, string | null][] {
+  if (kind === "off") return [];
+  const value = { rings: "on", lightness: String(lightness), hue: String(hue), plane: [azimuth, elevation, offset].join(",") }[kind];
+  return [[kind, value], ["cut", half === "front" || kind === "rings" ? null : half]];
+}
+
+/** The same cut at another value of its slider. */
+function movedTo(cut: Cut, value: number): Cut {
+  return cut.kind === "plane" ? { ...cut, offset: value } : { ...cut, value };
+}
+
+function planeText({ azimuth, elevation, offset }: { azimuth: number; elevation: number; offset: number }): string {
+  return `facing hue ${azimuth}°, tilted by ${numberText(elevation)}°, offset ${numberText(Number(offset.toPrecision(4)))}`;
+}
+
+function areaText(area: number): string {
+  return area >= 100 ? Math.round(area).toLocaleString("en") : numberText(Number(area.toPrecision(4)));
+}
+
+function boxOf(gamuts: Gamut[]): Box3 {
+  const box = new Box3();
+  for (const { bounds } of gamuts) for (const corner of bounds) box.expandByPoint(new Vector3().fromArray(corner));
+  return box;
+}
+
+/** The largest distance of points from an origin, along some axes. */
+function farthest(all: Float32Array[], origin: Point, axes: number[]): number {
+  let most = 0;
+  for (const points of all) {
+    for (let i = 0; i < points.length; i += 3) {
+      let square = 0;
+      for (const axis of axes) square += (points[i + axis]! - origin[axis]!) ** 2;
+      most = Math.max(most, square);
+    }
+  }
+  return Math.sqrt(most);
+}
+
+/** Room for the section at any value of the slider, so that the drawing does not jump. */
+function frameOf(cut: Cut, plane: SectionPlane, box: Box3, reach: number, positions: Float32Array[]): Frame {
+  const around = (low: number, high: number): Place => [low + OUTSIDE * (low - high), high + OUTSIDE * (high - low)];
+  const corners = [...box.min.toArray(), ...box.max.toArray()];
+  const all = cut.kind === "plane" ? positions : [corners];
+  const [low, high]: [Place, Place] = [[Infinity, Infinity], [-Infinity, -Infinity]];
+  for (const points of all) {
+    for (const place of placesIn(plane, points)) {
+      for (const axis of [0, 1] as const) {
+        low[axis] = Math.min(low[axis], place[axis]);
+        high[axis] = Math.max(high[axis], place[axis]);
+      }
+    }
+  }
+  return [cut.kind === "hue" ? around(-reach, reach) : around(low[0], high[0]), around(low[1], high[1])];
+}
+
+/** The colours of a frame, row by row from the top. */
+function colours(space: Space, plane: SectionPlane, [[left, right], [bottom, top]]: Frame): Raster {
+  const points = new Float32Array(3 * RASTER * RASTER);
+  for (let row = 0; row < RASTER; row++) {
+    for (let column = 0; column < RASTER; column++) {
+      const h = left + ((column + 0.5) / RASTER) * (right - left);
+      const v = top - ((row + 0.5) / RASTER) * (top - bottom);
+      points.set(pointAt(plane, [h, v]), 3 * (row * RASTER + column));
+    }
+  }
+  return { linear: space.linear(points, SCREEN), columns: RASTER };
+}
+
+function pixels({ linear }: Raster): Uint8ClampedArray {
+  const made = new Uint8ClampedArray((4 * linear.length) / 3).fill(255);
+  linear.forEach((value, i) => {
+    made[i + Math.floor(i / 3)] = 255 * encoded(value);
+  });
+  return made;
 }

@@ -1,24 +1,32 @@
 // One shown gamut: its worker, its buffers on the graphics processor, and its style.
 import {
+  BackSide,
   BufferAttribute,
   BufferGeometry,
-  DirectionalLight,
+  DecrementWrapStencilOp,
+  EqualDepth,
+  FrontSide,
   Group,
+  IncrementWrapStencilOp,
   LineBasicMaterial,
   LineSegments,
+  type Material,
   Matrix4,
   Mesh,
   MeshBasicMaterial,
-  MeshLambertMaterial,
+  NotEqualStencilFunc,
+  type Plane,
+  type Side,
   Sphere,
   Vector3,
 } from "three";
 import { SCREEN } from "../colours/colours.js";
 import type { SpaceDescription } from "../colours/spaces.js";
-import { withMarks } from "./marking.js";
+import { Lines, type LineSteps, extend } from "./lines.js";
+import { surfaceMaterial } from "./materials.js";
 import type { LevelBuffers, Order, Report, Source } from "./messages.js";
 
-export type Style = "solid" | "shaded" | "wire" | "both" | "hidden";
+export type Style = "solid" | "shaded" | "shell" | "wire" | "both" | "hidden";
 
 /** Scene coordinates of a colour: right, up and towards the viewer, as in the service's glTF. */
 export function orientation(axes: readonly string[]): Matrix4 {
@@ -26,9 +34,6 @@ export function orientation(axes: readonly string[]): Matrix4 {
   if (axes[0] === "X") return new Matrix4();
   return new Matrix4().set(0, 1, 0, 0, 1, 0, 0, 0, 0, 0, -1, 0, 0, 0, 0, 1);
 }
-
-/** More edges than this hide what is behind them. */
-const MOST_WIRE_TRIANGLES = 1500;
 
 /** Faces are pushed back so that edges on them are visible. */
 const BEHIND_EDGES = { polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 };
@@ -43,11 +48,88 @@ export interface LayerEvents {
   failed(message: string): void;
 }
 
-/** Materials of one role. They outlive the gamuts, so that no shader is compiled again. */
+/** Opacity of a translucent shell, and of its lines on its far and near side. */
+const SHELL_OPACITY = 0.28;
+const LINE_OPACITY = { far: 0.35, near: 0.9 };
+
+/** Order among opaque objects: solids, the count of what is in another gamut, the grey part. */
+const COUNT_ORDER = 1;
+const GREY_ORDER = 2;
+/** Order among translucent objects: far sides from this on, near sides after all of them. */
+const SHELL_ORDER = 10;
+
+/** Materials of one slot. They outlive the gamuts, so that no shader is compiled again. */
 export class Materials {
-  readonly flat = withMarks(new MeshBasicMaterial({ vertexColors: true, ...BEHIND_EDGES }));
-  readonly lit = withMarks(new MeshLambertMaterial({ vertexColors: true, flatShading: true, ...BEHIND_EDGES }));
-  readonly line = new LineBasicMaterial({ transparent: true });
+  readonly lines = new Lines();
+  readonly flat = surfaceMaterial(false, BEHIND_EDGES);
+  readonly lit = surfaceMaterial(true, BEHIND_EDGES);
+  readonly greyFlat = surfaceMaterial(false, BEHIND_EDGES);
+  readonly greyLit = surfaceMaterial(true, BEHIND_EDGES);
+  readonly edge = new LineBasicMaterial({ transparent: true, color: 0x000000, opacity: 0.35 });
+  readonly far = this.shell(BackSide, LINE_OPACITY.far);
+  readonly near = this.shell(FrontSide, LINE_OPACITY.near);
+  readonly countFar = counting(BackSide);
+  readonly countNear = counting(FrontSide);
+
+  constructor() {
+    for (const [material, isGrey] of [
+      [this.flat, false],
+      [this.lit, false],
+      [this.greyFlat, true],
+      [this.greyLit, true],
+    ] as const) {
+      turnGrey(material, isGrey);
+      if (isGrey) Object.assign(material, { depthFunc: EqualDepth, stencilWrite: true, stencilFunc: NotEqualStencilFunc });
+    }
+  }
+
+  /** Cut off what is beyond planes. The count needs the closed gamut, so it is not cut. */
+  set clippingPlanes(planes: Plane[] | null) {
+    const { flat, lit, greyFlat, greyLit, edge, far, near } = this;
+    for (const material of [flat, lit, greyFlat, greyLit, edge, far, near]) material.clippingPlanes = planes;
+  }
+
+  /** Faces with this opacity under the lines of constant lightness and hue. */
+  setShellOpacity(opacity: number): void {
+    this.far.opacity = this.near.opacity = opacity;
+  }
+
+  private shell(side: Side, opacity: number): MeshBasicMaterial {
+    const material = surfaceMaterial(false, { transparent: true, depthWrite: false, side });
+    this.lines.addTo(material, { value: opacity });
+    return material;
+  }
+}
+
+/**
+ * A material that counts, pixel by pixel, the sides of a closed surface behind what is drawn: far sides
+ * up, near sides down. What is left is not 0 where the drawn point is inside. Counting behind it
+ * ("z-fail") is right wherever the camera is.
+ */
+function counting(side: Side): MeshBasicMaterial {
+  return new MeshBasicMaterial({
+    side,
+    colorWrite: false,
+    depthWrite: false,
+    stencilWrite: true,
+    stencilZFail: side === BackSide ? IncrementWrapStencilOp : DecrementWrapStencilOp,
+    ...BEHIND_EDGES,
+  });
+}
+
+/** Grey is a uniform: with the same program as in colour, its depths are equal to the last bit. */
+function turnGrey(material: Material, isGrey: boolean): void {
+  extend(material, (shader) => {
+    shader.uniforms["isGrey"] = { value: isGrey };
+    // Luminance of linear sRGB (IEC 61966-2-1), compressed towards a middle grey.
+    shader.fragmentShader = shader.fragmentShader
+      .replace("#include <common>", "#include <common>\nuniform bool isGrey;")
+      .replace(
+        "#include <opaque_fragment>",
+        `if (isGrey) outgoingLight = vec3(0.12 + 0.25 * dot(outgoingLight, vec3(0.2126, 0.7152, 0.0722)));
+        #include <opaque_fragment>`,
+      );
+  });
 }
 
 export class Layer {
@@ -63,23 +145,32 @@ export class Layer {
   private readonly lines = new BufferGeometry();
   private readonly mesh: Mesh = new Mesh(this.surface);
   private readonly edges = new LineSegments(this.lines);
+  private readonly far = new Mesh(this.surface);
+  private readonly near = new Mesh(this.surface);
+  private readonly grey = new Mesh(this.surface);
+  private readonly counts = [new Mesh(this.surface), new Mesh(this.surface)];
+  private style: Style = "hidden";
   private capacity = 0;
   private busy = false;
   private shown = 0;
-  private limit = Infinity;
 
   constructor(
     workerAddress: string,
     source: Source,
     space: Partial<SpaceDescription>,
     axes: readonly string[],
+    private readonly steps: LineSteps,
     private wanted: number,
-    private readonly materials: Materials,
+    private materials: Materials,
     private readonly events: LayerEvents,
   ) {
     this.group.applyMatrix4(orientation(axes));
-    this.group.add(this.mesh, this.edges);
-    this.mesh.frustumCulled = this.edges.frustumCulled = false;
+    this.group.add(this.mesh, this.edges, this.far, this.near, this.grey, ...this.counts);
+    for (const part of this.group.children) Object.assign(part, { frustumCulled: false, visible: false });
+    for (const shell of [this.far, this.near]) shell.onBeforeRender = (renderer) => this.materials.lines.fit(renderer);
+    this.grey.renderOrder = GREY_ORDER;
+    this.grey.onAfterRender = (renderer) => renderer.clearStencil();
+    for (const count of this.counts) count.renderOrder = COUNT_ORDER;
     this.worker = new Worker(workerAddress);
     this.worker.onmessage = ({ data }: MessageEvent<Report>) => this.receive(data);
     this.worker.onerror = () => events.failed("The reader of histories could not be loaded.");
@@ -92,48 +183,57 @@ export class Layer {
     this.ask();
   }
 
-  setStyle(style: Style, isDark: boolean): void {
-    this.mesh.visible = style === "solid" || style === "shaded" || style === "both";
-    const { flat, lit, line } = this.materials;
-    this.mesh.material = style === "shaded" ? lit : flat;
-    this.edges.material = line;
-    this.edges.visible = style === "wire" || style === "both";
-    line.color.set(isDark && style === "wire" ? 0xffffff : 0x000000);
-    line.opacity = style === "wire" ? 0.6 : 0.35;
-    this.limit = style === "wire" ? MOST_WIRE_TRIANGLES : Infinity;
-    this.ask();
+  /** Draw in a style, with the materials of a slot and a colour for lines. */
+  setStyle(style: Style, tint: string, materials: Materials): void {
+    const isSolid = style === "solid" || style === "shaded" || style === "both";
+    this.style = style;
+    this.materials = materials;
+    this.mesh.visible = isSolid;
+    this.mesh.material = style === "shaded" ? materials.lit : materials.flat;
+    this.grey.material = style === "shaded" ? materials.greyLit : materials.greyFlat;
+    this.grey.visible &&= isSolid;
+    this.edges.visible = style === "both";
+    this.edges.material = materials.edge;
+    this.far.visible = this.near.visible = style === "shell" || style === "wire";
+    this.far.material = materials.far;
+    this.near.material = materials.near;
+    [this.counts[0]!.material, this.counts[1]!.material] = [materials.countFar, materials.countNear];
+    materials.setShellOpacity(style === "shell" ? SHELL_OPACITY : 0);
+    materials.lines.colour.set(tint);
+    materials.lines.steps = this.steps;
   }
 
-  /** Show vertices inside another gamut in grey; null shows all in colour. */
-  setInside(inside: boolean[] | null): void {
-    const { level } = this;
-    if (level === null) return;
-    const attribute = this.surface.getAttribute("color") as BufferAttribute;
-    attribute.array.set(level.colours);
-    inside?.forEach((isInside, vertex) => {
-      if (!isInside) return;
-      const [r, g, b] = level.colours.subarray(3 * vertex, 3 * vertex + 3);
-      // Luminance of linear sRGB (IEC 61966-2-1), compressed towards a middle grey.
-      const grey = 0.12 + 0.25 * (0.2126 * r! + 0.7152 * g! + 0.0722 * b!);
-      for (let channel = 0; channel < 3; channel++) attribute.array[3 * vertex + channel] = grey;
-    });
-    attribute.clearUpdateRanges();
-    attribute.addUpdateRange(0, level.colours.length);
-    attribute.needsUpdate = true;
+  /**
+   * Place of a translucent shell among others, by size, 0 for the smallest. Gamuts lie in one another:
+   * the far sides are drawn from the largest inwards, then the near sides outwards.
+   */
+  setRank(rank: number): void {
+    this.far.renderOrder = SHELL_ORDER - rank;
+    this.near.renderOrder = SHELL_ORDER + 1 + rank;
   }
 
-  /** Triangles that are shown when everything has arrived. */
-  get aim(): number {
-    return Math.min(this.wanted, this.limit);
+  /** Cut off what is beyond planes; null shows all. */
+  clip(planes: Plane[] | null): void {
+    this.materials.clippingPlanes = planes;
   }
 
-  /** Objects that the pointer can hit. */
-  get targets(): Mesh[] {
-    return this.mesh.visible ? [this.mesh] : [];
+  /** Show in grey what is in the gamut whose sides are counted. */
+  setGrey(isGrey: boolean): void {
+    this.grey.visible = isGrey && this.mesh.visible;
+  }
+
+  /** Count the sides of this gamut, visible or not, for the grey part of another one. */
+  setCounted(isCounted: boolean): void {
+    for (const count of this.counts) count.visible = isCounted;
+  }
+
+  /** Objects that the pointer can hit: a solid, or what can be seen through. */
+  get targets(): { solid: Mesh[]; shell: Mesh[] } {
+    return { solid: this.mesh.visible ? [this.mesh] : [], shell: this.near.visible ? [this.near] : [] };
   }
 
   get isVisible(): boolean {
-    return this.mesh.visible || this.edges.visible;
+    return this.style !== "hidden";
   }
 
   dispose(): void {
@@ -164,7 +264,7 @@ export class Layer {
 
   /** Ask for the wanted level unless an answer is under way: the last wish counts. */
   private ask(): void {
-    const triangles = Math.min(this.wanted, this.available, this.limit);
+    const triangles = Math.min(this.wanted, this.available);
     if (this.busy || this.available === 0 || triangles === this.shown) return;
     this.busy = true;
     this.shown = triangles;
@@ -189,7 +289,6 @@ export class Layer {
     };
     copy(this.surface.getAttribute("position") as BufferAttribute, level.positions);
     copy(this.surface.getAttribute("color") as BufferAttribute, level.colours);
-    copy(this.surface.getAttribute("beyond") as BufferAttribute, level.beyond);
     copy(this.surface.index!, level.faces);
     copy(this.lines.index!, level.edges);
     this.surface.setDrawRange(0, level.faces.length);
@@ -205,7 +304,6 @@ export class Layer {
     const positions = new BufferAttribute(new Float32Array(3 * vertices), 3);
     this.surface.setAttribute("position", positions);
     this.surface.setAttribute("color", new BufferAttribute(new Float32Array(3 * vertices), 3));
-    this.surface.setAttribute("beyond", new BufferAttribute(new Float32Array(vertices), 1));
     this.surface.setIndex(new BufferAttribute(new Uint32Array(3 * triangles), 1));
     this.lines.setAttribute("position", positions);
     this.lines.setIndex(new BufferAttribute(new Uint32Array(3 * triangles), 1));
@@ -223,9 +321,4 @@ function boundingSphere(positions: Float32Array): Sphere {
   }
   const centre = low.clone().add(high).divideScalar(2);
   return new Sphere(centre, high.distanceTo(low) / 2);
-}
-
-/** Light from the camera, for the shaded style. */
-export function headLight(): DirectionalLight {
-  return new DirectionalLight(0xffffff, Math.PI);
 }

@@ -13,10 +13,8 @@ export type Order =
 export interface LevelBuffers {
   triangles: number;
   positions: Float32Array;
-  /** Linear RGB of the screen, 0 to 1. */
+  /** Linear RGB of the screen, not clipped: values beyond 0 to 1 are colours that it cannot show. */
   colours: Float32Array;
-  /** How far the linear RGB is from 0 to 1 before it is clipped, vertex by vertex. */
-  beyond: Float32Array;
   faces: Int32Array;
   /** Two vertices for each edge. */
   edges: Int32Array;

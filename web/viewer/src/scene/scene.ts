@@ -1,12 +1,14 @@
-// The 3-D view: cameras, turning, views along the axes, drawing on demand, and pictures.
+// The 3-D view: cameras, turning, views along the axes, axes, and drawing on demand.
 import {
+  Box3,
   Color,
+  MathUtils,
   type Object3D,
   OrthographicCamera,
   PerspectiveCamera,
+  type Plane,
   Raycaster,
   type Intersection,
-  SRGBColorSpace,
   Scene,
   Spherical,
   Vector2,
@@ -15,6 +17,8 @@ import {
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { SCREEN } from "../colours/colours.js";
+import { type AxesBox, type Edges, LABEL_ROOM, LabelLayer } from "./axes.js";
+import { surfaceUniforms } from "./materials.js";
 
 const FIELD_OF_VIEW = 30;
 const HALF_ANGLE = Math.tan((FIELD_OF_VIEW * Math.PI) / 360);
@@ -24,12 +28,36 @@ const SLOW_PICTURES = 2;
 /** One step: each change of the number of pixels waits for the graphics processor. */
 const LOW_RESOLUTION = 0.35;
 const RESTING_MILLISECONDS = 250;
-/** Half the height of the start view, relative to the radius of what is shown. */
-const FILLING = 1.06;
 /** Direction of the start view: from the front right, slightly above. */
 const HOME = new Vector3(0.55, 0.42, 1);
+/** Room in pixels around the gamuts where there are no axes. */
+const PLAIN_ROOM = 16;
+/** The least part of the picture that gamuts are fitted into. */
+const LEAST_PART = 0.3;
+/** Limits of the size, relative to the fitted view. */
+const SMALLEST = 1 / 4;
+const LARGEST = 12;
+/** How far from the middle the target may be, relative to the radius of the gamuts. */
+const REACH = 0.6;
+/** The camera stays this far from the middle, relative to the radius of the gamuts. */
+const NEAREST = 1.02;
+const TURN_MILLISECONDS = 280;
+/** Radians per ms: a turn takes 40 s. */
+const SPIN = (2 * Math.PI) / 40_000;
+/** Azimuths at which a turning box is measured. */
+const AZIMUTHS = 24;
 
 export type Projection = "perspective" | "orthographic";
+
+/** Where the camera is: around the target, which moves as well. */
+interface Place {
+  target: Vector3;
+  offset: Spherical;
+  zoom: number;
+}
+
+const NOTHING: Edges = { left: 0, top: 0, right: 0, bottom: 0 };
+const calm = matchMedia("(prefers-reduced-motion: reduce)");
 
 export class View {
   readonly scene = new Scene();
@@ -38,8 +66,19 @@ export class View {
   private readonly orthographic = new OrthographicCamera();
   private readonly controls: OrbitControls;
   private readonly raycaster = new Raycaster();
+  private readonly labels = new LabelLayer();
+  private readonly box = new Box3(new Vector3().setScalar(-60), new Vector3().setScalar(60));
   private readonly middle = new Vector3();
   private radius = 100;
+  private axes: AxesBox | null = null;
+  /** Size of the picture in CSS pixels, and what covers it at its edges. */
+  private width = 1;
+  private height = 1;
+  private covered = NOTHING;
+  /** The direction of a view that is fitted to the picture; null after the reader moved it. */
+  private fitted: Vector3 | null = HOME;
+  private turning: { from: Place; to: Place; since: number } | null = null;
+  private spinning = false;
   private waiting = 0;
   private resolution = 1;
   private drawnAt = 0;
@@ -48,6 +87,8 @@ export class View {
   private resting = 0;
   /** Number of pictures that were drawn. */
   frames = 0;
+  /** The plane in front of which everything is cut away, and nothing can be pointed at. */
+  kept: Plane | null = null;
   /** Called after the camera moved. */
   onMove: () => void = () => {};
 
@@ -55,20 +96,24 @@ export class View {
     readonly canvas: HTMLCanvasElement,
     private readonly stage: HTMLElement,
   ) {
-    this.renderer = new WebGLRenderer({ canvas, antialias: true });
-    this.renderer.outputColorSpace = SRGBColorSpace;
+    this.renderer = new WebGLRenderer({ canvas, antialias: true, stencil: true });
     // Vertex colours are linear RGB of the screen, and both screens have the same curve.
     const buffer = this.renderer.getContext();
     if ("drawingBufferColorSpace" in buffer) buffer.drawingBufferColorSpace = SCREEN;
     // The check waits for the compilation of each shader.
     this.renderer.debug.checkShaderErrors = false;
+    canvas.after(this.labels.element);
     this.controls = new OrbitControls(this.perspective, canvas);
     this.controls.zoomToCursor = true;
+    this.controls.addEventListener("start", () => this.touched());
     this.controls.addEventListener("change", () => {
-      this.onMove();
+      this.limit();
+      this.centre();
+      if (!this.spinning) this.onMove();
       this.draw();
     });
-    new ResizeObserver(() => this.resize()).observe(stage);
+    const observer = new ResizeObserver(() => this.resize());
+    for (const part of [stage, ...stage.querySelectorAll("[data-edge]")]) observer.observe(part);
     this.resize();
     this.home();
   }
@@ -79,6 +124,11 @@ export class View {
 
   get camera(): PerspectiveCamera | OrthographicCamera {
     return this.controls.object as PerspectiveCamera | OrthographicCamera;
+  }
+
+  /** The start view, which needs no entry in the address. */
+  get isHome(): boolean {
+    return this.fitted === HOME;
   }
 
   /** Change the projection and keep the size of what is at the target. */
@@ -102,14 +152,25 @@ export class View {
     this.onMove();
   }
 
-  /** Set what the views show: the middle and the radius of all gamuts. */
-  setExtent(middle: Vector3, radius: number): void {
-    const factor = radius / this.radius;
+  /** Set what the views show: the box of all gamuts, null to keep it, and the axes around them. */
+  setExtent(gamuts: Box3 | null, axes: AxesBox | null): void {
+    const box = gamuts ?? this.box.clone();
+    this.axes?.dispose();
+    this.axes = axes;
+    this.labels.clear();
+    if (axes !== null) this.scene.add(axes.group);
     const offset = this.camera.position.clone().sub(this.controls.target);
-    this.middle.copy(middle);
+    const radius = box.getSize(new Vector3()).length() / 2;
+    this.box.copy(box);
+    (axes?.box ?? box).getCenter(this.middle);
+    this.controls.cursor.copy(this.middle);
+    this.controls.maxTargetRadius = REACH * radius;
+    if (this.fitted === null) {
+      this.controls.target.copy(this.middle);
+      this.camera.position.copy(this.middle).add(offset.multiplyScalar(radius / this.radius));
+    }
     this.radius = radius;
-    this.controls.target.copy(middle);
-    this.camera.position.copy(middle).add(offset.multiplyScalar(factor));
+    this.limit();
     this.resize();
     this.controls.update();
   }
@@ -118,38 +179,37 @@ export class View {
     this.lookAlong(HOME);
   }
 
-  /** Look at the middle from a direction. */
+  /** Look at the middle from a direction, with everything in the picture. */
   lookAlong(direction: Vector3): void {
-    this.controls.target.copy(this.middle);
-    const distance = (FILLING * this.radius) / HALF_ANGLE / Math.min(1, this.aspect);
-    this.camera.position.copy(this.middle).add(direction.clone().setLength(distance));
-    this.orthographic.zoom = Math.min(1, this.aspect) / FILLING;
-    this.resize();
-    this.controls.update();
-    this.onMove();
+    this.touched();
+    this.fitted = direction;
+    this.moveTo(this.fittedPlace(direction));
+  }
+
+  /** Turn slowly until the view is touched; not for readers who prefer less motion. */
+  spin(isOn: boolean): void {
+    this.spinning = isOn && !calm.matches;
+    if (this.spinning && this.fitted !== null) this.moveTo(this.fittedPlace(this.fitted));
     this.draw();
   }
 
   /** Turn around the target by angles in radians. */
   turn(azimuth: number, elevation: number): void {
-    const { target } = this.controls;
-    const place = new Spherical().setFromVector3(this.camera.position.clone().sub(target));
-    place.theta += azimuth;
-    place.phi = Math.min(Math.max(place.phi + elevation, 1e-4), Math.PI - 1e-4);
-    this.camera.position.setFromSpherical(place).add(target);
-    this.controls.update();
+    this.touched();
+    this.turnBy(azimuth, elevation);
   }
 
   /** Change the size of the picture by a factor. */
   enlarge(factor: number): void {
-    if (this.camera === this.orthographic) {
-      this.orthographic.zoom *= factor;
-      this.orthographic.updateProjectionMatrix();
+    this.touched();
+    const { controls, orthographic } = this;
+    if (this.camera === orthographic) {
+      orthographic.zoom = MathUtils.clamp(orthographic.zoom * factor, controls.minZoom, controls.maxZoom);
+      orthographic.updateProjectionMatrix();
     } else {
-      const { target } = this.controls;
-      this.camera.position.sub(target).divideScalar(factor).add(target);
+      this.camera.position.sub(controls.target).divideScalar(factor).add(controls.target);
     }
-    this.controls.update();
+    controls.update();
     this.onMove();
     this.draw();
   }
@@ -166,6 +226,7 @@ export class View {
     if (place.length !== 7 || !place.every(Number.isFinite) || place[6]! <= 0) return;
     const absolute = (at: number) =>
       new Vector3().fromArray(place, at).multiplyScalar(this.radius).add(this.middle);
+    this.touched();
     this.camera.position.copy(absolute(0));
     this.controls.target.copy(absolute(3));
     this.camera.zoom = place[6]!;
@@ -179,10 +240,185 @@ export class View {
     if (this.waiting !== 0) return;
     this.waiting = requestAnimationFrame((now) => {
       this.waiting = 0;
+      this.move(now);
       this.adapt(now - this.drawnAt);
       this.drawnAt = now;
       this.drawNow();
+      if (this.turning !== null || this.spinning) this.draw();
     });
+  }
+
+  /** The nearest surface at a point of the page. */
+  pick(clientX: number, clientY: number, objects: Object3D[]): Intersection | null {
+    const box = this.canvas.getBoundingClientRect();
+    const place = new Vector2(
+      (2 * (clientX - box.left)) / box.width - 1,
+      1 - (2 * (clientY - box.top)) / box.height,
+    );
+    this.raycaster.setFromCamera(place, this.camera);
+    const isKept = ({ point }: Intersection) => (this.kept?.distanceToPoint(point) ?? 0) > -1e-4 * this.radius;
+    return this.raycaster.intersectObjects(objects, false).find(isKept) ?? null;
+  }
+
+  /** Where a point of the scene is on the stage, in pixels from the left and the top. */
+  stagePlace(point: Vector3): [number, number] {
+    this.camera.updateMatrixWorld();
+    const { x, y } = point.project(this.camera);
+    return [((x + 1) / 2) * this.stage.clientWidth, ((1 - y) / 2) * this.stage.clientHeight];
+  }
+
+  /** The direction from the target to the camera. */
+  get towardsCamera(): Vector3 {
+    return this.camera.position.clone().sub(this.controls.target).normalize();
+  }
+
+  /** The view as a PNG file. */
+  picture(): Promise<Blob> {
+    this.setResolution(1);
+    this.drawNow();
+    return new Promise((resolve, reject) =>
+      this.canvas.toBlob((blob) => (blob === null ? reject(new Error("no picture")) : resolve(blob))),
+    );
+  }
+
+  drawNow(): void {
+    const { axes, camera, scene } = this;
+    scene.background = new Color(getComputedStyle(this.stage).backgroundColor);
+    axes?.turnTo(camera);
+    this.renderer.render(scene, camera);
+    this.labels.show(axes?.labels(camera, this.width, this.height, this.covered) ?? []);
+    this.frames += 1;
+  }
+
+  /** The reader moves the view from now on. */
+  private touched(): void {
+    this.turning = null;
+    this.fitted = null;
+    if (!this.spinning) return;
+    this.spinning = false;
+    this.onMove();
+  }
+
+  /** Move the camera that turns by itself. */
+  private move(now: number): void {
+    const { turning } = this;
+    if (turning !== null) {
+      turning.since ||= now;
+      const part = Math.min(1, (now - turning.since) / TURN_MILLISECONDS);
+      if (part === 1) this.turning = null;
+      this.setPlace(between(turning.from, turning.to, part * part * (3 - 2 * part)));
+    } else if (this.spinning) this.turnBy(-SPIN * Math.min(100, now - this.drawnAt), 0);
+  }
+
+  private turnBy(azimuth: number, elevation: number): void {
+    const { target } = this.controls;
+    const place = new Spherical().setFromVector3(this.camera.position.clone().sub(target));
+    place.theta += azimuth;
+    place.phi = Math.min(Math.max(place.phi + elevation, 1e-4), Math.PI - 1e-4);
+    this.camera.position.setFromSpherical(place).add(target);
+    this.controls.update();
+  }
+
+  private moveTo(place: Place): void {
+    this.turning = null;
+    if (calm.matches || this.frames === 0) this.setPlace(place);
+    else this.turning = { from: this.currentPlace(), to: place, since: 0 };
+    this.draw();
+  }
+
+  private currentPlace(): Place {
+    const { target } = this.controls;
+    const offset = new Spherical().setFromVector3(this.camera.position.clone().sub(target));
+    return { target: target.clone(), offset, zoom: this.orthographic.zoom };
+  }
+
+  private setPlace({ target, offset, zoom }: Place): void {
+    this.controls.target.copy(target);
+    this.camera.position.setFromSpherical(offset).add(target);
+    this.orthographic.zoom = zoom;
+    this.orthographic.updateProjectionMatrix();
+    this.limit();
+    this.controls.update();
+    this.onMove();
+  }
+
+  /** The place from which the box of gamuts and axes just fits into the free part of the picture. */
+  private fittedPlace(direction: Vector3): Place {
+    const { controls, middle } = this;
+    const [across, down] = this.freePart();
+    const shift = this.shiftFor(direction);
+    let [distance, size] = [0, 0];
+    for (const [x, y, z] of this.corners(direction, this.spinning ? AZIMUTHS : 1)) {
+      // Half the height of a picture at the middle that has the corner at the end of the room.
+      const flat = Math.max(Math.abs(x) / across, Math.abs(y) / down);
+      const half = Math.max(Math.abs(x) / across, y > 0 ? y / (down + shift) : -y / (down - shift));
+      distance = Math.max(distance, half / HALF_ANGLE + z);
+      size = Math.max(size, flat);
+    }
+    const zoom = this.radius / size;
+    controls.maxDistance = distance / SMALLEST;
+    controls.minZoom = zoom * SMALLEST;
+    controls.maxZoom = zoom * LARGEST;
+    return {
+      target: middle.clone(),
+      offset: new Spherical().setFromVector3(direction.clone().setLength(distance)),
+      zoom,
+    };
+  }
+
+  /** Width and height of the free part of the picture, relative to the whole height. */
+  private freePart(): [number, number] {
+    const { height, width } = this;
+    const { left, top, right, bottom } = this.margins();
+    return [
+      Math.max(LEAST_PART * width, width - left - right) / height,
+      Math.max(LEAST_PART * height, height - top - bottom) / height,
+    ];
+  }
+
+  /** Edges of the picture that are covered, or that labels need. */
+  private margins(): Edges {
+    const { axes, covered } = this;
+    const room = (edge: keyof Edges) => covered[edge] + (axes === null ? PLAIN_ROOM : LABEL_ROOM[edge]);
+    return { left: room("left"), top: room("top"), right: room("right"), bottom: room("bottom") };
+  }
+
+  /** Corners of the box to the right, up and towards the camera of a direction, at some azimuths. */
+  private corners(direction: Vector3, azimuths: number): [number, number, number][] {
+    const { min, max } = this.axes?.box ?? this.box;
+    const up = new Vector3(0, 1, 0);
+    return Array.from({ length: 8 * azimuths }, (_, i) => {
+      const back = direction.clone().normalize().applyAxisAngle(up, (2 * Math.PI * (i >> 3)) / azimuths);
+      const right = up.clone().cross(back).normalize();
+      const point = new Vector3(i & 1 ? max.x : min.x, i & 2 ? max.y : min.y, i & 4 ? max.z : min.z).sub(this.middle);
+      return [point.dot(right), point.dot(back.clone().cross(right)), point.dot(back)];
+    });
+  }
+
+  /**
+   * How far the picture is moved up so that the turning box is in its middle, relative to half the height.
+   *
+   * In perspective the near, lower end of the box is larger. It depends on the elevation only.
+   */
+  private shiftFor(direction: Vector3): number {
+    if (this.camera === this.orthographic) return 0;
+    const [, down] = this.freePart();
+    const corners = this.corners(direction, AZIMUTHS);
+    const distance = Math.max(...corners.map(([, y, z]) => Math.abs(y) / down / HALF_ANGLE + z));
+    const heights = corners.map(([, y, z]) => y / (distance - z) / HALF_ANGLE);
+    return (Math.max(...heights) + Math.min(...heights)) / 2;
+  }
+
+  /** Keep the camera out of the gamuts: the least distance from the target depends on the direction. */
+  private limit(): void {
+    const { controls, middle } = this;
+    const target = controls.target.clone().sub(middle);
+    const direction = this.camera.position.clone().sub(controls.target);
+    const distance = direction.length();
+    const along = target.dot(direction) / distance;
+    const square = along ** 2 + (NEAREST * this.radius) ** 2 - target.lengthSq();
+    controls.minDistance = Math.max(0, Math.sqrt(Math.max(0, square)) - along);
+    if (this.camera === this.perspective && distance < 0.999 * controls.minDistance) controls.update();
   }
 
   /** Lower the resolution while successive pictures are slow; restore it at rest. */
@@ -205,41 +441,11 @@ export class View {
 
   /** Set the number of pixels. Equal numbers are not set again: that costs as much as other ones. */
   private setSize(): void {
-    const { canvas, renderer, stage } = this;
+    const { canvas, height, renderer, width } = this;
     const ratio = this.resolution * Math.min(devicePixelRatio, 2);
-    const { clientWidth: width, clientHeight: height } = stage;
+    surfaceUniforms.pixelRatio.value = ratio;
     if (canvas.width === Math.floor(width * ratio) && canvas.height === Math.floor(height * ratio)) return;
     renderer.setDrawingBufferSize(width, height, ratio);
-  }
-
-  /** The nearest surface at a point of the page. */
-  pick(clientX: number, clientY: number, objects: Object3D[]): Intersection | null {
-    const box = this.canvas.getBoundingClientRect();
-    const place = new Vector2(
-      (2 * (clientX - box.left)) / box.width - 1,
-      1 - (2 * (clientY - box.top)) / box.height,
-    );
-    this.raycaster.setFromCamera(place, this.camera);
-    return this.raycaster.intersectObjects(objects, false)[0] ?? null;
-  }
-
-  /** The view as a PNG file. */
-  picture(): Promise<Blob> {
-    this.setResolution(1);
-    this.drawNow();
-    return new Promise((resolve, reject) =>
-      this.canvas.toBlob((blob) => (blob === null ? reject(new Error("no picture")) : resolve(blob))),
-    );
-  }
-
-  drawNow(): void {
-    this.scene.background = new Color(getComputedStyle(this.stage).backgroundColor);
-    this.renderer.render(this.scene, this.camera);
-    this.frames += 1;
-  }
-
-  private get aspect(): number {
-    return this.stage.clientWidth / Math.max(1, this.stage.clientHeight);
   }
 
   /** Half the height of the picture at the target. */
@@ -248,20 +454,68 @@ export class View {
     return this.camera.position.distanceTo(this.controls.target) * HALF_ANGLE;
   }
 
+  /** Take the size of the stage. A view that was fitted is fitted again. */
   private resize(): void {
-    const { aspect, orthographic, perspective, radius } = this;
+    this.width = Math.max(1, this.stage.clientWidth);
+    this.height = Math.max(1, this.stage.clientHeight);
+    this.covered = coveredEdges(this.stage);
     this.setSize();
+    const place = this.fittedPlace(this.fitted ?? HOME);
+    this.setFrame();
+    if (this.fitted !== null && this.turning === null) this.setPlace(place);
+    this.draw();
+  }
+
+  /** Set what the cameras see, with the target in the middle of the free part of the picture. */
+  private setFrame(): void {
+    const { height, orthographic, perspective, radius, width } = this;
+    const aspect = width / height;
     perspective.aspect = aspect;
     perspective.near = radius / 100;
     perspective.far = radius * 100;
-    perspective.updateProjectionMatrix();
     orthographic.top = radius;
     orthographic.bottom = -radius;
     orthographic.right = radius * aspect;
     orthographic.left = -radius * aspect;
     orthographic.near = -radius * 100;
     orthographic.far = radius * 100;
-    orthographic.updateProjectionMatrix();
-    this.draw();
+    this.centre();
   }
+
+  /** Show the box in the middle of the free part of the picture. */
+  private centre(): void {
+    const { camera, height, width } = this;
+    const { left, top, right, bottom } = this.margins();
+    const shift = this.shiftFor(camera.position.clone().sub(this.controls.target));
+    const x = (right - left) / 2;
+    const y = (bottom - top - shift * height) / 2;
+    camera.setViewOffset(width, height, x, y, width, height);
+  }
+}
+
+/** Widths of the edges of the stage that are covered by its elements with the attribute data-edge. */
+function coveredEdges(stage: HTMLElement): Edges {
+  const whole = stage.getBoundingClientRect();
+  const covered = { ...NOTHING };
+  for (const part of stage.querySelectorAll<HTMLElement>("[data-edge]")) {
+    const box = part.getBoundingClientRect();
+    if (box.width === 0 || box.height === 0) continue;
+    if (part.dataset["edge"] === "top") covered.top = Math.max(covered.top, box.bottom - whole.top);
+    else covered.right = Math.max(covered.right, whole.right - box.left);
+  }
+  return covered;
+}
+
+function between(from: Place, to: Place, part: number): Place {
+  const mix = (one: number, other: number) => MathUtils.lerp(one, other, part);
+  const angle = MathUtils.euclideanModulo(to.offset.theta - from.offset.theta + Math.PI, 2 * Math.PI) - Math.PI;
+  return {
+    target: from.target.clone().lerp(to.target, part),
+    offset: new Spherical(
+      mix(from.offset.radius, to.offset.radius),
+      mix(from.offset.phi, to.offset.phi),
+      from.offset.theta + part * angle,
+    ),
+    zoom: from.zoom * (to.zoom / from.zoom) ** part,
+  };
 }

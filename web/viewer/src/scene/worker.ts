@@ -1,6 +1,5 @@
 // Worker of one gamut: loads its history in growing parts, and answers with levels.
 import { History, parts } from "gamut-history";
-import { excessOf } from "../colours/colours.js";
 import { spaceOf } from "../colours/spaces.js";
 import type { LevelBuffers, Order, Report, Source } from "./messages.js";
 
@@ -42,17 +41,15 @@ async function load(source: Source): Promise<void> {
 function send(triangles: number): void {
   history.refineTo(Math.min(triangles, 2 * history.vertices - 4));
   const { positions, faces } = history.level;
-  const linear = colours(positions);
   const level: LevelBuffers = {
     triangles: history.triangles,
     positions,
-    colours: linear.map((value) => Math.min(Math.max(value, 0), 1)),
-    beyond: excessOf(linear),
+    colours: colours(positions),
     faces,
     edges: edgesOf(faces),
     device: history.deviceValues,
   };
-  const buffers = [positions, level.colours, level.beyond, faces, level.edges, level.device];
+  const buffers = [positions, level.colours, faces, level.edges, level.device];
   report(
     { kind: "level", level },
     buffers.flatMap((array) => (array === null ? [] : [array.buffer as ArrayBuffer])),

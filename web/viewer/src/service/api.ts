@@ -172,10 +172,18 @@ function references(): Promise<Entry[]> {
   return knownReferences;
 }
 
-/** Describe a gamut; a reference that is not built yet is waited for. */
-export async function describe(name: string, progress: Progress, signal: AbortSignal): Promise<Gamut> {
-  const get = () =>
-    request(`/v1/gamuts/${encodeURIComponent(name)}`, { signal, headers: { Prefer: "respond-async" } });
+/**
+ * Describe a gamut; a reference that is not built yet is waited for. `options` are those of its build,
+ * for references only.
+ */
+export async function describe(
+  name: string,
+  progress: Progress,
+  signal: AbortSignal,
+  options: Record<string, string> = {},
+): Promise<Gamut> {
+  const path = `/v1/gamuts/${encodeURIComponent(name)}?${new URLSearchParams(options)}`;
+  const get = () => request(path, { signal, headers: { Prefer: "respond-async" } });
   let response = await get();
   if (response.status === 202) {
     await followed(((await response.json()) as Job).id, progress, signal);

@@ -74,17 +74,6 @@ export async function compare(a: string, b: string, signal: AbortSignal): Promis
   return (await (await request(`/v1/comparisons?${query}`, { signal })).json()) as Comparison;
 }
 
-/** Which points are in a gamut; three coordinates each. */
-export async function contained(gamut: Gamut, points: Float32Array, signal: AbortSignal): Promise<boolean[]> {
-  const response = await request(`/v1/gamuts/${gamut.id}/contains`, {
-    method: "POST",
-    body: npy(points),
-    signal,
-    headers: { "Content-Type": "application/x-npy" },
-  });
-  return ((await response.json()) as { inside: boolean[] }).inside;
-}
-
 /** Where a colour is, with its distance from the surface of a gamut, negative inside. */
 export async function positionOf(gamut: Gamut, point: number[], signal: AbortSignal): Promise<Positions> {
   const response = await request(`/v1/gamuts/${gamut.id}/contains`, {
@@ -153,14 +142,4 @@ export async function recipes(gamut: Gamut, colours: number[][], signal: AbortSi
     if (error instanceof ProblemError && error.problem.status === 422) withoutModel.add(gamut.id);
     throw error;
   }
-}
-
-/** An array (n, 3) of float32 as a NumPy file, version 1.0. */
-function npy(points: Float32Array): Blob {
-  const shape = `{'descr': '<f4', 'fortran_order': False, 'shape': (${points.length / 3}, 3), }`;
-  const text = shape.padEnd(64 * Math.ceil((shape.length + 11) / 64) - 11) + "\n";
-  const head = new Uint8Array(10 + text.length);
-  head.set([0x93, ...new TextEncoder().encode("NUMPY"), 1, 0, text.length & 255, text.length >> 8]);
-  head.set(new TextEncoder().encode(text), 10);
-  return new Blob([head, points as Float32Array<ArrayBuffer>]);
 }

@@ -1,0 +1,229 @@
+// Axes, camera and pictures of the view, in Chromium over a real server.
+//
+//   VIEWER_URL=... CHROMIUM=... FIRST=ID SECOND=ID FINEST=N node --test scene.test.mjs
+//
+// The first gamut is a ball of radius 40 around L* = 50, the second one of radius 30.
+import assert from "node:assert/strict";
+import process from "node:process";
+import { after, before, test } from "node:test";
+import { chromium, close, drawn, open } from "./pages.mjs";
+
+const { FIRST, SECOND, VIEWER_URL } = process.env;
+const FINEST = Number(process.env.FINEST);
+
+let browser;
+before(async () => {
+  browser = await chromium();
+});
+after(() => browser.close());
+
+/** The id of a ball in another space. */
+async function ball(space) {
+  const rows = Array.from({ length: 200 }, (_, i) => {
+    const [z, angle] = [1 - (2 * i + 1) / 200, 2.4 * i];
+    const across = Math.sqrt(1 - z * z);
+    return [50 + 40 * z, 40 * across * Math.cos(angle), 40 * across * Math.sin(angle)].join(",");
+  });
+  const form = new FormData();
+  form.set("file", new File([["L*,a*,b*", ...rows].join("\n")], "ball.csv"));
+  form.set("options", JSON.stringify({ space }));
+  const posted = await fetch(`${VIEWER_URL}/v1/gamuts`, { method: "POST", body: form, headers: { Prefer: "wait=60" } });
+  return (await posted.json()).id;
+}
+
+/** Texts of the labels that are seen, and what is wrong with where they are, at first and after each of some steps. */
+function labels(page, steps = 0) {
+  return page.evaluate((count) => {
+    const { view } = window.gamutViewer;
+    const faults = [];
+    const found = () => {
+      const stage = document.getElementById("stage").getBoundingClientRect();
+      const seen = [...document.querySelectorAll(".labels text:not([display])")];
+      const boxes = seen.map((label) => [label.firstChild.textContent, label.getBoundingClientRect()]);
+      boxes.forEach(([text, box], i) => {
+        if (box.left < stage.left || box.right > stage.right || box.top < stage.top || box.bottom > stage.bottom) faults.push(`${text} leaves the stage`);
+        for (const [other, { left, right, top, bottom }] of boxes.slice(0, i)) {
+          if (box.left < right && left < box.right && box.top + 1 < bottom && top + 1 < box.bottom) faults.push(`${text} is over ${other}`);
+        }
+      });
+      return boxes.map(([text]) => text);
+    };
+    const texts = found();
+    for (let step = 0; step < count; step++) {
+      view.turn(0.7, 0.9 * Math.sin(2 * step));
+      if (step % 7 === 3) view.enlarge(1.3);
+      if (step === 15) view.setProjection("orthographic");
+      view.drawNow();
+      if (found().length < 5 && step < 3) faults.push(`few labels at step ${step}`);
+    }
+    return { texts, faults };
+  }, steps);
+}
+
+/** Corners of the box of the first gamut, in pixels from the left and the top of the stage. */
+function corners(page) {
+  return page.evaluate(() => {
+    const { shown, view } = window.gamutViewer;
+    const { camera, canvas } = view;
+    camera.updateMatrixWorld();
+    const [low, high] = shown[0].gamut.bounds;
+    return Array.from({ length: 8 }, (_, i) => {
+      const [l, a, b] = [0, 1, 2].map((axis) => ((i >> axis) & 1 ? high : low)[axis]);
+      const place = camera.position.clone().set(a, l, -b).project(camera);
+      return [((place.x + 1) * canvas.clientWidth) / 2, ((1 - place.y) * canvas.clientHeight) / 2];
+    });
+  });
+}
+
+test("labels of the axes are apart and within the stage, seen from anywhere, in every space", async () => {
+  for (const space of ["CIELAB", "CIEXYZ", "ICtCp"]) {
+    const page = await open(browser, `/view#style-a=hidden&a=${space === "CIELAB" ? FIRST : await ball(space)}`, { width: 900, height: 560 });
+    await page.waitForFunction("window.gamutViewer.figures.triangles[0] > 4");
+    const { faults, texts } = await labels(page, 30);
+    const names = { CIELAB: ["L*", "a*", "b*"], CIEXYZ: ["X", "Y", "Z"], ICtCp: ["I", "Ct", "Cp"] }[space];
+    for (const name of names) assert.ok(texts.includes(name), `${name}: ${texts}`);
+    assert.ok(texts.length > 10, String(texts));
+    assert.deepEqual(faults, []);
+    await close(page);
+  }
+});
+
+test("the start view has everything in the free part of the stage, in any shape and projection", async () => {
+  for (const [width, height] of [[1280, 720], [820, 1100], [390, 780], [844, 390]]) {
+    const page = await open(browser, `/view#a=${FIRST}&b=${SECOND}`, { width, height });
+    await drawn(page, FINEST);
+    for (const projection of ["perspective", "orthographic"]) {
+      await page.select("#projection", projection);
+      await page.evaluate("window.gamutViewer.view.drawNow()");
+      const { faults, texts } = await labels(page);
+      assert.deepEqual(faults, []);
+      for (const name of ["L*", "a*", "b*"]) assert.ok(texts.includes(name), `${width}: ${texts}`);
+      const { clientWidth, clientHeight } = await page.evaluate(() => {
+        const { clientWidth, clientHeight } = window.gamutViewer.canvas;
+        return { clientWidth, clientHeight };
+      });
+      const all = await corners(page);
+      const [across, down] = [0, 1].map((axis) => all.map((corner) => corner[axis]));
+      assert.ok(Math.min(...across) > 0 && Math.max(...across) < clientWidth, `${width}: ${across}`);
+      assert.ok(Math.min(...down) > 0 && Math.max(...down) < clientHeight, `${width}: ${down}`);
+      const filled = Math.max((Math.max(...across) - Math.min(...across)) / clientWidth, (Math.max(...down) - Math.min(...down)) / clientHeight);
+      assert.ok(filled > 0.3, `${width} ${projection}: ${filled}`);
+    }
+    await close(page);
+  }
+});
+
+test("neither wheel nor keys lead into the gamut or lose it", async () => {
+  const page = await open(browser, `/view#a=${FIRST}`);
+  await drawn(page, FINEST);
+  const distance = () =>
+    page.evaluate(() => window.gamutViewer.view.camera.position.clone().sub({ x: 0, y: 50, z: 0 }).length());
+  const box = await (await page.$("#view")).boundingBox();
+  await page.mouse.move(box.x + 0.4 * box.width, box.y + 0.6 * box.height);
+  for (let i = 0; i < 40; i++) await page.mouse.wheel({ deltaY: -600 });
+  assert.ok((await distance()) > 41, String(await distance()));
+  await page.evaluate("window.gamutViewer.view.enlarge(1000)");
+  assert.ok((await distance()) > 41, String(await distance()));
+  await page.keyboard.down("Shift"); // moves the view sideways
+  for (let i = 0; i < 6; i++) {
+    await page.mouse.move(box.x + 10, box.y + 0.5 * box.height);
+    await page.mouse.down();
+    await page.mouse.move(box.x + box.width - 10, box.y + 0.5 * box.height, { steps: 3 });
+    await page.mouse.up();
+  }
+  await page.keyboard.up("Shift");
+  assert.ok((await distance()) > 41, String(await distance()));
+  for (const projection of ["perspective", "orthographic"]) {
+    await page.select("#projection", projection);
+    await page.evaluate("window.gamutViewer.view.enlarge(1e-6)");
+    const across = (await corners(page)).map(([x]) => x);
+    const seen = Math.max(...across) - Math.min(...across);
+    assert.ok(seen > 40 && Math.min(...across) < box.width && Math.max(...across) > 0, `${projection}: ${across}`);
+  }
+  await close(page);
+});
+
+test("views turn smoothly, and the view spins until it is touched, unless less motion is preferred", async () => {
+  const place = (page) => page.evaluate("window.gamutViewer.view.place.join()");
+  const page = await open(browser, `/view#a=${FIRST}`, { motion: "no-preference" });
+  await drawn(page, FINEST);
+  const start = await place(page);
+  assert.equal(await page.$eval("[data-axis='+L*']", (button) => button.title), "From above (+L*), key 1");
+  const passed = await page.evaluate(async () => {
+    const { view } = window.gamutViewer;
+    document.querySelector("[data-axis='+L*']").click();
+    const seen = new Set();
+    for (let i = 0; i < 40 && view.turning !== null; i++) {
+      await new Promise((resolve) => setTimeout(resolve, 20));
+      seen.add(view.place.join());
+    }
+    return seen.size;
+  });
+  assert.ok(passed > 1, String(passed));
+  const [x, y, z] = (await place(page)).split(",").map(Number);
+  assert.ok(y > 2 && Math.abs(x) < 0.1 && Math.abs(z) < 0.1, `${x} ${y} ${z}`);
+  await page.evaluate("window.gamutViewer.view.home()");
+  await page.waitForFunction(`window.gamutViewer.view.place.join() === "${start}"`);
+  await page.evaluate("window.gamutViewer.view.spin(true)");
+  await page.waitForFunction(`window.gamutViewer.view.place[0] !== ${start.split(",")[0]}`);
+  await page.click("#view");
+  const stopped = await place(page);
+  await new Promise((resolve) => setTimeout(resolve, 200));
+  assert.equal(await place(page), stopped);
+  await close(page);
+  const calm = await open(browser, `/view#a=${FIRST}`);
+  await drawn(calm, FINEST);
+  const before = await place(calm);
+  await calm.evaluate("window.gamutViewer.view.spin(true)");
+  await new Promise((resolve) => setTimeout(resolve, 200));
+  assert.equal(await place(calm), before);
+  await close(calm);
+});
+
+test("colours are exact on screens of both kinds, and marked where a screen cannot show them", async () => {
+  for (const gamut of ["srgb", "p3"]) {
+    const page = await open(browser, "/view#a=display-p3&axes=off", { gamut });
+    await page.waitForFunction("window.gamutViewer.figures.triangles[0] > 4");
+    const read = () =>
+      page.evaluate(async (colorSpace) => {
+        const { shown, view } = window.gamutViewer;
+        const { colours } = shown[0].layer.level;
+        const picture = await createImageBitmap(await view.picture());
+        const context = new OffscreenCanvas(picture.width, picture.height).getContext("2d", { colorSpace });
+        context.drawImage(picture, 0, 0);
+        const { data } = context.getImageData(0, 0, picture.width, picture.height);
+        const box = view.canvas.getBoundingClientRect();
+        let [far, count, beyond] = [0, 0, 0];
+        for (let i = 1; i < 400; i++) {
+          const [x, y] = [Math.floor(((i % 20) / 20) * box.width), Math.floor((Math.floor(i / 20) / 20) * box.height)];
+          const hit = view.pick(box.left + x + 0.5, box.top + y + 0.5, shown[0].layer.targets);
+          if (hit === null) continue;
+          const { a, b, c } = hit.face;
+          const weights = hit.barycoord.toArray();
+          const linear = [0, 1, 2].map((k) => [a, b, c].reduce((sum, corner, j) => sum + weights[j] * colours[3 * corner + k], 0));
+          if (Math.max(...linear) > 1.02 || Math.min(...linear) < -0.02) beyond += 1;
+          linear.forEach((value, k) => {
+            const clipped = Math.min(Math.max(value, 0), 1);
+            const encoded = clipped <= 0.0031308 ? 12.92 * clipped : 1.055 * clipped ** (1 / 2.4) - 0.055;
+            far = Math.max(far, Math.abs(data[4 * (y * picture.width + x) + k] - 255 * encoded));
+          });
+          count += 1;
+        }
+        const green = Array.from({ length: colours.length / 3 }, (_, i) => [...colours.slice(3 * i, 3 * i + 3)])
+          .reduce((one, other) => (other[1] - other[0] - other[2] > one[1] - one[0] - one[2] ? other : one));
+        return { far, count, beyond, green };
+      }, gamut === "p3" ? "display-p3" : "srgb");
+    const seen = await read();
+    assert.ok(seen.count > 50, String(seen.count));
+    assert.ok(seen.far <= 3, `${gamut}: ${seen.far}`);
+    // The green of Display P3 in linear sRGB, by the matrices of both (IEC 61966-2-1, SMPTE EG 432-1).
+    const expected = gamut === "p3" ? [0, 1, 0] : [-0.2249, 1.0421, -0.0786];
+    expected.forEach((value, i) => assert.ok(Math.abs(seen.green[i] - value) < 0.004, `${gamut}: ${seen.green}`));
+    await page.click("#mark");
+    const marked = await read();
+    if (gamut === "p3") assert.ok(marked.beyond === 0 && marked.far <= 3, `${marked.beyond} ${marked.far}`);
+    else assert.ok(marked.beyond > 20 && marked.far > 20, `${marked.beyond} ${marked.far}`);
+    await page.waitForFunction("location.hash.includes('mark=on')");
+    await close(page);
+  }
+});
