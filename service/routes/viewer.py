@@ -233,7 +233,7 @@ def version() -> str:
 @functools.cache
 def _example() -> dict[str, Any]:
     """Return the description of the gamut that the page without a gamut begins with."""
-    document: dict[str, Any] = json.loads((EXAMPLE_FILES / "press.json").read_text("utf-8"))
+    document: dict[str, Any] = json.loads(gzip.decompress(_EXAMPLES["press.json"].read_bytes()))
     return document
 
 
