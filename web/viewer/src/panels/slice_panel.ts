@@ -185,17 +185,16 @@ export class SlicePanel {
       isHue ? { place: () => this.cut.screen(pointAt(plane, [left, height])), text: `Hue ${(cut.value + 180) % 360}°` } : undefined,
     );
     const half = layers.map((layer) => ({ ...layer, outlines: isHue ? layer.outlines.map(rightHalf).filter((each) => each.length > 0) : layer.outlines }));
-    const areas = half.map(({ name, outlines }) => `${name} ${areaText(areaWithin(outlines))}`);
+    const named = half.map((layer) => ({ ...layer, name: `${layer.name}, area ${areaText(areaWithin(layer.outlines))}` }));
     const { svg, placeAt } = sectionChart(
       {
         size: this.figure.size,
         theme,
         title: cut.kind === "plane" ? `Plane ${planeText(cut)}` : text,
-        caption: `Area: ${areas.join("; ")}`,
         labels: this.chartLabels(cut, names, lightness, others),
         frame: isHue ? [[0, right], frame[1]] : frame,
       },
-      half,
+      named,
       { address: png(pixels(raster), raster.columns), frame },
     );
     this.figure.show(svg, `${layers.map(({ name }) => name).join(" and ")}, ${text}`);
