@@ -242,7 +242,7 @@ export class SlicePanel {
     if (cut.kind === "lightness") return [`_${names[others[0]!]!}_`, `_${names[others[1]!]!}_`];
     if (cut.kind === "hue") return ["Chroma", light];
     const across = `Towards the hue ${(cut.azimuth + 90) % 360}°`;
-    return [across, cut.elevation === 0 ? light : "Along the plane, upwards"];
+    return [across, cut.elevation === 0 ? light : "Up the plane"];
   }
 
   /** Draw the gamut rings of the service, with those of the second gamut as reference. */
