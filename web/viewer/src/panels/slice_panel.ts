@@ -23,7 +23,7 @@ const KINDS = ["lightness", "hue", "plane", "rings"] as const;
 /** Time in ms for which the pointer rests before a recipe is asked for. */
 const REST = 120;
 /** Columns and rows of the colours of a section; they are interpolated between. */
-const RASTER = 128;
+const RASTER = 96;
 /** Room between a frame and what is in it, relative to its size. */
 const OUTSIDE = 0.05;
 
@@ -364,12 +364,14 @@ function frameOf(cut: Cut, plane: SectionPlane, box: Box3, reach: number, positi
 
 /** The colours of a frame, row by row from the top. */
 function colours(space: Space, plane: SectionPlane, [[left, right], [bottom, top]]: Frame): Raster {
+  const { origin, right: across, up: upwards } = plane;
   const points = new Float32Array(3 * RASTER * RASTER);
   for (let row = 0; row < RASTER; row++) {
     for (let column = 0; column < RASTER; column++) {
       const h = left + ((column + 0.5) / RASTER) * (right - left);
       const v = top - ((row + 0.5) / RASTER) * (top - bottom);
-      points.set(pointAt(plane, [h, v]), 3 * (row * RASTER + column));
+      const start = 3 * (row * RASTER + column);
+      for (let axis = 0; axis < 3; axis++) points[start + axis] = origin[axis]! + h * across[axis]! + v * upwards[axis]!;
     }
   }
   return { linear: space.linear(points, SCREEN), columns: RASTER };
@@ -377,8 +379,6 @@ function colours(space: Space, plane: SectionPlane, [[left, right], [bottom, top
 
 function pixels({ linear }: Raster): Uint8ClampedArray {
   const made = new Uint8ClampedArray((4 * linear.length) / 3).fill(255);
-  linear.forEach((value, i) => {
-    made[i + Math.floor(i / 3)] = 255 * encoded(value);
-  });
+  for (let i = 0; i < linear.length; i++) made[i + Math.floor(i / 3)] = 255 * encoded(linear[i]!);
   return made;
 }
