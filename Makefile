@@ -163,9 +163,11 @@ documents: install ## update the generated tables of all documents
 	$(python) -m benchmarks.documents
 
 .PHONY: docs
-docs: install .venv/.installed-docs ## build the site of the documents into build/docs; warnings are errors
+docs: install .venv/.installed-docs web/node_modules/.package-lock.json ## build the site of the documents into build/docs; warnings are errors
 	rm -rf build/docs docs/api
 	PYTHONPATH=$(CURDIR)/client $(python) -m sphinx -q -W --keep-going -b html -c docs/site . build/docs
+	@if chromium=$$(command -v chromium); then CHROMIUM=$$chromium node docs/site/check.mjs build/docs; \
+	else echo "The pages are not checked in a browser: chromium is not installed."; fi
 
 # --- checks ---------------------------------------------------------------------------------------
 

@@ -26,7 +26,7 @@ from gamutcore.content import content_of, gamut_source, is_saved_gamut
 from gamutcore.errors import DeviceModelError, HistoryFileError, OptionError
 from gamutcore.export.provenance import mesh_provenance
 from gamutcore.export.rendering import DEFAULT_SIZE
-from gamutcore.export.viewer_page import HTML_SUFFIXES, viewer_page
+from gamutcore.export.viewer_page import HTML_SUFFIXES, PageGamut, viewer_page
 from gamutcore.history import (
     History,
     history_bytes,
@@ -75,6 +75,7 @@ from gamutcore.questions import (
     tolerance_of,
 )
 from gamutcore.recipes import InverseModel
+from gamutcore.references import stated_name
 from gamutcore.results import Intersection
 
 if TYPE_CHECKING:
@@ -142,6 +143,9 @@ class Gamut:
         The search for levels within limits, which keeps what it has found.
     levels : IndexedLevels
         The levels that queries have used, with the bound of their memory.
+    name : str
+        For titles and legends: that of the reference, of the characterisation data, of the profile,
+        or of the file, else empty. May be set.
 
     Raises
     ------
@@ -198,6 +202,8 @@ class Gamut:
             description, history, model = build(content, chosen, report, limits)
         profile = content if model is not None and looks_like_icc(content) else None
         self._hold(description, history, model, profile=profile)
+        if isinstance(data, str | os.PathLike):
+            self.name = stated_name(description) or Path(data).stem
 
     def _hold(
         self,
@@ -211,6 +217,7 @@ class Gamut:
         self.description, self.history = description, history
         self.search = LevelSearch(description["levels"]) if search is None else search
         self.levels = IndexedLevels(history, index_bytes)
+        self.name = stated_name(description)
         self._model = model
         self._profile = profile
         self._inverse: InverseModel | None = None
@@ -1000,6 +1007,7 @@ class Gamut:
         other: Self | str | os.PathLike[str],
         *,
         sectors: int = SECTORS,
+        lost: bool = False,
         triangles: int | None = None,
         max_error: float | None = None,
     ) -> GamutComparison:
@@ -1010,13 +1018,27 @@ class Gamut:
         other : Gamut, str or path
         sectors : int, optional
             Number of equal sectors of hue.
+        lost : bool, optional
+            Whether to find `lost_a` and `lost_b`: ΔE00 between the surface of each gamut and the
+            nearest colours of the other one. It takes some tenths of a second.
 
         Returns
         -------
         GamutComparison
             With `volume_a`, `volume_b`, `intersection`, `union`, `a_covers_b`, `b_covers_a`,
-            `jaccard`, `symmetric_difference`, the same by sector of hue, the lightest and darkest
-            colours, areas and coverage of the chromaticities, and warnings.
+            `jaccard`, `symmetric_difference`, the same by sector of hue with the largest chroma,
+            the lightest and darkest colours, areas and coverage of the chromaticities, warnings,
+            and a `summary` in words.
+
+        Notes
+        -----
+        Colours lost are those of 2,048 points on the surface, each of which stands for the same
+        area. A colour that the other gamut has within its tolerance loses 0. Nearest is by ΔE00 in
+        CIELAB with D50, and by the distance of the space elsewhere.
+
+        Hues in the summary of CIELAB gamuts have names: red 38°, yellow 96°, green 146°, cyan 214°,
+        blue 299° and magenta 343°. These are the means of the primaries and secondaries of sRGB and
+        of FOGRA39 coated offset.
 
         Examples
         --------
@@ -1027,7 +1049,9 @@ class Gamut:
         0.125
         """
         two = self._in_same_space(other)
-        return compare(self, two, sectors=sectors, triangles=triangles, max_error=max_error)
+        return compare(
+            self, two, sectors=sectors, lost=lost, triangles=triangles, max_error=max_error
+        )
 
     def chromaticity(self) -> ChromaticityGamut | None:
         """Return the chromaticities of the gamut: a polygon in CIE 1931 xy and CIE 1976 u′v′.
@@ -1117,14 +1141,14 @@ class Gamut:
         """Return the gamut of a name or a file; unless it is saved, built in this one's space."""
         found = gamut_source(given)
         if isinstance(found, bytes) and is_saved_gamut(found):
-            return self.from_bytes(found)
+            return self.load(given)
         chosen = self.options.to_mapping()
         names = {"space", *SPACE_PARAMETERS} & chosen.keys()
         if not isinstance(found, bytes) and found.peak is not None:
             names -= {"luminance"}  # its luminances are known
         options = Options.from_mapping({name: chosen[name] for name in names})
         if isinstance(found, bytes):
-            return type(self)(found, options)
+            return type(self)(given, options)
         kind: Any = type(self)  # mypy takes a class for unhashable
         return cast("Self", _reference(kind, found, options))
 
@@ -1190,6 +1214,8 @@ class Gamut:
     ) -> Any:  # noqa: ANN401
         """Draw the gamut in three dimensions with its own colours.
 
+        Further gamuts on the same axes are shells with dashed lines of constant lightness.
+
         Parameters
         ----------
         ax : mpl_toolkits.mplot3d.Axes3D, optional
@@ -1197,7 +1223,8 @@ class Gamut:
         triangles, max_error : optional
             The level, of 2,000 triangles by default.
         **style
-            For `mpl_toolkits.mplot3d.art3d.Poly3DCollection`, such as ``alpha=0.5``.
+            For `mpl_toolkits.mplot3d.art3d.Poly3DCollection`, such as ``alpha=0.5``; and ``label``,
+            a name instead of `Gamut.name`.
 
         Returns
         -------
@@ -1220,18 +1247,20 @@ class Gamut:
         max_error: float | None = None,
         **style: Any,  # noqa: ANN401
     ) -> Any:  # noqa: ANN401
-        """Draw a section by a lightness, or a hue leaf.
+        """Draw a section by a lightness, or a hue leaf, as `slice_svg` does.
 
         Parameters
         ----------
         L : float, optional
             Lightness.
         ax : matplotlib.axes.Axes, optional
-            New axes unless given. Gamuts on the same axes are compared.
+            New axes unless given. The first gamut is filled with its colours. Further gamuts on
+            the same axes are dashed, and there is a legend.
         hue : float, optional
             Hue in degrees, instead of a lightness.
         **style
-            For `matplotlib.axes.Axes.fill`.
+            For `matplotlib.axes.Axes.fill`; ``label`` is a name instead of `Gamut.name`, and with
+            ``color`` or ``fill`` the section does not have its colours.
 
         Returns
         -------
@@ -1254,7 +1283,7 @@ class Gamut:
         max_error: float | None = None,
         **style: Any,  # noqa: ANN401
     ) -> Any:  # noqa: ANN401
-        """Draw the gamut rings, with those of a reference dashed.
+        """Draw the gamut rings as `rings_svg` does, with the outer one of a reference dashed.
 
         Parameters
         ----------
@@ -1302,7 +1331,7 @@ class Gamut:
         L, hue, plane : optional
             One of them, as for `slice`.
         name : str, optional
-            Of the gamut, for the title.
+            Of the gamut, for the title; `Gamut.name` by default.
 
         Returns
         -------
@@ -1310,14 +1339,20 @@ class Gamut:
             The same arguments give the same bytes. matplotlib is not needed.
         """
         return draw_section(
-            self, L, hue=hue, plane=plane, name=name, triangles=triangles, max_error=max_error
+            self,
+            L,
+            hue=hue,
+            plane=plane,
+            name=name or self.name,
+            triangles=triangles,
+            max_error=max_error,
         )
 
     def rings_svg(
         self,
         reference: Self | str | os.PathLike[str] | None = None,
         *,
-        names: tuple[str, str] = ("", "reference"),
+        names: tuple[str, str] = ("", ""),
         sectors: int = 360,
         triangles: int | None = None,
         max_error: float | None = None,
@@ -1328,7 +1363,8 @@ class Gamut:
         ----------
         reference : Gamut, str or path, optional
         names : (str, str), optional
-            Of the gamut and of the reference, for the title and the legend.
+            Of the gamut and of the reference, for the title and the legend; `Gamut.name` by
+            default.
         sectors : int, optional
             Number of equal sectors of hue.
 
@@ -1337,10 +1373,11 @@ class Gamut:
         bytes
             The same arguments give the same bytes. matplotlib is not needed.
         """
+        other = self._other(reference)
         return draw_rings(
             self,
-            self._other(reference),
-            names=names,
+            other,
+            names=(names[0] or self.name, names[1] or (other and other.name) or "reference"),
             sectors=sectors,
             triangles=triangles,
             max_error=max_error,
@@ -1450,20 +1487,35 @@ class Gamut:
         content = self.to_html(path.stem) if is_page else self.to_bytes(device_model=True)
         path.write_bytes(content)
 
-    def to_html(self, name: str) -> bytes:
-        """Return the gamut as an HTML file that shows every level in a browser, without a network.
+    def to_html(self, name: str | Sequence[str] = (), *others: Gamut) -> bytes:
+        """Return an HTML file that shows every level in a browser, without a network.
 
         Parameters
         ----------
-        name : str
-            By which the page calls the gamut.
+        name : str or sequence of str, optional
+            By which the page calls the gamut, or this one and the others. By default, the names are
+            those in the data.
+        *others : Gamut
+            Up to five gamuts to compare with.
 
         Returns
         -------
         bytes
-            UTF-8: the viewer and the history. 1.6 MB for a press.
+            UTF-8: the viewer and the histories. 1.6 MB for a press.
+
+        Raises
+        ------
+        OptionError
+            There are more than five other gamuts.
         """
-        return viewer_page(self.description, self.to_bytes(), name)
+        gamuts, names = [self, *others], [name] if isinstance(name, str) else list(name)
+        names += [each.name or f"Gamut {each.id[:12]}" for each in gamuts[len(names) :]]
+        return viewer_page(
+            [
+                PageGamut(text, each.description, each.to_bytes())
+                for text, each in zip(names, gamuts, strict=False)
+            ]
+        )
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Self:
@@ -1484,7 +1536,9 @@ class Gamut:
         OSError
             The file cannot be read.
         """
-        return cls.from_bytes(Path(path).read_bytes())
+        gamut = cls.from_bytes(Path(path).read_bytes())
+        gamut.name = gamut.name or Path(path).stem
+        return gamut
 
     def to_bytes(self, *, device_model: bool = False) -> bytes:
         """Return the gamut as a history file with the description in its metadata.

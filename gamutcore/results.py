@@ -6,6 +6,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import Field, dataclass, field, fields
 from html import escape
@@ -24,12 +25,14 @@ __all__ = [
     "ChromaticityGamut",
     "ColourCrossings",
     "ColourCusps",
+    "ColourLoss",
     "ColourRecipes",
     "ColourSection",
     "Comparison",
     "Conditions",
     "GamutComparison",
     "GamutRings",
+    "HueSectors",
     "Intersection",
     "MappedColours",
     "NearestColours",
@@ -43,6 +46,11 @@ BooleanArray: TypeAlias = NDArray[np.bool_]
 Offsets: TypeAlias = NDArray[np.integer[Any]]
 
 Value = TypeVar("Value", float, FloatArray)
+
+MOST_ROWS = 12
+"""Rows of a table in a notebook."""
+
+LEFT = "text-align:left"
 
 SMALL = 3
 """Arrays of so many numbers are shown whole: a colour."""
@@ -70,12 +78,47 @@ class Shown:
         return f"<{type(self).__name__}: {facts}>"
 
     def _repr_html_(self) -> str:
-        """Return the fields as a table, for notebooks."""
-        rows = "".join(
-            f"<tr><th style='text-align:left'>{escape(name)}</th><td>{escape(text)}</td></tr>"
-            for name, text in self._facts()
-        )
-        return f"<table><caption>{type(self).__name__}</caption>{rows}</table>"
+        """Return the fields as a table, for notebooks; colours have swatches.
+
+        Arrays with a row for each colour are a second table, unless there are many.
+        """
+        facts = dict(self._facts())
+        columns = self._columns()
+        for name in columns:
+            facts.pop(name, None)
+        swatches = self._swatches()
+        head = facts_table(facts, type(self).__name__, "" if columns else "".join(swatches))
+        if not columns:
+            return head
+        names = [*([""] if swatches else []), *columns]
+        cells = [[_cell(row) for row in column] for column in columns.values()]
+        rows = [list(map(escape, row)) for row in zip(*cells, strict=True)]
+        if swatches:
+            rows = [[swatch, *row] for swatch, row in zip(swatches, rows, strict=True)]
+        titles = "".join(f"<th style='{LEFT}'>{escape(name)}</th>" for name in names)
+        body = "".join(f"<tr>{''.join(f'<td>{cell}</td>' for cell in row)}</tr>" for row in rows)
+        return f"{head}<table><thead><tr>{titles}</tr></thead><tbody>{body}</tbody></table>"
+
+    def _columns(self) -> dict[str, np.ndarray[Any, Any]]:
+        """Return the arrays with a row for each colour, if these are few enough for a table."""
+        points = getattr(self, "points", None)
+        if points is None or points.ndim != 2 or not 0 < len(points) <= MOST_ROWS:
+            return {}
+        arrays = {each.name: getattr(self, each.name) for each in fields(self) if each.repr}
+        return {
+            name: array
+            for name, array in arrays.items()
+            if isinstance(array, np.ndarray) and len(array) == len(points) and name != "offsets"
+        }
+
+    def _swatches(self) -> list[str]:
+        """Return a swatch for each of `points`, if they are in a space with a known appearance."""
+        points, conditions = getattr(self, "points", None), getattr(self, "gamut", None)
+        if points is None or points.size > 3 * MOST_ROWS:
+            return []
+        space = getattr(self, "space", "") or (conditions.space if conditions else "")
+        colour = _SWATCHES.get(space)
+        return [swatch(colour.format(*row)) for row in points.reshape(-1, 3)] if colour else []
 
     def _facts(self) -> Iterator[tuple[str, str]]:
         """Yield names and texts of the fields that have a short text."""
@@ -83,6 +126,32 @@ class Shown:
             text = _text(getattr(self, each.name)) if each.repr else ""
             if text:
                 yield each.name, text
+
+
+def facts_table(facts: Mapping[str, str], caption: str = "", mark: str = "") -> str:
+    """Return names and texts as a table for notebooks; `mark` is HTML beside the caption."""
+    rows = "".join(
+        f"<tr><th style='{LEFT}'>{escape(name)}</th><td style='{LEFT}'>{escape(text)}</td></tr>"
+        for name, text in list(facts.items())[:MOST_ROWS]
+    )
+    title = f"<caption style='{LEFT}'>{escape(caption)} {mark}</caption>" if caption else ""
+    return f"<table>{title}{rows}</table>"
+
+
+_SWATCHES = {
+    "CIELAB": "lab({:.4g}% {:.4g} {:.4g})",
+    "LCHab": "lch({:.4g}% {:.4g} {:.4g})",
+    "sRGB": "color(srgb {:.4g} {:.4g} {:.4g})",
+}
+"""Colours of CSS Color 4, whose lab() is relative to D50 as well; the browser converts them."""
+
+
+def swatch(colour: str) -> str:
+    """Return a small square in a colour of CSS."""
+    return (
+        "<span style='display:inline-block;width:1em;height:1em;outline:1px solid currentColor;"
+        f"background:{colour}'></span>"
+    )
 
 
 def _text(value: object) -> str:
@@ -95,6 +164,14 @@ def _text(value: object) -> str:
         text = " ".join("-" if part is None else _text(part) for part in value)
         return text if len(text) <= LONGEST else f"{text[: LONGEST - 1]}…"
     return " ".join(str(value).split())[:LONGEST] if isinstance(value, str | int) else ""
+
+
+def _cell(values: np.ndarray[Any, Any]) -> str:
+    """Return the values of one colour, all of them."""
+    parts = np.ravel(values)
+    if parts.dtype == np.bool_:
+        return " ".join("yes" if part else "no" for part in parts)
+    return " ".join(f"{part:.4g}" for part in parts)
 
 
 def _array_text(values: np.ndarray[Any, Any]) -> str:
@@ -235,6 +312,8 @@ class SurfaceAnswer(Shown):
     ----------
     points : (..., 3) float64
         In the space of the colours that were given.
+    space : str
+        Its name; empty for that of the gamut.
     device : (..., k) float64 or None
         Device values from 0 to 1, interpolated in the face; None if the gamut has colours only. NaN
         for points inside the gamut, where a device has more than one value.
@@ -260,6 +339,7 @@ class SurfaceAnswer(Shown):
     gamut: Conditions | None = None
     warnings: tuple[str, ...] = ()
     device_values: str = INTERPOLATED
+    space: str = ""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -307,6 +387,8 @@ class ColourRecipes(Shown):
         Names of the k channels.
     points : (..., 3) float64
         Colours of the device values by the model, in the space of the colours that were given.
+    space : str
+        Its name; empty for that of the gamut.
     delta_e : (...) float64
         Colour difference CIE 2000 of these and the colours that were given.
     inside : (...) bool
@@ -334,6 +416,7 @@ class ColourRecipes(Shown):
     black_most: FloatArray | None = None
     gamut: Conditions | None = None
     warnings: tuple[str, ...] = ()
+    space: str = ""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -618,12 +701,56 @@ def _intersection(one: FloatArray, other: FloatArray) -> FloatArray:
     return one
 
 
+@dataclass(frozen=True, repr=False)
+class ColourLoss(Shown):
+    """What the surface of a gamut loses in another gamut.
+
+    The loss of a colour is its colour difference CIE 2000 to the nearest colour of the other
+    gamut, and 0 for a colour that the other gamut has within its tolerance. Nearest is by CIE 2000
+    in CIELAB with D50, and by the distance of the space elsewhere.
+
+    Attributes
+    ----------
+    mean, percentile_95 : float
+        Over the area of the surface.
+    share_outside : float
+        Share of the area outside of the other gamut, from 0 to 1.
+    """
+
+    mean: float
+    percentile_95: float
+    share_outside: float
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class HueSectors(Overlap[FloatArray]):
+    """Figures of a comparison by sector of hue: volumes, largest chroma, colours lost.
+
+    Attributes
+    ----------
+    max_chroma_a, max_chroma_b : (n,) float64 or None
+        Largest chroma of each gamut in the sector, NaN where it has no colour. None if the space
+        has no hue.
+    lost_mean_a, lost_mean_b, lost_percentile_95_a, lost_percentile_95_b : (n,) float64 or None
+        As `ColourLoss`, of the part of the surface in the sector. NaN where no point of the surface
+        was taken. None unless they were asked for.
+    """
+
+    max_chroma_a: FloatArray | None = None
+    max_chroma_b: FloatArray | None = None
+    lost_mean_a: FloatArray | None = None
+    lost_mean_b: FloatArray | None = None
+    lost_percentile_95_a: FloatArray | None = None
+    lost_percentile_95_b: FloatArray | None = None
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class GamutComparison(Comparison):
     """Comparison of two gamuts, A and B: volumes, coverage both ways, by sector of hue.
 
     Attributes
     ----------
+    sectors : HueSectors
     white_a, white_b, black_a, black_b : (3,) float64
         The lightest and the darkest colours.
     triangles : tuple of two int
@@ -637,8 +764,13 @@ class GamutComparison(Comparison):
     chromaticity : ChromaticityComparison or None
         Area ratio and coverage in the CIE 1931 xy and the CIE 1976 u′v′ diagram. They do not depend
         on the levels. None if a gamut has no chromaticities.
+    lost_a, lost_b : ColourLoss or None
+        What A loses in B, and B in A. None unless they were asked for.
+    summary : tuple of str
+        The comparison in two to six sentences, in which the words A and B stand for the gamuts.
     """
 
+    sectors: HueSectors
     white_a: FloatArray
     white_b: FloatArray
     black_a: FloatArray
@@ -648,6 +780,16 @@ class GamutComparison(Comparison):
     gamuts: tuple[Conditions | None, Conditions | None] = field(repr=False)
     warnings: tuple[str, ...]
     chromaticity: ChromaticityComparison | None
+    lost_a: ColourLoss | None = None
+    lost_b: ColourLoss | None = None
+    summary: tuple[str, ...] = field(default=(), repr=False)
+
+    def summary_with(self, a: str, b: str) -> tuple[str, ...]:
+        """Return the summary with the names of the gamuts."""
+        names = {"A": a, "B": b}
+        return tuple(
+            re.sub(r"\b[AB]\b", lambda word: names[word[0]], each) for each in self.summary
+        )
 
 
 @dataclass(frozen=True, repr=False)

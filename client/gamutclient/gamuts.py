@@ -62,6 +62,11 @@ MOST_ROWS = 250_000
 
 VOLUMES = ("volume_a", "volume_b", "intersection")
 
+SECTORS = (
+    *(*VOLUMES, "max_chroma_a", "max_chroma_b", "lost_mean_a", "lost_mean_b"),
+    *("lost_percentile_95_a", "lost_percentile_95_b"),
+)
+
 
 class Level(TypedDict, total=False):
     """The level that answers: a triangle count or an error limit; the service's default if none."""
@@ -153,6 +158,8 @@ class RemoteGamut:
             "channels": self.channels if "device" in columns else (),
             "triangles": int(response.headers["gamut-triangles"]),
             "max_error": float(response.headers["gamut-max-error"]),
+            # the service finds the space of a table by its columns
+            "space": params.get("space") or ("" if table is None else "that of the table"),
             "gamut": stated and results.Conditions.from_header(stated),
             "warnings": _strings(response.headers.get("gamut-warning", "")),
         }
@@ -510,9 +517,15 @@ class RemoteGamut:
     # --- two gamuts ------------------------------------------------------------------------------
 
     def _compare(
-        self, other: RemoteGamut | str, sectors: int = 1, **level: Unpack[Level]
+        self,
+        other: RemoteGamut | str,
+        sectors: int = 1,
+        *,
+        lost: bool = False,
+        **level: Unpack[Level],
     ) -> Steps[results.GamutComparison]:
         params = {**level, "a": self.id, "b": _id(other), "sectors": sectors}
+        params |= {"lost": True} if lost else {}
         request = Request("GET", "/v1/comparisons", params, {"Accept": JSON})
         found = (yield from sent(request, self.retries)).json()
         by_sector, gamuts = found["sectors"], found.get("gamuts", {})
@@ -523,20 +536,28 @@ class RemoteGamut:
             **volumes,
             **_members(found, "white_a", "white_b", "black_a", "black_b"),
             hues=_floats([*by_sector["hue_from"], by_sector["hue_to"][-1]]),
-            sectors=results.Overlap(**_members(by_sector, *VOLUMES)),
+            sectors=results.HueSectors(**_members(by_sector, *SECTORS)),
             triangles=(levels[0]["triangles"], levels[1]["triangles"]),
             max_error=(levels[0]["max_error"], levels[1]["max_error"]),
             gamuts=(_conditions(gamuts.get("a")), _conditions(gamuts.get("b"))),
             warnings=tuple(found["warnings"]),
             chromaticity=stored and results.ChromaticityComparison.from_mapping(stored),
+            lost_a=_loss(found.get("lost_a")),
+            lost_b=_loss(found.get("lost_b")),
+            summary=tuple(found.get("summary", ())),
         )
 
     @method
     def compare(
-        self, other: RemoteGamut | str, *, sectors: int = 36, **level: Unpack[Level]
+        self,
+        other: RemoteGamut | str,
+        *,
+        sectors: int = 36,
+        lost: bool = False,
+        **level: Unpack[Level],
     ) -> Steps[results.GamutComparison]:
         """Compare two gamuts: this one, A, and B: a gamut, an id or the slug of a reference."""
-        return self._compare(other, sectors, **level)
+        return self._compare(other, sectors, lost=lost, **level)
 
     @method
     def coverage_of(self, other: RemoteGamut | str) -> Steps[float]:
@@ -668,6 +689,10 @@ def _floats(values: object) -> FloatArray:
 def _members(document: Mapping[str, Any], *names: str) -> dict[str, Any]:
     """Return those members of a document that it has, as arrays."""
     return {name: _floats(document[name]) for name in names if name in document}
+
+
+def _loss(stored: Mapping[str, float] | None) -> results.ColourLoss | None:
+    return None if stored is None else results.ColourLoss(**stored)
 
 
 def _offsets(counts: ArrayLike) -> NDArray[np.int64]:

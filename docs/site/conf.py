@@ -1,7 +1,7 @@
 """Configuration of Sphinx for `make docs`; docs/decisions/documentation.md gives the reasons.
 
 The source directory is the root of the repository. A relative link between documents therefore
-works on the site and on a page of the repository. The front page is the README, and the table of
+works on the site and on a page of the repository. The front page is docs/start.md, and the table of
 contents is made of the links of docs/README.md.
 """
 
@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 from sphinx.errors import ExtensionError
 
+from gamutcore import Gamut
 from gamutcore.version import __version__
 
 if TYPE_CHECKING:
@@ -26,7 +27,7 @@ project_copyright = "The authors. Apache License 2.0"
 release = __version__
 
 extensions = ["myst_nb", "numpydoc", "sphinx.ext.autodoc", "sphinx.ext.autosummary"]
-root_doc = "README"
+root_doc = "docs/start"
 # the first is that of autosummary
 source_suffix = {".rst": "restructuredtext", ".md": "myst-nb", ".ipynb": "myst-nb"}
 include_patterns = ["*.md", "docs/**", "examples/*.md"]
@@ -35,6 +36,14 @@ templates_path = [str(Path(__file__).parent / "templates")]  # autosummary looks
 
 CONTENTS = {root_doc: "docs/README.md", "docs/decisions/README": "docs/decisions/README.md"}
 """Pages with a table of contents, and the documents whose links it is made of."""
+
+LIVE_VIEWER = "<!-- live viewer -->"
+"""Comment in a document; a frame with the viewer on the site."""
+
+FRAME = """```{raw} html
+<iframe class="live-viewer" loading="lazy" src="../_static/FOGRA39L.html"
+  title="Viewer of the gamut of coated offset printing"></iframe>
+```"""
 
 # --- documents and recipes ---
 
@@ -91,16 +100,25 @@ def toctrees(page: str, document: str) -> str:
         links = re.findall(r"\]\(([\w./-]+)\.(?:md|ipynb)\)", section)
         pages = [posixpath.normpath(posixpath.join(folder, link)) for link in links]
         # in place of the page itself, the document
-        listed = [document.removesuffix(".md") if link == page else link for link in pages]
+        itself, listed_document = posixpath.basename(page), f"/{document.removesuffix('.md')}"
+        listed = [listed_document if link == itself else link for link in pages]
         lines = ["```{toctree}", ":hidden:", f":caption: {caption}", "", *listed, "```"]
         trees.append("\n".join(lines))
     return "\n\n".join(trees)
 
 
 def add_toctrees(_app: Sphinx, page: str, source: list[str]) -> None:
-    """Append the table of contents to the front page, and to lists of documents below it."""
+    """Append the table of contents to pages with one, and put in the frame of the viewer."""
+    source[0] = source[0].replace(LIVE_VIEWER, FRAME)
     if page in CONTENTS:
         source[0] += f"\n\n{toctrees(page, CONTENTS[page])}\n"
+
+
+def write_viewer(app: Sphinx, failure: Exception | None) -> None:
+    """Write the viewer of the front page, one file as `gamutcore.Gamut.to_html` gives it."""
+    if failure is None:
+        press = Gamut(ROOT / "examples" / "FOGRA39L.ti3", surface_samples=20_000)
+        (Path(app.outdir) / "_static" / "FOGRA39L.html").write_bytes(press.to_html("FOGRA39L"))
 
 
 def refuse_other_hosts(app: Sphinx, failure: Exception | None) -> None:
@@ -116,4 +134,5 @@ def refuse_other_hosts(app: Sphinx, failure: Exception | None) -> None:
 def setup(app: Sphinx) -> None:
     """Connect the functions of this file with Sphinx."""
     app.connect("source-read", add_toctrees)
+    app.connect("build-finished", write_viewer)
     app.connect("build-finished", refuse_other_hosts)

@@ -490,20 +490,21 @@ def compare(
     first: Source,
     second: Annotated[str, typer.Argument(metavar="GAMUT", help="The other gamut.")],
     sectors: int = 36,
+    lost: bool = False,
     triangles: int | None = None,
     max_error: float | None = None,
     output: Output = None,
     as_json: AsJson = False,
     as_csv: AsCsv = False,
 ) -> None:
-    """Compare gamuts A and B by volume, coverage and chromaticity.
+    """Compare gamuts A and B in words and by volume and coverage.
 
     With --csv, the result is a table of the sectors of hue.
     """
     from gamutcore.questions import COMPARISON  # noqa: PLC0415
 
     one, two = (gamut_of(source, ctx, alone=False) for source in (first, second))
-    found = one.compare(two, sectors=sectors, triangles=triangles, max_error=max_error)
+    found = one.compare(two, sectors=sectors, lost=lost, triangles=triangles, max_error=max_error)
     stated = state(one.conditions, two.conditions, warnings=found.warnings)
     answer = COMPARISON.tabulate(found)
     by_hue: dict[str, Any] = {name: values.tolist() for name, values in answer.columns.items()}
@@ -524,6 +525,14 @@ def compare(
         for diagram, name in DIAGRAM_NAMES.items():
             for figure in ("area_ratio", "a_covers_b", "b_covers_a"):
                 facts[f"{name} {figure}"] = chromaticity[diagram][figure]
+    del facts["summary"]
+    for name in ("lost_a", "lost_b"):
+        values = facts.pop(name)
+        facts |= {f"{name} {figure}": value for figure, value in (values or {}).items()}
+    if output is None:
+        names = [Path(name).stem if Path(name).exists() else name for name in (first, second)]
+        words = found.summary_with(*names) if len({*names, "A", "B"}) > 3 else found.summary
+        typer.echo("\n".join((*words, "")))
     write_facts(facts, output, as_json=False)
 
 

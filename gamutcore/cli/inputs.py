@@ -143,7 +143,7 @@ def gamut_of(
                 raise OptionError.not_applicable(
                     name, value, f"{source} is a gamut that is built already"
                 )
-            return Gamut.from_bytes(data)
+            return Gamut.load(source)
     else:
         data, reference = found.data, found
         if not alone:
@@ -154,7 +154,11 @@ def gamut_of(
         with _progress(Path(source).name) as report:
             return Gamut(data, chosen, progress=report)
 
-    return build() if reference is None else cached_reference(reference, chosen, build)
+    if reference is not None:
+        return cached_reference(reference, chosen, build)
+    gamut = build()
+    gamut.name = gamut.name or Path(source).stem
+    return gamut
 
 
 def numbers_of(text: str, option: str, remedy: str) -> list[float]:

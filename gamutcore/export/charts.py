@@ -10,7 +10,7 @@ import base64
 import math
 import textwrap
 import unicodedata
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
 from xml.sax.saxutils import escape
 
@@ -29,11 +29,18 @@ __all__ = [
     "plain_text",
     "plane_axes",
     "rich_text",
+    "ring_angles",
+    "ring_bands",
+    "ring_curves",
+    "rings_note",
     "rings_svg",
+    "section_pixels",
     "section_svg",
 ]
 
-INK = "#222"
+INK, NOTE, FRAME, GRID, ZERO, PAPER = "#222", "#555", "#888", "#e2e2e2", "#aaa", "#fafafa"
+"""Text and lines, small text, frame, grid, grid at 0, and what is within the frame."""
+
 PLOT = 520.0
 """Longer side of the frame, in pixels of the picture."""
 
@@ -50,10 +57,13 @@ MOST_TICKS = 8
 PADDING = 0.04
 """Room around the data ÷ longer side of the data."""
 
+SMALL, LABEL, TITLE = 13, 15, 17
+"""Sizes of text, in pixels."""
+
 STYLE = (
-    "text{font-family:Helvetica,Arial,'Liberation Sans',sans-serif;fill:#222}"
-    ".tick{font-size:13px}.label{font-size:15px}.title{font-size:17px;font-weight:bold}"
-    ".note{font-size:13px;fill:#555}"
+    f"text{{font-family:Helvetica,Arial,'Liberation Sans',sans-serif;fill:{INK}}}"
+    f".tick{{font-size:{SMALL}px}}.label{{font-size:{LABEL}px}}"
+    f".title{{font-size:{TITLE}px;font-weight:bold}}.note{{font-size:{SMALL}px;fill:{NOTE}}}"
 )
 
 
@@ -169,10 +179,10 @@ class Chart:
             f"<style>{STYLE}</style>",
             f"<defs>{self._clip}</defs>",
             '<rect width="100%" height="100%" fill="#fff"/>',
-            f'<rect {frame} fill="#fafafa"/>',
+            f'<rect {frame} fill="{PAPER}"/>',
             grid,
             *self._layers,
-            f'<rect {frame} fill="none" stroke="#888"/>',
+            f'<rect {frame} fill="none" stroke="{FRAME}"/>',
             ticks,
             f'<text class="title" x="{LEFT:g}" y="26">{title}</text>',
             f'<text class="note" x="{LEFT:g}" y="47">{note}</text>',
@@ -196,7 +206,7 @@ class Chart:
             first, last = math.ceil(self.low[axis] / step), math.floor(self.high[axis] / step)
             for number in range(first, last + 1):
                 value = number * step
-                stroke = "#aaa" if number == 0 else "#e2e2e2"
+                stroke = ZERO if number == 0 else GRID
                 text = f"{value:.10g}".replace("-", "\N{MINUS SIGN}")
                 if axis == 0:
                     x = LEFT + (value - self.low[0]) * self.scale
@@ -240,6 +250,8 @@ def plain_text(text: str) -> str:
     return escape("".join(each for each in text if unicodedata.category(each)[0] != "C"))
 
 
+RINGS_TITLE = "Gamut rings"
+
 PIXELS = 160
 """Pixels along the longer side of a section's colours."""
 
@@ -277,6 +289,10 @@ class SectionAxes(NamedTuple):
     up: FloatArray
     labels: tuple[str, str]
     title: str
+
+    def flat(self, points: FloatArray) -> FloatArray:
+        """Return the coordinates of points of the plane along both axes, (n, 2)."""
+        return (points - self.origin) @ np.column_stack([self.right, self.up])
 
 
 def lightness_axes(lightness: float, space: ColourSpace = CIELAB) -> SectionAxes:
@@ -345,7 +361,7 @@ def section_svg(
     >>> section_svg([square], lightness_axes(50), name="Square")[:19]
     b'<?xml version="1.0"'
     """
-    flat = [(each - axes.origin) @ np.column_stack([axes.right, axes.up]) for each in polygons]
+    flat = [axes.flat(each) for each in polygons]
     # the axes of colour spaces meet in neutral colours, which are always shown
     points = np.vstack([np.zeros((1, 2)), *flat])
     note = f"{name} · {space.name}" if name else space.name
@@ -354,23 +370,24 @@ def section_svg(
         points = np.array([[-1.0, -1.0], [1.0, 1.0]])
     chart = Chart(points.min(axis=0), points.max(axis=0), axes.labels, axes.title, note, caption)
     if flat:
-        longer = max(chart.width, chart.height)
-        columns, rows = (
-            max(1, round(PIXELS * side / longer)) for side in (chart.width, chart.height)
-        )
-        across = chart.low[0] + (np.arange(columns) + 0.5) / columns * (
-            chart.high[0] - chart.low[0]
-        )
-        along = chart.high[1] - (np.arange(rows) + 0.5) / rows * (chart.high[1] - chart.low[1])
-        x, y = np.meshgrid(across, along)
-        colours = axes.origin + x[..., np.newaxis] * axes.right + y[..., np.newaxis] * axes.up
-        chart.add_image(
-            _pixels(colours.reshape(-1, 3), space).reshape(rows, columns, 3), chart.path(flat)
-        )
+        chart.add_image(section_pixels(axes, space, chart.low, chart.high), chart.path(flat))
         chart.add_polygons(
             flat, fill="none", stroke=INK, stroke_width="1.5", stroke_linejoin="round"
         )
     return chart.svg()
+
+
+def section_pixels(
+    axes: SectionAxes, space: ColourSpace, low: Sequence[float], high: Sequence[float]
+) -> NDArray[np.uint8]:
+    """Return the colours of a section between two corners, (rows, columns, 3) from the top."""
+    spans = [high[axis] - low[axis] for axis in range(2)]
+    columns, rows = (max(1, round(PIXELS * span / max(spans))) for span in spans)
+    across = low[0] + (np.arange(columns) + 0.5) / columns * spans[0]
+    along = high[1] - (np.arange(rows) + 0.5) / rows * spans[1]
+    x, y = np.meshgrid(across, along)
+    colours = axes.origin + x[..., np.newaxis] * axes.right + y[..., np.newaxis] * axes.up
+    return _pixels(colours.reshape(-1, 3), space).reshape(rows, columns, 3)
 
 
 def _pixels(colours: FloatArray, space: ColourSpace) -> NDArray[np.uint8]:
@@ -410,35 +427,31 @@ def rings_svg(
     caption : str, optional
         Below the picture, such as the conditions of the gamuts.
     """
-    # wide sectors are drawn as arcs
-    times = max(1, -(-WEDGES // len(hues)))
-    turn = 2.0 * np.pi / (len(hues) * times)
-    angle = np.radians(hues[0]) + turn * (np.arange(len(hues) * times) - (times - 1) / 2.0)
-    circle = np.column_stack([np.cos(angle), np.sin(angle)])
-    rings = _curves(radius, circle)
+    angle = ring_angles(hues)
+    rings = ring_curves(radius, angle)
     outlines = [rings[-1]]
     if reference_radius is not None:
-        outlines.append(_curves(reference_radius, circle)[-1])
+        outlines.append(ring_curves(reference_radius, angle)[-1])
     points = np.vstack([np.zeros((1, 2)), *outlines])
-    parts = [names[0]] if names[0] else []
-    if volume is not None:
-        figure = f"{volume:,.0f}" if volume >= 1000.0 else f"{volume:.4g}"
-        parts.append(f"volume {figure}".replace(",", "\N{NARROW NO-BREAK SPACE}"))
     chart = Chart(
         points.min(axis=0),
         points.max(axis=0),
         (f"{axes[1]}_RSS", f"{axes[2]}_RSS"),
-        "Gamut rings",
-        " · ".join(parts),
+        RINGS_TITLE,
+        rings_note(names[0], volume),
         caption,
     )
-    chart.add(f'<g shape-rendering="crispEdges">{_bands(chart, rings, angle)}</g>')
+    bands = "".join(
+        f'<path d="{chart.path([outline])}" fill="#{red:02x}{green:02x}{blue:02x}"/>'
+        for outline, (red, green, blue) in ring_bands(rings, angle)
+    )
+    chart.add(f'<g shape-rendering="crispEdges">{bands}</g>')
     outer, middle = len(rings) - 1, max(len(rings) // 2 - 1, 0)
     legend = []
     if reference_radius is not None:
         legend.append((DASHES, names[1]))
     if intersection_radius is not None:
-        within = _curves(intersection_radius, circle)
+        within = ring_curves(intersection_radius, angle)
         chart.add(f'<path d="{chart.path(within)}" fill="none" {DOTS.format("#fff")}/>')
         legend.append((DOTS.format("#999"), "intersection"))
     for number, ring in enumerate(rings):
@@ -451,20 +464,40 @@ def rings_svg(
     cross = f"M{x - 7:.1f},{y:.1f}h14M{x:.1f},{y - 7:.1f}v14"
     chart.add(f'<path d="{cross}" stroke="#fff" stroke-width="1.2"/>')
     # the labels are where they are farthest apart
-    at = times * int(np.argmax(radius[outer] - radius[middle]))
+    at = len(angle) // len(hues) * int(np.argmax(radius[outer] - radius[middle]))
     for number in sorted({0, middle, outer}):
         chart.add_text(rings[number][at].tolist(), f"{axes[0]} {lightness[number]:g}")
     return chart.svg()
 
 
-def _curves(radius: FloatArray, circle: FloatArray) -> list[FloatArray]:
+def rings_note(name: str, volume: float | None) -> str:
+    """Return the second line of the title: the name of the gamut, and its volume."""
+    parts = [name] if name else []
+    if volume is not None:
+        figure = f"{volume:,.0f}" if volume >= 1000.0 else f"{volume:.4g}"
+        parts.append(f"volume {figure}".replace(",", "\N{NARROW NO-BREAK SPACE}"))
+    return " · ".join(parts)
+
+
+def ring_angles(hues: FloatArray) -> FloatArray:
+    """Return the angles of the corners of rings; wide sectors are arcs of several corners."""
+    times = max(1, -(-WEDGES // len(hues)))
+    turn = 2.0 * np.pi / (len(hues) * times)
+    places = np.arange(len(hues) * times) - (times - 1) / 2.0
+    return np.asarray(np.radians(hues[0]) + turn * places, np.float64)
+
+
+def ring_curves(radius: FloatArray, angle: FloatArray) -> list[FloatArray]:
     """Return the corners of closed curves with the radii of equal sectors."""
+    circle = np.column_stack([np.cos(angle), np.sin(angle)])
     times = len(circle) // radius.shape[1]
     return [np.repeat(each, times)[:, np.newaxis] * circle for each in radius]
 
 
-def _bands(chart: Chart, rings: list[FloatArray], angle: FloatArray) -> str:
-    """Return the bands between rings, in the hues that they stand for."""
+def ring_bands(
+    rings: list[FloatArray], angle: FloatArray
+) -> Iterator[tuple[FloatArray, list[int]]]:
+    """Yield the parts of the bands between rings, with the sRGB colours of their hues."""
     low, high = BAND_LIGHTNESS
     count = len(angle)
     width = max(1, count // WEDGES)
@@ -479,15 +512,10 @@ def _bands(chart: Chart, rings: list[FloatArray], angle: FloatArray) -> str:
         ]
     )
     colours = _pixels(lab, CIELAB).tolist()
-    parts = []
     inner = np.zeros_like(rings[0])
     for band, ring in enumerate(rings):
         for wedge, begin in enumerate(wedges):
             at = np.arange(begin, min(begin + width, count) + 1) % count
             outline = np.vstack([ring[at], inner[at][::-1]])
-            red, green, blue = colours[band * len(middles) + wedge]
-            parts.append(
-                f'<path d="{chart.path([outline])}" fill="#{red:02x}{green:02x}{blue:02x}"/>'
-            )
+            yield outline, colours[band * len(middles) + wedge]
         inner = ring
-    return "".join(parts)

@@ -9,7 +9,12 @@ from typing import Any
 
 from gamutcore.version import __version__
 
-__all__ = ["ascii_line", "comment_lines", "mesh_provenance", "property_names"]
+__all__ = [
+    "ascii_line",
+    "comment_lines",
+    "mesh_provenance",
+    "property_names",
+]
 
 
 def mesh_provenance(description: Mapping[str, Any]) -> dict[str, str]:

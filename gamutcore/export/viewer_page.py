@@ -1,8 +1,8 @@
-"""One HTML file that shows a gamut with the viewer: without the service, and without a network.
+"""One HTML file that shows gamuts with the viewer: without the service, and without a network.
 
-The file holds the viewer's script, style and worker, the description and the history. Every level
-is therefore in it. Its content security policy forbids every connection. The viewer is built from
-``web/viewer``; see ``docs/decisions/viewer.md``.
+The file holds the viewer's script, style and worker, the descriptions and the histories. Every
+level is therefore in it. Its content security policy forbids every connection. The viewer is built
+from ``web/viewer``; see ``docs/decisions/viewer.md``.
 """
 
 from __future__ import annotations
@@ -12,46 +12,83 @@ import functools
 import hashlib
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from html import escape
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
-__all__ = ["HTML_SUFFIXES", "MEDIA_TYPE", "VIEWER_FILES", "viewer_page"]
+from gamutcore.errors import OptionError
+
+__all__ = [
+    "EXAMPLE_FILES",
+    "HTML_SUFFIXES",
+    "MEDIA_TYPE",
+    "MOST_GAMUTS",
+    "VIEWER_FILES",
+    "PageGamut",
+    "viewer_page",
+]
 
 HTML_SUFFIXES = (".html", ".htm")
 
 MEDIA_TYPE = "text/html"
 
+MOST_GAMUTS = 6
+"""The viewer has so many places (`SLOTS` of its page)."""
+
 VIEWER_FILES = Path(str(files("gamutcore.export"))) / "viewer"
 """The viewer as it was built."""
 
-_LINKS = re.compile(r"<link rel=\"(?:icon|stylesheet)\".*\n|<script .*\n")
-"""What the page loads from the service."""
+EXAMPLE_FILES = Path(str(files("gamutcore.export"))) / "examples"
+"""Gamuts that the viewer shows without a build, made by ``docs/pictures/examples.py``."""
+
+_LINKS = re.compile(r"<link rel=\"(?:icon|stylesheet)\".*\n|<script .*\n|<!--.*-->\n")
+"""What the page loads from the service, and the place of its still picture."""
 
 
-def viewer_page(description: Mapping[str, Any], history: bytes, name: str) -> bytes:
-    """Return a gamut as an HTML file in UTF-8: about 4/3 of the history's size, and 0.6 MB.
+class PageGamut(NamedTuple):
+    """A gamut of a page: its display name, its description as of `gamutcore.Gamut`, its history."""
 
-    The description is that of `gamutcore.Gamut`. `name` is the gamut's display name.
+    name: str
+    description: Mapping[str, Any]
+    history: bytes
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """The description as the service gives it, as far as the viewer uses it."""
+        channels = self.description["provenance"].get("channels", [])
+        return {**self.description, "name": self.name, "channels": channels}
+
+
+def viewer_page(gamuts: Sequence[PageGamut], state: object = None) -> bytes:
+    """Return gamuts as an HTML file in UTF-8: about 4/3 of the histories' size, and 0.6 MB.
+
+    `state` is what the page restores, as its own script saves it. Raise `OptionError` if there are
+    more gamuts than places.
     """
-    provenance = description["provenance"]
-    gamut = {**description, "name": name, "channels": provenance.get("channels", [])}
+    if len(gamuts) > MOST_GAMUTS:
+        raise OptionError.refusal("gamuts", len(gamuts), f"at most {MOST_GAMUTS}")
     content = {
-        "gamut": gamut,
-        "history": base64.b64encode(history).decode(),
+        "gamuts": [
+            {"gamut": each.document, "history": base64.b64encode(each.history).decode()}
+            for each in gamuts
+        ]
     }
-    before, after = _template()
+    before, between, after = _template()
+    title = f"<title>{escape(' and '.join(each.name for each in gamuts))} – gamut</title>"
+    before = before.replace("<title>Gamut viewer</title>", title)
+    return "".join((before, _json(content), between, _json(state), after)).encode()
+
+
+def _json(content: object) -> str:
     # JSON may have this character in strings only, and a script must not have it before "/script".
-    data = json.dumps(content, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
-    title = f"<title>{escape(name)} – gamut</title>"
-    return "".join((before.replace("<title>Gamut viewer</title>", title), data, after)).encode()
+    return json.dumps(content, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
 
 
 @functools.cache
-def _template() -> tuple[str, str]:
-    """Return the page before and after the data."""
+def _template() -> tuple[str, str, str]:
+    """Return the page before the gamuts, between them and the state, and after it."""
     text, style, script, worker = (
         (VIEWER_FILES / name).read_text("utf-8")
         for name in ("index.html", "viewer.css", "viewer.js", "worker.js")
@@ -70,7 +107,9 @@ def _template() -> tuple[str, str]:
     before = before.replace("</head>", f"{head}</head>", 1)
     sources = f'<script type="text/plain" id="worker-source">{worker}</script>\n'
     opening = '<script type="application/json" id="gamut-file">'
-    return f"{before}{sources}{opening}", f"</script>\n</body>{after}"
+    # The script of a page of the service replaces the state before it saves the file.
+    state = '<script type="application/json" id="page-state">'
+    return f"{before}{sources}{opening}", f"</script>\n{state}", f"</script>\n</body>{after}"
 
 
 def _digest(text: str) -> str:

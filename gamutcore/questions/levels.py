@@ -129,6 +129,7 @@ class AskedGamut(Protocol):
     history: History
     search: LevelSearch
     levels: IndexedLevels
+    name: str
 
     @property
     def colour_space(self) -> ColourSpace:

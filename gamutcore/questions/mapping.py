@@ -133,6 +133,7 @@ def map_colours(
     moved = np.abs(points - rows.points).max(axis=1, initial=0.0)
     return MappedColours(
         points=rows.in_shape(conversion.from_gamut(points)),
+        space=conversion.name,
         warnings=warnings,
         moved=rows.in_shape(moved > ROUNDING * gamut.default_error),
         delta_e=rows.in_shape(difference),

@@ -8,13 +8,32 @@ to front.
 from __future__ import annotations
 
 import importlib.util
-from html import escape
+import textwrap
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
 from gamutcore.arguments import Array, Boolean, Choice, FiniteNumber, Number, WholeNumber
 from gamutcore.colours.spaces import srgb
+from gamutcore.export.charts import (
+    CHARACTER,
+    FRAME,
+    GRID,
+    INK,
+    LABEL,
+    NOTE,
+    PAPER,
+    RINGS_TITLE,
+    SMALL,
+    TITLE,
+    ZERO,
+    ring_angles,
+    ring_bands,
+    ring_curves,
+    rings_note,
+    section_pixels,
+)
 from gamutcore.export.rendering import (
     BACKGROUNDS,
     DEFAULT_SIZE,
@@ -28,13 +47,15 @@ from gamutcore.geometry import TriangleMesh
 from gamutcore.levels import LevelRequest
 from gamutcore.questions.declarations import Parameter, Question
 from gamutcore.questions.levels import answering_level
-from gamutcore.questions.shape import rings, rings_caption, section
+from gamutcore.questions.shape import rings, rings_caption, section, section_axes
+from gamutcore.results import facts_table
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from gamutcore.arrays import FloatArray, PositionArray
     from gamutcore.colours.spaces import ColourSpace
+    from gamutcore.export import SectionAxes
     from gamutcore.questions.levels import AskedGamut
 
 __all__ = [
@@ -63,6 +84,18 @@ PNG_KEYWORD = "Gamut"
 
 PLOT_TRIANGLES = 2000
 """Triangles of a plot; matplotlib draws them in a tenth of a second."""
+
+SHELL_OPACITY = 0.12
+"""Of a second gamut on the same axes, through which the first one is seen."""
+
+SIZE = (6.2, 6.6)
+"""Size of a figure in inches: that of the pictures as SVG, at 100 pixels per inch."""
+
+POINTS = 0.72
+"""Points of a pixel of the pictures as SVG."""
+
+LINES: tuple[Any, ...] = ("-", (0, (5, 3.1)), (0, (1.8, 1.4)), (0, (5, 2, 1.2, 2)))
+"""Dashes of the first, the second and further gamuts, in widths of the line."""
 
 AZIMUTH, ELEVATION = np.radians(-35.0), np.radians(25.0)
 """Direction of the viewer of the picture in notebooks: in front of the blue and purple hues, from
@@ -152,6 +185,7 @@ def notebook_html(gamut: AskedGamut) -> str:
     space, description = gamut.colour_space, gamut.description
     lowest, highest = description["bounds"]
     facts = {
+        **({"name": gamut.name} if gamut.name else {}),
         "space": space.name,
         "channels": " ".join(map(str, description["provenance"].get("channels") or ["-"])),
         "volume": f"{description['volume']:.6g}",
@@ -162,14 +196,10 @@ def notebook_html(gamut: AskedGamut) -> str:
         "triangles": f"4 to {gamut.history.triangles}",
         "id": f"{description['id'][:12]}…",
     }
-    rows = "".join(
-        f"<tr><th style='text-align:left'>{escape(name)}</th><td>{escape(value)}</td></tr>"
-        for name, value in facts.items()
-    )
     count = min(NOTEBOOK_TRIANGLES, gamut.history.triangles)
     picture = svg_picture(gamut.history.level(count), space)
     return (
-        f"<div style='display:flex;align-items:center;gap:1em'>{picture}<table>{rows}</table></div>"
+        f"<div style='display:flex;align-items:center;gap:1em'>{picture}{facts_table(facts)}</div>"
     )
 
 
@@ -227,29 +257,47 @@ def plot(
     max_error: float | None = None,
     **style: Any,  # noqa: ANN401
 ) -> Any:  # noqa: ANN401
-    """Draw a gamut in three dimensions with its own colours."""
+    """Draw a gamut in three dimensions with its own colours.
+
+    A further gamut on the same axes is a shell with dashed lines of constant lightness.
+    """
     if ax is None:
         ax = new_axes(projection="3d")
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # noqa: PLC0415  # optional
 
+    number = len(_described(ax).labels)
     if triangles is None and max_error is None:
         triangles = min(PLOT_TRIANGLES, gamut.history.triangles)
     index = answering_level(gamut, triangles, max_error).index
     mesh = TriangleMesh(index.vertices, index.faces)
     place = _upright(mesh.vertices, gamut.colour_space)
     colours = face_colours(mesh, gamut.colour_space)
-    look = {"facecolors": colours, "edgecolors": colours, "linewidths": 0.2} | style
-    ax.add_collection3d(Poly3DCollection(place[mesh.faces], **look))
+    label = style.pop("label", gamut.name or f"gamut {number + 1}")
+    look = {"facecolors": colours, "edgecolors": colours, "linewidths": 0.2}
+    dashes = LINES[number % len(LINES)]
+    if number:
+        shell = np.column_stack([colours, np.full(len(colours), SHELL_OPACITY)])
+        look = {"facecolors": shell, "linewidths": 0.0}
+        for part in range(1, 10):
+            height = gamut.colour_space.white_lightness * part / 10.0
+            cut = section(gamut, height, triangles=triangles, max_error=max_error)
+            for ring in cut.polygons:
+                closed = _upright(np.vstack([ring, ring[:1]]), gamut.colour_space)
+                ax.plot(*closed.T, color=INK, linestyle=dashes, linewidth=POINTS)
+    ax.add_collection3d(Poly3DCollection(place[mesh.faces], **(look | style)))
     lowest, highest = place.min(axis=0), place.max(axis=0)
     axes = list(gamut.colour_space.axes)
     up = axes.pop(gamut.colour_space.definition.lightness)
-    for name, label, low, high in zip("xyz", [*axes, up], lowest, highest, strict=True):
+    for name, axis, low, high in zip("xyz", [*axes, up], lowest, highest, strict=True):
         limits = sorted([low, high, *getattr(ax, f"get_{name}lim")()])
-        is_first = len(ax.collections) == 1
-        ax.set(**{f"{name}lim": (low, high) if is_first else (limits[0], limits[-1])})
-        ax.set(**{f"{name}label": label})
-    _caption(ax, str(gamut.conditions))
-    ax.set_box_aspect(np.ptp([ax.get_xlim(), ax.get_ylim(), ax.get_zlim()], axis=1))
+        ax.set(**{f"{name}lim": (limits[0], limits[-1]) if number else (low, high)})
+        getattr(ax, f"set_{name}label")(axis, fontsize=LABEL * POINTS, color=INK)
+        getattr(ax, f"{name}axis").set_pane_color(PAPER)
+        getattr(ax, f"{name}axis").line.set_color(FRAME)
+    ax.tick_params(labelsize=SMALL * POINTS, labelcolor=INK, color=FRAME)
+    ax.set_box_aspect(np.ptp([ax.get_xlim(), ax.get_ylim(), ax.get_zlim()], axis=1), zoom=0.86)
+    line = _line(label, linestyle=dashes, linewidth=1.6 * POINTS)
+    _describe(ax, str(gamut.conditions), gamut.colour_space.name, [line], label=label)
     return ax
 
 
@@ -263,26 +311,39 @@ def plot_slice(
     max_error: float | None = None,
     **style: Any,  # noqa: ANN401
 ) -> Any:  # noqa: ANN401
-    """Draw a section by a lightness, or a hue leaf."""
+    """Draw a section by a lightness, or a hue leaf; further gamuts on the same axes are dashed."""
     found = section(gamut, lightness, hue=hue, triangles=triangles, max_error=max_error)
     ax = new_axes() if ax is None else ax
-    place = gamut.colour_space.definition.lightness
-    names = list(gamut.colour_space.axes)
-    up = names.pop(place)
-    # the next colour of the cycle of matplotlib
-    look = {"fill": False, "edgecolor": f"C{len(ax.patches) % 10}"} | style
-    for polygon in found.polygons:
-        flat = np.delete(polygon, place, axis=1)
-        if hue is not None:
-            turn = np.radians(hue)
-            chroma = flat @ (np.cos(turn), np.sin(turn))
-            flat = np.stack([chroma, polygon[:, place]], axis=1)
-        ax.fill(flat[:, 0], flat[:, 1], **look)
-    _caption(ax, str(found.gamut))
-    ax.set_xlabel(names[0] if hue is None else f"chroma at {hue:g}°")
-    ax.set_ylabel(names[1] if hue is None else up)
-    ax.set_aspect("equal")
+    axes = section_axes(gamut.colour_space, lightness, hue)
+    flat = [axes.flat(polygon) for polygon in found.polygons]
+    number = len(_described(ax).labels)
+    label = style.pop("label", gamut.name or f"gamut {number + 1}")
+    line = {"linestyle": LINES[number % len(LINES)], "linewidth": 1.6 * POINTS}
+    look = {"fill": False, "edgecolor": INK, **line} | style
+    drawn = [patch for polygon in flat for patch in ax.fill(polygon[:, 0], polygon[:, 1], **look)]
+    if drawn:
+        drawn[0].set_label(_plain(label))
+    if flat and not number and not {"fill", "color", "facecolor"} & style.keys():
+        _fill(ax, flat, axes, gamut.colour_space)
+    ax.update_datalim([(0.0, 0.0)])
+    _dress(ax, axes.labels)
+    entry = _line(label, **line, color=drawn[0].get_edgecolor() if drawn else INK)
+    note = gamut.colour_space.name if flat else f"{gamut.colour_space.name} · empty"
+    _describe(ax, str(found.gamut), note, [entry], title=axes.title, label=label)
     return ax
+
+
+def _fill(ax: Any, flat: list[FloatArray], axes: SectionAxes, space: ColourSpace) -> None:  # noqa: ANN401
+    """Fill polygons with the colours of their section."""
+    from matplotlib.path import Path  # noqa: PLC0415  # optional
+
+    points = np.vstack(flat)
+    low, high = points.min(axis=0), points.max(axis=0)
+    pixels = section_pixels(axes, space, low.tolist(), high.tolist())
+    shape = Path.make_compound_path(*(Path(np.vstack([each, each[:1]])) for each in flat))
+    extent = (low[0], high[0], low[1], high[1])
+    image = ax.imshow(pixels, extent=extent, interpolation="bilinear", zorder=0.9)
+    image.set_clip_path(shape, transform=ax.transData)
 
 
 def plot_rings(
@@ -295,28 +356,153 @@ def plot_rings(
     max_error: float | None = None,
     **style: Any,  # noqa: ANN401
 ) -> Any:  # noqa: ANN401
-    """Draw the gamut rings, with those of a reference dashed."""
+    """Draw the gamut rings, with the outer ring of a reference dashed."""
     found = rings(gamut, reference, sectors=sectors, triangles=triangles, max_error=max_error)
     ax = new_axes() if ax is None else ax
-    turn = np.radians(np.append(found.hues, found.hues[0]))
-    drawn = [(found.radius, {"color": "black", "linewidth": 1.0})]
+    from matplotlib.collections import PolyCollection  # noqa: PLC0415  # optional
+    from matplotlib.patheffects import withStroke  # noqa: PLC0415
+
+    angle = ring_angles(found.hues)
+    curves = ring_curves(found.radius, angle)
+    if not ax.collections:
+        shapes, colours = zip(*ring_bands(curves, angle), strict=True)
+        fills = np.array(colours) / 255.0
+        ax.add_collection(
+            PolyCollection(shapes, facecolors=fills, edgecolors="face", antialiaseds=False)
+        )
+    names = gamut.colour_space.axes
+    outer, middle = len(curves) - 1, max(len(curves) // 2 - 1, 0)
+    drawn = [
+        (ring, {"linewidth": POINTS * (1.8 if number == outer else 0.7)})
+        for number, ring in enumerate(curves)
+    ]
+    handles = []
     if found.reference_radius is not None:
-        drawn.append((found.reference_radius, {"color": "gray", "linestyle": "--"}))
-    for radii, look in drawn:
-        for ring in radii:
-            radius = np.append(ring, ring[0])
-            ax.plot(radius * np.cos(turn), radius * np.sin(turn), **(look | style))
-    ax.set_aspect("equal")
-    _caption(ax, rings_caption(found))
-    ax.set_xlabel(f"{gamut.colour_space.axes[1]} direction, area = volume")
+        dashed = {"linestyle": LINES[1], "linewidth": 1.6 * POINTS}
+        dotted = {"linestyle": LINES[2], "linewidth": 1.2 * POINTS}
+        drawn.append((ring_curves(found.reference_radius, angle)[-1], dashed))
+        handles.append(_line((reference and reference.name) or "reference", **dashed))
+    if found.intersection_radius is not None:
+        inner = ring_curves(found.intersection_radius, angle)
+        drawn = [(ring, dotted | {"color": "white"}) for ring in inner] + drawn
+        handles.append(_line("intersection", **dotted | {"color": FRAME}))
+    for ring, look in drawn:
+        closed = np.vstack([ring, ring[:1]])
+        ax.plot(closed[:, 0], closed[:, 1], **({"color": INK} | look | style))
+    ax.plot(0.0, 0.0, "+", color="white", markersize=14 * POINTS)
+    # the labels are where they are farthest apart
+    at = len(angle) // len(found.hues) * int(np.argmax(found.radius[outer] - found.radius[middle]))
+    for number in sorted({0, middle, outer}):
+        ax.text(
+            *curves[number][at],
+            f"{names[0]} {found.lightness[number]:g}",
+            fontsize=SMALL * POINTS,
+            color=INK,
+            va="center",
+            zorder=4,
+            path_effects=[withStroke(linewidth=3 * POINTS, foreground="white")],
+        )
+    _dress(ax, (f"{names[1]}$_\\mathrm{{RSS}}$", f"{names[2]}$_\\mathrm{{RSS}}$"))
+    note = rings_note(gamut.name, found.volume)
+    _describe(ax, rings_caption(found), note, handles, title=RINGS_TITLE)
     return ax
 
 
-def _caption(ax: Any, text: str) -> None:  # noqa: ANN401  # of matplotlib
-    """Add a line to the title of some axes, unless it is there."""
-    lines = [line for line in ax.get_title().splitlines() if line]
-    if text not in lines:
-        ax.set_title("\n".join([*lines, text]), fontsize="small")
+def _dress(ax: Any, labels: tuple[str, str]) -> None:  # noqa: ANN401  # of matplotlib
+    """Give axes in the plane the frame, the grid and the labels of the pictures as SVG."""
+    ax.set_facecolor(PAPER)
+    ax.set_axisbelow(True)
+    ax.grid(visible=True, color=GRID, linewidth=POINTS)
+    for line in (ax.axhline, ax.axvline):
+        line(0.0, color=ZERO, linewidth=POINTS, zorder=0.6)
+    for spine in ax.spines.values():
+        spine.set_color(FRAME)
+    ax.tick_params(length=0, labelsize=SMALL * POINTS, labelcolor=INK)
+    ax.set_xlabel(labels[0], fontsize=LABEL * POINTS, color=INK)
+    ax.set_ylabel(labels[1], fontsize=LABEL * POINTS, color=INK)
+    ax.use_sticky_edges = False
+    ax.margins(0.04)
+    ax.autoscale()
+    ax.set_aspect("equal")
+
+
+def _line(label: str, **look: Any) -> Any:  # noqa: ANN401  # of matplotlib
+    """Return a line of a legend."""
+    from matplotlib.lines import Line2D  # noqa: PLC0415  # optional
+
+    return Line2D([], [], label=_plain(label), **({"color": INK} | look))
+
+
+def _plain(text: str) -> str:
+    """Return a text for matplotlib, which takes what is between dollar signs for mathematics."""
+    return text.replace("$", r"\$")
+
+
+class _Described(SimpleNamespace):
+    """What the texts around some axes are made of."""
+
+    labels: list[str]
+    conditions: dict[str, list[str]]
+    lines: list[Any]
+    texts: list[Any]
+
+
+def _described(ax: Any) -> _Described:  # noqa: ANN401  # of matplotlib
+    """Return what the texts around some axes are made of; the axes keep it."""
+    empty = _Described(labels=[], conditions={}, lines=[], texts=[])
+    found: _Described = vars(ax).setdefault("described_gamuts", empty)
+    return found
+
+
+def _describe(
+    ax: Any,  # noqa: ANN401  # of matplotlib
+    conditions: str,
+    note: str,
+    lines: list[Any],
+    *,
+    title: str = "",
+    label: str = "",
+) -> None:
+    """Add the title, a line below it, a legend of several lines, and the conditions below the axes.
+
+    The names of the gamuts are the title unless one is given; else they are in the line below.
+    """
+    kept, flat = _described(ax), ax.name != "3d"
+    kept.labels += [label] if label else []
+    kept.lines += lines
+    kept.conditions.setdefault(conditions, []).append(label)
+    names = ", ".join(kept.labels)
+    if title and names:
+        note = f"{names} · {note}"
+    for text in kept.texts:
+        text.remove()
+    look = {"fontsize": SMALL * POINTS, "color": NOTE, "annotation_clip": False}
+    size = ax.get_position().width * ax.figure.get_figwidth() * 72.0
+    wrapped = [
+        line
+        for text, of in kept.conditions.items()
+        for line in textwrap.wrap(
+            _plain(f"{', '.join(of)}: {text}" if len(kept.conditions) > 1 else text),
+            max(20, int(size / (CHARACTER * POINTS))),
+        )
+    ]
+    below = {"xytext": (-40, -38), "textcoords": "offset points", "va": "top"}
+    above = {"xytext": (0, 6), "textcoords": "offset points"}
+    kept.texts = [
+        ax.annotate(_plain(note), (0, 1), xycoords="axes fraction", **above, **look),
+        ax.annotate("\n".join(wrapped), (0, 0), xycoords="axes fraction", **below, **look),
+    ]
+    strong = {"fontsize": TITLE * POINTS, "fontweight": "bold", "color": INK}
+    ax.set_title(_plain(title or names), loc="left", y=1.0, pad=22, **strong)
+    if len(kept.lines) > (1 if label else 0):
+        ax.legend(
+            handles=kept.lines,
+            loc="best" if flat else "upper right",
+            fontsize=SMALL * POINTS,
+            labelcolor=NOTE,
+            edgecolor="none",
+            markerfirst=False,
+        )
 
 
 def figure() -> Any:  # noqa: ANN401  # of matplotlib, which is optional
@@ -335,7 +521,7 @@ def figure() -> Any:  # noqa: ANN401  # of matplotlib, which is optional
         )
     from matplotlib.figure import Figure  # noqa: PLC0415
 
-    return Figure(figsize=(6, 6))
+    return Figure(figsize=SIZE, layout="compressed")
 
 
 def new_axes(**kind: Any) -> Any:  # noqa: ANN401  # of matplotlib
@@ -343,4 +529,4 @@ def new_axes(**kind: Any) -> Any:  # noqa: ANN401  # of matplotlib
     figure()
     import matplotlib.pyplot as plt  # noqa: PLC0415
 
-    return plt.figure().add_subplot(**kind)
+    return plt.figure(figsize=SIZE, layout="compressed").add_subplot(**kind)

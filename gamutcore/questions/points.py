@@ -216,6 +216,7 @@ def nearest(
     away = np.linalg.norm(found.points - rows.points, axis=1)
     return NearestColours(
         points=rows.in_shape(conversion.from_gamut(found.points)),
+        space=conversion.name,
         warnings=colour_warnings(gamut.conditions, conversion.name),
         distance=rows.in_shape(away),
         delta_e=rows.in_shape(difference),

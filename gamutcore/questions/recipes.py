@@ -69,6 +69,7 @@ def recipes(
     least, most = (rows.in_shape(found.black[:, end]) for end in range(2))
     return ColourRecipes(
         points=rows.in_shape(conversion.from_gamut(points)),
+        space=conversion.name,
         device=rows.in_shape(found.device),
         channels=model.channels,
         inside=rows.in_shape(inside),

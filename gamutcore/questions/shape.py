@@ -32,6 +32,8 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from gamutcore.arrays import FloatArray
+    from gamutcore.colours.spaces import ColourSpace
+    from gamutcore.export import SectionAxes
     from gamutcore.questions.levels import AskedGamut
 
 __all__ = [
@@ -49,6 +51,7 @@ __all__ = [
     "rings",
     "rings_caption",
     "section",
+    "section_axes",
 ]
 
 MOST_HUES = 36_000
@@ -234,14 +237,20 @@ def draw_section(
         gamut, lightness, hue=hue, plane=plane, triangles=triangles, max_error=max_error
     )
     space = gamut.colour_space
-    if lightness is not None:
-        axes = lightness_axes(lightness, space)
-    elif hue is not None:
-        axes = leaf_axes(hue, space)
-    else:
-        numbers = np.asarray(plane, np.float64)
-        axes = plane_axes(numbers[:3], float(numbers[3]), space)
+    axes = section_axes(space, lightness, hue, plane)
     return section_svg(found.polygons, axes, space, name, str(found.gamut))
+
+
+def section_axes(
+    space: ColourSpace, lightness: float | None, hue: float | None, plane: ArrayLike | None = None
+) -> SectionAxes:
+    """Return the plane of a section, of which one is given, and its axes."""
+    if lightness is not None:
+        return lightness_axes(lightness, space)
+    if hue is not None:
+        return leaf_axes(hue, space)
+    numbers = np.asarray(plane, np.float64)
+    return plane_axes(numbers[:3], float(numbers[3]), space)
 
 
 _FINITE = Annotated[float, Number(-1e6, 1e6)]

@@ -30,6 +30,7 @@ __all__ = [
     "find_reference",
     "parse_definition",
     "search_references",
+    "stated_name",
 ]
 
 _LONGEST = 4096
@@ -308,3 +309,18 @@ def parse_definition(text: str) -> Reference | None:
             remedy=f'Send {{"reference": "{found.slug}"}} alone.',
         )
     return found
+
+
+DESCRIPTORS = ("DESCRIPTOR", "DESCRIPTION", "FILE_DESCRIPTOR")
+"""Keywords of characterisation data that describe it, in order."""
+
+
+def stated_name(description: Mapping[str, Any]) -> str:
+    """Return the name that the description of a gamut states, for people; empty if it has none."""
+    provenance = description.get("provenance", {})
+    if provenance.get("format") == "reference":
+        reference = REFERENCES.get(provenance["reference"])
+        return str(provenance["reference"]) if reference is None else reference.name
+    conditions = provenance.get("conditions", {})
+    texts = [*(conditions.get(keyword) for keyword in DESCRIPTORS), provenance.get("description")]
+    return next((" ".join(text.split()) for text in texts if isinstance(text, str) and text), "")

@@ -38,7 +38,9 @@ __all__ = [
     "may_change",
 ]
 
-_OPEN = frozenset({"/", "/livez", "/readyz", "/docs", "/openapi.json", "/problems", "/view"})
+_OPEN = frozenset(
+    {"/", "/status", "/livez", "/readyz", "/docs", "/openapi.json", "/problems", "/view"}
+)
 """Paths that need no key and are not counted."""
 
 _OPEN_PREFIXES = ("/problems/", "/docs/", "/view/")

@@ -60,6 +60,7 @@ _NAMING = {
     "/v1/meshes": ("gamuts",),
     "/v1/comparisons": ("a", "b"),
     "/v1/links": ("source", "destination"),
+    "/v1/gamuts/{gamut_id}/viewer.html": ("with",),
 }
 """Query parameters that name gamuts, by path. Others have `reference` and `source`."""
 

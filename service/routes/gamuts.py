@@ -330,11 +330,12 @@ async def describe_gamut(request: Request, gamut_id: GamutId) -> Response:
     """Describe a gamut."""
     service = service_of(request)
     record = await service.library.record(gamut_id)
+    gamut = await _named(service, record)
     if prefers_page(request):
-        return viewer_page(request)
+        return viewer_page(request, gamut)
     # Later versions of the service may add members, and the name may change.
     answer = JsonResponse(
-        gamut_document(await _named(service, record)),
+        gamut_document(gamut),
         headers={"Cache-Control": "no-cache", "Vary": "Accept"},
     )
     return _conditional(request, answer)

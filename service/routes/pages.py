@@ -1,4 +1,4 @@
-"""Routes of HTML pages: the landing page and one page per kind of problem.
+"""Routes of HTML pages: the state of the service and one page per kind of problem.
 
 All are also available as JSON, by ``Accept``. Pages have one layout, in light and dark, without
 external resources. A page contains its style and no script. The content security policy allows
@@ -23,7 +23,7 @@ from service.problems.problem import JsonResponse, Problem, ProblemError
 from service.readiness import Report
 from service.routes.state import readiness
 
-__all__ = ["SECURITY_HEADERS", "definitions", "link", "page", "router", "table"]
+__all__ = ["SECURITY_HEADERS", "definitions", "link", "page", "router", "status", "table"]
 
 router = APIRouter(include_in_schema=False)
 
@@ -37,7 +37,8 @@ _INTRODUCTION = (
 )
 
 _LINKS = {
-    "/view": "Viewer",
+    "/": "Viewer",
+    "/status": "State of the service",
     "/docs": "All operations, interactive",
     "/openapi.json": "OpenAPI document",
     "/v1/gamuts": "Stored gamuts",
@@ -96,20 +97,19 @@ SECURITY_HEADERS = {
 """Header fields of every page."""
 
 
-@router.get("/")
-async def landing(request: Request) -> Response:
-    """Show the service, its state and its links."""
+@router.get("/status")
+async def status(request: Request) -> Response:
+    """Show the state of the service and its links."""
     service = service_of(request)
     report = await service.readiness.report()
     if _wants_json(request):
-        return JsonResponse(_landing_document(service, report), headers=_json_headers(_NO_STORE))
+        return JsonResponse(_status_document(service, report), headers=_json_headers(_NO_STORE))
     example = f"curl -F file=@examples/FOGRA39L.ti3 {request.base_url}v1/gamuts"
     links = "".join(f"<li>{link(address, text)}</li>\n" for address, text in _LINKS.items())
     return page(
         "Gamut boundary service",
         f'{_INTRODUCTION}<pre tabindex="0"><code>{escape(example)}</code></pre>\n'
         f"<h2>State</h2>\n{_state(service, report)}\n<h2>Links</h2>\n<ul>\n{links}</ul>",
-        home=False,
         headers=_NO_STORE,
     )
 
@@ -178,13 +178,13 @@ def _json_headers(headers: dict[str, str]) -> dict[str, str]:
     return {**headers, "Vary": "Accept"}
 
 
-def _landing_document(service: ServiceContainer, report: Report) -> dict[str, Any]:
+def _status_document(service: ServiceContainer, report: Report) -> dict[str, Any]:
     return {
         "service": "Gamut boundary service",
         "version": __version__,
         "algorithm_version": ALGORITHM_VERSION,
         "state": readiness(service, report).model_dump(),
-        "links": {address.strip("/").rpartition("/")[2]: address for address in _LINKS},
+        "links": {address.rpartition("/")[2] or "view": address for address in _LINKS},
     }
 
 
@@ -230,23 +230,22 @@ def _kind_document(kind: Kind) -> dict[str, Any]:
 # --- layout --------------------------------------------------------------------------------------
 
 
-def page(
-    title: str, content: str, *, home: bool = True, headers: Mapping[str, str] | None = None
-) -> HTMLResponse:
+def page(title: str, content: str, *, headers: Mapping[str, str] | None = None) -> HTMLResponse:
     """Return the response of a page with a plain title and HTML content.
 
-    `home` tells whether to link to the landing page; `headers` are further header fields.
+    `headers` are further header fields.
     """
     name = "Gamut boundary service"
     whole_title = title if title == name else f"{title} – {name}"
-    way = f"<nav>{link('/', name)}</nav>" if home else ""
     return HTMLResponse(
         '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width,initial-scale=1">\n'
         f"<title>{escape(whole_title)}</title>\n<style>{_STYLE}</style>\n</head>\n<body>\n"
-        f"<header>{way}<h1>{escape(title)}</h1></header>\n<main>\n{content}\n</main>\n"
-        f"<footer>{link('/docs', 'API')} · {link('/problems', 'Problems')} · "
-        f"{link('/metrics', 'Figures')}</footer>\n</body>\n</html>\n",
+        f"<header><nav>{link('/', 'Gamut viewer')}</nav><h1>{escape(title)}</h1></header>\n"
+        f"<main>\n{content}\n</main>\n"
+        f"<footer>{link('/status', 'Service')} · {link('/docs', 'API')} · "
+        f"{link('/problems', 'Problems')} · {link('/metrics', 'Figures')}</footer>\n"
+        "</body>\n</html>\n",
         headers={**SECURITY_HEADERS, "Vary": "Accept", **(headers or {})},
     )
 

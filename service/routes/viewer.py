@@ -10,11 +10,13 @@ import asyncio
 import base64
 import functools
 import hashlib
+import math
 import re
+from collections.abc import Mapping
 from html import escape
 from importlib.resources import files
 from pathlib import Path as FilePath
-from typing import Annotated
+from typing import Annotated, Any
 
 from fastapi import APIRouter, Path, Request
 from fastapi.openapi.docs import get_swagger_ui_html
@@ -33,7 +35,8 @@ from service.http.representations import (
     preferred_media_type,
 )
 from service.problems.problem import JsonResponse, Problem, ProblemError
-from service.routes.pages import SECURITY_HEADERS
+from service.routes.names import NamedRecord, gamut_document
+from service.routes.pages import SECURITY_HEADERS, definitions, status
 
 __all__ = [
     "MEDIA_TYPES",
@@ -75,6 +78,12 @@ _VIEWER_POLICY = (
     # The empty icon is a data: image, and rings are fetched with the API key.
     f"connect-src 'self'; img-src 'self' data: blob:; {_NOWHERE_ELSE}"
 )
+
+_STILL_PLACE = "<!-- the still picture -->\n"
+"""The place in the page's file where the service puts what is shown without the script."""
+
+_STILL_PICTURE = "size=640&background=transparent"
+"""Parameters of the picture: the height of the view on most screens, and any colour behind it."""
 
 
 @router.get("/docs")
@@ -130,6 +139,12 @@ async def documentation_file(
     return await asyncio.to_thread(_file_response, request, path, media_type)
 
 
+@router.get("/")
+async def root(request: Request) -> Response:
+    """Show the viewer in a browser, and the state of the service to others."""
+    return viewer_page(request) if prefers_page(request) else await status(request)
+
+
 @router.get("/view")
 async def view(request: Request) -> Response:
     """Show the viewer without a gamut."""
@@ -153,16 +168,28 @@ def prefers_page(request: Request) -> bool:
     return preferred_media_type(accept, ("application/json", "text/html")) == "text/html"
 
 
-def viewer_page(request: Request) -> Response:
-    """Return the page of the viewer. Its script takes the gamut from the address."""
+def viewer_page(request: Request, gamut: NamedRecord | None = None) -> Response:
+    """Return the page of the viewer. Its script takes the gamut from the address.
+
+    Until the script has drawn, and without it, the page shows a picture of the gamut and its facts.
+    """
     root = request.scope.get("root_path", "").rstrip("/")
+    head, still = "<title>Gamut viewer</title>\n", ""
+    if gamut is not None:
+        document = gamut_document(gamut)
+        picture = f"v1/gamuts/{gamut.id}/picture.png"
+        facts = _facts(document)
+        head = _head(f"{gamut.name} – gamut", facts, f"{request.base_url}{picture}")
+        still = _still(document, facts, f"{root}/{picture}?{_STILL_PICTURE}")
+    before, middle, after = _page(root)
+    text = f"{before}{head}{middle}{still}{after}"
     headers = {
         **SECURITY_HEADERS,
         "Cache-Control": "no-cache",
         "Content-Security-Policy": _VIEWER_POLICY,
         "Vary": "Accept",
     }
-    return conditional(HTMLResponse(_page(root), headers=headers), request.headers)
+    return conditional(HTMLResponse(text, headers=headers), request.headers)
 
 
 @functools.cache
@@ -173,10 +200,70 @@ def version() -> str:
 
 
 @functools.lru_cache(maxsize=8)
-def _page(root: str) -> str:
+def _page(root: str) -> tuple[str, str, str]:
+    """Return the page before the title, between title and still picture, and after it."""
     text = (VIEWER_FILES / "index.html").read_text("utf-8")
     root = escape(root)
-    return text.replace("{root}", root).replace("{files}", f"{root}/view/{version()}")
+    text = text.replace("{root}", root).replace("{files}", f"{root}/view/{version()}")
+    before, rest = text.split("<title>Gamut viewer</title>\n")
+    middle, after = rest.split(_STILL_PLACE)
+    return before, middle, after
+
+
+def _head(title: str, facts: Mapping[str, str], picture: str) -> str:
+    """Return the title and what chats show of a link (The Open Graph protocol, ogp.me)."""
+    properties = {
+        "og:title": title,
+        "og:description": " · ".join(f"{name}: {text}" for name, text in facts.items()),
+        "og:image": picture,
+        "og:type": "website",
+    }
+    lines = [
+        f'<meta property="{name}" content="{escape(text)}">\n' for name, text in properties.items()
+    ]
+    return f"<title>{escape(title)}</title>\n{''.join(lines)}"
+
+
+def _still(document: Mapping[str, Any], facts: Mapping[str, str], picture: str) -> str:
+    """Return the figure that the script removes once it has drawn."""
+    name = escape(document["name"])
+    listed = definitions((term, escape(text)) for term, text in facts.items())
+    return (
+        f'    <figure id="static" data-gamut="{document["id"]}">\n'
+        f'<img src="{escape(picture)}" alt="The gamut {name} as a solid in its own colours">\n'
+        f"<figcaption><h2>{name}</h2>\n{listed}\n"
+        "<noscript><p>This is a still picture. Allow scripts to turn the solid.</p></noscript>\n"
+        '<p id="static-note" hidden>This is a still picture, because this browser has no WebGL 2, '
+        "which draws the solid.</p></figcaption>\n</figure>\n"
+    )
+
+
+def _facts(document: Mapping[str, Any]) -> dict[str, str]:
+    """Return what the still picture says about a gamut, as plain text."""
+    options, provenance = document["options"], document["provenance"]
+    space = options["space"]
+    facts = {"Space": space}
+    intent = provenance.get("intent")
+    if intent is not None:
+        facts["Intent"] = intent
+    unit = "ΔE*ab³" if space == "CIELAB" else f"cubic units of {space}"
+    facts["Volume"] = f"{_number(document['volume'], 6)} {unit}"
+    relative = (document.get("volumes") or {}).get("relative")
+    if relative is not None:
+        facts["Volume"] += f", {_number(relative['times_srgb'], 2)} × sRGB"
+    for name, axes in (("white_lab", "L*a*b*"), ("white", "XYZ")):
+        white = provenance.get(name)
+        if white is not None and "White" not in facts:
+            facts["White"] = f"{axes} {' '.join(_number(value, 4) for value in white)}"
+    facts["Full boundary"] = f"{document['counts']['triangles']:,} triangles"
+    return facts
+
+
+def _number(value: float, digits: int) -> str:
+    """Return a number with so many significant digits at most, as people write it."""
+    decimals = max(0, digits - 1 - math.floor(math.log10(abs(value)))) if value else 0
+    text = f"{value:,.{decimals}f}"
+    return (text.rstrip("0").rstrip(".") if "." in text else text).replace("-", "−")
 
 
 def _file_response(request: Request, path: FilePath, media_type: str) -> Response:

@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import asyncio
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-from fastapi import APIRouter, Depends, Request
+from fastapi import APIRouter, Depends, Query, Request
 from fastapi.responses import Response
 
-from gamutcore.export.viewer_page import MEDIA_TYPE
+from gamutcore.export.viewer_page import MEDIA_TYPE, MOST_GAMUTS, PageGamut, viewer_page
 from gamutcore.questions import (
     COMPARISON,
     MOST_DRAWN_TRIANGLES,
@@ -31,7 +31,7 @@ from service.http.representations import (
     content_disposition,
     preferred_media_type,
 )
-from service.http.requests import GAMUT_PATTERN
+from service.http.requests import GAMUT_IDS, GAMUT_PATTERN
 from service.library import ChargedResponse, Cost, EncodedResponse, PictureOptions
 from service.openapi.documentation import (
     EXAMPLE_ID,
@@ -230,8 +230,9 @@ async def draw_gamut(request: Request, gamut_id: GamutId) -> Response:
     "/{gamut_id}/viewer.html",
     operation_id="downloadPage",
     summary="Download a page that shows the gamut",
-    description="One HTML file with the viewer and the history. It opens from disk in any current "
-    "browser, without a network, and shows every level. The file has the name of the gamut.",
+    description="One HTML file with the viewer and the history, and those of other gamuts `with` "
+    "it. It opens from disk in any current browser, without a network, and shows every level. The "
+    "file has the names of the gamuts.",
     response_class=Response,
     responses={
         200: {
@@ -261,33 +262,61 @@ async def draw_gamut(request: Request, gamut_id: GamutId) -> Response:
         ),
     },
 )
-async def download_page(request: Request, gamut_id: GamutId) -> Response:
+async def download_page(
+    request: Request,
+    gamut_id: GamutId,
+    others: Annotated[
+        str | None,
+        Query(
+            alias="with",
+            description="Ids of gamuts, or slugs of reference gamuts, separated by commas: "
+            f"{MOST_GAMUTS - 1} at most. The page has them as well.",
+            pattern=f"^{GAMUT_PATTERN}(,{GAMUT_PATTERN})*$",
+            max_length=65 * MOST_GAMUTS,
+            examples=["srgb"],
+        ),
+        GAMUT_IDS,
+    ] = None,
+) -> Response:
     """Download a page that shows the gamut."""
     service = service_of(request)
-    record = await service.library.record(gamut_id)
-    full = record.description["counts"]["triangles"]
-    page_bytes = Cost.PAGE * full + Cost.PAGE_BASE
-    charge = await service.library.memory.charge(
-        "work", lambda: service.library.unpacking_cost(record, full) + page_bytes
+    library = service.library
+    names = [] if others is None else others.split(",")
+    if len(names) >= MOST_GAMUTS:
+        fault = f"There are {len(names)} gamuts beside the first."
+        raise refuse(fault, "query", "with", f"Give at most {MOST_GAMUTS - 1}.")
+    found = [await NamedGamuts.of(request).id_of(name) for name in names]
+    records = [await library.record(each) for each in dict.fromkeys([gamut_id, *found])]
+    full = {record.id: record.description["counts"]["triangles"] for record in records}
+    page_bytes = Cost.PAGE * sum(full.values()) + Cost.PAGE_BASE
+    charge = await library.memory.charge(
+        "work",
+        lambda: page_bytes + sum(library.unpacking_cost(each, full[each.id]) for each in records),
     )
-    opened = await service.library.gamut(gamut_id, charge)
-    await service.library.unpack(opened, full)
-    service.library.settle(opened, charge)
+    opened = []
+    for record in records:
+        gamut = await library.gamut(record.id, charge)
+        await library.unpack(gamut, full[record.id])
+        library.settle(gamut, charge)
+        opened.append(gamut)
     accepted = request.headers.getlist("accept-encoding")
 
     def answer() -> Response:
-        [gamut] = named(service.store, [opened.record])
+        shown = [
+            PageGamut(each.name, gamut.gamut.description, gamut.gamut.to_bytes())
+            for each, gamut in zip(named(service.store, records), opened, strict=True)
+        ]
         # The name may change, so the answer is not immutable. A browser never shows it as a page of
         # the service.
+        file_name = " and ".join(each.name for each in shown)
         headers = {
             "Cache-Control": "no-cache",
-            "Content-Disposition": content_disposition("attachment", gamut.name, ".html"),
+            "Content-Disposition": content_disposition("attachment", file_name, ".html"),
             "X-Content-Type-Options": "nosniff",
         }
-        page = Response(opened.gamut.to_html(gamut.name), 200, headers, MEDIA_TYPE)
-        return compress_response(page, accepted)
+        return compress_response(Response(viewer_page(shown), 200, headers, MEDIA_TYPE), accepted)
 
-    page = await service.library.in_thread(answer)
+    page = await library.in_thread(answer)
     return ChargedResponse(conditional(page, request.headers), charge)
 
 

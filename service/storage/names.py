@@ -15,7 +15,7 @@ import json
 import unicodedata
 from typing import Any, NamedTuple
 
-from gamutcore.references import REFERENCES
+from gamutcore.references import stated_name
 from service.storage.blobs import (
     BlobDamagedError,
     BlobNotFoundError,
@@ -39,9 +39,6 @@ __all__ = [
 
 LONGEST_NAME = 200
 """Largest number of characters of a name."""
-
-_DESCRIPTORS = ("DESCRIPTOR", "DESCRIPTION", "FILE_DESCRIPTOR")
-"""Keywords of characterisation data that describe it, in order."""
 
 _ATTEMPTS = 50
 """Number of attempts to replace a document while others replace it."""
@@ -177,14 +174,9 @@ class Owners:
 def display_name(record: PublishedGamut, stored: GamutName) -> str:
     """Return the name of a gamut; `stored` is the store's document about the name."""
     provenance: dict[str, Any] = record.description.get("provenance", {})
-    if provenance.get("format") == "reference":
-        reference = REFERENCES.get(provenance["reference"])
-        return str(provenance["reference"]) if reference is None else reference.name
-    if stored.given:
+    if stored.given and provenance.get("format") != "reference":
         return stored.given
-    conditions = provenance.get("conditions", {})
-    descriptors = [conditions.get(keyword) for keyword in _DESCRIPTORS]
-    for text in (*descriptors, provenance.get("description"), stored.file):
-        if isinstance(text, str) and (name := cleaned_name(text)):
+    for text in (stated_name(record.description), stored.file):
+        if text and (name := cleaned_name(text)):
             return name
     return f"Gamut {record.id[:12]}"

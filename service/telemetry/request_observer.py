@@ -46,7 +46,7 @@ KNOWN_PARAMETERS = (
     "name",
     "match",
     "options",
-    *("a", "b", "reference", "sectors", "hues", "hue", "lightness", "plane"),
+    *("a", "b", "with", "reference", "sectors", "hues", "hue", "lightness", "plane"),
     *("space", "distance", "tolerance", "edge_width", "position", "metric", "kind"),
     *("method", "focus", "source", "destination", "columns", "table_scale"),
     *("to", "depth", "table", "iterations", "result"),

@@ -176,6 +176,7 @@ QUESTIONS = {
     "rings alone": lambda gamut, _: gamut.rings(),
     "compare": lambda gamut, other: gamut.compare(other),
     "compare sectors": lambda gamut, other: gamut.compare(other, sectors=12, **LEVEL),
+    "compare lost": lambda gamut, other: gamut.compare(other, sectors=12, lost=True),
     "and": lambda gamut, other: gamut & other,
     "coverage": lambda gamut, other: gamut.coverage_of(other),
     "mesh": lambda gamut, _: gamut.mesh(300),

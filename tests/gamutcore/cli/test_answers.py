@@ -364,7 +364,11 @@ def test_compare(command, as_json, cubes):
     assert found["intersection"] == pytest.approx(20**3)
     assert found["a_covers_b"] == pytest.approx(1.0)
     assert found["b_covers_a"] == pytest.approx(1 / 8)
-    assert "0.125" in command(*pair)[0]
+    shown, _ = command(*pair, "--lost")
+    assert "0.125" in shown
+    assert shown.startswith("large reaches further at every hue: by up to 14 in chroma")
+    assert "The whole surface of small is inside large." in shown
+    assert "lost_a share_outside" in shown
     by_hue = rows(command(*pair, "--csv", "--sectors", 4)[0])
     assert [float(row["volume_a"]) for row in by_hue] == pytest.approx([10 * 40**2] * 4)
 

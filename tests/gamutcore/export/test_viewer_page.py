@@ -5,9 +5,11 @@ import hashlib
 import json
 from html.parser import HTMLParser
 
+import numpy as np
 import pytest
 
 from gamutcore import Gamut
+from gamutcore.errors import OptionError
 
 COLOURS = [(20, 0, 0), (90, 0, 0), (50, 60, 0), (50, -40, 50), (50, -40, -50)]
 
@@ -50,9 +52,21 @@ def page(gamut):
 
 
 def test_it_has_the_history_and_the_description(page, gamut):
-    content = json.loads(page.text("script", id="gamut-file"))
+    [content] = json.loads(page.text("script", id="gamut-file"))["gamuts"]
     assert base64.b64decode(content["history"]) == gamut.to_bytes()
     assert content["gamut"] == {**gamut.description, "name": "A press", "channels": []}
+    assert json.loads(page.text("script", id="page-state")) is None
+
+
+def test_several_gamuts_have_given_names_or_those_of_their_data(gamut):
+    others = [Gamut(np.array(COLOURS) * scale) for scale in (0.9, 0.8)]
+    page = Page(gamut.to_html(["A press", "Smaller"], *others))
+    found = json.loads(page.text("script", id="gamut-file"))["gamuts"]
+    assert [each["gamut"]["id"] for each in found] == [each.id for each in (gamut, *others)]
+    names = [each["gamut"]["name"] for each in found]
+    assert names == ["A press", "Smaller", f"Gamut {others[1].id[:12]}"]
+    with pytest.raises(OptionError):
+        gamut.to_html("Too many", *[gamut] * 6)
 
 
 def test_nothing_is_loaded(page):
@@ -86,8 +100,8 @@ def test_a_name_is_only_a_name(gamut, page, name):
     content = gamut.to_html(name)
     found = Page(content)
     assert [tag for tag, _ in found.tags] == [tag for tag, _ in page.tags]
-    assert json.loads(found.text("script", id="gamut-file"))["gamut"]["name"] == name
-    assert content.count(b"</script>") == 3
+    [read] = json.loads(found.text("script", id="gamut-file"))["gamuts"]
+    assert read["gamut"]["name"] == name
 
 
 def test_a_suffix_chooses_the_page(gamut, tmp_path):

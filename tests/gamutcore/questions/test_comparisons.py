@@ -1,5 +1,6 @@
 """Questions about two gamuts: cubes, whose intersections are cubes, and published figures."""
 
+import colour
 import numpy as np
 import pytest
 
@@ -27,6 +28,108 @@ def test_cubes():
     assert found.white_a[0] == pytest.approx(70, abs=1e-3)
     assert found.black_b[0] == pytest.approx(40, abs=1e-3)
     assert found.warnings == ()
+
+
+def surface_of_cube(half, steps):
+    """Return the middles of equal squares on the faces of a cube, (6 · steps², 3)."""
+    middles = half * (2 * (np.arange(steps) + 0.5) / steps - 1)
+    square = np.stack(np.meshgrid(middles, middles), axis=-1).reshape(-1, 2)
+    sides = [np.insert(square, axis, end, axis=1) for axis in range(3) for end in (-half, half)]
+    return np.concatenate(sides) + np.array((50, 0, 0))
+
+
+def test_colours_lost_are_those_of_a_search_of_all_pairs():
+    one, two = cube(20), cube(10)
+    found = one.compare(two, sectors=1, lost=True)
+    given, others = surface_of_cube(20, 8), surface_of_cube(10, 20)
+    pairs = colour.difference.delta_E_CIE2000(given[:, np.newaxis], others[np.newaxis])
+    nearest = pairs.min(axis=1)
+    assert found.lost_a.mean == pytest.approx(nearest.mean(), rel=0.02)
+    assert found.lost_a.percentile_95 == pytest.approx(np.percentile(nearest, 95), rel=0.03)
+    assert found.lost_a.share_outside == 1
+    assert [*vars(found.lost_b).values()] == [0, 0, 0]
+    assert found.sectors.lost_mean_a == pytest.approx([found.lost_a.mean])
+    turned = two.compare(one, lost=True)
+    assert vars(turned.lost_b) == vars(found.lost_a)
+    # each quarter of the hues is the same but for ΔE00
+    assert turned.sectors.lost_mean_b.mean() == pytest.approx(found.lost_a.mean, rel=0.1)
+
+
+def test_shares_outside_are_shares_of_area():
+    """Of a cube of edge 40 that is moved by 10, one face and quarters of four are outside."""
+    found = cube(20).compare(cube(20, (50, 10, 0)), lost=True)
+    assert found.lost_a.share_outside == pytest.approx((1 + 4 / 4) / 6, abs=0.01)
+    assert found.lost_b.share_outside == pytest.approx((1 + 4 / 4) / 6, abs=0.01)
+    same = cube(20).compare(cube(20), lost=True)
+    assert same.lost_a.share_outside == same.lost_b.mean == 0
+    assert same.summary[0] == "A and B reach equally far at every hue."
+
+
+@pytest.mark.parametrize("sectors", [1, 7, 36])
+def test_the_largest_chroma_in_a_sector_of_a_cube(sectors):
+    hues = np.linspace(0, 360, sectors * 1000 + 1)
+    # the distance from an edge of the square is 20
+    chroma = 20 / np.maximum(*np.abs([np.cos(np.radians(hues)), np.sin(np.radians(hues))]))
+    expected = [chroma[at : at + 1001].max() for at in range(0, sectors * 1000, 1000)]
+    found = cube(20).compare(cube(10), sectors=sectors).sectors
+    assert found.max_chroma_a == pytest.approx(expected, rel=1e-4)
+    assert found.max_chroma_b == pytest.approx(found.max_chroma_a / 2, rel=1e-4)
+    assert found.lost_mean_a is None
+
+
+SOLIDS = {
+    "cyan": (-37, -50),
+    "magenta": (74, -3),
+    "yellow": (-5, 93),
+    "red": (68, 48),
+    "green": (-68, 25),
+    "blue": (17, -46),
+}
+"""a* and b* of prints (ISO 12647-2:2004/Amd 1:2007, paper type 1)."""
+
+
+@pytest.mark.parametrize("name", SOLIDS)
+def test_the_summary_names_the_hue_of_a_peak(name):
+    """Of primaries and secondaries, of prints and of sRGB."""
+    rgb = {"red": "100", "yellow": "110", "green": "010", "cyan": "011", "blue": "001"}
+    full = np.array([*rgb.get(name, "101")], float)
+    d50 = colour.CCS_ILLUMINANTS["CIE 1931 2 Degree Standard Observer"]["D50"]
+    lab = colour.XYZ_to_Lab(colour.RGB_to_XYZ(full, "sRGB", d50), d50)
+    for peak in (SOLIDS[name], lab[1:]):
+        spiked = Gamut(np.vstack([10 * UNIT + (50, 0, 0), (50, *peak)]), gamma=1)
+        words = spiked.compare(cube(10)).summary[0]
+        assert words.startswith("A reaches further in ")
+        assert f"{name} (hue " in words
+        far = float(words.split("by up to ")[1].split()[0])
+        assert far == pytest.approx(np.hypot(*peak), abs=15)
+        assert words.split("chroma, ")[1].startswith((f"in {name} (hue", "at hue"))
+
+
+def test_the_summary_has_the_figures_and_takes_names():
+    one, two = cube(20), cube(10, (50, 20, 0))
+    found = one.compare(two, lost=True)
+    words = " ".join(found.summary)
+    # B ends at an a* of 30, and A at 20
+    assert "by up to 10 in chroma" in words
+    assert "A covers 50.0 % of the volume of B, and B covers 6." in words
+    white = colour.difference.delta_E_CIE2000(found.white_a, found.white_b)
+    assert f"A has L* 70.0 and that of B 60.0 (ΔE00 {white:.1f})" in words
+    assert f"ΔE00 is {found.lost_b.mean:.1f} on average" in words
+    named = " ".join(found.summary_with("press A", "Bild"))
+    assert named.replace("press A", "A").replace("Bild", "B") == words
+    assert "press A covers 50.0 % of the volume of Bild" in named
+
+
+def test_other_spaces_have_hues_without_names_or_no_hue():
+    oklab = cube(20, space="Oklab").compare(cube(10, space="Oklab"), lost=True)
+    assert "at every hue" in oklab.summary[0]
+    assert "at hue " in oklab.summary[0]
+    # nearest by Oklab is no nearer by ΔE00
+    assert oklab.lost_a.mean > 0.95 * cube(20).compare(cube(10), lost=True).lost_a.mean
+    xyz = cube(20, space="CIEXYZ").compare(cube(10, space="CIEXYZ"))
+    assert xyz.sectors.max_chroma_a is None
+    assert xyz.summary[0].startswith("A covers")
+    assert " Y 0." in xyz.summary[-1]
 
 
 def test_spaces_must_be_the_same():

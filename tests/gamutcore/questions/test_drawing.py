@@ -6,7 +6,7 @@ import xml.etree.ElementTree as ET
 import numpy as np
 import pytest
 
-from gamutcore import Gamut
+from gamutcore import Gamut, reference
 from gamutcore.questions.plotting import face_colours, figure, svg_picture
 
 CUBE = 20 * (2.0 * np.array(list(np.ndindex(2, 2, 2))) - 1) + (50, 0, 0)
@@ -46,8 +46,37 @@ def test_slices_and_rings():
     leaf = gamut.plot_slice(ax=figure().add_subplot(), hue=0)
     assert leaf.patches[0].get_xy().max(axis=0).tolist() == pytest.approx([20, 70], abs=1e-3)
     rings = gamut.plot_rings(other, figure().add_subplot(), sectors=12)
-    assert len(rings.lines) == 20
-    assert len(rings.lines[0].get_xdata()) == 13
+    legend = [text.get_text() for text in rings.get_legend().texts]
+    assert legend == ["reference", "intersection"]
+    radii = [np.hypot(*line.get_data()).max() for line in rings.lines]
+    assert max(radii) == pytest.approx(gamut.rings(sectors=12).radius.max())
+
+
+def test_plots_have_names_colours_and_dashes():
+    """The section is filled with the colours that the picture as SVG has; the second is dashed."""
+    gamut, other = Gamut(CUBE, gamma=1), Gamut(CUBE / 2 + np.array([25, 0, 0]), gamma=1)
+    gamut.name, other.name = "Large $1", "Small $2"
+    axes = gamut.plot_slice(50, figure().add_subplot())
+    (image,) = axes.images
+    middle = image.get_array()[image.get_array().shape[0] // 2, image.get_array().shape[1] // 2]
+    assert middle.tolist() == pytest.approx([119, 119, 119], abs=2)  # L* 50 in sRGB
+    assert axes.get_title("left") == "L* = 50"
+    assert axes.get_legend() is None
+    other.plot_slice(50, axes)
+    assert len(axes.images) == 1
+    solid, dashed = axes.get_legend().get_lines()
+    assert (solid.is_dashed(), dashed.is_dashed()) == (False, True)
+    axes.figure.draw_without_rendering()  # a name is no formula
+    assert axes.texts[0].get_text() == r"Large \$1, Small \$2 · CIELAB"
+    assert axes.patches[1].get_linestyle() != axes.patches[0].get_linestyle()
+
+
+def test_a_gamut_has_the_name_of_its_file_or_reference(small_gamut, tmp_path):
+    assert small_gamut.name == ""
+    small_gamut.save(tmp_path / "Coated.gamut")
+    assert Gamut.load(tmp_path / "Coated.gamut").name == "Coated"
+    assert reference("display-p3", surface_samples=1000).name == "Display P3"
+    assert Gamut("examples/FOGRA39L.ti3", surface_samples=1000).name == "FOGRA39L"
 
 
 class TestSvg:

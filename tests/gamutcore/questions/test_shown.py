@@ -2,6 +2,7 @@
 
 import dataclasses
 import inspect
+import re
 
 import numpy as np
 import pytest
@@ -43,7 +44,9 @@ def test_every_answer_is_shown_in_one_line_and_as_a_table(gamuts, name):
     assert "\n" not in line
     assert "array" not in line
     assert len(line) < 400
-    assert table.count("<tr>") == table.count("</td>") >= 2
+    assert table.count("<tr>") >= 2
+    assert max(part.count("<tr>") for part in table.split("<table>")) <= 13  # with a head
+    assert not re.search("(?<!-)color *:|background *:(?!lab)", table)  # those of the notebook
 
 
 def test_ranges_shapes_and_single_values_are_shown(gamuts):
@@ -55,7 +58,19 @@ def test_ranges_shapes_and_single_values_are_shown(gamuts):
     assert repr(one & other) == (
         "<Intersection: volume 8000, of_first 0.125, of_second 1, jaccard 0.125>"
     )
-    assert "<th style='text-align:left'>volume</th><td>8000</td>" in (one & other)._repr_html_()
+    assert (
+        "<th style='text-align:left'>volume</th><td style='text-align:left'>8000</td>"
+        in (one & other)._repr_html_()
+    )
+
+
+def test_few_colours_are_a_table_with_swatches(gamuts):
+    table = gamuts[0].map([(50, 90, 0), (50, 0, 0)])._repr_html_()
+    assert table.count("background:lab(50% ") == 2
+    assert "<td>50 0 0</td><td>no</td>" in table
+    assert "background:color(srgb " in gamuts[0].nearest([(1, 0, 0)], space="sRGB")._repr_html_()
+    assert "background" not in gamuts[0].nearest([(1, 0, 0)], space="CIEXYZ")._repr_html_()
+    assert gamuts[0].nearest([50, 90, 0])._repr_html_().count("background:lab(") == 1
 
 
 def test_texts_of_files_do_not_break_the_line_or_the_table(gamuts):

@@ -63,6 +63,23 @@ def test_comparison_of_a_cube_with_half_of_it(view):
     assert [answer["levels"][name]["triangles"] for name in "ab"] == [12, 12]
 
 
+def test_colours_lost_of_a_comparison(view):
+    plain, answer = view("comparisons").json(), view("comparisons", lost="true", sectors=4).json()
+    assert plain["lost_a"] is plain["lost_b"] is None
+    assert "lost_mean_a" not in plain["sectors"]
+    assert plain["sectors"]["max_chroma_a"] == pytest.approx(
+        np.multiply(plain["sectors"]["max_chroma_b"], 2), rel=1e-3
+    )
+    assert answer["lost_a"]["share_outside"] == 1
+    assert answer["lost_a"]["percentile_95"] > answer["lost_a"]["mean"] > 0
+    assert answer["lost_b"] == {"mean": 0, "percentile_95": 0, "share_outside": 0}
+    assert min(answer["sectors"]["lost_percentile_95_a"]) > 0
+    assert answer["summary"][0].startswith("A reaches further at every hue")
+    assert "The whole surface of B is inside A." in answer["summary"]
+    table = view("comparisons", CSV, lost="true", sectors=4).text.splitlines()
+    assert table[0].endswith("lost_percentile_95_a,lost_percentile_95_b")
+
+
 @pytest.mark.parametrize(
     ("query", "area"),
     [({"lightness": 50}, 400), ({"plane": "0,1,0,5"}, 400), ({"hue": 0}, 200)],

@@ -32,7 +32,7 @@ HTML = {"accept": "text/html,application/xhtml+xml,application/xml;q=0.9,*/*;q=0
 """What Chromium and Firefox send for a page."""
 JSON = {"accept": "application/json"}
 
-PLAIN = ("/", "/problems", "/problems/not-found")
+PLAIN = ("/status", "/problems", "/problems/not-found")
 """Pages without scripts."""
 PAGES = (*PLAIN, "/docs", "/view")
 
@@ -123,7 +123,7 @@ def test_nobody_is_asked_whether_the_document_is_valid(get):
     assert '"validatorUrl": null' in shown
 
 
-@pytest.mark.parametrize("path", ["/", "/problems/not-found"])
+@pytest.mark.parametrize("path", ["/status", "/problems/not-found"])
 def test_a_browser_shows_a_page_and_complains_of_nothing(server, browser, path):
     shown = browser(f"{server.url}{path}")
     assert shown.complaints == []
@@ -226,11 +226,11 @@ def test_behind_a_prefix_the_document_says_so():
     assert asyncio.run(document())["servers"] == [{"url": "/gamut"}]
 
 
-# --- landing page, problems, gamuts ---------------------------------------------------------------
+# --- state, problems, gamuts ---------------------------------------------------------------
 
 
-def test_the_landing_page_tells_the_state_and_its_links_lead_somewhere(server, get):
-    shown = get("/")
+def test_the_page_of_the_state_has_links_that_lead_somewhere(server, get):
+    shown = get("/status")
     assert shown.headers["cache-control"] == "no-store"
     assert '<span class="ok">ready</span>' in shown.text
     assert "1 of 1 warm" in shown.text
@@ -242,7 +242,7 @@ def test_the_landing_page_tells_the_state_and_its_links_lead_somewhere(server, g
     links = set(re.findall(r'href="([^"]+)"', shown.text))
     assert {"/docs", "/openapi.json", "/v1/gamuts", "/problems", "/metrics", "/readyz"} <= links
 
-    answer = get("/", JSON)
+    answer = get("/status", JSON)
     assert answer.headers["content-type"] == "application/json"
     assert answer.headers["vary"] == "Accept"
     document = answer.json()
@@ -251,6 +251,14 @@ def test_the_landing_page_tells_the_state_and_its_links_lead_somewhere(server, g
     assert set(document["state"]) == set(get("/readyz").json())
     for address in links | set(document["links"].values()):
         assert get(address).status_code == 200
+
+
+def test_a_browser_gets_the_viewer_at_the_root_and_others_the_state(get):
+    assert get("/").text == get("/view").text
+    answer = get("/", JSON)
+    assert answer.json().keys() == get("/status", JSON).json().keys()
+    assert answer.headers["vary"] == "Accept"
+    assert "Probes" in get("/", {"accept": "*/*"}).text
 
 
 @pytest.mark.parametrize("code", KINDS)
@@ -279,10 +287,26 @@ def test_the_index_of_problems_has_all(get):
         assert html.escape(kind.title) in shown
 
 
-def test_a_browser_gets_the_viewer_at_a_gamut(get, gamut, assert_problem):
-    shown = get(f"/v1/gamuts/{gamut['id']}")
-    assert shown.text == get("/view").text
+def test_a_browser_gets_the_viewer_with_a_picture_and_facts_at_a_gamut(server, get, sphere):
+    made = server.client.post("/v1/gamuts", json={"samples": sphere(seed=792, count=40)}).json()
+    address = f"/v1/gamuts/{made['id']}"
+    server.client.put(f"{address}/name", json={"name": HOSTILE})
+    shown = get(address)
     assert "Accept" in shown.headers["vary"]
+    assert f"{VIEW}/viewer.js" in shown.text
+    assert HOSTILE not in shown.text
+    assert f"<title>{html.escape(HOSTILE)} – gamut</title>" in shown.text
+    named = dict(re.findall(r'<meta property="og:(\w+)" content="([^"]*)">', shown.text))
+    assert named["image"] == f"{server.url}{address}/picture.png"
+    assert f"{made['counts']['triangles']} triangles" in named["description"]
+    [figure] = re.findall(r"<figure id=\"static\".*?</figure>", shown.text, re.DOTALL)
+    assert f"<h2>{html.escape(HOSTILE)}</h2>" in figure
+    assert "ΔE*ab³" in figure
+    [picture] = re.findall(r'<img src="([^"]+)"', figure)
+    assert get(html.unescape(picture)).headers["content-type"] == "image/png"
+
+
+def test_there_is_no_page_for_a_gamut_that_does_not_exist(get, assert_problem):
     assert_problem(get(f"/v1/gamuts/{'0' * 64}"), 404, "gamut-not-found")
 
 
@@ -310,6 +334,17 @@ def test_the_page_of_a_gamut_is_downloaded_under_its_name(server, sphere):
     encoded = "filename*=UTF-8''Gr%C3%B6%C3%9Fe%20_M_%2050_50%20_b_.html"
     assert encoded in after.headers["content-disposition"]
     assert b"<b>" not in after.content.split(b"<script type", 1)[0]
+
+
+def test_a_page_has_other_gamuts_beside_the_first(get, gamut, assert_problem):
+    address = f"/v1/gamuts/{gamut['id']}/viewer.html"
+    shown = get(f"{address}?with={gamut['id']},srgb")
+    text = re.findall(r'id="gamut-file">(.*?)</script>', shown.text)[0]
+    first, second = (each["gamut"] for each in json.loads(text)["gamuts"])
+    assert (first["id"], second["name"]) == (gamut["id"], "sRGB")
+    assert shown.headers["content-location"].endswith(f"?with={gamut['id']},{second['id']}")
+    assert_problem(get(f"{address}?with={','.join(['srgb'] * 6)}"), 422, "invalid-parameter")
+    assert_problem(get(f"{address}?with=srbg"), 422, "invalid-parameter")
 
 
 # --- the form of pages without scripts ------------------------------------------------------------
@@ -384,7 +419,7 @@ def luminance(colour):
 @pytest.mark.parametrize("scheme", [":root", "prefers-color-scheme:dark"])
 def test_text_stands_out_from_its_ground(get, scheme):
     """WCAG 2.2, success criterion 1.4.3: a contrast of 4.5 at least."""
-    named = colours(get("/").text, scheme)
+    named = colours(get("/status").text, scheme)
     for ground in ("back", "box"):
         for name in ("text", "soft", "link", "good", "fair", "bad"):
             low, high = sorted((luminance(named[ground]), luminance(named[name])))

@@ -118,10 +118,11 @@ def test_the_features_in_a_browser(server, sphere, guarded, tmp_path):
     bad = tmp_path / "bad.csv"
     bad.write_text("L,a,b\n1,2\n")
     rows = [",".join(f"{value:.6f}" for value in row) for row in sphere(seed=os.getpid())]
-    tests = [
-        f"viewer/tests/{name}.test.mjs"
-        for name in ("view", "gamuts", "layers", "colours", "recipes")
-    ]
+    names = (
+        *("static", "view", "scene", "gamuts", "layers", "flow", "slices"),
+        *("colours", "answers", "recipes"),
+    )
+    tests = [f"viewer/tests/{name}.test.mjs" for name in names]
     ended = subprocess.run(
         ["node", "--test", "--test-concurrency=2", *tests],
         cwd=WEB,

@@ -1,8 +1,10 @@
 // The viewer: a page and its parts, one line each.
 import { byId, element } from "./page/elements.js";
 import { embedded } from "./page/embedded.js";
+import { connectGlossary } from "./page/glossary.js";
 import { connectKeys } from "./page/keys.js";
 import { Page } from "./page/page.js";
+import { openPage } from "./page/start.js";
 import { Uploads } from "./page/uploads.js";
 import { ColourList } from "./panels/colour_list.js";
 import { ComparisonPanel } from "./panels/comparison_panel.js";
@@ -10,6 +12,8 @@ import { connectDisplay } from "./panels/display.js";
 import { connectFacts } from "./panels/facts.js";
 import { GamutList } from "./panels/gamut_list.js";
 import { connectLevel } from "./panels/level.js";
+import { Marks } from "./panels/marks.js";
+import { PicturePanel } from "./panels/picture_panel.js";
 import { connectPointer } from "./panels/pointer.js";
 import { SlicePanel } from "./panels/slice_panel.js";
 import { connectSaving } from "./panels/take_away.js";
@@ -28,20 +32,24 @@ function start(): Page {
   connectPointer(page);
   connectSaving(page);
   connectKeys(page);
+  connectGlossary();
   new GamutList(page);
   new SlicePanel(page);
-  new ComparisonPanel(page);
   if (embedded === null) {
+    new ComparisonPanel(page);
     new Uploads(page);
     new ColourList(page);
-  } else byId("title").textContent = embedded.gamut.name;
-  void page.restore();
+    new Marks(page);
+    new PicturePanel(page);
+  } else byId("title").textContent = embedded.gamuts.map(({ gamut }) => gamut.name).join(" and ");
+  void openPage(page);
   return page;
 }
 
 try {
   window.gamutViewer = start();
 } catch (error) {
+  document.getElementById("static-note")?.removeAttribute("hidden");
   const box = byId("problem");
   box.hidden = false;
   box.append(element("strong", "This browser cannot show the view"), element("p", String(error)));

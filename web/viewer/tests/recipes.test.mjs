@@ -93,21 +93,21 @@ test("a list has the recipe of each colour, inside and outside, with the range o
 
   const [head, ...lines] = await savedCells(page);
   const saved = lines.map((cells) => Object.fromEntries(head.map((name, i) => [name, cells[i]])));
-  saved.forEach((row, i) => assert.deepEqual(["C", "M", "Y", "K"].map((name) => Number(row[name]).toFixed(2)), device[i].map((value) => value.toFixed(2))));
-  assert.deepEqual(["least black", "most black"].map((name) => Math.round(100 * saved[0][name])), [least, most]);
+  saved.forEach((row, i) => assert.deepEqual(["C %", "M %", "Y %", "K %"].map((name) => Number(row[name])), device[i].map((value) => Math.round(1000 * value) / 10)));
+  assert.deepEqual(["least black %", "most black %"].map((name) => Math.round(saved[0][name])), [least, most]);
 
   await page.click("#colours-clear");
   await page.waitForSelector("#colours-table[hidden]");
   await close(page);
 });
 
-test("codes of a display are those of the list, and it has no black", async () => {
+test("device values of a display are per cent as well, and it has no black", async () => {
   const page = await open(browser, "/view#a=srgb");
   await page.waitForFunction("window.gamutViewer.figures.triangles[0] > 4");
   await check(page, "Olive rgb(120, 130, 40)");
   const [olive] = await withRecipes(page);
-  assert.equal(olive["Recipe, 0–255"], "R 120 G 130 B 40");
-  assert.deepEqual(Object.keys(olive), ["Colour", "Where", "ΔE00", "Recipe, 0–255", "Recipe ΔE00", "Nearest"]);
+  assert.equal(olive["Recipe, %"], "R 47 G 51 B 16");
+  assert.deepEqual(Object.keys(olive), ["Colour", "Where", "ΔE00", "Recipe, %", "Recipe ΔE00", "Nearest"]);
   await close(page);
 });
 

@@ -4,9 +4,10 @@
 //
 // The first gamut is a ball of radius 40 around L* = 50, the second one of radius 30.
 import assert from "node:assert/strict";
+import { writeFile } from "node:fs/promises";
 import process from "node:process";
 import { after, before, test } from "node:test";
-import { chromium, close, drawn, open } from "./pages.mjs";
+import { chromium, close, drawn, open, violations } from "./pages.mjs";
 
 const { FIRST, SECOND, VIEWER_URL } = process.env;
 const FINEST = Number(process.env.FINEST);
@@ -149,17 +150,12 @@ test("views turn smoothly, and the view spins until it is touched, unless less m
   await drawn(page, FINEST);
   const start = await place(page);
   assert.equal(await page.$eval("[data-axis='+L*']", (button) => button.title), "From above (+L*), key 1");
-  const passed = await page.evaluate(async () => {
-    const { view } = window.gamutViewer;
+  const first = await page.evaluate(() => {
     document.querySelector("[data-axis='+L*']").click();
-    const seen = new Set();
-    for (let i = 0; i < 40 && view.turning !== null; i++) {
-      await new Promise((resolve) => setTimeout(resolve, 20));
-      seen.add(view.place.join());
-    }
-    return seen.size;
+    return window.gamutViewer.view.place.join();
   });
-  assert.ok(passed > 1, String(passed));
+  assert.equal(first, start); // a turn takes its time
+  await page.waitForFunction("window.gamutViewer.view.turning === null");
   const [x, y, z] = (await place(page)).split(",").map(Number);
   assert.ok(y > 2 && Math.abs(x) < 0.1 && Math.abs(z) < 0.1, `${x} ${y} ${z}`);
   await page.evaluate("window.gamutViewer.view.home()");
@@ -196,7 +192,7 @@ test("colours are exact on screens of both kinds, and marked where a screen cann
         let [far, count, beyond] = [0, 0, 0];
         for (let i = 1; i < 400; i++) {
           const [x, y] = [Math.floor(((i % 20) / 20) * box.width), Math.floor((Math.floor(i / 20) / 20) * box.height)];
-          const hit = view.pick(box.left + x + 0.5, box.top + y + 0.5, shown[0].layer.targets);
+          const hit = view.pick(box.left + x + 0.5, box.top + y + 0.5, shown[0].layer.targets.solid);
           if (hit === null) continue;
           const { a, b, c } = hit.face;
           const weights = hit.barycoord.toArray();
@@ -226,4 +222,112 @@ test("colours are exact on screens of both kinds, and marked where a screen cann
     await page.waitForFunction("location.hash.includes('mark=on')");
     await close(page);
   }
+});
+
+/** What the dialog saves, as an array of bytes, with its type and name. */
+async function saved(page, kind, fields = {}) {
+  await page.click("#save");
+  await page.select("#save-kind", kind);
+  const file = await page.evaluate(async (values) => {
+    for (const [id, value] of Object.entries(values)) document.getElementById(id).value = value;
+    const made = new Promise((resolve) => {
+      const create = URL.createObjectURL;
+      URL.createObjectURL = (blob) => {
+        URL.createObjectURL = create;
+        resolve(blob);
+        return create.call(URL, blob);
+      };
+    });
+    document.getElementById("save-file").click();
+    const blob = await made;
+    const url = await new Promise((resolve) => {
+      const reader = new FileReader();
+      reader.onload = () => resolve(reader.result);
+      reader.readAsDataURL(blob);
+    });
+    return { type: blob.type, data: url.split(",")[1] };
+  }, fields);
+  await page.waitForFunction("!document.getElementById('take-away').open");
+  const bytes = Buffer.from(file.data, "base64");
+  if (process.env.PICTURES) await writeFile(`${process.env.PICTURES}/saved.${kind}`, bytes);
+  return { type: file.type, bytes };
+}
+
+test("pictures are saved in a chosen size with legend and labels: PNG, and SVG with text", async () => {
+  const page = await open(browser, `/view#a=${FIRST}&b=${SECOND}`);
+  await drawn(page, FINEST);
+  const before = await page.evaluate("window.gamutViewer.view.place.join()");
+  const png = await saved(page, "png", { "save-width": "640", "save-height": "400", "save-ratio": "2" });
+  assert.equal(png.type, "image/png");
+  assert.deepEqual([png.bytes.readUInt32BE(16), png.bytes.readUInt32BE(20)], [1280, 800]);
+  const svg = (await saved(page, "svg", { "save-width": "640", "save-height": "400" })).bytes.toString();
+  for (const text of ["L*", "a*", "b*", "20", "Ball A and Ball B", "Ball B · translucent", "sRGB screens"]) {
+    assert.ok(svg.includes(`>${text}<`) || svg.includes(text), text);
+  }
+  // Both look alike: they are drawn by different ways through the browser.
+  const far = await page.evaluate(
+    async (...sources) => {
+      const [a, b] = await Promise.all(
+        sources.map(async (source) => {
+          const image = new Image();
+          image.src = source;
+          await image.decode();
+          const context = new OffscreenCanvas(640, 400).getContext("2d");
+          context.drawImage(image, 0, 0, 640, 400);
+          return context.getImageData(0, 0, 640, 400).data;
+        }),
+      );
+      return a.reduce((sum, value, i) => sum + Math.abs(value - b[i]), 0) / a.length;
+    },
+    `data:image/png;base64,${png.bytes.toString("base64")}`,
+    `data:image/svg+xml,${encodeURIComponent(svg)}`,
+  );
+  assert.ok(far < 1, String(far));
+  assert.equal(await page.evaluate("window.gamutViewer.view.place.join()"), before);
+  const { width, clientWidth } = await page.evaluate(() => {
+    const { width, clientWidth } = window.gamutViewer.canvas;
+    return { width, clientWidth };
+  });
+  assert.equal(width, clientWidth);
+  await page.click("#save");
+  assert.deepEqual(await violations(page), []);
+  await page.click("#save-close");
+  await close(page);
+});
+
+test("a turntable is an animated WebP file whose frames differ, and can be cancelled", async () => {
+  const page = await open(browser, `/view#a=${FIRST}&triangles=300`);
+  await drawn(page, 300);
+  const { type, bytes } = await saved(page, "webp", { "save-width": "240", "save-height": "200", "save-ratio": "1", "save-frames": "36" });
+  assert.equal(type, "image/webp");
+  assert.equal(bytes.readUInt32LE(4), bytes.length - 8);
+  const found = await page.evaluate(async (base64) => {
+    const data = Uint8Array.from(atob(base64), (character) => character.charCodeAt(0));
+    const decoder = new ImageDecoder({ data, type: "image/webp" });
+    await decoder.completed;
+    await decoder.tracks.ready;
+    const { frameCount, repetitionCount } = decoder.tracks.selectedTrack;
+    const frames = [];
+    for (const frameIndex of [0, 9]) {
+      const { image } = await decoder.decode({ frameIndex });
+      const context = new OffscreenCanvas(240, 200).getContext("2d");
+      context.drawImage(image, 0, 0);
+      frames.push({ size: [image.displayWidth, image.displayHeight], duration: image.duration, data: [...context.getImageData(0, 0, 240, 200).data] });
+    }
+    const apart = (i, j) => frames[i].data.reduce((sum, value, k) => sum + Math.abs(value - frames[j].data[k]), 0) / frames[i].data.length;
+    return { frameCount, repetitionCount, size: frames[0].size, duration: frames[0].duration, quarter: apart(0, 1) };
+  }, bytes.toString("base64"));
+  assert.equal(found.frameCount, 36);
+  assert.equal(found.repetitionCount, null); // without end: JSON has no infinity
+  assert.deepEqual(found.size, [240, 200]);
+  assert.ok(Math.abs(found.duration - 222_000) < 1000, String(found.duration));
+  assert.ok(found.quarter > 0.5, JSON.stringify(found));
+  await page.click("#save");
+  await page.select("#save-kind", "webp");
+  await page.click("#save-file");
+  await page.waitForFunction("document.getElementById('save-progress').value > 0");
+  await page.click("#save-close");
+  await page.waitForFunction("!document.getElementById('save-file').disabled");
+  assert.equal(await page.$eval("#save-progress", (bar) => bar.hidden), true);
+  await close(page);
 });

@@ -1,24 +1,27 @@
-// Device values for people: per cent of ink, or 8-bit codes of red, green and blue.
+// Device values for people: always per cent, of inks as of red, green and blue.
 import type { Recipes } from "../service/queries.js";
 
-function isRgb(channels: string[]): boolean {
+/** Whether channels are red, green and blue. */
+export function isRgb(channels: string[]): boolean {
   return channels.every((name) => /^[RGB]$/i.test(name)); // G alone may be a green ink
 }
 
-/** The unit of the numbers of `deviceText`. */
-export function deviceUnit(channels: string[]): string {
-  return isRgb(channels) ? "0–255" : "%";
+/** The unit of device values on the page and in its files. */
+export const DEVICE_UNIT = "%";
+
+/** Device values in per cent, to a tenth. */
+export function devicePercent(values: number[]): number[] {
+  return values.map((value) => Math.round(1000 * value) / 10);
 }
 
 /** Names of channels with their values, such as C 15 M 62 Y 55 K 21. */
 export function deviceText(channels: string[], values: number[], separator = " "): string {
-  const most = isRgb(channels) ? 255 : 100;
-  return channels.map((name, i) => `${name} ${Math.round(most * values[i]!)}`).join(separator);
+  return channels.map((name, i) => `${name} ${Math.round(100 * values[i]!)}`).join(separator);
 }
 
-/** The same for a line without a head, with the unit where it is per cent. */
+/** The same with the unit, for a line without a head. */
 export function deviceLine(channels: string[], values: number[]): string {
-  return deviceText(channels, values, "  ") + (isRgb(channels) ? "" : " %");
+  return `${deviceText(channels, values, "  ")} ${DEVICE_UNIT}`;
 }
 
 /** The possible range of black of a recipe, such as 0–42; null without black. */

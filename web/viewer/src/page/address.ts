@@ -1,4 +1,5 @@
 // The state of the page in its address, behind the number sign: the server never sees it.
+import { embedded } from "./embedded.js";
 
 /** A part of the page that the address restores. */
 export interface AddressPart {
@@ -13,6 +14,8 @@ const PAUSE = 250;
 export class AddressBook {
   private readonly parts: AddressPart[] = [];
   private saving = 0;
+  /** Whether the state is left out of the address, as long as nobody has chosen anything. */
+  isPaused = false;
 
   add(part: AddressPart): void {
     this.parts.push(part);
@@ -20,7 +23,7 @@ export class AddressBook {
 
   /** Give all parts what the address says. */
   read(): URLSearchParams {
-    const given = new URLSearchParams(location.hash.slice(1));
+    const given = new URLSearchParams(location.hash.slice(1) || embedded?.state?.address);
     for (const part of this.parts) part.read(given);
     return given;
   }
@@ -39,8 +42,13 @@ export class AddressBook {
     if (this.saving !== 0) return;
     this.saving = setTimeout(() => {
       this.saving = 0;
-      // A page in the `srcdoc` of a frame, as in a notebook, has no address of its own.
-      if (location.protocol !== "about:") history.replaceState(null, "", `#${this.text}`);
+      this.saveNow();
     }, PAUSE);
+  }
+
+  saveNow(): void {
+    // A page in the `srcdoc` of a frame, as in a notebook, has no address of its own.
+    if (this.isPaused || location.protocol === "about:") return;
+    history.replaceState(null, "", `#${this.text}`);
   }
 }

@@ -1,46 +1,101 @@
-// Options of the next build: rendering intent, ink limit and space.
+// Options of builds: a line in each row of the list, and one form that changes them.
 import { INTENTS } from "../panels/conditions.js";
-import { byId } from "./elements.js";
+import type { Gamut } from "../service/api.js";
+import { byId, element } from "./elements.js";
+import type { Slot } from "./page.js";
+
+/** Options as the service takes them. */
+export interface Chosen {
+  intent: string;
+  space: string;
+  ink_limit?: number;
+}
+
+/** The options that a gamut was built with. */
+export function optionsOf({ options, provenance }: Gamut): Chosen {
+  const limit = provenance.ink_limits?.total ?? null;
+  return { intent: provenance.intent ?? "", space: options.space, ...(limit === null ? {} : { ink_limit: limit }) };
+}
 
 export class BuildOptions {
-  private readonly box = byId<HTMLDetailsElement>("options");
+  private readonly form = byId<HTMLFormElement>("options");
   private readonly intent = byId<HTMLSelectElement>("intent");
   private readonly limit = byId<HTMLInputElement>("ink-limit");
   private readonly space = byId<HTMLSelectElement>("space");
+  private readonly lines = new Map<Slot, HTMLElement>();
+  private slot: Slot | null = null;
 
-  constructor(rebuild: () => void) {
-    this.box.addEventListener("change", () => this.summarise());
-    byId("rebuild").addEventListener("click", rebuild);
-    this.summarise();
+  /** `apply` builds the gamut of a slot again. */
+  constructor(private readonly apply: (slot: Slot, chosen: Chosen) => void) {
+    for (const row of document.querySelectorAll<HTMLElement>(".gamut-row")) {
+      const slot = row.dataset["slot"] as Slot;
+      const line = element("p", "", { className: "options-line", hidden: true });
+      const button = element("button", "Change", { type: "button", className: "link" });
+      button.setAttribute("aria-expanded", "false");
+      button.setAttribute("aria-label", `Change the options of the gamut ${slot.toUpperCase()}`);
+      button.addEventListener("click", () => (this.slot === slot ? this.close() : this.open(slot)));
+      line.append(element("span"), " ", button);
+      row.append(line);
+      this.lines.set(slot, line);
+    }
+    this.form.addEventListener("submit", (event) => {
+      event.preventDefault();
+      const slot = this.slot!;
+      this.close();
+      this.apply(slot, this.chosen);
+    });
+    byId("options-close").addEventListener("click", () => this.close());
+    this.intent.addEventListener("change", () => this.explain());
   }
 
-  /** The options as the service takes them; null, and the field is shown, if the ink limit is not valid. */
-  chosen(): Record<string, string | number> | null {
-    if (!this.limit.checkValidity()) {
-      this.open();
-      this.limit.reportValidity();
-      return null;
-    }
-    const limit = this.limit.value === "" ? {} : { ink_limit: this.limit.valueAsNumber };
+  /** The options of the form, which hold for the next file as well. */
+  get chosen(): Chosen {
+    const limit = this.limit.value === "" || !this.limit.checkValidity() ? {} : { ink_limit: this.limit.valueAsNumber };
     return { intent: this.intent.value, space: this.space.value, ...limit };
   }
 
-  open(): void {
-    this.box.open = true;
+  /** State the options of a slot; null hides the line. */
+  state(slot: Slot, options: Chosen | null): void {
+    const line = this.lines.get(slot)!;
+    line.hidden = options === null;
+    if (options === null) {
+      if (this.slot === slot) this.close();
+      return;
+    }
+    const intent = options.intent === "" ? "Colours as given" : options.intent[0]!.toUpperCase() + options.intent.slice(1);
+    const limit = options.ink_limit === undefined ? "no ink limit" : `ink limit ${options.ink_limit}\u00a0%`;
+    line.dataset["options"] = JSON.stringify(options);
+    line.firstElementChild!.textContent = [intent, limit, options.space].join(" · ");
   }
 
-  /** Offer to build a file again; without one, say what to do for the gamut that is shown, if any. */
-  offer(file: File | undefined, shown: string | undefined): void {
-    byId("rebuild").hidden = file === undefined;
-    byId("rebuild-note").textContent =
-      file !== undefined ? `The file is ${file.name}.`
-      : shown !== undefined ? `To build ${shown} with other options, choose its file again.`
-      : "The options apply to the next file.";
+  /** Show the form in the row of a slot. `source` tells what will be built. */
+  open(slot: Slot): void {
+    this.close();
+    this.slot = slot;
+    const line = this.lines.get(slot)!;
+    const stated = JSON.parse(line.dataset["options"] ?? "{}") as Partial<Chosen>;
+    if (stated.space !== undefined) {
+      this.intent.value = stated.intent || "relative";
+      this.space.value = stated.space;
+      this.limit.value = stated.ink_limit === undefined ? "" : String(stated.ink_limit);
+    }
+    line.after(this.form);
+    this.form.hidden = false;
+    line.querySelector("button")!.setAttribute("aria-expanded", "true");
+    this.explain();
+    this.intent.focus();
   }
 
-  private summarise(): void {
-    const limit = this.limit.value === "" ? "no ink limit" : `ink limit ${this.limit.value}\u00a0%`;
-    byId("options-summary").textContent = `${this.intent.value}, ${limit}, ${this.space.value}`;
+  private close(): void {
+    if (this.slot === null) return;
+    const button = this.lines.get(this.slot)!.querySelector("button")!;
+    button.setAttribute("aria-expanded", "false");
+    if (this.form.contains(document.activeElement)) button.focus();
+    this.form.hidden = true;
+    this.slot = null;
+  }
+
+  private explain(): void {
     byId("intent-note").textContent = INTENTS[this.intent.value]!;
   }
 }

@@ -1,5 +1,5 @@
 // A field with a list of gamuts and references: the combobox pattern of WAI-ARIA 1.2.
-import { type Entry, type Group, choices } from "../service/api.js";
+import { type Entry, choices } from "../service/api.js";
 
 const TYPING_MILLISECONDS = 150;
 
@@ -79,31 +79,24 @@ export class Chooser {
     // A chosen name is no filter: the whole list is more useful.
     const text = this.clear.hidden ? this.input.value.trim() : "";
     try {
-      const groups = await choices(text, signal);
-      if (!signal.aborted && document.activeElement === this.input) this.fill(groups);
+      const entries = await choices(text, signal);
+      if (!signal.aborted && document.activeElement === this.input) this.fill(entries);
     } catch (error) {
       if (!signal.aborted) this.fail(error);
     }
   }
 
-  private fill(groups: Group[]): void {
-    this.entries = groups.flatMap(({ entries }) => entries);
+  private fill(entries: Entry[]): void {
+    this.entries = entries;
     this.active = -1;
-    const items: HTMLElement[] = [];
-    for (const { title, entries } of groups) {
-      if (entries.length === 0) continue;
-      items.push(this.item(title, { role: "presentation" }));
-      for (const entry of entries) {
-        const place = this.entries.indexOf(entry);
-        const id = `${this.list.id}-${place}`;
-        const option = this.item(entry.name, { role: "option", id, "aria-selected": "false" });
-        option.dataset["place"] = String(place);
-        const detail = document.createElement("small");
-        detail.textContent = entry.detail;
-        option.append(detail);
-        items.push(option);
-      }
-    }
+    const items = entries.map((entry, place) => {
+      const option = this.item(entry.name, { role: "option", id: `${this.list.id}-${place}`, "aria-selected": "false" });
+      option.dataset["place"] = String(place);
+      const detail = document.createElement("small");
+      detail.textContent = entry.detail;
+      option.append(detail);
+      return option;
+    });
     if (items.length === 0) items.push(this.item("No gamut has this name.", { role: "presentation" }));
     this.list.replaceChildren(...items);
     this.list.hidden = false;

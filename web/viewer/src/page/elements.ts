@@ -1,5 +1,6 @@
 // Small helpers for elements of the page.
-import { ProblemError } from "../service/api.js";
+import { type Problem, ProblemError } from "../service/api.js";
+import { term } from "./glossary.js";
 
 export function byId<T extends HTMLElement = HTMLElement>(id: string): T {
   return document.getElementById(id) as T;
@@ -23,14 +24,16 @@ export function save(content: Blob, name: string): void {
   setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
 }
 
-/** A term, its meaning, and an explanation that is shown on hover. */
+/** A term, its meaning, and an explanation that is shown on hover or tap. */
 export type Definition = [term: string, meaning: string, explanation?: string];
 
-/** A description list. */
+/** A description list. Terms with a sentence, given or of the glossary, show it. */
 export function definitions(all: Definition[]): HTMLDListElement {
   const list = element("dl");
-  for (const [term, meaning, title] of all) {
-    list.append(element("dt", term, title === undefined ? {} : { title }), element("dd", meaning));
+  for (const [name, meaning, sentence] of all) {
+    const head = element("dt");
+    head.append(term(name, sentence));
+    list.append(head, element("dd", meaning));
   }
   return list;
 }
@@ -46,13 +49,30 @@ export function warningTexts(given: unknown): string[] {
   return [...new Set(texts)].filter((text) => text !== "");
 }
 
+/** Remedies for people who use the page, where the service names its operations. */
+const REMEDIES: Record<string, string> = {
+  "invalid-option": "Choose another option, or another value.",
+  "unknown-reference": "Choose a reference from the list.",
+  "gamut-not-found": "Choose the file again: the same file with the same options gives the same gamut.",
+  "api-key-required": "Type a key of this service below.",
+  "invalid-parameter": "Choose the gamut from the list.",
+};
+
+/** The remedy of a problem, without names of operations and header fields. */
+export function plainRemedy({ code, remedy }: Problem): string {
+  if (code in REMEDIES) return REMEDIES[code]!;
+  if (/Retry-After/.test(remedy)) return "Try again in a moment.";
+  if (/\b[Pp]ost\b/.test(remedy)) return "Choose the file again.";
+  return /\/v1\/|\b(GET|POST|PUT|DELETE)\b/.test(remedy) ? "Try again with another file or option." : remedy;
+}
+
 /** What went wrong, in the words of the service, with the line of a file. */
 export function problemElements(error: unknown): HTMLElement[] {
   if (!(error instanceof ProblemError)) {
     return [element("strong", "Error"), element("p", error instanceof Error ? error.message : String(error))];
   }
-  const { title, detail, remedy, where } = error.problem;
+  const { title, detail, where } = error.problem;
   const line = where?.["line"];
   const place = typeof line === "number" ? `Line ${line}: ` : "";
-  return [element("strong", title), element("p", place + detail), element("p", remedy)];
+  return [element("strong", title), element("p", place + detail), element("p", plainRemedy(error.problem))];
 }

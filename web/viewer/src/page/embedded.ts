@@ -1,4 +1,4 @@
-// The gamut of a page that was saved as one file: it works without the service.
+// The gamuts of a page that was saved as one file: it works without the service.
 import type { Gamut } from "../service/api.js";
 
 export interface EmbeddedGamut {
@@ -7,11 +7,36 @@ export interface EmbeddedGamut {
   history: Uint8Array<ArrayBuffer>;
 }
 
-function read(): EmbeddedGamut | null {
+/** What a saved page restores. Parts of the page may add members. */
+export interface SavedState {
+  /** As behind the number sign of the address, with ids of gamuts. */
+  address?: string;
+  [part: string]: unknown;
+}
+
+interface Embedded {
+  gamuts: EmbeddedGamut[];
+  state: SavedState | null;
+}
+
+const STATE = '<script type="application/json" id="page-state">';
+
+function read(): Embedded | null {
   const text = document.getElementById("gamut-file")?.textContent;
   if (text === undefined || text === null) return null;
-  const { gamut, history } = JSON.parse(text) as { gamut: Gamut; history: string };
-  return { gamut, history: bytesOf(history) };
+  const { gamuts } = JSON.parse(text) as { gamuts: { gamut: Gamut; history: string }[] };
+  const state = document.getElementById("page-state")?.textContent ?? "null";
+  return {
+    gamuts: gamuts.map(({ gamut, history }) => ({ gamut, history: bytesOf(history) })),
+    state: JSON.parse(state) as SavedState | null,
+  };
+}
+
+/** A page of the service as a file that restores a state. */
+export function withState(file: string, state: SavedState): string {
+  // The script of the page may have the same text; the state is behind everything else.
+  const [before, after] = [file.slice(0, file.lastIndexOf(STATE)), file.slice(file.lastIndexOf("</script>"))];
+  return `${before}${STATE}${JSON.stringify(state).replaceAll("<", "\\u003c")}${after}`;
 }
 
 function bytesOf(base64: string): Uint8Array<ArrayBuffer> {

@@ -5,11 +5,14 @@ import { spaceDescription } from "../colours/spaces.js";
 import { AxesBox, sceneAxes } from "../scene/axes.js";
 import { Layer, Materials, type Style, orientation } from "../scene/layer.js";
 import { lineSteps } from "../scene/lines.js";
+import type { Source } from "../scene/messages.js";
 import { View } from "../scene/scene.js";
-import { type Gamut, ProblemError, type Progress, address, authorization, describe } from "../service/api.js";
+import { type Gamut, ProblemError, address, authorization, describe } from "../service/api.js";
+import { describeExample, exampleFile, findExample, historyOf } from "../service/examples.js";
 import { AddressBook } from "./address.js";
 import { byId, problemElements } from "./elements.js";
 import { embedded, workerAddress } from "./embedded.js";
+import { Board, type Work } from "./progress.js";
 import { differentSpaces, inSameSpace, optionsOfSpace } from "./same_space.js";
 
 /** Places of gamuts, in the order of the list. The first one is the subject of all questions. */
@@ -22,6 +25,15 @@ export interface Shown {
   readonly key: string;
   readonly gamut: Gamut;
   readonly layer: Layer;
+  /** Whether only the begin of the history is loaded, from a file of the page. */
+  readonly isPart: boolean;
+}
+
+/** A gamut, and where its history is; a part of it for examples. */
+interface Found {
+  gamut: Gamut;
+  source: Source;
+  isPart: boolean;
 }
 
 /** Something else in the view whose colours the pointer reads. */
@@ -48,11 +60,15 @@ export class Page {
   readonly view = new View(this.canvas, byId("stage"));
   readonly address = new AddressBook();
   readonly styles = Object.fromEntries(SLOTS.map((slot) => [slot, slot === "a" ? "solid" : "shell"])) as Record<Slot, Style>;
+  /** Files that gamuts were built from on this page, by id. */
+  readonly files = new Map<string, File>();
   /** Triangles that are wished for, for all gamuts. */
   triangles = DEFAULT_TRIANGLES;
   hasAxes = true;
-  /** Called with the progress of a build that a gamut waits for; "" ends it. */
-  onProgress: Progress = () => {};
+  /** What is waited for, and quiet notes. */
+  readonly board = new Board((text) => this.announce(text));
+  /** Whether the gamuts are those of the first screen, which nobody has chosen. */
+  isTrial = false;
   readonly readable: Readable[] = [];
   private readonly gamuts = new Map<Slot, Shown>();
   private readonly opening = new Map<Slot, AbortController>();
@@ -145,8 +161,12 @@ export class Page {
     const camera = given.get("camera")?.split(",").map(Number) ?? null;
     const path = /\/v1\/gamuts\/([^/]+)$/.exec(location.pathname)?.[1];
     const keys = new Map(SLOTS.map((slot) => [slot, given.get(slot)]));
-    if (embedded !== null) keys.set("a", embedded.gamut.id);
-    else if (path !== undefined && keys.get("a") == null) keys.set("a", decodeURIComponent(path));
+    if (embedded !== null && SLOTS.every((slot) => keys.get(slot) == null)) {
+      embedded.gamuts.forEach(({ gamut }, place) => keys.set(SLOTS[place]!, gamut.id));
+    } else if (path !== undefined && keys.get("a") == null) keys.set("a", decodeURIComponent(path));
+    // The picture of another gamut than the address names would mislead.
+    const still = document.getElementById("static");
+    if (![path, still?.dataset["gamut"]].includes(keys.get("a") ?? undefined)) still?.remove();
     // The others follow the space of the first one.
     const wanted = [...keys].filter((each): each is [Slot, string] => each[1] !== null);
     const [first, ...others] = wanted.map(([slot, key]) => () => this.show(slot, key));
@@ -156,8 +176,12 @@ export class Page {
     this.emit("gamuts");
   }
 
-  /** Show a gamut by its id or slug in a slot; null removes the one that is there. */
-  async show(slot: Slot, key: string | null): Promise<void> {
+  /**
+   * Show a gamut in a slot by its id, its slug or the key of an example; null removes the one that is
+   * there. Examples are coarse files of the page, or `isWhole`: from the service.
+   */
+  async show(slot: Slot, key: string | null, isWhole = false): Promise<void> {
+    this.isTrial = false;
     this.opening.get(slot)?.abort();
     const opening = new AbortController();
     this.opening.set(slot, opening);
@@ -168,15 +192,16 @@ export class Page {
       this.emit("gamuts");
       return;
     }
+    const work = this.board.begin(key.length === 64 ? "The gamut" : key, () => opening.abort());
+    opening.signal.addEventListener("abort", () => work.end());
     try {
-      const gamut = embedded?.gamut ?? (await this.describeBeside(slot, key, opening.signal));
-      const path = `/v1/gamuts/${gamut.id}`;
+      const { gamut, source, isPart } = await this.find(slot, key, isWhole, work, opening.signal);
       if (opening.signal.aborted) return;
       this.remove(slot);
       const axes = axisNames(gamut);
       const layer: Layer = new Layer(
         WORKER,
-        embedded ? { bytes: embedded.history } : { address: address(`${path}/history`), headers: authorization() },
+        source,
         spaceDescription(gamut),
         axes,
         lineSteps(gamut.options.space, axes, gamut.provenance.colour_space?.scale ?? 1),
@@ -191,7 +216,7 @@ export class Page {
           failed: (message) => this.complain(new Error(message)),
         },
       );
-      this.gamuts.set(slot, { slot, key, gamut, layer });
+      this.gamuts.set(slot, { slot, key, gamut, layer, isPart });
       this.view.scene.add(layer.group);
       this.followFirst();
       this.fit();
@@ -199,7 +224,7 @@ export class Page {
     } catch (error) {
       if (!opening.signal.aborted) this.complain(error);
     } finally {
-      if (this.opening.get(slot) === opening) this.onProgress("", 1, "");
+      work.end();
     }
   }
 
@@ -215,18 +240,30 @@ export class Page {
     this.restyle();
   }
 
-  /**
-   * Describe a gamut that is shown beside the others: a reference in their space. The first gamut of
-   * the list has its own space, unless it can follow others that cannot follow it.
-   */
-  private async describeBeside(slot: Slot, key: string, signal: AbortSignal): Promise<Gamut> {
+  /** Describe a gamut of a key, and say where its history is. */
+  private async find(slot: Slot, key: string, isWhole: boolean, work: Work, signal: AbortSignal): Promise<Found> {
+    const saved = embedded?.gamuts.find(({ gamut }) => gamut.id === key);
+    if (saved !== undefined) return { gamut: saved.gamut, source: { bytes: saved.history }, isPart: false };
+    const example = await findExample(key);
+    const given = example && (await describeExample(example, () => this.board.prepare(example.name)));
+    const { anchor, isFirst } = this.beside(slot);
+    if (example !== undefined && !isWhole && (anchor === undefined || inSameSpace(given!, anchor))) {
+      return { gamut: given!, source: { address: historyOf(example), headers: {} }, isPart: true };
+    }
+    const name = example?.file ? given!.id : key;
+    // Options that the key states are the reader's; without any, a reference follows the space of the others.
+    const options = anchor !== undefined && isReference(name) && !name.includes("?") ? optionsOfSpace(anchor) : {};
+    const gamut = await describe(name, work.report, signal, options);
+    if (anchor !== undefined && !isFirst && !inSameSpace(gamut, anchor)) throw differentSpaces(gamut, anchor);
+    const source = { address: address(`/v1/gamuts/${gamut.id}/history`), headers: authorization() };
+    return { gamut, source, isPart: false };
+  }
+
+  /** The gamut whose space the one of a slot has to fit, and whether the slot is the first one. */
+  private beside(slot: Slot): { anchor: Gamut | undefined; isFirst: boolean } {
     const others = this.shown.filter((each) => each.slot !== slot);
     const isFirst = others.every((each) => each.slot > slot);
-    const anchor = others.find((each) => !isFirst || !isReference(each.key))?.gamut;
-    const options = anchor !== undefined && isReference(key) ? optionsOfSpace(anchor) : {};
-    const gamut = await describe(key, this.onProgress, signal, options);
-    if (anchor !== undefined && !isFirst && !inSameSpace(gamut, anchor)) throw differentSpaces(gamut, anchor);
-    return gamut;
+    return { anchor: others.find(({ gamut }) => !isFirst || gamut.provenance.reference === undefined)?.gamut, isFirst };
   }
 
   /** Show the other gamuts in the space of the first one: references are built in it, the rest goes. */
@@ -235,7 +272,7 @@ export class Page {
     for (const { slot, key, gamut } of others) {
       if (inSameSpace(gamut, first!.gamut)) continue;
       this.remove(slot);
-      if (isReference(key)) void this.show(slot, key);
+      if (gamut.provenance.reference !== undefined) void this.show(slot, key.split("?")[0]!);
       else this.complain(differentSpaces(gamut, first!.gamut));
     }
   }
@@ -243,7 +280,10 @@ export class Page {
   setTriangles(triangles: number): void {
     const even = 2 * Math.floor(Math.min(Math.max(triangles, 4), this.finest) / 2);
     this.triangles = even;
-    for (const { layer } of this.shown) layer.setTriangles(even);
+    for (const { slot, key, layer, isPart } of this.shown) {
+      layer.setTriangles(even);
+      if (isPart && even > layer.available && layer.available > 0) void this.show(slot, key, true);
+    }
     this.emit("level");
   }
 
@@ -258,6 +298,12 @@ export class Page {
     this.fit();
     this.view.draw();
     this.address.save();
+  }
+
+  /** The file that a gamut was built from, if the page can have it. */
+  async sourceOf(slot: Slot): Promise<File | null> {
+    const example = await findExample(this.at(slot)?.key ?? "");
+    return example === undefined ? null : exampleFile(example);
   }
 
   announce(text: string): void {
@@ -298,6 +344,7 @@ export class Page {
       const now = performance.now();
       if (isWhole) this.marks["whole"] = now;
       if (this.levels === 1) {
+        document.getElementById("static")?.remove();
         Object.assign(this.marks, { first: now, firstTriangles: layer.level!.triangles, firstBytes: layer.bytes });
       }
     }

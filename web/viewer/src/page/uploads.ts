@@ -1,106 +1,159 @@
-// Files of the reader: dropped or chosen, built with the options of the page, with progress.
+// Files of the reader: dropped or chosen, built in a slot, and built again with other options.
 import { ProblemError, build, cancelJob, useKey } from "../service/api.js";
-import { BuildOptions } from "./build_options.js";
+import { BuildOptions, type Chosen, optionsOf } from "./build_options.js";
 import { byId } from "./elements.js";
-import type { Page } from "./page.js";
+import { type Page, SLOTS, type Slot } from "./page.js";
+
+interface Upload {
+  file: File;
+  options: Chosen;
+  stop: AbortController;
+  /** What the slot showed when the service refused the file. */
+  refused?: string | undefined;
+  isRefused: boolean;
+}
 
 export class Uploads {
-  private readonly options = new BuildOptions(() => {
-    if (this.kept !== undefined) void this.upload(this.kept);
-  });
-  /** Files of gamuts that were built on this page, by id, and the file whose build failed last. */
-  private readonly files = new Map<string, File>();
-  private failed: File | undefined;
-  private uploading: AbortController | null = null;
-  private job = "";
+  private readonly options = new BuildOptions((slot, chosen) => void this.change(slot, chosen));
+  /** Builds under way or refused, by slot. */
+  private readonly uploads = new Map<Slot, Upload>();
+  /** What the next chosen file is for. */
+  private purpose: { slot: Slot; options: Chosen } | null = null;
 
   constructor(private readonly page: Page) {
     const input = byId<HTMLInputElement>("file");
     byId("upload").addEventListener("click", () => {
-      if (this.options.chosen() !== null) input.click();
+      this.purpose = null;
+      input.click();
     });
     input.addEventListener("change", () => {
-      const [file] = input.files ?? [];
+      const files = [...(input.files ?? [])];
       input.value = "";
-      if (file !== undefined) void this.upload(file);
+      if (this.purpose !== null && files[0] !== undefined) void this.upload(files[0], this.purpose.slot, this.purpose.options);
+      else this.take(files, files.length === 1 ? this.free : "a");
     });
     this.connectDrop();
-    byId("cancel").addEventListener("click", () => {
-      cancelJob(this.job).catch((error: unknown) => page.complain(error));
-    });
     byId<HTMLInputElement>("key").addEventListener("change", (event) => {
       useKey((event.target as HTMLInputElement).value.trim());
       page.complain(null);
       void page.restore();
     });
-    page.onProgress = (stage, fraction, job) => this.show(stage, fraction, job);
-    page.on("gamuts", () => this.options.offer(this.kept, page.at("a")?.gamut.name));
+    page.on("gamuts", () => this.refresh());
   }
 
-  /** The file that can be built again. */
-  private get kept(): File | undefined {
-    return this.failed ?? this.files.get(this.page.at("a")?.gamut.id ?? "");
+  /** The first empty row of the list, else the first one. Examples of the first screen count as empty. */
+  private get free(): Slot {
+    const rows = [...document.querySelectorAll<HTMLElement>(".gamut-row:not([hidden])")].map(({ dataset }) => dataset["slot"] as Slot);
+    return rows.find((slot) => (this.page.at(slot) === null || this.page.isTrial) && !this.isBusy(slot)) ?? "a";
   }
 
-  private show(stage: string, fraction: number, job: string): void {
-    this.job = job;
-    byId("job").hidden = stage === "" && this.uploading === null;
-    if (stage === "") return;
-    byId("stage-name").textContent = `Building: ${stage}`;
-    byId<HTMLProgressElement>("progress").value = fraction;
-    byId<HTMLButtonElement>("cancel").disabled = job === "";
-    this.page.announce(`Building: ${stage}`);
+  private isBusy(slot: Slot): boolean {
+    return this.uploads.get(slot)?.isRefused === false;
   }
 
-  private async upload(file: File): Promise<void> {
+  private refresh(): void {
+    for (const slot of SLOTS) {
+      const gamut = this.page.at(slot)?.gamut;
+      const upload = this.uploads.get(slot);
+      if (upload?.isRefused && upload.refused !== gamut?.id) this.uploads.delete(slot);
+      this.options.state(slot, this.uploads.get(slot)?.options ?? (gamut === undefined ? null : optionsOf(gamut)));
+    }
+  }
+
+  /** Build files, the first one in a slot and the others in the slots after it. */
+  private take(files: File[], first: Slot): void {
+    const slots = SLOTS.slice(SLOTS.indexOf(first));
+    files.slice(0, slots.length).forEach((file, place) => void this.upload(file, slots[place]!, this.options.chosen));
+    if (files.length > slots.length) this.page.board.note(`The page shows ${SLOTS.length} gamuts; the other files are left out.`);
+  }
+
+  /** Build the gamut of a slot with other options; its file is asked for if the page does not have it. */
+  private async change(slot: Slot, options: Chosen): Promise<void> {
     const { page } = this;
-    const options = this.options.chosen();
-    if (options === null) return;
-    this.uploading?.abort();
-    this.failed = undefined;
-    const uploading = new AbortController();
-    this.uploading = uploading;
-    page.complain(null);
+    const shown = page.at(slot);
     try {
-      const id = await build(file, options, page.onProgress, uploading.signal);
-      if (uploading.signal.aborted) return;
-      this.files.set(id, file);
-      await page.show("a", id);
+      const file = this.uploads.get(slot)?.file ?? page.files.get(shown?.gamut.id ?? "") ?? (await page.sourceOf(slot));
+      const slug = shown?.gamut.provenance.reference;
+      if (file !== null) await this.upload(file, slot, options);
+      else if (slug !== undefined) await page.show(slot, `${slug}?${new URLSearchParams({ intent: options.intent, space: options.space })}`);
+      else {
+        this.purpose = { slot, options };
+        page.board.note(`Choose the file of ${shown?.gamut.name ?? "the gamut"} again: it is built with the new options.`);
+        byId("file").click();
+      }
+    } catch (error) {
+      page.complain(error);
+    }
+  }
+
+  private async upload(file: File, slot: Slot, options: Chosen): Promise<void> {
+    const { page } = this;
+    this.uploads.get(slot)?.stop.abort();
+    const upload: Upload = { file, options, stop: new AbortController(), isRefused: false };
+    const { signal } = upload.stop;
+    this.uploads.set(slot, upload);
+    page.complain(null);
+    page.emit("gamuts");
+    const work = page.board.begin(file.name, (job) => {
+      if (job !== "") cancelJob(job).catch(() => {}); // the build may have ended meanwhile
+      upload.stop.abort();
+      if (this.uploads.get(slot) === upload) this.uploads.delete(slot);
+      this.refresh();
+    });
+    signal.addEventListener("abort", () => work.end());
+    try {
+      const id = await build(file, options, work.report, signal);
+      if (signal.aborted) return;
+      page.files.set(id, file);
+      this.uploads.delete(slot);
+      await page.show(slot, id);
       page.announce(`${file.name} is shown`);
     } catch (error) {
-      if (uploading.signal.aborted) return;
+      if (signal.aborted) return;
       page.complain(error);
-      if (!(error instanceof ProblemError)) return;
-      this.failed = file;
-      this.options.offer(file, undefined);
-      if (error.problem.code === "invalid-option") this.options.open();
+      // The file of a refused build is kept, and its options can be changed.
+      upload.isRefused = error instanceof ProblemError;
+      upload.refused = page.at(slot)?.gamut.id;
+      if (!upload.isRefused) this.uploads.delete(slot);
+      this.refresh();
+      if (error instanceof ProblemError && error.problem.code === "invalid-option") this.options.open(slot);
     } finally {
-      if (this.uploading === uploading) {
-        this.uploading = null;
-        byId("job").hidden = true;
-      }
+      work.end();
     }
   }
 
   private connectDrop(): void {
     const drop = byId("drop");
     let depth = 0;
+    let row: HTMLElement | null = null;
+    const aim = (target: EventTarget | null) => {
+      row?.classList.remove("aimed");
+      row = target instanceof Element ? target.closest<HTMLElement>(".gamut-row") : null;
+      row?.classList.add("aimed");
+      const name = row?.querySelector("label")?.textContent.toLowerCase();
+      drop.textContent = name ? `Drop to build the ${name}` : "Drop to build the first gamut; more files become the next ones";
+    };
+    const leave = () => {
+      depth = 0;
+      drop.hidden = true;
+      row?.classList.remove("aimed");
+    };
     addEventListener("dragenter", (event) => {
       if (!event.dataTransfer?.types.includes("Files")) return;
       depth += 1;
       drop.hidden = false;
+      aim(event.target);
     });
     addEventListener("dragleave", () => {
-      depth = Math.max(0, depth - 1);
-      drop.hidden = depth === 0;
+      depth -= 1;
+      if (depth <= 0) leave();
     });
     addEventListener("dragover", (event) => event.preventDefault());
     addEventListener("drop", (event) => {
       event.preventDefault();
-      depth = 0;
-      drop.hidden = true;
-      const [file] = event.dataTransfer?.files ?? [];
-      if (file !== undefined) void this.upload(file);
+      aim(event.target);
+      leave();
+      this.take([...(event.dataTransfer?.files ?? [])], (row?.dataset["slot"] as Slot | undefined) ?? "a");
     });
   }
 }

@@ -10,7 +10,7 @@ import {
 } from "three";
 import { SCREEN, cssColour } from "../colours/colours.js";
 import { gamutSpace } from "../colours/spaces.js";
-import { blackChannel, blackRange, deviceText, deviceUnit } from "../colours/device_values.js";
+import { blackChannel, blackRange, DEVICE_UNIT, devicePercent, deviceText } from "../colours/device_values.js";
 import { byId, element, problemElements, save, warningTexts } from "../page/elements.js";
 import { type Page, axisNames } from "../page/page.js";
 import { orientation } from "../scene/layer.js";
@@ -27,8 +27,12 @@ import {
   nearest,
   recipes,
 } from "../service/queries.js";
+import { type Column, SortedTable } from "./sorted_table.js";
 
-const MOST_TABLE_ROWS = 500;
+/** Fields of the page that say how a list is read. */
+const STATED = ["space", "scale", "edge", "columns"] as const;
+/** Longest list that the address keeps: addresses of 2,000 characters pass everywhere. */
+const LONGEST_IN_ADDRESS = 1500;
 
 interface Answer {
   found: CheckedTable;
@@ -42,13 +46,34 @@ export class ColourList {
   private asking: AbortController | null = null;
   private gamut: Gamut | null = null;
   private answer: Answer | null = null;
+  /** Whether the list of the address is still to be checked. */
+  private wanted = false;
   /** The opened file. Typing in the list puts it away. */
   private file: File | null = null;
+  private readonly table = new SortedTable(byId("colours-table"));
   private readonly text = byId<HTMLTextAreaElement>("colours");
   private readonly reading = byId<HTMLDetailsElement>("colours-reading");
 
   constructor(private readonly page: Page) {
     page.on("gamuts", () => this.show(page.at("a")?.gamut ?? null));
+    page.address.add({
+      read: (given) => {
+        this.text.value = given.get("colours") ?? this.text.value;
+        for (const name of STATED) {
+          const value = given.get(`colours-${name}`);
+          if (value !== null) byId<HTMLInputElement | HTMLSelectElement>(`colours-${name}`).value = value;
+        }
+        this.summarise();
+        this.wanted = this.text.value.trim() !== "";
+      },
+      write: () => {
+        const text = this.text.value.trim();
+        if (text === "" || text.length > LONGEST_IN_ADDRESS) return [];
+        const { space, columns, table_scale: scale, edge_width: edge } = this.stated();
+        const values = { space, scale, edge, columns };
+        return [["colours", text], ...STATED.map((name): [string, string | null] => [`colours-${name}`, values[name] || null])];
+      },
+    });
     byId("check").addEventListener("click", () => void this.check());
     byId("colours-clear").addEventListener("click", () => {
       this.text.value = "";
@@ -72,7 +97,7 @@ export class ColourList {
     });
     this.reading.addEventListener("change", () => {
       this.summarise();
-      if (this.table !== null) void this.check();
+      if (this.list !== null) void this.check();
     });
     this.summarise();
   }
@@ -82,35 +107,38 @@ export class ColourList {
     if (gamut?.id === this.gamut?.id) return;
     this.gamut = gamut;
     byId<HTMLButtonElement>("check").disabled = gamut === null;
-    if (this.answer !== null) void this.check();
+    if (this.answer !== null || (this.wanted && gamut !== null)) void this.check();
   }
 
   /** The list as it is sent: the file, or what is in the field. */
-  private get table(): Blob | null {
+  private get list(): Blob | null {
     return this.file ?? (this.text.value.trim() === "" ? null : new Blob([this.text.value]));
   }
 
   private stated(): TableReading {
     const value = (name: string) => byId<HTMLInputElement | HTMLSelectElement>(`colours-${name}`).value.trim();
-    return { space: value("space"), columns: value("columns"), table_scale: value("scale") };
+    return { space: value("space"), columns: value("columns"), table_scale: value("scale"), edge_width: value("edge") };
   }
 
   private summarise(): void {
-    const { space, columns, table_scale: scale } = this.stated();
-    const parts = [space, scale && `white at ${scale}`, columns && `columns ${columns}`].filter((part) => part !== "");
+    const { space, columns, table_scale: scale, edge_width: edge } = this.stated();
+    const parts = [space, scale && `white at ${scale}`, columns && `columns ${columns}`, edge && `edge ${edge}`].filter((part) => part !== "");
     byId("colours-reading-summary").textContent = parts.join(", ") || "the table says";
   }
 
   private async check(): Promise<void> {
     this.asking?.abort();
     this.clear();
+    this.wanted = false;
     this.page.complain(null);
-    const table = this.table;
+    this.page.address.save();
+    const table = this.list;
     if (this.gamut === null || table === null) return;
-    const scale = byId<HTMLInputElement>("colours-scale");
-    if (!scale.checkValidity()) {
+    for (const name of ["scale", "edge"]) {
+      const field = byId<HTMLInputElement>(`colours-${name}`);
+      if (field.checkValidity()) continue;
       this.reading.open = true;
-      scale.reportValidity();
+      field.reportValidity();
       return;
     }
     const asking = new AbortController();
@@ -201,14 +229,12 @@ export class ColourList {
   }
 
   private tabulate({ found, near, made }: Answer): void {
-    const { colours, inside, position } = found;
+    const { colours, position } = found;
     const count = (where: Position) => `${position.filter((each) => each === where).length} ${where}`;
-    const rest = colours.length - MOST_TABLE_ROWS;
     const sentences = [
       this.file === null ? "" : `${this.file.name}: `,
       `${colours.length} ${colours.length === 1 ? "colour" : "colours"}: ${count("inside")}, ${count("edge")}, ${count("outside")} (${edgeText(found)}).`,
       ` ${found.reading}`,
-      rest > 0 ? ` The table has the first ${MOST_TABLE_ROWS}, the file all.` : "",
     ];
     byId("colours-note").textContent = sentences.join("");
     byId("colours-warnings").replaceChildren(
@@ -216,53 +242,47 @@ export class ColourList {
         element("p", warning, { className: "warning" }),
       ),
     );
-    const head = element("tr");
-    const { channels } = this.gamut!;
-    const hasBlack = made?.black_least !== undefined;
-    const heads = [
-      ...["Colour", "Where", "ΔE00"],
-      ...(made ? [`Recipe, ${deviceUnit(channels)}`] : near.device ? [`${channels.join(" ")}, ${deviceUnit(channels)}`] : []),
-      ...(hasBlack ? [`Possible ${blackChannel(channels)}, %`] : []),
-      ...(made ? ["Recipe ΔE00"] : []),
-      "Nearest",
-    ];
-    for (const text of heads) {
-      const cell = element("th", text);
-      cell.scope = "col";
-      head.append(cell);
-    }
-    const linear = gamutSpace(this.gamut!).linear(Float32Array.from(colours.flat()), SCREEN);
-    const rows = colours.slice(0, MOST_TABLE_ROWS).map((_, i) => {
-      const row = element("tr");
-      const first = element("th", this.label(found, i));
-      first.scope = "row";
-      const spot = element("span", "", { className: "spot" });
-      spot.style.backgroundColor = cssColour(linear.subarray(3 * i, 3 * i + 3));
-      first.prepend(spot);
-      const device = made?.device[i] ?? (inside[i] ? undefined : near.device?.[i]);
-      const cells = [
-        ...(made || near.device ? [device === undefined ? "" : deviceText(channels, device)] : []),
-        ...(hasBlack ? [blackRange(made!, i) ?? ""] : []),
-        ...(made ? [made.delta_e_2000[i]!.toFixed(2)] : []),
-        inside[i] ? "itself" : rounded(near.point[i]!),
-      ];
-      row.append(
-        first,
-        element("td", position[i]!),
-        element("td", inside[i] ? "0" : near.delta_e_2000[i]!.toFixed(2)),
-        ...cells.map((text) => element("td", text)),
-      );
-      return row;
-    });
-    const table = element("table");
-    const body = element("tbody");
-    const top = element("thead");
-    top.append(head);
-    body.append(...rows);
-    table.append(element("caption", `Colours in ${this.gamut!.name}`), top, body);
-    byId("colours-table").replaceChildren(table);
-    byId("colours-table").hidden = false;
+    this.table.show(`Colours in ${this.gamut!.name}`, this.columns(this.answer!), colours.length);
     byId<HTMLButtonElement>("colours-csv").disabled = false;
+  }
+
+  private columns({ found, near, made }: Answer): Column[] {
+    const { colours, inside, position } = found;
+    const { channels } = this.gamut!;
+    const linear = gamutSpace(this.gamut!).linear(Float32Array.from(colours.flat()), SCREEN);
+    const device = (row: number) => made?.device[row] ?? (inside[row] ? undefined : near.device?.[row]);
+    const far = (row: number) => (inside[row] ? 0 : near.delta_e_2000[row]!);
+    const named = (row: number) => {
+      const cell = element("span", this.label(found, row), { title: this.label(found, row) });
+      const spot = element("span", "", { className: "spot" });
+      spot.style.backgroundColor = cssColour(linear.subarray(3 * row, 3 * row + 3));
+      cell.prepend(spot);
+      return cell;
+    };
+    const recipe = made !== null || near.device !== undefined;
+    const text = (row: number) => (device(row) === undefined ? "" : deviceText(channels, device(row)!));
+    const [least, most] = [made?.black_least, made?.black_most];
+    const distance = (row: number) => found.distance[row]!;
+    return [
+      { title: "Colour", value: (row) => this.label(found, row), cell: named },
+      {
+        title: "Where",
+        value: distance, // from the deepest inside to the farthest outside
+        cell: (row) => element("span", position[row]!, { className: `where-${position[row]!}` }),
+      },
+      { title: "ΔE00", value: far, cell: (row) => far(row).toFixed(2) },
+      { title: "Distance", value: distance, cell: (row) => distance(row).toFixed(2).replace("-", "−") },
+      ...(recipe
+        ? [{ title: `${made ? "Recipe" : channels.join(" ")}, ${DEVICE_UNIT}`, value: text }]
+        : []),
+      ...(least && most
+        ? [{ title: `Possible ${blackChannel(channels)}, %`, value: (row: number) => most[row] ?? -1, cell: (row: number) => blackRange(made!, row) ?? "" }]
+        : []),
+      ...(made
+        ? [{ title: "Recipe ΔE00", value: (row: number) => made.delta_e_2000[row]!, cell: (row: number) => made.delta_e_2000[row]!.toFixed(2) }]
+        : []),
+      { title: "Nearest", value: (row) => (inside[row] ? "itself" : rounded(near.point[row]!)) },
+    ];
   }
 
   private download(): void {
@@ -272,16 +292,17 @@ export class ColourList {
     const quoted = (text: string) => (/[",\r\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
     const channels = made || near.device ? this.gamut!.channels : [];
     const names = ["c1", "c2", "c3"];
-    const head = ["name", ...names, "position", "inside", "ΔE00", ...names.map((name) => `nearest ${name}`), ...channels.map(quoted)];
+    const head = ["name", ...names, "position", "inside", "ΔE00", ...names.map((name) => `nearest ${name}`), ...channels.map((channel) => quoted(`${channel} ${DEVICE_UNIT}`))];
     if (made) head.push("recipe ΔE00");
-    if (made?.black_least) head.push("least black", "most black");
+    if (made?.black_least) head.push(`least black ${DEVICE_UNIT}`, `most black ${DEVICE_UNIT}`);
     const rows = colours.map((point, i) => {
       const inside = found.inside[i]!;
-      const device = made?.device[i] ?? (inside ? undefined : near.device?.[i]) ?? channels.map(() => "");
+      const amounts = made?.device[i] ?? (inside ? undefined : near.device?.[i]);
+      const device = amounts === undefined ? channels.map(() => "") : devicePercent(amounts);
       const difference = inside ? 0 : near.delta_e_2000[i]!;
       const row = [quoted(this.label(found, i)), ...point, position[i], inside, difference, ...(inside ? point : near.point[i]!), ...device];
       if (made) row.push(made.delta_e_2000[i]!);
-      if (made?.black_least) row.push(made.black_least[i] ?? "", made.black_most![i] ?? "");
+      if (made?.black_least) row.push(...[made.black_least[i], made.black_most![i]].map((end) => (end == null ? "" : devicePercent([end])[0]!)));
       return row;
     });
     const blob = new Blob([[head, ...rows].map((row) => row.join(",")).join("\n"), "\n"], { type: "text/csv" });
@@ -301,8 +322,7 @@ export class ColourList {
     byId("colours-recipes").textContent = "";
     byId("colours-problem").hidden = true;
     byId("colours-problem").replaceChildren();
-    byId("colours-table").replaceChildren();
-    byId("colours-table").hidden = true;
+    this.table.clear();
     byId("colours-note").textContent = "";
     byId<HTMLButtonElement>("colours-csv").disabled = true;
     this.page.view.draw();

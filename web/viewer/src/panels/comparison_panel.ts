@@ -1,6 +1,9 @@
-// Two gamuts: coverage both ways, and the part of the first one outside the second.
-import { byId, definitions, element } from "../page/elements.js";
-import type { Page, Shown } from "../page/page.js";
+// The first two gamuts: in words, in numbers and by hue, and the part of the first outside the second.
+import { fitChart, pageTheme, saveChart } from "../charts/save.js";
+import { sectorChart } from "../charts/hues.js";
+import { gamutSpace } from "../colours/spaces.js";
+import { type Definition, byId, definitions, element } from "../page/elements.js";
+import { type Page, type Shown, axisNames } from "../page/page.js";
 import { ProblemError } from "../service/api.js";
 import { type Comparison, compare } from "../service/queries.js";
 
@@ -9,17 +12,43 @@ interface Pair {
   b: Shown;
 }
 
+/** Height of the chart in CSS pixels. */
+const CHART_HEIGHT = 280;
+
 export class ComparisonPanel {
   private pair: Pair | null = null;
+  private found: Comparison | null = null;
   private comparing: AbortController | null = null;
+  private chart = "";
   private readonly highlight = byId<HTMLInputElement>("highlight");
+  private readonly redraw: () => void;
 
   constructor(private readonly page: Page) {
+    this.redraw = fitChart(byId("comparison-chart"), (width) => {
+      this.chart = this.sectors(width);
+      return this.chart;
+    });
+    page.address.add({
+      read: (given) => {
+        this.highlight.checked = given.get("outside") === "on";
+      },
+      write: () => [["outside", this.highlight.checked ? "on" : null]],
+    });
     page.on("gamuts", () => {
       const [a, b] = [page.at("a"), page.at("b")];
       this.show(a !== null && b !== null ? { a, b } : null);
     });
-    this.highlight.addEventListener("change", () => this.mark());
+    page.on("theme", () => this.found !== null && this.redraw());
+    this.highlight.addEventListener("change", () => {
+      this.mark();
+      page.address.save();
+    });
+    for (const format of ["svg", "png"] as const) {
+      byId(`comparison-${format}`).addEventListener("click", () => {
+        const { a, b } = this.pair!;
+        void saveChart(this.chart, `${a.gamut.name} and ${b.gamut.name} by hue`, format, 3);
+      });
+    }
   }
 
   /** Compare what is shown; null if there are not two gamuts. */
@@ -31,9 +60,10 @@ export class ComparisonPanel {
     this.mark();
     if (!isNew) return;
     this.comparing?.abort();
+    this.found = null;
     byId("coverage").replaceChildren();
-    if (pair === null) return;
-    void this.compare(pair);
+    byId("comparison-figure").hidden = true;
+    if (pair !== null) void this.compare(pair);
   }
 
   private async compare({ a, b }: Pair): Promise<void> {
@@ -43,21 +73,34 @@ export class ComparisonPanel {
     box.replaceChildren(element("p", "Comparing …", { className: "note" }));
     try {
       const found = await compare(a.gamut.id, b.gamut.id, comparing.signal);
-      const percent = (part: number) => `${(100 * part).toFixed(2)} %`;
-      box.replaceChildren(
-        definitions([
-          [`${a.gamut.name} covers`, `${percent(found.a_covers_b)} of ${b.gamut.name}`],
-          [`${b.gamut.name} covers`, `${percent(found.b_covers_a)} of ${a.gamut.name}`],
-          ["In common", Number(found.intersection.toPrecision(6)).toLocaleString("en")],
-          ["Jaccard index", found.jaccard.toFixed(4)],
-        ]),
-        ...chromaticities(found, a.gamut.name, b.gamut.name),
-        ...found.warnings.map((warning) => element("p", warning, { className: "note" })),
-      );
+      const names: [string, string] = [a.gamut.name, b.gamut.name];
+      const list = element("ul", "", { className: "sentences" });
+      list.append(...found.summary.map((sentence) => element("li", named(sentence, names))));
+      const numbers = element("details");
+      numbers.append(element("summary", "Numbers"), definitions(facts(found, names)));
+      box.replaceChildren(list, numbers, ...found.warnings.map((warning) => element("p", warning, { className: "warning" })));
+      this.found = found;
+      const hasHue = axisNames(a.gamut)[0] !== "X";
+      byId("comparison-figure").hidden = !hasHue;
+      if (hasHue) this.redraw();
     } catch (error) {
       if (comparing.signal.aborted) return;
-      box.replaceChildren(element("p", said(error), { className: "note" }));
+      const said = error instanceof ProblemError ? `${error.problem.detail} ${error.problem.remedy}` : String(error);
+      box.replaceChildren(element("p", said, { className: "note" }));
     }
+  }
+
+  private sectors(width: number): string {
+    const { pair, found } = this;
+    if (pair === null || found === null) return "<svg xmlns='http://www.w3.org/2000/svg'/>";
+    const { a, b } = pair;
+    const unit = a.gamut.options.space === "CIELAB" ? "cubic ΔE*ab" : `cubic units of ${a.gamut.options.space}`;
+    return sectorChart(a.gamut.name, b.gamut.name, found.sectors, {
+      size: { width, height: CHART_HEIGHT },
+      theme: pageTheme(byId("comparison-chart"), "--back"),
+      space: gamutSpace(a.gamut),
+      unit,
+    });
   }
 
   /** Show the part of the first gamut inside the second one in grey, or everything in colour. */
@@ -72,22 +115,39 @@ export class ComparisonPanel {
   }
 }
 
-/** Areas and coverage without lightness, labelled as chromaticity. */
-function chromaticities({ chromaticity }: Comparison, a: string, b: string): HTMLElement[] {
-  if (chromaticity === null) return [];
-  const percent = (part: number) => `${(100 * part).toFixed(1)} %`;
-  const rows = ([["xy", chromaticity.xy], ["u′v′", chromaticity.uv]] as const).flatMap(
-    ([diagram, areas]): [string, string][] => [
-      [`${diagram}: area`, `${a} has ${percent(areas.area_ratio)} of ${b}`],
-      [`${diagram}: ${a} covers`, `${percent(areas.a_covers_b)} of ${b}`],
-      [`${diagram}: ${b} covers`, `${percent(areas.b_covers_a)} of ${a}`],
-    ],
-  );
-  const title = element("p", "Chromaticity, without lightness: CIE 1931 xy and CIE 1976 u′v′", { className: "note" });
-  return [title, definitions(rows)];
+/** A sentence of the service with the names of the gamuts instead of A and B. */
+export function named(sentence: string, [a, b]: [string, string]): string {
+  return sentence.replaceAll(/\b[AB]\b/g, (letter) => (letter === "A" ? a : b));
 }
 
-function said(error: unknown): string {
-  if (error instanceof ProblemError) return `${error.problem.detail} ${error.problem.remedy}`;
-  return error instanceof Error ? error.message : String(error);
+function facts(found: Comparison, [a, b]: [string, string]): Definition[] {
+  const percent = (part: number) => `${(100 * part).toFixed(2)} %`;
+  const colour = (values: number[]) => values.map((value) => Number(value.toFixed(value < 5 && value > -5 ? 3 : 1))).join(" ").replaceAll("-", "−");
+  const rows: Definition[] = [
+    [`${a} covers`, `${percent(found.a_covers_b)} of ${b}`, "The volume that both have, relative to the volume of the covered gamut."],
+    [`${b} covers`, `${percent(found.b_covers_a)} of ${a}`],
+  ];
+  for (const [loss, name, other] of [[found.lost_a, a, b], [found.lost_b, b, a]] as const) {
+    if (loss == null) continue;
+    rows.push([
+      `${name} loses in ${other}`,
+      `ΔE00 ${loss.mean.toFixed(2)} on average, ${loss.percentile_95.toFixed(1)} at the 95th percentile`,
+      "Colour difference CIEDE2000 between the surface and the nearest colours of the other gamut; 0 where it has them.",
+    ]);
+  }
+  rows.push(
+    ["White points", `${a} ${colour(found.white_a)}; ${b} ${colour(found.white_b)}`, "Lightest colours."],
+    ["Black points", `${a} ${colour(found.black_a)}; ${b} ${colour(found.black_b)}`, "Darkest colours."],
+    ["In common", Number(found.intersection.toPrecision(6)).toLocaleString("en"), "Volume that both have, in cubic units of the space."],
+    ["Jaccard index", found.jaccard.toFixed(4), "The volume that both have, relative to the volume that at least one has; 1 for equal gamuts."],
+  );
+  if (found.chromaticity !== null) {
+    for (const [diagram, areas] of [["x, y", found.chromaticity.xy], ["u′, v′", found.chromaticity.uv]] as const) {
+      rows.push(
+        [`${diagram}: ${a} covers`, `${percent(areas.a_covers_b)} of ${b}; area ${percent(areas.area_ratio)}`, "Areas in the chromaticity diagram, without lightness."],
+        [`${diagram}: ${b} covers`, `${percent(areas.b_covers_a)} of ${a}`],
+      );
+    }
+  }
+  return rows;
 }

@@ -27,14 +27,14 @@ export function conditions({ options, provenance }: Gamut): Definition[] {
       "How the white of the medium is treated. Colours as measured, such as spot colours, need the absolute intent.",
     ],
   ];
-  if (limits !== undefined) {
+  if (limits === undefined) facts.push(["Ink limit", "None", "Largest sum of all inks. Four full inks are 400 %."]);
+  else {
     const limit = (value: number | null) => (value === null ? "None" : `${value}\u00a0%`);
     facts.push(["Ink limit", limit(limits.total), "Largest sum of all inks. Four full inks are 400 %."]);
     if (limits.black !== null) facts.push(["Black limit", limit(limits.black), "Largest amount of the black ink."]);
   }
-  if (kind) {
-    facts.push(["Medium", MEDIA[kind] ?? kind[0]!.toUpperCase() + kind.slice(1), "What shows or carries the colours."]);
-  }
+  const carrier = kind ? (MEDIA[kind] ?? kind[0]!.toUpperCase() + kind.slice(1)) : provenance.reference ? "Reference" : "Not stated";
+  facts.push(["Medium", carrier, "What shows or carries the colours."]);
   if (white_lab || white) {
     const luminance = provenance.white_luminance;
     const values = white_lab ? `L*a*b* ${numbers(white_lab)}` : `X Y Z ${numbers(white!)}`;
@@ -45,6 +45,7 @@ export function conditions({ options, provenance }: Gamut): Definition[] {
       `White of the medium or display${seen.length > 0 ? ` (${seen.join(", ")})` : ""}.`,
     ]);
   }
+  else facts.push(["White", "Not stated", "White of the medium or display."]);
   const viewing: [string, number | string | undefined, string][] = [
     ["luminance", space?.luminance, "\u00a0cd/m²"],
     ["adapting luminance", space?.adapting_luminance, "\u00a0cd/m²"],

@@ -44,7 +44,7 @@ export class GamutList {
   private row(slot: Slot): Row {
     const box = element("div", "", { className: "gamut-row" });
     const field = element("div", "", { className: "chooser online" });
-    field.dataset["role"] = slot;
+    box.dataset["slot"] = field.dataset["role"] = slot;
     const chooser = new Chooser(
       field,
       NAMES[slot],
@@ -74,7 +74,6 @@ export class GamutList {
       else chooser.clearName();
     });
     byId("add").hidden = this.count >= SLOTS.length;
-    byId("welcome").hidden = page.shown.length > 0;
     byId("legend").replaceChildren(
       ...page.shown.map(({ slot, gamut }) => {
         const text = `${gamut.name} · ${STYLE_NAMES[page.styles[slot]].toLowerCase()}`;

@@ -23,8 +23,8 @@ export function connectLevel(page: Page): void {
     number.max = String(finest);
     if (document.activeElement !== number) number.value = String(wanted);
     byId("level-note").replaceChildren(
-      ...shown.map(({ gamut, layer }) =>
-        element("span", limitNote(gamut, layer.level?.triangles ?? 0, wanted)),
+      ...shown.map(({ gamut, layer, isPart }) =>
+        element("span", limitNote(gamut, layer.level?.triangles ?? 0, isPart ? Math.min(wanted, layer.available) : wanted)),
       ),
     );
   };

@@ -1,6 +1,7 @@
 // The colour of the surface under the pointer.
 import type { Object3D } from "three";
 import { byId } from "../page/elements.js";
+import { embedded } from "../page/embedded.js";
 import { type Page, axisNames } from "../page/page.js";
 import { AnswerLines, distanceLines, readout, valuesAt } from "./readout.js";
 
@@ -44,8 +45,8 @@ export function connectPointer(page: Page): void {
     const { gamut, layer } = shown;
     output.replaceChildren(...readout(gamut, axisNames(gamut), layer.level!, hit), distance.element);
     const other = page.shown.find((each) => each !== shown)?.gamut;
-    // Distances need equal coordinates. A page without the service has one gamut.
-    if (other?.options.space === gamut.options.space) {
+    // Distances need equal coordinates, and the service.
+    if (embedded === null && other?.options.space === gamut.options.space) {
       const point = valuesAt(hit, layer.level!.positions, 3);
       distance.ask((signal) => distanceLines(other, point, signal));
     } else distance.clear();

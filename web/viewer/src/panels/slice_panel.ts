@@ -15,11 +15,13 @@ import { orientation } from "../scene/layer.js";
 import { type Cut, type Place, type Point, type SectionPlane, areaWithin, heightAbove, placesIn, planeOf, pointAt, rightHalf, sectionLoops } from "../scene/sections.js";
 import { type Gamut, request } from "../service/api.js";
 import { mayHaveRecipes } from "../service/queries.js";
+import { type DiagramKind, DIAGRAMS, diagram, diagramName, isDiagram } from "./diagrams.js";
 import { PlaneHandle } from "./plane_handle.js";
 import { AnswerLines, coordinates, recipeLines } from "./readout.js";
 import { SectionFigure } from "./section_figure.js";
 
 const KINDS = ["lightness", "hue", "plane", "rings"] as const;
+const PLANES: string[] = ["lightness", "hue", "plane"];
 /** Time in ms for which the pointer rests before a recipe is asked for. */
 const REST = 120;
 /** Columns and rows of the colours of a section; they are interpolated between. */
@@ -28,7 +30,7 @@ const RASTER = 128;
 const OUTSIDE = 0.05;
 
 interface SliceState {
-  kind: "off" | (typeof KINDS)[number];
+  kind: "off" | (typeof KINDS)[number] | DiagramKind;
   lightness: number | null;
   hue: number;
   azimuth: number;
@@ -57,10 +59,13 @@ export class SlicePanel {
     for (const event of ["gamuts", "level", "theme"] as const) page.on(event, () => this.draw());
     page.on("camera", () => this.cut.follow());
     page.readable.push({
-      targets: () => (this.state.kind === "off" || this.state.kind === "rings" ? [] : [this.cut.cap]),
+      targets: () => (PLANES.includes(this.state.kind) ? [this.cut.cap] : []),
       read: ({ point }) => this.read(this.page.shown[0]!.gamut, this.cut.pointOf(point)),
       leave: () => this.recipe.clear(),
     });
+    const diagrams = element("optgroup", "", { label: "Diagrams" });
+    diagrams.append(...Object.entries(DIAGRAMS).map(([value, text]) => element("option", text, { value })));
+    this.kind.append(diagrams);
     this.connectControls();
     const pointed = ({ clientX, clientY }: PointerEvent) => {
       const { left, top } = this.figure.box.getBoundingClientRect();
@@ -115,7 +120,7 @@ export class SlicePanel {
     const { state } = this;
     const shown = this.page.shown.filter(({ layer }) => layer.level !== null);
     const isOn = state.kind !== "off" && shown.length > 0;
-    const isPlane = isOn && state.kind !== "rings";
+    const isPlane = isOn && PLANES.includes(state.kind);
     this.kind.value = state.kind;
     this.kind.disabled = this.page.shown.length === 0;
     byId("slice-row").hidden = !isPlane;
@@ -130,8 +135,16 @@ export class SlicePanel {
     else {
       this.figure.open();
       if (isPlane) this.drawPlane(shown);
+      else if (isDiagram(state.kind)) this.drawDiagram(state.kind, shown);
       else this.drawRings(shown).catch((error: unknown) => this.page.complain(error));
     }
+  }
+
+  private drawDiagram(kind: DiagramKind, shown: Shown[]): void {
+    const { box, size } = this.figure;
+    const drawn = diagram(kind, shown, { size, theme: pageTheme(box) }, this.page.isDark);
+    if ("svg" in drawn) this.figure.show(drawn.svg, diagramName(kind, this.page));
+    else box.replaceChildren(element("p", drawn.sentence, { className: "note" }));
   }
 
   private drawPlane(shown: Shown[]): void {
@@ -294,6 +307,8 @@ export class SlicePanel {
 
 function readState(state: SliceState, given: URLSearchParams): void {
   if (given.has("rings")) state.kind = "rings";
+  const named = given.get("diagram");
+  if (named !== null && isDiagram(named)) state.kind = named;
   for (const kind of ["lightness", "hue"] as const) {
     const text = given.get(kind);
     if (text === null || !Number.isFinite(Number(text))) continue;
@@ -310,6 +325,7 @@ function readState(state: SliceState, given: URLSearchParams): void {
 
 function entries({ kind, lightness, hue, azimuth, elevation, offset, half }: SliceState): [string, string | null][] {
   if (kind === "off") return [];
+  if (isDiagram(kind)) return [["diagram", kind]];
   const value = { rings: "on", lightness: String(lightness), hue: String(hue), plane: [azimuth, elevation, offset].join(",") }[kind];
   return [[kind, value], ["cut", half === "front" || kind === "rings" ? null : half]];
 }

@@ -1,30 +1,115 @@
-// What is taken away from the page: a picture, one file that works offline, and the link.
+// What is taken away from the page: pictures, a turntable, one file that works offline, and the link.
+import { SCREEN } from "../colours/colours.js";
+import { tintOf } from "../colours/tints.js";
 import { byId, save } from "../page/elements.js";
-import type { Page } from "../page/page.js";
+import { type Page, STYLE_NAMES, axisNames } from "../page/page.js";
+import { type Picture, pngPicture, svgPicture, turntable } from "../scene/picture.js";
+import { withState } from "../page/embedded.js";
 import { request } from "../service/api.js";
 
+type Kind = "png" | "svg" | "webp" | "html";
+
+const NOTES: Record<Kind, string> = {
+  png: "The view with its title, legend and scales.",
+  svg: "The surfaces are a picture in the file; title, legend and scales stay text that can be edited.",
+  webp: "One turn around the upright axis, again and again. Web browsers and slides show it.",
+  html: "One file with all gamuts that are shown, as they are shown. It works without a network.",
+};
+/** Smallest and largest number of frames of a turn. */
+const FRAMES = [36, 90] as const;
+
 export function connectSaving(page: Page): void {
-  byId("png").addEventListener("click", () => {
-    const names = page.shown.map(({ gamut }) => gamut.name);
-    void page.view.picture().then((picture) => save(picture, `${names.join(" and ") || "gamut"}.png`));
+  const dialog = byId<HTMLDialogElement>("take-away");
+  const kind = byId<HTMLSelectElement>("save-kind");
+  const button = byId<HTMLButtonElement>("save-file");
+  const close = byId("save-close");
+  const bar = byId<HTMLProgressElement>("save-progress");
+  let saving: AbortController | null = null;
+  const refresh = () => {
+    const chosen = kind.value as Kind;
+    for (const part of dialog.querySelectorAll<HTMLElement>(".of-picture")) part.hidden = chosen === "html";
+    for (const part of dialog.querySelectorAll<HTMLElement>(".of-turning")) part.hidden = chosen !== "webp";
+    byId("save-note").textContent = NOTES[chosen];
+    button.disabled = page.shown.length === 0 || saving !== null;
+    bar.hidden = saving === null || chosen !== "webp";
+    close.textContent = saving === null ? "Close" : "Cancel";
+  };
+  byId("save").addEventListener("click", () => {
+    const { clientWidth, clientHeight } = page.canvas;
+    byId<HTMLInputElement>("save-width").value = String(clientWidth);
+    byId<HTMLInputElement>("save-height").value = String(clientHeight);
+    refresh();
+    dialog.showModal();
   });
-  byId("html").addEventListener("click", () => void savePage(page));
+  kind.addEventListener("change", refresh);
+  close.addEventListener("click", () => (saving === null ? dialog.close() : saving.abort()));
+  dialog.addEventListener("close", () => saving?.abort());
+  button.addEventListener("click", () => {
+    const doing = new AbortController();
+    saving = doing;
+    bar.value = 0;
+    refresh();
+    const name = page.shown.map(({ gamut }) => gamut.name).join(" and ");
+    content(page, kind.value as Kind, (part) => (bar.value = part), doing.signal)
+      .then((file) => {
+        save(file, `${name}.${kind.value}`);
+        dialog.close();
+        page.announce("The file was saved.");
+      })
+      .then(() => "", (error: unknown) => (doing.signal.aborted ? "" : error instanceof Error ? error.message : String(error)))
+      .then((problem) => {
+        saving = null;
+        refresh();
+        if (problem !== "") byId("save-note").textContent = problem;
+      });
+  });
   byId("share").addEventListener("click", () => {
     void navigator.clipboard.writeText(location.href).then(() => page.announce("The link was copied."));
   });
-  page.on("gamuts", () => {
-    byId<HTMLButtonElement>("html").disabled = page.shown.length === 0;
-  });
 }
 
-/** Save the first gamut as one file that shows it without the service. */
-async function savePage(page: Page): Promise<void> {
-  const gamut = page.shown[0]?.gamut;
-  if (gamut === undefined) return;
-  try {
-    const answer = await request(`/v1/gamuts/${gamut.id}/viewer.html`, { headers: { Accept: "text/html" } });
-    save(await answer.blob(), `${gamut.name}.html`);
-  } catch (error) {
-    page.complain(error);
+async function content(page: Page, kind: Kind, progress: (part: number) => void, signal: AbortSignal): Promise<Blob> {
+  const { view } = page;
+  if (kind === "html") {
+    const [first, ...others] = page.shown.map(({ gamut }) => gamut.id);
+    const state = new URLSearchParams(page.address.text);
+    for (const { slot, gamut } of page.shown) state.set(slot, gamut.id);
+    const path = `/v1/gamuts/${first!}/viewer.html${others.length === 0 ? "" : `?with=${others.join(",")}`}`;
+    const answer = await request(path, { headers: { Accept: "text/html" }, signal });
+    return new Blob([withState(await answer.text(), { address: String(state) })], { type: "text/html" });
   }
+  const picture = pictureOf(page);
+  if (kind === "png") return pngPicture(view, picture);
+  if (kind === "svg") return new Blob([svgPicture(view, picture)], { type: "image/svg+xml" });
+  return turntable(view, picture, within("save-frames", ...FRAMES), progress, signal);
+}
+
+/** The number of a field, held within its limits. */
+function within(id: string, least: number, most: number): number {
+  const field = byId<HTMLInputElement>(id);
+  const value = Math.round(Math.min(Math.max(Number(field.value) || least, least), most));
+  field.value = String(value);
+  return value;
+}
+
+function pictureOf(page: Page): Picture {
+  const size = (id: string) => within(id, Number(byId<HTMLInputElement>(id).min), Number(byId<HTMLInputElement>(id).max));
+  const { axes } = page.view;
+  const { gamut } = page.shown[0]!;
+  const { space } = gamut.options;
+  const step = axes === null ? "" : `: lines of the grid are ${axes.step} apart in ${axisNames(gamut).join(", ")}`;
+  const style = getComputedStyle(byId("stage"));
+  return {
+    width: size("save-width"),
+    height: size("save-height"),
+    ratio: Number(byId<HTMLSelectElement>("save-ratio").value),
+    title: page.shown.map(({ gamut }) => gamut.name).join(" and "),
+    legend: page.shown.map(({ slot, gamut }) => ({
+      text: `${gamut.name} · ${STYLE_NAMES[page.styles[slot]].toLowerCase()}`,
+      colour: tintOf(slot, page.isDark),
+    })),
+    note: `${space}${step}; colours for ${SCREEN === "srgb" ? "sRGB" : "Display P3"} screens`,
+    colour: style.color,
+    ground: style.backgroundColor,
+  };
 }

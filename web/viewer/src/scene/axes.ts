@@ -12,10 +12,11 @@ import {
 } from "three";
 
 /** Least distances of ticks with labels in pixels: across, and of lines above each other. */
-const LEAST_APART = [40, 26] as const;
+const LEAST_APART = [33, 24] as const;
 /** An axis that is shorter on the screen, in pixels, has no labels. */
 const LEAST_LENGTH = 24;
-const TEXT_SIZE = 12.5;
+export const FONT = 'system-ui, "Segoe UI", Roboto, sans-serif';
+export const TEXT_SIZE = 12.5;
 /** Half the height of a line of text, with room for the halo. */
 const HALF_LINE = 9;
 /** Distances in pixels from an edge to its numbers, and from these to the name of the axis. */
@@ -298,13 +299,9 @@ function plain(value: number): string {
 
 let measure: CanvasRenderingContext2D | null = null;
 
-export function labelFont(isName: boolean): string {
-  return `${isName ? 600 : 400} ${TEXT_SIZE}px system-ui, "Segoe UI", Roboto, sans-serif`;
-}
-
 function textWidth(text: string, isName: boolean): number {
   measure ??= document.createElement("canvas").getContext("2d")!;
-  measure.font = labelFont(isName);
+  measure.font = `${isName ? 600 : 400} ${TEXT_SIZE}px ${FONT}`;
   return measure.measureText(text).width;
 }
 

@@ -17,7 +17,7 @@ import {
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { SCREEN } from "../colours/colours.js";
-import { type AxesBox, type Edges, LABEL_ROOM, LabelLayer } from "./axes.js";
+import { type AxesBox, type Edges, type Label, LABEL_ROOM, LabelLayer } from "./axes.js";
 import { surfaceUniforms } from "./materials.js";
 
 const FIELD_OF_VIEW = 30;
@@ -70,7 +70,7 @@ export class View {
   private readonly box = new Box3(new Vector3().setScalar(-60), new Vector3().setScalar(60));
   private readonly middle = new Vector3();
   private radius = 100;
-  private axes: AxesBox | null = null;
+  axes: AxesBox | null = null;
   /** Size of the picture in CSS pixels, and what covers it at its edges. */
   private width = 1;
   private height = 1;
@@ -272,6 +272,48 @@ export class View {
     return this.camera.position.clone().sub(this.controls.target).normalize();
   }
 
+  /**
+   * Draw the view in another size, and let something take the canvas and the labels.
+   *
+   * `covered` is kept free. With an azimuth, everything is turned by it and fits at every azimuth.
+   * The picture on the screen stays as it is.
+   */
+  at<T>(
+    { width, height, ratio }: { width: number; height: number; ratio: number },
+    covered: Edges,
+    azimuth: number | null,
+    take: (canvas: HTMLCanvasElement, labels: Label[]) => T,
+  ): T {
+    const { camera, canvas, controls, renderer } = this;
+    const kept = camera.clone();
+    Object.assign(this, { width, height, covered });
+    try {
+      renderer.setDrawingBufferSize(width, height, ratio);
+      const buffer = renderer.getContext();
+      if (buffer.drawingBufferWidth < Math.floor(width * ratio) || buffer.drawingBufferHeight < Math.floor(height * ratio)) {
+        throw new Error("This browser cannot draw so large a picture. Choose a smaller one.");
+      }
+      surfaceUniforms.pixelRatio.value = ratio;
+      const direction = azimuth === null ? this.fitted : camera.position.clone().sub(controls.target);
+      if (direction !== null) {
+        const { target, offset, zoom } = this.fittedPlace(direction, azimuth !== null);
+        offset.theta += azimuth ?? 0;
+        camera.position.setFromSpherical(offset).add(target);
+        camera.zoom = this.camera === this.orthographic ? zoom : camera.zoom;
+        camera.lookAt(target);
+      }
+      this.setFrame();
+      this.render();
+      return take(canvas, this.axes?.labels(camera, width, height, covered) ?? []);
+    } finally {
+      camera.position.copy(kept.position);
+      camera.quaternion.copy(kept.quaternion);
+      camera.zoom = kept.zoom;
+      this.resize();
+      this.drawNow();
+    }
+  }
+
   /** The view as a PNG file. */
   picture(): Promise<Blob> {
     this.setResolution(1);
@@ -282,12 +324,16 @@ export class View {
   }
 
   drawNow(): void {
+    this.render();
+    this.labels.show(this.axes?.labels(this.camera, this.width, this.height, this.covered) ?? []);
+    this.frames += 1;
+  }
+
+  private render(): void {
     const { axes, camera, scene } = this;
     scene.background = new Color(getComputedStyle(this.stage).backgroundColor);
     axes?.turnTo(camera);
     this.renderer.render(scene, camera);
-    this.labels.show(axes?.labels(camera, this.width, this.height, this.covered) ?? []);
-    this.frames += 1;
   }
 
   /** The reader moves the view from now on. */
@@ -343,12 +389,12 @@ export class View {
   }
 
   /** The place from which the box of gamuts and axes just fits into the free part of the picture. */
-  private fittedPlace(direction: Vector3): Place {
+  private fittedPlace(direction: Vector3, isTurning = this.spinning): Place {
     const { controls, middle } = this;
     const [across, down] = this.freePart();
     const shift = this.shiftFor(direction);
     let [distance, size] = [0, 0];
-    for (const [x, y, z] of this.corners(direction, this.spinning ? AZIMUTHS : 1)) {
+    for (const [x, y, z] of this.corners(direction, isTurning ? AZIMUTHS : 1)) {
       // Half the height of a picture at the middle that has the corner at the end of the room.
       const flat = Math.max(Math.abs(x) / across, Math.abs(y) / down);
       const half = Math.max(Math.abs(x) / across, y > 0 ? y / (down + shift) : -y / (down - shift));
@@ -460,7 +506,8 @@ export class View {
     this.height = Math.max(1, this.stage.clientHeight);
     this.covered = coveredEdges(this.stage);
     this.setSize();
-    const place = this.fittedPlace(this.fitted ?? HOME);
+    const direction = this.spinning ? this.camera.position.clone().sub(this.controls.target) : this.fitted;
+    const place = this.fittedPlace(direction ?? HOME);
     this.setFrame();
     if (this.fitted !== null && this.turning === null) this.setPlace(place);
     this.draw();

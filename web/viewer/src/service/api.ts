@@ -34,6 +34,8 @@ export interface Gamut {
   /** The error curve: levels from coarse to fine, with a bound of their distance in both directions. */
   levels: { triangles: number; distance_bound: number }[];
   provenance: {
+    /** Slug of a reference. */
+    reference?: string;
     warnings?: unknown[];
     axes?: string;
     intent?: string;
@@ -83,9 +85,35 @@ export function address(path: string): string {
   return new URL(root + path, location.href).href;
 }
 
+/** How the service gets gamuts that the page shows from files, by id; each gives the id of the service. */
+const provided = new Map<string, () => Promise<string>>();
+
+/** Tell how the service gets a gamut when it is asked about it for the first time. */
+export function provide(id: string, make: () => Promise<string>): void {
+  let made: Promise<string> | null = null;
+  provided.set(id, () => {
+    made ??= make().catch((error: unknown) => {
+      made = null;
+      throw error;
+    });
+    return made;
+  });
+}
+
+/** A path of the service, once the service has the gamuts of the path. */
+async function answerable(path: string): Promise<string> {
+  if (path.startsWith("/v1/jobs/")) return path;
+  for (const id of path.match(/\b[0-9a-f]{64}\b/g) ?? []) {
+    const known = await provided.get(id)?.();
+    if (known !== undefined) path = path.replace(id, known);
+  }
+  return path;
+}
+
 /** Fetch, or throw the problem that the service describes. */
-export async function request(path: string, init: RequestInit = {}): Promise<Response> {
+export async function request(asked: string, init: RequestInit = {}): Promise<Response> {
   let response: Response;
+  const path = provided.size === 0 ? asked : await answerable(asked);
   const headers = { Accept: "application/json", ...authorization(), ...init.headers };
   try {
     response = await fetch(address(path), { ...init, headers });
@@ -109,16 +137,11 @@ function plainProblem(detail: string, status: number): Problem {
   return { title: "No answer", detail, code: "", status, where: null, remedy: "Try again." };
 }
 
-export interface Group {
-  title: string;
-  entries: Entry[];
-}
-
 /**
- * Stored gamuts and references that a text may mean, the most likely first; all without one. The
- * references come first if one of them has exactly this name, and no stored gamut has.
+ * Stored gamuts and references that a text may mean in one list, the most likely first; all without a
+ * text. The service finds aliases and similar names; exact names and beginnings of names come first.
  */
-export async function choices(text: string, signal: AbortSignal): Promise<Group[]> {
+export async function choices(text: string, signal: AbortSignal): Promise<Entry[]> {
   const named = text === "" ? {} : { name: text };
   const query = new URLSearchParams({ limit: "50", ...named, match: "similar" });
   const [stored, known, found] = await Promise.all([
@@ -129,17 +152,21 @@ export async function choices(text: string, signal: AbortSignal): Promise<Group[
   const slugs = new Set(known.map((entry) => entry.name));
   const gamuts = (stored.gamuts as Gamut[])
     .filter((gamut) => !slugs.has(gamut.name))
-    .map((gamut) => ({
-      key: gamut.id,
-      name: gamut.name,
-      detail: `${gamut.options.space} · ${gamut.counts.triangles.toLocaleString("en")} △`,
-    }));
-  const groups = [
-    { title: "Stored gamuts", entries: gamuts },
-    { title: "References", entries: found },
+    .map((gamut) => ({ key: gamut.id, name: gamut.name, detail: `stored · ${gamut.options.space}` }));
+  if (text === "") return [...gamuts, ...found];
+  const rank = ({ key: id, name }: Entry) => {
+    const names = [id, name].map(folded);
+    if (names.includes(folded(text))) return 0;
+    return names.some((each) => each.startsWith(folded(text))) ? 1 : 3;
+  };
+  // What the service puts before a better rank is an alias: Rec2020 is ITU-R BT.2020.
+  const ranks = found.map(rank);
+  const meant = (place: number) => (place === 0 && ranks[0]! > 1 ? 2 : ranks[place]!);
+  const all = [
+    ...found.map((entry, place): [Entry, number] => [entry, meant(place)]),
+    ...gamuts.map((entry): [Entry, number] => [entry, rank(entry)]),
   ];
-  const isMeant = ({ name, key: id }: Entry) => [name, id].some((each) => folded(each) === folded(text));
-  return found.some(isMeant) && !gamuts.some(isMeant) ? groups.reverse() : groups;
+  return all.sort((one, other) => one[1] - other[1]).map(([entry]) => entry);
 }
 
 function folded(name: string): string {
@@ -156,7 +183,7 @@ interface References {
 }
 
 function entriesOf({ references: all }: References): Entry[] {
-  return all.map(({ slug, name }) => ({ key: slug, name, detail: slug }));
+  return all.map(({ slug, name }) => ({ key: slug, name, detail: `reference · ${slug}` }));
 }
 
 let knownReferences: Promise<Entry[]> | null = null;
@@ -173,8 +200,8 @@ function references(): Promise<Entry[]> {
 }
 
 /**
- * Describe a gamut; a reference that is not built yet is waited for. `options` are those of its build,
- * for references only.
+ * Describe a gamut; a reference that is not built yet is waited for. Options of its build follow the
+ * slug of a reference as a query, and `options` come before them.
  */
 export async function describe(
   name: string,
@@ -182,7 +209,10 @@ export async function describe(
   signal: AbortSignal,
   options: Record<string, string> = {},
 ): Promise<Gamut> {
-  const path = `/v1/gamuts/${encodeURIComponent(name)}?${new URLSearchParams(options)}`;
+  const [slug, query = ""] = name.split("?");
+  const stated = new URLSearchParams(query);
+  for (const [option, value] of Object.entries(options)) stated.set(option, value);
+  const path = `/v1/gamuts/${encodeURIComponent(slug!)}?${stated}`;
   const get = () => request(path, { signal, headers: { Prefer: "respond-async" } });
   let response = await get();
   if (response.status === 202) {
@@ -202,15 +232,53 @@ export async function build(file: File, options: object, progress: Progress, sig
   body.append("file", file);
   body.append("options", JSON.stringify(options));
   progress("upload", 0, "");
-  const response = await request("/v1/gamuts", {
-    method: "POST",
-    body,
-    signal,
-    headers: { Prefer: "respond-async" },
-  });
+  const response = await sent("/v1/gamuts", body, (fraction) => progress("upload", fraction, ""), signal);
   const document = (await response.json()) as Gamut | Job;
   if (response.status === 202) await followed(document.id, progress, signal);
   return document.id;
+}
+
+/** Send a body, with its progress: `fetch` does not tell how much of a body is sent. */
+function sent(path: string, body: FormData, progress: (fraction: number) => void, signal: AbortSignal): Promise<Response> {
+  const call = new XMLHttpRequest();
+  call.open("POST", address(path));
+  const headers = { Accept: "application/json", Prefer: "respond-async", ...authorization() };
+  for (const [name, value] of Object.entries(headers)) call.setRequestHeader(name, value);
+  call.upload.onprogress = ({ loaded, total }) => progress(loaded / total);
+  return new Promise((resolve, reject) => {
+    signal.addEventListener("abort", () => call.abort());
+    call.onabort = () => reject(signal.reason);
+    call.onerror = () => reject(new ProblemError(plainProblem("The service does not answer.", 0)));
+    call.onload = () => {
+      const type = call.getResponseHeader("content-type") ?? "";
+      const response = new Response(call.responseText, { status: call.status, headers: { "content-type": type } });
+      if (response.ok) resolve(response);
+      else void problemOf(response).then(reject);
+    };
+    call.send(body);
+  });
+}
+
+/** What keeps the service from working, in plain words; null if it is ready or does not answer. */
+export async function preparation(): Promise<string | null> {
+  try {
+    const { state } = (await (await request("/")).json()) as { state: Readiness };
+    if (state.ready) return null;
+    if (state.probes["kernels"]?.status === "failed") {
+      return "Preparing the service: compiling its kernels, about 30 s, only once";
+    }
+    if (state.workers_warm < state.workers) return "Preparing the service: starting, a few seconds";
+  } catch {
+    // The request that waits tells what is wrong.
+  }
+  return null;
+}
+
+interface Readiness {
+  ready: boolean;
+  probes: Record<string, { status: string }>;
+  workers: number;
+  workers_warm: number;
 }
 
 export async function cancelJob(id: string): Promise<void> {
@@ -228,7 +296,7 @@ async function followed(id: string, progress: Progress, signal: AbortSignal): Pr
       const job = JSON.parse(event.data) as Job;
       if (job.problem !== null) throw new ProblemError(job.problem);
       if (job.state === "succeeded") return;
-      progress(job.stage ?? "waiting", job.fraction, id);
+      progress(job.stage || "waiting", job.fraction, id);
     }
     if (response.status === 204) return;
     await new Promise((resolve) => setTimeout(resolve, 500));

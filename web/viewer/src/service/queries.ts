@@ -1,4 +1,5 @@
 // Questions to the service: comparison, colours in gamut, nearest colours, recipes.
+import type { HueSectors } from "../charts/hues.js";
 import { type Gamut, ProblemError, request } from "./api.js";
 
 /** Areas in a chromaticity diagram; `area_ratio` is A ÷ B. */
@@ -8,11 +9,27 @@ interface Areas {
   b_covers_a: number;
 }
 
+/** ΔE00 between the surface of a gamut and the nearest colours of another one. */
+interface Loss {
+  mean: number;
+  percentile_95: number;
+  share_outside: number;
+}
+
 export interface Comparison {
   intersection: number;
   a_covers_b: number;
   b_covers_a: number;
   jaccard: number;
+  white_a: number[];
+  white_b: number[];
+  black_a: number[];
+  black_b: number[];
+  /** Sentences with A and B for the gamuts. */
+  summary: string[];
+  lost_a?: Loss | null;
+  lost_b?: Loss | null;
+  sectors: HueSectors;
   /** Null if a gamut has no chromaticities. */
   chromaticity: { basis_a: string; basis_b: string; xy: Areas; uv: Areas } | null;
   warnings: string[];
@@ -67,10 +84,11 @@ export interface TableReading {
   space: string;
   columns: string;
   table_scale: string;
+  edge_width: string;
 }
 
 export async function compare(a: string, b: string, signal: AbortSignal): Promise<Comparison> {
-  const query = new URLSearchParams({ a, b, sectors: "1" });
+  const query = new URLSearchParams({ a, b, lost: "true" });
   return (await (await request(`/v1/comparisons?${query}`, { signal })).json()) as Comparison;
 }
 
@@ -118,6 +136,24 @@ export async function nearest(gamut: Gamut, colours: number[][], signal: AbortSi
     headers: { "Content-Type": "application/json" },
   });
   return (await response.json()) as Nearest;
+}
+
+/** The colours of largest chroma at equidistant hues. Hues without colours are left out. */
+export async function cusps(gamut: Gamut, hues: number, signal: AbortSignal): Promise<number[][]> {
+  const response = await request(`/v1/gamuts/${gamut.id}/cusps?hues=${hues}`, { signal });
+  const { point } = (await response.json()) as { point: (number | null)[][] };
+  return point.filter((each): each is number[] => each.every((value) => value !== null));
+}
+
+/** The colours of device values in 0 to 1. */
+export async function deviceColours(gamut: Gamut, device: number[][], signal: AbortSignal): Promise<number[][]> {
+  const response = await request(`/v1/gamuts/${gamut.id}/colours`, {
+    method: "POST",
+    body: JSON.stringify({ device }),
+    signal,
+    headers: { "Content-Type": "application/json" },
+  });
+  return ((await response.json()) as { colour: number[][] }).colour;
 }
 
 /** Gamuts of devices that have no recipes. They are not asked again. */

@@ -1,0 +1,72 @@
+// The first screen: examples that turn until they are touched, chips for more of them, and what the
+// service is preparing meanwhile.
+import { type Example, examples } from "../service/examples.js";
+import { preparation } from "../service/api.js";
+import { byId, element } from "./elements.js";
+import type { Page } from "./page.js";
+
+/** Chips of examples that have names of their own, and the examples of the first screen. */
+const CHIPS: Record<string, string> = { press: "A press", photo: "A photograph" };
+const FIRST = ["press", "srgb"] as const;
+const ASKING_MILLISECONDS = 2000;
+
+/** Show what the address says, or the first screen. */
+export async function openPage(page: Page): Promise<void> {
+  const isFirst = location.hash.length < 2 && !location.pathname.includes("/v1/gamuts/");
+  page.address.isPaused = isFirst;
+  const all = examples();
+  const restored = page.restore();
+  fillChips(page, await all);
+  await restored;
+  if (!isFirst || page.shown.length > 0) return;
+  const keys = (await all).map(({ key }) => key);
+  const [first, second] = keys.includes(FIRST[0]) ? FIRST : [FIRST[1], null];
+  await Promise.all([page.show("a", first), second !== null && page.show("b", second)]);
+  page.isTrial = true;
+  page.view.spin(true);
+  const touched = () => {
+    for (const name of ["pointerdown", "keydown", "wheel", "drop"]) removeEventListener(name, touched, true);
+    page.view.spin(false);
+    page.address.isPaused = false;
+    page.address.saveNow();
+  };
+  for (const name of ["pointerdown", "keydown", "wheel", "drop"]) addEventListener(name, touched, { capture: true, passive: true });
+  void tellPreparation(page);
+}
+
+/** A chip for each example: it becomes the first gamut, or the second one by its plus. */
+function fillChips(page: Page, all: Example[]): void {
+  const chips = byId("chips");
+  chips.replaceChildren(
+    ...all.map(({ key, name, text, file }) => {
+      const chip = element("span", "", { className: "chip" });
+      const first = element("button", CHIPS[key] ?? name, { type: "button", title: file === null ? text : `${name}. ${text}` });
+      const second = element("button", "+", { type: "button", title: `${name} as the second gamut` });
+      second.setAttribute("aria-label", `${name} as the second gamut`);
+      first.addEventListener("click", ({ shiftKey }) => void page.show(shiftKey ? "b" : "a", key));
+      second.addEventListener("click", () => void page.show("b", key));
+      first.dataset["key"] = key;
+      chip.append(first, second);
+      return chip;
+    }),
+  );
+  const mark = () => {
+    for (const chip of chips.querySelectorAll<HTMLElement>("[data-key]")) {
+      chip.setAttribute("aria-pressed", String(page.shown.some(({ key }) => key === chip.dataset["key"])));
+    }
+  };
+  page.on("gamuts", mark);
+  mark();
+  chips.hidden = all.length === 0;
+}
+
+/** Say what a service that has just started prepares, until it is ready. */
+async function tellPreparation(page: Page): Promise<void> {
+  let isTold = false;
+  for (let text = await preparation(); text !== null; text = await preparation()) {
+    page.board.note(`${text}. The examples can be looked at meanwhile.`, true);
+    isTold = true;
+    await new Promise((resolve) => setTimeout(resolve, ASKING_MILLISECONDS));
+  }
+  if (isTold) page.board.note("The service is ready.");
+}

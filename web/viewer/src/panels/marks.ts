@@ -1,0 +1,144 @@
+// Points and curves of the first gamut in the view: its cusps, the neutral axis, and the file's patches.
+import {
+  BufferGeometry,
+  Float32BufferAttribute,
+  Group,
+  Line,
+  LineBasicMaterial,
+  LineLoop,
+  type Material,
+  Points,
+  PointsMaterial,
+} from "three";
+import { SCREEN } from "../colours/colours.js";
+import { isRgb } from "../colours/device_values.js";
+import { gamutSpace } from "../colours/spaces.js";
+import { byId } from "../page/elements.js";
+import { type Page, axisNames } from "../page/page.js";
+import { orientation } from "../scene/layer.js";
+import { type Gamut, ProblemError } from "../service/api.js";
+import { type CheckedTable, checkTable, cusps, deviceColours } from "../service/queries.js";
+
+const KINDS = ["cusps", "neutral", "patches"] as const;
+type Kind = (typeof KINDS)[number];
+
+/** Hues of the curve of cusps: one in 2°, about the width of the pointer on a large gamut. */
+const HUES = 180;
+/** Colours of the neutral axis. */
+const STEPS = 33;
+
+export class Marks {
+  private readonly groups = new Map<Kind, Group>();
+  private readonly asking = new Map<Kind, AbortController>();
+  private gamut: Gamut | null = null;
+
+  constructor(private readonly page: Page) {
+    page.address.add({
+      read: (given) => {
+        const marked = given.get("marks")?.split(",") ?? [];
+        for (const kind of KINDS) this.box(kind).checked = marked.includes(kind);
+      },
+      write: () => [["marks", KINDS.filter((kind) => this.box(kind).checked && kind !== "patches").join(",") || null]],
+    });
+    for (const kind of KINDS) {
+      this.box(kind).addEventListener("change", () => {
+        page.address.save();
+        void this.refresh(kind);
+      });
+    }
+    page.on("gamuts", () => {
+      const gamut = page.at("a")?.gamut ?? null;
+      if (gamut?.id === this.gamut?.id) return;
+      this.gamut = gamut;
+      this.box("neutral").disabled = gamut !== null && neutralValues(gamut.channels) === null;
+      this.box("patches").disabled = gamut === null || !page.files.has(gamut.id);
+      for (const kind of KINDS) void this.refresh(kind);
+    });
+    page.on("theme", () => KINDS.forEach((kind) => void this.refresh(kind)));
+  }
+
+  private box(kind: Kind): HTMLInputElement {
+    return byId<HTMLInputElement>(`mark-${kind}`);
+  }
+
+  private async refresh(kind: Kind): Promise<void> {
+    this.asking.get(kind)?.abort();
+    this.remove(kind);
+    const { gamut, page } = this;
+    const box = this.box(kind);
+    if (gamut === null || !box.checked || box.disabled) return;
+    const asking = new AbortController();
+    this.asking.set(kind, asking);
+    try {
+      const group = new Group();
+      group.add(...(await this.parts(kind, gamut, asking.signal)));
+      if (asking.signal.aborted) return;
+      for (const part of group.children) {
+        part.renderOrder = 3;
+        part.frustumCulled = false;
+      }
+      group.applyMatrix4(orientation(axisNames(gamut)));
+      page.view.scene.add(group);
+      this.groups.set(kind, group);
+      page.view.draw();
+    } catch (error) {
+      if (asking.signal.aborted) return;
+      box.checked = false;
+      byId("marks-note").textContent = error instanceof ProblemError ? error.problem.detail : String(error);
+    }
+  }
+
+  private async parts(kind: Kind, gamut: Gamut, signal: AbortSignal): Promise<(Line | Points)[]> {
+    byId("marks-note").textContent = "";
+    const line = new LineBasicMaterial({ color: getComputedStyle(document.body).color, depthTest: false });
+    if (kind === "cusps") return [new LineLoop(geometryOf(await cusps(gamut, HUES, signal)), line)];
+    if (kind === "neutral") {
+      const colours = await deviceColours(gamut, neutralValues(gamut.channels)!, signal);
+      return [new Line(geometryOf(colours), line), this.points(gamut, colours, 7)];
+    }
+    const reading = { space: "", columns: "", table_scale: "", edge_width: "" };
+    const found = await checkTable(gamut, this.page.files.get(gamut.id)!, reading, signal);
+    byId("marks-note").textContent = patchesText(found);
+    const outside = found.colours.filter((_, row) => found.position[row] === "outside");
+    const frame = new PointsMaterial({ color: getComputedStyle(byId("problem")).borderTopColor, size: 9, sizeAttenuation: false });
+    return [new Points(geometryOf(outside), frame), this.points(gamut, found.colours, 5)];
+  }
+
+  private points(gamut: Gamut, colours: number[][], size: number): Points {
+    const geometry = geometryOf(colours);
+    const linear = gamutSpace(gamut).linear(Float32Array.from(colours.flat()), SCREEN);
+    geometry.setAttribute("color", new Float32BufferAttribute(linear, 3));
+    return new Points(geometry, new PointsMaterial({ vertexColors: true, size, sizeAttenuation: false }));
+  }
+
+  private remove(kind: Kind): void {
+    const group = this.groups.get(kind);
+    if (group === undefined) return;
+    for (const part of group.children as (Line | Points)[]) {
+      part.geometry.dispose();
+      (part.material as Material).dispose();
+    }
+    group.removeFromParent();
+    this.groups.delete(kind);
+    this.page.view.draw();
+  }
+}
+
+function geometryOf(colours: number[][]): BufferGeometry {
+  return new BufferGeometry().setAttribute("position", new Float32BufferAttribute(colours.flat(), 3));
+}
+
+/** Device values along the neutral axis: equal red, green and blue, or black alone; null without either. */
+export function neutralValues(channels: string[]): number[][] | null {
+  const black = channels.findIndex((name) => /^(k|black|gr[ae]y)$/i.test(name));
+  const rgb = channels.length === 3 && isRgb(channels);
+  if (!rgb && black < 0) return null;
+  return Array.from({ length: STEPS }, (_, step) =>
+    channels.map((_name, place) => (rgb || place === black ? step / (STEPS - 1) : 0)),
+  );
+}
+
+function patchesText({ position }: CheckedTable): string {
+  const outside = position.filter((where) => where === "outside").length;
+  return `${position.length.toLocaleString("en")} patches of the file, ${outside.toLocaleString("en")} of them outside of this gamut.`;
+}

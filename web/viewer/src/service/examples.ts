@@ -1,0 +1,63 @@
+// Gamuts that come with the page as files: they are shown without the service, which gets them only
+// when it is asked a question about them.
+import { embedded } from "../page/embedded.js";
+import { type Gamut, type Progress, build, describe, provide } from "./api.js";
+
+/** An entry of `index.json`. Its description and the begin of its history are files beside it. */
+export interface Example {
+  /** As in the address: the slug of a reference, or a name of its own. */
+  key: string;
+  name: string;
+  /** A sentence about it. */
+  text: string;
+  /** The file that the service builds the gamut from; null for references. */
+  file: string | null;
+}
+
+const folder = new URL("examples/", import.meta.url);
+let list: Promise<Example[]> | null = null;
+
+/** All examples; none if the service has no such files. */
+export function examples(): Promise<Example[]> {
+  if (embedded !== null) return Promise.resolve([]);
+  list ??= loaded("index.json")
+    .then(async (response) => ((await response.json()) as { examples: Example[] }).examples)
+    .catch(() => []);
+  return list;
+}
+
+async function loaded(name: string): Promise<Response> {
+  const response = await fetch(new URL(name, folder));
+  if (!response.ok) throw new Error(`The file ${name} of the page is missing.`);
+  return response;
+}
+
+/** The example of a key of the address. */
+export async function findExample(key: string): Promise<Example | undefined> {
+  return (await examples()).find((each) => each.key === key);
+}
+
+/** Its description. `progress` begins to tell how the service gets it, once it is asked about it. */
+export async function describeExample(example: Example, progress: () => { report: Progress; end: () => void }): Promise<Gamut> {
+  const gamut = (await (await loaded(`${example.key}.json`)).json()) as Gamut;
+  provide(gamut.id, async () => {
+    const { report, end } = progress();
+    const { signal } = new AbortController();
+    try {
+      if (example.file === null) return (await describe(example.key, report, signal)).id;
+      return await build((await exampleFile(example))!, {}, report, signal);
+    } finally {
+      end();
+    }
+  });
+  return gamut;
+}
+
+export function historyOf(example: Example): string {
+  return new URL(`${example.key}.gamut`, folder).href;
+}
+
+/** The file that an example is built from. */
+export async function exampleFile({ file }: Example): Promise<File | null> {
+  return file === null ? null : new File([await (await loaded(file)).blob()], file);
+}

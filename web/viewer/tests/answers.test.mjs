@@ -1,0 +1,147 @@
+// Answers of the viewer about colours and pictures, in Chromium over a real server.
+//
+//   VIEWER_URL=... CHROMIUM=... FIRST=ID node --test answers.test.mjs
+//
+// The first gamut is a ball of radius 40 around L* = 50, the press FOGRA39L with an ink limit.
+import assert from "node:assert/strict";
+import process from "node:process";
+import { after, before, test } from "node:test";
+import { chromium, close, open, violations } from "./pages.mjs";
+
+const { FIRST, PRESS, SAMPLES } = process.env;
+
+let browser;
+before(async () => {
+  browser = await chromium();
+});
+after(() => browser.close());
+
+/** Texts of the rows of the list that are elements of the page. */
+function rows(page) {
+  return page.$$eval("#colours-table tbody tr:not([aria-hidden])", (all) =>
+    all.map((row) => [...row.children].map((cell) => cell.textContent)),
+  );
+}
+
+test("the table of a long list is complete, and is sorted by any column", async () => {
+  const page = await open(browser, `/view#a=${FIRST}`);
+  // Colours of growing chroma: from 0 to 79.9 around L* 50.
+  const list = ["name,L,a,b", ...Array.from({ length: 800 }, (_, i) => `colour ${i},50,${i / 10},0`)].join("\n");
+  await page.evaluate((text) => {
+    document.getElementById("colours").value = text;
+  }, list);
+  await page.waitForSelector("#check:not([disabled])");
+  await page.$eval("#check", (button) => button.click());
+  await page.waitForSelector("#colours-table:not([hidden]) tbody tr");
+  assert.equal((await rows(page))[0][0], "colour 0");
+  assert.ok((await rows(page)).length < 100, "only the rows in sight are elements");
+  await page.$eval("#colours-table", (box) => {
+    box.scrollTop = box.scrollHeight;
+  });
+  await page.waitForFunction("/colour 799/.test(document.getElementById('colours-table').textContent)");
+  const sortBy = (title) =>
+    page.$$eval("#colours-table th button", (all, name) => all.find((each) => each.textContent.startsWith(name)).click(), title);
+  await sortBy("ΔE00");
+  await sortBy("ΔE00");
+  assert.equal(await page.$eval("#colours-table th[aria-sort]", (head) => head.ariaSort), "descending");
+  const farthest = await rows(page);
+  assert.equal((await page.$eval("#colours-table", (box) => { box.scrollTop = 0; return box.scrollTop; })), 0);
+  await page.waitForFunction("document.querySelector('#colours-table tbody th').textContent === 'colour 799'");
+  assert.ok(farthest.length > 0);
+  // The edge is as wide as stated: within 5 of radius 40 are the colours from 35 to 45.
+  await page.$eval("#colours-reading", (box) => {
+    box.open = true;
+  });
+  await page.type("#colours-edge", "5");
+  await page.keyboard.press("Enter");
+  await page.waitForFunction("/ edge 5/.test(document.getElementById('colours-reading-summary').textContent)");
+  await page.waitForFunction("/(9\\d|10\\d) edge/.test(document.getElementById('colours-note').textContent)");
+  assert.deepEqual(await violations(page), []);
+  await close(page);
+});
+
+test("the address restores a short list and how it is read", async () => {
+  const page = await open(browser, `/view#a=${FIRST}`);
+  await page.evaluate(() => {
+    document.getElementById("colours").value = "Half, 0.5, 0.5, 0.5";
+    document.getElementById("colours-space").value = "sRGB";
+  });
+  await page.waitForSelector("#check:not([disabled])");
+  await page.$eval("#check", (button) => button.click());
+  await page.waitForFunction("location.hash.includes('colours-space=sRGB')");
+  const other = await open(browser, new URL(page.url()).pathname + new URL(page.url()).hash);
+  await other.waitForSelector("#colours-table:not([hidden])");
+  assert.equal((await rows(other))[0][0], "Half");
+  assert.match(await other.$eval("#colours-note", (note) => note.textContent), /1 colour: 1 inside/);
+  await close(other);
+  await close(page);
+});
+
+test("the curve of cusps is the equator of a ball, and the neutral axis of a press is its black", async () => {
+  const page = await open(browser, `/view#a=${FIRST}&marks=cusps`);
+  const curve = (type) =>
+    page.waitForFunction((wanted) => {
+      let found = null;
+      window.gamutViewer.view.scene.traverse((part) => {
+        if (part.type === wanted) found = [...part.geometry.getAttribute("position").array];
+      });
+      return found;
+    }, {}, type).then((handle) => handle.jsonValue());
+  const points = await curve("LineLoop");
+  assert.equal(points.length, 3 * 180);
+  for (let i = 0; i < points.length; i += 3) {
+    const chroma = Math.hypot(points[i + 1], points[i + 2]);
+    assert.ok(chroma > 37 && chroma <= 40.01 && Math.abs(points[i] - 50) < 12, `${points.slice(i, i + 3)}`);
+  }
+  assert.equal(await page.$eval("#mark-neutral", (box) => box.disabled), true);
+  await page.evaluate(`window.gamutViewer.show("a", "${PRESS}")`);
+  await page.waitForSelector("#mark-neutral:not([disabled])");
+  await page.$eval("#mark-neutral", (box) => box.click());
+  const black = await curve("Line");
+  // Paper is white, and black alone is nearly neutral: ISO 12647-2 has a* and b* within ±3 of it.
+  assert.ok(Math.abs(black[0] - 100) < 0.1 && black.at(-3) < 25, `${black[0]} ${black.at(-3)}`);
+  for (let i = 0; i < black.length; i += 3) assert.ok(Math.hypot(black[i + 1], black[i + 2]) < 5);
+  await close(page);
+});
+
+test("the patches of a file are points in its gamut", async () => {
+  const page = await open(browser, "/view");
+  await page.evaluate((text) => {
+    const dataTransfer = new DataTransfer();
+    dataTransfer.items.add(new File([text], "patches.csv"));
+    document.body.dispatchEvent(new DragEvent("drop", { bubbles: true, dataTransfer }));
+  }, SAMPLES);
+  await page.waitForSelector("#mark-patches:not([disabled])");
+  await page.$eval("#mark-patches", (box) => box.click());
+  await page.waitForFunction("/patches of the file, 0 of them outside/.test(document.getElementById('marks-note').textContent)");
+  await close(page);
+});
+
+test("a picture has a share of pixels out of reach, and they are marked", async () => {
+  const page = await open(browser, `/view#a=${FIRST}`);
+  await page.waitForSelector("#picture-open:not([disabled])");
+  // A quarter is a saturated green, far outside of the ball; the rest is grey.
+  await page.evaluate(async () => {
+    const canvas = new OffscreenCanvas(40, 40);
+    const context = canvas.getContext("2d");
+    context.fillStyle = "rgb(119 119 119)";
+    context.fillRect(0, 0, 40, 40);
+    context.fillStyle = "rgb(0 255 0)";
+    context.fillRect(0, 0, 20, 20);
+    const transfer = new DataTransfer();
+    transfer.items.add(new File([await canvas.convertToBlob()], "green corner.png", { type: "image/png" }));
+    const input = document.getElementById("picture-file");
+    input.files = transfer.files;
+    input.dispatchEvent(new Event("change"));
+  });
+  await page.waitForFunction("/^25\\.0 %/.test(document.getElementById('picture-note').textContent)");
+  const pixels = await page.$eval("#picture-canvas", (canvas) => {
+    const context = canvas.getContext("2d");
+    return [[5, 5], [30, 30]].map((at) => [...context.getImageData(...at, 1, 1).data]);
+  });
+  assert.deepEqual(pixels[0], [255, 0, 255, 255]);
+  assert.ok(pixels[1].slice(0, 3).every((value) => Math.abs(value - 119) <= 2), String(pixels[1]));
+  await page.$eval("#picture-enlarge", (button) => button.click());
+  assert.deepEqual(await violations(page), []);
+  await close(page);
+});

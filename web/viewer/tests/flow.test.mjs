@@ -1,0 +1,180 @@
+// The way through the viewer in Chromium: first screen, chips, several files, cancel, search, layouts.
+//
+//   VIEWER_URL=... CHROMIUM=... FIRST=ID SECOND=ID FINEST=N SAMPLES=FILE node --test flow.test.mjs
+import assert from "node:assert/strict";
+import process from "node:process";
+import { after, before, test } from "node:test";
+import { standIn } from "./examples.mjs";
+import { EMPTY, chromium, close, drawn, figures, open, violations } from "./pages.mjs";
+
+const { FIRST, SECOND, SAMPLES } = process.env;
+const FINEST = Number(process.env.FINEST);
+
+let browser;
+let service;
+before(async () => {
+  service = await standIn({ press: FIRST, srgb: SECOND, samples: SAMPLES });
+  browser = await chromium();
+});
+after(async () => {
+  await browser.close();
+  service.close();
+});
+
+const textOf = (page, selector) => page.$eval(selector, (box) => box.innerText);
+
+test("a service that has just started shows examples at once, and says what it prepares", async () => {
+  service.cold.isCold = true;
+  service.cold.asked.length = 0;
+  const page = await open(browser, "/view", { url: service.url });
+  await page.waitForFunction("window.gamutViewer.figures.triangles.every((count) => count > 4)");
+  await page.waitForFunction("/compiling its kernels, about 30 s/.test(document.getElementById('stage-note').textContent)");
+  assert.equal(await page.$eval("#problem", (box) => box.checkVisibility()), false);
+  assert.match(await textOf(page, "#legend"), /Ball A · solid\n+Ball B · wireframe/);
+  // The pictures need no history of the service, and nothing is in the address until somebody acts.
+  assert.deepEqual(service.cold.asked.filter((asked) => asked.includes("/history")), []);
+  assert.equal(new URL(page.url()).hash, "");
+  assert.deepEqual(await violations(page), []);
+  service.cold.isCold = false;
+  await page.waitForFunction("/covers/.test(document.getElementById('coverage').textContent)");
+  await page.click("#view");
+  assert.match(new URL(page.url()).hash, /^#a=press&b=srgb/);
+  const place = await page.evaluate("window.gamutViewer.view.place");
+  await new Promise((resolve) => setTimeout(resolve, 300));
+  assert.deepEqual(await page.evaluate("window.gamutViewer.view.place"), place);
+  await close(page);
+});
+
+test("a chip shows its example as the first gamut, and by its plus as the second", async () => {
+  const page = await open(browser, EMPTY, { url: service.url });
+  await page.waitForSelector("[data-key=srgb]");
+  await page.click("[data-key=srgb]");
+  await page.waitForFunction("/^Ball B/.test(document.title)");
+  await page.click("[data-key=press] + button");
+  await page.waitForFunction("/Ball A . wireframe/.test(document.getElementById('legend').innerText)");
+  assert.equal(await page.$eval("[data-key=press]", (chip) => chip.ariaPressed), "true");
+  await close(page);
+});
+
+function drop(page, files, selector = "body") {
+  return page.evaluate(
+    (given, place) => {
+      const dataTransfer = new DataTransfer();
+      for (const [name, text] of given) dataTransfer.items.add(new File([text], name));
+      for (const type of ["dragenter", "drop"]) {
+        document.querySelector(place).dispatchEvent(new DragEvent(type, { bubbles: true, dataTransfer }));
+      }
+    },
+    files,
+    selector,
+  );
+}
+
+/** Other samples: the same with another first colour. */
+const samples = (lightness) => `${SAMPLES}\n${lightness},0,0`;
+
+test("several files fill the rows in order, and a file on a row replaces that one", async () => {
+  const page = await open(browser, EMPTY);
+  await drop(page, [["one.csv", samples(50.5)], ["two.csv", samples(51.5)]]);
+  await page.waitForFunction("/^one – two/.test(document.title)");
+  await drop(page, [["three.csv", samples(52.5)]], "[data-slot=b] input");
+  await page.waitForFunction("/^one – three/.test(document.title)");
+  assert.equal(await page.$eval("#drop", (box) => box.checkVisibility()), false);
+  await close(page);
+});
+
+test("a build that is cancelled leaves the view as it was, without an error", async () => {
+  const page = await open(browser, `/view#a=${FIRST}`, { url: service.url });
+  await drawn(page, FINEST);
+  service.cold.isCold = true;
+  await drop(page, [["slow.csv", samples(53.5)]]);
+  await page.waitForFunction("/slow.csv.*compiling its kernels, about 30 s, only once · \\d+ s/s.test(document.getElementById('job').innerText)");
+  assert.deepEqual(await violations(page), []);
+  await page.click("#job .cancel");
+  assert.equal(await page.$eval("#job", (box) => box.checkVisibility()), false);
+  assert.match(await textOf(page, "#stage-note"), /slow\.csv was cancelled/);
+  service.cold.isCold = false;
+  assert.equal(await page.$eval("#problem", (box) => box.checkVisibility()), false);
+  assert.equal((await figures(page)).triangles[0], FINEST);
+  assert.match(await page.title(), /^Ball A/);
+  await close(page);
+});
+
+test("the options of a reference are changed without a file", async () => {
+  const page = await open(browser, "/view#a=srgb");
+  await page.waitForFunction("/^sRGB/.test(document.title)");
+  await page.click(".options-line button");
+  await page.select("#space", "Oklab");
+  await page.click("#rebuild");
+  await page.waitForFunction("/Oklab/.test(document.querySelector('.options-line span').textContent)");
+  await page.waitForFunction("/^1 × sRGB, relative/m.test(document.getElementById('facts').innerText)");
+  await page.waitForFunction("decodeURIComponent(location.hash).includes('a=srgb?intent=relative&space=Oklab')");
+  await close(page);
+});
+
+test("the search ranks exact names first, and names with aliases before similar ones", async () => {
+  const page = await open(browser, EMPTY);
+  for (const [typed, first] of [["Rec2020", "bt2020"], ["bt2020", "bt2020"], ["AdobeRGB", "adobe-rgb"], ["ball b", "Ball B"], ["prophoto", "prophoto"]]) {
+    await page.click("#chooser-b", { count: 3 });
+    await page.keyboard.press("Backspace");
+    await page.keyboard.type(typed);
+    await page.waitForFunction(
+      (wanted) => document.querySelector("[role=option]")?.textContent.includes(wanted),
+      {},
+      first,
+    );
+    await page.keyboard.press("Escape");
+  }
+  await close(page);
+});
+
+/** Faults of the layout that no picture is needed for. */
+function faults(page) {
+  return page.evaluate(() => {
+    const found = [];
+    const isTouch = matchMedia("(pointer: coarse)").matches;
+    const words = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+    for (let node = words.nextNode(); node !== null; node = words.nextNode()) {
+      const box = node.parentElement;
+      if (node.textContent.trim() === "" || !box.checkVisibility() || box.closest(".hidden-text, script, style")) continue;
+      if (parseFloat(getComputedStyle(box).fontSize) < 11) found.push(`small text: ${node.textContent.trim().slice(0, 40)}`);
+    }
+    for (const control of document.querySelectorAll("button, select, input, textarea, summary, nav a")) {
+      // Terms are parts of lines of text, and the label of a box is pressed with it.
+      if (!control.checkVisibility() || control.matches("input[type=file]")) continue;
+      const { width, height } = (control.closest("label") ?? control).getBoundingClientRect();
+      const least = isTouch && !control.matches(".term") ? 44 : 24;
+      if (height < least - 0.5 || width < 24 - 0.5) found.push(`small control: ${control.id || control.textContent} ${width} × ${height}`);
+    }
+    const { left, top, width, height } = document.getElementById("view").getBoundingClientRect();
+    for (const across of [0.35, 0.5, 0.65]) {
+      for (const down of [0.35, 0.5, 0.65]) {
+        const hit = document.elementFromPoint(left + across * width, top + down * height);
+        if (hit?.id !== "view") found.push(`over the view: ${hit?.id || hit?.className || hit?.tagName}`);
+      }
+    }
+    if (document.documentElement.scrollWidth > innerWidth) found.push("wider than the window");
+    for (const button of document.querySelectorAll("header button")) {
+      const { right, bottom } = button.getBoundingClientRect();
+      if (right > innerWidth || bottom > innerHeight) found.push(`outside: ${button.id}`);
+    }
+    return [...new Set(found)];
+  });
+}
+
+for (const [name, width, height] of [["desktop", 1600, 900], ["1280 × 720", 1280, 720], ["a tablet", 820, 1180], ["a phone upright", 390, 844], ["a phone across", 844, 390]]) {
+  test(`on ${name} nothing covers the solids, and everything can be read and tapped`, async () => {
+    const page = await open(browser, "/view", { url: service.url, width, height, isTouch: width < 1000 });
+    await page.waitForFunction("window.gamutViewer.figures.triangles.every((count) => count > 4)");
+    await page.click("#view");
+    for (const scheme of ["light", "dark"]) {
+      await page.emulateMediaFeatures([{ name: "prefers-color-scheme", value: scheme }]);
+      assert.deepEqual(await violations(page, scheme === "dark" ? ["color-contrast"] : null), []);
+      assert.deepEqual(await faults(page), []);
+    }
+    await page.select("#slice-kind", "lightness");
+    await page.waitForSelector("#section:not([hidden])");
+    assert.deepEqual(await faults(page), []);
+    await close(page);
+  });
+}
