@@ -208,6 +208,10 @@ viewer: web/node_modules/.package-lock.json ## check the types of web/ and build
 	npm --prefix web run check
 	npm --prefix web run build
 
+.PHONY: examples
+examples: install ## make the built-in examples of the viewer, gamutcore/export/examples
+	PYTHONPATH=$(CURDIR) $(python) docs/pictures/examples.py
+
 .PHONY: viewer-check
 viewer-check: web/node_modules/.package-lock.json ## compare gamutcore/export/viewer with what web/ gives
 	npm --prefix web run check

@@ -9,7 +9,9 @@ they are cached for ever. See ``docs/decisions/viewer.md`` and ``docs/decisions/
 import asyncio
 import base64
 import functools
+import gzip
 import hashlib
+import json
 import math
 import re
 from collections.abc import Mapping
@@ -22,10 +24,11 @@ from fastapi import APIRouter, Path, Request
 from fastapi.openapi.docs import get_swagger_ui_html
 from fastapi.responses import HTMLResponse, Response
 
-from gamutcore.export.viewer_page import VIEWER_FILES
+from gamutcore.export.viewer_page import EXAMPLE_FILES, VIEWER_FILES
 from service.http.representations import (
     IDENTITY,
     IMMUTABLE,
+    OCTET_STREAM,
     compress,
     compress_response,
     conditional,
@@ -68,6 +71,19 @@ MEDIA_TYPES = {
     "LICENSE": "text/plain; charset=utf-8",
 }
 """Files of the viewer and their media types."""
+
+EXAMPLE_MEDIA_TYPES = {
+    ".gamut": OCTET_STREAM,
+    ".jpg": "image/jpeg",
+    ".json": "application/json",
+    ".ti3": "text/plain; charset=utf-8",
+    ".webp": "image/webp",
+    "": "text/plain; charset=utf-8",
+}
+"""Media types of the built-in examples by suffix."""
+
+_EXAMPLES = {path.name.removesuffix(".gz"): path for path in EXAMPLE_FILES.iterdir()}
+"""Files of the examples by the names under which they are served."""
 
 _SWAGGER_FILES = FilePath(str(files("service"))) / "static" / "swagger-ui"
 
@@ -162,6 +178,18 @@ async def viewer_file(
     return await asyncio.to_thread(_file_response, request, VIEWER_FILES / name, MEDIA_TYPES[name])
 
 
+@router.get("/view/{digest}/examples/{name}")
+async def example_file(
+    request: Request, digest: Annotated[str, Path()], name: Annotated[str, Path()]
+) -> Response:
+    """Return a file of the built-in examples."""
+    if digest != version() or name not in _EXAMPLES:
+        detail = "The viewer has no such example."
+        raise ProblemError(Problem("not-found", detail, remedy="The viewer is at /view."))
+    media_type = EXAMPLE_MEDIA_TYPES[FilePath(name).suffix]
+    return await asyncio.to_thread(_file_response, request, _EXAMPLES[name], media_type)
+
+
 def prefers_page(request: Request) -> bool:
     """Return whether a client prefers a page to JSON, as browsers do."""
     accept = ",".join(request.headers.getlist("accept"))
@@ -174,13 +202,16 @@ def viewer_page(request: Request, gamut: NamedRecord | None = None) -> Response:
     Until the script has drawn, and without it, the page shows a picture of the gamut and its facts.
     """
     root = request.scope.get("root_path", "").rstrip("/")
-    head, still = "<title>Gamut viewer</title>\n", ""
-    if gamut is not None:
-        document = gamut_document(gamut)
-        picture = f"v1/gamuts/{gamut.id}/picture.png"
-        facts = _facts(document)
-        head = _head(f"{gamut.name} – gamut", facts, f"{request.base_url}{picture}")
-        still = _still(document, facts, f"{root}/{picture}?{_STILL_PICTURE}")
+    if gamut is None:
+        document, title = _example(), "Gamut viewer"
+        picture = shared = f"view/{version()}/examples/still.webp"
+    else:
+        document, title = gamut_document(gamut), f"{gamut.name} – gamut"
+        shared = f"v1/gamuts/{gamut.id}/picture.png"
+        picture = f"{shared}?{_STILL_PICTURE}"
+    facts = _facts(document)
+    head = _head(title, facts, f"{request.base_url}{shared}")
+    still = _still(document, facts, f"{root}/{picture}")
     before, middle, after = _page(root)
     text = f"{before}{head}{middle}{still}{after}"
     headers = {
@@ -194,9 +225,16 @@ def viewer_page(request: Request, gamut: NamedRecord | None = None) -> Response:
 
 @functools.cache
 def version() -> str:
-    """Return a digest of the viewer's files."""
-    content = b"".join((VIEWER_FILES / name).read_bytes() for name in MEDIA_TYPES)
-    return hashlib.sha256(content).hexdigest()[:16]
+    """Return a digest of the viewer's files and examples."""
+    paths = [*(VIEWER_FILES / name for name in MEDIA_TYPES), *sorted(_EXAMPLES.values())]
+    return hashlib.sha256(b"".join(path.read_bytes() for path in paths)).hexdigest()[:16]
+
+
+@functools.cache
+def _example() -> dict[str, Any]:
+    """Return the description of the gamut that the page without a gamut begins with."""
+    document: dict[str, Any] = json.loads(gzip.decompress(_EXAMPLES["press.json"].read_bytes()))
+    return document
 
 
 @functools.lru_cache(maxsize=8)
@@ -283,8 +321,10 @@ def _file_response(request: Request, path: FilePath, media_type: str) -> Respons
 
 @functools.cache
 def _content(path: FilePath, coding: str) -> tuple[bytes, str]:
-    """Return a file in a coding with its entity tag. The cache holds 5 MB in total."""
+    """Return a file in a coding with its entity tag. The cache holds 6 MB in total."""
     content = path.read_bytes()
+    if path.suffix == ".gz":
+        content = gzip.decompress(content)
     if coding != IDENTITY:
         content = compress(content, coding)
     return content, entity_tag(content)

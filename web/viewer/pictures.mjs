@@ -53,7 +53,7 @@ await take("outside", `/view#a=srgb&b=${PRESS}&style-b=hidden&projection=orthogr
 });
 await take("slice", `/view#a=${PRESS}&b=srgb&lightness=50&style-a=shaded`, compared, { ...SIZE, scheme: "dark" });
 await take("rings", `/view#a=${PRESS}&b=${OTHER}&rings=on`, async (page) => {
-  await page.waitForFunction("document.getElementById('rings').naturalWidth > 0", { timeout: 60_000 });
+  await page.waitForFunction("/L\\* 100/.test(document.getElementById('section-chart').textContent)", { timeout: 60_000 });
 });
 await take("colours", `/view#a=${PRESS}&lightness=50`, async (page) => {
   await page.evaluate((text) => {
@@ -62,7 +62,7 @@ await take("colours", `/view#a=${PRESS}&lightness=50`, async (page) => {
   await page.click("#check");
   await page.waitForFunction("/Recipe/.test(document.getElementById('colours-table').textContent)", { timeout: 60_000 });
   await page.$eval("#colours-note", (note) => note.scrollIntoView());
-  const box = await (await page.$("#slice")).boundingBox();
+  const box = await (await page.$("#section-chart rect[fill=none]")).boundingBox();
   await page.mouse.move(box.x + 0.55 * box.width, box.y + 0.5 * box.height);
   await page.waitForFunction("/ΔE00/.test(document.getElementById('readout').textContent)");
 });

@@ -13,6 +13,9 @@ from pathlib import Path
 import httpx
 import pytest
 
+from gamutcore.building import gamut_id
+from gamutcore.options import Options
+from gamutcore.references import REFERENCES
 from gamutcore.version import __version__
 from service.application import create_app
 from service.http.representations import IMMUTABLE
@@ -171,6 +174,21 @@ def test_files_are_cached_for_ever_under_their_version(get, address, file, media
     assert (again.status_code, again.content) == (304, b"")
     for field in ("etag", "cache-control", "vary"):
         assert again.headers[field] == answer.headers[field]
+
+
+def test_the_examples_are_gamuts_of_this_version_and_their_data_is_served(get):
+    folder = f"{VIEW}/examples"
+    for each in get(f"{folder}/index.json").json()["examples"]:
+        described = get(f"{folder}/{each['key']}.json").json()
+        source = get(f"{folder}/{each['file']}").content if each["file"] else None
+        data = source or REFERENCES[each["key"]].data
+        options = Options.from_mapping(described["options"])
+        # run make examples after a change of the algorithm
+        assert gamut_id(options, hashlib.sha256(data).hexdigest()) == described["id"]
+        history = get(f"{folder}/{each['key']}.gamut")
+        assert history.headers["cache-control"] == IMMUTABLE
+        assert len(history.content) < described["history_bytes"]
+    assert f"{folder}/still.webp" in get("/view").text
 
 
 def test_a_compressed_file_is_another_representation(server):

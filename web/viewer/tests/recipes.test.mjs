@@ -140,7 +140,7 @@ test("the pointer in a slice shows the colour and its recipe, inside and outside
   const page = await open(browser, `/view#a=${PRESS}&lightness=50`);
   await page.waitForFunction("window.gamutViewer.figures.triangles[0] > 4");
   await page.waitForSelector("#section:not([hidden])");
-  const box = await (await page.$("#slice")).boundingBox();
+  const box = await (await page.$("#section-chart rect[fill=none]")).boundingBox();
   const text = () => page.$eval("#readout", (output) => output.textContent.replaceAll("−", "-"));
   const shows = (pattern) => page.waitForFunction((source) => new RegExp(source).test(document.getElementById("readout").textContent), {}, pattern);
   await page.mouse.move(box.x + 0.5 * box.width, box.y + 0.5 * box.height);

@@ -8,8 +8,8 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import process from "node:process";
 import { test } from "node:test";
-import { beyondScreen, cssColour } from "../src/colours/colours.js";
-import { spaceOf, type SpaceDescription } from "../src/colours/spaces.js";
+import { BEYOND, cssColour, excessOf } from "../src/colours/colours.js";
+import { type Screen, spaceOf, type SpaceDescription } from "../src/colours/spaces.js";
 
 interface Case {
   description: SpaceDescription;
@@ -49,7 +49,8 @@ test("CIELAB with D50 is what is meant without a description", () => {
 test("a green of Display P3 is beyond sRGB only", () => {
   const lab = Float32Array.of(80, -95, 70, 50, 0, 0);
   const space = spaceOf();
-  assert.deepEqual([...beyondScreen(space.linear(lab, "srgb", false))], [1, 0]);
-  assert.deepEqual([...beyondScreen(space.linear(lab, "display-p3", false))], [0, 0]);
+  const isBeyond = (screen: Screen) => [...excessOf(space.linear(lab, screen, false))].map((excess) => excess > BEYOND);
+  assert.deepEqual(isBeyond("srgb"), [true, false]);
+  assert.deepEqual(isBeyond("display-p3"), [false, false]);
   assert.match(cssColour([0, 1, 0], "display-p3"), /^color\(display-p3 0\.0000 1\.0000 0\.0000\)$/);
 });

@@ -1,4 +1,4 @@
-// What the view does, in Chromium over a real server: levels, keys, colours, slices, pictures, addresses.
+// What the view does, in Chromium over a real server: levels, keys, colours, pictures, addresses.
 //
 //   VIEWER_URL=... CHROMIUM=... FIRST=ID SECOND=ID FINEST=N PAGE=FILE OTHER_PAGE=FILE node --test view.test.mjs
 //
@@ -123,43 +123,6 @@ test("the pointer reads the signed distance to the other gamut", async () => {
   await page.waitForFunction("window.gamutViewer.figures.triangles.every((count) => count > 4)");
   const [inner, within] = await distance();
   assert.ok(Math.abs(inner + 10) < 1.5 && within === "inside", `${inner} ${within}`);
-  await close(page);
-});
-
-test("slices show the outlines of both gamuts, and the address keeps them", async () => {
-  const page = await open(browser, `/view#a=${FIRST}&b=${SECOND}`);
-  await drawn(page, FINEST);
-  await page.select("#slice-kind", "lightness");
-  await page.focus("#slice-value");
-  const outline = () =>
-    page.evaluate(() => {
-      const canvas = document.getElementById("slice");
-      const copy = new OffscreenCanvas(canvas.width, canvas.height).getContext("2d");
-      copy.drawImage(canvas, 0, 0);
-      const { data } = copy.getImageData(0, 0, canvas.width, canvas.height);
-      // Coloured pixels: the filled first gamut.
-      let count = 0;
-      for (let i = 0; i < data.length; i += 4) {
-        if (data[i + 3] === 255 && Math.max(data[i], data[i + 1], data[i + 2]) - Math.min(data[i], data[i + 1], data[i + 2]) > 20) count += 1;
-      }
-      return count / data.length * 4;
-    });
-  const middle = await outline();
-  for (let i = 0; i < 30; i++) await page.keyboard.press("ArrowRight");
-  const higher = await outline();
-  // The disc shrinks from radius 40 to √(40² − 30²).
-  assert.ok(middle > 0.3 && higher > 0.02 && higher < 0.6 * middle, `${middle} ${higher}`);
-  assert.match(await page.$eval("#slice-label", (label) => label.textContent), /^L\* 80/);
-  await page.waitForFunction("location.hash.includes('lightness=80')");
-  await page.select("#slice-kind", "hue");
-  assert.match(await page.$eval("#slice", (canvas) => canvas.ariaLabel), /Hue 40°/);
-  assert.deepEqual(await violations(page), []);
-  await page.select("#slice-kind", "rings");
-  await page.waitForFunction("document.getElementById('rings').naturalWidth > 0");
-  assert.equal(await page.$eval("#rings", (picture) => picture.alt), "Gamut rings of Ball A and Ball B");
-  assert.deepEqual(await violations(page), []);
-  await page.select("#slice-kind", "off");
-  await page.waitForSelector("#section[hidden]");
   await close(page);
 });
 

@@ -18,7 +18,6 @@ export interface SectionOptions {
   size: Size;
   theme: Theme;
   title: string;
-  caption: string;
   /** Names of the axis to the right and of the one upwards. */
   labels: [string, string];
   frame: Frame;

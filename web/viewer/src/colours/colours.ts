@@ -4,16 +4,17 @@ import type { Screen } from "./spaces.js";
 /** The wider gamut, where the screen has it. */
 export const SCREEN: Screen = globalThis.matchMedia?.("(color-gamut: p3)").matches ? "display-p3" : "srgb";
 
-/** Linear RGB that no screen shows differently: a hundredth of the light of white. */
-const TOLERANCE = 0.01;
+/** A screen cannot show colours whose linear RGB is further than this from 0 to 1. */
+export const BEYOND = 0.005;
 
-/** Which colours a screen cannot show, from unclipped linear RGB: 1 for each that is beyond it. */
-export function beyondScreen(linear: Float32Array, tolerance = TOLERANCE): Uint8Array {
-  const beyond = new Uint8Array(linear.length / 3);
+/** How far linear RGB that is not clipped is from 0 to 1: a number for each colour. */
+export function excessOf(linear: Float32Array): Float32Array {
+  const excess = new Float32Array(linear.length / 3);
   for (let i = 0; i < linear.length; i++) {
-    if (linear[i]! < -tolerance || linear[i]! > 1 + tolerance) beyond[Math.floor(i / 3)] = 1;
+    const place = Math.floor(i / 3);
+    excess[place] = Math.max(excess[place]!, -linear[i]!, linear[i]! - 1);
   }
-  return beyond;
+  return excess;
 }
 
 /** Values in 0 to 1, encoded for a screen; both screens have the same curve (IEC 61966-2-1). */

@@ -2,7 +2,7 @@
 // asked for: the distance to the other gamut, and the recipe of a colour in a slice.
 import type { Intersection } from "three";
 import type { Gamut } from "../service/api.js";
-import { cssColour, polar } from "../colours/colours.js";
+import { BEYOND, SCREEN, cssColour, excessOf, polar } from "../colours/colours.js";
 import { blackChannel, blackRange, deviceLine } from "../colours/device_values.js";
 import { element } from "../page/elements.js";
 import type { LevelBuffers } from "../scene/messages.js";
@@ -28,6 +28,9 @@ export function readout(
   const swatch = element("span", "", { className: "swatch" });
   swatch.style.backgroundColor = cssColour(mean(level.colours, 3));
   const lines = coordinates(names, point);
+  if (excessOf(Float32Array.from(mean(level.colours, 3)))[0]! > BEYOND) {
+    lines.push(`Outside ${SCREEN === "srgb" ? "sRGB" : "Display P3"}: the screen shows a similar colour`);
+  }
   if (level.device !== null) lines.push(deviceLine(gamut.channels, mean(level.device, gamut.channels.length)));
   return [swatch, ...lines.map((line) => element("span", line))];
 }

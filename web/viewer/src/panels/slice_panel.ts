@@ -25,7 +25,7 @@ const PLANES: string[] = ["lightness", "hue", "plane"];
 /** Time in ms for which the pointer rests before a recipe is asked for. */
 const REST = 120;
 /** Columns and rows of the colours of a section; they are interpolated between. */
-const RASTER = 128;
+const RASTER = 96;
 /** Room between a frame and what is in it, relative to its size. */
 const OUTSIDE = 0.05;
 
@@ -198,17 +198,16 @@ export class SlicePanel {
       isHue ? { place: () => this.cut.screen(pointAt(plane, [left, height])), text: `Hue ${(cut.value + 180) % 360}°` } : undefined,
     );
     const half = layers.map((layer) => ({ ...layer, outlines: isHue ? layer.outlines.map(rightHalf).filter((each) => each.length > 0) : layer.outlines }));
-    const areas = half.map(({ name, outlines }) => `${name} ${areaText(areaWithin(outlines))}`);
+    const named = half.map((layer) => ({ ...layer, name: `${layer.name}, area ${areaText(areaWithin(layer.outlines))}` }));
     const { svg, placeAt } = sectionChart(
       {
         size: this.figure.size,
         theme,
         title: cut.kind === "plane" ? `Plane ${planeText(cut)}` : text,
-        caption: `Area: ${areas.join("; ")}`,
         labels: this.chartLabels(cut, names, lightness, others),
         frame: isHue ? [[0, right], frame[1]] : frame,
       },
-      half,
+      named,
       { address: png(pixels(raster), raster.columns), frame },
     );
     this.figure.show(svg, `${layers.map(({ name }) => name).join(" and ")}, ${text}`);
@@ -256,7 +255,7 @@ export class SlicePanel {
     if (cut.kind === "lightness") return [`_${names[others[0]!]!}_`, `_${names[others[1]!]!}_`];
     if (cut.kind === "hue") return ["Chroma", light];
     const across = `Towards the hue ${(cut.azimuth + 90) % 360}°`;
-    return [across, cut.elevation === 0 ? light : "Along the plane, upwards"];
+    return [across, cut.elevation === 0 ? light : "Up the plane"];
   }
 
   /** Draw the gamut rings of the service, with those of the second gamut as reference. */
@@ -381,12 +380,14 @@ function frameOf(cut: Cut, plane: SectionPlane, box: Box3, reach: number, positi
 
 /** The colours of a frame, row by row from the top. */
 function colours(space: Space, plane: SectionPlane, [[left, right], [bottom, top]]: Frame): Raster {
+  const { origin, right: across, up: upwards } = plane;
   const points = new Float32Array(3 * RASTER * RASTER);
   for (let row = 0; row < RASTER; row++) {
     for (let column = 0; column < RASTER; column++) {
       const h = left + ((column + 0.5) / RASTER) * (right - left);
       const v = top - ((row + 0.5) / RASTER) * (top - bottom);
-      points.set(pointAt(plane, [h, v]), 3 * (row * RASTER + column));
+      const start = 3 * (row * RASTER + column);
+      for (let axis = 0; axis < 3; axis++) points[start + axis] = origin[axis]! + h * across[axis]! + v * upwards[axis]!;
     }
   }
   return { linear: space.linear(points, SCREEN), columns: RASTER };
@@ -394,8 +395,6 @@ function colours(space: Space, plane: SectionPlane, [[left, right], [bottom, top
 
 function pixels({ linear }: Raster): Uint8ClampedArray {
   const made = new Uint8ClampedArray((4 * linear.length) / 3).fill(255);
-  linear.forEach((value, i) => {
-    made[i + Math.floor(i / 3)] = 255 * encoded(value);
-  });
+  for (let i = 0; i < linear.length; i++) made[i + Math.floor(i / 3)] = 255 * encoded(linear[i]!);
   return made;
 }

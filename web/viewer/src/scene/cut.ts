@@ -169,9 +169,7 @@ export class CutAway {
     geometry.computeBoundingSphere();
     material.map ??= emptyTexture(raster.columns, raster.linear.length / 3 / raster.columns);
     const data = (material.map as DataTexture).image.data as Uint16Array;
-    raster.linear.forEach((value, i) => {
-      data[i + Math.floor(i / 3)] = DataUtils.toHalfFloat(value);
-    });
+    for (let i = 0; i < raster.linear.length; i++) data[i + Math.floor(i / 3)] = DataUtils.toHalfFloat(raster.linear[i]!);
     material.map.needsUpdate = true;
   }
 

@@ -1,5 +1,6 @@
 // Materials of surfaces: colours of the screen, soft shading, and a mark of colours that it cannot show.
 import { MeshBasicMaterial, type MeshBasicMaterialParameters, type WebGLProgramParametersWithUniforms } from "three";
+import { BEYOND } from "../colours/colours.js";
 
 /** Values that all surfaces share: whether colours beyond the screen are marked, and pixels per CSS pixel. */
 export const surfaceUniforms = { marked: { value: false }, pixelRatio: { value: 1 } };
@@ -8,8 +9,6 @@ export const surfaceUniforms = { marked: { value: false }, pixelRatio: { value: 
 const LIGHT = "normalize(vec3(-0.3, 0.5, 1.0))";
 /** Light of a face that is seen from the side, relative to one that faces the light. Shading only darkens. */
 const LEAST_LIGHT = 0.55;
-/** As `beyondScreen` has it. */
-const TOLERANCE = 0.01;
 /** Distance and width of the stripes that mark colours, in CSS pixels, and how much they cover. */
 const STRIPES = { distance: 7, width: 1.6, opacity: 0.6 };
 
@@ -21,7 +20,7 @@ diffuseColor.rgb *= clamp(vColor.rgb, 0.0, 1.0);
   diffuseColor.rgb *= mix(${LEAST_LIGHT}, 1.0, max(0.0, dot(faceNormal, ${LIGHT})));
 #endif
 vec3 beyond = max(-vColor.rgb, vColor.rgb - 1.0);
-if (marked && max(beyond.r, max(beyond.g, beyond.b)) > ${TOLERANCE}) {
+if (marked && max(beyond.r, max(beyond.g, beyond.b)) > ${BEYOND}) {
   float along = mod((gl_FragCoord.x + gl_FragCoord.y) / pixelRatio, ${STRIPES.distance.toFixed(1)});
   float contrast = dot(diffuseColor.rgb, vec3(0.2, 0.7, 0.1)) > 0.18 ? 0.0 : 1.0;
   if (along < ${STRIPES.width}) diffuseColor.rgb = mix(diffuseColor.rgb, vec3(contrast), ${STRIPES.opacity});

@@ -1,0 +1,221 @@
+// Sections and rings in the viewer, in Chromium over a real server.
+//
+//   VIEWER_URL=... CHROMIUM=... FIRST=ID SECOND=ID FINEST=N PAGE=FILE node --test slices.test.mjs
+//
+// The first gamut is a ball of radius 40 around L* = 50, the second one of radius 30.
+import assert from "node:assert/strict";
+import process from "node:process";
+import { after, before, test } from "node:test";
+import { chromium, close, drawn, open, pixel, violations } from "./pages.mjs";
+
+const { FIRST, SECOND, PAGE } = process.env;
+const FINEST = Number(process.env.FINEST);
+
+let browser;
+before(async () => {
+  browser = await chromium();
+});
+after(() => browser.close());
+
+/** sRGB of a CIELAB colour, by other formulas than the page's: D50 → D65 by the matrix of CSS Color 4. */
+function srgb([l, a, b]) {
+  const f = [(l + 16) / 116 + a / 500, (l + 16) / 116, (l + 16) / 116 - b / 200];
+  const white = [0.3457 / 0.3585, 1, (1 - 0.3457 - 0.3585) / 0.3585];
+  const xyz = f.map((value, i) => white[i] * (value ** 3 > 216 / 24389 ? value ** 3 : (116 * value - 16) / (24389 / 27)));
+  const times = (m, v) => m.map((row) => row.reduce((sum, value, i) => sum + value * v[i], 0));
+  const d65 = times(
+    [[0.955473421, -0.023098451, 0.063259306], [-0.028369709, 1.009995398, 0.021041441], [0.012314015, -0.020507649, 1.330365926]],
+    xyz,
+  );
+  const linear = times(
+    [[3.2409699, -1.5373832, -0.4986108], [-0.9692436, 1.8759675, 0.0415551], [0.0556301, -0.203977, 1.0569715]],
+    d65,
+  );
+  return linear.map((value) => 255 * (value <= 0.0031308 ? 12.92 * value : 1.055 * value ** (1 / 2.4) - 0.055));
+}
+
+/** Where a CIELAB colour is in the view, as fractions of its size. */
+function placeOf(page, lab) {
+  return page.evaluate(([l, a, b]) => {
+    const { view } = window.gamutViewer;
+    const [x, y] = view.stagePlace(view.camera.position.clone().set(a, l, -b));
+    return [x / view.canvas.clientWidth, y / view.canvas.clientHeight];
+  }, lab);
+}
+
+async function shows(page, lab, tolerance = 4) {
+  const seen = await pixel(page, ...(await placeOf(page, lab)));
+  const wanted = srgb(lab);
+  const isEqual = wanted.every((value, i) => Math.abs(value - seen[i]) <= tolerance);
+  assert.ok(isEqual, `${lab}: ${seen} instead of ${wanted.map(Math.round)}`);
+}
+
+/** Areas by the legend of the chart. */
+async function areas(page) {
+  const text = await page.$eval("#section-chart", (chart) => chart.textContent);
+  return [...text.matchAll(/(Ball .), area ([\d,]+)(?!.*\1, area)/gs)].map(([, name, area]) => [name, Number(area.replaceAll(",", ""))]);
+}
+
+test("a section has the exact colours of its plane, and nothing is in front of it", async () => {
+  const page = await open(browser, `/view#a=${FIRST}&lightness=62&axes=off`);
+  await drawn(page, FINEST);
+  // Seen from the front above, the upper cap of the ball would hide these places.
+  for (const [a, b] of [[20, -10], [-20, 15], [5, 22], [-8, -24]]) await shows(page, [62, a, b]);
+  const [across, down] = await placeOf(page, [86, 0, 0]);
+  const ground = await page.$eval("#stage", (stage) => getComputedStyle(stage).backgroundColor);
+  const top = await pixel(page, across, down - 0.01);
+  assert.equal(`rgb(${top.join(", ")})`, ground);
+  // A hue shows the leaf of the opposite one as well.
+  await page.select("#slice-kind", "hue");
+  for (const chroma of [25, -25]) {
+    const angle = (40 * Math.PI) / 180;
+    await shows(page, [50, chroma * Math.cos(angle), chroma * Math.sin(angle)]);
+  }
+  assert.match(await page.$eval("#plane-text", (text) => text.textContent), /^Hue 40°$/);
+  assert.match(await page.$eval("#plane-opposite", (text) => text.textContent), /^Hue 220°$/);
+  // The other half hides the section, and the colours of the surface are in front of it again.
+  await page.click("#slice-open");
+  const closed = await pixel(page, ...(await placeOf(page, [50, 0, 0])));
+  assert.ok(Math.hypot(...srgb([50, 0, 0]).map((value, i) => value - closed[i])) > 30, String(closed));
+  await close(page);
+});
+
+test("a plane through the middle has the area of a great circle, whatever it faces", async () => {
+  const page = await open(browser, `/view#a=${FIRST}&b=${SECOND}&plane=70,25,0`);
+  await drawn(page, FINEST);
+  const near = (area, radius) => Math.abs(area / (Math.PI * radius ** 2) - 1) < 0.02;
+  for (let turn = 0; turn < 2; turn++) {
+    const found = await areas(page);
+    assert.deepEqual(found.map(([name]) => name), ["Ball A", "Ball B"]);
+    assert.ok(near(found[0][1], 40) && near(found[1][1], 30), JSON.stringify(found));
+    await page.click("#plane-facing");
+  }
+  // Across the line of sight from the front right, slightly above: the start view.
+  await page.waitForFunction("/plane=[0-9]+,[0-9]+,0/.test(location.hash)");
+  const [azimuth, elevation] = /plane=(\d+),(\d+),0/.exec(page.url()).slice(1).map(Number);
+  const towards = await page.evaluate(() => window.gamutViewer.view.towardsCamera.toArray());
+  assert.ok(Math.abs(Math.sin((elevation * Math.PI) / 180) - towards[1]) < 0.02);
+  assert.ok(Math.abs((Math.atan2(-towards[2], towards[0]) * 180) / Math.PI + 360 - azimuth) < 1);
+  await close(page);
+});
+
+test("the plane is dragged in the view, and moved by keys", async () => {
+  const page = await open(browser, `/view#a=${FIRST}&lightness=50`);
+  await drawn(page, FINEST);
+  const lightness = () => page.$eval("#slice-value", (slider) => slider.valueAsNumber);
+  const camera = await page.evaluate("window.gamutViewer.view.place");
+  const drag = async (dx, dy) => {
+    const box = await (await page.$("#plane-handle")).boundingBox();
+    const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
+    await page.mouse.move(x, y);
+    await page.mouse.down();
+    await page.mouse.move(x + dx, y + dy, { steps: 5 });
+    await page.mouse.up();
+    const moved = await (await page.$("#plane-handle")).boundingBox();
+    return [moved.x - box.x, moved.y - box.y];
+  };
+  const [, up] = await drag(0, -40);
+  assert.ok(Math.abs(up + 40) < 6, `${up}`);
+  const dragged = await lightness();
+  assert.ok(dragged > 55, `${dragged}`);
+  assert.deepEqual(await page.evaluate("window.gamutViewer.view.place"), camera);
+  await page.focus("#view");
+  await page.keyboard.press("PageDown");
+  assert.equal(await lightness(), dragged - 5);
+  await page.focus("#plane-handle");
+  await page.keyboard.press("ArrowUp");
+  assert.equal(await lightness(), dragged - 4);
+  await page.waitForFunction(`location.hash.includes("lightness=${dragged - 4}")`);
+  await page.select("#slice-kind", "hue");
+  const hue = await lightness();
+  await drag(-30, 0);
+  assert.notEqual(await lightness(), hue);
+  await close(page);
+});
+
+test("the pointer reads the colour of the section, in the view and in the chart", async () => {
+  const page = await open(browser, `/view#a=${FIRST}&lightness=55`);
+  await drawn(page, FINEST);
+  const box = await (await page.$("#view")).boundingBox();
+  const [x, y] = await placeOf(page, [55, 10, -15]);
+  await page.mouse.move(box.x + x * box.width, box.y + y * box.height);
+  await page.waitForFunction("/L\\* 55\\.0 +a\\* (9\\.\\d|10\\.\\d) +b\\* −1[45]\\.\\d/.test(document.getElementById('readout').textContent)");
+  const plot = await (await page.$("#section-chart rect[fill=none]")).boundingBox();
+  await page.mouse.move(plot.x + plot.width / 2, plot.y + plot.height / 2);
+  await page.waitForFunction("/L\\* 55\\.0 +a\\* −?[01]\\.\\d +b\\* −?[01]\\.\\d/.test(document.getElementById('readout').textContent)");
+  await close(page);
+});
+
+/** The file that a button saves. */
+function saved(page, button) {
+  return page.evaluate(async (id) => {
+    const made = new Promise((resolve) => {
+      const create = URL.createObjectURL;
+      URL.createObjectURL = (blob) => {
+        // A PNG file is made from the SVG file, which is the first one.
+        if (id.endsWith(blob.type.includes("svg") ? "svg" : "png")) resolve(blob);
+        return create.call(URL, blob);
+      };
+    });
+    document.getElementById(id).click();
+    const blob = await made;
+    const picture = await createImageBitmap(blob).catch(() => null);
+    return { type: blob.type, text: await blob.text(), width: picture?.width };
+  }, button);
+}
+
+test("the chart is beside the view, has readable text, can be resized, and is saved as SVG and PNG", async () => {
+  for (const given of [{ width: 1280, height: 720 }, { width: 820, height: 1100 }, { width: 390, height: 780, scheme: "dark" }]) {
+    const page = await open(browser, `/view#a=${FIRST}&b=${SECOND}&hue=40`, given);
+    await drawn(page, FINEST);
+    await page.waitForSelector("#section-chart svg");
+    const layout = await page.evaluate(() => {
+      const [view, section] = ["stage", "section"].map((id) => document.getElementById(id).getBoundingClientRect());
+      const texts = [...document.querySelectorAll("#section-chart text")];
+      return {
+        apart: section.left >= view.right - 1 || section.top >= view.bottom - 1,
+        beyond: document.documentElement.scrollWidth - innerWidth,
+        smallest: Math.min(...texts.map((text) => Number.parseFloat(getComputedStyle(text).fontSize))),
+        view: [view.width, view.height],
+      };
+    });
+    assert.ok(layout.apart && layout.smallest >= 11 && Math.min(...layout.view) > 300, JSON.stringify(layout));
+    assert.equal(layout.beyond, 0);
+    assert.deepEqual(await violations(page), []);
+    await close(page);
+  }
+  const page = await open(browser, `/view#a=${FIRST}&b=${SECOND}&hue=40`, { width: 1280, height: 720 });
+  await drawn(page, FINEST);
+  await page.waitForSelector("#section-chart svg");
+  const width = () => page.$eval("#section-chart svg", (chart) => chart.width.baseVal.value);
+  const before = await width();
+  await page.focus("#section-size");
+  await page.keyboard.press("ArrowLeft");
+  await page.waitForFunction(`document.querySelector("#section-chart svg").width.baseVal.value === ${before + 20}`);
+  const { type, text } = await saved(page, "section-svg");
+  assert.match(type, /^image\/svg/);
+  const isValid = await page.evaluate((source) => {
+    const parsed = new DOMParser().parseFromString(source, "image/svg+xml");
+    return parsed.querySelector("parsererror") === null && parsed.querySelector("image") !== null;
+  }, text);
+  assert.ok(isValid && text.includes("Ball A") && text.includes("Ball B") && text.includes("Hue 40°"));
+  const picture = await saved(page, "section-png");
+  assert.equal(picture.type, "image/png");
+  assert.equal(picture.width, 3 * (before + 20));
+  await page.click("#section-close");
+  await page.waitForSelector("#section[hidden]");
+  await close(page);
+});
+
+test("rings are drawn in the page, with both names; a page in one file has sections without them", async () => {
+  const page = await open(browser, `/view#a=${FIRST}&b=${SECOND}&rings=on`, { scheme: "dark" });
+  await page.waitForFunction("/L\\* 100/.test(document.getElementById('section-chart').textContent)");
+  const { text } = await saved(page, "section-svg");
+  assert.ok(["Ball A", "Ball B", "Gamut rings"].every((part) => text.includes(part)));
+  assert.deepEqual(await violations(page), []);
+  await close(page);
+  const offline = await open(browser, `${PAGE}#lightness=50&axes=off`, { isOffline: true });
+  await drawn(offline, FINEST);
+  await shows(offline, [50, 20, 10]);
+  await close(offline);
+});
