@@ -78,7 +78,7 @@ test("everyday names find the reference that is meant, and Enter takes it", asyn
   await close(page);
 });
 
-test("a second gamut is a wireframe around or in the first, and they change places", async () => {
+test("a second gamut is a translucent shell around or in the first, and they change places", async () => {
   const page = await open(browser, `/view#a=${FIRST}`);
   await drawn(page, FINEST);
   await page.click("#chooser-b");

@@ -50,6 +50,8 @@ export interface LayerEvents {
 
 /** Opacity of a translucent shell, and of its lines on its far and near side. */
 const SHELL_OPACITY = 0.28;
+/** A shell that is the limit of a grey part tints it only slightly. */
+const LIMIT_OPACITY = 0.08;
 const LINE_OPACITY = { far: 0.35, near: 0.9 };
 
 /** Order among opaque objects: solids, the count of what is in another gamut, the grey part. */
@@ -198,7 +200,7 @@ export class Layer {
     this.far.material = materials.far;
     this.near.material = materials.near;
     [this.counts[0]!.material, this.counts[1]!.material] = [materials.countFar, materials.countNear];
-    materials.setShellOpacity(style === "shell" ? SHELL_OPACITY : 0);
+    this.setCounted(this.counts[0]!.visible);
     materials.lines.colour.set(tint);
     materials.lines.steps = this.steps;
   }
@@ -225,6 +227,7 @@ export class Layer {
   /** Count the sides of this gamut, visible or not, for the grey part of another one. */
   setCounted(isCounted: boolean): void {
     for (const count of this.counts) count.visible = isCounted;
+    this.materials.setShellOpacity(this.style !== "shell" ? 0 : isCounted ? LIMIT_OPACITY : SHELL_OPACITY);
   }
 
   /** Objects that the pointer can hit: a solid, or what can be seen through. */
