@@ -120,7 +120,7 @@ def test_the_features_in_a_browser(server, sphere, guarded, tmp_path):
     rows = [",".join(f"{value:.6f}" for value in row) for row in sphere(seed=os.getpid())]
     tests = [
         f"viewer/tests/{name}.test.mjs"
-        for name in ("view", "gamuts", "layers", "colours", "recipes")
+        for name in ("view", "flow", "gamuts", "layers", "colours", "recipes")
     ]
     ended = subprocess.run(
         ["node", "--test", "--test-concurrency=2", *tests],

@@ -30,7 +30,7 @@ export function chromium() {
 }
 
 /** Open an address of the service. The page collects what the browser complains of. */
-export async function open(browser, path, { url = process.env.VIEWER_URL, width = 1100, height = 700, scheme = "light", motion = "reduce", gamut = "srgb", isOffline = false } = {}) {
+export async function open(browser, path, { url = process.env.VIEWER_URL, width = 1100, height = 700, scheme = "light", motion = "reduce", gamut = "srgb", isOffline = false, isTouch = width < 600 } = {}) {
   // All pages share the browser's cache, which saves loading and compiling the scripts again.
   const page = await browser.newPage();
   page.setDefaultTimeout(PATIENCE);
