@@ -159,9 +159,9 @@ export async function choices(text: string, signal: AbortSignal): Promise<Entry[
     if (names.includes(folded(text))) return 0;
     return names.some((each) => each.startsWith(folded(text))) ? 1 : 3;
   };
-  // What the service puts before a better rank is an alias: Rec2020 is ITU-R BT.2020.
+  // What the service puts first, or before a better rank, is an alias: Rec2020 is ITU-R BT.2020.
   const ranks = found.map(rank);
-  const meant = (place: number) => (place === 0 && ranks[0]! > 1 ? 2 : ranks[place]!);
+  const meant = (place: number) => Math.min(place === 0 ? 2 : 3, ...ranks.slice(place).map((each) => Math.max(1, each)), ranks[place]!);
   const all = [
     ...found.map((entry, place): [Entry, number] => [entry, meant(place)]),
     ...gamuts.map((entry): [Entry, number] => [entry, rank(entry)]),

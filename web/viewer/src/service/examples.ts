@@ -41,13 +41,13 @@ export async function findExample(key: string): Promise<Example | undefined> {
 export async function describeExample(example: Example, progress: () => { report: Progress; end: () => void }): Promise<Gamut> {
   const gamut = (await (await loaded(`${example.key}.json`)).json()) as Gamut;
   provide(gamut.id, async () => {
-    const { report, end } = progress();
+    const work = progress();
     const { signal } = new AbortController();
     try {
-      if (example.file === null) return (await describe(example.key, report, signal)).id;
-      return await build((await exampleFile(example))!, {}, report, signal);
+      if (example.file === null) return (await describe(example.key, work.report, signal)).id;
+      return await build((await exampleFile(example))!, {}, work.report, signal);
     } finally {
-      end();
+      work.end();
     }
   });
   return gamut;
