@@ -22,6 +22,8 @@ interface Row {
   chooser: Chooser;
   style: HTMLSelectElement;
   mark: HTMLElement;
+  /** The name of the gamut in saved pages, which have no chooser. */
+  name: HTMLElement;
 }
 
 export class GamutList {
@@ -57,19 +59,21 @@ export class GamutList {
     style.setAttribute("aria-label", `Style of the ${NAMES[slot].toLowerCase()}`);
     style.append(...Object.entries(STYLE_NAMES).map(([value, text]) => element("option", text, { value })));
     style.addEventListener("change", () => this.page.setStyle(slot, style.value as Style));
-    box.append(field, style);
-    return { box, chooser, style, mark };
+    const name = element("span", "", { className: "offline" });
+    box.append(field, name, style);
+    return { box, chooser, style, mark, name };
   }
 
   private refresh(): void {
     const { page } = this;
     this.count = Math.max(this.count, ...page.shown.map(({ slot }) => SLOTS.indexOf(slot) + 1));
     SLOTS.forEach((slot, place) => {
-      const { box, chooser, style, mark } = this.rows.get(slot)!;
+      const { box, chooser, style, mark, name } = this.rows.get(slot)!;
       const shown = page.at(slot);
       box.hidden = place >= this.count || (embedded !== null && shown === null);
       style.value = page.styles[slot];
       mark.style.backgroundColor = tintOf(slot, page.isDark);
+      name.textContent = shown?.gamut.name ?? "";
       if (shown !== null) chooser.show(shown.gamut.name);
       else chooser.clearName();
     });
