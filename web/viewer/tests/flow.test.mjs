@@ -124,7 +124,7 @@ test("the options of a reference are changed without a file", async () => {
 
 test("the search ranks exact names first, and names with aliases before similar ones", async () => {
   const page = await open(browser, EMPTY);
-  for (const [typed, first] of [["Rec2020", "bt2020"], ["bt2020", "bt2020"], ["AdobeRGB", "adobe-rgb"], ["ball b", "Ball B"], ["prophoto", "prophoto"]]) {
+  for (const [typed, first] of [["Rec2020", "bt2020"], ["bt2020", "bt2020"], ["AdobeRGB", "adobe-rgb"], ["ball b", "Ball B"], ["prophoto", "prophoto"], ["display-p3", "display-p3"], ["P3", "display-p3"], ["srgb", "srgb"]]) {
     await page.click("#chooser-b", { count: 3 });
     await page.keyboard.press("Backspace");
     await page.keyboard.type(typed);
