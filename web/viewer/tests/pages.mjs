@@ -133,7 +133,7 @@ const PICTURE_WIDTH = 220;
 export async function smallPicture(page) {
   await page.evaluate(async () => {
     const sheet = new CSSStyleSheet();
-    sheet.replaceSync("*, ::placeholder { color: transparent !important; } .labels { visibility: hidden; }");
+    sheet.replaceSync("*, ::placeholder { color: transparent !important; } .labels, svg text { visibility: hidden; }");
     document.adoptedStyleSheets.push(sheet);
     await window.gamutViewer.view.picture();
   });

@@ -221,7 +221,9 @@ test("pages look like the stored pictures", async () => {
   const seen = [];
   for (const [name, [hash, given]] of Object.entries(PICTURES)) {
     const page = await open(browser, `/view${hash}`, given);
-    await page.waitForFunction("window.gamutViewer.figures.triangles[0] > 4");
+    await drawn(page, hash.includes("triangles=400") ? 400 : FINEST);
+    await page.waitForSelector("#chips:not([hidden])");
+    if (/lightness|hue/.test(hash)) await page.waitForSelector("#section-chart svg");
     if (hash.includes("&b=")) await page.waitForFunction("/covers/.test(document.getElementById('coverage').textContent)");
     const picture = await smallPicture(page);
     const stored = await storedPicture(name, picture);
