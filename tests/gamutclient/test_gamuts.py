@@ -2,6 +2,8 @@
 
 import asyncio
 import inspect
+import json
+import re
 from pathlib import Path
 
 import gamutclient
@@ -258,6 +260,18 @@ def test_both_kinds_have_the_same_methods(remote):
     assert methods <= set(dir(gamutclient.AsyncGamut))
 
 
+def test_the_viewer_shows_the_gamuts_of_the_service(local, remote):
+    """The service knows the names; all else is the page of `gamutcore`."""
+    for others in ((), (remote[1],), (remote[1].id, "srgb")):
+        shown = remote[0].show(*others, state="theme=dark", height=400)
+        assert shown.height == 400
+        assert shown.html.endswith(local[0].show(state="theme=dark").html[-200:])
+        contents = re.search(rb'id="gamut-file">(.*?)</script>', shown.html)[1]
+        ids = [each["gamut"]["id"] for each in json.loads(contents)["gamuts"]]
+        assert ids[: 1 + len(others[:1])] == [each.id for each in remote[: 1 + len(others[:1])]]
+        assert len(ids) == 1 + len(others)
+
+
 def test_coroutines_give_the_same(server, local, remote, tmp_path):
     async def ask():
         async with gamutclient.AsyncClient(server.url) as client:
@@ -272,9 +286,10 @@ def test_coroutines_give_the_same(server, local, remote, tmp_path):
                 press.mesh(100),
                 press.mesh_file("glb", 100),
                 press.max_chroma(50, [0, 90]),
+                press.show(srgb),
             )
 
-    inside, nearest, coverage, mesh, file, chroma = asyncio.run(ask())
+    inside, nearest, coverage, mesh, file, chroma, shown = asyncio.run(ask())
     press, srgb = local
     assert (inside == press.contains(COLOURS)).all()
     np.testing.assert_allclose(nearest.points, press.nearest(COLOURS).points, atol=1e-9)
@@ -283,5 +298,6 @@ def test_coroutines_give_the_same(server, local, remote, tmp_path):
     assert file.startswith(b"glTF")
     assert (tmp_path / "press.HTML").read_bytes().startswith(b"<!doctype html>")
     np.testing.assert_allclose(chroma, press.max_chroma(50, [0, 90]))
+    assert shown.html == remote[0].show(remote[1]).html
     with pytest.raises(TypeError, match="mesh_file"):
         mesh.to_bytes("glb")
