@@ -44,7 +44,8 @@ export function warningTexts(given: unknown): string[] {
   const texts = given.map((each: unknown) => {
     if (typeof each === "string") return each;
     const { message, detail } = (each ?? {}) as { message?: unknown; detail?: unknown };
-    return String(message ?? detail ?? "");
+    // Options of commands and requests, in brackets, mean nothing on the page.
+    return String(message ?? detail ?? "").replaceAll(/ \((?:--|")[^)]*\)/g, "");
   });
   return [...new Set(texts)].filter((text) => text !== "");
 }

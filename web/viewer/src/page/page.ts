@@ -60,6 +60,8 @@ export class Page {
   readonly view = new View(this.canvas, byId("stage"));
   readonly address = new AddressBook();
   readonly styles = Object.fromEntries(SLOTS.map((slot) => [slot, slot === "a" ? "solid" : "shell"])) as Record<Slot, Style>;
+  /** What parts add to the state of a saved page, by name. */
+  readonly kept = new Map<string, () => unknown>();
   /** Files that gamuts were built from on this page, by id. */
   readonly files = new Map<string, File>();
   /** Triangles that are wished for, for all gamuts. */

@@ -2,8 +2,9 @@
 import { fitChart, pageTheme, saveChart } from "../charts/save.js";
 import { sectorChart } from "../charts/hues.js";
 import { gamutSpace } from "../colours/spaces.js";
-import { type Definition, byId, definitions, element } from "../page/elements.js";
+import { type Definition, byId, definitions, element, plainRemedy } from "../page/elements.js";
 import { type Page, type Shown, axisNames } from "../page/page.js";
+import type { Style } from "../scene/layer.js";
 import { ProblemError } from "../service/api.js";
 import { type Comparison, compare } from "../service/queries.js";
 
@@ -12,6 +13,7 @@ interface Pair {
   b: Shown;
 }
 
+const SOLIDS: Style[] = ["solid", "shaded", "both"];
 /** Height of the chart in CSS pixels. */
 const CHART_HEIGHT = 280;
 
@@ -40,6 +42,8 @@ export class ComparisonPanel {
     });
     page.on("theme", () => this.found !== null && this.redraw());
     this.highlight.addEventListener("change", () => {
+      // The part outside is a part of a solid.
+      if (this.highlight.checked && !SOLIDS.includes(page.styles.a)) page.setStyle("a", "solid");
       this.mark();
       page.address.save();
     });
@@ -85,7 +89,7 @@ export class ComparisonPanel {
       if (hasHue) this.redraw();
     } catch (error) {
       if (comparing.signal.aborted) return;
-      const said = error instanceof ProblemError ? `${error.problem.detail} ${error.problem.remedy}` : String(error);
+      const said = error instanceof ProblemError ? `${error.problem.detail} ${plainRemedy(error.problem)}` : String(error);
       box.replaceChildren(element("p", said, { className: "note" }));
     }
   }

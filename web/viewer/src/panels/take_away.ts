@@ -13,7 +13,7 @@ const NOTES: Record<Kind, string> = {
   png: "The view with its title, legend and scales.",
   svg: "The surfaces are a picture in the file; title, legend and scales stay text that can be edited.",
   webp: "One turn around the upright axis, again and again. Web browsers and slides show it.",
-  html: "One file with all gamuts that are shown, as they are shown. It works without a network.",
+  html: "One file with all gamuts that are shown, as they are shown, and the list of colours. It works without a network.",
 };
 /** Smallest and largest number of frames of a turn. */
 const FRAMES = [36, 90] as const;
@@ -75,8 +75,9 @@ async function content(page: Page, kind: Kind, progress: (part: number) => void,
     const state = new URLSearchParams(page.address.text);
     for (const { slot, gamut } of page.shown) state.set(slot, gamut.id);
     const path = `/v1/gamuts/${first!}/viewer.html${others.length === 0 ? "" : `?with=${others.join(",")}`}`;
+    const kept = Object.fromEntries([...page.kept].map(([name, value]) => [name, value()]));
     const answer = await request(path, { headers: { Accept: "text/html" }, signal });
-    return new Blob([withState(await answer.text(), { address: String(state) })], { type: "text/html" });
+    return new Blob([withState(await answer.text(), { address: String(state), ...kept })], { type: "text/html" });
   }
   const picture = pictureOf(page);
   if (kind === "png") return pngPicture(view, picture);
