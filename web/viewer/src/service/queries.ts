@@ -111,7 +111,7 @@ export async function checkTable(
   signal: AbortSignal,
 ): Promise<CheckedTable> {
   const stated = Object.entries(reading).filter(([, value]) => value !== "");
-  const query = new URLSearchParams([["position", "true"], ...stated]);
+  const query = new URLSearchParams([["position", "true"], ["distance", "true"], ...stated]);
   const response = await request(`/v1/gamuts/${gamut.id}/contains?${query}`, {
     method: "POST",
     body: table,
