@@ -36,8 +36,8 @@ function start(): Page {
   new GamutList(page);
   new SlicePanel(page);
   new ColourList(page);
+  new ComparisonPanel(page);
   if (embedded === null) {
-    new ComparisonPanel(page);
     new Uploads(page);
     new Marks(page);
     new PicturePanel(page);
