@@ -250,7 +250,7 @@ export class Page {
     const given = example && (await describeExample(example, () => this.board.prepare(example.name)));
     const { anchor, isFirst } = this.beside(slot);
     if (example !== undefined && !isWhole && (anchor === undefined || inSameSpace(given!, anchor))) {
-      return { gamut: given!, source: { address: historyOf(example), headers: {} }, isPart: true };
+      return { gamut: given!, source: { address: historyOf(example), headers: {}, isShort: true }, isPart: true };
     }
     const name = example?.file ? given!.id : key;
     // Options that the key states are the reader's; without any, a reference follows the space of the others.
