@@ -5,7 +5,7 @@ import { byId, save } from "../page/elements.js";
 import { type Page, STYLE_NAMES, axisNames } from "../page/page.js";
 import { type Picture, pngPicture, svgPicture, turntable } from "../scene/picture.js";
 import { withState } from "../page/embedded.js";
-import { request } from "../service/api.js";
+import { address, request } from "../service/api.js";
 
 type Kind = "png" | "svg" | "webp" | "html";
 
@@ -64,8 +64,19 @@ export function connectSaving(page: Page): void {
       });
   });
   byId("share").addEventListener("click", () => {
-    void navigator.clipboard.writeText(location.href).then(() => page.announce("The link was copied."));
+    void navigator.clipboard.writeText(linkTo(page)).then(() => page.announce("The link was copied."));
   });
+}
+
+/**
+ * The address that restores the page. It is that of the first gamut, which has a picture and facts
+ * before the script runs, and in chats. An example may be unknown to the service, so it has none.
+ */
+export function linkTo(page: Page): string {
+  const first = page.at("a");
+  if (first === null || first.isPart) return `${address("/view")}#${page.address.text}`;
+  const state = page.address.text.split("&").filter((entry) => !entry.startsWith("a="));
+  return `${address(`/v1/gamuts/${first.gamut.id}`)}#${state.join("&")}`;
 }
 
 async function content(page: Page, kind: Kind, progress: (part: number) => void, signal: AbortSignal): Promise<Blob> {
