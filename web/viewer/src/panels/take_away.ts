@@ -110,6 +110,7 @@ function pictureOf(page: Page): Picture {
   const { gamut } = page.shown[0]!;
   const { space } = gamut.options;
   const step = axes === null ? "" : `: lines of the grid are ${axes.step} apart in ${axisNames(gamut).join(", ")}`;
+  const cut = byId("plane-handle").hidden ? "" : `; cut at ${byId("plane-text").textContent}`;
   const style = getComputedStyle(byId("stage"));
   return {
     width: size("save-width"),
@@ -120,7 +121,7 @@ function pictureOf(page: Page): Picture {
       text: `${gamut.name} · ${STYLE_NAMES[page.styles[slot]].toLowerCase()}`,
       colour: tintOf(slot, page.isDark),
     })),
-    note: `${space}${step}; colours for ${SCREEN === "srgb" ? "sRGB" : "Display P3"} screens`,
+    note: `${space}${step}${cut}; colours for ${SCREEN === "srgb" ? "sRGB" : "Display P3"} screens`,
     colour: style.color,
     ground: style.backgroundColor,
   };
