@@ -22,6 +22,7 @@ interface Row {
   chooser: Chooser;
   style: HTMLSelectElement;
   mark: HTMLElement;
+  name: HTMLElement;
 }
 
 export class GamutList {
@@ -52,24 +53,27 @@ export class GamutList {
       (error) => this.page.complain(error),
     );
     const mark = element("span", "", { className: "tint" });
-    field.querySelector("label")!.prepend(mark);
+    // A saved page has its gamuts' names in place of the fields that choose them.
+    const name = element("span", "", { className: "saved-name", hidden: embedded === null });
+    (embedded === null ? field.querySelector("label")! : name).prepend(mark);
     const style = element("select", "", { id: `style-${slot}` });
     style.setAttribute("aria-label", `Style of the ${NAMES[slot].toLowerCase()}`);
     style.append(...Object.entries(STYLE_NAMES).map(([value, text]) => element("option", text, { value })));
     style.addEventListener("change", () => this.page.setStyle(slot, style.value as Style));
-    box.append(field, style);
-    return { box, chooser, style, mark };
+    box.append(field, name, style);
+    return { box, chooser, style, mark, name };
   }
 
   private refresh(): void {
     const { page } = this;
     this.count = Math.max(this.count, ...page.shown.map(({ slot }) => SLOTS.indexOf(slot) + 1));
     SLOTS.forEach((slot, place) => {
-      const { box, chooser, style, mark } = this.rows.get(slot)!;
+      const { box, chooser, style, mark, name } = this.rows.get(slot)!;
       const shown = page.at(slot);
       box.hidden = place >= this.count || (embedded !== null && shown === null);
       style.value = page.styles[slot];
       mark.style.backgroundColor = tintOf(slot, page.isDark);
+      if (embedded !== null) name.replaceChildren(mark, shown?.gamut.name ?? "");
       if (shown !== null) chooser.show(shown.gamut.name);
       else chooser.clearName();
     });
