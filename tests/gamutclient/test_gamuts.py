@@ -260,16 +260,20 @@ def test_both_kinds_have_the_same_methods(remote):
     assert methods <= set(dir(gamutclient.AsyncGamut))
 
 
-def test_the_viewer_shows_the_gamuts_of_the_service(local, remote):
-    """The service knows the names; all else is the page of `gamutcore`."""
-    for others in ((), (remote[1],), (remote[1].id, "srgb")):
-        shown = remote[0].show(*others, state="theme=dark", height=400)
+def test_the_viewer_shows_the_gamuts_of_the_service(remote):
+    """The page is that of `gamutcore`, with the names that the service knows."""
+    press, srgb = remote
+    for others in ((), (srgb,), (srgb.id, "display-p3")):
+        shown = press.show(*others, state="theme=dark", height=400)
         assert shown.height == 400
-        assert shown.html.endswith(local[0].show(state="theme=dark").html[-200:])
-        contents = re.search(rb'id="gamut-file">(.*?)</script>', shown.html)[1]
-        ids = [each["gamut"]["id"] for each in json.loads(contents)["gamuts"]]
-        assert ids[: 1 + len(others[:1])] == [each.id for each in remote[: 1 + len(others[:1])]]
+        held, state = (
+            json.loads(re.search(f'id="{part}">(.*?)</script>', shown.html.decode())[1])
+            for part in ("gamut-file", "page-state")
+        )
+        assert state == {"address": "theme=dark"}
+        ids = [each["gamut"]["id"] for each in held["gamuts"]]
         assert len(ids) == 1 + len(others)
+        assert ids[:2] == [press.id, srgb.id][: len(ids)]
 
 
 def test_coroutines_give_the_same(server, local, remote, tmp_path):
