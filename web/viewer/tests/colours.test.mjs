@@ -76,11 +76,13 @@ test("a list of colours is checked: three classes, their limits, and the nearest
     ["52 0 −61", "outside"],
   ]);
   const heads = await page.$$eval("#colours-table thead th", (all) => all.map((each) => each.textContent));
-  assert.deepEqual(heads, ["Colour", "Where", "ΔE00", "Nearest"]);
-  assert.equal(rows[0][2], "0");
+  assert.deepEqual(heads, ["Colour", "Where", "ΔE00", "Distance", "Nearest"]);
+  assert.equal(rows[0][2], "0.00");
+  // Distances from a sphere of radius 40, whose triangles are flat between the colours.
+  [-40, -0.5, 20].forEach((distance, i) => assert.ok(Math.abs(Number(rows[i][3].replace("−", "-")) - distance) < 2.5, rows[i][3]));
   assert.ok(Number(rows[2][2]) > 1 && Number(rows[2][2]) < 20, rows[2][2]);
-  const nearest = rows[2][3].replaceAll("−", "-").split(" ").map(Number);
-  assert.ok(Math.abs(Math.hypot(nearest[0] - 50, nearest[1], nearest[2]) - 40) < 3, rows[2][3]);
+  const nearest = rows[2][4].replaceAll("−", "-").split(" ").map(Number);
+  assert.ok(Math.abs(Math.hypot(nearest[0] - 50, nearest[1], nearest[2]) - 40) < 3, rows[2][4]);
   assert.match(note, /^4 colours: 1 inside, 1 edge, 2 outside \(edge: within 1\.0 of the surface; tolerance [\d.]+\)\. .*CIELAB/);
   assert.deepEqual(await violations(page), []);
 
@@ -99,7 +101,7 @@ test("sRGB's own white, red, green and blue are at its edge, and not outside", a
     "name,R,G,B\nWhite,255,255,255\nRed,255,0,0\nGreen,0,255,0\nBlue,0,0,255",
   ]) {
     const { rows, note } = await check(page, list);
-    assert.deepEqual(rows.map((row) => row.slice(0, 3)), ["White", "Red", "Green", "Blue"].map((name) => [name, "edge", "0"]));
+    assert.deepEqual(rows.map((row) => row.slice(0, 3)), ["White", "Red", "Green", "Blue"].map((name) => [name, "edge", "0.00"]));
     assert.match(note, /0 outside .*sRGB/);
     if (list.includes("R,G,B")) assert.match(note, /Columns R, G, B are read as sRGB with white at 255/);
   }

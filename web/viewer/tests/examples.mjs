@@ -27,8 +27,8 @@ export async function standIn(gamuts) {
   const target = new URL(process.env.VIEWER_URL);
   const server = createServer(async (asked, answer) => {
     const name = /\/examples\/(.*)$/.exec(asked.url)?.[1];
-    if (name !== undefined) {
-      answer.writeHead(made.has(name) ? 200 : 404, { "Content-Type": name.endsWith("json") ? "application/json" : "application/octet-stream" });
+    if (made.has(name)) {
+      answer.writeHead(200, { "Content-Type": name.endsWith("json") ? "application/json" : "application/octet-stream" });
       answer.end(made.get(name));
       return;
     }
@@ -39,6 +39,7 @@ export async function standIn(gamuts) {
     }
     if (asked.url.startsWith("/v1/")) cold.asked.push(`${asked.method} ${asked.url}`);
     while (cold.isCold && asked.url.startsWith("/v1/")) await new Promise((resolve) => setTimeout(resolve, 100));
+    if (answer.destroyed) return; // the page has given up meanwhile
     const { method, headers, url: path } = asked;
     const forward = request({ host: target.hostname, port: target.port, method, path, headers }, (got) => {
       answer.writeHead(got.statusCode, got.headers);
@@ -50,5 +51,9 @@ export async function standIn(gamuts) {
   });
   server.listen(0, "127.0.0.1");
   await once(server, "listening");
-  return { url: `http://127.0.0.1:${server.address().port}`, cold, close: () => server.closeAllConnections() ?? server.close() };
+  const close = () => {
+    server.close();
+    server.closeAllConnections();
+  };
+  return { url: `http://127.0.0.1:${server.address().port}`, cold, close };
 }

@@ -98,13 +98,16 @@ test("coverage both ways, and only the part outside in colour", async () => {
   const page = await open(browser, `/view#a=${FIRST}&b=${SECOND}&style-b=hidden&axes=off`);
   await drawn(page, FINEST);
   await page.waitForFunction("/covers/.test(document.getElementById('coverage').textContent)");
-  const text = await page.$eval("#coverage", (box) => box.innerText);
+  const words = await page.$eval("#coverage", (box) => box.innerText);
   // The balls have the same directions: the ratio of their volumes is (30 / 40)³.
-  assert.match(text, /Ball A covers\n100\.00 % of Ball B/);
-  assert.match(text, /Ball B covers\n42\.19 % of Ball A/);
-  assert.match(text, /Chromaticity, without lightness/);
+  assert.match(words, /Ball A covers 100\.0 % of the volume of Ball B, and Ball B covers 42\.2 % of the volume of Ball A\./);
+  assert.match(words, /The whole surface of Ball B is inside Ball A\./);
+  await page.click("#coverage summary");
+  const numbers = await page.$eval("#coverage dl", (list) => list.innerText);
+  assert.match(numbers, /Ball B covers\n+42\.19 % of Ball A/);
   // The chromaticities of the smaller ball are among those of the larger one.
-  assert.match(text, /u′v′: Ball A covers\n100\.0 % of Ball B/);
+  assert.match(numbers, /u′, v′: Ball A covers\n+100\.00 % of Ball B/);
+  assert.match(await page.$eval("#comparison-chart", (chart) => chart.textContent), /Ball A[^]*Ball B/);
   const chroma = ([r, g, b]) => Math.max(r, g, b) - Math.min(r, g, b);
   await page.click("[data-axis='+a*']");
   const coloured = await pixel(page, 0.45, 0.5);

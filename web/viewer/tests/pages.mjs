@@ -30,7 +30,7 @@ export function chromium() {
 }
 
 /** Open an address of the service. The page collects what the browser complains of. */
-export async function open(browser, path, { url = process.env.VIEWER_URL, width = 1100, height = 700, scheme = "light", motion = "reduce", gamut = "srgb", isOffline = false, isTouch = width < 600 } = {}) {
+export async function open(browser, path, { url = process.env.VIEWER_URL, width = 1100, height = 700, scheme = "light", motion = "reduce", gamut = "srgb", isOffline = false, isTouch = width < 600, ready = "window.gamutViewer !== undefined" } = {}) {
   // All pages share the browser's cache, which saves loading and compiling the scripts again.
   const page = await browser.newPage();
   page.setDefaultTimeout(PATIENCE);
@@ -48,7 +48,7 @@ export async function open(browser, path, { url = process.env.VIEWER_URL, width 
   ]);
   await page.setOfflineMode(isOffline);
   await page.goto(path.startsWith("file:") ? path : `${url}${path}`);
-  await page.waitForFunction("window.gamutViewer !== undefined");
+  await page.waitForFunction(ready);
   return page;
 }
 
@@ -58,15 +58,22 @@ export async function close(page) {
   await page.close();
 }
 
-/** What axe-core finds; by default with all rules. */
-export async function violations(page, rules = null) {
+/** What axe-core finds, by default with all rules. `foreign` has selectors of elements by rules that they may break. */
+export async function violations(page, rules = null, foreign = {}) {
   // The policy of the page allows no injected script, so it is evaluated by the protocol.
   if (await page.evaluate("window.axe === undefined")) await page.evaluate(await readFile(axe, "utf8"));
-  const { violations: found } = await page.evaluate(
-    (only) => axe.run(only === null ? {} : { runOnly: only }),
+  return page.evaluate(
+    async (only, allowed) => {
+      const { violations: found } = await axe.run({ resultTypes: ["violations"], ...(only === null ? {} : { runOnly: only }) });
+      const isForeign = (id, [selector]) => id in allowed && document.querySelector(selector).matches(allowed[id]);
+      return found
+        .map(({ id, nodes }) => [id, nodes.filter(({ target }) => !isForeign(id, target))])
+        .filter(([, nodes]) => nodes.length > 0)
+        .map(([id, nodes]) => `${id}: ${nodes.map(({ html }) => html).join(" | ")}`);
+    },
     rules,
+    foreign,
   );
-  return found.map(({ id, nodes }) => `${id}: ${nodes.map(({ html }) => html).join(" | ")}`);
 }
 
 export function figures(page) {

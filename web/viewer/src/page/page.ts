@@ -73,6 +73,8 @@ export class Page {
   isTrial = false;
   readonly readable: Readable[] = [];
   private readonly gamuts = new Map<Slot, Shown>();
+  /** Keys of gamuts that wait for an API key. The address keeps them. */
+  private readonly locked = new Map<Slot, string>();
   private readonly opening = new Map<Slot, AbortController>();
   private readonly materials = Object.fromEntries(SLOTS.map((slot) => [slot, new Materials()])) as Record<Slot, Materials>;
   private readonly listeners = new Map<PageEvent, (() => void)[]>();
@@ -100,7 +102,7 @@ export class Page {
         }
       },
       write: () => [
-        ...this.shown.map(({ slot, key }): [string, string] => [slot, key]),
+        ...SLOTS.map((slot): [string, string | null] => [slot, this.at(slot)?.key ?? this.locked.get(slot) ?? null]),
         ["triangles", String(this.triangles)],
         ...this.shown.map(({ slot }): [string, string] => [`style-${slot}`, this.styles[slot]]),
       ],
@@ -187,6 +189,7 @@ export class Page {
     this.opening.get(slot)?.abort();
     const opening = new AbortController();
     this.opening.set(slot, opening);
+    this.locked.delete(slot);
     this.complain(null);
     if (key === null) {
       this.remove(slot);
@@ -224,7 +227,9 @@ export class Page {
       this.fit();
       this.restyle();
     } catch (error) {
-      if (!opening.signal.aborted) this.complain(error);
+      if (opening.signal.aborted) return;
+      if (isLocked(error)) this.locked.set(slot, key);
+      this.complain(error);
     } finally {
       work.end();
     }
@@ -319,7 +324,7 @@ export class Page {
     box.replaceChildren();
     if (error === null) return;
     box.append(...problemElements(error));
-    if (error instanceof ProblemError && [401, 403].includes(error.problem.status)) byId("key-field").hidden = false;
+    if (isLocked(error)) byId("key-field").hidden = false;
   }
 
   private restyle(): void {
@@ -384,6 +389,11 @@ export const STYLE_NAMES: Record<Style, string> = {
   both: "Triangles",
   hidden: "Hidden",
 };
+
+/** Whether the service asks for an API key. */
+function isLocked(error: unknown): boolean {
+  return error instanceof ProblemError && [401, 403].includes(error.problem.status);
+}
 
 /** Whether a key is the slug of a reference, which can be built in any space, and not an id. */
 function isReference(key: string): boolean {
