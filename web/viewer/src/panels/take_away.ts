@@ -5,7 +5,7 @@ import { byId, save } from "../page/elements.js";
 import { type Page, STYLE_NAMES, axisNames } from "../page/page.js";
 import { type Picture, pngPicture, svgPicture, turntable } from "../scene/picture.js";
 import { withState } from "../page/embedded.js";
-import { request } from "../service/api.js";
+import { address, request } from "../service/api.js";
 
 type Kind = "png" | "svg" | "webp" | "html";
 
@@ -64,8 +64,19 @@ export function connectSaving(page: Page): void {
       });
   });
   byId("share").addEventListener("click", () => {
-    void navigator.clipboard.writeText(location.href).then(() => page.announce("The link was copied."));
+    void navigator.clipboard.writeText(linkTo(page)).then(() => page.announce("The link was copied."));
   });
+}
+
+/**
+ * The address that restores the page. It is that of the first gamut, which has a picture and facts
+ * before the script runs, and in chats. An example may be unknown to the service, so it has none.
+ */
+export function linkTo(page: Page): string {
+  const first = page.at("a");
+  if (first === null || first.isPart) return `${address("/view")}#${page.address.text}`;
+  const state = page.address.text.split("&").filter((entry) => !entry.startsWith("a="));
+  return `${address(`/v1/gamuts/${first.gamut.id}`)}#${state.join("&")}`;
 }
 
 async function content(page: Page, kind: Kind, progress: (part: number) => void, signal: AbortSignal): Promise<Blob> {
@@ -99,6 +110,7 @@ function pictureOf(page: Page): Picture {
   const { gamut } = page.shown[0]!;
   const { space } = gamut.options;
   const step = axes === null ? "" : `: lines of the grid are ${axes.step} apart in ${axisNames(gamut).join(", ")}`;
+  const cut = byId("plane-handle").hidden ? "" : `; cut at ${byId("plane-text").textContent}`;
   const style = getComputedStyle(byId("stage"));
   return {
     width: size("save-width"),
@@ -109,7 +121,7 @@ function pictureOf(page: Page): Picture {
       text: `${gamut.name} · ${STYLE_NAMES[page.styles[slot]].toLowerCase()}`,
       colour: tintOf(slot, page.isDark),
     })),
-    note: `${space}${step}; colours for ${SCREEN === "srgb" ? "sRGB" : "Display P3"} screens`,
+    note: `${space}${step}${cut}; colours for ${SCREEN === "srgb" ? "sRGB" : "Display P3"} screens`,
     colour: style.color,
     ground: style.backgroundColor,
   };
