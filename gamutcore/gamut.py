@@ -76,7 +76,7 @@ from gamutcore.questions import (
 )
 from gamutcore.recipes import InverseModel
 from gamutcore.references import stated_name
-from gamutcore.results import Intersection
+from gamutcore.results import VIEWER_HEIGHT, Intersection, ViewerPage
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -1516,6 +1516,43 @@ class Gamut:
                 for text, each in zip(names, gamuts, strict=False)
             ]
         )
+
+    def show(
+        self, *others: Self | str | os.PathLike[str], state: str = "", height: int = VIEWER_HEIGHT
+    ) -> ViewerPage:
+        """Show the gamut and others with the viewer in a notebook, without a network.
+
+        Parameters
+        ----------
+        *others : Gamut, path or str
+            Up to five gamuts to compare with, files, or names of references. What is no saved gamut
+            is built in the space of this one.
+        state : str, optional
+            How the page begins: what stands behind the number sign of its address in the viewer of
+            the service, such as ``"lightness=50&outside=on"``.
+        height : int, optional
+            Height of the frame in pixels of CSS.
+
+        Returns
+        -------
+        ViewerPage
+            Notebooks show it. `save` writes it to a file for browsers, and `html` has its bytes.
+
+        Raises
+        ------
+        OptionError
+            There are more than five other gamuts, or one is in another space.
+        ReferenceNameError
+            There is no reference of that name.
+
+        Examples
+        --------
+        >>> colours = [(20, 0, 0), (90, 0, 0), (50, 60, 0), (50, -40, 50), (50, -40, -50)]
+        >>> Gamut(colours).show(state="lightness=50")
+        <ViewerPage: height 520>
+        """
+        gamuts = [self._in_same_space(other) for other in others]
+        return ViewerPage.restoring(self.to_html((), *gamuts), state, height)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Self:

@@ -6,11 +6,14 @@
 
 from __future__ import annotations
 
+import json
+import os
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import Field, dataclass, field, fields
 from html import escape
-from typing import Any, ClassVar, Generic, TypeAlias, TypeVar, cast
+from pathlib import Path
+from typing import Any, ClassVar, Generic, Self, TypeAlias, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,6 +42,7 @@ __all__ = [
     "Overlap",
     "Shown",
     "SurfaceAnswer",
+    "ViewerPage",
 ]
 
 FloatArray: TypeAlias = NDArray[np.float64]
@@ -57,6 +61,12 @@ SMALL = 3
 
 LONGEST = 60
 """Longest text of a field, in characters."""
+
+VIEWER_HEIGHT = 520
+"""Height of the viewer in a notebook, in pixels of CSS: a cell on a laptop's screen."""
+
+PAGE_STATE = b'<script type="application/json" id="page-state">'
+"""What stands before the state in a page of `gamutcore.export.viewer_page`."""
 
 AS_GIVEN = "as given"
 """Intent of colours whose white is not known: bare colours and meshes."""
@@ -313,7 +323,7 @@ class SurfaceAnswer(Shown):
     points : (..., 3) float64
         In the space of the colours that were given.
     space : str
-        Its name; empty for that of the gamut.
+        Its name, such as ``"CIELAB"``.
     device : (..., k) float64 or None
         Device values from 0 to 1, interpolated in the face; None if the gamut has colours only. NaN
         for points inside the gamut, where a device has more than one value.
@@ -388,7 +398,7 @@ class ColourRecipes(Shown):
     points : (..., 3) float64
         Colours of the device values by the model, in the space of the colours that were given.
     space : str
-        Its name; empty for that of the gamut.
+        Its name, such as ``"CIELAB"``.
     delta_e : (...) float64
         Colour difference CIE 2000 of these and the colours that were given.
     inside : (...) bool
@@ -848,3 +858,55 @@ class GamutRings(Shown):
     gamut: Conditions | None = None
     reference_gamut: Conditions | None = None
     warnings: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, repr=False)
+class ViewerPage(Shown):
+    """A page with the viewer, as `show` of a gamut gives it. Notebooks show it in a frame.
+
+    The frame has the whole page in it, so it stays in a saved notebook and in what ``nbconvert``
+    makes of it.
+
+    Attributes
+    ----------
+    html : bytes
+        The page in UTF-8. It needs no network.
+    height : int
+        Height of the frame in pixels of CSS.
+    """
+
+    html: bytes = field(repr=False)
+    height: int = VIEWER_HEIGHT
+
+    @classmethod
+    def restoring(cls, html: bytes, state: str, height: int) -> Self:
+        """Return a page that begins with a state: the text behind the number sign of an address."""
+        if state:
+            # The page's own script may have the same text. The state is behind everything else.
+            before, _, after = html.rpartition(PAGE_STATE)
+            _, end, after = after.partition(b"</script>")
+            text = json.dumps({"address": state.removeprefix("#")}).replace("<", "\\u003c")
+            html = b"".join((before, PAGE_STATE, text.encode(), end, after))
+        return cls(html, height)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the page to a file for browsers, usually with the suffix ``.html``.
+
+        Parameters
+        ----------
+        path : path
+
+        Raises
+        ------
+        OSError
+            The file cannot be written.
+        """
+        Path(path).write_bytes(self.html)
+
+    def _repr_html_(self) -> str:
+        """Return a frame with the page in it, for notebooks."""
+        source = escape(self.html.decode())
+        return (
+            f'<iframe srcdoc="{source}" title="Gamut viewer" width="100%" height="{self.height}" '
+            'style="border: 0"></iframe>'
+        )

@@ -153,14 +153,16 @@ class RemoteGamut:
         if "row" not in columns:
             columns = {name: rows.in_shape(values) for name, values in columns.items()}
         stated = response.headers.get("gamut-conditions")
+        conditions = results.Conditions.from_header(stated) if stated else None
+        own = conditions.space if conditions else ""
         return columns, {
             "device": columns.get("device"),
             "channels": self.channels if "device" in columns else (),
             "triangles": int(response.headers["gamut-triangles"]),
             "max_error": float(response.headers["gamut-max-error"]),
             # the service finds the space of a table by its columns
-            "space": params.get("space") or ("" if table is None else "that of the table"),
-            "gamut": stated and results.Conditions.from_header(stated),
+            "space": params.get("space") or (own if table is None else "that of the table"),
+            "gamut": conditions,
             "warnings": _strings(response.headers.get("gamut-warning", "")),
         }
 
@@ -607,6 +609,22 @@ class RemoteGamut:
         if Path(path).suffix.lower() in {".html", ".htm"}:
             return self._file("viewer.html", {}, "text/html")
         return self._file("history", {})
+
+    @method
+    def show(
+        self,
+        *others: RemoteGamut | str,
+        state: str = "",
+        height: int = results.VIEWER_HEIGHT,
+    ) -> Steps[results.ViewerPage]:
+        """Show the gamut and others with the viewer in a notebook, without a network.
+
+        Up to five others are gamuts, ids or slugs of references. `state` is how the page begins:
+        what stands behind the number sign of its address, such as ``"lightness=50&outside=on"``.
+        """
+        ids = ",".join(filter(None, map(_id, others)))
+        html = yield from self._file("viewer.html", {"with": ids or None}, "text/html")
+        return results.ViewerPage.restoring(html, state, height)
 
     @method
     def give_name(self, name: str) -> Steps[None]:

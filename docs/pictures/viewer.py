@@ -16,7 +16,9 @@ from benchmarks.viewer import drive
 
 FOLDER = Path(__file__).parent / "viewer"
 EXAMPLES = Path(__file__).parents[2] / "examples"
-WIDTH = 720
+PHOTO = Path(__file__).parents[2] / "gamutcore" / "export" / "examples" / "photo.jpg"
+QUALITY, QUALITY_OF_FRAMES = 60, 50
+WIDTH = 640
 FRAME_MILLISECONDS, HELD_MILLISECONDS = 110, 1500
 
 
@@ -24,17 +26,29 @@ def take_pictures() -> None:
     """Take all pictures."""
     FOLDER.mkdir(exist_ok=True)
     with tempfile.TemporaryDirectory() as folder, server(pin=False) as running:
-        press, other = (
-            running.build((EXAMPLES / name).read_bytes())["id"]
-            for name in ("FOGRA39L.ti3", "FOGRA29L.ti3")
+        data = (EXAMPLES / "FOGRA29L.ti3").read_bytes()
+        # The line makes it another file, which the service has to build.
+        file = Path(folder) / "Uncoated paper.ti3"
+        file.write_bytes(data + b"\n")
+        drive(
+            "pictures.mjs",
+            running.port,
+            FOLDER=folder,
+            OTHER=running.build(data)["id"],
+            FILE=str(file),
+            PHOTO=str(PHOTO),
         )
-        file = str(EXAMPLES / "FOGRA39L.ti3")
-        drive("pictures.mjs", running.port, FOLDER=folder, PRESS=press, OTHER=other, FILE=file)
-        frames = sorted(Path(folder).glob("slider-*.png"))
-        for path in sorted(set(Path(folder).glob("*.png")) - set(frames)):
-            picture = FOLDER / f"{path.stem}.webp"
-            Image.open(path).convert("RGB").save(picture, quality=82, method=6)
-        save_moving(frames, FOLDER / "slider.webp")
+        save(Path(folder))
+
+
+def save(folder: Path) -> None:
+    """Save the pictures of a folder as WebP, and the frames of the slider as one that moves."""
+    frames = sorted(folder.glob("slider-*.png"))
+    for path in sorted(set(folder.glob("*.png")) - set(frames)):
+        Image.open(path).convert("RGB").save(
+            FOLDER / f"{path.stem}.webp", quality=QUALITY, method=6
+        )
+    save_moving(frames, FOLDER / "slider.webp")
 
 
 def save_moving(paths: list[Path], target: Path) -> None:
@@ -45,7 +59,13 @@ def save_moving(paths: list[Path], target: Path) -> None:
     times = [FRAME_MILLISECONDS] * len(small)
     times[0] = times[-1] = HELD_MILLISECONDS
     small[0].save(
-        target, save_all=True, append_images=small[1:], duration=times, loop=0, quality=70, method=6
+        target,
+        save_all=True,
+        append_images=small[1:],
+        duration=times,
+        loop=0,
+        quality=QUALITY_OF_FRAMES,
+        method=6,
     )
 
 

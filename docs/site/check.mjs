@@ -1,4 +1,5 @@
-// Checks the built site in Chromium: axe-core finds nothing, and pictures keep their colours.
+// Checks the built site in Chromium: axe-core finds nothing, pictures keep their colours,
+// and phones show the whole width.
 // Run by `make docs` with the folder of the site.
 import { createReadStream, existsSync } from "node:fs";
 import { createServer } from "node:http";
@@ -24,18 +25,20 @@ const browser = await chromium();
 const faults = [];
 try {
   for (const path of PAGES) {
-    for (const scheme of ["light", "dark"]) {
+    for (const [scheme, width] of [["light", 1280], ["dark", 1280], ["light", 390]]) {
       const page = await browser.newPage();
-      await page.setViewport({ width: 1280, height: 720 });
+      await page.setViewport({ width, height: 720 });
       await page.emulateMediaFeatures([{ name: "prefers-color-scheme", value: scheme }]);
       await page.goto(`${site}/${path}`);
       const found = await violations(page);
       const filtered = await page.evaluate(() =>
         [...document.images].filter((each) => getComputedStyle(each).filter !== "none").map((each) => `filter: ${each.src}`),
       );
-      faults.push(...[...found, ...filtered].map((fault) => `${path}, ${scheme}: ${fault}`));
+      const isWider = await page.evaluate("document.documentElement.scrollWidth > innerWidth");
+      if (isWider) found.push("the page is wider than the window");
+      faults.push(...[...found, ...filtered].map((fault) => `${path}, ${scheme}, ${width}: ${fault}`));
       if (process.env.SCREENSHOTS) {
-        await page.screenshot({ path: `${process.env.SCREENSHOTS}/${path.replaceAll("/", "-")}-${scheme}.png` });
+        await page.screenshot({ path: `${process.env.SCREENSHOTS}/${path.replaceAll("/", "-")}-${scheme}-${width}.png` });
       }
       await page.close();
     }

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 from sphinx.errors import ExtensionError
 
-from gamutcore import Gamut
+from gamutcore import Gamut, reference
 from gamutcore.version import __version__
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ LIVE_VIEWER = "<!-- live viewer -->"
 
 FRAME = """```{raw} html
 <iframe class="live-viewer" loading="lazy" src="../_static/FOGRA39L.html"
-  title="Viewer of the gamut of coated offset printing"></iframe>
+  title="Viewer of the gamuts of coated offset printing and of sRGB"></iframe>
 ```"""
 
 # --- documents and recipes ---
@@ -75,6 +75,7 @@ html_theme_options = {
     "logo": {"text": project},
     "navbar_center": [],
     "navbar_end": ["theme-switcher"],
+    "navbar_persistent": ["search-button"],
     "secondary_sidebar_items": ["page-toc"],
     "show_prev_next": False,
     "footer_start": ["copyright"],
@@ -118,7 +119,8 @@ def write_viewer(app: Sphinx, failure: Exception | None) -> None:
     """Write the viewer of the front page, one file as `gamutcore.Gamut.to_html` gives it."""
     if failure is None:
         press = Gamut(ROOT / "examples" / "FOGRA39L.ti3", surface_samples=20_000)
-        (Path(app.outdir) / "_static" / "FOGRA39L.html").write_bytes(press.to_html("FOGRA39L"))
+        page = press.to_html(["FOGRA39L", "sRGB"], reference("srgb"))
+        (Path(app.outdir) / "_static" / "FOGRA39L.html").write_bytes(page)
 
 
 def refuse_other_hosts(app: Sphinx, failure: Exception | None) -> None:

@@ -278,6 +278,7 @@ def crossings(
     found = queries.crossings(one, two, level.index, kind)
     return ColourCrossings(
         points=conversion.from_gamut(found.points),
+        space=conversion.name,
         offsets=found.offsets,
         t=found.t,
         entering=found.entering,

@@ -2,6 +2,8 @@
 
 import asyncio
 import inspect
+import json
+import re
 from pathlib import Path
 
 import gamutclient
@@ -258,6 +260,22 @@ def test_both_kinds_have_the_same_methods(remote):
     assert methods <= set(dir(gamutclient.AsyncGamut))
 
 
+def test_the_viewer_shows_the_gamuts_of_the_service(remote):
+    """The page is that of `gamutcore`, with the names that the service knows."""
+    press, srgb = remote
+    for others in ((), (srgb,), (srgb.id, "display-p3")):
+        shown = press.show(*others, state="theme=dark", height=400)
+        assert shown.height == 400
+        held, state = (
+            json.loads(re.search(f'id="{part}">(.*?)</script>', shown.html.decode())[1])
+            for part in ("gamut-file", "page-state")
+        )
+        assert state == {"address": "theme=dark"}
+        ids = [each["gamut"]["id"] for each in held["gamuts"]]
+        assert len(ids) == 1 + len(others)
+        assert ids[:2] == [press.id, srgb.id][: len(ids)]
+
+
 def test_coroutines_give_the_same(server, local, remote, tmp_path):
     async def ask():
         async with gamutclient.AsyncClient(server.url) as client:
@@ -272,9 +290,10 @@ def test_coroutines_give_the_same(server, local, remote, tmp_path):
                 press.mesh(100),
                 press.mesh_file("glb", 100),
                 press.max_chroma(50, [0, 90]),
+                press.show(srgb),
             )
 
-    inside, nearest, coverage, mesh, file, chroma = asyncio.run(ask())
+    inside, nearest, coverage, mesh, file, chroma, shown = asyncio.run(ask())
     press, srgb = local
     assert (inside == press.contains(COLOURS)).all()
     np.testing.assert_allclose(nearest.points, press.nearest(COLOURS).points, atol=1e-9)
@@ -283,5 +302,6 @@ def test_coroutines_give_the_same(server, local, remote, tmp_path):
     assert file.startswith(b"glTF")
     assert (tmp_path / "press.HTML").read_bytes().startswith(b"<!doctype html>")
     np.testing.assert_allclose(chroma, press.max_chroma(50, [0, 90]))
+    assert shown.html == remote[0].show(remote[1]).html
     with pytest.raises(TypeError, match="mesh_file"):
         mesh.to_bytes("glb")

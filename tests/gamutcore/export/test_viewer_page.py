@@ -69,6 +69,23 @@ def test_several_gamuts_have_given_names_or_those_of_their_data(gamut):
         gamut.to_html("Too many", *[gamut] * 6)
 
 
+def test_a_notebook_shows_the_page_in_a_frame_with_a_state(gamut, tmp_path):
+    state = "colours=</script>&theme=dark"
+    shown = gamut.show(gamut, state=f"#{state}", height=300)
+    shown.save(tmp_path / "shown.html")
+    assert (tmp_path / "shown.html").read_bytes() == shown.html
+    found = Page(shown.html)
+    assert json.loads(found.text("script", id="page-state")) == {"address": state}
+    assert len(json.loads(found.text("script", id="gamut-file"))["gamuts"]) == 2
+    [(tag, frame), _] = Page(shown._repr_html_().encode()).tags
+    assert (tag, frame["height"]) == ("iframe", "300")
+    assert frame["srcdoc"].encode() == shown.html
+    assert gamut.show().html == gamut.to_html()
+    assert len(repr(shown)) < 100  # notebooks keep it beside the frame
+    with pytest.raises(OptionError):
+        gamut.show(Gamut(COLOURS, space="CIELUV"))
+
+
 def test_nothing_is_loaded(page):
     addresses = [
         value

@@ -22,7 +22,7 @@ MESH = ["triangles", "max_error", "max_mismatch", "side", "format"]
         ("DELETE", f"/v1/gamuts/{ID}", "force=1", "force", []),
         ("GET", f"/v1/gamuts/{ID}/levels", "limit=1", "limit", ["side"]),
         ("GET", f"/v1/gamuts/{ID}/history", "x=", "x", []),
-        ("GET", f"/v1/gamuts/{ID}/viewer.html", "triangles=5", "triangles", []),
+        ("GET", f"/v1/gamuts/{ID}/viewer.html", "triangles=5", "triangles", ["with"]),
         ("GET", f"/v1/jobs/{ID}", "wait=1", "wait", []),
         ("GET", "/v1/jobs", "state=queued", "state", ["limit", "after"]),
     ],

@@ -35,10 +35,10 @@ function start(): Page {
   connectGlossary();
   new GamutList(page);
   new SlicePanel(page);
+  new ColourList(page);
+  new ComparisonPanel(page);
   if (embedded === null) {
-    new ComparisonPanel(page);
     new Uploads(page);
-    new ColourList(page);
     new Marks(page);
     new PicturePanel(page);
   } else byId("title").textContent = embedded.gamuts.map(({ gamut }) => gamut.name).join(" and ");

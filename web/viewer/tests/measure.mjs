@@ -1,6 +1,6 @@
 // Measures the viewer in Chromium and prints the figures as JSON.
 //
-//   VIEWER_URL=... CHROMIUM=... GAMUT=ID node measure.mjs
+//   VIEWER_URL=... CHROMIUM=... GAMUT=ID OTHER=ID GAMUT_FINEST=N OTHER_FINEST=N node measure.mjs
 import { readFileSync, readdirSync } from "node:fs";
 import process from "node:process";
 import { brotliCompressSync } from "node:zlib";
@@ -10,17 +10,81 @@ const SECONDS = 3;
 const DRAGGED = 10_000;
 const folder = new URL("../../../gamutcore/export/viewer/", import.meta.url);
 
+const FRAMES = 120;
 const browser = await chromium();
-const loads = [];
-for (let i = 0; i < 3; i++) {
-  const visitor = await browser.createBrowserContext(); // with an empty cache
-  const page = await open(visitor, `/view#a=${process.env.GAMUT}`);
-  await page.waitForFunction("window.gamutViewer.figures.marks.first !== undefined", { timeout: 60_000 });
-  await drawn(page, DRAGGED);
-  loads.push(await page.evaluate("window.gamutViewer.figures.marks"));
-  await visitor.close();
+
+/** Times of three visitors of an address, each with an empty cache. */
+async function visits(path, ...triangles) {
+  const loads = [];
+  for (let i = 0; i < 3; i++) {
+    const visitor = await browser.createBrowserContext();
+    const page = await open(visitor, path);
+    await page.waitForFunction("window.gamutViewer.figures.marks.first !== undefined", { timeout: 60_000 });
+    await drawn(page, ...triangles);
+    loads.push(await page.evaluate("window.gamutViewer.figures.marks"));
+    await visitor.close();
+  }
+  return (name) => loads.map((marks) => marks[name]).sort((a, b) => a - b)[1];
 }
-const median = (name) => loads.map((marks) => marks[name]).sort((a, b) => a - b)[1];
+const firstScreen = await visits("/");
+const median = await visits(`/view#a=${process.env.GAMUT}`, DRAGGED);
+
+/**
+ * Milliseconds of the script per picture of two gamuts, the median of two seconds: while the view
+ * turns, or while the slider of a section moves. What the rasteriser takes is not in them.
+ */
+async function scriptTime(state, triangles, moves) {
+  const address = `/view#a=${process.env.GAMUT}&b=${process.env.OTHER}&triangles=${triangles}&${state}`;
+  const page = await open(browser, address, { width: 1280, height: 800 });
+  await page.waitForFunction(
+    (wished, finest) => window.gamutViewer.figures.triangles.every((count, i) => count === Math.min(wished, finest[i])),
+    { timeout: 120_000 },
+    triangles,
+    [Number(process.env.GAMUT_FINEST), Number(process.env.OTHER_FINEST)],
+  );
+  const time = await page.evaluate(
+    async (frames, what) => {
+      const { view } = window.gamutViewer;
+      const slider = document.getElementById("slice-value");
+      let busy = 0;
+      const timed = (run) => {
+        const begin = performance.now();
+        run();
+        busy += performance.now() - begin;
+      };
+      const draw = view.drawNow.bind(view);
+      view.drawNow = () => timed(draw);
+      const times = [];
+      for (let i = 0; i < frames; i++) {
+        busy = 0;
+        timed(() => {
+          if (what === "turn") view.turnBy(0.03, 0);
+          else {
+            slider.value = String(30 + (i % 40));
+            slider.dispatchEvent(new Event("input"));
+          }
+        });
+        await new Promise(requestAnimationFrame); // draws in the frame that begins now
+        await new Promise((resolve) => setTimeout(resolve));
+        times.push(busy);
+      }
+      return times.sort((a, b) => a - b)[frames / 2];
+    },
+    FRAMES,
+    moves,
+  );
+  await page.close();
+  return time;
+}
+const WHOLE = 2 ** 20;
+const script = {
+  turn_milliseconds: await scriptTime("", DRAGGED, "turn"),
+  turn_outside_milliseconds: await scriptTime("outside=on", DRAGGED, "turn"),
+  turn_whole_milliseconds: await scriptTime("", WHOLE, "turn"),
+  turn_whole_outside_milliseconds: await scriptTime("outside=on", WHOLE, "turn"),
+  slice_milliseconds: await scriptTime("lightness=50", DRAGGED, "slice"),
+  slice_whole_milliseconds: await scriptTime("lightness=50", WHOLE, "slice"),
+};
 
 const page = await open(browser, `/view#a=${process.env.GAMUT}&triangles=${2 ** 20}`, { width: 1280, height: 800 });
 await page.waitForFunction(
@@ -121,6 +185,7 @@ const compressed = readdirSync(folder)
 console.log(
   JSON.stringify({
     bundle_kilobytes: compressed / 1000,
+    first_screen_seconds: firstScreen("first") / 1000,
     first_picture_seconds: median("first") / 1000,
     first_picture_triangles: median("firstTriangles"),
     first_picture_kilobytes: median("firstBytes") / 1000,
@@ -128,6 +193,7 @@ console.log(
     whole_seconds: (whole.marks.whole - whole.marks.complete) / 1000,
     level_milliseconds: level,
     ...dragged,
+    ...script,
     undrawn_levels_per_second: undrawn.levels_per_second,
     undrawn_pictures_per_second: undrawn.pictures_per_second,
     cleared_pictures_per_second: ground.pictures_per_second,

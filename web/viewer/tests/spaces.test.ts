@@ -9,7 +9,7 @@ import { readFileSync } from "node:fs";
 import process from "node:process";
 import { test } from "node:test";
 import { BEYOND, cssColour, excessOf } from "../src/colours/colours.js";
-import { type Screen, spaceOf, type SpaceDescription } from "../src/colours/spaces.js";
+import { type Screen, mediaRelative, spaceOf, type SpaceDescription } from "../src/colours/spaces.js";
 
 interface Case {
   description: SpaceDescription;
@@ -53,4 +53,12 @@ test("a green of Display P3 is beyond sRGB only", () => {
   assert.deepEqual(isBeyond("srgb"), [true, false]);
   assert.deepEqual(isBeyond("display-p3"), [false, false]);
   assert.match(cssColour([0, 1, 0], "display-p3"), /^color\(display-p3 0\.0000 1\.0000 0\.0000\)$/);
+});
+
+test("a print relative to its paper: paper is white, and each luminance is divided by that of the paper", () => {
+  const paper = [95, 0, -2];
+  const relative = mediaRelative(Float32Array.of(...paper, 0, 0, 0, 50, 30, -20), paper);
+  assert.ok(largest(relative.slice(0, 6), [100, 0, 0, 0, 0, 0]) < 1e-4);
+  const luminance = (lightness: number) => ((lightness + 16) / 116) ** 3; // CIE 15:2018, 8.2.1.1
+  assert.ok(Math.abs(luminance(relative[6]!) - luminance(50) / luminance(95)) < 1e-6);
 });

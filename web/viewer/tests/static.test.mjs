@@ -4,7 +4,7 @@ import process from "node:process";
 import { after, test } from "node:test";
 import { chromium, close, open, violations } from "./pages.mjs";
 
-const { FIRST, VIEWER_URL } = process.env;
+const { FIRST, SECOND, VIEWER_URL } = process.env;
 const browser = await chromium();
 after(() => browser.close());
 
@@ -29,6 +29,25 @@ test("the picture goes when the gamut is drawn", async () => {
   await close(page);
 });
 
+test("a copied link is the page of the gamut, and restores what is beside it", async () => {
+  const page = await open(browser, `/view#a=${FIRST}&b=${SECOND}&lightness=50`);
+  await page.waitForFunction("window.gamutViewer.figures.triangles[1] > 4");
+  const link = await page.evaluate(async () => {
+    const copied = new Promise((resolve) => {
+      navigator.clipboard.writeText = async (text) => resolve(text);
+    });
+    document.getElementById("share").click();
+    return copied;
+  });
+  const { pathname, hash } = new URL(link);
+  assert.equal(pathname, `/v1/gamuts/${FIRST}`);
+  const other = await open(browser, pathname + hash);
+  await other.waitForFunction("window.gamutViewer.figures.triangles[1] > 4");
+  assert.match(await other.title(), /^Ball A – Ball B/);
+  assert.equal(await other.$eval("#slice-kind", (select) => select.value), "lightness");
+  await close(other);
+  await close(page);
+});
 const PAGES = {
   "/": "window.gamutViewer?.figures.triangles.every((count) => count > 4)",
   "/status": "true",

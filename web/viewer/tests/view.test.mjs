@@ -247,6 +247,7 @@ for (const [space, file] of [["CIELAB", PAGE], ["another space", OTHER_PAGE]]) {
     await page.reload();
     await page.waitForFunction("window.gamutViewer?.figures.triangles[0] > 4");
     assert.match(await page.title(), /^(Ball A|Oklab sphere)/);
+    assert.match(await page.$eval("#gamut-list", (list) => list.innerText), /^(Ball A|Oklab sphere)/);
     await page.focus("#slider");
     await page.keyboard.press("Home");
     await drawn(page, 4);

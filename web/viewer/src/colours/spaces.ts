@@ -320,6 +320,23 @@ const CIELAB: SpaceDescription = {
   adaptation: "Bradford",
 };
 
+/**
+ * CIELAB colours of a print as measured, made relative to its paper: X, Y, Z are scaled by D50 ÷ paper,
+ * as ICC.1:2022, 6.3.2.2 has it. All values are relative to ICC's D50.
+ */
+export function mediaRelative(lab: Float32Array, paper: readonly number[]): Float32Array {
+  const space = spaceOf();
+  const white = space.toXyz(Float32Array.from(paper));
+  const xyz = space.toXyz(lab);
+  const f = (value: number) => (value > (6 / 29) ** 3 ? Math.cbrt(value) : (841 / 108) * value + 4 / 29);
+  const relative = new Float32Array(lab.length);
+  for (let i = 0; i < lab.length; i += 3) {
+    const [x, y, z] = [0, 1, 2].map((axis) => f(xyz[i + axis]! / white[axis]!)) as [number, number, number];
+    relative.set([116 * y - 16, 500 * (x - y), 200 * (y - z)], i);
+  }
+  return relative;
+}
+
 /** What a gamut says of its space. */
 interface InSpace {
   options: { space: string; adaptation?: string | null };

@@ -42,9 +42,10 @@ export function definitions(all: Definition[]): HTMLDListElement {
 export function warningTexts(given: unknown): string[] {
   if (!Array.isArray(given)) return [];
   const texts = given.map((each: unknown) => {
-    if (typeof each === "string") return each;
     const { message, detail } = (each ?? {}) as { message?: unknown; detail?: unknown };
-    return String(message ?? detail ?? "");
+    const text = typeof each === "string" ? each : String(message ?? detail ?? "");
+    // Options of commands and requests, in brackets, mean nothing on the page.
+    return text.replaceAll(/ \((?:--|")[^)]*\)/g, "");
   });
   return [...new Set(texts)].filter((text) => text !== "");
 }

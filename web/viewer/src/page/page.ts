@@ -60,6 +60,8 @@ export class Page {
   readonly view = new View(this.canvas, byId("stage"));
   readonly address = new AddressBook();
   readonly styles = Object.fromEntries(SLOTS.map((slot) => [slot, slot === "a" ? "solid" : "shell"])) as Record<Slot, Style>;
+  /** What parts add to the state of a saved page, by name. */
+  readonly kept = new Map<string, () => unknown>();
   /** Files that gamuts were built from on this page, by id. */
   readonly files = new Map<string, File>();
   /** Triangles that are wished for, for all gamuts. */
@@ -253,7 +255,7 @@ export class Page {
     const given = example && (await describeExample(example, () => this.board.prepare(example.name)));
     const { anchor, isFirst } = this.beside(slot);
     if (example !== undefined && !isWhole && (anchor === undefined || inSameSpace(given!, anchor))) {
-      return { gamut: given!, source: { address: historyOf(example), headers: {} }, isPart: true };
+      return { gamut: given!, source: { address: historyOf(example), headers: {}, isShort: true }, isPart: true };
     }
     const name = example?.file ? given!.id : key;
     // Options that the key states are the reader's; without any, a reference follows the space of the others.

@@ -6,7 +6,7 @@ import { byId, element } from "./elements.js";
 import type { Page } from "./page.js";
 
 /** Chips of examples that have names of their own, and the examples of the first screen. */
-const CHIPS: Record<string, string> = { press: "A press", photo: "A photograph" };
+const CHIPS: Record<string, string> = { press: "A press", photo: "A photograph", bt2020: "BT.2020" };
 const FIRST = ["press", "srgb"] as const;
 const ASKING_MILLISECONDS = 2000;
 

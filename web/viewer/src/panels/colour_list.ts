@@ -12,6 +12,7 @@ import { SCREEN, cssColour } from "../colours/colours.js";
 import { gamutSpace } from "../colours/spaces.js";
 import { blackChannel, blackRange, DEVICE_UNIT, devicePercent, deviceText } from "../colours/device_values.js";
 import { byId, element, problemElements, save, warningTexts } from "../page/elements.js";
+import { embedded } from "../page/embedded.js";
 import { type Page, axisNames } from "../page/page.js";
 import { orientation } from "../scene/layer.js";
 import { type Gamut, ProblemError } from "../service/api.js";
@@ -41,6 +42,11 @@ interface Answer {
   made: Recipes | null;
 }
 
+/** The answer that a saved page has, with the id of its gamut. */
+interface SavedList extends Answer {
+  gamut: string;
+}
+
 export class ColourList {
   private group: Group | null = null;
   private asking: AbortController | null = null;
@@ -56,6 +62,7 @@ export class ColourList {
 
   constructor(private readonly page: Page) {
     page.on("gamuts", () => this.show(page.at("a")?.gamut ?? null));
+    page.kept.set("list", () => this.answer && { ...this.answer, gamut: this.gamut!.id });
     page.address.add({
       read: (given) => {
         this.text.value = given.get("colours") ?? this.text.value;
@@ -106,8 +113,23 @@ export class ColourList {
   private show(gamut: Gamut | null): void {
     if (gamut?.id === this.gamut?.id) return;
     this.gamut = gamut;
+    if (embedded !== null) {
+      this.restore(embedded.state?.["list"] as SavedList | null | undefined);
+      return;
+    }
     byId<HTMLButtonElement>("check").disabled = gamut === null;
     if (this.answer !== null || (this.wanted && gamut !== null)) void this.check();
+  }
+
+  /** Show the answer of a saved page, if it is about this gamut. */
+  private restore(saved: SavedList | null | undefined): void {
+    this.clear();
+    const isThis = saved != null && saved.gamut === this.gamut?.id;
+    byId("colours-section").hidden = !isThis;
+    if (!isThis) return;
+    this.answer = saved;
+    this.draw(saved);
+    this.tabulate(saved);
   }
 
   /** The list as it is sent: the file, or what is in the field. */

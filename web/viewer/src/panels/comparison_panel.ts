@@ -2,8 +2,10 @@
 import { fitChart, pageTheme, saveChart } from "../charts/save.js";
 import { sectorChart } from "../charts/hues.js";
 import { gamutSpace } from "../colours/spaces.js";
-import { type Definition, byId, definitions, element } from "../page/elements.js";
+import { type Definition, byId, definitions, element, plainRemedy } from "../page/elements.js";
+import { embedded } from "../page/embedded.js";
 import { type Page, type Shown, axisNames } from "../page/page.js";
+import type { Style } from "../scene/layer.js";
 import { ProblemError } from "../service/api.js";
 import { type Comparison, compare } from "../service/queries.js";
 
@@ -12,6 +14,7 @@ interface Pair {
   b: Shown;
 }
 
+const SOLIDS: Style[] = ["solid", "shaded", "both"];
 /** Height of the chart in CSS pixels. */
 const CHART_HEIGHT = 280;
 
@@ -34,12 +37,15 @@ export class ComparisonPanel {
       },
       write: () => [["outside", this.highlight.checked ? "on" : null]],
     });
+    page.kept.set("comparison", () => this.found);
     page.on("gamuts", () => {
       const [a, b] = [page.at("a"), page.at("b")];
       this.show(a !== null && b !== null ? { a, b } : null);
     });
     page.on("theme", () => this.found !== null && this.redraw());
     this.highlight.addEventListener("change", () => {
+      // The part outside is a part of a solid.
+      if (this.highlight.checked && !SOLIDS.includes(page.styles.a)) page.setStyle("a", "solid");
       this.mark();
       page.address.save();
     });
@@ -70,9 +76,12 @@ export class ComparisonPanel {
     const comparing = new AbortController();
     this.comparing = comparing;
     const box = byId("coverage");
-    box.replaceChildren(element("p", "Comparing …", { className: "note" }));
+    if (embedded === null) box.replaceChildren(element("p", "Comparing …", { className: "note" }));
     try {
-      const found = await compare(a.gamut.id, b.gamut.id, comparing.signal);
+      // A saved page has the answer about its first two gamuts, if there was one.
+      const saved = embedded?.state?.["comparison"] as Comparison | null | undefined;
+      const found = embedded === null ? await compare(a.gamut.id, b.gamut.id, comparing.signal) : saved;
+      if (!found) return;
       const names: [string, string] = [a.gamut.name, b.gamut.name];
       const list = element("ul", "", { className: "sentences" });
       list.append(...found.summary.map((sentence) => element("li", named(sentence, names))));
@@ -85,7 +94,7 @@ export class ComparisonPanel {
       if (hasHue) this.redraw();
     } catch (error) {
       if (comparing.signal.aborted) return;
-      const said = error instanceof ProblemError ? `${error.problem.detail} ${error.problem.remedy}` : String(error);
+      const said = error instanceof ProblemError ? `${error.problem.detail} ${plainRemedy(error.problem)}` : String(error);
       box.replaceChildren(element("p", said, { className: "note" }));
     }
   }

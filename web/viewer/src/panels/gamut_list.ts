@@ -22,7 +22,6 @@ interface Row {
   chooser: Chooser;
   style: HTMLSelectElement;
   mark: HTMLElement;
-  /** The name of the gamut in saved pages, which have no chooser. */
   name: HTMLElement;
 }
 
@@ -54,12 +53,13 @@ export class GamutList {
       (error) => this.page.complain(error),
     );
     const mark = element("span", "", { className: "tint" });
-    field.querySelector("label")!.prepend(mark);
+    // A saved page has its gamuts' names in place of the fields that choose them.
+    const name = element("span", "", { className: "saved-name", hidden: embedded === null });
+    (embedded === null ? field.querySelector("label")! : name).prepend(mark);
     const style = element("select", "", { id: `style-${slot}` });
     style.setAttribute("aria-label", `Style of the ${NAMES[slot].toLowerCase()}`);
     style.append(...Object.entries(STYLE_NAMES).map(([value, text]) => element("option", text, { value })));
     style.addEventListener("change", () => this.page.setStyle(slot, style.value as Style));
-    const name = element("span", "", { className: "offline" });
     box.append(field, name, style);
     return { box, chooser, style, mark, name };
   }
@@ -73,7 +73,7 @@ export class GamutList {
       box.hidden = place >= this.count || (embedded !== null && shown === null);
       style.value = page.styles[slot];
       mark.style.backgroundColor = tintOf(slot, page.isDark);
-      name.textContent = shown?.gamut.name ?? "";
+      if (embedded !== null) name.replaceChildren(mark, shown?.gamut.name ?? "");
       if (shown !== null) chooser.show(shown.gamut.name);
       else chooser.clearName();
     });

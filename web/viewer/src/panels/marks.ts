@@ -12,12 +12,12 @@ import {
 } from "three";
 import { SCREEN } from "../colours/colours.js";
 import { isRgb } from "../colours/device_values.js";
-import { gamutSpace } from "../colours/spaces.js";
+import { gamutSpace, mediaRelative } from "../colours/spaces.js";
 import { byId } from "../page/elements.js";
 import { type Page, axisNames } from "../page/page.js";
 import { orientation } from "../scene/layer.js";
 import { type Gamut, ProblemError } from "../service/api.js";
-import { type CheckedTable, checkTable, cusps, deviceColours } from "../service/queries.js";
+import { type Position, checkTable, cusps, deviceColours, positionsOf } from "../service/queries.js";
 
 const KINDS = ["cusps", "neutral", "patches"] as const;
 type Kind = (typeof KINDS)[number];
@@ -98,10 +98,12 @@ export class Marks {
     }
     const reading = { space: "", columns: "", table_scale: "", edge_width: "" };
     const found = await checkTable(gamut, this.page.files.get(gamut.id)!, reading, signal);
-    byId("marks-note").textContent = patchesText(found);
-    const outside = found.colours.filter((_, row) => found.position[row] === "outside");
+    const colours = relativeTo(gamut, found.colours);
+    const { position } = colours === found.colours ? found : await positionsOf(gamut, colours, signal);
+    byId("marks-note").textContent = patchesText(position);
+    const outside = colours.filter((_, row) => position[row] === "outside");
     const frame = new PointsMaterial({ color: getComputedStyle(byId("problem")).borderTopColor, size: 9, sizeAttenuation: false });
-    return [new Points(geometryOf(outside), frame), this.points(gamut, found.colours, 5)];
+    return [new Points(geometryOf(outside), frame), this.points(gamut, colours, 5)];
   }
 
   private points(gamut: Gamut, colours: number[][], size: number): Points {
@@ -138,7 +140,15 @@ export function neutralValues(channels: string[]): number[][] | null {
   );
 }
 
-function patchesText({ position }: CheckedTable): string {
+/** Colours as a file has them, relative to the paper if the gamut is. */
+function relativeTo(gamut: Gamut, colours: number[][]): number[][] {
+  const { intent, medium, white_lab: paper } = gamut.provenance;
+  if (intent !== "relative" || medium !== "reflective" || !paper || gamut.options.space !== "CIELAB") return colours;
+  const relative = mediaRelative(Float32Array.from(colours.flat()), paper);
+  return colours.map((_, row) => [...relative.subarray(3 * row, 3 * row + 3)]);
+}
+
+function patchesText(position: Position[]): string {
   const outside = position.filter((where) => where === "outside").length;
   return `${position.length.toLocaleString("en")} patches of the file, ${outside.toLocaleString("en")} of them outside of this gamut.`;
 }

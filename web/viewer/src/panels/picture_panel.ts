@@ -24,6 +24,8 @@ export class PicturePanel {
   private readonly file = byId<HTMLInputElement>("picture-file");
   private readonly target = byId<HTMLSelectElement>("picture-gamut");
   private readonly limit = byId<HTMLInputElement>("picture-limit");
+  /** Whether the reader chose the gamut. */
+  private isChosen = false;
   private given: File | null = null;
   private picture: Picture | null = null;
   private asking: AbortController | null = null;
@@ -37,7 +39,10 @@ export class PicturePanel {
       this.given = file;
       void this.ask();
     });
-    this.target.addEventListener("change", () => void this.ask());
+    this.target.addEventListener("change", () => {
+      this.isChosen = true;
+      void this.ask();
+    });
     this.limit.addEventListener("input", () => this.draw());
     const large = byId<HTMLDialogElement>("picture-large");
     byId("picture-enlarge").addEventListener("click", () => large.showModal());
@@ -50,7 +55,7 @@ export class PicturePanel {
     const before = this.target.value;
     const ids = shown.map(({ gamut }) => gamut.id);
     this.target.replaceChildren(...shown.map(({ gamut }) => element("option", gamut.name, { value: gamut.id })));
-    this.target.value = ids.includes(before) ? before : (ids[1] ?? ids[0] ?? "");
+    this.target.value = this.isChosen && ids.includes(before) ? before : (ids[1] ?? ids[0] ?? "");
     byId<HTMLButtonElement>("picture-open").disabled = ids.length === 0;
     if (this.target.value !== before && this.given !== null) void this.ask();
   }

@@ -6,7 +6,7 @@ import { BEYOND, SCREEN, cssColour, excessOf, polar } from "../colours/colours.j
 import { blackChannel, blackRange, deviceLine } from "../colours/device_values.js";
 import { element } from "../page/elements.js";
 import type { LevelBuffers } from "../scene/messages.js";
-import { edgeText, positionOf, type Positions, recipes } from "../service/queries.js";
+import { edgeText, positionsOf, type Positions, recipes } from "../service/queries.js";
 
 /** Interpolate values of vertices, `width` numbers each, at a point of a surface. */
 export function valuesAt(hit: Intersection, values: Float32Array, width: number): number[] {
@@ -91,7 +91,7 @@ export class AnswerLines {
 
 /** The signed distance of a colour to another gamut. */
 export async function distanceLines(other: Gamut, point: number[], signal: AbortSignal): Promise<string[]> {
-  return [distanceText(other.name, await positionOf(other, point, signal))];
+  return [distanceText(other.name, await positionsOf(other, [point], signal))];
 }
 
 /** The recipe of a colour. */

@@ -5,7 +5,7 @@ import { byId, save } from "../page/elements.js";
 import { type Page, STYLE_NAMES, axisNames } from "../page/page.js";
 import { type Picture, pngPicture, svgPicture, turntable } from "../scene/picture.js";
 import { withState } from "../page/embedded.js";
-import { request } from "../service/api.js";
+import { address, request } from "../service/api.js";
 
 type Kind = "png" | "svg" | "webp" | "html";
 
@@ -13,7 +13,7 @@ const NOTES: Record<Kind, string> = {
   png: "The view with its title, legend and scales.",
   svg: "The surfaces are a picture in the file; title, legend and scales stay text that can be edited.",
   webp: "One turn around the upright axis, again and again. Web browsers and slides show it.",
-  html: "One file with all gamuts that are shown, as they are shown. It works without a network.",
+  html: "One file with all gamuts that are shown, as they are shown, and the list of colours. It works without a network.",
 };
 /** Smallest and largest number of frames of a turn. */
 const FRAMES = [36, 90] as const;
@@ -64,8 +64,19 @@ export function connectSaving(page: Page): void {
       });
   });
   byId("share").addEventListener("click", () => {
-    void navigator.clipboard.writeText(location.href).then(() => page.announce("The link was copied."));
+    void navigator.clipboard.writeText(linkTo(page)).then(() => page.announce("The link was copied."));
   });
+}
+
+/**
+ * The address that restores the page. It is that of the first gamut, which has a picture and facts
+ * before the script runs, and in chats. An example may be unknown to the service, so it has none.
+ */
+export function linkTo(page: Page): string {
+  const first = page.at("a");
+  if (first === null || first.isPart) return `${address("/view")}#${page.address.text}`;
+  const state = page.address.text.split("&").filter((entry) => !entry.startsWith("a="));
+  return `${address(`/v1/gamuts/${first.gamut.id}`)}#${state.join("&")}`;
 }
 
 async function content(page: Page, kind: Kind, progress: (part: number) => void, signal: AbortSignal): Promise<Blob> {
@@ -75,8 +86,9 @@ async function content(page: Page, kind: Kind, progress: (part: number) => void,
     const state = new URLSearchParams(page.address.text);
     for (const { slot, gamut } of page.shown) state.set(slot, gamut.id);
     const path = `/v1/gamuts/${first!}/viewer.html${others.length === 0 ? "" : `?with=${others.join(",")}`}`;
+    const kept = Object.fromEntries([...page.kept].map(([name, value]) => [name, value()]));
     const answer = await request(path, { headers: { Accept: "text/html" }, signal });
-    return new Blob([withState(await answer.text(), { address: String(state) })], { type: "text/html" });
+    return new Blob([withState(await answer.text(), { address: String(state), ...kept })], { type: "text/html" });
   }
   const picture = pictureOf(page);
   if (kind === "png") return pngPicture(view, picture);
@@ -98,6 +110,7 @@ function pictureOf(page: Page): Picture {
   const { gamut } = page.shown[0]!;
   const { space } = gamut.options;
   const step = axes === null ? "" : `: lines of the grid are ${axes.step} apart in ${axisNames(gamut).join(", ")}`;
+  const cut = byId("plane-handle").hidden ? "" : `; cut at ${byId("plane-text").textContent}`;
   const style = getComputedStyle(byId("stage"));
   return {
     width: size("save-width"),
@@ -108,7 +121,7 @@ function pictureOf(page: Page): Picture {
       text: `${gamut.name} · ${STYLE_NAMES[page.styles[slot]].toLowerCase()}`,
       colour: tintOf(slot, page.isDark),
     })),
-    note: `${space}${step}; colours for ${SCREEN === "srgb" ? "sRGB" : "Display P3"} screens`,
+    note: `${space}${step}${cut}; colours for ${SCREEN === "srgb" ? "sRGB" : "Display P3"} screens`,
     colour: style.color,
     ground: style.backgroundColor,
   };

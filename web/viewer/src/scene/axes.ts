@@ -10,6 +10,7 @@ import {
   Matrix4,
   Vector3,
 } from "three";
+import { niceStep } from "../charts/chart.js";
 
 /** Least distances of ticks with labels in pixels: across, and of lines above each other. */
 const LEAST_APART = [33, 24] as const;
@@ -23,13 +24,6 @@ const HALF_LINE = 9;
 const GAP = 7;
 const NAME_GAP = 5;
 const AXES = [0, 1, 2] as const;
-
-/** A number from 1, 2 or 5 times a power of ten that divides a length into about `parts` parts. */
-export function niceStep(length: number, parts: number): number {
-  const rough = length / parts;
-  const power = 10 ** Math.floor(Math.log10(rough));
-  return power * ([1, 2, 5].find((factor) => factor * power >= 0.98 * rough) ?? 10);
-}
 
 /** One text of the axes, in pixels from the left and the top of the picture. */
 export interface Label {

@@ -1,8 +1,8 @@
 // Messages between the page and the worker that reads a history.
 import type { Screen, SpaceDescription } from "../colours/spaces.js";
 
-/** Where a history comes from: an address, or the bytes of the file. */
-export type Source = { address: string; headers: Record<string, string> } | { bytes: Uint8Array };
+/** Where a history comes from: an address, which may be read in parts, or the bytes of the file. */
+export type Source = { address: string; headers: Record<string, string>; isShort?: boolean } | { bytes: Uint8Array };
 
 /** To the worker. */
 export type Order =

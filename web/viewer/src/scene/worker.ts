@@ -3,6 +3,9 @@ import { History, parts } from "gamut-history";
 import { spaceOf } from "../colours/spaces.js";
 import type { LevelBuffers, Order, Report, Source } from "./messages.js";
 
+/** Bytes of a short file at most: one request reads it, so that a cached copy is never mixed with an answer. */
+const SHORT = 1 << 20;
+
 const history = new History();
 let colours: (positions: Float32Array) => Float32Array;
 
@@ -24,7 +27,7 @@ async function load(source: Source): Promise<void> {
   if ("bytes" in source) {
     history.append(source.bytes);
   } else {
-    for await (const { bytes, total } of parts(source.address, { headers: source.headers })) {
+    for await (const { bytes, total } of parts(source.address, { headers: source.headers, ...(source.isShort ? { first: SHORT } : {}) })) {
       history.append(bytes);
       if (!history.ready) continue;
       const available = 2 * history.vertices - 4;

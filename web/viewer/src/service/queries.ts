@@ -92,11 +92,11 @@ export async function compare(a: string, b: string, signal: AbortSignal): Promis
   return (await (await request(`/v1/comparisons?${query}`, { signal })).json()) as Comparison;
 }
 
-/** Where a colour is, with its distance from the surface of a gamut, negative inside. */
-export async function positionOf(gamut: Gamut, point: number[], signal: AbortSignal): Promise<Positions> {
+/** Where colours are, with their distances from the surface of a gamut, negative inside. */
+export async function positionsOf(gamut: Gamut, colours: number[][], signal: AbortSignal): Promise<Positions> {
   const response = await request(`/v1/gamuts/${gamut.id}/contains`, {
     method: "POST",
-    body: JSON.stringify({ colours: [point], distance: true, position: true }),
+    body: JSON.stringify({ colours, distance: true, position: true }),
     signal,
     headers: { "Content-Type": "application/json" },
   });
@@ -111,7 +111,7 @@ export async function checkTable(
   signal: AbortSignal,
 ): Promise<CheckedTable> {
   const stated = Object.entries(reading).filter(([, value]) => value !== "");
-  const query = new URLSearchParams([["distance", "true"], ["position", "true"], ...stated]);
+  const query = new URLSearchParams([["position", "true"], ["distance", "true"], ...stated]);
   const response = await request(`/v1/gamuts/${gamut.id}/contains?${query}`, {
     method: "POST",
     body: table,
