@@ -22,6 +22,8 @@ interface Row {
   chooser: Chooser;
   style: HTMLSelectElement;
   mark: HTMLElement;
+  /** The name of the gamut in a saved page, which has no field to choose another one. */
+  name: HTMLElement;
 }
 
 export class GamutList {
@@ -53,25 +55,28 @@ export class GamutList {
     );
     const mark = element("span", "", { className: "tint" });
     field.querySelector("label")!.prepend(mark);
+    const name = element("span", "", { className: "saved-name" });
+    name.hidden = embedded === null;
     const style = element("select", "", { id: `style-${slot}` });
     style.setAttribute("aria-label", `Style of the ${NAMES[slot].toLowerCase()}`);
     style.append(...Object.entries(STYLE_NAMES).map(([value, text]) => element("option", text, { value })));
     style.addEventListener("change", () => this.page.setStyle(slot, style.value as Style));
-    box.append(field, style);
-    return { box, chooser, style, mark };
+    box.append(field, name, style);
+    return { box, chooser, style, mark, name };
   }
 
   private refresh(): void {
     const { page } = this;
     this.count = Math.max(this.count, ...page.shown.map(({ slot }) => SLOTS.indexOf(slot) + 1));
     SLOTS.forEach((slot, place) => {
-      const { box, chooser, style, mark } = this.rows.get(slot)!;
+      const { box, chooser, style, mark, name } = this.rows.get(slot)!;
       const shown = page.at(slot);
       box.hidden = place >= this.count || (embedded !== null && shown === null);
       style.value = page.styles[slot];
       mark.style.backgroundColor = tintOf(slot, page.isDark);
       if (shown !== null) chooser.show(shown.gamut.name);
       else chooser.clearName();
+      if (embedded !== null) name.replaceChildren(mark, shown?.gamut.name ?? "");
     });
     byId("add").hidden = this.count >= SLOTS.length;
     byId("legend").replaceChildren(
