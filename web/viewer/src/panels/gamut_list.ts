@@ -76,7 +76,6 @@ export class GamutList {
       if (embedded !== null) name.replaceChildren(mark, shown?.gamut.name ?? "");
       if (shown !== null) chooser.show(shown.gamut.name);
       else chooser.clearName();
-      if (embedded !== null) name.replaceChildren(mark, shown?.gamut.name ?? "");
     });
     byId("add").hidden = this.count >= SLOTS.length;
     byId("legend").replaceChildren(
