@@ -118,7 +118,7 @@ async def documentation(request: Request) -> Response:
         swagger_ui_parameters={"validatorUrl": None},
     )
     text = bytes(swagger.body).decode().replace("<html>", '<html lang="en">')
-    # The version is that of Swagger UI's files. Ours changes without it, so its address has a digest.
+    # The version is that of the other files. Ours changes without it, so its address has a digest.
     digest = hashlib.sha256((_SWAGGER_FILES / "contrast.css").read_bytes()).hexdigest()[:16]
     contrast = f"{root}/docs/{SWAGGER_VERSION}/contrast.css?{digest}"
     own = f'<link rel="stylesheet" href="{contrast}">'
