@@ -10,7 +10,7 @@ const SECONDS = 3;
 const DRAGGED = 10_000;
 const folder = new URL("../../../gamutcore/export/viewer/", import.meta.url);
 
-const FRAMES = 120;
+const FRAMES = 40;
 const browser = await chromium();
 
 /** Times of three visitors of an address, each with an empty cache. */
