@@ -10,7 +10,7 @@ const SECONDS = 3;
 const DRAGGED = 10_000;
 const folder = new URL("../../../gamutcore/export/viewer/", import.meta.url);
 
-const FRAMES = 120;
+const FRAMES = 40;
 const browser = await chromium();
 
 /** Times of three visitors of an address, each with an empty cache. */
@@ -30,7 +30,7 @@ const firstScreen = await visits("/");
 const median = await visits(`/view#a=${process.env.GAMUT}`, DRAGGED);
 
 /**
- * Milliseconds of the script per picture of two gamuts, the median of two seconds: while the view
+ * Milliseconds of the script per picture of two gamuts, the median of 40 frames: while the view
  * turns, or while the slider of a section moves. What the rasteriser takes is not in them.
  */
 async function scriptTime(state, triangles, moves) {
