@@ -137,7 +137,7 @@ export function sectorChart(
   const chart = new Chart({
     size,
     theme,
-    title: "Volume that only one gamut has, by hue",
+    title: "Volume of only one gamut, by hue",
     caption: `Above the line: only ${first} has it. Below: only ${second}.`,
     x: { range: [0, 360], label: "Hue", ticks: [0, 60, 120, 180, 240, 300, 360].map((value) => ({ value, text: `${value}°` })) },
     y: { range: [-1.12 * lower, 1.12 * upper], label: `Volume, ${factor}${unit}`, ticks },

@@ -59,7 +59,7 @@ function facts(gamut: Gamut, relative: string | null): HTMLElement[] {
       ["Volume", `${Number(gamut.volume.toPrecision(6)).toLocaleString("en", { maximumSignificantDigits: 6 })} ${unit}`],
       ...(relative === null ? [] : [["Relative volume", relative] as Definition]),
       ["Full boundary", `${gamut.counts.triangles.toLocaleString("en")} triangles`],
-      ["Method", gamut.options.boundary],
+      ...(gamut.options.boundary === "auto" ? [] : [["Method", gamut.options.boundary] as Definition]),
       ...(gamut.channels.length > 0 ? [["Channels", gamut.channels.join(" ")] as Definition] : []),
     ]),
     ...warnings.map((warning) => element("p", warning, { className: "warning" })),

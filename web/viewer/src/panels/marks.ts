@@ -17,6 +17,7 @@ import { byId } from "../page/elements.js";
 import { type Page, axisNames } from "../page/page.js";
 import { orientation } from "../scene/layer.js";
 import { type Gamut, ProblemError } from "../service/api.js";
+import { findExample } from "../service/examples.js";
 import { type Position, checkTable, cusps, deviceColours, positionsOf } from "../service/queries.js";
 
 const KINDS = ["cusps", "neutral", "patches"] as const;
@@ -51,10 +52,19 @@ export class Marks {
       if (gamut?.id === this.gamut?.id) return;
       this.gamut = gamut;
       this.box("neutral").disabled = gamut !== null && neutralValues(gamut.channels) === null;
-      this.box("patches").disabled = gamut === null || !page.files.has(gamut.id);
+      void this.offerPatches(gamut);
       for (const kind of KINDS) void this.refresh(kind);
     });
     page.on("theme", () => KINDS.forEach((kind) => void this.refresh(kind)));
+  }
+
+  /** Patches are those of a file that the page has, or of the file of an example of a device. */
+  private async offerPatches(gamut: Gamut | null): Promise<void> {
+    const box = this.box("patches");
+    box.disabled = gamut === null || !this.page.files.has(gamut.id);
+    if (gamut === null || !box.disabled || gamut.channels.length === 0) return;
+    const example = await findExample(this.page.at("a")?.key ?? "");
+    if (gamut === this.gamut && example?.file != null) box.disabled = false;
   }
 
   private box(kind: Kind): HTMLInputElement {
@@ -97,7 +107,8 @@ export class Marks {
       return [new Line(geometryOf(colours), line), this.points(gamut, colours, 7)];
     }
     const reading = { space: "", columns: "", table_scale: "", edge_width: "" };
-    const found = await checkTable(gamut, this.page.files.get(gamut.id)!, reading, signal);
+    const file = this.page.files.get(gamut.id) ?? (await this.page.sourceOf("a"))!;
+    const found = await checkTable(gamut, file, reading, signal);
     const colours = relativeTo(gamut, found.colours);
     const { position } = colours === found.colours ? found : await positionsOf(gamut, colours, signal);
     byId("marks-note").textContent = patchesText(position);
