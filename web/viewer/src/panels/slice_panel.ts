@@ -26,6 +26,8 @@ const PLANES: string[] = ["lightness", "hue", "plane"];
 const REST = 120;
 /** Columns and rows of the colours of a section; they are interpolated between. */
 const RASTER = 96;
+/** Least time in ms between two charts while the plane moves. */
+const CHART_MILLISECONDS = 100;
 /** Room between a frame and what is in it, relative to its size. */
 const OUTSIDE = 0.05;
 
@@ -48,6 +50,9 @@ export class SlicePanel {
   private rings: { address: string; found: Rings | null } = { address: "", found: null };
   /** The colour at a pixel of the chart. */
   private chartPoint: (x: number, y: number) => Point | null = () => null;
+  /** When the chart of a section was drawn last, and the timer of the next time. */
+  private charted = -Infinity;
+  private charting = 0;
   private readonly kind = byId<HTMLSelectElement>("slice-kind");
   private readonly value = byId<HTMLInputElement>("slice-value");
 
@@ -117,6 +122,7 @@ export class SlicePanel {
 
   /** Draw the section of the levels that are shown. */
   private draw(): void {
+    clearTimeout(this.charting);
     const { state } = this;
     const shown = this.page.shown.filter(({ layer }) => layer.level !== null);
     const isOn = state.kind !== "off" && shown.length > 0;
@@ -197,24 +203,37 @@ export class SlicePanel {
       text,
       isHue ? { place: () => this.cut.screen(pointAt(plane, [left, height])), text: `Hue ${(cut.value + 180) % 360}°` } : undefined,
     );
-    const half = layers.map((layer) => ({ ...layer, outlines: isHue ? layer.outlines.map(rightHalf).filter((each) => each.length > 0) : layer.outlines }));
-    const named = half.map((layer) => ({ ...layer, name: `${layer.name}, area ${areaText(areaWithin(layer.outlines))}` }));
-    const { svg, placeAt } = sectionChart(
-      {
-        size: this.figure.size,
-        theme,
-        title: cut.kind === "plane" ? `Plane ${planeText(cut)}` : text,
-        labels: this.chartLabels(cut, names, lightness, others),
-        frame: isHue ? [[0, right], frame[1]] : frame,
-      },
-      named,
-      { address: png(pixels(raster), raster.columns), frame },
-    );
-    this.figure.show(svg, `${layers.map(({ name }) => name).join(" and ")}, ${text}`);
-    this.chartPoint = (x, y) => {
-      const place = placeAt(x, y);
-      return place && pointAt(plane, place);
+    this.chartLater(() => {
+      const half = layers.map((layer) => ({ ...layer, outlines: isHue ? layer.outlines.map(rightHalf).filter((each) => each.length > 0) : layer.outlines }));
+      const named = half.map((layer) => ({ ...layer, name: `${layer.name}, area ${areaText(areaWithin(layer.outlines))}` }));
+      const { svg, placeAt } = sectionChart(
+        {
+          size: this.figure.size,
+          theme,
+          title: cut.kind === "plane" ? `Plane ${planeText(cut)}` : text,
+          labels: this.chartLabels(cut, names, lightness, others),
+          frame: isHue ? [[0, right], frame[1]] : frame,
+        },
+        named,
+        { address: png(pixels(raster), raster.columns), frame },
+      );
+      this.figure.show(svg, `${layers.map(({ name }) => name).join(" and ")}, ${text}`);
+      this.chartPoint = (x, y) => {
+        const place = placeAt(x, y);
+        return place && pointAt(plane, place);
+      };
+    });
+  }
+
+  /** Draw the chart now, or a moment later if it was just drawn: the cut in the view follows every step. */
+  private chartLater(draw: () => void): void {
+    const charted = () => {
+      this.charted = performance.now();
+      draw();
     };
+    const wait = this.charted + CHART_MILLISECONDS - performance.now();
+    if (wait <= 0) charted();
+    else this.charting = setTimeout(charted, wait);
   }
 
   private cutOf(): Cut {
