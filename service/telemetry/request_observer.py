@@ -42,6 +42,7 @@ KNOWN_PARAMETERS = (
     "format",
     "gamuts",
     "limit",
+    "lost",
     "after",
     "name",
     "match",

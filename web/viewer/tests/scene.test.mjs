@@ -256,6 +256,8 @@ async function saved(page, kind, fields = {}) {
 test("pictures are saved in a chosen size with legend and labels: PNG, and SVG with text", async () => {
   const page = await open(browser, `/view#a=${FIRST}&b=${SECOND}`);
   await drawn(page, FINEST);
+  // The legend has two lines then, for which the view makes room.
+  await page.waitForFunction("window.gamutViewer.figures.triangles[1] > 4");
   const before = await page.evaluate("window.gamutViewer.view.place.join()");
   const png = await saved(page, "png", { "save-width": "640", "save-height": "400", "save-ratio": "2" });
   assert.equal(png.type, "image/png");
