@@ -1,6 +1,7 @@
 // Pictures of the view in any size, with title, legend and labels as vector text: SVG, PNG, turntable.
 import { SCREEN } from "../colours/colours.js";
 import { FONT, type Edges, type Label, TEXT_SIZE } from "./axes.js";
+import { escaped } from "../charts/chart.js";
 import type { View } from "./scene.js";
 import { animatedWebp } from "./webp.js";
 
@@ -135,8 +136,4 @@ function shortened(text: string, size: number, room: number): string {
   let end = text.length;
   while (end > 1 && context.measureText(`${text.slice(0, end)}…`).width > room) end -= 1;
   return `${text.slice(0, end)}…`;
-}
-
-function escaped(text: string): string {
-  return text.replace(/[&<>"]/g, (character) => `&#${character.charCodeAt(0)};`);
 }
