@@ -265,7 +265,7 @@ export async function preparation(): Promise<string | null> {
     const { state } = (await (await request("/")).json()) as { state: Readiness };
     if (state.ready) return null;
     if (state.probes["kernels"]?.status === "failed") {
-      return "Preparing the service: compiling its kernels, about 30 s, only once";
+      return "Preparing the service: compiling its kernels, about a minute, only once";
     }
     if (state.workers_warm < state.workers) return "Preparing the service: starting, a few seconds";
   } catch {
