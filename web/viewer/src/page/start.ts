@@ -63,7 +63,7 @@ function fillChips(page: Page, all: Example[]): void {
 /** Say what a service that has just started prepares, until it is ready. */
 async function tellPreparation(page: Page): Promise<void> {
   let isTold = false;
-  for (let text = await preparation(); text !== null; text = await preparation()) {
+  for (let text = await preparation(true); text !== null; text = await preparation(true)) {
     page.board.note(`${text}. The examples can be looked at meanwhile.`, true);
     isTold = true;
     await new Promise((resolve) => setTimeout(resolve, ASKING_MILLISECONDS));

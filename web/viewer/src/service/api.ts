@@ -259,10 +259,16 @@ function sent(path: string, body: FormData, progress: (fraction: number) => void
   });
 }
 
-/** What keeps the service from working, in plain words; null if it is ready or does not answer. */
-export async function preparation(): Promise<string | null> {
+/**
+ * What keeps the service from working, in plain words; null if it is ready or does not answer. Answers
+ * need more kernels than builds: these are compiled after the service is ready.
+ */
+export async function preparation(forAnswers = false): Promise<string | null> {
   try {
     const { state } = (await (await request("/")).json()) as { state: Readiness };
+    if (forAnswers && state.ready && state.probes["kernels"]?.detail?.includes("optional: compiling")) {
+      return "Preparing answers: compiling their kernels, about a minute, only once";
+    }
     if (state.ready) return null;
     if (state.probes["kernels"]?.status === "failed") {
       return "Preparing the service: compiling its kernels, about a minute, only once";
@@ -276,7 +282,7 @@ export async function preparation(): Promise<string | null> {
 
 interface Readiness {
   ready: boolean;
-  probes: Record<string, { status: string }>;
+  probes: Record<string, { status: string; detail?: string }>;
   workers: number;
   workers_warm: number;
 }
