@@ -291,11 +291,13 @@ def _facts(document: Mapping[str, Any]) -> dict[str, str]:
     intent = provenance.get("intent")
     if intent is not None:
         facts["Intent"] = intent
-    unit = "ΔE*ab³" if space == "CIELAB" else f"cubic units of {space}"
+    scale = (provenance.get("colour_space") or {}).get("scale", 1.0)
+    unit = "cubic ΔE*ab" if space == "CIELAB" and scale == 1.0 else f"cubic units of {space}"
     facts["Volume"] = f"{_number(document['volume'], 6)} {unit}"
-    relative = (document.get("volumes") or {}).get("relative")
-    if relative is not None:
-        facts["Volume"] += f", {_number(relative['times_srgb'], 2)} × sRGB"
+    volumes = document.get("volumes") or {}
+    own = volumes.get(intent) or volumes.get("own")
+    if own is not None:
+        facts["Volume"] += f", {_number(own['times_srgb'], 3)} × sRGB"
     for name, axes in (("white_lab", "L*a*b*"), ("white", "XYZ")):
         white = provenance.get(name)
         if white is not None and "White" not in facts:

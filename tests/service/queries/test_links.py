@@ -19,7 +19,6 @@ def press(server):
         "/v1/gamuts",
         files={"file": PRESS.read_bytes()},
         data={"options": json.dumps(COARSE)},
-        headers={"Prefer": "wait=60"},
     )
     assert answer.status_code in {200, 201}, answer.text
     return answer.json()["id"], Gamut(PRESS, **COARSE)

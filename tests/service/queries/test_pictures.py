@@ -33,7 +33,6 @@ def built(server, path, options):
         "/v1/gamuts",
         files={"file": path.read_bytes()},
         data={"options": json.dumps(options)},
-        headers={"Prefer": "wait=60"},
     )
     assert answer.status_code in {200, 201}, answer.text
     return answer.json()["links"]["self"]

@@ -27,7 +27,6 @@ def post_press(server):
         "/v1/gamuts",
         files={"file": PRESS.read_bytes()},
         data={"options": json.dumps(OPTIONS)},
-        headers={"Prefer": "wait=60"},
     )
     assert answer.status_code in {200, 201}, answer.text
     return answer.json()["links"]["self"]

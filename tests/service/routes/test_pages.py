@@ -320,7 +320,7 @@ def test_a_browser_gets_the_viewer_with_a_picture_and_facts_at_a_gamut(server, g
     assert f"{made['counts']['triangles']} triangles" in named["description"]
     [figure] = re.findall(r"<figure id=\"static\".*?</figure>", shown.text, re.DOTALL)
     assert f"<h2>{html.escape(HOSTILE)}</h2>" in figure
-    assert "ΔE*ab³" in figure
+    assert "cubic ΔE*ab" in figure
     [picture] = re.findall(r'<img src="([^"]+)"', figure)
     assert get(html.unescape(picture)).headers["content-type"] == "image/png"
 

@@ -108,7 +108,6 @@ def test_the_features_in_a_browser(server, sphere, guarded, tmp_path):
         "/v1/gamuts",
         files={"file": (ROOT / "examples" / "FOGRA39L.ti3").read_bytes()},
         data={"options": json.dumps({"surface_samples": 4000, "ink_limit": 300})},
-        headers={"Prefer": "wait=60"},
     ).json()
     pages = {}
     for name, gamut in (("PAGE", balls[0]), ("OTHER_PAGE", oklab)):

@@ -193,7 +193,13 @@ test("a file is built with the options of the page, and again with others, with 
   const stated = await facts(page);
   assert.equal(stated["Ink limit"].replace("\u00a0", " "), "250 %");
   assert.equal(stated["Space"], "CIELAB, white D50");
-  assert.match(stated["Volume"], /^[\d,]+ cubic ΔE\*ab$/);
+  const { volumes } = absolute;
+  assert.ok(volumes.absolute.volume < volumes.relative.volume);
+  for (const [term, of] of [["Volume, relative", volumes.relative], ["Volume, absolute", volumes.absolute]]) {
+    const [, volume, times] = /^([\d,]+) cubic ΔE\*ab, ([\d.]+) × sRGB$/.exec(stated[term]);
+    assert.ok(Math.abs(Number(volume.replaceAll(",", "")) - of.volume) < 1);
+    assert.ok(Math.abs(times / of.times_srgb - 1) < 0.005, "both are divided by sRGB relative to its white");
+  }
 
   // They stay for the next file, and do not change what is shown.
   await drop(page, [...PRESS, "0,0,0,50,60,0,-1"].join("\n"), "other.csv");

@@ -8,6 +8,7 @@ import { type Page, type Shown, axisNames } from "../page/page.js";
 import type { Style } from "../scene/layer.js";
 import { ProblemError } from "../service/api.js";
 import { type Comparison, compare } from "../service/queries.js";
+import { volumeUnit } from "./conditions.js";
 
 interface Pair {
   a: Shown;
@@ -103,12 +104,11 @@ export class ComparisonPanel {
     const { pair, found } = this;
     if (pair === null || found === null) return "<svg xmlns='http://www.w3.org/2000/svg'/>";
     const { a, b } = pair;
-    const unit = a.gamut.options.space === "CIELAB" ? "cubic ΔE*ab" : `cubic units of ${a.gamut.options.space}`;
     return sectorChart(a.gamut.name, b.gamut.name, found.sectors, {
       size: { width, height: CHART_HEIGHT },
       theme: pageTheme(byId("comparison-chart"), "--back"),
       space: gamutSpace(a.gamut),
-      unit,
+      unit: volumeUnit(a.gamut),
     });
   }
 

@@ -17,6 +17,12 @@ const MEDIA: Record<string, string> = {
   input: "Scanner or camera",
 };
 
+/** The unit of volumes of a gamut, in words. */
+export function volumeUnit({ options, provenance }: Pick<Gamut, "options" | "provenance">): string {
+  const isPlain = options.space === "CIELAB" && (provenance.colour_space?.scale ?? 1) === 1;
+  return isPlain ? "cubic ΔE*ab" : `cubic units of ${options.space}`;
+}
+
 export function conditions({ options, provenance }: Gamut): Definition[] {
   const { colour_space: space, ink_limits: limits, white, white_lab, medium } = provenance;
   const kind = medium ?? provenance.device_class;

@@ -24,6 +24,8 @@ export interface Gamut {
   id: string;
   name: string;
   volume: number;
+  /** By intent, or `own` for colours without intents; missing in gamuts of older services. */
+  volumes?: Partial<Record<"relative" | "absolute" | "own", { volume: number; times_srgb: number }>>;
   area: number;
   counts: { triangles: number; vertices: number };
   channels: string[];
