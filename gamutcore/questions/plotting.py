@@ -477,7 +477,7 @@ def _describe(
     for text in kept.texts:
         text.remove()
     look = {"fontsize": SMALL * POINTS, "color": NOTE, "annotation_clip": False}
-    size = ax.get_position().width * ax.figure.get_figwidth() * 72.0
+    size = ax.bbox.width / ax.figure.dpi * 72.0
     wrapped = [
         line
         for text, of in kept.conditions.items()
