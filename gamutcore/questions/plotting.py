@@ -448,10 +448,11 @@ class _Described(SimpleNamespace):
 
 
 def _described(ax: Any) -> _Described:  # noqa: ANN401  # of matplotlib
-    """Return what the texts around some axes are made of; the axes keep it."""
-    empty = _Described(labels=[], conditions={}, lines=[], texts=[])
-    found: _Described = vars(ax).setdefault("described_gamuts", empty)
-    return found
+    """Return what the texts around some axes are made of; they keep it until they are cleared."""
+    kept: _Described | None = vars(ax).get("described_gamuts")
+    if kept is None or not any(text in ax.texts for text in kept.texts):
+        kept = ax.described_gamuts = _Described(labels=[], conditions={}, lines=[], texts=[])
+    return kept
 
 
 def _describe(
@@ -475,7 +476,8 @@ def _describe(
     if title and names:
         note = f"{names} · {note}"
     for text in kept.texts:
-        text.remove()
+        if text in ax.texts:
+            text.remove()
     look = {"fontsize": SMALL * POINTS, "color": NOTE, "annotation_clip": False}
     size = ax.bbox.width / ax.figure.dpi * 72.0
     wrapped = [
