@@ -404,7 +404,7 @@ def plot_rings(
         )
     _dress(ax, (f"{names[1]}$_\\mathrm{{RSS}}$", f"{names[2]}$_\\mathrm{{RSS}}$"))
     note = rings_note(gamut.name, found.volume)
-    _describe(ax, rings_caption(found), note, handles, title=RINGS_TITLE)
+    _describe(ax, rings_caption(found), note, handles, title=RINGS_TITLE, name=gamut.name)
     return ax
 
 
@@ -463,15 +463,17 @@ def _describe(
     *,
     title: str = "",
     label: str = "",
+    name: str = "",
 ) -> None:
     """Add the title, a line below it, a legend of several lines, and the conditions below the axes.
 
-    The names of the gamuts are the title unless one is given; else they are in the line below.
+    The labels of the gamuts are the title unless one is given; else they are in the line below.
+    `name` says whose conditions they are, if there is no label.
     """
     kept, flat = _described(ax), ax.name != "3d"
     kept.labels += [label] if label else []
     kept.lines += lines
-    kept.conditions.setdefault(conditions, []).append(label)
+    kept.conditions.setdefault(conditions, []).extend(filter(None, [label or name]))
     names = ", ".join(kept.labels)
     if title and names:
         note = f"{names} · {note}"
@@ -484,7 +486,7 @@ def _describe(
         line
         for text, of in kept.conditions.items()
         for line in textwrap.wrap(
-            _plain(f"{', '.join(of)}: {text}" if len(kept.conditions) > 1 else text),
+            _plain(f"{', '.join(of)}: {text}" if of and len(kept.conditions) > 1 else text),
             max(20, int(size / (CHARACTER * POINTS))),
         )
     ]

@@ -71,6 +71,31 @@ def test_plots_have_names_colours_and_dashes():
     assert axes.patches[1].get_linestyle() != axes.patches[0].get_linestyle()
 
 
+def test_cleared_axes_begin_anew():
+    gamut, other = Gamut(CUBE, gamma=1), Gamut(CUBE / 2 + np.array([25, 0, 0]), gamma=1)
+    gamut.name, other.name = "Large", "Small"
+    axes = gamut.plot_slice(50, figure().add_subplot())
+    axes.clear()
+    other.plot_slice(50, axes)
+    assert axes.texts[0].get_text() == "Small · CIELAB"
+    assert len(axes.images) == 1
+    assert axes.get_legend() is None
+
+
+def test_plots_in_a_part_of_a_figure():
+    part, _ = figure().subfigures(1, 2)
+    assert Gamut(CUBE, gamma=1).plot_slice(50, part.add_subplot()).patches
+
+
+def test_conditions_of_several_rings_have_names():
+    gamut, other = Gamut(CUBE, gamma=1), reference("srgb", surface_samples=1000)
+    axes = gamut.plot_rings(ax=figure().add_subplot(), sectors=12)
+    other.plot_rings(ax=axes, sectors=12)
+    unnamed, named = axes.texts[-1].get_text().replace("\n", " ").split("sRGB: ")
+    assert not unnamed.startswith(":")
+    assert named
+
+
 def test_a_gamut_has_the_name_of_its_file_or_reference(small_gamut, tmp_path):
     assert small_gamut.name == ""
     small_gamut.save(tmp_path / "Coated.gamut")
