@@ -39,6 +39,9 @@ POINTS = 2048
 """Points of a surface whose loss is found. Of a press and sRGB, the means are within 0.03 of those
 of 50,000 points, and the percentiles within 0.1."""
 
+FACES_AT_ONCE = 4096
+"""Faces whose corners are in memory at the same time, at 300 bytes each."""
+
 PLASTIC = 1.324717957244746
 """The root of x³ = x + 1: its powers −1 and −2 give a sequence of low discrepancy in two dimensions
 (M. Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018)."""
@@ -170,17 +173,25 @@ def _surface_points(index: LevelIndex) -> FloatArray:
     Faces are in the order of hue and lightness. The points are at equal steps of the area, so that
     every part of the surface has its share of them.
     """
-    corners = np.asarray(index.vertices, np.float64)[index.faces]
-    sides = corners[:, 1:] - corners[:, :1]
-    middles = corners.mean(axis=1)
-    strips = _sectors_of(middles, SECTORS)
-    order = np.lexsort((np.where(strips % 2, 1.0, -1.0) * middles[:, 0], strips))
-    areas = np.cumsum(np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)[order])
+    areas, places = np.empty(len(index.faces)), np.empty(len(index.faces))
+    low, high = index.box[:, 0]
+    for start in range(0, len(index.faces), FACES_AT_ONCE):
+        part = slice(start, start + FACES_AT_ONCE)
+        corners = index.vertices[index.faces[part]]
+        sides = corners[:, 1:] - corners[:, :1]
+        areas[part] = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
+        middles = corners.mean(axis=1)
+        strips, height = _sectors_of(middles, SECTORS), (middles[:, 0] - low) / (high - low)
+        places[part] = strips + np.where(strips % 2, height, 1.0 - height)
+    order = np.argsort(places, kind="stable")
+    del places
+    areas = areas[order]
+    np.cumsum(areas, out=areas)
     numbers = np.arange(POINTS)
     faces = order[np.searchsorted(areas, (numbers + 0.5) / POINTS * areas[-1])]
     root, v = np.sqrt(numbers / PLASTIC % 1.0), numbers / PLASTIC**2 % 1.0
     weights = np.stack([1.0 - root, root * (1.0 - v), root * v], axis=1)
-    found: FloatArray = np.einsum("nk,nkj->nj", weights, corners[faces])
+    found: FloatArray = np.einsum("nk,nkj->nj", weights, index.vertices[index.faces[faces]])
     return found
 
 

@@ -121,7 +121,8 @@ class Cost:
     PAGE_BASE = 4 * _MEBIBYTE
     """The viewer in the page, and its compression."""
     COMPARISON = 40
-    """Comparing gamuts, per triangle of both levels; sections and their pictures take 20."""
+    """Comparing gamuts, per triangle of both levels, also with colours lost; sections and their
+    pictures take 20."""
     MODEL = 96 * _MEBIBYTE
     """Making the inverse of a device model: seven inks have tables of 65 MB."""
     PATCHES = 24

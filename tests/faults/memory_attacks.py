@@ -34,7 +34,13 @@ FULL_QUESTION = json.dumps({"colours": [[50, 0, 0]], "max_error": 0})
 
 ATTACKS = {
     "contains": (1.0, ("POST /v1/gamuts/{one}/contains",)),
-    "comparisons": (2.5, ("GET /v1/comparisons?a={one}&b={other}&max_error=0",)),
+    "comparisons": (
+        2.5,
+        tuple(
+            f"GET /v1/comparisons?a={{one}}&b={{other}}&max_error=0{lost}"
+            for lost in ("", "&lost=true")
+        ),
+    ),
     "viewers": (1.875, ("GET /v1/gamuts/{one}/viewer.html",)),
     "pictures": (0.5, ("GET /v1/gamuts/{one}/picture.png?size=2048",)),
     "meshes": (
