@@ -220,7 +220,7 @@ def _by_sector(points: FloatArray, values: FloatArray, sectors: int) -> FloatArr
 
 
 def _percent(share: float) -> str:
-    return f"{100.0 * share:.1f} %"
+    return "less than 0.1 %" if 0.0 < share < 0.0005 else f"{100.0 * share:.1f} %"
 
 
 def _rounded(value: float, space: ColourSpace, digits: int) -> str:
@@ -270,7 +270,7 @@ def _ranges_in_words(where: BooleanArray, gain: FloatArray, *, named: bool) -> t
     kept = sorted(ranges, key=lambda each: -each[0])[:MOST_RANGES]
     texts = []
     for _, sectors in sorted(kept, key=lambda each: int(each[1][0])):
-        low, high = (sectors[0] * 360 // SECTORS, (sectors[-1] + 1) % SECTORS * 360 // SECTORS)
+        low, high = (sectors[0] * 360 // SECTORS, (sectors[-1] + 1) * 360 // SECTORS)
         names = dict.fromkeys(map(_hue_name, sectors.tolist()))
         hues = f"hue {low}° to {high}°"
         texts.append(f"in {_listed(list(names))} ({hues})" if named else f"at {hues}")
@@ -288,7 +288,7 @@ def _loss_in_words(loss: ColourLoss, own: str, other: str) -> str:
     return (
         f"Of the surface of {own}, {_percent(loss.share_outside)} is outside {other}; with the "
         f"nearest colours of {other} instead, ΔE00 is {loss.mean:.1f} on average over the surface "
-        f"and {loss.percentile_95:.1f} at the 95th percentile."
+        f"(0 where it is inside {other}) and {loss.percentile_95:.1f} at the 95th percentile."
     )
 
 

@@ -105,6 +105,16 @@ def test_the_summary_names_the_hue_of_a_peak(name):
         assert words.split("chroma, ")[1].startswith((f"in {name} (hue", "at hue"))
 
 
+def test_small_shares_and_the_end_of_the_hues_in_words():
+    base = 10 * UNIT + (50, 0, 0)
+    one, two = (Gamut(np.vstack([base, (50, 30, end)]), gamma=1) for end in (-10, 10))
+    words = " ".join(one.compare(two).summary)
+    assert "° to 360°)" in words
+    assert "to 0°" not in words
+    words = " ".join(cube(20).compare(cube(1.5)).summary)
+    assert "B covers less than 0.1 % of the volume of A" in words
+
+
 def test_the_summary_has_the_figures_and_takes_names():
     one, two = cube(20), cube(10, (50, 20, 0))
     found = one.compare(two, lost=True)
@@ -115,6 +125,7 @@ def test_the_summary_has_the_figures_and_takes_names():
     white = colour.difference.delta_E_CIE2000(found.white_a, found.white_b)
     assert f"A has L* 70.0 and that of B 60.0 (ΔE00 {white:.1f})" in words
     assert f"ΔE00 is {found.lost_b.mean:.1f} on average" in words
+    assert "(0 where it is inside A)" in words
     named = " ".join(found.summary_with("press A", "Bild"))
     assert named.replace("press A", "A").replace("Bild", "B") == words
     assert "press A covers 50.0 % of the volume of Bild" in named
