@@ -60,6 +60,12 @@ PICTURES = {
 MOST_ROWS = 250_000
 """Rows of one request: the service takes a million, and answers while the next rows are sent."""
 
+SPACE_OPTIONS = (
+    *("space", "reference_white", "adaptation", "scale", "luminance"),
+    *("adapting_luminance", "background", "surround"),
+)
+"""Options of a build that are its space: references that are shown beside a gamut have its own."""
+
 VOLUMES = ("volume_a", "volume_b", "intersection")
 
 SECTORS = (
@@ -619,11 +625,16 @@ class RemoteGamut:
     ) -> Steps[results.ViewerPage]:
         """Show the gamut and others with the viewer in a notebook, without a network.
 
-        Up to five others are gamuts, ids or slugs of references. `state` is how the page begins:
-        what stands behind the number sign of its address, such as ``"lightness=50&outside=on"``.
+        Up to five others are gamuts, ids or slugs of references, which have the space of this
+        gamut. `state` is how the page begins: what stands behind the number sign of its address,
+        such as ``"lightness=50&outside=on"``.
         """
-        ids = ",".join(filter(None, map(_id, others)))
-        html = yield from self._file("viewer.html", {"with": ids or None}, "text/html")
+        ids = list(filter(None, map(_id, others)))
+        params: dict[str, Any] = {"with": ids or None}
+        if not all(re.fullmatch("[0-9a-f]{64}", each) for each in ids):
+            options = self.description["options"]
+            params |= {name: options.get(name) for name in SPACE_OPTIONS}
+        html = yield from self._file("viewer.html", params, "text/html")
         return results.ViewerPage.restoring(html, state, height)
 
     @method

@@ -19,6 +19,7 @@ from gamutcore.questions import (
     PICTURE,
     QUESTIONS,
     Question,
+    check_space,
 )
 from service.access.rate_limits import client_of
 from service.container import service_of
@@ -255,6 +256,7 @@ async def draw_gamut(request: Request, gamut_id: GamutId) -> Response:
             "gamut-not-found",
             "gamut-rebuilding",
             "precondition-failed",
+            "invalid-option",
             "invalid-parameter",
             "memory-busy",
             "memory-exceeded",
@@ -270,7 +272,7 @@ async def download_page(
         Query(
             alias="with",
             description="Ids of gamuts, or slugs of reference gamuts, separated by commas: "
-            f"{MOST_GAMUTS - 1} at most. The page has them as well.",
+            f"{MOST_GAMUTS - 1} at most, in the same space. The page has them as well.",
             pattern=f"^{GAMUT_PATTERN}(,{GAMUT_PATTERN})*$",
             max_length=65 * MOST_GAMUTS,
             examples=["srgb"],
@@ -296,9 +298,10 @@ async def download_page(
     opened = []
     for record in records:
         gamut = await library.gamut(record.id, charge)
+        opened.append(gamut)
+        check_space(opened[0].gamut, gamut.gamut)
         await library.unpack(gamut, full[record.id])
         library.settle(gamut, charge)
-        opened.append(gamut)
     accepted = request.headers.getlist("accept-encoding")
 
     def answer() -> Response:

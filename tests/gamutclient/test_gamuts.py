@@ -10,9 +10,11 @@ import gamutclient
 import numpy as np
 import pytest
 import trimesh
+from gamutclient.gamuts import SPACE_OPTIONS
 from PIL import Image
 
 import gamutcore
+from gamutcore.colours import SPACE_PARAMETERS
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "FOGRA39L.ti3"
 COLOURS = np.random.default_rng(7).uniform((0, -90, -90), (100, 90, 90), (4, 60, 3))
@@ -274,6 +276,17 @@ def test_the_viewer_shows_the_gamuts_of_the_service(remote):
         ids = [each["gamut"]["id"] for each in held["gamuts"]]
         assert len(ids) == 1 + len(others)
         assert ids[:2] == [press.id, srgb.id][: len(ids)]
+
+
+def test_references_are_shown_in_the_space_of_the_gamut(server):
+    with gamutclient.Client(server.url) as client:
+        corners = np.random.default_rng(5).uniform((0.2, -0.1, -0.1), (0.8, 0.1, 0.1), (40, 3))
+        gamut = client.build(corners, space="Oklab", scale=2)
+        page = gamut.show("srgb").html.decode()
+        held = json.loads(re.search('id="gamut-file">(.*?)</script>', page)[1])["gamuts"]
+        assert [each["gamut"]["options"]["space"] for each in held] == ["Oklab", "Oklab"]
+        assert [each["gamut"]["options"]["scale"] for each in held] == [2, 2]
+        assert {*SPACE_OPTIONS} == {"space", *SPACE_PARAMETERS}
 
 
 def test_coroutines_give_the_same(server, local, remote, tmp_path):

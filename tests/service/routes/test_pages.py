@@ -364,6 +364,9 @@ def test_a_page_has_other_gamuts_beside_the_first(get, gamut, assert_problem):
     assert shown.headers["content-location"].endswith(f"?with={gamut['id']},{second['id']}")
     assert_problem(get(f"{address}?with={','.join(['srgb'] * 6)}"), 422, "invalid-parameter")
     assert_problem(get(f"{address}?with=srbg"), 422, "invalid-parameter")
+    small = "space=Oklab&surface-samples=1000"
+    refused = assert_problem(get(f"{address}?with=srgb&{small}"), 422, "invalid-option")
+    assert refused["detail"] == "The gamuts are in CIELAB and Oklab."
 
 
 # --- the form of pages without scripts ------------------------------------------------------------
