@@ -37,7 +37,7 @@ _INTRODUCTION = (
 )
 
 _LINKS = {
-    "/": "Viewer",
+    "/view": "Viewer",
     "/status": "State of the service",
     "/docs": "All operations, interactive",
     "/openapi.json": "OpenAPI document",
@@ -184,7 +184,7 @@ def _status_document(service: ServiceContainer, report: Report) -> dict[str, Any
         "version": __version__,
         "algorithm_version": ALGORITHM_VERSION,
         "state": readiness(service, report).model_dump(),
-        "links": {address.rpartition("/")[2] or "view": address for address in _LINKS},
+        "links": {address.rpartition("/")[2]: address for address in _LINKS},
     }
 
 

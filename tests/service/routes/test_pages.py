@@ -268,6 +268,7 @@ def test_the_page_of_the_state_has_links_that_lead_somewhere(server, get):
     assert document["version"] == __version__
     assert document["state"]["ready"] is True
     assert set(document["state"]) == set(get("/readyz").json())
+    assert document["links"]["view"] == "/view"
     for address in links | set(document["links"].values()):
         assert get(address).status_code == 200
 
