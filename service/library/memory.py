@@ -116,8 +116,11 @@ class Cost:
     """Drawing, per triangle."""
     PIXEL = 64
     """Drawing, per pixel."""
-    PAGE = 200
-    """Writing a page with the history, per triangle of the full boundary; 12 are the page."""
+    PAGE = 160
+    """Encoding a history of a page, per triangle of the largest full boundary: one follows the
+    other."""
+    PAGE_SHARE = 40
+    """Writing a page, per triangle of all full boundaries: the histories, in Base64, and copies."""
     PAGE_BASE = 4 * _MEBIBYTE
     """The viewer in the page, and its compression."""
     COMPARISON = 40

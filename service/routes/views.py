@@ -290,7 +290,8 @@ async def download_page(
     found = [await NamedGamuts.of(request).id_of(name) for name in names]
     records = [await library.record(each) for each in dict.fromkeys([gamut_id, *found])]
     full = {record.id: record.description["counts"]["triangles"] for record in records}
-    page_bytes = Cost.PAGE * sum(full.values()) + Cost.PAGE_BASE
+    shares = Cost.PAGE_SHARE * sum(full.values())
+    page_bytes = Cost.PAGE_BASE + shares + Cost.PAGE * max(full.values())
     charge = await library.memory.charge(
         "work",
         lambda: page_bytes + sum(library.unpacking_cost(each, full[each.id]) for each in records),
