@@ -22,6 +22,7 @@ __all__ = [
     "AS_GIVEN",
     "DIAGRAMS",
     "INTERPOLATED",
+    "PAGE_STATE",
     "AreaOverlap",
     "ChromaTable",
     "ChromaticityComparison",
@@ -66,7 +67,7 @@ VIEWER_HEIGHT = 520
 """Height of the viewer in a notebook, in pixels of CSS: a cell on a laptop's screen."""
 
 PAGE_STATE = b'<script type="application/json" id="page-state">'
-"""What stands before the state in a page of `gamutcore.export.viewer_page`."""
+"""What stands before the state in a page with the viewer."""
 
 AS_GIVEN = "as given"
 """Intent of colours whose white is not known: bare colours and meshes."""

@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from gamutcore.errors import OptionError
+from gamutcore.results import PAGE_STATE
 
 __all__ = [
     "EXAMPLE_FILES",
@@ -61,11 +62,10 @@ class PageGamut(NamedTuple):
         return {**self.description, "name": self.name, "channels": channels}
 
 
-def viewer_page(gamuts: Sequence[PageGamut], state: object = None) -> bytes:
+def viewer_page(gamuts: Sequence[PageGamut]) -> bytes:
     """Return gamuts as an HTML file in UTF-8: about 4/3 of the histories' size, and 0.6 MB.
 
-    `state` is what the page restores, as its own script saves it. Raise `OptionError` if there are
-    more gamuts than places.
+    Raise `OptionError` if there are more gamuts than places.
     """
     if len(gamuts) > MOST_GAMUTS:
         raise OptionError.refusal("gamuts", len(gamuts), f"at most {MOST_GAMUTS}")
@@ -75,10 +75,10 @@ def viewer_page(gamuts: Sequence[PageGamut], state: object = None) -> bytes:
             for each in gamuts
         ]
     }
-    before, between, after = _template()
+    before, after = _template()
     title = f"<title>{escape(' and '.join(each.name for each in gamuts))} – gamut</title>"
     before = before.replace("<title>Gamut viewer</title>", title)
-    return "".join((before, _json(content), between, _json(state), after)).encode()
+    return "".join((before, _json(content), after)).encode()
 
 
 def _json(content: object) -> str:
@@ -87,8 +87,8 @@ def _json(content: object) -> str:
 
 
 @functools.cache
-def _template() -> tuple[str, str, str]:
-    """Return the page before the gamuts, between them and the state, and after it."""
+def _template() -> tuple[str, str]:
+    """Return the page before and after the gamuts."""
     text, style, script, worker = (
         (VIEWER_FILES / name).read_text("utf-8")
         for name in ("index.html", "viewer.css", "viewer.js", "worker.js")
@@ -107,9 +107,9 @@ def _template() -> tuple[str, str, str]:
     before = before.replace("</head>", f"{head}</head>", 1)
     sources = f'<script type="text/plain" id="worker-source">{worker}</script>\n'
     opening = '<script type="application/json" id="gamut-file">'
-    # The script of a page of the service replaces the state before it saves the file.
-    state = '<script type="application/json" id="page-state">'
-    return f"{before}{sources}{opening}", f"</script>\n{state}", f"</script>\n</body>{after}"
+    # The script of the page, and `ViewerPage.restoring`, replace the state.
+    state = f"{PAGE_STATE.decode()}null</script>\n"
+    return f"{before}{sources}{opening}", f"</script>\n{state}</body>{after}"
 
 
 def _digest(text: str) -> str:
