@@ -23,7 +23,6 @@ GOALS = {
     "first_picture_triangles": ("triangles of the first picture", "–"),
     "first_picture_kilobytes": ("bytes of the history that were read for it, kB", "≤ 32.8"),
     "whole_triangles": ("triangles of the full boundary", "–"),
-    "whole_seconds": ("last byte of the history to the picture of the full boundary, s", "≤ 2"),
     "level_milliseconds": ("from one level of about 10,000 triangles to another, ms", "≤ 16.7"),
     "pictures_per_second": ("pictures per second while dragging below 10,000 triangles", "≥ 60"),
     "levels_per_second": ("new levels per second meanwhile", "≥ 60"),

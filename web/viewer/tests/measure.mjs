@@ -190,7 +190,6 @@ console.log(
     first_picture_triangles: median("firstTriangles"),
     first_picture_kilobytes: median("firstBytes") / 1000,
     whole_triangles: whole.triangles[0],
-    whole_seconds: (whole.marks.whole - whole.marks.complete) / 1000,
     level_milliseconds: level,
     ...dragged,
     ...script,
