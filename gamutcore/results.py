@@ -123,12 +123,16 @@ class Shown:
         }
 
     def _swatches(self) -> list[str]:
-        """Return a swatch for each of `points`, if they are in a space with a known appearance."""
+        """Return a swatch for each of `points`, if they are in a space with a known appearance.
+
+        Colours of CSS are relative to D50, without a factor.
+        """
         points, conditions = getattr(self, "points", None), getattr(self, "gamut", None)
         if points is None or points.size > 3 * MOST_ROWS:
             return []
-        space = getattr(self, "space", "") or (conditions.space if conditions else "")
-        colour = _SWATCHES.get(space)
+        space = getattr(self, "space", conditions.space if conditions else "")
+        plain = conditions is not None and (conditions.white, conditions.scale) == ("D50", 1.0)
+        colour = _SWATCHES.get(space) if plain or space == "sRGB" else None
         return [swatch(colour.format(*row)) for row in points.reshape(-1, 3)] if colour else []
 
     def _facts(self) -> Iterator[tuple[str, str]]:
@@ -220,6 +224,8 @@ class Conditions(Shown):
         Of measurements; empty if not stated.
     is_print, inks : bool
         False if the gamut does not state it.
+    scale : float
+        Factor of all coordinates.
     """
 
     intent: str
@@ -234,6 +240,7 @@ class Conditions(Shown):
     observer: str = ""
     is_print: bool = field(default=False, repr=False)
     inks: bool = field(default=False, repr=False)
+    scale: float = field(default=1.0, repr=False)
 
     @classmethod
     def from_dict(cls, document: Mapping[str, Any]) -> Conditions:
@@ -248,6 +255,7 @@ class Conditions(Shown):
             white_xyz=tuple(white.get("xyz", ())),
             viewing_conditions=document.get("viewing_conditions", {}),
             medium_white=None if medium is None else tuple(medium),
+            scale=document.get("scale", 1.0),
         )
 
     @classmethod
@@ -261,6 +269,7 @@ class Conditions(Shown):
             black_limit=None if black is None else float(black),
             white=stated["white"].replace("as-given", AS_GIVEN),
             space=stated["space"],
+            scale=float(stated.get("scale", 1.0)),
         )
 
     def to_dict(self) -> dict[str, Any]:
@@ -275,6 +284,8 @@ class Conditions(Shown):
         }
         if self.viewing_conditions:
             found["viewing_conditions"] = dict(self.viewing_conditions)
+        if self.scale != 1.0:
+            found["scale"] = self.scale
         return found
 
     @property
@@ -285,6 +296,7 @@ class Conditions(Shown):
             if limit is not None:
                 parts.append(f"{name}={limit:g}")
         parts += [f"white={self.white.replace(' ', '-')}", f"space={self.space}"]
+        parts += [f"scale={self.scale:g}"] if self.scale != 1.0 else []
         parts += [
             f"{name.replace('_', '-')}={_short(value)}"
             for name, value in self.viewing_conditions.items()
@@ -324,7 +336,8 @@ class SurfaceAnswer(Shown):
     points : (..., 3) float64
         In the space of the colours that were given.
     space : str
-        Its name, such as ``"CIELAB"``.
+        Its name, such as ``"CIELAB"``. Empty for a table that was sent to the service, which finds
+        the space by the columns.
     device : (..., k) float64 or None
         Device values from 0 to 1, interpolated in the face; None if the gamut has colours only. NaN
         for points inside the gamut, where a device has more than one value.
@@ -399,7 +412,8 @@ class ColourRecipes(Shown):
     points : (..., 3) float64
         Colours of the device values by the model, in the space of the colours that were given.
     space : str
-        Its name, such as ``"CIELAB"``.
+        Its name, such as ``"CIELAB"``. Empty for a table that was sent to the service, which finds
+        the space by the columns.
     delta_e : (...) float64
         Colour difference CIE 2000 of these and the colours that were given.
     inside : (...) bool
