@@ -166,8 +166,8 @@ class RemoteGamut:
             "channels": self.channels if "device" in columns else (),
             "triangles": int(response.headers["gamut-triangles"]),
             "max_error": float(response.headers["gamut-max-error"]),
-            # the service finds the space of a table by its columns
-            "space": params.get("space") or (own if table is None else "that of the table"),
+            # the service finds the space of a table by its columns, and does not name it
+            "space": params.get("space") or (own if table is None else ""),
             "gamut": conditions,
             "warnings": _strings(response.headers.get("gamut-warning", "")),
         }
