@@ -6,7 +6,7 @@ import asyncio
 import os
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypedDict, Unpack
 
@@ -721,7 +721,10 @@ def _members(document: Mapping[str, Any], *names: str) -> dict[str, Any]:
 
 
 def _loss(stored: Mapping[str, float] | None) -> results.ColourLoss | None:
-    return None if stored is None else results.ColourLoss(**stored)
+    if stored is None:
+        return None
+    names = [each.name for each in fields(results.ColourLoss)]
+    return results.ColourLoss(**{name: stored[name] for name in names})
 
 
 def _offsets(counts: ArrayLike) -> NDArray[np.int64]:

@@ -26,6 +26,25 @@ def answered(scripted, *answers, **settings):
         return client.references()
 
 
+def test_figures_of_a_later_service_do_not_disturb(scripted):
+    level = {"triangles": 4, "max_error": 0.0}
+    loss = {"mean": 1.0, "percentile_95": 2.0, "share_outside": 0.5, "median": 0.8}
+    volumes = dict.fromkeys(("volume_a", "volume_b", "intersection"), 1)
+    ends = dict.fromkeys(("white_a", "white_b", "black_a", "black_b"), (50, 0, 0))
+    answer = {
+        **volumes,
+        **ends,
+        "sectors": {"hue_from": [0], "hue_to": [360]} | {name: [1] for name in volumes},
+        "levels": {"a": level, "b": level},
+        "warnings": [],
+        "lost_a": loss,
+    }
+    described = (200, {}, json.dumps({"id": "a" * 64}).encode())
+    scripted.answers[:] = [described, (200, {}, json.dumps(answer).encode())]
+    with gamutclient.Client(scripted.url) as client:
+        assert client.gamut("a" * 64).compare("srgb", lost=True).lost_a.mean == 1.0
+
+
 class TestBuilds:
     def test_progress_is_told(self, client, sphere):
         told = []
