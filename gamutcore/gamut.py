@@ -1506,8 +1506,10 @@ class Gamut:
         Raises
         ------
         OptionError
-            There are more than five other gamuts.
+            There are more than five other gamuts, or they are in other spaces.
         """
+        for other in others:
+            check_space(self, other)
         gamuts, names = [self, *others], [name] if isinstance(name, str) else list(name)
         names += [each.name or f"Gamut {each.id[:12]}" for each in gamuts[len(names) :]]
         return viewer_page(

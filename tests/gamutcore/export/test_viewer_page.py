@@ -82,8 +82,10 @@ def test_a_notebook_shows_the_page_in_a_frame_with_a_state(gamut, tmp_path):
     assert frame["srcdoc"].encode() == shown.html
     assert gamut.show().html == gamut.to_html()
     assert len(repr(shown)) < 100  # notebooks keep it beside the frame
-    with pytest.raises(OptionError):
-        gamut.show(Gamut(COLOURS, space="CIELUV"))
+    other = Gamut(COLOURS, space="CIELUV")
+    for refused in (gamut.show, lambda other: gamut.to_html((), other)):
+        with pytest.raises(OptionError):
+            refused(other)
 
 
 def test_nothing_is_loaded(page):
