@@ -267,8 +267,8 @@ BAND_CHROMA = 42.0
 SAMPLE_LIGHTNESS, SAMPLE_CHROMA = 0.5, 0.4
 """Of the colours whose CIELAB hues stand for hues of a space, times the lightness of its white.
 
-With them the primary and secondary colours of sRGB keep their CIELAB hues within 10° in seven of the
-ten spaces with a hue, and within 24° in all.
+With them the primary and secondary colours of sRGB keep their CIELAB hues within 10° in seven of
+the ten spaces with a hue, and within 24° in all.
 """
 
 DASHES = f'stroke="{INK}" stroke-width="1.6" stroke-dasharray="8 5"'
