@@ -1,8 +1,8 @@
 // Lists of colours in the viewer, in Chromium over a real server: what is read, refused, and answered.
 //
-//   VIEWER_URL=... CHROMIUM=... FIRST=ID FINEST=N node --test colours.test.mjs
+//   VIEWER_URL=... CHROMIUM=... FIRST=ID SECOND=ID FINEST=N node --test colours.test.mjs
 //
-// The first gamut is a ball of radius 40 around L* = 50.
+// The first gamut is a ball of radius 40 around L* = 50, the second one of radius 30.
 import assert from "node:assert/strict";
 import { mkdtemp, readFile, rm, writeFile } from "node:fs/promises";
 import { tmpdir } from "node:os";
@@ -11,7 +11,7 @@ import process from "node:process";
 import { after, before, test } from "node:test";
 import { chromium, close, drawn, open, savedCells, violations } from "./pages.mjs";
 
-const { FIRST } = process.env;
+const { FIRST, SECOND } = process.env;
 const FINEST = Number(process.env.FINEST);
 
 let browser, folder;
@@ -238,6 +238,38 @@ test("a list that is too long is refused with the limit", async () => {
   const { problem } = await check(page, Array(10_001).fill("50 0 0").join("\n"));
   assert.match(problem.join(" "), /10001 rows.*at most 10000.*fewer colours/);
   forgiveRefusals(page);
+  await close(page);
+});
+
+test("a check that is under way is made again for the gamut that takes the place of the first one", async () => {
+  const page = await open(browser, `/view#a=${FIRST}&b=${SECOND}`);
+  await drawn(page, FINEST);
+  await page.waitForFunction("window.gamutViewer.figures.triangles[1] > 4");
+  await page.evaluate(() => {
+    const ask = window.fetch;
+    // The first question is answered after the gamuts have changed places.
+    window.fetch = async (...given) => {
+      if (!given[0].endsWith("/nearest")) return ask(...given);
+      window.fetch = ask;
+      document.getElementById("swap").click();
+      return ask(...given);
+    };
+  });
+  const { rows } = await check(page, "between,50,35,0");
+  assert.equal(await page.$eval("#colours-table caption", (caption) => caption.textContent), "Colours in Ball B");
+  assert.equal(rows[0][1], "outside");
+  assert.ok(Math.abs(Number(rows[0][3]) - 5) < 2, `distance ${rows[0][3]}`);
+  // Points follow the scheme of the page.
+  const lines = () =>
+    page.evaluate(() => {
+      const found = [];
+      window.gamutViewer.view.scene.traverse((part) => part.isLineSegments && part.renderOrder === 3 && found.push(part.material.color.getHex()));
+      return found;
+    });
+  const before = await lines();
+  await page.emulateMediaFeatures([{ name: "prefers-color-scheme", value: "dark" }]);
+  await page.waitForFunction("matchMedia('(prefers-color-scheme: dark)').matches");
+  assert.notDeepEqual(await lines(), before);
   await close(page);
 });
 

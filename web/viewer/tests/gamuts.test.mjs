@@ -48,11 +48,34 @@ test("a gamut is chosen by name with the keyboard alone", async () => {
   assert.equal(await page.$eval("#chooser-a", (input) => input.value), "Ball A");
   assert.match(await page.$eval("#view", (view) => view.getAttribute("aria-label")), /^Ball A, \d+ triangles$/);
   assert.match(await page.title(), /^Ball A/);
+  // Enter takes the first gamut of the search, also before its list is there.
+  await page.click("#chooser-b");
+  await page.waitForSelector("[role=option]");
+  await page.keyboard.type("ball b");
+  await page.keyboard.press("Enter");
+  await page.waitForFunction("window.gamutViewer.figures.triangles[1] > 4");
+  assert.match(await page.title(), /Ball B/);
+  // A search that is left gives way to the name of what is shown.
+  await page.keyboard.type("nothing of this name");
+  await page.keyboard.press("Tab");
+  assert.equal(await page.$eval("#chooser-b", (input) => input.value), "Ball B");
   await page.click("#chooser-b");
   await page.waitForSelector("[role=option]");
   await page.keyboard.press("Escape");
   assert.equal(await page.$eval("#chooser-b", (input) => input.getAttribute("aria-expanded")), "false");
   await close(page);
+});
+
+test("a link keeps gamuts that cannot be shown, and says why beside those that can", async () => {
+  const missing = "0".repeat(64);
+  for (const [a, b, place] of [[FIRST, missing, 0], [missing, SECOND, 1]]) {
+    const page = await open(browser, `/view#a=${a}&b=${b}&camera=0,0,3,0,0,0,1`);
+    await page.waitForFunction((slot) => window.gamutViewer.figures.triangles[slot] > 4, {}, place);
+    await page.waitForFunction((keys) => keys.every((key) => location.hash.includes(key)), {}, [`a=${a}`, `b=${b}`, "camera="]);
+    assert.match(await page.$eval("#problem", (box) => box.innerText), /no gamut/i);
+    page.complaints = page.complaints.filter((text) => !text.includes("the server responded with a status of 404"));
+    await close(page);
+  }
 });
 
 test("a second gamut is a translucent shell around or in the first, and they change places", async () => {
@@ -327,6 +350,16 @@ test("the API key is asked for when the service needs one, and nothing is shown 
   assert.equal(await page.$eval("#problem", (box) => box.checkVisibility()), false);
   await page.click("#chooser-b");
   await page.waitForSelector("[role=option]");
+  // Whoever gets the link has no key yet, and is asked for it by the page that anybody can open.
+  const link = await page.evaluate(
+    () =>
+      new Promise((resolve) => {
+        navigator.clipboard.writeText = async (text) => resolve(text);
+        document.getElementById("share").click();
+      }),
+  );
+  assert.match(link, new RegExp(`/view#a=${GUARDED}`));
+  await page.waitForFunction("/copied/.test(document.getElementById('stage-note').textContent)");
   // Neither the address nor the browser's storage keeps it.
   assert.equal(await page.evaluate("JSON.stringify([location.href, {...localStorage}, {...sessionStorage}, document.cookie])").then((all) => all.includes(KEY)), false);
   page.complaints = page.complaints.filter((text) => !text.includes("the server responded with a status of 401"));

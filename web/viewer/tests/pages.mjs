@@ -105,6 +105,14 @@ export async function drawn(page, ...triangles) {
   );
 }
 
+/** Wait for pictures of the view; each of them moves what turns. */
+export function pictures(page, count) {
+  return page.evaluate(async (wanted) => {
+    const { view } = window.gamutViewer;
+    for (const end = view.frames + wanted; view.frames < end; await new Promise(requestAnimationFrame)) view.draw();
+  }, count);
+}
+
 /** Colours of one picture of the view at places, as fractions of its size from the left and the top. */
 export function pixels(page, places) {
   return page.evaluate(async (all) => {

@@ -7,7 +7,7 @@ import assert from "node:assert/strict";
 import { writeFile } from "node:fs/promises";
 import process from "node:process";
 import { after, before, test } from "node:test";
-import { chromium, close, drawn, open, violations } from "./pages.mjs";
+import { chromium, close, drawn, open, pictures, violations } from "./pages.mjs";
 
 const { FIRST, SECOND, VIEWER_URL } = process.env;
 const FINEST = Number(process.env.FINEST);
@@ -164,14 +164,14 @@ test("views turn smoothly, and the view spins until it is touched, unless less m
   await page.waitForFunction(`window.gamutViewer.view.place[0] !== ${start.split(",")[0]}`);
   await page.click("#view");
   const stopped = await place(page);
-  await new Promise((resolve) => setTimeout(resolve, 200));
+  await pictures(page, 3);
   assert.equal(await place(page), stopped);
   await close(page);
   const calm = await open(browser, `/view#a=${FIRST}`);
   await drawn(calm, FINEST);
   const before = await place(calm);
   await calm.evaluate("window.gamutViewer.view.spin(true)");
-  await new Promise((resolve) => setTimeout(resolve, 200));
+  await pictures(calm, 3);
   assert.equal(await place(calm), before);
   await close(calm);
 });

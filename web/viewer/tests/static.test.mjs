@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import process from "node:process";
 import { after, test } from "node:test";
-import { chromium, close, open, violations } from "./pages.mjs";
+import { PATIENCE, chromium, close, open, violations } from "./pages.mjs";
 
 const { FIRST, SECOND, VIEWER_URL } = process.env;
 const browser = await chromium();
@@ -10,6 +10,7 @@ after(() => browser.close());
 
 test("without scripts there are a picture and facts", async () => {
   const page = await browser.newPage();
+  page.setDefaultTimeout(PATIENCE);
   await page.setJavaScriptEnabled(false);
   await page.goto(`${VIEWER_URL}/v1/gamuts/${FIRST}`, { waitUntil: "networkidle0" });
   await page.setJavaScriptEnabled(true);

@@ -10,6 +10,11 @@ export class Chooser {
   private entries: Entry[] = [];
   private active = -1;
   private typing = 0;
+  /** Name of the chosen gamut, and whether the field has a search instead. */
+  private name = "";
+  private isSearch = false;
+  /** Whether the list is the one of the search. */
+  private isFresh = false;
   private request: AbortController | null = null;
 
   constructor(
@@ -43,11 +48,16 @@ export class Chooser {
     this.input.addEventListener("focus", () => this.input.select());
     this.input.addEventListener("click", () => this.open());
     this.input.addEventListener("input", () => {
+      this.isSearch = this.clear.hidden = true;
+      this.isFresh = false;
       clearTimeout(this.typing);
       this.typing = setTimeout(() => this.open(), TYPING_MILLISECONDS);
     });
     this.input.addEventListener("keydown", (event) => this.key(event));
-    this.input.addEventListener("blur", () => this.close());
+    this.input.addEventListener("blur", () => {
+      this.close();
+      this.state(this.name);
+    });
     // The field keeps the focus while the list is used.
     this.list.addEventListener("pointerdown", (event) => event.preventDefault());
     this.list.addEventListener("click", (event) => {
@@ -55,21 +65,22 @@ export class Chooser {
       if (option !== null) this.take(Number(option.dataset["place"]));
     });
     this.clear.addEventListener("click", () => {
-      this.show("");
+      this.state("");
       this.choose(null);
       this.input.focus();
     });
   }
 
-  /** Show the name of the chosen gamut. */
+  /** Show the name of the chosen gamut; none is empty. What the reader types meanwhile stays. */
   show(name: string): void {
-    this.input.value = name;
-    this.clear.hidden = name === "";
+    if (this.isSearch) this.name = name;
+    else this.state(name);
   }
 
-  /** Show that no gamut is chosen. What the reader types meanwhile stays. */
-  clearName(): void {
-    if (!this.clear.hidden) this.show("");
+  private state(name: string): void {
+    this.isSearch = false;
+    this.name = this.input.value = name;
+    this.clear.hidden = name === "";
   }
 
   private async open(): Promise<void> {
@@ -77,7 +88,7 @@ export class Chooser {
     this.request = new AbortController();
     const { signal } = this.request;
     // A chosen name is no filter: the whole list is more useful.
-    const text = this.clear.hidden ? this.input.value.trim() : "";
+    const text = this.isSearch ? this.input.value.trim() : "";
     try {
       const entries = await choices(text, signal);
       if (!signal.aborted && document.activeElement === this.input) this.fill(entries);
@@ -88,6 +99,7 @@ export class Chooser {
 
   private fill(entries: Entry[]): void {
     this.entries = entries;
+    this.isFresh = true;
     this.active = -1;
     const items = entries.map((entry, place) => {
       const option = this.item(entry.name, { role: "option", id: `${this.list.id}-${place}`, "aria-selected": "false" });
@@ -115,13 +127,15 @@ export class Chooser {
       event.preventDefault();
       if (this.list.hidden) void this.open();
       else this.activate(this.active + (event.key === "ArrowDown" ? 1 : -1));
+    } else if (event.key === "Enter" && this.isSearch && !this.isFresh && this.active < 0) {
+      event.preventDefault();
+      clearTimeout(this.typing);
+      if (this.input.value.trim() !== "") void this.open().then(() => this.isFresh && this.take(0));
     } else if (event.key === "Enter" && !this.list.hidden) {
       event.preventDefault();
       this.take(Math.max(0, this.active));
     } else if (event.key === "Escape") {
       this.close();
-    } else if (event.key.length === 1 || event.key === "Backspace") {
-      this.clear.hidden = true;
     }
   }
 
@@ -142,7 +156,7 @@ export class Chooser {
   private take(place: number): void {
     const entry = this.entries[place];
     if (entry === undefined) return;
-    this.show(entry.name);
+    this.state(entry.name);
     this.close();
     this.choose(entry);
   }

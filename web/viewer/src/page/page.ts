@@ -73,8 +73,12 @@ export class Page {
   isTrial = false;
   readonly readable: Readable[] = [];
   private readonly gamuts = new Map<Slot, Shown>();
-  /** Keys of gamuts that wait for an API key. The address keeps them. */
-  private readonly locked = new Map<Slot, string>();
+  /** Keys of gamuts that are on their way, or that could not be shown. The address keeps them. */
+  private readonly wanted = new Map<Slot, string>();
+  /** The camera of the address, until the gamuts that it is for are there. */
+  private camera: number[] | null = null;
+  /** The gamut that the page is the address of, without what stands behind the number sign. */
+  private readonly own = /\/v1\/gamuts\/([^/]+)$/.exec(location.pathname)?.[1];
   private readonly opening = new Map<Slot, AbortController>();
   private readonly materials = Object.fromEntries(SLOTS.map((slot) => [slot, new Materials()])) as Record<Slot, Materials>;
   private readonly listeners = new Map<PageEvent, (() => void)[]>();
@@ -102,14 +106,14 @@ export class Page {
         }
       },
       write: () => [
-        ...SLOTS.map((slot): [string, string | null] => [slot, this.at(slot)?.key ?? this.locked.get(slot) ?? null]),
+        ...SLOTS.map((slot): [string, string | null] => [slot, this.keyOf(slot) ?? (slot === "a" && this.own ? "" : null)]),
         ["triangles", String(this.triangles)],
         ...this.shown.map(({ slot }): [string, string] => [`style-${slot}`, this.styles[slot]]),
       ],
     });
     this.address.add({
       read: () => {},
-      write: () => [["camera", this.view.isHome ? null : this.view.place.join(",")]],
+      write: () => [["camera", (this.view.isHome ? this.camera : this.view.place)?.join(",") ?? null]],
     });
     for (const event of ["gamuts", "level", "camera"] as const) this.on(event, () => this.address.save());
   }
@@ -130,6 +134,15 @@ export class Page {
   /** The gamut of a slot. */
   at(slot: Slot): Shown | null {
     return this.gamuts.get(slot) ?? null;
+  }
+
+  /** Whether no gamut is shown or on its way. */
+  get isEmpty(): boolean {
+    return this.gamuts.size === 0 && this.wanted.size === 0;
+  }
+
+  private keyOf(slot: Slot): string | undefined {
+    return this.at(slot)?.key ?? this.wanted.get(slot);
   }
 
   /** Triangles of the finest full boundary that is shown. */
@@ -162,8 +175,8 @@ export class Page {
   /** Show what the address says. */
   async restore(): Promise<void> {
     const given = this.address.read();
-    const camera = given.get("camera")?.split(",").map(Number) ?? null;
-    const path = /\/v1\/gamuts\/([^/]+)$/.exec(location.pathname)?.[1];
+    this.camera = given.get("camera")?.split(",").map(Number) ?? null;
+    const path = this.own;
     const keys = new Map(SLOTS.map((slot) => [slot, given.get(slot)]));
     if (embedded !== null && SLOTS.every((slot) => keys.get(slot) == null)) {
       embedded.gamuts.forEach(({ gamut }, place) => keys.set(SLOTS[place]!, gamut.id));
@@ -172,11 +185,14 @@ export class Page {
     const still = document.getElementById("static");
     if (![path, still?.dataset["gamut"]].includes(keys.get("a") ?? undefined)) still?.remove();
     // The others follow the space of the first one.
-    const wanted = [...keys].filter((each): each is [Slot, string] => each[1] !== null);
-    const [first, ...others] = wanted.map(([slot, key]) => () => this.show(slot, key));
+    this.complain(null);
+    this.wanted.clear();
+    for (const [slot, key] of keys) if (key) this.wanted.set(slot, key);
+    const [first, ...others] = [...this.wanted].map(([slot, key]) => () => this.load(slot, key));
     await first?.();
-    await Promise.all(others.map((show) => show()));
-    if (camera !== null) this.view.restore(camera);
+    await Promise.all(others.map((load) => load()));
+    // A reader who has turned the view meanwhile keeps it.
+    if (this.camera !== null && this.view.isHome && this.shown.length > 0) this.view.restore(this.camera);
     this.emit("gamuts");
   }
 
@@ -186,18 +202,27 @@ export class Page {
    */
   async show(slot: Slot, key: string | null, isWhole = false): Promise<void> {
     this.isTrial = false;
+    this.camera = null;
+    this.complain(null);
+    if (key !== null) return this.load(slot, key, isWhole);
+    this.opening.get(slot)?.abort();
+    this.wanted.delete(slot);
+    this.remove(slot);
+    this.fit();
+    this.emit("gamuts");
+  }
+
+  /** The same for a gamut that nobody has just chosen: what is said about others stays. */
+  private async load(slot: Slot, key: string, isWhole = false): Promise<void> {
     this.opening.get(slot)?.abort();
     const opening = new AbortController();
     this.opening.set(slot, opening);
-    this.locked.delete(slot);
-    this.complain(null);
-    if (key === null) {
-      this.remove(slot);
-      this.fit();
+    this.wanted.set(slot, key);
+    const work = this.board.begin(key.length === 64 ? "The gamut" : key, () => {
+      opening.abort();
+      this.wanted.delete(slot);
       this.emit("gamuts");
-      return;
-    }
-    const work = this.board.begin(key.length === 64 ? "The gamut" : key, () => opening.abort());
+    });
     opening.signal.addEventListener("abort", () => work.end());
     try {
       const { gamut, source, isPart } = await this.find(slot, key, isWhole, work, opening.signal);
@@ -217,10 +242,14 @@ export class Page {
           received: (complete) => {
             if (complete) this.marks["complete"] = performance.now();
             this.emit("level");
+            const isTooShort = isPart && this.triangles > Math.max(DEFAULT_TRIANGLES, layer.available);
+            if (complete && isTooShort && this.at(slot)?.layer === layer) void this.load(slot, key, true);
           },
-          failed: (message) => this.complain(new Error(message)),
+          failed: (message) =>
+            this.complain(new Error(`${gamut.name} could not be loaded. Open the page again. (${message})`)),
         },
       );
+      this.wanted.delete(slot);
       this.gamuts.set(slot, { slot, key, gamut, layer, isPart });
       this.view.scene.add(layer.group);
       this.followFirst();
@@ -228,23 +257,29 @@ export class Page {
       this.restyle();
     } catch (error) {
       if (opening.signal.aborted) return;
-      if (isLocked(error)) this.locked.set(slot, key);
       this.complain(error);
+      this.emit("gamuts");
     } finally {
       work.end();
     }
   }
 
-  /** Exchange the gamuts of two slots; nothing is loaded again. */
+  /** Exchange the gamuts of two slots. Only what is on its way is asked for again. */
   swap(one: Slot, other: Slot): void {
     for (const slot of [one, other]) this.opening.get(slot)?.abort();
     const moved = [this.at(one), this.at(other)];
+    const waiting = [this.wanted.get(one), this.wanted.get(other)];
     [other, one].forEach((slot, place) => {
       const shown = moved[place];
       if (shown) this.gamuts.set(slot, { ...shown, slot });
       else this.gamuts.delete(slot);
+      this.wanted.delete(slot);
     });
     this.restyle();
+    [other, one].forEach((slot, place) => {
+      const key = waiting[place];
+      if (key !== undefined) void this.load(slot, key);
+    });
   }
 
   /** Describe a gamut of a key, and say where its history is. */
@@ -279,7 +314,7 @@ export class Page {
     for (const { slot, key, gamut } of others) {
       if (inSameSpace(gamut, first!.gamut)) continue;
       this.remove(slot);
-      if (gamut.provenance.reference !== undefined) void this.show(slot, key.split("?")[0]!);
+      if (gamut.provenance.reference !== undefined) void this.load(slot, key.split("?")[0]!);
       else this.complain(differentSpaces(gamut, first!.gamut));
     }
   }
@@ -289,7 +324,7 @@ export class Page {
     this.triangles = even;
     for (const { slot, key, layer, isPart } of this.shown) {
       layer.setTriangles(even);
-      if (isPart && even > layer.available && layer.available > 0) void this.show(slot, key, true);
+      if (isPart && even > layer.available && layer.available > 0) void this.load(slot, key, true);
     }
     this.emit("level");
   }

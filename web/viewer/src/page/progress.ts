@@ -118,9 +118,9 @@ export class Board {
     const box = byId("stage-note");
     clearTimeout(this.leaving);
     box.hidden = text === null;
-    if (text === null || text === box.textContent) return;
+    if (text !== null && !stays) this.leaving = setTimeout(() => this.note(null), NOTE_MILLISECONDS);
+    if (text === box.textContent) return;
     box.textContent = text;
-    this.announce(text);
-    if (!stays) this.leaving = setTimeout(() => this.note(null), NOTE_MILLISECONDS);
+    if (text !== null) this.announce(text);
   }
 }

@@ -3,6 +3,7 @@
 import { type Example, examples } from "../service/examples.js";
 import { preparation } from "../service/api.js";
 import { byId, element } from "./elements.js";
+import { embedded } from "./embedded.js";
 import type { Page } from "./page.js";
 
 /** Chips of examples that have names of their own, and the examples of the first screen. */
@@ -12,23 +13,28 @@ const ASKING_MILLISECONDS = 2000;
 
 /** Show what the address says, or the first screen. */
 export async function openPage(page: Page): Promise<void> {
-  const isFirst = location.hash.length < 2 && !location.pathname.includes("/v1/gamuts/");
+  const isFirst = embedded === null && location.hash.length < 2 && !location.pathname.includes("/v1/gamuts/");
   page.address.isPaused = isFirst;
   const all = examples();
   const restored = page.restore();
   fillChips(page, await all);
   await restored;
-  if (!isFirst || page.shown.length > 0) return;
+  if (!isFirst) return;
+  const isChosen = () => {
+    page.address.isPaused = false;
+    page.address.saveNow();
+  };
+  if (!page.isEmpty) return isChosen();
   const keys = (await all).map(({ key }) => key);
   const [first, second] = keys.includes(FIRST[0]) ? FIRST : [FIRST[1], null];
   await Promise.all([page.show("a", first), second !== null && page.show("b", second)]);
+  if (page.at("a")?.key !== first) return isChosen();
   page.isTrial = true;
   page.view.spin(true);
   const touched = () => {
     for (const name of ["pointerdown", "keydown", "wheel", "drop"]) removeEventListener(name, touched, true);
     page.view.spin(false);
-    page.address.isPaused = false;
-    page.address.saveNow();
+    isChosen();
   };
   for (const name of ["pointerdown", "keydown", "wheel", "drop"]) addEventListener(name, touched, { capture: true, passive: true });
   void tellPreparation(page);

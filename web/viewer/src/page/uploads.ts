@@ -133,13 +133,14 @@ export class Uploads {
       const name = row?.querySelector("label")?.textContent.toLowerCase();
       drop.textContent = name ? `Drop to build the ${name}` : "Drop to build the first gamut; more files become the next ones";
     };
+    const hasFiles = ({ dataTransfer }: DragEvent) => dataTransfer?.types.includes("Files") ?? false;
     const leave = () => {
       depth = 0;
       drop.hidden = true;
       row?.classList.remove("aimed");
     };
     addEventListener("dragenter", (event) => {
-      if (!event.dataTransfer?.types.includes("Files")) return;
+      if (!hasFiles(event)) return;
       depth += 1;
       drop.hidden = false;
       aim(event.target);
@@ -148,8 +149,10 @@ export class Uploads {
       depth -= 1;
       if (depth <= 0) leave();
     });
-    addEventListener("dragover", (event) => event.preventDefault());
+    // Text can be dropped into the fields of the page, as anywhere.
+    addEventListener("dragover", (event) => hasFiles(event) && event.preventDefault());
     addEventListener("drop", (event) => {
+      if (!hasFiles(event)) return;
       event.preventDefault();
       aim(event.target);
       leave();

@@ -62,6 +62,11 @@ export class ColourList {
 
   constructor(private readonly page: Page) {
     page.on("gamuts", () => this.show(page.at("a")?.gamut ?? null));
+    page.on("theme", () => {
+      if (this.answer === null) return;
+      this.erase();
+      this.draw(this.answer);
+    });
     page.kept.set("list", () => this.answer && { ...this.answer, gamut: this.gamut!.id });
     page.address.add({
       read: (given) => {
@@ -81,7 +86,10 @@ export class ColourList {
         return [["colours", text], ...STATED.map((name): [string, string | null] => [`colours-${name}`, values[name] || null])];
       },
     });
-    byId("check").addEventListener("click", () => void this.check());
+    byId("check").addEventListener("click", () => {
+      page.complain(null);
+      void this.check();
+    });
     byId("colours-clear").addEventListener("click", () => {
       this.text.value = "";
       this.file = null;
@@ -118,7 +126,7 @@ export class ColourList {
       return;
     }
     byId<HTMLButtonElement>("check").disabled = gamut === null;
-    if (this.answer !== null || (this.wanted && gamut !== null)) void this.check();
+    if (this.answer !== null || this.asking !== null || this.wanted) void this.check();
   }
 
   /** Show the answer of a saved page, if it is about this gamut. */
@@ -150,11 +158,12 @@ export class ColourList {
 
   private async check(): Promise<void> {
     this.asking?.abort();
+    this.asking = null;
     this.clear();
-    this.wanted = false;
-    this.page.complain(null);
     this.page.address.save();
     const table = this.list;
+    // Without a gamut the list waits for the next one.
+    this.wanted = this.gamut === null && table !== null;
     if (this.gamut === null || table === null) return;
     for (const name of ["scale", "edge"]) {
       const field = byId<HTMLInputElement>(`colours-${name}`);
@@ -168,12 +177,14 @@ export class ColourList {
     try {
       const found = await checkTable(this.gamut, table, this.stated(), asking.signal);
       const near = await nearest(this.gamut, found.colours, asking.signal);
+      this.asking = null;
       this.answer = { found, near, made: null };
       this.draw(this.answer);
       this.tabulate(this.answer);
       void this.addRecipes(this.answer, asking.signal);
     } catch (error) {
       if (asking.signal.aborted) return;
+      this.asking = null;
       this.refuse(error);
     }
   }
@@ -314,7 +325,7 @@ export class ColourList {
     const quoted = (text: string) => (/[",\r\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
     const channels = made || near.device ? this.gamut!.channels : [];
     const names = ["c1", "c2", "c3"];
-    const head = ["name", ...names, "position", "inside", "ΔE00", ...names.map((name) => `nearest ${name}`), ...channels.map((channel) => quoted(`${channel} ${DEVICE_UNIT}`))];
+    const head = ["name", ...names, "position", "inside", "distance", "ΔE00", ...names.map((name) => `nearest ${name}`), ...channels.map((channel) => quoted(`${channel} ${DEVICE_UNIT}`))];
     if (made) head.push("recipe ΔE00");
     if (made?.black_least) head.push(`least black ${DEVICE_UNIT}`, `most black ${DEVICE_UNIT}`);
     const rows = colours.map((point, i) => {
@@ -322,7 +333,7 @@ export class ColourList {
       const amounts = made?.device[i] ?? (inside ? undefined : near.device?.[i]);
       const device = amounts === undefined ? channels.map(() => "") : devicePercent(amounts);
       const difference = inside ? 0 : near.delta_e_2000[i]!;
-      const row = [quoted(this.label(found, i)), ...point, position[i], inside, difference, ...(inside ? point : near.point[i]!), ...device];
+      const row = [quoted(this.label(found, i)), ...point, position[i], inside, found.distance[i]!, difference, ...(inside ? point : near.point[i]!), ...device];
       if (made) row.push(made.delta_e_2000[i]!);
       if (made?.black_least) row.push(...[made.black_least[i], made.black_most![i]].map((end) => (end == null ? "" : devicePercent([end])[0]!)));
       return row;
@@ -331,7 +342,8 @@ export class ColourList {
     save(blob, `colours in ${this.gamut!.name}.csv`);
   }
 
-  private clear(): void {
+  /** Take the points out of the view. */
+  private erase(): void {
     this.group?.traverse((part) => {
       if (!(part instanceof Points) && !(part instanceof LineSegments)) return;
       part.geometry.dispose();
@@ -339,6 +351,11 @@ export class ColourList {
     });
     this.group?.removeFromParent();
     this.group = null;
+    this.page.view.draw();
+  }
+
+  private clear(): void {
+    this.erase();
     this.answer = null;
     byId("colours-warnings").replaceChildren();
     byId("colours-recipes").textContent = "";
@@ -347,7 +364,6 @@ export class ColourList {
     this.table.clear();
     byId("colours-note").textContent = "";
     byId<HTMLButtonElement>("colours-csv").disabled = true;
-    this.page.view.draw();
   }
 }
 

@@ -74,8 +74,7 @@ export class GamutList {
       style.value = page.styles[slot];
       mark.style.backgroundColor = tintOf(slot, page.isDark);
       if (embedded !== null) name.replaceChildren(mark, shown?.gamut.name ?? "");
-      if (shown !== null) chooser.show(shown.gamut.name);
-      else chooser.clearName();
+      chooser.show(shown?.gamut.name ?? "");
     });
     byId("add").hidden = this.count >= SLOTS.length;
     byId("legend").replaceChildren(

@@ -11,7 +11,7 @@ export function connectLevel(page: Page): void {
   const number = byId<HTMLInputElement>("triangles");
   slider.addEventListener("input", () => page.setTriangles(countAt(Number(slider.value), page.finest)));
   number.addEventListener("change", () => {
-    page.setTriangles(Number(number.value));
+    if (number.value !== "") page.setTriangles(Number(number.value));
     number.value = String(page.triangles);
   });
   const refresh = () => {

@@ -5,7 +5,7 @@ import { byId, save } from "../page/elements.js";
 import { type Page, STYLE_NAMES, axisNames } from "../page/page.js";
 import { type Picture, pngPicture, svgPicture, turntable } from "../scene/picture.js";
 import { withState } from "../page/embedded.js";
-import { address, request } from "../service/api.js";
+import { address, hasKey, request } from "../service/api.js";
 
 type Kind = "png" | "svg" | "webp" | "html";
 
@@ -64,17 +64,22 @@ export function connectSaving(page: Page): void {
       });
   });
   byId("share").addEventListener("click", () => {
-    void navigator.clipboard.writeText(linkTo(page)).then(() => page.announce("The link was copied."));
+    // Browsers have a clipboard for secure pages only.
+    const copied = navigator.clipboard?.writeText(linkTo(page)) ?? Promise.reject(new Error());
+    copied
+      .then(() => "The link was copied.", () => "This browser does not let the page copy. The link is in the address bar.")
+      .then((text) => page.board.note(text));
   });
 }
 
 /**
  * The address that restores the page. It is that of the first gamut, which has a picture and facts
- * before the script runs, and in chats. An example may be unknown to the service, so it has none.
+ * before the script runs, and in chats. An example may be unknown to the service, so it has none; and
+ * without a key, a service that needs one answers with the page of all gamuts only.
  */
 export function linkTo(page: Page): string {
   const first = page.at("a");
-  if (first === null || first.isPart) return `${address("/view")}#${page.address.text}`;
+  if (first === null || first.isPart || hasKey()) return `${address("/view")}#${page.address.text}`;
   const state = page.address.text.split("&").filter((entry) => !entry.startsWith("a="));
   return `${address(`/v1/gamuts/${first.gamut.id}`)}#${state.join("&")}`;
 }

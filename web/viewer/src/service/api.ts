@@ -79,6 +79,10 @@ export function useKey(text: string): void {
   key = text;
 }
 
+export function hasKey(): boolean {
+  return key !== "";
+}
+
 export function authorization(): Record<string, string> {
   return key === "" ? {} : { "X-API-Key": key };
 }
