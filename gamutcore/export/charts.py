@@ -264,6 +264,13 @@ BAND_LIGHTNESS = (22.0, 88.0)
 BAND_CHROMA = 42.0
 """Chroma of the bands. Colours of this chroma are in sRGB at nearly all hues and lightnesses."""
 
+SAMPLE_LIGHTNESS, SAMPLE_CHROMA = 0.5, 0.4
+"""Of the colours whose CIELAB hues stand for hues of a space, times the lightness of its white.
+
+With them the primary and secondary colours of sRGB keep their CIELAB hues within 10° in seven of
+the ten spaces with a hue, and within 24° in all.
+"""
+
 DASHES = f'stroke="{INK}" stroke-width="1.6" stroke-dasharray="8 5"'
 """Line of a reference."""
 
@@ -402,7 +409,7 @@ def rings_svg(
     reference_radius: FloatArray | None = None,
     intersection_radius: FloatArray | None = None,
     names: tuple[str, str] = ("", "reference"),
-    axes: tuple[str, str, str] = ("L*", "a*", "b*"),
+    space: ColourSpace = CIELAB,
     volume: float | None = None,
     caption: str = "",
 ) -> bytes:
@@ -420,14 +427,14 @@ def rings_svg(
         intersection within each band.
     names : (str, str), optional
         Of the gamut and of the reference.
-    axes : (str, str, str), optional
-        Names of lightness and of the axes of hue.
+    space : ColourSpace, optional
+        Of the rings: the names of its axes, and the colours of its hues.
     volume : float, optional
         Shown in the title.
     caption : str, optional
         Below the picture, such as the conditions of the gamuts.
     """
-    angle = ring_angles(hues)
+    angle, axes = ring_angles(hues), space.axes
     rings = ring_curves(radius, angle)
     outlines = [rings[-1]]
     if reference_radius is not None:
@@ -443,7 +450,7 @@ def rings_svg(
     )
     bands = "".join(
         f'<path d="{chart.path([outline])}" fill="#{red:02x}{green:02x}{blue:02x}"/>'
-        for outline, (red, green, blue) in ring_bands(rings, angle)
+        for outline, (red, green, blue) in ring_bands(rings, angle, space)
     )
     chart.add(f'<g shape-rendering="crispEdges">{bands}</g>')
     outer, middle = len(rings) - 1, max(len(rings) // 2 - 1, 0)
@@ -495,7 +502,7 @@ def ring_curves(radius: FloatArray, angle: FloatArray) -> list[FloatArray]:
 
 
 def ring_bands(
-    rings: list[FloatArray], angle: FloatArray
+    rings: list[FloatArray], angle: FloatArray, space: ColourSpace
 ) -> Iterator[tuple[FloatArray, list[int]]]:
     """Yield the parts of the bands between rings, with the sRGB colours of their hues."""
     low, high = BAND_LIGHTNESS
@@ -504,13 +511,11 @@ def ring_bands(
     wedges = range(0, count, width)
     shades = np.linspace(low, high, len(rings))
     middles = np.array([angle[(begin + min(begin + width, count) - 1) // 2] for begin in wedges])
-    lab = np.array(
-        [
-            (shade, BAND_CHROMA * math.cos(hue), BAND_CHROMA * math.sin(hue))
-            for shade in shades
-            for hue in middles
-        ]
-    )
+    hues = SAMPLE_CHROMA * np.column_stack([np.cos(middles), np.sin(middles)])
+    samples = np.column_stack([np.full(len(hues), SAMPLE_LIGHTNESS), hues]) * space.white_lightness
+    opponent = np.asarray(space.appearance_lab(samples), np.float64)[:, 1:]
+    opponent = opponent * BAND_CHROMA / np.linalg.norm(opponent, axis=1, keepdims=True)
+    lab = np.array([(shade, *hue) for shade in shades for hue in opponent])
     colours = _pixels(lab, CIELAB).tolist()
     inner = np.zeros_like(rings[0])
     for band, ring in enumerate(rings):

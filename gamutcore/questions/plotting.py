@@ -365,7 +365,7 @@ def plot_rings(
     angle = ring_angles(found.hues)
     curves = ring_curves(found.radius, angle)
     if not ax.collections:
-        shapes, colours = zip(*ring_bands(curves, angle), strict=True)
+        shapes, colours = zip(*ring_bands(curves, angle, gamut.colour_space), strict=True)
         fills = np.array(colours) / 255.0
         ax.add_collection(
             PolyCollection(shapes, facecolors=fills, edgecolors="face", antialiaseds=False)

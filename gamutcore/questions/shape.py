@@ -436,7 +436,7 @@ def draw_rings(
         reference_radius=found.reference_radius,
         intersection_radius=found.intersection_radius,
         names=names,
-        axes=gamut.colour_space.axes,
+        space=gamut.colour_space,
         volume=found.volume,
         caption=rings_caption(found),
     )

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from gamutcore.colours.spaces import ColourSpace
+from gamutcore.colours.spaces import CIELAB, ColourSpace
 from gamutcore.export import leaf_axes, lightness_axes, plane_axes, rings_svg, section_svg
 from gamutcore.export.charts import Chart, plain_text
 
@@ -105,6 +105,14 @@ class TestRingsSvg:
         bands = colours.reshape(10, 72, 3)
         assert bands[4, 5, 0] > bands[4, 5, 1] + 40  # red at about 30°
         assert (np.diff(bands.mean(axis=(1, 2))) > 0).all()  # lighter outwards
+
+    def test_bands_of_another_space_have_the_colours_of_its_hues(self):
+        """Red is at about 113° in ICtCp, where CIELAB has a yellowish green."""
+        for space, is_red in ((ColourSpace("ICtCp"), True), (CIELAB, False)):
+            group = tree(self.rings(space=space)).find(f"{SVG}g")
+            fill = group[4 * 72 + 113 // 5].get("fill")
+            red, green, blue = (int(fill[at : at + 2], 16) for at in (1, 3, 5))
+            assert (red > green + 40 and red > blue + 40) == is_red
 
     @pytest.mark.parametrize("sectors", [1, 2, 4, 100, 720])
     def test_one_ring_of_few_or_many_sectors_is_round(self, sectors):

@@ -44,10 +44,20 @@ test("the table of a long list is complete, and is sorted by any column", async 
   await sortBy("ΔE00");
   await sortBy("ΔE00");
   assert.equal(await page.$eval("#colours-table th[aria-sort]", (head) => head.ariaSort), "descending");
+  // A title says what it means, and still sorts when it is tapped.
+  assert.match(await page.$eval("#term-note", (note) => (note.matches(":popover-open") ? note.textContent : "")), /^CIEDE2000/);
   const farthest = await rows(page);
   assert.equal((await page.$eval("#colours-table", (box) => { box.scrollTop = 0; return box.scrollTop; })), 0);
   await page.waitForFunction("document.querySelector('#colours-table tbody th').textContent === 'colour 799'");
   assert.ok(farthest.length > 0);
+  // A little way down and back again, all rows in sight are there.
+  for (const top of [17 * 30, 0]) {
+    await page.$eval("#colours-table", (box, place) => new Promise((done) => {
+      box.addEventListener("scroll", () => requestAnimationFrame(done), { once: true });
+      box.scrollTop = place;
+    }), top);
+  }
+  assert.equal((await rows(page))[0][0], "colour 799");
   // The edge is as wide as stated: within 5 of radius 40 are the colours from 35 to 45.
   await page.$eval("#colours-reading", (box) => {
     box.open = true;
@@ -114,6 +124,13 @@ test("the patches of a file are points in its gamut", async () => {
   await page.waitForSelector("#mark-patches:not([disabled])");
   await page.$eval("#mark-patches", (box) => box.click());
   await page.waitForFunction("/patches of the file, 0 of them outside/.test(document.getElementById('marks-note').textContent)");
+  // The note is that of the patches: other marks leave it, and it goes with them.
+  const curve = "window.gamutViewer.view.scene.getObjectsByProperty('type', 'LineLoop').length === 1";
+  await page.$eval("#mark-cusps", (box) => box.click());
+  await page.waitForFunction(curve);
+  assert.match(await page.$eval("#marks-note", (note) => note.textContent), /^\d+ patches/);
+  await page.$eval("#mark-patches", (box) => box.click());
+  assert.equal(await page.$eval("#marks-note", (note) => note.textContent), "");
   await close(page);
 });
 

@@ -10,6 +10,7 @@ import { test } from "node:test";
 import { DARK, LIGHT } from "../src/charts/chart.js";
 import { chromaticityChart } from "../src/charts/chromaticity.js";
 import { reachChart, sectorChart } from "../src/charts/hues.js";
+import { ringsChart } from "../src/charts/rings.js";
 import { reachByHue, reachOf, type Surface, unrolledChart } from "../src/charts/unrolled.js";
 import { spaceOf } from "../src/colours/spaces.js";
 
@@ -96,4 +97,24 @@ test("bars are as high as the volumes that only one gamut has", () => {
   const bars = [...svg.matchAll(/d="M([\d.]+),([\d.]+)L[\d.]+,[\d.]+L[\d.]+,([\d.]+)L/g)].map(([, , zero, end]) => Number(zero) - Number(end));
   assert.equal(bars.length, 2);
   assert.ok(Math.abs(bars[0]! / bars[1]! + 3000 / 2000) < 0.01); // one upwards, one downwards
+});
+
+test("bands of rings have the colours of the hues of their space", () => {
+  // The hue of red in ICtCp is near 113°, where CIELAB has green (ITU-R BT.2100; white at 203 cd/m²).
+  const [count, white, red] = [72, 0.58, 113];
+  const ictcp = spaceOf({
+    name: "ICtCp", axes: ["I", "Ct", "Cp"], reference_white: "D65", reference_white_xyz: [0.95046, 1, 1.08906], luminance: 203,
+  });
+  const hue = Array.from({ length: count }, (_, i) => (i + 0.5) * (360 / count));
+  const found = { volume: 1, lightness: [white / 2, white], hue, radius: [hue.map(() => 1), hue.map(() => 2)] };
+  const look = { size: SIZES.wide, theme: LIGHT, title: "", caption: "", names: [""], colours: ["#000"] };
+  const sector = (chart: string) => {
+    const fills = [...chart.matchAll(/fill="rgb\((\d+) (\d+) (\d+)\)"/g)].map(([, ...parts]) => parts.map(Number));
+    assert.equal(fills.length, 2 * count);
+    return fills[Math.round(red / (360 / count))]!;
+  };
+  const [r, g, b] = sector(ringsChart(found, { ...look, axes: ictcp.axes, space: ictcp }));
+  assert.ok(r! > g! + 40 && g! > b!, `${r} ${g} ${b}`);
+  const [red113, green113] = sector(ringsChart(found, { ...look, axes: space.axes, space }));
+  assert.ok(green113! > red113! - 10, `${red113} ${green113}`);
 });

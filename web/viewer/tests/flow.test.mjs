@@ -117,7 +117,7 @@ test("the options of a reference are changed without a file", async () => {
   await page.select("#space", "Oklab");
   await page.click("#rebuild");
   await page.waitForFunction("/Oklab/.test(document.querySelector('.options-line span').textContent)");
-  await page.waitForFunction("/^1 × sRGB, relative/m.test(document.getElementById('facts').innerText)");
+  await page.waitForFunction("/, 1 × sRGB$/m.test(document.getElementById('facts').innerText)");
   await page.waitForFunction("decodeURIComponent(location.hash).includes('a=srgb?intent=relative&space=Oklab')");
   await close(page);
 });

@@ -4,8 +4,12 @@
 //
 // The first gamut is a ball of radius 40 around L* = 50, the second one of radius 30.
 import assert from "node:assert/strict";
+import { mkdtemp, writeFile } from "node:fs/promises";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
 import process from "node:process";
 import { after, before, test } from "node:test";
+import { pathToFileURL } from "node:url";
 import { chromium, close, drawn, open, pixel, violations } from "./pages.mjs";
 
 const { FIRST, SECOND, PAGE } = process.env;
@@ -65,6 +69,12 @@ test("a section has the exact colours of its plane, and nothing is in front of i
   const ground = await page.$eval("#stage", (stage) => getComputedStyle(stage).backgroundColor);
   const top = await pixel(page, across, down - 0.01);
   assert.equal(`rgb(${top.join(", ")})`, ground);
+  // A screen with more colours sees the same chart, which is sRGB as its files are.
+  const chart = (each) => each.waitForSelector("#section-chart image").then((image) => image.evaluate((shown) => shown.getAttribute("href")));
+  const wide = await open(browser, `/view#a=${FIRST}&lightness=62&axes=off`, { gamut: "p3" });
+  await drawn(wide, FINEST);
+  assert.equal(await chart(wide), await chart(page));
+  await close(wide);
   // A hue shows the leaf of the opposite one as well.
   await page.select("#slice-kind", "hue");
   for (const chroma of [25, -25]) {
@@ -214,9 +224,79 @@ test("rings are drawn in the page, with both names; a page in one file has secti
   const { text } = await saved(page, "section-svg");
   assert.ok(["Ball A", "Ball B", "Gamut rings"].every((part) => text.includes(part)));
   assert.deepEqual(await violations(page), []);
+  const file = await savedPage(page);
   await close(page);
+  const kept = await open(browser, file, { isOffline: true });
+  await kept.waitForFunction("/Ball A[^]*Ball B/.test(document.querySelector('#section-chart svg')?.textContent)");
+  await kept.select("#slice-kind", "lightness");
+  await kept.select("#slice-kind", "rings");
+  await kept.waitForFunction("/Gamut rings/.test(document.getElementById('section-chart').textContent)");
+  await close(kept);
   const offline = await open(browser, `${PAGE}#lightness=50&axes=off`, { isOffline: true });
   await drawn(offline, FINEST);
   await shows(offline, [50, 20, 10]);
   await close(offline);
+});
+
+/** The address of the page as a file. */
+async function savedPage(page) {
+  await page.click("#save");
+  await page.select("#save-kind", "html");
+  const text = await page.evaluate(() => {
+    const made = new Promise((resolve) => {
+      const create = URL.createObjectURL;
+      URL.createObjectURL = (blob) => {
+        resolve(blob.text());
+        return create.call(URL, blob);
+      };
+    });
+    document.getElementById("save-file").click();
+    return made;
+  });
+  const path = join(await mkdtemp(join(tmpdir(), "viewer-")), "saved.html");
+  await writeFile(path, text);
+  return pathToFileURL(path).href;
+}
+
+test("refused rings are a sentence, asked for again later, and nothing can be saved", async () => {
+  const page = await open(browser, `/view#a=${FIRST}&lightness=50`);
+  await drawn(page, FINEST);
+  await page.waitForSelector("#section-svg:not([disabled])");
+  await page.setRequestInterception(true);
+  const refuse = (request) => (request.url().includes("/rings") ? request.abort() : request.continue());
+  page.on("request", refuse);
+  await page.select("#slice-kind", "rings");
+  await page.waitForFunction("/does not answer/.test(document.getElementById('section-chart').textContent)");
+  for (const format of ["svg", "png"]) assert.equal(await page.$eval(`#section-${format}`, (button) => button.disabled), true);
+  page.off("request", refuse);
+  page.on("request", (request) => request.continue());
+  await page.select("#slice-kind", "lightness");
+  await page.waitForSelector("#section-svg:not([disabled])");
+  await page.select("#slice-kind", "rings");
+  await page.waitForFunction("/Gamut rings/.test(document.getElementById('section-chart').textContent)");
+  assert.equal(await page.$eval("#section-png", (button) => button.disabled), false);
+  page.complaints = page.complaints.filter((text) => !text.includes("ERR_FAILED"));
+  await close(page);
+});
+
+test("the plane is within the gamuts of another space, and of an address", async () => {
+  const page = await open(browser, `/view#a=${FIRST}&lightness=50`);
+  await drawn(page, FINEST);
+  await page.waitForSelector("#section-chart image");
+  await page.evaluate(`window.gamutViewer.show("a", "srgb?space=Oklab")`);
+  await page.waitForFunction("/area 0\\.\\d*[1-9]/.test(document.getElementById('section-chart').textContent)");
+  const lightness = await page.$eval("#slice-value", (slider) => slider.valueAsNumber);
+  assert.ok(lightness > 0.4 && lightness < 0.6, `${lightness}`);
+  const far = await open(browser, `/view#a=srgb?space=Oklab&lightness=50`);
+  await far.waitForFunction("/area 0\\.\\d*[1-9]/.test(document.getElementById('section-chart').textContent)");
+  await close(far);
+  // X, Y and Z have no hue; CIELAB has one again, also while nothing is drawn.
+  await page.evaluate(`window.gamutViewer.show("a", "srgb?space=CIEXYZ")`);
+  await page.waitForSelector("#slice-hue[disabled]");
+  await page.select("#slice-kind", "rings");
+  await page.waitForFunction("/no hue/.test(document.getElementById('section-chart').textContent)");
+  await page.click("#section-close");
+  await page.evaluate(`window.gamutViewer.show("a", "${FIRST}")`);
+  await page.waitForSelector("#slice-hue:not([disabled])");
+  await close(page);
 });

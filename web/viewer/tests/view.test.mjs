@@ -239,6 +239,21 @@ test("pages look like the stored pictures", async () => {
   }
 });
 
+test("a term shows its sentence when it is tapped, and names its control", async () => {
+  const page = await open(browser, `/view#a=${FIRST}`, { width: 390, height: 780 });
+  await drawn(page, FINEST);
+  for (const [id, name, sentence] of [["projection", "Projection", /^Perspective/], ["slider", "Triangles", /flat triangles/]]) {
+    const term = await page.waitForSelector(`#${id}-term`);
+    await term.evaluate((button) => button.scrollIntoView({ block: "center" }));
+    await term.tap();
+    const note = await page.waitForSelector("#term-note:popover-open");
+    assert.match(await note.evaluate((box) => box.textContent), sentence);
+    assert.equal(await page.$(`aria/${name}[role="${id === "slider" ? "slider" : "combobox"}"]`).then((found) => found.evaluate((control) => control.id)), id);
+  }
+  assert.deepEqual(await violations(page), []);
+  await close(page);
+});
+
 for (const [space, file] of [["CIELAB", PAGE], ["another space", OTHER_PAGE]]) {
   test(`a page that was saved shows every level from disk, without a network, in ${space}`, async () => {
     const asked = [];

@@ -1,4 +1,6 @@
 // Gamut rings: the area within a ring is the volume of the gamut up to its lightness (IDMS 1.1, 5.32).
+import { cssColour, polar } from "../colours/colours.js";
+import { type Space, spaceOf } from "../colours/spaces.js";
 import { Chart, DASHES, type Point, type Size, type Theme, numberText } from "./chart.js";
 
 /** What the service answers: radii by ring and sector, and the middles of the sectors in degrees. */
@@ -20,17 +22,19 @@ export interface RingsOptions {
   names: string[];
   colours: string[];
   axes: readonly string[];
-  /** CSS colour of a CIELAB colour. */
-  css: (lab: number[]) => string;
+  /** Of the rings. */
+  space: Space;
 }
 
 /** Bands stand for hues, not for colours: dark within, light outside, as in `gamutcore.export.charts`. */
 const BAND_LIGHTNESS: Point = [22, 88];
 const BAND_CHROMA = 42;
 const WEDGES = 72;
+/** Chroma of the colours whose CIELAB hues stand for hues of a space, relative to their lightness: as there. */
+const SAMPLE_CHROMA = 0.8;
 
 /** Draw the rings, the outer ring of the reference, and the outer ends of the intersection. */
-export function ringsChart(found: Rings, { names, colours, axes, css, ...options }: RingsOptions): string {
+export function ringsChart(found: Rings, { names, colours, axes, space, ...options }: RingsOptions): string {
   const curves = (radius: number[][]) => radius.map((ring) => ring.map((length, i) => onCircle(length, found.hue[i]!)));
   const rings = curves(found.radius);
   const outer = rings.length - 1;
@@ -55,7 +59,8 @@ export function ringsChart(found: Rings, { names, colours, axes, css, ...options
     ],
     legendAt: "below",
   });
-  drawBands(chart, rings, found.hue, css);
+  const hues = found.hue.map((hue) => labHue(space, found.lightness.at(-1)! / 2, hue));
+  drawBands(chart, rings, hues);
   const within = curves(found.intersection_radius ?? []).map((curve) => chart.path(curve));
   chart.draw(within.join(""), { ...both, stroke: "#fff" });
   for (const ring of rings.slice(0, -1)) chart.polygon(ring, { stroke: "#111", width: 0.7 });
@@ -66,7 +71,7 @@ export function ringsChart(found: Rings, { names, colours, axes, css, ...options
   const room = found.radius[outer]!.map((length, i) => length - found.radius[middle]![i]!);
   const at = room.indexOf(Math.max(...room));
   for (const ring of new Set([0, middle, outer])) {
-    chart.text(rings[ring]![at]!, `${axes[0]} ${numberText(found.lightness[ring]!)}`, [0, 0], "middle");
+    chart.text(rings[ring]![at]!, `${axes[0]} ${numberText(Number(found.lightness[ring]!.toPrecision(3)))}`, [0, 0], "middle");
   }
   return chart.svg();
 }
@@ -76,9 +81,16 @@ function onCircle(radius: number, degrees: number): Point {
   return [radius * Math.cos(angle), radius * Math.sin(angle)];
 }
 
-/** Fill the bands between rings with the hues that they stand for. */
-function drawBands(chart: Chart, rings: Point[][], hue: number[], css: (lab: number[]) => string): void {
+/** The CIELAB hue of colours with a hue of a space, in degrees. */
+function labHue(space: Space, lightness: number, hue: number): number {
+  const [, a, b] = space.toLab(Float32Array.of(lightness, ...onCircle(SAMPLE_CHROMA * lightness, hue)));
+  return polar(a!, b!)[1];
+}
+
+/** Fill the bands between rings with the hues that they stand for, in CIELAB. */
+function drawBands(chart: Chart, rings: Point[][], hue: number[]): void {
   const [low, high] = BAND_LIGHTNESS;
+  const lab = spaceOf();
   const count = hue.length;
   const width = Math.max(1, Math.floor(count / WEDGES));
   // From outside inwards: whole wedges, so that no seam shows between two bands.
@@ -87,7 +99,7 @@ function drawBands(chart: Chart, rings: Point[][], hue: number[], css: (lab: num
     for (let begin = 0; begin < count; begin += width) {
       const places = Array.from({ length: width + 2 }, (_, i) => (begin + i) % count);
       const [a, b] = onCircle(BAND_CHROMA, hue[places[width >> 1]!]!);
-      chart.polygon([[0, 0], ...places.map((i) => rings[band]![i]!)], { fill: css([light, a, b]) });
+      chart.polygon([[0, 0], ...places.map((i) => rings[band]![i]!)], { fill: cssColour(lab.linear(Float32Array.of(light, a, b)), "srgb") });
     }
   }
 }

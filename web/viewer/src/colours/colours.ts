@@ -1,4 +1,4 @@
-// Colours on a screen: what it can show, CSS, and pictures.
+// Colours on a screen: what it can show, and CSS.
 import type { Screen } from "./spaces.js";
 
 /** The wider gamut, where the screen has it. */
@@ -28,17 +28,6 @@ export function cssColour(linear: ArrayLike<number>, screen: Screen = SCREEN): s
   const parts = Array.from(linear, encoded);
   if (screen === "display-p3") return `color(display-p3 ${parts.map((value) => value.toFixed(4)).join(" ")})`;
   return `rgb(${parts.map((value) => Math.round(255 * value)).join(" ")})`;
-}
-
-/** A picture of so many columns from linear RGB of this screen, row by row from the top. */
-export function pictureOf(linear: Float32Array, columns: number): OffscreenCanvas {
-  const rows = linear.length / 3 / columns;
-  const image = new ImageData(columns, rows, { colorSpace: SCREEN });
-  image.data.fill(255);
-  for (let i = 0; i < linear.length; i++) image.data[i + Math.floor(i / 3)] = 255 * encoded(linear[i]!);
-  const canvas = new OffscreenCanvas(columns, rows);
-  canvas.getContext("2d", { colorSpace: SCREEN })!.putImageData(image, 0, 0);
-  return canvas;
 }
 
 /** Chroma and hue in degrees of two opponent coordinates. */

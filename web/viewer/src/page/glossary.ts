@@ -3,37 +3,33 @@ import { byId, element } from "./elements.js";
 
 /** Terms in lower case, each with its sentence. */
 export const TERMS: Record<string, string> = {
-  gamut: "All colours that a device can show or print, as a solid in a colour space.",
-  reference: "A gamut that is defined by a standard, such as sRGB, instead of a file.",
-  level: "A coarser or finer version of the same surface: with fewer triangles it is quicker to draw and a little less exact.",
+  gamut: "All colours that a device can show or print, as a solid in a colour space. A reference, such as sRGB, is defined by a standard instead of a file.",
+  comparison: "How much of each gamut the other one has as well, and what is lost.",
+  level: "A coarser or finer version of the same surface: with fewer triangles it is quicker to draw and a little less exact. The distance from the full boundary is in ΔE*ab: one unit is about what an eye can just see.",
   triangles: "The surface of a gamut is made of flat triangles. More of them follow it more closely.",
   "full boundary": "The surface with all triangles, before any were taken away.",
-  "δe*ab": "Distance of two colours in CIELAB. One unit is about what an eye can just see.",
   δe00: "CIEDE2000: the difference of two colours as people see it. One unit is about what an eye can just see.",
-  "recipe δe00": "CIEDE2000 between the wanted colour and the colour that the recipe gives.",
-  edge: "A colour so close to the surface that it may be inside or outside, within the accuracy of the data.",
-  tolerance: "Distance beyond the surface up to which a colour counts as inside.",
-  coverage: "Part of one gamut's volume that the other gamut has as well.",
-  "jaccard index": "Volume that both gamuts have in common, divided by the volume of both together: 1 if they are equal.",
-  "in common": "Volume of the colours that both gamuts have.",
-  comparison: "How much of each gamut the other one has as well.",
   "rendering intent": "How the white of the paper or display is treated when colours are converted.",
-  "ink limit, %": "Largest sum of all inks that the press may print. Four full inks are 400 %.",
-  "media-relative": "Colours are stated as if the white of the paper or display were the white of the space.",
-  space: "The coordinates in which colours are drawn and measured, such as CIELAB.",
-  hue: "The kind of a colour, such as red or green, as an angle around the grey axis.",
-  chroma: "How far a colour is from grey.",
-  lightness: "How light a colour is, from 0 for black to 100 for white.",
-  cusp: "The colour with the largest chroma at a hue.",
-  cusps: "The colours with the largest chroma at each hue.",
-  recipe: "Device values, such as amounts of ink, that give a colour.",
+  "ink limit": "Largest sum of all inks that the press may print. Four full inks are 400 %.",
   slice: "The outline of a gamut where a plane cuts it.",
-  "gamut rings": "The chroma of a gamut by hue, added up in steps of lightness. The area is the volume (IDMS 1.1).",
-  volume: "The size of the solid in cubic units of its space: a measure of how many colours it has. × sRGB divides it by the volume of sRGB in the same space, relative to its white.",
+  volume: "The size of the solid in cubic units of its space, of which ΔE*ab is that of CIELAB: a measure of how many colours it has. × sRGB divides it by the volume of sRGB in the same space, relative to its white.",
   method: "How the surface was found from the colours of the device.",
   channels: "Inks or lights of the device, in the order of its values.",
   projection: "Perspective makes near things larger, as eyes see them. Orthographic keeps sizes, for measuring by eye.",
+  // Titles of the table of colours, or their first words.
+  where: "Inside or outside of the gamut, or on the edge: so close to the surface that it may be either, within the accuracy of the data.",
+  distance: "Distance from the surface in the space of the gamut; below 0 inside.",
+  recipe: "Device values, such as amounts of ink, that give the colour.",
+  "recipe δe00": "CIEDE2000 between the wanted colour and the colour that the recipe gives.",
+  possible: "Least and largest amount of black with which the device gives the colour.",
+  nearest: "The colour of the gamut that is nearest.",
 };
+
+/** The sentence of a title of a table. */
+export function sentenceOf(title: string): string | undefined {
+  const text = title.toLowerCase();
+  return TERMS[text] ?? TERMS[text.split(/[ ,]/)[0]!];
+}
 
 /** A term with its sentence; a plain text if there is none. */
 export function term(text: string, sentence = TERMS[text.toLowerCase()]): HTMLElement {
@@ -43,11 +39,22 @@ export function term(text: string, sentence = TERMS[text.toLowerCase()]): HTMLEl
   return button;
 }
 
-/** Show sentences of terms, also of those that are made later. Titles of the page become terms. */
+/** Parts of a text, of which colour differences show their sentence. */
+export function withTerms(text: string): (string | HTMLElement)[] {
+  return text.split(/(ΔE00)/).map((part, place) => (place % 2 === 1 ? term(part) : part));
+}
+
+/** Show sentences of terms, also of those that are made later. Titles and labels of the page become terms. */
 export function connectGlossary(): void {
   const box = byId("term-note");
   for (const title of document.querySelectorAll<HTMLElement>("[data-term]")) {
-    title.replaceWith(term(title.textContent, TERMS[title.dataset["term"]!]));
+    const made = term(title.textContent, TERMS[title.dataset["term"]!]);
+    if (title instanceof HTMLLabelElement) {
+      // A button within a label would be pressed instead of its control.
+      made.id = `${title.htmlFor}-term`;
+      byId(title.htmlFor).setAttribute("aria-labelledby", made.id);
+    }
+    title.replaceWith(made);
   }
   let shown: HTMLElement | null = null;
   const hide = () => {
@@ -67,9 +74,11 @@ export function connectGlossary(): void {
     box.style.left = `${Math.max(8, Math.min(place.left, innerWidth - width - 8))}px`;
     box.style.top = `${place.bottom + height + 8 > innerHeight ? place.top - height - 4 : place.bottom + 4}px`;
   };
-  const termOf = ({ target }: Event) => (target instanceof Element ? target.closest<HTMLElement>(".term") : null);
+  const termOf = ({ target }: Event) => (target instanceof Element ? target.closest<HTMLElement>("[data-note]") : null);
   for (const event of ["pointerover", "focusin", "click"]) {
     addEventListener(event, (happened) => {
+      // A title of a table that was pressed has been replaced by another one, which is shown.
+      if ((happened.target as Partial<Node>).isConnected === false) return;
       const button = termOf(happened);
       if (button !== null) show(button);
       else if (shown !== document.activeElement || event === "click") hide();

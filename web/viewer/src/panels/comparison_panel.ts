@@ -3,6 +3,7 @@ import { fitChart, pageTheme, saveChart } from "../charts/save.js";
 import { sectorChart } from "../charts/hues.js";
 import { gamutSpace } from "../colours/spaces.js";
 import { type Definition, byId, definitions, element, plainRemedy } from "../page/elements.js";
+import { withTerms } from "../page/glossary.js";
 import { embedded } from "../page/embedded.js";
 import { type Page, type Shown, axisNames } from "../page/page.js";
 import type { Style } from "../scene/layer.js";
@@ -85,7 +86,11 @@ export class ComparisonPanel {
       if (!found) return;
       const names: [string, string] = [a.gamut.name, b.gamut.name];
       const list = element("ul", "", { className: "sentences" });
-      list.append(...found.summary.map((sentence) => element("li", named(sentence, names))));
+      for (const sentence of found.summary) {
+        const item = element("li");
+        item.append(...withTerms(named(sentence, names)));
+        list.append(item);
+      }
       const numbers = element("details");
       numbers.append(element("summary", "Numbers"), definitions(facts(found, names)));
       box.replaceChildren(list, numbers, ...found.warnings.map((warning) => element("p", warning, { className: "warning" })));

@@ -31,6 +31,7 @@ const STEPS = 33;
 export class Marks {
   private readonly groups = new Map<Kind, Group>();
   private readonly asking = new Map<Kind, AbortController>();
+  private readonly notes = new Map<Kind, string>();
   private gamut: Gamut | null = null;
 
   constructor(private readonly page: Page) {
@@ -64,7 +65,10 @@ export class Marks {
     box.disabled = gamut === null || !this.page.files.has(gamut.id);
     if (gamut === null || !box.disabled || gamut.channels.length === 0) return;
     const example = await findExample(this.page.at("a")?.key ?? "");
-    if (gamut === this.gamut && example?.file != null) box.disabled = false;
+    if (gamut === this.gamut && example?.file != null) {
+      box.disabled = false;
+      void this.refresh("patches");
+    }
   }
 
   private box(kind: Kind): HTMLInputElement {
@@ -94,12 +98,11 @@ export class Marks {
     } catch (error) {
       if (asking.signal.aborted) return;
       box.checked = false;
-      byId("marks-note").textContent = error instanceof ProblemError ? error.problem.detail : String(error);
+      this.note(kind, error instanceof ProblemError ? error.problem.detail : String(error));
     }
   }
 
   private async parts(kind: Kind, gamut: Gamut, signal: AbortSignal): Promise<(Line | Points)[]> {
-    byId("marks-note").textContent = "";
     const line = new LineBasicMaterial({ color: getComputedStyle(document.body).color, depthTest: false });
     if (kind === "cusps") return [new LineLoop(geometryOf(await cusps(gamut, HUES, signal)), line)];
     if (kind === "neutral") {
@@ -111,7 +114,8 @@ export class Marks {
     const found = await checkTable(gamut, file, reading, signal);
     const colours = relativeTo(gamut, found.colours);
     const { position } = colours === found.colours ? found : await positionsOf(gamut, colours, signal);
-    byId("marks-note").textContent = patchesText(position);
+    signal.throwIfAborted();
+    this.note(kind, patchesText(position));
     const outside = colours.filter((_, row) => position[row] === "outside");
     const frame = new PointsMaterial({ color: getComputedStyle(byId("problem")).borderTopColor, size: 9, sizeAttenuation: false });
     return [new Points(geometryOf(outside), frame), this.points(gamut, colours, 5)];
@@ -124,7 +128,14 @@ export class Marks {
     return new Points(geometry, new PointsMaterial({ vertexColors: true, size, sizeAttenuation: false }));
   }
 
+  /** Say something of a kind of marks; nothing clears it. */
+  private note(kind: Kind, text = ""): void {
+    this.notes.set(kind, text);
+    byId("marks-note").textContent = KINDS.map((each) => this.notes.get(each) ?? "").join(" ").trim();
+  }
+
   private remove(kind: Kind): void {
+    this.note(kind);
     const group = this.groups.get(kind);
     if (group === undefined) return;
     for (const part of group.children as (Line | Points)[]) {

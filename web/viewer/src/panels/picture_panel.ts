@@ -1,5 +1,6 @@
 // A picture: the share of its pixels that a gamut cannot show, and the picture with them marked.
 import { byId, element, problemElements } from "../page/elements.js";
+import { withTerms } from "../page/glossary.js";
 import type { Page } from "../page/page.js";
 import { request } from "../service/api.js";
 
@@ -103,9 +104,10 @@ export class PicturePanel {
     const all = picture.counts.reduce((sum, count, step) => (step > 0 ? sum + count : sum), 0);
     const share = (count: number) => `${((100 * count) / picture.pixels).toFixed(1)} %`;
     const name = this.target.selectedOptions[0]?.text ?? "";
-    byId("picture-note").textContent =
+    const said =
       `${share(beyond)} of the pixels of ${picture.file.name} are out of reach of ${name} by more than ` +
       `ΔE00 ${this.limit.value}; ${share(all)} by any amount.`;
+    byId("picture-note").replaceChildren(...withTerms(said));
     if (picture.image === null) return;
     const { width, height, data } = picture.image;
     const marked = new ImageData(new Uint8ClampedArray(data), width, height);

@@ -1,8 +1,9 @@
 // The figure of a section beside the view: its size, its chart, and the chart as a file.
 import { saveChart, showChart } from "../charts/save.js";
-import { byId } from "../page/elements.js";
+import { byId, element } from "../page/elements.js";
 import type { Size } from "../charts/chart.js";
 
+const FORMATS = ["svg", "png"] as const;
 const LEAST_SIZE = 200;
 const STEP = 20;
 /** Pixels of a PNG file for each CSS pixel. */
@@ -18,7 +19,7 @@ export class SectionFigure {
     private readonly redraw: () => void,
     close: () => void,
   ) {
-    for (const format of ["svg", "png"] as const) {
+    for (const format of FORMATS) {
       byId(`section-${format}`).addEventListener("click", () => void saveChart(this.svg, this.name, format, PNG_FACTOR));
     }
     byId("section-close").addEventListener("click", close);
@@ -40,9 +41,20 @@ export class SectionFigure {
   }
 
   show(svg: string, name: string): void {
+    this.keep(svg, name);
+    showChart(this.box, svg);
+  }
+
+  /** Show a sentence in place of a chart. There is nothing to save. */
+  say(sentence: string): void {
+    this.keep("", "");
+    this.box.replaceChildren(element("p", sentence, { className: "note" }));
+  }
+
+  private keep(svg: string, name: string): void {
     this.svg = svg;
     this.name = name;
-    showChart(this.box, svg);
+    for (const format of FORMATS) byId<HTMLButtonElement>(`section-${format}`).disabled = svg === "";
   }
 
   /** The edge between the view and the figure moves with the pointer and with arrow keys. */

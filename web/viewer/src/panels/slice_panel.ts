@@ -5,15 +5,15 @@ import { type Rings, ringsChart } from "../charts/rings.js";
 import { pageTheme } from "../charts/save.js";
 import { type Frame, sectionChart } from "../charts/section.js";
 import { SCREEN, cssColour, encoded } from "../colours/colours.js";
-import { type Space, gamutSpace, spaceOf } from "../colours/spaces.js";
+import { type Screen, type Space, gamutSpace } from "../colours/spaces.js";
 import { tintOf } from "../colours/tints.js";
-import { byId, element } from "../page/elements.js";
+import { byId, element, plainRemedy } from "../page/elements.js";
 import { embedded } from "../page/embedded.js";
 import { type Page, SLOTS, type Shown, axisNames } from "../page/page.js";
 import { CutAway, type CutLayer, type Half, type Raster } from "../scene/cut.js";
 import { orientation } from "../scene/layer.js";
 import { type Cut, type Place, type Point, type SectionPlane, areaWithin, heightAbove, placesIn, planeOf, pointAt, rightHalf, sectionLoops } from "../scene/sections.js";
-import { type Gamut, request } from "../service/api.js";
+import { type Gamut, ProblemError, request } from "../service/api.js";
 import { mayHaveRecipes } from "../service/queries.js";
 import { type DiagramKind, DIAGRAMS, diagram, diagramName, isDiagram } from "./diagrams.js";
 import { PlaneHandle } from "./plane_handle.js";
@@ -31,6 +31,17 @@ const CHART_MILLISECONDS = 100;
 /** Room between a frame and what is in it, relative to its size. */
 const OUTSIDE = 0.05;
 
+/** What the sections and diagrams are; a plane has a note beside its angles. */
+const SENTENCES: Partial<Record<SliceState["kind"], string>> = {
+  lightness: "All colours of one lightness.",
+  hue: "All colours of one hue, the kind of a colour such as red: an angle around the grey axis. Chroma is how far a colour is from grey.",
+  rings: "The chroma of a gamut by hue, added up in steps of lightness. The area is the volume (IDMS 1.1). Chroma is how far a colour is from grey.",
+  xy: "Colours without their lightness. The colours of the spectrum are on the curve around them.",
+  uv: "Colours without their lightness. The colours of the spectrum are on the curve around them.",
+  unrolled: "The largest chroma at each hue and lightness. Chroma is how far a colour is from grey.",
+  reach: "The largest chroma of each hue, at any lightness. Chroma is how far a colour is from grey.",
+};
+
 interface SliceState {
   kind: "off" | (typeof KINDS)[number] | DiagramKind;
   lightness: number | null;
@@ -47,7 +58,10 @@ export class SlicePanel {
   private readonly handle: PlaneHandle;
   private readonly figure: SectionFigure;
   private readonly recipe = new AnswerLines(REST);
-  private rings: { address: string; found: Rings | null } = { address: "", found: null };
+  /** A saved page has those that were drawn, and cannot ask for others. */
+  private rings = (embedded?.state?.["rings"] ?? { address: "", found: null }) as { address: string; found: Rings | null };
+  /** What the lightness and the offset are in. */
+  private space = "";
   /** The colour at a pixel of the chart. */
   private chartPoint: (x: number, y: number) => Point | null = () => null;
   /** When the chart of a section was drawn last, and the timer of the next time. */
@@ -60,6 +74,8 @@ export class SlicePanel {
     this.cut = new CutAway(page.view);
     this.handle = new PlaneHandle(page);
     this.figure = new SectionFigure(() => this.draw(), () => this.change({ kind: "off" }));
+    page.kept.set("rings", () => (this.rings.found === null ? null : this.rings));
+    if (this.rings.found !== null) byId("slice-rings").classList.remove("online");
     page.address.add({ read: (given) => readState(this.state, given), write: () => entries(this.state) });
     for (const event of ["gamuts", "level", "theme"] as const) page.on(event, () => this.draw());
     page.on("camera", () => this.cut.follow());
@@ -125,10 +141,14 @@ export class SlicePanel {
     clearTimeout(this.charting);
     const { state } = this;
     const shown = this.page.shown.filter(({ layer }) => layer.level !== null);
+    if (shown.length > 0) this.followSpace(shown[0]!.gamut);
     const isOn = state.kind !== "off" && shown.length > 0;
     const isPlane = isOn && PLANES.includes(state.kind);
     this.kind.value = state.kind;
     this.kind.disabled = this.page.shown.length === 0;
+    const sentence = isOn ? SENTENCES[state.kind] : undefined;
+    byId("slice-note").hidden = sentence === undefined;
+    byId("slice-note").textContent = sentence ?? "";
     byId("slice-row").hidden = !isPlane;
     byId("plane-angles").hidden = !isPlane || state.kind !== "plane";
     byId("slice-half").hidden = !isPlane;
@@ -142,15 +162,26 @@ export class SlicePanel {
       this.figure.open();
       if (isPlane) this.drawPlane(shown);
       else if (isDiagram(state.kind)) this.drawDiagram(state.kind, shown);
-      else this.drawRings(shown).catch((error: unknown) => this.page.complain(error));
+      else void this.drawRings(shown);
     }
+  }
+
+  /** X, Y and Z have no hue. Lightness and offset of another space mean nothing in this one. */
+  private followSpace(gamut: Gamut): void {
+    const { state } = this;
+    const { lightness } = gamutSpace(gamut);
+    byId<HTMLOptionElement>("slice-hue").disabled = lightness !== 0;
+    if (lightness !== 0 && state.kind === "hue") state.kind = "lightness";
+    const space = `${gamut.options.space} ${gamut.provenance.colour_space?.scale ?? 1}`;
+    if (this.space !== "" && this.space !== space) Object.assign(state, { lightness: null, offset: 0 });
+    this.space = space;
   }
 
   private drawDiagram(kind: DiagramKind, shown: Shown[]): void {
     const { box, size } = this.figure;
     const drawn = diagram(kind, shown, { size, theme: pageTheme(box) }, this.page.isDark);
     if ("svg" in drawn) this.figure.show(drawn.svg, diagramName(kind, this.page));
-    else box.replaceChildren(element("p", drawn.sentence, { className: "note" }));
+    else this.figure.say(drawn.sentence);
   }
 
   private drawPlane(shown: Shown[]): void {
@@ -159,9 +190,6 @@ export class SlicePanel {
     const names = axisNames(gamut);
     const space = gamutSpace(gamut);
     const { lightness } = space;
-    // X, Y and Z have no hue.
-    byId<HTMLOptionElement>("slice-hue").disabled = lightness !== 0;
-    if (lightness !== 0 && state.kind === "hue") this.kind.value = state.kind = "lightness";
     const box = boxOf(shown.map((each) => each.gamut));
     const middle = (boxOf([gamut]).min.getComponent(lightness) + boxOf([gamut]).max.getComponent(lightness)) / 2;
     const others = [0, 1, 2].filter((axis) => axis !== lightness);
@@ -170,8 +198,9 @@ export class SlicePanel {
     const reach = farthest(positions, origin, others);
     origin[lightness] = middle;
     const radius = farthest(positions, origin, [0, 1, 2]);
-    state.lightness ??= Number(middle.toPrecision(2));
-    const cut = this.cutOf();
+    const centre = Number(middle.toPrecision(2));
+    state.lightness ??= centre;
+    const cut = this.cutOf(box, lightness, centre);
     const plane = planeOf(cut, lightness, middle);
     const text = this.label(cut, names[lightness]!, box, lightness, radius);
     const layers = shown.map(({ slot, gamut: each, layer }): CutLayer => {
@@ -188,7 +217,7 @@ export class SlicePanel {
       };
     });
     const frame = frameOf(cut, plane, box, reach, positions);
-    const raster = colours(space, plane, frame);
+    const raster = colours(space, plane, frame, SCREEN);
     const theme = pageTheme(this.figure.box);
     const turn = orientation(names);
     const visible = layers.filter(({ layer }) => layer.isVisible);
@@ -215,7 +244,8 @@ export class SlicePanel {
           frame: isHue ? [[0, right], frame[1]] : frame,
         },
         named,
-        { address: png(pixels(raster), raster.columns), frame },
+        // A file without a profile is sRGB, whatever the screen is.
+        { address: png(pixels(SCREEN === "srgb" ? raster : colours(space, plane, frame, "srgb")), RASTER), frame },
       );
       this.figure.show(svg, `${layers.map(({ name }) => name).join(" and ")}, ${text}`);
       this.chartPoint = (x, y) => {
@@ -236,10 +266,16 @@ export class SlicePanel {
     else this.charting = setTimeout(charted, wait);
   }
 
-  private cutOf(): Cut {
+  /** The cut of the state; through the middle if an address has a value far outside of the gamuts. */
+  private cutOf(box: Box3, axis: number, middle: number): Cut {
     const { kind, lightness, hue, azimuth, elevation, offset } = this.state;
-    if (kind === "plane") return { kind, azimuth, elevation, offset };
-    return kind === "hue" ? { kind, value: hue } : { kind: "lightness", value: lightness! };
+    if (kind === "plane") {
+      const isNear = Math.abs(offset) <= box.getSize(new Vector3()).length();
+      return { kind, azimuth, elevation, offset: isNear ? offset : 0 };
+    }
+    if (kind === "hue") return { kind, value: hue };
+    const isWithin = lightness! >= box.min.getComponent(axis) && lightness! <= box.max.getComponent(axis);
+    return { kind: "lightness", value: isWithin ? lightness! : middle };
   }
 
   /** Set the slider and its label; returns the text of the present value. */
@@ -280,18 +316,31 @@ export class SlicePanel {
   /** Draw the gamut rings of the service, with those of the second gamut as reference. */
   private async drawRings(shown: Shown[]): Promise<void> {
     const [first, second] = shown.map(({ gamut }) => gamut);
+    const space = gamutSpace(first!);
+    if (space.lightness !== 0) {
+      this.rings = { address: "", found: null };
+      return this.figure.say("This space has no hue. Rings need a space such as CIELAB.");
+    }
     const address = `/v1/gamuts/${first!.id}/rings${second === undefined ? "" : `?reference=${second.id}`}`;
     if (address !== this.rings.address) {
+      if (embedded !== null) return this.figure.say("This page works offline. It was saved without these rings.");
       this.rings = { address, found: null };
-      this.figure.box.replaceChildren(element("p", "Computing the rings …", { className: "note" }));
-      const response = await request(address);
-      const found = (await response.json()) as Rings;
-      if (address !== this.rings.address) return;
-      this.rings = { address, found };
+      try {
+        this.figure.say("Computing the rings …");
+        const response = await request(address);
+        const found = (await response.json()) as Rings;
+        if (address !== this.rings.address) return;
+        this.rings = { address, found };
+      } catch (error) {
+        if (address !== this.rings.address) return;
+        this.rings = { address: "", found: null }; // the next drawing asks again
+        if (this.state.kind === "rings") this.figure.say(problemText(error));
+        return;
+      }
     }
     const { found } = this.rings;
-    if (found === null || this.state.kind !== "rings") return;
-    const lab = spaceOf();
+    if (this.state.kind !== "rings") return;
+    if (found === null) return this.figure.say("Computing the rings …");
     const svg = ringsChart(found, {
       size: this.figure.size,
       theme: pageTheme(this.figure.box),
@@ -300,7 +349,7 @@ export class SlicePanel {
       names: [first!, second].flatMap((gamut) => gamut?.name ?? []),
       colours: shown.map(({ slot }) => tintOf(slot, this.page.isDark)),
       axes: axisNames(first!),
-      css: (colour) => cssColour(lab.linear(Float32Array.from(colour), "srgb"), "srgb"),
+      space,
     });
     this.figure.show(svg, `Gamut rings of ${[first!.name, second?.name].filter((name) => name !== undefined).join(" and ")}`);
   }
@@ -346,6 +395,11 @@ function entries({ kind, lightness, hue, azimuth, elevation, offset, half }: Sli
   if (isDiagram(kind)) return [["diagram", kind]];
   const value = { rings: "on", lightness: String(lightness), hue: String(hue), plane: [azimuth, elevation, offset].join(",") }[kind];
   return [[kind, value], ["cut", half === "front" || kind === "rings" ? null : half]];
+}
+
+function problemText(error: unknown): string {
+  if (error instanceof ProblemError) return `${error.problem.detail} ${plainRemedy(error.problem)}`;
+  return error instanceof Error ? error.message : String(error);
 }
 
 /** The same cut at another value of its slider. */
@@ -397,8 +451,8 @@ function frameOf(cut: Cut, plane: SectionPlane, box: Box3, reach: number, positi
   return [cut.kind === "hue" ? around(-reach, reach) : around(low[0], high[0]), around(low[1], high[1])];
 }
 
-/** The colours of a frame, row by row from the top. */
-function colours(space: Space, plane: SectionPlane, [[left, right], [bottom, top]]: Frame): Raster {
+/** The colours of a frame for a screen, row by row from the top. */
+function colours(space: Space, plane: SectionPlane, [[left, right], [bottom, top]]: Frame, screen: Screen): Raster {
   const { origin, right: across, up: upwards } = plane;
   const points = new Float32Array(3 * RASTER * RASTER);
   for (let row = 0; row < RASTER; row++) {
@@ -409,7 +463,7 @@ function colours(space: Space, plane: SectionPlane, [[left, right], [bottom, top
       for (let axis = 0; axis < 3; axis++) points[start + axis] = origin[axis]! + h * across[axis]! + v * upwards[axis]!;
     }
   }
-  return { linear: space.linear(points, SCREEN), columns: RASTER };
+  return { linear: space.linear(points, screen), columns: RASTER };
 }
 
 function pixels({ linear }: Raster): Uint8ClampedArray {

@@ -1,5 +1,6 @@
 // A table of any length that is sorted by a column. Only the rows in sight are elements of the page.
 import { element } from "../page/elements.js";
+import { sentenceOf } from "../page/glossary.js";
 
 export interface Column {
   title: string;
@@ -17,7 +18,7 @@ const MARGIN = 12;
 export class SortedTable {
   private order: number[] = [];
   private columns: Column[] = [];
-  private sorted: { column: number; ascending: boolean } | null = null;
+  private sorted: { title: string; ascending: boolean } | null = null;
   private readonly head = element("tr");
   private readonly body = element("tbody");
   private readonly caption = element("caption");
@@ -37,7 +38,7 @@ export class SortedTable {
     this.columns = columns;
     this.order = Array.from({ length: rows }, (_, row) => row);
     this.table.setAttribute("aria-rowcount", String(rows + 1));
-    if (this.sorted !== null && this.sorted.column >= columns.length) this.sorted = null;
+    if (columns.every(({ title }) => title !== this.sorted?.title)) this.sorted = null;
     this.box.replaceChildren(this.table);
     this.box.hidden = false;
     this.sort();
@@ -54,7 +55,7 @@ export class SortedTable {
     const { sorted, order } = this;
     order.sort((one, other) => one - other);
     if (sorted !== null) {
-      const { value } = this.columns[sorted.column]!;
+      const { value } = this.columns.find(({ title }) => title === sorted.title)!;
       const sign = sorted.ascending ? 1 : -1;
       order.sort((one, other) => sign * compared(value(one), value(other)));
     }
@@ -66,14 +67,16 @@ export class SortedTable {
   private title({ title }: Column, place: number): HTMLElement {
     const cell = element("th");
     cell.scope = "col";
-    const isSorted = this.sorted?.column === place;
+    const isSorted = this.sorted?.title === title;
     const ascending = isSorted && this.sorted!.ascending;
     if (isSorted) cell.setAttribute("aria-sort", ascending ? "ascending" : "descending");
     const button = element("button", title, { type: "button" });
+    const sentence = sentenceOf(title);
+    if (sentence !== undefined) button.dataset["note"] = sentence;
     if (isSorted) button.append(element("span", ascending ? " ▲" : " ▼", { ariaHidden: "true" }));
     button.addEventListener("click", () => {
       // Once ascending, once descending, then the order of the list.
-      this.sorted = !isSorted ? { column: place, ascending: true } : ascending ? { column: place, ascending: false } : null;
+      this.sorted = !isSorted ? { title, ascending: true } : ascending ? { title, ascending: false } : null;
       this.sort();
       this.head.querySelectorAll("button")[place]?.focus();
     });
@@ -84,7 +87,8 @@ export class SortedTable {
   private draw(): void {
     const count = this.order.length;
     const from = Math.max(0, Math.min(count, Math.floor(this.box.scrollTop / ROW) - MARGIN));
-    if (Math.abs(from - this.from) < MARGIN / 2) return;
+    // The first rows have no rows above them that could stand in.
+    if (Math.abs(from - this.from) < MARGIN / 2 && (from > 0 || this.from === 0)) return;
     this.from = from;
     const until = Math.min(count, from + Math.ceil((this.box.clientHeight || 400) / ROW) + 3 * MARGIN);
     const space = (rows: number) => {
