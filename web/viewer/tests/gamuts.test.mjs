@@ -203,6 +203,8 @@ test("a file is built with the options of the page, and again with others, with 
   await page.keyboard.press("Enter");
   assert.equal(await page.evaluate("document.activeElement.id"), "intent");
   await page.keyboard.type("Abs");
+  await page.keyboard.press("Tab"); // the term "Ink limit"
+  assert.match(await page.$eval("#term-note", (note) => note.textContent), /sum of all inks/);
   await page.keyboard.press("Tab");
   await page.keyboard.type("250");
   await page.keyboard.press("Tab");

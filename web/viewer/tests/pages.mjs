@@ -105,6 +105,15 @@ export async function drawn(page, ...triangles) {
   );
 }
 
+/** Where the plot of the chart of a section is on the page, once the chart is there. */
+export async function plot(page) {
+  const found = await page.waitForFunction(() => {
+    const place = document.querySelector("#section-chart rect[fill=none]")?.getBoundingClientRect();
+    return place?.width > 0 && place.toJSON();
+  });
+  return found.jsonValue();
+}
+
 /** Wait for pictures of the view; each of them moves what turns. */
 export function pictures(page, count) {
   return page.evaluate(async (wanted) => {

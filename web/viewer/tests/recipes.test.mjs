@@ -6,7 +6,7 @@
 import assert from "node:assert/strict";
 import process from "node:process";
 import { after, before, test } from "node:test";
-import { chromium, close, open, savedCells, violations } from "./pages.mjs";
+import { chromium, close, open, plot, savedCells, violations } from "./pages.mjs";
 
 const { PRESS, FIRST, VIEWER_URL } = process.env;
 const LIST = "Brown, 50, 30, 20\nOrange, 50, 0, 110";
@@ -140,8 +140,7 @@ test("colours alone have no recipes and no fault, and what fails leaves the list
 test("the pointer in a slice shows the colour and its recipe, inside and outside", async () => {
   const page = await open(browser, `/view#a=${PRESS}&lightness=50`);
   await page.waitForFunction("window.gamutViewer.figures.triangles[0] > 4");
-  await page.waitForSelector("#section:not([hidden])");
-  const box = await (await page.$("#section-chart rect[fill=none]")).boundingBox();
+  const box = await plot(page);
   const text = () => page.$eval("#readout", (output) => output.textContent.replaceAll("−", "-"));
   const shows = (pattern) => page.waitForFunction((source) => new RegExp(source).test(document.getElementById("readout").textContent), {}, pattern);
   await page.mouse.move(box.x + 0.5 * box.width, box.y + 0.5 * box.height);

@@ -10,7 +10,7 @@ import { join } from "node:path";
 import process from "node:process";
 import { after, before, test } from "node:test";
 import { pathToFileURL } from "node:url";
-import { chromium, close, drawn, open, pixel, violations } from "./pages.mjs";
+import { chromium, close, drawn, open, plot, pixel, violations } from "./pages.mjs";
 
 const { FIRST, SECOND, PAGE } = process.env;
 const FINEST = Number(process.env.FINEST);
@@ -151,8 +151,8 @@ test("the pointer reads the colour of the section, in the view and in the chart"
   const [x, y] = await placeOf(page, [55, 10, -15]);
   await page.mouse.move(box.x + x * box.width, box.y + y * box.height);
   await page.waitForFunction("/L\\* 55\\.0 +a\\* (9\\.\\d|10\\.\\d) +b\\* −1[45]\\.\\d/.test(document.getElementById('readout').textContent)");
-  const plot = await (await page.$("#section-chart rect[fill=none]")).boundingBox();
-  await page.mouse.move(plot.x + plot.width / 2, plot.y + plot.height / 2);
+  const chart = await plot(page);
+  await page.mouse.move(chart.x + chart.width / 2, chart.y + chart.height / 2);
   await page.waitForFunction("/L\\* 55\\.0 +a\\* −?[01]\\.\\d +b\\* −?[01]\\.\\d/.test(document.getElementById('readout').textContent)");
   await close(page);
 });

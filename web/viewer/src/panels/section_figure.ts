@@ -69,6 +69,8 @@ export class SectionFigure {
       edge.setAttribute("aria-valuenow", String(pixels));
       edge.setAttribute("aria-valuemax", String(Math.round(most)));
     };
+    const turn = () => edge.setAttribute("aria-orientation", isBelow() ? "horizontal" : "vertical");
+    new ResizeObserver(turn).observe(this.figure);
     const present = () => (isBelow() ? this.figure.offsetHeight : this.figure.offsetWidth);
     let end: number | null = null;
     edge.addEventListener("pointerdown", (event) => {
