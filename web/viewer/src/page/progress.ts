@@ -119,8 +119,8 @@ export class Board {
     clearTimeout(this.leaving);
     box.hidden = text === null;
     if (text !== null && !stays) this.leaving = setTimeout(() => this.note(null), NOTE_MILLISECONDS);
-    if (text === box.textContent) return;
+    if (text === null || text === box.textContent) return;
     box.textContent = text;
-    if (text !== null) this.announce(text);
+    this.announce(text);
   }
 }
