@@ -1,6 +1,6 @@
 # Commands for developers and CI; `make help` lists them. They need git, make and Python 3.11 or newer,
-# and install into .venv with the versions of constraints.txt. With Node.js the tests include the glTF
-# validator and an emulator of Azure's storage, and with Chromium the web pages.
+# and install into .venv with the versions of constraints.txt. `make test` needs nothing else. With
+# Node.js, `make test-all` includes the glTF validator, and with Chromium the web pages.
 
 SHELL := /bin/sh
 .DELETE_ON_ERROR:
@@ -18,7 +18,7 @@ export PIP_BUILD_CONSTRAINT := constraints.txt
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
 # Processes that run side by side use all cores. Threads of linear algebra would spin beside them.
-test test-fast test-long: export OPENBLAS_NUM_THREADS := 1
+test test-all test-long: export OPENBLAS_NUM_THREADS := 1
 
 # Without bytecode each start takes 2 s longer, because Python compiles 1,400 modules.
 unexport PYTHONDONTWRITEBYTECODE
@@ -44,18 +44,23 @@ help: ## list the targets
 	$(python) -m pip install -q --no-compile -c constraints.txt -e '.[service]'
 	@touch $@
 
-.venv/.installed-test: .venv/.installed
-	$(python) -m pip install -q -c constraints.txt -e '.[service,test]'
+# In one go: pip resolves once.
+.venv/.installed-test: .venv/bin/pip $(pins)
+	$(python) -m pip install -q --no-compile -c constraints.txt -e '.[service,test]'
+	@touch .venv/.installed $@
+
+.venv/.installed-test-all: .venv/.installed-test
+	$(python) -m pip install -q -c constraints.txt -e '.[service,test,test-all]'
 	@touch $@
 
-.venv/.installed-lint: .venv/.installed-test
-	$(python) -m pip install -q -c constraints.txt -e '.[service,test,lint]'
+.venv/.installed-lint: .venv/.installed-test-all
+	$(python) -m pip install -q -c constraints.txt -e '.[service,test,test-all,lint]'
 	@touch $@
 
-# All that the checks need, in one go: pip resolves once.
+# All that the checks need.
 .venv/.installed-all: .venv/bin/pip $(pins)
-	$(python) -m pip install -q --no-compile -c constraints.txt -e '.[service,test,lint,docs]'
-	@touch .venv/.installed .venv/.installed-test .venv/.installed-lint .venv/.installed-docs $@
+	$(python) -m pip install -q --no-compile -c constraints.txt -e '.[service,test,test-all,lint,docs]'
+	@touch .venv/.installed .venv/.installed-test .venv/.installed-test-all .venv/.installed-lint .venv/.installed-docs $@
 
 .venv/.installed-figures: .venv/.installed
 	$(python) -m pip install -q -c constraints.txt -e '.[service,peers,plot]'
@@ -88,70 +93,76 @@ install-all: .venv/.installed-all $(node_packages) ## install what all checks ne
 serve: .venv/.installed ## serve on http://127.0.0.1:8000, data under var/ (docs/operations.md)
 	exec .venv/bin/gamut serve
 
+# The three groups of tests are declared in tests/conftest.py.
+pytest := $(python) -m pytest --dist loadfile --no-loadscope-reorder
+
 # T names files, folders or tests, and K is an expression of pytest. Only these tests run, in one
 # process, and each compiles the kernels that it needs.
 ifneq ($(T)$(K),)
 test: .venv/.installed-test
 	$(python) -m pytest $(T) $(if $(K),-k '$(K)')
 else
-# Two processes per core: many tests wait for servers, browsers and brokers.
-test: install .venv/.installed-test $(node_packages)
-	$(python) -m pytest -n $$((2 * $$(getconf _NPROCESSORS_ONLN))) --dist loadfile --no-loadscope-reorder
+test: .venv/.installed-test
+	$(python) -m gamutcore.warm
+	$(pytest) -n auto -m 'not slow and not long'
 endif
 
 .PHONY: test
-test: ## run all tests, or some: make test T=tests/gamutcore/test_mesh.py, make test K=volume
+test: ## run the tests that need no other program, or some: make test T=tests/gamutcore/test_mesh.py, make test K=volume
 
-.PHONY: test-fast
-test-fast: install .venv/.installed-test ## run the tests that need no server, broker, browser or long computation
-	$(python) -m pytest -n auto --dist loadfile --no-loadscope-reorder -m 'not slow'
+# Two processes per core: many tests wait for servers, browsers and brokers.
+.PHONY: test-all
+test-all: .venv/.installed-test-all $(node_packages) ## also the tests with servers, Redis, S3, a browser, Node.js, plain Python
+	$(python) -m gamutcore.warm
+	$(pytest) -n $$((2 * $$(getconf _NPROCESSORS_ONLN))) -m 'not long'
 
 .PHONY: test-long
-test-long: install .venv/.installed-test $(node_packages) ## run all tests with more and random examples, for an hour or more
-	GAMUT_TEST_LONG=1 $(python) -m pytest -n auto --dist loadfile --no-loadscope-reorder --hypothesis-profile=long
+test-long: .venv/.installed-test-all $(node_packages) ## faults, fuzzing, more emulators, accuracy, chart, generated clients, random examples
+	$(python) -m gamutcore.warm
+	$(pytest) -n auto -m 'long or hypothesis' --hypothesis-profile=long
 
 .PHONY: fuzz
 fuzz: install ## feed mutated files to the parsers for FUZZ_SECONDS (600)
 	$(python) tests/fuzz/fuzz.py --seconds $(or $(FUZZ_SECONDS),600)
 
 .PHONY: bench
-bench: install .venv/.installed-test ## measure builds, levels and the service; updates docs/benchmarks.md
+bench: install .venv/.installed-test-all ## measure builds, levels and the service; updates docs/benchmarks.md
 	$(python) -m benchmarks.bench
 
 .PHONY: bench-boundaries
-bench-boundaries: install .venv/.installed-test ## compare the volumes of boundaries with independent ones; writes docs/benchmarks.md
+bench-boundaries: install .venv/.installed-test-all ## compare the volumes of boundaries with independent ones; writes docs/benchmarks.md
 	$(python) -m benchmarks.bench --only boundaries
 
 .PHONY: bench-startup
-bench-startup: .venv/.installed-test ## measure a fresh clone up to its first gamut; writes docs/benchmarks.md
+bench-startup: .venv/.installed-test-all ## measure a fresh clone up to its first gamut; writes docs/benchmarks.md
 	$(python) -m benchmarks.bench --only startup
 
 .PHONY: same
-same: install .venv/.installed-test ## compare what users see with an earlier revision (BEFORE=...)
+same: install .venv/.installed-test-all ## compare what users see with an earlier revision (BEFORE=...)
 	$(python) -m benchmarks.same $(or $(BEFORE),HEAD)
 
 .PHONY: bench-queries
-bench-queries: install .venv/.installed-test .venv/.installed-figures ## measure queries beside trimesh and Manifold; writes docs/benchmarks.md
+bench-queries: install .venv/.installed-test-all .venv/.installed-figures ## measure queries beside trimesh and Manifold; writes docs/benchmarks.md
 	$(python) -m benchmarks.bench --only queries level-queries
 
 .PHONY: bench-recipes
-bench-recipes: install .venv/.installed-test ## measure recipes beside Argyll's xicclu; writes docs/benchmarks.md
+bench-recipes: install .venv/.installed-test-all ## measure recipes beside Argyll's xicclu; writes docs/benchmarks.md
 	$(python) -m benchmarks.bench --only recipes recipes-continuity
 
 .PHONY: bench-profiles
-bench-profiles: install .venv/.installed-test ## measure profiles beside Argyll's colprof, 20 minutes; writes docs/benchmarks.md
+bench-profiles: install .venv/.installed-test-all ## measure profiles beside Argyll's colprof, 20 minutes; writes docs/benchmarks.md
 	$(python) -m benchmarks.bench --only profiles
 
 .PHONY: bench-viewer
-bench-viewer: install .venv/.installed-test web/node_modules/.package-lock.json ## measure the viewer in Chromium; writes docs/benchmarks.md
+bench-viewer: install .venv/.installed-test-all web/node_modules/.package-lock.json ## measure the viewer in Chromium; writes docs/benchmarks.md
 	$(python) -m benchmarks.bench --only viewer
 
 .PHONY: soak
-soak: install .venv/.installed-test ## load the service for minutes; updates docs/reliability.md
+soak: install .venv/.installed-test-all ## load the service for minutes; updates docs/reliability.md
 	$(python) -m benchmarks.reliability --only soak
 
 .PHONY: faults
-faults: install .venv/.installed-test $(node_packages) ## inject faults for an hour; updates docs/reliability.md
+faults: install .venv/.installed-test-all $(node_packages) ## inject faults for an hour; updates docs/reliability.md
 	$(python) -m benchmarks.reliability --only faults hostile
 
 .PHONY: figures
@@ -234,7 +245,7 @@ concepts: install .venv/.installed-docs ## redraw the pictures of docs/concepts.
 	$(python) docs/pictures/concepts.py
 
 .PHONY: viewer-pictures
-viewer-pictures: install .venv/.installed-test web/node_modules/.package-lock.json ## take the pictures of the viewer for README and docs/tour.md
+viewer-pictures: install .venv/.installed-test-all web/node_modules/.package-lock.json ## take the pictures of the viewer for README and docs/tour.md
 	PYTHONPATH=$(CURDIR) $(python) docs/pictures/viewer.py
 
 .PHONY: image-lint
@@ -249,7 +260,7 @@ hooks: .venv/.installed-lint ## have git run the checks of .pre-commit-config.ya
 static-checks: lint types contracts openapi-check viewer-check image-lint ## all checks that run no test
 
 .PHONY: check
-check: static-checks test ## all checks and all tests
+check: static-checks test-all ## all checks, and all tests but the long ones
 
 # --- distribution ---------------------------------------------------------------------------------
 
@@ -270,7 +281,7 @@ image-check: .venv/.installed ## build the container image and use it (Debian, a
 constraints: ## pin the newest versions that pyproject.toml allows (Python 3.11)
 	rm -rf build/constraints
 	python3.11 -m venv build/constraints
-	env -u PIP_CONSTRAINT -u PIP_BUILD_CONSTRAINT build/constraints/bin/python -m pip install -q -e '.[service,celery,cloud,otel,test,lint,peers,plot,docs]' hatchling editables
+	env -u PIP_CONSTRAINT -u PIP_BUILD_CONSTRAINT build/constraints/bin/python -m pip install -q -e '.[service,celery,cloud,otel,test,test-all,lint,peers,plot,docs]' hatchling editables
 	{ sed -n '/^#/p' constraints.txt; \
 	  build/constraints/bin/python -m pip freeze --exclude-editable --exclude pip --exclude setuptools; } > build/constraints.txt
 	mv build/constraints.txt constraints.txt

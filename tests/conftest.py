@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import json
 import os
 import shutil
@@ -23,48 +24,76 @@ WEB = Path(__file__).parents[1] / "web"
 settings.register_profile("repository", derandomize=True, deadline=None)
 settings.load_profile("repository")
 # Other examples in every run, and more of them: `make test-long`.
-settings.register_profile("long", max_examples=2000, deadline=None, print_blob=True)
+settings.register_profile("long", max_examples=1000, deadline=None, print_blob=True)
 
 
 # The command line keeps no reference gamuts in the user's cache, and finds none there.
 os.environ["GAMUTCORE_CACHE_DIR"] = ""
 
+# --- the three groups of tests ---------------------------------------------------------------------
+#
+# A test without a mark runs in `make test`. The marks `slow` (`make test-all`) and `long`
+# (`make test-long`) stand at tests and files. What a test uses marks it as well:
+
 SLOW_FIXTURES = {
-    *("azure", "browser", "cluster", "gcs", "guarded_server", "observed_server", "s3", "server"),
-    "start_server",
+    *("browser", "cluster", "gltf_report", "guarded_server", "javascript_levels"),
+    *("observed_server", "s3", "server", "small_server", "start_server", "typescript_program"),
 }
-"""Fixtures that start a server, a broker or a browser."""
+"""Fixtures that start a server, a broker or a browser, or need an npm package."""
 
-SLOW_FOLDERS = {"faults", "fuzz"}
+LONG_FIXTURES = {"azure", "gcs", "rabbitmq"}
+"""Fixtures of emulators and brokers that only `make test-long` needs."""
 
-LONG_FILES = (
-    "faults/test_faults.py",
-    "service/broker/test_celery_worker.py",
+LONG_FOLDERS = {"faults", "fuzz"}
+
+NEEDED_PACKAGES = {
+    "celery": ["service/broker"],
+    "jsonschema_rs": ["service/openapi/test_openapi.py"],
+    "matplotlib": ["test_recipes.py"],
+    "opentelemetry.sdk": ["service/telemetry/test_traces.py"],
+    "pygltflib": ["gamutcore/export/test_gltf.py"],
+}
+"""Packages of the extra ``test-all`` that whole files import. `make test` leaves the files out."""
+
+
+def is_installed(package: str) -> bool:
+    """Return whether a package, or a module of one, can be imported."""
+    try:
+        return importlib.util.find_spec(package) is not None
+    except ModuleNotFoundError:
+        return False
+
+
+collect_ignore = [
+    file
+    for package, files in NEEDED_PACKAGES.items()
+    if not is_installed(package)
+    for file in files
+]
+
+FIRST_FILES = (
     "service/routes/test_viewer.py",
+    "service/broker/test_celery_worker.py",
     "service/building/test_builds.py",
     "service/routes/test_failures.py",
-    "fuzz/test_fuzz.py",
-    "gamutcore/decimation/test_accuracy.py",
     "gamutcore/decimation/test_decimation.py",
     "gamutcore/decimation/test_plain_python.py",
     "gamutcore/test_warm.py",
-    "service/openapi/test_clients.py",
-    "service/routes/test_jobs.py",
-    "gamutcore/levels/test_error_curve.py",
-    "gamutcore/boundary/test_device_surface.py",
-    "test_readme.py",
+    "service/test_end_to_end.py",
 )
 """The longest files begin first, so that no process has one of them left at the end."""
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark tests that start servers, inject faults or fuzz as slow, and let long files begin."""
+    """Mark tests by what they use, and let long files begin."""
     for item in items:
         parameters = getattr(getattr(item, "callspec", None), "params", {}).values()
         fixtures = {*getattr(item, "fixturenames", ()), *map(str, parameters)}
-        if fixtures & SLOW_FIXTURES or item.path.parent.name in SLOW_FOLDERS:
+        if fixtures & LONG_FIXTURES or item.path.parent.name in LONG_FOLDERS:
+            item.add_marker(pytest.mark.long)
+        elif fixtures & SLOW_FIXTURES:
             item.add_marker(pytest.mark.slow)
-    place = {Path(__file__).parent / name: number for number, name in enumerate(LONG_FILES)}
+    place = {Path(__file__).parent / name: number for number, name in enumerate(FIRST_FILES)}
     items.sort(key=lambda item: place.get(item.path, len(place)))
 
 

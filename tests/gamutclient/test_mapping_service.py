@@ -98,6 +98,8 @@ def test_errors_pass_through(mapping_service):
     ]
     for content in faulty:
         assert httpx.post(f"{mapping_service}/map", content=content, timeout=600).status_code == 422
-    answer = httpx.post(f"{mapping_service}/map?method=clip-hoe", content=npy(np.zeros((1, 3))))
+    answer = httpx.post(
+        f"{mapping_service}/map?method=clip-hoe", content=npy(np.zeros((1, 3))), timeout=600
+    )
     assert answer.status_code == 422
     assert answer.json()["detail"]["code"] == "invalid-parameter"

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 import meshio
 import numpy as np
-import pygltflib
 import pytest
 import trimesh
 
@@ -26,6 +25,7 @@ from gamutcore.references import find_reference
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
+    import pygltflib
     from numpy.typing import ArrayLike
 
 ROOT = Path(__file__).parents[2]
@@ -293,6 +293,8 @@ def mesh_readers(gltf_accessor: Callable[..., np.ndarray]) -> dict[tuple[str, st
         return read
 
     def by_pygltflib(data: bytes) -> TriangleMesh:
+        import pygltflib  # of the extra test-all
+
         asset = pygltflib.GLTF2.load_from_bytes(data)
         (primitive,) = asset.meshes[0].primitives
         positions = gltf_accessor(asset, primitive.attributes.POSITION)

@@ -48,7 +48,7 @@ def open_page(address, profile):
         ],
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=600,
         check=True,
     )
     console = [line for line in result.stderr.splitlines() if ":CONSOLE" in line]

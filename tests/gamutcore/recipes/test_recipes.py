@@ -184,7 +184,7 @@ def test_another_evaluator_gets_the_colours_from_recipes_of_profiles(name: str) 
     lines = "\n".join(" ".join(f"{value:.7f}" for value in row) for row in found.device)
     command = ["xicclu", "-ff", "-ir", "-pl", "-s1", str(path)]
     answer = subprocess.run(
-        command, input=lines, capture_output=True, text=True, check=True, timeout=60
+        command, input=lines, capture_output=True, text=True, check=True, timeout=600
     ).stdout
     evaluated = np.array(
         [line.split("->")[-1].split()[:3] for line in answer.splitlines() if "->" in line], float

@@ -47,7 +47,7 @@ OPTIONS = st.dictionaries(st.sampled_from(NAMES) | st.text(max_size=5), JSON, ma
 @pytest.fixture(scope="module")
 def send(server, assert_problem):
     """Send a request and check that the answer is one that a client can work with."""
-    with httpx.Client(base_url=server.url, timeout=400) as client:
+    with httpx.Client(base_url=server.url, timeout=600) as client:
 
         def request(method, path, **arguments):
             answer = client.request(method, path, **arguments)

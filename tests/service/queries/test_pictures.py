@@ -60,7 +60,7 @@ def post(server, address, content, kind="image/png", accept="*/*", **parameters)
         params=parameters,
         content=content,
         headers={"Content-Type": kind, "Accept": accept},
-        timeout=120,
+        timeout=600,
     )
 
 

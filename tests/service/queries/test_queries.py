@@ -384,7 +384,7 @@ def test_other_media_types_and_large_bodies_are_refused(server, cubes, ask, asse
     assert_problem(ask(b" " * 2_500_000), 413, "body-too-large")
     # of a body that is declared too large nothing has to arrive
     address = server.client.base_url.host, server.client.base_url.port
-    with socket.create_connection(address, timeout=120) as one:
+    with socket.create_connection(address, timeout=600) as one:
         head = f"POST {cubes[0]}/contains HTTP/1.1\r\nHost: localhost\r\nContent-Type: {NPY}\r\n"
         one.sendall(f"{head}Content-Length: {10**10}\r\n\r\n".encode())
         assert b" 413 " in one.recv(1000)
@@ -596,7 +596,7 @@ def test_too_many_rows_at_once_are_refused_for_a_moment(small_server, sphere, as
     many = npy(points_about(400_000).astype(np.float32))
     host, port = server.url.removeprefix("http://").split(":")
     head = f"POST {address} HTTP/1.1\r\nHost: localhost\r\nContent-Type: {NPY}\r\nAccept: {CSV}\r\n"
-    with socket.create_connection((host, int(port)), timeout=120) as slow:
+    with socket.create_connection((host, int(port)), timeout=600) as slow:
         slow.sendall(f"{head}Content-Length: {len(many)}\r\n\r\n".encode())
         # the rows count when all of them have arrived, until the answer has been read
         few = {"colours": [[50, 0, 0]]}

@@ -192,7 +192,7 @@ def test_a_full_queue_refuses_before_the_body_and_lets_in_what_needs_no_place(
 
     # of a large body nothing has to arrive
     host, port = server.url.removeprefix("http://").split(":")
-    with socket.create_connection((host, int(port)), timeout=120) as connection:
+    with socket.create_connection((host, int(port)), timeout=600) as connection:
         connection.sendall(
             b"POST /v1/gamuts HTTP/1.1\r\nHost: localhost\r\nContent-Type: multipart/form-data; "
             b"boundary=b\r\nContent-Length: 100000000\r\n\r\n"

@@ -169,7 +169,7 @@ def test_bodies_over_the_limit_are_refused(server, assert_problem, form):
 
     kind = "multipart/form-data; boundary=x" if "multipart" in form else "application/json"
     content = chunks() if "chunked" in form else b"".join(chunks())
-    with httpx.Client(base_url=server.url, timeout=120) as client:
+    with httpx.Client(base_url=server.url, timeout=600) as client:
         answer = client.post("/v1/gamuts", content=content, headers={"Content-Type": kind})
     assert assert_problem(answer, 413, "body-too-large")["where"] == {"limit": 2_000_000}
 

@@ -79,7 +79,7 @@ def test_few_large_files_are_in_memory_at_a_time(store, monkeypatch):
         inside.add(gamut_id)
         most.append(len(inside))
         entered.release()
-        assert gate.wait(120)
+        assert gate.wait(600)
         inside.remove(gamut_id)
         return keep(self, gamut_id, data, *rest)
 

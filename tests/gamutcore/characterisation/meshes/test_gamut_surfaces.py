@@ -114,7 +114,7 @@ def test_a_surface_that_argyll_made(name, shared_data, tmp_path):
     profile = tmp_path / "profile.icc"
     profile.write_bytes((shared_data / name).read_bytes())
     arguments = [tool, "-d", "15", "-ir", profile.name]
-    said = subprocess.run(arguments, check=True, capture_output=True, cwd=tmp_path, timeout=120)
+    said = subprocess.run(arguments, check=True, capture_output=True, cwd=tmp_path, timeout=600)
     data = profile.with_suffix(".gam").read_bytes()
     mesh = read_characterisation(data)
     assert isinstance(mesh, GamutMesh), said
@@ -128,7 +128,7 @@ def test_a_surface_that_argyll_made(name, shared_data, tmp_path):
         check=True,
         capture_output=True,
         cwd=tmp_path,
-        timeout=120,
+        timeout=600,
         text=True,
     )
     (line,) = [line for line in verbose.stdout.splitlines() if "volume" in line.lower()]
