@@ -30,10 +30,9 @@ settings.register_profile("long", max_examples=1000, deadline=None, print_blob=T
 # The command line keeps no reference gamuts in the user's cache, and finds none there.
 os.environ["GAMUTCORE_CACHE_DIR"] = ""
 
-# --- the three groups of tests ---------------------------------------------------------------------
-#
-# A test without a mark runs in `make test`. The marks `slow` (`make test-all`) and `long`
-# (`make test-long`) stand at tests and files. What a test uses marks it as well:
+# --- The three groups of tests: `make test`, `make test-all` and `make test-long` -------------------
+# The marks are `slow` for the second group and `long` for the third. They stand at tests and files.
+# What a test uses marks it as well:
 
 SLOW_FIXTURES = {
     *("browser", "cluster", "gltf_report", "guarded_server", "javascript_levels"),
