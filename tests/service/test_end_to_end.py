@@ -113,7 +113,7 @@ def test_a_mesh_by_count_and_by_error(service, gamuts, source, kind):
 
 
 def test_a_query(service, gamuts):
-    body = {"points": [[50, 0, 0], [50, 120, 0]]}
+    body = {"colours": [[50, 0, 0], [50, 120, 0]]}
     gamut = gamuts["press"]["id"]
     answer = service.client.post(f"/v1/gamuts/{gamut}/contains", json=body)
     assert answer.status_code == 200, answer.text
