@@ -348,8 +348,8 @@ class Options(BaseModel):
         Option(data=("picture",), unless_given="the layer that is the whole picture"),
     ] = Field(
         default=None,
-        description="Layer of an OpenEXR picture, such as `ViewLayer.Combined`. A warning names all "
-        "layers of a file with several.",
+        description="Layer of an OpenEXR picture, such as `ViewLayer.Combined`. A warning names "
+        "all layers of a file with several.",
     )
 
     @model_validator(mode="before")

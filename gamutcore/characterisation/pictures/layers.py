@@ -131,13 +131,14 @@ def chosen_layer(layers: Sequence[Layer], name: str | None) -> Layer:
     taken for the picture.
     """
     layer = _whole_picture(layers) if name is None else _named(layers, name)
-    if not layer.model:
-        shown = ", ".join(layer.channel_names[:8])
+    if layer is None or not layer.model:
+        shown = ", ".join((layer or layers[0]).channel_names[:8])
+        title = "picture" if name is None else f"layer {name[:60]}"
         raise UnsupportedPictureError(
-            f"The {f'layer {layer.title}' if layer.name else 'picture'} has the channels "
-            f"{shown[:100]}.",
+            f"The {title} has the channels {shown[:100]}.",
             where={"field": "channels"},
-            remedy="Send R, G, B, or X, Y, Z, or one channel of gray." + _remedy(layers),
+            remedy="Send R, G, B, or X, Y, Z, or one channel of gray. A layer is named by the "
+            f"option layer (--layer): {_names(layers)}.",
         )
     return layer
 
@@ -158,7 +159,7 @@ def _named(layers: Sequence[Layer], name: str) -> Layer:
     )
 
 
-def _whole_picture(layers: Sequence[Layer]) -> Layer:
+def _whole_picture(layers: Sequence[Layer]) -> Layer | None:
     for model in ("RGB", "XYZ", "gray"):
         fitting = [layer for layer in layers if layer.model == model]
         if model != "RGB":  # a vector, or a mask
@@ -175,7 +176,7 @@ def _whole_picture(layers: Sequence[Layer]) -> Layer:
                 remedy="Name one by the option layer (--layer).",
             )
         return ranked[0]
-    return layers[0]
+    return None
 
 
 def layer_warning(layers: Sequence[Layer], layer: Layer) -> list[str]:
@@ -188,9 +189,3 @@ def layer_warning(layers: Sequence[Layer], layer: Layer) -> list[str]:
 
 def _names(layers: Sequence[Layer]) -> str:
     return ", ".join(dict.fromkeys(layer.title for layer in layers))
-
-
-def _remedy(layers: Sequence[Layer]) -> str:
-    if len(layers) == 1:
-        return ""
-    return f" The picture has the layers {_names(layers)}: name one by the option layer (--layer)."
