@@ -282,7 +282,8 @@ def _unadapted(profile: IccProfile, white: FloatArray) -> FloatArray:
         unadapting = np.asarray(np.linalg.inv(adapting), np.float64)
         if near_d50(white) or _same_chromaticity(unadapting @ ICC_D50, white):
             return unadapting
-    return adaptation_matrix(ICC_D50, white, "Bradford") * white[1]
+    matrix: FloatArray = adaptation_matrix(ICC_D50, white, "Bradford") * white[1]
+    return matrix
 
 
 def _same_chromaticity(one: FloatArray, two: FloatArray) -> bool:

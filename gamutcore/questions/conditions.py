@@ -91,12 +91,13 @@ def colour_warnings(conditions: Conditions, space: str) -> tuple[str, ...]:
             return ()
         assert conditions.medium_white is not None  # noqa: S101  # checked by the property
         medium = "paper" if conditions.is_print else "white"
-        return (
-            f"The gamut is absolute: its {medium} has L*a*b* {_lab(conditions.medium_white)}. White "
-            "and light colours of sRGB (hex) are relative to the white of a screen, L*a*b* 100 0 0, "
-            "and count as outside: for such colours, build the gamut with the intent relative "
-            '(--intent relative, or "intent": "relative").',
+        warning = (
+            f"The gamut is absolute: its {medium} has L*a*b* {_lab(conditions.medium_white)}. "
+            "White and light colours of sRGB (hex) are relative to the white of a screen, L*a*b* "
+            "100 0 0, and count as outside: for such colours, build the gamut with the intent "
+            'relative (--intent relative, or "intent": "relative").'
         )
+        return (warning,)
     if not _paper_counts_as_white(conditions):
         return ()
     assert conditions.medium_white is not None  # noqa: S101  # checked by the property
