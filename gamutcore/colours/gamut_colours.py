@@ -113,20 +113,17 @@ def colours_in_space(colours: SurfaceColours, space: ColourSpace) -> SurfaceColo
     InvalidPointsError
         As `ColourSpace.coordinates`.
     """
-    points, moved = _coordinates(colours.points, colours, space)
+    as_measured = colours.as_measured
+    points, moved = space.coordinates(colours.points, as_measured=as_measured)
     device = colours.device_colours
     if device is not None:
         lab = device.points
-        own = None if space.is_icc_cielab else _own_values(colours)
         device = device._replace(
-            points=lambda values: _coordinates(lab(values), colours, space)[0],
-            model=replace(device.model, own=own),
+            points=lambda values: space.coordinates(lab(values), as_measured=as_measured)[0]
         )
     described = space.description()
     if space.is_icc_cielab:
         described["adaptation"] = "none: the colours are relative to D50"
-    elif _own_values(colours) is not None:
-        described["adaptation"] = "none: the display's own colours, from before adaptation to D50"
     elif colours.as_measured:
         described["adaptation"] = "none: the colours are as measured"
     given = colours.provenance.get("warnings")
@@ -146,22 +143,6 @@ def colours_in_space(colours: SurfaceColours, space: ColourSpace) -> SurfaceColo
     return replace(
         colours, points=points, provenance=provenance, faces=faces, device_colours=device
     )
-
-
-def _coordinates(
-    lab: FloatArray, colours: SurfaceColours, space: ColourSpace
-) -> tuple[FloatArray, int]:
-    own = _own_values(colours)
-    if own is not None and not space.is_icc_cielab:
-        lab = xyz_to_lab(lab_to_xyz(lab) @ own.T)
-    return space.coordinates(lab, as_measured=colours.as_measured)
-
-
-def _own_values(colours: SurfaceColours) -> FloatArray | None:
-    """Return the matrix from absolute colours, which ICC scales by the white, to own ones."""
-    if not colours.as_measured or colours.absolute is None:
-        return None
-    return colours.absolute.own_from("absolute")
 
 
 _SAME = 1e-6
@@ -306,8 +287,6 @@ def _converted_volume(
 ) -> float | None:
     """Return the volume of a boundary of the other intent; None without coordinates for it."""
     matrix, as_measured = absolute.matrix, absolute.as_measured
-    if absolute.own is not None and as_measured and not space.is_icc_cielab:
-        matrix = absolute.own
     if intent == "relative":
         matrix = np.linalg.inv(matrix).astype(np.float64)
     to_absolute = intent == "absolute"

@@ -65,6 +65,24 @@ _POOR_FIT = 5.0
 """Mean leave-one-out ΔE*ab above which a model is called unreliable; real devices reach 0.1 to
 1.5."""
 
+_USELESS_FIT = 10.0
+"""Mean leave-one-out ΔE*ab from which a model says nothing about the white: that of solids and
+overprints alone is 17, and misses the paper by as much; three levels of a display have 7."""
+
+_APART = 1e-6
+"""Smallest range of a channel that varies, as a share of its full range."""
+
+_LEAST, _MOST_EXTRAPOLATED = 0.98, 5.0
+"""Range of the luminance of an extrapolated white, relative to the lightest sample. A fit misses a
+paper by 1 % of its luminance; the primaries alone of a display have from 0.07 to 0.7 of it."""
+
+_LIGHTEST_PAPER = 1.2
+"""Largest Y of a paper, with fluorescence."""
+
+_NEAR_WHITE = 0.05
+"""Largest difference of device values from white of a sample that can stand for it without a
+device model: 1 ΔE00 of yellow, 3 of black."""
+
 _FIT_REMEDY = (
     "Leave it out to use the samples' own colours. Or send at least two distinct device values "
     "more than there are varying channels, and not all of them in one plane."
@@ -78,7 +96,8 @@ class MeasuredColours:
     The provenance has the white, illuminant, observer, adaptation and intent. `as_measured` tells
     that the tristimulus values are a display's own, without adaptation, and `lights` that the data
     states that the samples are lights. `absolute` is the way from media-relative colours to
-    absolute ones; None for bare colours.
+    absolute ones; None for bare colours. `white_sample` has the device value (1, k) and the colour
+    (1, 3) of a white that was not measured, where the samples surround it.
     """
 
     lab: FloatArray
@@ -87,6 +106,7 @@ class MeasuredColours:
     as_measured: bool = False
     lights: bool = False
     absolute: AbsoluteColours | None = None
+    white_sample: tuple[FloatArray, FloatArray] | None = None
 
 
 def measured_colours(
@@ -124,6 +144,7 @@ class _Medium:
     ) -> None:
         self.adaptation = adaptation
         self.as_measured = False
+        self.extrapolated: FloatArray | None = None
         self.samples = samples
         self.intent = intent
         self.warnings: list[str] = []
@@ -163,15 +184,26 @@ class _Medium:
         else:
             xyz = self._tristimulus_values()
             white = self._white(xyz)
+            if white is None and (self.intent == "relative" or self.display):
+                raise InvalidPointsError(
+                    "The white of the medium was not measured, and no device model gives it.",
+                    where={"field": "white"},
+                    remedy="Add the sample without ink (of lights: with all channels at full "
+                    "scale), or state the white.",
+                )
             needed = self.intent == "relative" or (self.display and samples.lab is None)
-            if needed and not (white > 0).all():
+            if white is not None and needed and not (white > 0).all():
                 raise InvalidPointsError(
                     f"The medium's white has the tristimulus values {_list_of(white)}.",
                     where={"field": "white"},
                     remedy="Give a white with positive X, Y and Z.",
                 )
             medium = "display (assumed, not stated)" if self.assumed else medium
-            lab, adaptation = (self._display_lab if self.display else self._print_lab)(xyz, white)
+            lab, adaptation = self._absolute_print(xyz)
+            if white is not None and self.display:
+                lab, adaptation = self._display_lab(xyz, white)
+            elif white is not None and self.intent == "relative":
+                lab, adaptation = self._relative_print(xyz, white)
         provenance: dict[str, JSON] = {
             "intent": self.intent,
             "medium": medium,
@@ -185,13 +217,19 @@ class _Medium:
         stated = samples.conditions.get("LUMINANCE_XYZ_CDM2", "").split()
         if self.display and len(stated) == 3 and _PLAIN_NUMBER.fullmatch(stated[1]):
             provenance["white_luminance"] = round(float(stated[1]), 4)
+        absolute = None if white is None or not (white > 0).all() else self._absolute(white)
+        sample = None
+        if self.extrapolated is not None and absolute is not None:
+            matrix = np.eye(3) if self.intent == "relative" else absolute.matrix
+            sample = self.extrapolated[np.newaxis], xyz_to_lab(matrix @ ICC_D50)[np.newaxis]
         return MeasuredColours(
             lab,
             provenance,
             tuple(self.warnings),
             self.as_measured,
             self.display and not self.assumed,
-            None if white is None or not (white > 0).all() else self._absolute(white),
+            absolute,
+            sample,
         )
 
     def _absolute(self, white: FloatArray) -> AbsoluteColours:
@@ -315,25 +353,56 @@ class _Medium:
                 f"The Lab and XYZ columns differ by {difference:.1f} ΔE*ab on average; Lab is used."
             )
 
-    def _white(self, xyz: FloatArray) -> FloatArray:
-        """The white in the scale of `xyz`: declared, measured, or the lightest sample."""
+    def _white(self, xyz: FloatArray) -> FloatArray | None:
+        """The white in the scale of `xyz`: declared, measured, or by the device model."""
         samples = self.samples
         if samples.white is not None:
             if samples.lab is not None or not self.display:
                 return samples.white / self._scale(samples.white[np.newaxis])
             return samples.white
         assert samples.device is not None  # noqa: S101 (bare colours without a white are handled before)
-        target = 1.0 if samples.additive else 0.0
+        target = np.full(len(samples.channels), 1.0 if samples.additive else 0.0)
         patches = np.all(np.abs(samples.device - target) < 1e-6, axis=1)
         if patches.any():
             mean: FloatArray = xyz[patches].mean(axis=0)
             return mean
-        lightest: FloatArray = xyz[np.argmax(xyz[:, 1])]
+        return self._unmeasured_white(samples.device, xyz, target)
+
+    def _unmeasured_white(
+        self, device: FloatArray, xyz: FloatArray, target: FloatArray
+    ) -> FloatArray | None:
+        """The white by the device model, else the sample nearest to it; None if neither is one."""
+        source = "all channels at full scale" if self.samples.additive else "no ink"
+        highest = float(xyz[:, 1].max())
+        away = np.abs(device - target).max(axis=1)
+        scaled = xyz_to_lab(xyz / (highest or 1.0))
+        # a grid that ends before white would be interpolated, and answers with its last level
+        model = device_model(*_mean_colours(device, scaled), "fit")
+        error = model.mean_error
+        if model.function is not None and error is not None and error < _USELESS_FIT:
+            lab = model.function.fitted(target[np.newaxis])[0]
+            white = lab_to_xyz(lab) * highest
+            most = _MOST_EXTRAPOLATED * highest if self.display else _LIGHTEST_PAPER
+            if (white > 0).all() and _LEAST * highest <= white[1] <= most:
+                self.warnings.append(
+                    f"The white was not measured; the device model's colour of {source} is taken "
+                    f"as the white: {_list_of(white)}. It misses left-out samples by {error:.2g} "
+                    f"ΔE*ab on average; the nearest sample is {100 * away.min():.2g} % of a "
+                    "channel away."
+                )
+                inside = (device.min(axis=0) <= target) & (target <= device.max(axis=0))
+                self.extrapolated = target if inside.all() else None
+                return white
+        nearest = int(np.argmin(away))
+        # colours of two channels are flat, and refused for that
+        is_solid = np.count_nonzero(np.ptp(device, axis=0) > _APART) >= 3
+        if is_solid and away[nearest] > _NEAR_WHITE:
+            return None
         self.warnings.append(
-            "The white was not measured; the lightest sample is taken as the white: "
-            f"{_list_of(lightest)}."
+            f"The white was not measured; the sample nearest to {source} is taken as the white: "
+            f"{_list_of(xyz[nearest])}."
         )
-        return lightest
+        return np.asarray(xyz[nearest])
 
     def _display_lab(self, xyz: FloatArray, white: FloatArray) -> tuple[FloatArray, str]:
         if self.intent == "relative":
@@ -345,19 +414,19 @@ class _Medium:
         self.as_measured = True
         return xyz_to_lab(xyz / white[1]), "none; luminance relative to the white"
 
-    def _print_lab(self, xyz: FloatArray, white: FloatArray) -> tuple[FloatArray, str]:
-        adaptation = "none"
+    def _relative_print(self, xyz: FloatArray, white: FloatArray) -> tuple[FloatArray, str]:
+        scaled = "ICC media-relative: XYZ scaled by D50/white"
         if not np.array_equal(self.reference, ICC_D50):
-            adaptation = adaptation_text(self.adaptation, self.illuminant)
+            scaled = f"{adaptation_text(self.adaptation, self.illuminant)}; {scaled}"
             xyz = adaptation_to_d50(xyz, self.reference, self.adaptation)
             white = adaptation_to_d50(white[np.newaxis], self.reference, self.adaptation)[0]
-        if self.intent == "relative":
-            lab = xyz_to_lab(xyz * (ICC_D50 / white))
-            scaled = "ICC media-relative: XYZ scaled by D50/white"
-            return lab, scaled if adaptation == "none" else f"{adaptation}; {scaled}"
-        if self.samples.lab is not None and adaptation == "none":
-            return self.samples.lab, adaptation
-        return xyz_to_lab(xyz), adaptation
+        return xyz_to_lab(xyz * (ICC_D50 / white)), scaled
+
+    def _absolute_print(self, xyz: FloatArray) -> tuple[FloatArray, str]:
+        if not np.array_equal(self.reference, ICC_D50):
+            xyz = adaptation_to_d50(xyz, self.reference, self.adaptation)
+            return xyz_to_lab(xyz), adaptation_text(self.adaptation, self.illuminant)
+        return xyz_to_lab(xyz) if self.samples.lab is None else self.samples.lab, "none"
 
     def _illuminant(self) -> tuple[str, str]:
         conditions = self.samples.conditions
@@ -605,7 +674,11 @@ def sample_surface(
         return SurfaceColours(medium.lab, None, provenance)
 
     device, lab = _mean_colours(samples.device, medium.lab)
-    averaged, distinct = len(samples.device) - len(device), len(device)
+    averaged = len(samples.device) - len(device)
+    if medium.white_sample is not None:
+        device = np.concatenate([device, medium.white_sample[0]])
+        lab = np.concatenate([lab, medium.white_sample[1]])
+    distinct = len(device)
     model = device_model(device, lab, kind)
     device, lab = model.device, model.lab
     if len(device) < distinct:

@@ -80,8 +80,8 @@ class DeviceModel:
     function : DeviceFunction
         Device values to colours.
     own : (3, 3) float, optional
-        Matrix from the function's tristimulus values to those of the gamut's space, for displays
-        whose colours are not adapted.
+        Matrix from the function's tristimulus values to those of the gamut's space. Only files of
+        older versions have it, for profiles of displays whose colours are not adapted.
     """
 
     channels: tuple[str, ...]

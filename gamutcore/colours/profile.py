@@ -1,7 +1,8 @@
 """Colours of device values by an ICC profile, for each rendering intent.
 
-The steps after the profile's own transform follow the ICC's reference implementation. Absolute
-colorimetry scales XYZ by the media white, in all versions and classes. The perceptual intent of
+The steps after the profile's own transform follow the ICC's reference implementation, except for
+absolute colours of displays that state their own white: the adaptation to D50 is undone, as their
+measurements show, where the reference scales XYZ by the white. The perceptual intent of
 profiles without the reference medium's black point of version 4 gets it by scaling. Black-point
 compensation is never applied. See ``docs/decisions/icc-evaluator.md``.
 """
@@ -9,17 +10,29 @@ compensation is never applied. See ``docs/decisions/icc-evaluator.md``.
 from __future__ import annotations
 
 import contextlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
-from gamutcore.characterisation.icc import CurveSet, Matrix, icc_profile, reduced_profile
+from gamutcore.characterisation.icc import (
+    CurveSet,
+    Matrix,
+    icc_profile,
+    near_d50,
+    reduced_profile,
+)
 from gamutcore.characterisation.samples import JSON
 from gamutcore.colours.colorimetry import ICC_D50, adaptation_matrix, lab_to_xyz, xyz_to_lab
 from gamutcore.colours.device_model import impossible_colour_warnings
 from gamutcore.colours.ink_limits import InkLimits, limited_cube
-from gamutcore.colours.models import Arrays, DeviceFunction, DeviceModel, device_function
+from gamutcore.colours.models import (
+    Arrays,
+    DeviceFunction,
+    DeviceModel,
+    check_shapes,
+    device_function,
+)
 from gamutcore.colours.sampling import (
     AbsoluteColours,
     SurfaceColours,
@@ -27,7 +40,7 @@ from gamutcore.colours.sampling import (
     device_colours,
     surface_values,
 )
-from gamutcore.errors import MalformedProfileError
+from gamutcore.errors import MalformedProfileError, UnsupportedProfileError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -38,9 +51,12 @@ if TYPE_CHECKING:
 PERCEPTUAL_BLACK = np.array([0.00336, 0.0034731, 0.00287])
 """XYZ of the perceptual reference medium's black point (ICC.1:2022, 6.3.3, table 3)."""
 
-_SAME_WHITE = 0.001
-"""Largest difference in X, Y and Z of a white that counts as D50; profilers round differently."""
+_SAME_CHROMATICITY = 0.005
+"""Largest difference in x and y of two statements of one white. Profilers' D65 differ by 0.001."""
 
+_NEUTRAL = 3.0
+"""Largest ΔE*ab from L* 100 of the white of media-relative colours. Tables of 8 bits round to 0.5;
+a D65 white that is not adapted is 19 away, the paper of a press 4 or more."""
 
 _LIGHTS = frozenset({"display", "colour space"})
 """Classes of profiles whose colours are lights, which the optimal colour solid does not limit."""
@@ -69,26 +85,31 @@ class ProfileColours:
     warnings: tuple[str, ...]
 
 
-def profile_colours(profile: IccProfile, device: FloatArray, intent: str) -> ProfileColours:
+def profile_colours(
+    profile: IccProfile, device: FloatArray, intent: str, absolute: FloatArray | None = None
+) -> ProfileColours:
     """Return CIELAB colours of device values (m, n), 0 to 1, for any rendering intent.
 
     ICC.1:2022, 6.3.2.2 for absolute colorimetry, and 6.3.3 for the perceptual reference medium.
+    `absolute` (3, 3) leads from media-relative to absolute tristimulus values; by default, it is
+    that of `absolute_colours`.
     """
     transform, warnings = profile.transform(intent)
     colours = transform.pcs_values(device)
-    scale, offset = np.ones(3), np.zeros(3)
+    scale, offset = np.eye(3), np.zeros(3)
     adaptation = "as in the profile: media-relative to D50"
     if intent == "absolute":
         adaptation = "none: as in the profile"
     elif intent == "perceptual":
         adaptation = "as in the profile, with the perceptual reference medium's black point"
     if intent == "absolute" and not transform.absolute:
-        white, white_warnings = profile.media_white()
-        warnings += white_warnings
-        scale = white / ICC_D50
+        declared = _absolute_colours(profile)
+        scale = declared.matrix if absolute is None else absolute
         adaptation = "none: media-relative colours scaled by the media white"
+        if declared.as_measured:
+            adaptation = "none: the adaptation of the display's own colours to D50 is undone"
     elif intent == "perceptual" and (profile.version[0] < 4 or "TRC" in transform.tag):
-        scale, offset = 1 - PERCEPTUAL_BLACK / ICC_D50, PERCEPTUAL_BLACK
+        scale, offset = np.diag(1 - PERCEPTUAL_BLACK / ICC_D50), PERCEPTUAL_BLACK
     else:
         lab = colours if transform.pcs == "Lab" else xyz_to_lab(colours)
         return ProfileColours(lab, transform.tag, transform.kind, adaptation, tuple(warnings))
@@ -96,22 +117,26 @@ def profile_colours(profile: IccProfile, device: FloatArray, intent: str) -> Pro
     # this adjustment only. CIELAB colours near black can have them.
     if transform.pcs == "Lab":
         colours = np.maximum(lab_to_xyz(colours), 0.0)
-    lab = xyz_to_lab(np.maximum(colours * scale + offset, 0.0))
+    lab = xyz_to_lab(np.maximum(colours @ scale.T + offset, 0.0))
     return ProfileColours(lab, transform.tag, transform.kind, adaptation, tuple(warnings))
 
 
 @device_function
 @dataclass(frozen=True, eq=False)
 class ProfileTransform(DeviceFunction):
-    """The transform of an ICC profile for an intent."""
+    """The transform of an ICC profile for an intent.
+
+    `absolute` (3, 3) leads from media-relative to absolute tristimulus values, for this intent.
+    """
 
     kind: ClassVar[str] = "profile"
     profile: IccProfile
     intent: str
+    absolute: FloatArray | None = None
 
     def lab(self, device: FloatArray) -> FloatArray:
         """Return colours as `profile_colours`."""
-        return profile_colours(self.profile, device, self.intent).lab
+        return profile_colours(self.profile, device, self.intent, self.absolute).lab
 
     def closed_values(self, lab: FloatArray) -> FloatArray | None:
         """Return device values as `values_by_curves`, for colours that an intent does not scale."""
@@ -122,12 +147,21 @@ class ProfileTransform(DeviceFunction):
     def parts(self) -> tuple[Arrays, dict[str, Any]]:
         """Return the profile with the tags that the transform needs."""
         data = reduced_profile(self.profile, self.intent)
-        return {"profile": np.frombuffer(data, np.uint8)}, {"intent": self.intent}
+        arrays = {"profile": np.frombuffer(data, np.uint8)}
+        return arrays | ({} if self.absolute is None else {"absolute": self.absolute}), {
+            "intent": self.intent
+        }
 
     @classmethod
     def of(cls, arrays: Arrays, facts: Mapping[str, Any]) -> Self:
         """Return the function of its parts."""
-        return cls(icc_profile(arrays["profile"].tobytes()), str(facts["intent"]))
+        profile, intent = icc_profile(arrays["profile"].tobytes()), str(facts["intent"])
+        absolute = arrays.get("absolute")
+        if absolute is not None:
+            check_shapes((absolute,), ((3, 3),), np.float64)
+        elif intent == "absolute":  # a file of a version that scaled the colours of displays too
+            absolute = np.diag(profile.media_white()[0] / ICC_D50)
+        return cls(profile, intent, absolute)
 
 
 _CURVE_SAMPLES = 4097
@@ -159,39 +193,101 @@ def values_by_curves(
 def declared_white(profile: IccProfile) -> tuple[JSON, list[str]]:
     """Return X, Y, Z of the media white for the provenance, and warnings; None if it is broken.
 
-    Only absolute colorimetry needs the white, and refuses a broken one.
+    Only absolute colorimetry needs the white, and refuses a broken one. A warning says if the white
+    of media-relative colours is not that of D50.
     """
+    relative = _relative_white(profile)
+    strange = []
+    if relative is not None and np.linalg.norm(relative - _WHITE) > _NEUTRAL:
+        strange = [_strange_white(profile, relative)]
     try:
         white, warnings = profile.media_white()
     except MalformedProfileError as error:
-        return None, [error.message]
-    return [round(float(value), 6) for value in white], warnings
+        return None, [error.message, *strange]
+    return [round(float(value), 6) for value in white], [*warnings, *strange]
+
+
+_WHITE = np.array([100.0, 0.0, 0.0])
+
+
+def _strange_white(profile: IccProfile, lab: FloatArray) -> str:
+    values = " ".join(f"{value + 0.0:.3g}" for value in lab.round(1))
+    if not profile.lights:
+        return (
+            f"The paper has L*a*b* {values} in the media-relative table, where it is 100 0 0. The "
+            "table is not relative to the paper."
+        )
+    return (
+        f"The white has L*a*b* {values} in the media-relative colours, where it is 100 0 0. The "
+        "colorants are not adapted to D50 (ICC.1:2022, 9.2.15); relative colours keep this cast."
+    )
+
+
+def _relative_white(profile: IccProfile) -> FloatArray | None:
+    """Return CIELAB (3,) of the medium's white by the media-relative transform.
+
+    None for input profiles, whose device values have no white, and for a broken transform.
+    """
+    if profile.device_class == "input":
+        return None
+    device = np.full((1, len(profile.channels)), 0.0 if profile.inks else 1.0)
+    try:
+        transform, _ = profile.transform("relative")
+        colours = transform.pcs_values(device)[0]
+    except (MalformedProfileError, UnsupportedProfileError):
+        return None
+    return colours if transform.pcs == "Lab" else xyz_to_lab(colours)
 
 
 def absolute_colours(profile: IccProfile) -> AbsoluteColours | None:
-    """Return what media-relative colours of a profile are as absolute and as the device's own ones.
-
-    None if the media white is broken. Prints are scaled by the media white (ICC.1:2022, 6.3.2.2).
-    The colours of displays and of RGB spaces are adapted to D50, by the tag chad or, without it, by
-    the linear Bradford transform. Scaling by the white does not undo this adaptation. The media
-    white of a display profile is the display's own in version 2, and D50 in later versions, whose
-    absolute colours stay adapted (9.2.36).
-    """
+    """Return `_absolute_colours`; None if the media white or the transform is broken."""
     try:
-        white, _ = profile.media_white()
-        scaled = not profile.transform("absolute")[0].absolute
+        return _absolute_colours(profile)
     except MalformedProfileError:
         return None
+
+
+def _absolute_colours(profile: IccProfile) -> AbsoluteColours:
+    """Return what media-relative colours of a profile are as absolute and as the device's own ones.
+
+    Prints are scaled by the media white (ICC.1:2022, 6.3.2.2). The colours of displays and of RGB
+    spaces are adapted to D50. A display that states its own white (version 2) has absolute colours
+    without this adaptation, as its measurements have. The media white of later versions is D50, and
+    their absolute colours stay adapted (9.2.36).
+    """
+    white, _ = profile.media_white()
     scaling = np.diag(white / ICC_D50)
-    if profile.device_class == "output":
-        return AbsoluteColours(scaling)
-    is_own = profile.device_class == "display" and np.abs(white - ICC_D50).max() > _SAME_WHITE
+    if not profile.lights:
+        own = None if profile.device_class == "output" else _unadapted(profile, white)
+        return AbsoluteColours(scaling, own=own)
+    own = _unadapted(profile, white)
+    if near_d50(white) or profile.transform("absolute")[0].absolute:
+        return AbsoluteColours(scaling, own=own)
+    return AbsoluteColours(own, as_measured=True)
+
+
+def _unadapted(profile: IccProfile, white: FloatArray) -> FloatArray:
+    """Return the matrix (3, 3) from the connection space to the device's own tristimulus values.
+
+    The adaptation is that of the tag chad, or linear Bradford without one that leads to the stated
+    white. Colours that were never adapted stay.
+    """
+    relative = _relative_white(profile)
+    if relative is not None and profile.lights:
+        found = lab_to_xyz(relative)
+        if not _same_chromaticity(found, ICC_D50) and _same_chromaticity(found, white):
+            return np.eye(3)
     adapting = profile.adaptation_to_d50()
-    if adapting is None:
-        unadapted = adaptation_matrix(ICC_D50, white, "Bradford") * white[1]
-    else:
-        unadapted = np.asarray(np.linalg.inv(adapting), np.float64)
-    return AbsoluteColours(scaling, is_own and scaled, unadapted)
+    if adapting is not None:
+        unadapting = np.asarray(np.linalg.inv(adapting), np.float64)
+        if near_d50(white) or _same_chromaticity(unadapting @ ICC_D50, white):
+            return unadapting
+    matrix: FloatArray = adaptation_matrix(ICC_D50, white, "Bradford") * white[1]
+    return matrix
+
+
+def _same_chromaticity(one: FloatArray, two: FloatArray) -> bool:
+    return bool(np.abs(one / one.sum() - two / two.sum()).max() < _SAME_CHROMATICITY)
 
 
 def profile_surface(
@@ -234,6 +330,8 @@ def profile_surface(
         "warnings": list[JSON](dict.fromkeys(warnings)),  # each once
     }
     absolute = absolute_colours(profile)
+    if intent == "absolute" and absolute is not None:
+        function = replace(function, absolute=absolute.matrix)
     return SurfaceColours(
         points,
         surface.device,

@@ -103,9 +103,9 @@ class AbsoluteColours(NamedTuple):
     """What media-relative colours are with the intent absolute, and as the device's own.
 
     `matrix` (3, 3) leads from tristimulus values relative to D50, Y = 1 for the white of the
-    medium, to absolute ones. These are the device's own in all spaces but ICC's CIELAB if
-    `as_measured`. `own` (3, 3) leads to the device's own values, without adaptation and up to a
-    common factor; None if they are the absolute ones.
+    medium, to absolute ones. These are the device's own if `as_measured`. `own` (3, 3) leads to the
+    device's own values, without adaptation and up to a common factor; None if they are the absolute
+    ones.
     """
 
     matrix: FloatArray

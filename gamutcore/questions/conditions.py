@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gamutcore.colours import INTENTS
+from gamutcore.colours import INTENTS, xyz_to_lab
 from gamutcore.results import AS_GIVEN, Conditions
 
 if TYPE_CHECKING:
@@ -60,6 +60,21 @@ def _paper_counts_as_white(conditions: Conditions) -> bool:
     )
 
 
+def _white_of_screens_is_outside(conditions: Conditions) -> bool:
+    """Whether the white of sRGB colours, that of the space, is not the white of the medium.
+
+    Only absolute colours keep another white. Those of lights are not adapted in other spaces than
+    CIELAB with D50, so that their white is compared with that of the space.
+    """
+    if conditions.intent != "absolute" or conditions.medium_white is None:
+        return False
+    whites = [np.array(WHITE_LAB)]
+    is_icc = conditions.space == "CIELAB" and conditions.white == "D50"
+    if not (conditions.is_print or is_icc) and conditions.white_xyz:
+        whites.append(xyz_to_lab(np.array(conditions.white_xyz)))
+    return min(_distance(conditions.medium_white, tuple(each)) for each in whites) > SAME_WHITE
+
+
 def colour_warnings(conditions: Conditions, space: str) -> tuple[str, ...]:
     """Return warnings about colours of no declared medium that meet a gamut.
 
@@ -68,10 +83,22 @@ def colour_warnings(conditions: Conditions, space: str) -> tuple[str, ...]:
     conditions : Conditions
         Of the gamut.
     space : str
-        Of the colours. Colours of sRGB are relative to the white of a display, as the gamut is to
-        the white of its medium, and need no warning.
+        Of the colours. Colours of sRGB are relative to the white of a screen. They fit a gamut
+        relative to the white of its medium, as others fit an absolute one.
     """
-    if space == "sRGB" or not _paper_counts_as_white(conditions):
+    if space == "sRGB":
+        if not _white_of_screens_is_outside(conditions):
+            return ()
+        assert conditions.medium_white is not None  # noqa: S101  # checked by the property
+        medium = "paper" if conditions.is_print else "white"
+        warning = (
+            f"The gamut is absolute: its {medium} has L*a*b* {_lab(conditions.medium_white)}. "
+            "White and light colours of sRGB (hex) are relative to the white of a screen, L*a*b* "
+            "100 0 0, and count as outside: for such colours, build the gamut with the intent "
+            'relative (--intent relative, or "intent": "relative").'
+        )
+        return (warning,)
+    if not _paper_counts_as_white(conditions):
         return ()
     assert conditions.medium_white is not None  # noqa: S101  # checked by the property
     warning = (

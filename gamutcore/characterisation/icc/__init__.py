@@ -8,6 +8,7 @@ from gamutcore.characterisation.icc.profile import (
     IccProfile,
     icc_profile,
     looks_like_icc,
+    near_d50,
     reduced_profile,
 )
 from gamutcore.characterisation.icc.transforms import CurveSet, Matrix, largest_output_sum
@@ -19,5 +20,6 @@ __all__ = [
     "icc_profile",
     "largest_output_sum",
     "looks_like_icc",
+    "near_d50",
     "reduced_profile",
 ]

@@ -28,7 +28,7 @@ from gamutcore.errors import MalformedProfileError, UnsupportedProfileError
 if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
 
-__all__ = ["IccProfile", "icc_profile", "looks_like_icc", "reduced_profile"]
+__all__ = ["IccProfile", "icc_profile", "looks_like_icc", "near_d50", "reduced_profile"]
 
 LONGEST_NAME = 200
 """Maximum length of a name; longer names are cut."""
@@ -189,18 +189,43 @@ class IccProfile:
             raise element.malformed(f"has the type {element.kind!r}, not XYZ")
         return element.fixed(8, 3)
 
+    @property
+    def lights(self) -> bool:
+        """Whether the profile is that of a display or of an RGB space, rather than of a print."""
+        return self.device_class in {"display", "colour space"} and not self.inks
+
     def media_white(self) -> tuple[FloatArray, list[str]]:
-        """Return the media white point (3,), D50 if the profile has none, and warnings."""
+        """Return the media white point (3,), D50 if the profile has none, and warnings.
+
+        Y is 1 for lights, whose luminance is relative to that of the white. A white that the tag
+        states on another scale, or as chromaticities, is corrected with a warning. One that no
+        medium has raises `MalformedProfileError`.
+        """
         if "wtpt" not in self.tags:
             return D50, ["The profile has no media white point; D50 is assumed."]
-        white = self.xyz("wtpt")
-        if not (white > 0).all() or (white > 10).any():
+        stated = self.xyz("wtpt")
+        white, why = _corrected_white(stated, lights=self.lights)
+        values = " ".join(f"{value:.6g}" for value in stated)
+        if white is None:
             raise MalformedProfileError(
-                f"The media white point is {white.tolist()}.",
+                f"The media white point (tag wtpt) is {values}, {why}.",
                 where={"tag": "wtpt"},
-                remedy="X, Y and Z of the white are near 1.",
+                remedy="Give the intent relative, or make the profile again with a white whose "
+                "Y is 1 (displays) or the reflectance of the paper.",
             )
-        return white, []
+        warnings = []
+        if why:
+            taken = " ".join(f"{value:.4f}" for value in white)
+            warnings.append(
+                f"The media white point (tag wtpt) is {values}, {why}; {taken} is used."
+            )
+        if self.lights and self.version[0] >= 4 and not near_d50(white):
+            values = " ".join(f"{value:.4f}" for value in white)
+            warnings.append(
+                f"The media white point (tag wtpt) is {values}. In version {self.version[0]} it is "
+                "D50 (ICC.1:2022, 9.2.36); it is taken as the display's own white."
+            )
+        return white, warnings
 
     def native_white(self) -> tuple[FloatArray | None, list[str]]:
         """Return the white (3,) before chromatic adaptation, and warnings; None without `chad`.
@@ -358,6 +383,52 @@ def icc_profile(data: bytes) -> IccProfile:
     if version[0] == 5:
         _refuse_other_conditions(profile)
     return _described(profile, space)
+
+
+_SAME_WHITE = 0.001
+"""Largest difference in X, Y and Z of a white that counts as D50; profilers round differently."""
+
+_UNIT_LUMINANCE = 0.02
+"""Largest difference from 1 of the Y of a display's white that is rounding."""
+
+_WHITE_X, _WHITE_Y = (0.24, 0.56), (0.24, 0.46)
+"""Chromaticities that a white can have: daylight of any temperature to candle light, and papers."""
+
+_PAPER = (0.02, 1.2)
+"""Luminances that an unprinted medium can have: black textile to bright fluorescent paper."""
+
+
+def near_d50(white: FloatArray) -> bool:
+    """Whether X, Y, Z of a white are those of D50."""
+    return bool(np.abs(white - D50).max() <= _SAME_WHITE)
+
+
+def _chromaticity_is_white(x: float, y: float) -> bool:
+    return _WHITE_X[0] <= x <= _WHITE_X[1] and _WHITE_Y[0] <= y <= _WHITE_Y[1]
+
+
+def _corrected_white(stated: FloatArray, *, lights: bool) -> tuple[FloatArray | None, str]:
+    """Return the white that a tag means, and what is wrong with it: a predicate, empty if nothing.
+
+    The white is None if nothing tells what is meant.
+    """
+    x, y, z = stated.tolist()
+    total = x + y + z
+    plausible = min(x, y, z) > 0 and _chromaticity_is_white(x / total, y / total)
+    if not plausible and _chromaticity_is_white(x, y) and lights:
+        # x, y and 1, 0 or a luminance in place of X, Y, Z
+        return np.array([x / y, 1.0, (1.0 - x - y) / y]), "which are x, y and not X, Y, Z"
+    if not plausible:
+        return None, "which no white has"
+    if lights:
+        white = stated / y
+        far = abs(y - 1.0) > _UNIT_LUMINANCE
+        return white, "where Y is 1 for the white of a display" if far else ""
+    if y > 10.0 and y / 100.0 <= _PAPER[1]:
+        return stated / 100.0, "on a scale to 100"
+    if not _PAPER[0] <= y <= _PAPER[1]:
+        return None, "which is " + ("darker" if y < 1.0 else "lighter") + " than any paper"
+    return stated, ""
 
 
 _ALWAYS_NEEDED = ("wtpt", "chad", "svcn", "clrt")

@@ -97,6 +97,34 @@ class TestColoursOfNoMedium:
         assert press.nearest((1, 0, 0), space="sRGB").warnings == ()
 
 
+class TestColoursOfAScreen:
+    """White of sRGB (hex) is L* 100, which no paper is by the intent absolute."""
+
+    def test_meet_an_absolute_gamut(self, absolute):
+        white = (1, 1, 1)
+        assert not absolute.contains(white, space="sRGB").item()
+        for answer in (
+            absolute.nearest(white, space="sRGB"),
+            absolute.map(white, space="srgb"),
+            absolute.to_device(white, space="sRGB"),
+        ):
+            (warning,) = answer.warnings
+            assert "95 0 -2" in warning
+            assert "--intent relative" in warning
+
+    def test_are_no_question_of_their_own_white(self, press, srgb):
+        assert press.contains((1, 1, 1), space="sRGB").item()
+        for gamut in (press, srgb):
+            assert gamut.nearest((1, 1, 1), space="sRGB").warnings == ()
+
+    @pytest.mark.parametrize(("space", "warned"), [("CIELAB", True), ("Oklab", False)])
+    def test_meet_a_display_with_another_white_than_the_space(self, space, warned):
+        """sRGB's own D65 is the white of Oklab, and not that of CIELAB with D50."""
+        display = reference("srgb", intent="absolute", space=space, surface_samples=2000)
+        assert display.contains((1, 1, 1), space="sRGB").item() != warned
+        assert bool(display.nearest((1, 1, 1), space="sRGB").warnings) == warned
+
+
 class TestOtherConditions:
     def test_two_intents(self, press, absolute, srgb):
         for one, two in ((press, absolute), (absolute, press), (absolute, srgb)):

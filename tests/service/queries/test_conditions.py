@@ -47,6 +47,8 @@ def test_colours_as_measured_and_a_relative_gamut(server, presses, operation):
     absolute = ask(server, presses["absolute"], operation)
     assert (absolute.json()["gamut"]["intent"], absolute.json()["warnings"]) == ("absolute", [])
     assert ask(server, presses["relative"], operation, space="sRGB").json()["warnings"] == []
+    (warning,) = ask(server, presses["absolute"], operation, space="sRGB").json()["warnings"]
+    assert '"intent": "relative"' in warning
 
 
 @pytest.mark.slow
