@@ -39,7 +39,7 @@ from gamutcore.history import (
     history_bytes,
     history_from_bytes,
 )
-from gamutcore.kernels import GROUPS, compilation_lock, is_compiled, mark_compiled
+from gamutcore.kernels import GROUPS, compilation_lock, is_compiled, mark_compiled, watchers
 from gamutcore.levels import (
     LevelRequest,
     LevelSearch,
@@ -48,7 +48,7 @@ from gamutcore.levels import (
     radial_difference,
     voxel_mismatch,
 )
-from gamutcore.queries import build_index, contains, nearest
+from gamutcore.queries import LevelIndex, build_index, contains, nearest, nearest_ciede2000
 
 __all__ = ["compile_kernels", "use_kernels"]
 
@@ -58,18 +58,23 @@ objects: with Python's own thresholds, collections take a tenth of the time and 
 
 
 def compile_kernels(groups: tuple[str, ...] = GROUPS) -> None:
-    """Compile groups of kernels, each in two processes at once, and mark them as compiled."""
+    """Compile groups of kernels, those with two steps in two processes, and mark them."""
     for group in groups:
         with compilation_lock(group):
             if is_compiled(group):
                 continue
-            first, second, *rest = STEPS[group]
+            first, *rest = STEPS[group]
             spawn = multiprocessing.get_context("spawn")
-            other = spawn.Process(target=_use_beside, args=(second,), daemon=True)
-            other.start()
+            others = [
+                spawn.Process(target=_use_beside, args=(step, bool(watchers)), daemon=True)
+                for step in rest[:1]
+            ]
+            for other in others:
+                other.start()
             first()
-            other.join()
-            for step in rest:
+            for other in others:
+                other.join()
+            for step in rest[1:]:
                 step()
             mark_compiled(group)
 
@@ -80,13 +85,19 @@ def use_kernels(group: str) -> None:
         step()
 
 
-def _use_beside(step: Callable[[], None]) -> None:
+def _use_beside(step: Callable[[], None], printing: bool) -> None:
     """Take a step in a process that ends with the one that started it."""
     parent = multiprocessing.parent_process()
     assert parent is not None  # noqa: S101  # `compile_kernels` starts this process
     _exit_after(parent.join)
     gc.set_threshold(*COLLECTION)
+    if printing:
+        watchers.append(_print_name)
     step()
+
+
+def _print_name(name: str) -> None:
+    print(name, flush=True)  # noqa: T201  # for the process that started this one
 
 
 def _exit_after(wait: Callable[[], None]) -> None:
@@ -100,13 +111,22 @@ def _exit_after(wait: Callable[[], None]) -> None:
 
 
 def _use_surface() -> None:
-    """Decimate, wrap a hull around colours, and search an index."""
+    """Decimate, and wrap surfaces around colours and of devices."""
     _decimate_cube("volume")
     compute_boundary(_device(), "modified-convex-hull")
-    points = np.array([(50, 0, 40), (50, 40, -20), (50, -40, -20), (90, 0, 0)], np.float64)
-    index = build_index(points, _TETRAHEDRON, np.array([60.0, 0.0, 0.0]))
+    _use_device_surface()
+
+
+def _use_index() -> None:
+    """Search an index."""
+    index = _tetrahedron_index()
     nearest(index.vertices, index)
     contains(index.vertices, index)
+
+
+def _tetrahedron_index() -> LevelIndex:
+    points = np.array([(50, 0, 40), (50, 40, -20), (50, -40, -20), (90, 0, 0)], np.float64)
+    return build_index(points, _TETRAHEDRON, np.array([60.0, 0.0, 0.0]))
 
 
 def _use_device_surface() -> None:
@@ -132,7 +152,7 @@ def _decimate_cube(cost: str) -> None:
 
 def _use_levels_and_models() -> None:
     """Read, search and write levels of a saved gamut, and evaluate models of devices."""
-    _use_device_surface()
+    _use_index()
     corners = np.array([(50, 0, 40), (50, 40, -20), (50, -40, -20), (90, 0, 0)], np.float32)
     # a tetrahedron whose first vertex is split into itself and slot 4
     splits = Splits(
@@ -210,7 +230,7 @@ def _use_options() -> None:
     mesh_picture(history.level(50), size=16)
     gamut = Gamut(_table(), surface_samples=200)
     gamut.distance(_COLOURS)
-    gamut.nearest(_COLOURS, metric="CIEDE2000")
+    gamut.nearest(_COLOURS)
 
 
 def _use_queries() -> None:
@@ -232,6 +252,12 @@ def _use_queries() -> None:
         gamut.map_picture(picture, Path(folder) / "mapped.png", "spatial", iterations=1)
 
 
+def _use_ciede2000() -> None:
+    """Search by CIEDE2000."""
+    index = _tetrahedron_index()
+    nearest_ciede2000(index.vertices, index)
+
+
 _TETRAHEDRON = np.array([(0, 1, 2), (0, 2, 3), (0, 3, 1), (1, 3, 2)], np.int32)
 
 _COLOURS = np.array([(50.0, 0.0, 0.0), (50.0, 90.0, 0.0)])
@@ -239,6 +265,7 @@ _COLOURS = np.array([(50.0, 0.0, 0.0), (50.0, 90.0, 0.0)])
 STEPS = {
     "default": (_use_levels_and_models, _use_surface, _use_build),
     "optional": (_use_options, _use_queries),
+    "ciede2000": (_use_ciede2000,),
 }
 """What uses the kernels of each group. The first two steps take about as long, have few kernels in
 common, and run at the same time. A third one uses the kernels of both."""
@@ -257,8 +284,16 @@ def main() -> None:
     parser.add_argument(
         "--while-stdin-is-open", action="store_true", help="exit when standard input ends"
     )
+    parser.add_argument(
+        "--print", action="store_true", help="print the name of each kernel that is usable"
+    )
+    parser.add_argument("--nice", action="store_true", help="run at the lowest priority")
     arguments = parser.parse_args()
     gc.set_threshold(*COLLECTION)
+    if arguments.print:
+        watchers.append(_print_name)
+    if arguments.nice:
+        os.nice(19)
     if arguments.while_stdin_is_open:
         _exit_after(_wait_for_end_of_stdin)
     compile_kernels(tuple(arguments.group) or GROUPS)

@@ -260,8 +260,7 @@ def _write_and_read(blobs: Blobs, content: bytes) -> bool:
 
 
 def _kernels(kernels: Kernels) -> Finding:
-    states = ", ".join(f"{group}: {state}" for group, state in kernels.states.items())
-    return Finding("ok" if kernels.loaded else "failed", states)
+    return Finding("ok" if kernels.loaded else "failed", kernels.detail)
 
 
 def _queue(builds: Builds) -> Finding:

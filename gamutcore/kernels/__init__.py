@@ -5,6 +5,7 @@ tools see plain Python.
 """
 
 from gamutcore.kernels.cache import (
+    ENTRY_POINTS,
     GROUPS,
     compilation_lock,
     compile_command,
@@ -12,6 +13,7 @@ from gamutcore.kernels.cache import (
     is_compiled,
     mark_compiled,
     stamps_can_be_kept,
+    watchers,
 )
 from gamutcore.kernels.decorators import (
     KERNELS,
@@ -23,6 +25,7 @@ from gamutcore.kernels.decorators import (
 )
 
 __all__ = [
+    "ENTRY_POINTS",
     "GROUPS",
     "KERNELS",
     "bit_length",
@@ -36,4 +39,5 @@ __all__ = [
     "load_kernels",
     "mark_compiled",
     "stamps_can_be_kept",
+    "watchers",
 ]

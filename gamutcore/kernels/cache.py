@@ -5,11 +5,12 @@ from other files. It refuses a directory that cannot be written to, such as the 
 container, and it fails on a damaged file. Here each kernel, signature and processor has a file,
 stamped with the `fingerprint` of the kernel. What cannot be read is compiled again.
 
-Kernels are compiled in two groups. The ``default`` group is what a build with default options and
-every reader of a gamut need; the ``optional`` group is the rest. A stamp beside the machine code
-says that a group is complete for the present source, processor and versions. Services wait for the
-first group and compile the second in the background. A kernel without machine code compiles on its
-first call, so a missing stamp costs time and nothing else.
+Kernels are compiled in three groups. The ``default`` group is what a build with default options and
+every reader of a gamut need. The ``ciede2000`` group searches by CIEDE2000, and the ``optional``
+group is the rest. A stamp beside the machine code says that a group is complete for the present
+source, processor and versions. Services wait for the first group, compile the second in the
+background at a low priority, and the third when a request needs it. A kernel without machine code
+compiles on its first call, so a missing stamp costs time and nothing else.
 """
 
 from __future__ import annotations
@@ -38,6 +39,7 @@ from numba.core.registry import cpu_target
 from numba.core.serialize import dumps
 
 __all__ = [
+    "ENTRY_POINTS",
     "GROUPS",
     "KernelCache",
     "compilation_lock",
@@ -47,12 +49,19 @@ __all__ = [
     "is_compiled",
     "mark_compiled",
     "stamps_can_be_kept",
+    "watchers",
 ]
 
 logger = logging.getLogger(__name__)
 
-GROUPS = ("default", "optional")
+GROUPS = ("default", "optional", "ciede2000")
 """Names of the groups, in the order in which a service compiles them."""
+
+ENTRY_POINTS = {"default": 59, "optional": 64, "ciede2000": 11}
+"""Number of entry points that compiling a group compiles or loads."""
+
+watchers: list[Callable[[str], None]] = []
+"""Called with the name of each entry point whose machine code has been loaded or compiled."""
 
 SECONDS_PER_BYTE = 3.0e-4
 """Compile time per byte of Python bytecode, for estimates. Measured on `collapse_edges` and
@@ -198,7 +207,9 @@ class KernelCache(NullCache):
         path = self._path(signature)
         with contextlib.suppress(Exception), path.open("rb") as file:
             if pickle.load(file) == (self._stamp, signature):  # noqa: S301  # our own
-                return CompileResult._rebuild(context, *pickle.load(file))  # noqa: S301, SLF001
+                code = CompileResult._rebuild(context, *pickle.load(file))  # noqa: S301, SLF001
+                _tell_watchers(path)
+                return code
         seconds = SECONDS_PER_BYTE * _bytecode_size(self._kernel)
         if seconds > LONG_COMPILATION:
             logger.warning(
@@ -215,7 +226,14 @@ class KernelCache(NullCache):
         if compiled.library.has_dynamic_globals:  # such code holds addresses of this process
             return
         content = dumps((self._stamp, signature)) + dumps(compiled._reduce())  # noqa: SLF001
-        _write(self._path(signature), content)
+        path = self._path(signature)
+        _write(path, content)
+        _tell_watchers(path)
+
+
+def _tell_watchers(path: Path) -> None:
+    for watcher in watchers:
+        watcher(path.stem)
 
 
 def _cache_folder(source: str) -> Path:
@@ -258,8 +276,13 @@ def stamps_can_be_kept() -> bool:
 
 
 def compile_command(group: str) -> list[str]:
-    """Return the command line that compiles a group, and ends when its standard input does."""
-    return [sys.executable, "-m", "gamutcore.warm", "--while-stdin-is-open", group]
+    """Return the command line that compiles a group, and ends when its standard input does.
+
+    It prints the name of each kernel that is usable; names can repeat. Builds and requests go
+    before the optional group.
+    """
+    options = ["--while-stdin-is-open", "--print", *(["--nice"] if group == "optional" else [])]
+    return [sys.executable, "-m", "gamutcore.warm", *options, group]
 
 
 def ensure_compiled(group: str) -> None:
@@ -270,7 +293,9 @@ def ensure_compiled(group: str) -> None:
     """
     if is_compiled(group) or not stamps_can_be_kept():
         return
-    with subprocess.Popen(compile_command(group), stdin=subprocess.PIPE) as process:  # noqa: S603  # no input
+    with subprocess.Popen(  # noqa: S603  # no input
+        compile_command(group), stdin=subprocess.PIPE, stdout=subprocess.DEVNULL
+    ) as process:
         process.wait()
     if process.returncode:
         logger.error("the %s kernels were not compiled: exit status %d", group, process.returncode)

@@ -135,7 +135,7 @@ EXAMPLE_READINESS: dict[str, Any] = {
     "probes": {
         "kernels": {
             "status": "ok",
-            "detail": "default: compiled, optional: compiled",
+            "detail": "default: compiled, optional: compiled, ciede2000: compiled",
             "milliseconds": 0.0,
         },
         "workers": {"status": "ok", "detail": "1 of 1 workers are warm", "milliseconds": 0.0},

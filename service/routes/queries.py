@@ -199,6 +199,8 @@ async def _answer(request: Request, gamut_id: str, question: Question) -> Respon
             body = await queries.parse(arriving, sent, question, opened.space, width, given)
         correct(body.rows)
         values = values_of(parameters, given, body.members)
+        if values.get("metric") == "CIE 2000":
+            await wait_for_kernels(service, "ciede2000")
         if body.table is not None and (values["space"] or opened.space.name) != body.table.space:
             values["space"] = body.table.space
         body = body._replace(axes=ColourConversion(values["space"], opened.space).axes)
@@ -252,9 +254,9 @@ async def levels_of(
     return await service.library.levels(wanted, answer_bytes)
 
 
-async def wait_for_kernels(service: ServiceContainer) -> None:
-    """Wait for the kernels of the queries, which compile in the background on a first start."""
-    if not await service.kernels.wait("optional", service.settings.client_wait):
+async def wait_for_kernels(service: ServiceContainer, group: str = "optional") -> None:
+    """Wait for the kernels of queries, which compile in the background or when they are wanted."""
+    if not await service.kernels.wait(group, service.settings.client_wait):
         detail = "The kernels of the queries are being compiled."
         raise ProblemError(Problem("not-ready", detail, headers={"Retry-After": "10"}))
 

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from gamutcore import kernels
+
 ROOT = Path(__file__).parents[2]
 
 SIGNATURES = """
@@ -104,6 +106,24 @@ def test_builds_with_default_options_and_reading_need_the_default_group_alone(
 @pytest.mark.slow
 def test_other_options_and_metrics_need_no_further_kernel():
     assert outcome(OPTIONS, ROOT)["new"] == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("group", kernels.GROUPS)
+def test_the_number_of_kernels_that_a_service_promises_is_right(group):
+    script = (
+        "import sys\n"
+        "from gamutcore.kernels import watchers\n"
+        "from gamutcore.warm import use_kernels\n"
+        "names = set()\n"
+        "watchers.append(names.add)\n"
+        "use_kernels(sys.argv[1])\n"
+        "print(len(names))\n"
+    )
+    ended = subprocess.run(
+        [sys.executable, "-c", script, group], cwd=ROOT, check=True, capture_output=True, text=True
+    )
+    assert int(ended.stdout) == kernels.ENTRY_POINTS[group]
 
 
 @pytest.mark.slow

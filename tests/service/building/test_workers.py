@@ -235,7 +235,13 @@ def nothing_compiled(monkeypatch):
 
 
 def prepare(made):
-    asyncio.run(asyncio.wait_for(made.prepare(), 600))
+    async def scenario():
+        task = asyncio.create_task(made.prepare())
+        for group in kernels.GROUPS:
+            assert await made.wait(group, 600)
+        await task
+
+    asyncio.run(scenario())
 
 
 def test_an_installation_that_is_compiled_is_loaded():
@@ -268,6 +274,31 @@ def test_it_is_ready_while_the_optional_group_compiles(nothing_compiled):
         assert await made.wait("default", 0)
         assert not await made.wait("optional", 0.01)
         # a service that stops ends the compiler
+        task.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await task
+
+    asyncio.run(asyncio.wait_for(scenario(), 600))
+
+
+def test_searches_by_ciede2000_compile_when_a_request_waits_and_kernels_are_counted(
+    nothing_compiled,
+):
+    # a kernel that two processes use is named twice
+    names = "import sys; print('one'); print('two'); print('one', flush=True); sys.stdin.read()"
+    nothing_compiled["ciede2000"] = [sys.executable, "-c", names]
+    made = Kernels()
+
+    async def scenario():
+        task = asyncio.create_task(made.prepare())
+        assert await made.wait("optional", 600)
+        assert made.states["ciede2000"] == "on first use"
+        assert not await made.wait("ciede2000", 0.01)
+        deadline = time.monotonic() + 600
+        while "2 of" not in made.detail and time.monotonic() < deadline:  # noqa: ASYNC110
+            await asyncio.sleep(0.01)
+        expected = "default: compiled, optional: compiled, ciede2000: compiling 2 of 11 kernels"
+        assert made.detail == expected
         task.cancel()
         with pytest.raises(asyncio.CancelledError):
             await task

@@ -34,7 +34,7 @@ export async function standIn(gamuts) {
     }
     if (cold.isCold && asked.url === "/" && asked.headers.accept === "application/json") {
       answer.writeHead(200, { "Content-Type": "application/json" });
-      answer.end(JSON.stringify({ state: { ready: false, probes: { kernels: { status: "failed" } }, workers: 1, workers_warm: 0 } }));
+      answer.end(JSON.stringify({ state: { ready: false, probes: { kernels: { status: "failed", detail: "default: compiling 4 of 9 kernels" } }, workers: 1, workers_warm: 0 } }));
       return;
     }
     if (asked.url.startsWith("/v1/")) cold.asked.push(`${asked.method} ${asked.url}`);

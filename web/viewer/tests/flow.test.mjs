@@ -34,7 +34,7 @@ test("a service that has just started shows examples at once, and says what it p
   await page.waitForFunction("window.gamutViewer.figures.triangles.every((count) => count > 4)");
   const start = await page.evaluate("window.gamutViewer.view.place");
   await page.waitForFunction((from) => window.gamutViewer.view.place.some((value, i) => Math.abs(value - from[i]) > 0.05), {}, start);
-  await page.waitForFunction("/compiling its kernels, about a minute/.test(document.getElementById('stage-note').textContent)");
+  await page.waitForFunction("/Preparing the service: 4 of 9 kernels compiled/.test(document.getElementById('stage-note').textContent)");
   assert.equal(await page.$eval("#problem", (box) => box.checkVisibility()), false);
   assert.match(await textOf(page, "#legend"), /Ball A · solid\n+Ball B · translucent/);
   // The pictures need no history of the service, and nothing is in the address until somebody acts.
@@ -98,7 +98,7 @@ test("a build that is cancelled leaves the view as it was, without an error", as
   await drawn(page, FINEST);
   service.cold.isCold = true;
   await drop(page, [["slow.csv", samples(53.5)]]);
-  await page.waitForFunction("/slow.csv.*compiling its kernels, about a minute, only once · \\d+ s/s.test(document.getElementById('job').innerText)");
+  await page.waitForFunction("/slow.csv.*Preparing the service: 4 of 9 kernels compiled, only once · \\d+ s/s.test(document.getElementById('job').innerText)");
   assert.deepEqual(await violations(page), []);
   await page.click("#job .cancel");
   assert.equal(await page.$eval("#job", (box) => box.checkVisibility()), false);

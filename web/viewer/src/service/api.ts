@@ -272,13 +272,13 @@ function sent(path: string, body: FormData, progress: (fraction: number) => void
 export async function preparation(forAnswers = false): Promise<string | null> {
   try {
     const { state } = (await (await request("/")).json()) as { state: Readiness };
-    if (forAnswers && state.ready && state.probes["kernels"]?.detail?.includes("optional: compiling")) {
-      return "Preparing answers: compiling their kernels, about a minute, only once";
+    const kernels = state.probes["kernels"];
+    const count = /compiling (\d+ of \d+ kernels)/.exec(kernels?.detail ?? "")?.[1] ?? "kernels";
+    if (forAnswers && state.ready && kernels?.detail?.includes("optional: compiling")) {
+      return `Preparing answers: ${count} compiled, only once`;
     }
     if (state.ready) return null;
-    if (state.probes["kernels"]?.status === "failed") {
-      return "Preparing the service: compiling its kernels, about a minute, only once";
-    }
+    if (kernels?.status === "failed") return `Preparing the service: ${count} compiled, only once`;
     if (state.workers_warm < state.workers) return "Preparing the service: starting, a few seconds";
   } catch {
     // The request that waits tells what is wrong.
