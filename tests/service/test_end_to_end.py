@@ -137,7 +137,7 @@ def test_problems_are_documents(service, gamuts):
     problem = assert_problem(
         client.post("/v1/gamuts", files={"file": ("a.icc", b"no profile")}),
         422,
-        "malformed-file",
+        "unrecognised-format",
     )
     assert problem["detail"]
     assert_problem(client.get(f"/v1/gamuts/{'0' * 64}"), 404, "gamut-not-found")
