@@ -62,7 +62,7 @@ from gamutcore.geometry import (
     write_row,
 )
 from gamutcore.kernels import kernel, leaf_kernel
-from gamutcore.queries.containment import is_inside
+from gamutcore.queries.containment import contains, is_inside
 from gamutcore.queries.crossings import (
     LINE,
     SEGMENT,
@@ -181,7 +181,15 @@ def map_colours(
     found, index = checked_points(points), as_index(level)
     if source is not None:
         mapped = _compress(found, index, as_index(source), white)
-        return _clipped(mapped, found, index, FOCAL, None)
+        result = _clipped(mapped, found, index, NEAREST, None)
+        rest = np.flatnonzero(
+            np.linalg.norm(result.points - mapped, axis=1) > SURFACE_ERROR * white
+        )
+        for column, clipped in zip(
+            result, _clipped(mapped[rest], found[rest], index, HUE, None), strict=True
+        ):
+            column[rest] = clipped
+        return result
     focal = None
     if method == "clip-focal" and not (focus is None or isinstance(focus, str)):
         focal = checked_points(np.reshape(np.asarray(focus), (1, -1)), "focus")[0]
@@ -535,6 +543,10 @@ CHROMA_CUBED = 5e5
 KNEE = 0.9
 """Share of the distance to the gamut's surface that is not compressed (CIE 156:2004)."""
 
+SURFACE_ERROR = 1e-3
+"""Distance, relative to the lightness of white, up to which colours outside count as on the
+surface: the default error of levels."""
+
 GAP = 0.01
 """Part of a line by which gaps in it may differ, where a surface is not star-shaped from the focal
 point. Samplings of one surface have gaps that differ by their errors."""
@@ -545,10 +557,13 @@ def _compress(
 ) -> FloatArray:
     """Return colours (n, 3) of `source` compressed into `index` by SGCK, in gamut within rounding.
 
-    Exceptions are colours outside the source, and lines that do not begin in gamut. The knee ends
-    at the source's surface after the mapping of lightness. If the centre does not see all of that
-    surface, the knee ends at the surface before the mapping.
+    Exceptions are colours outside the source, and lines that do not begin in gamut. Lines on which
+    the gamut contains the source have no knee. Otherwise, the knee ends at the source's surface
+    after the mapping of lightness. If the centre does not see all of that surface, the knee ends at
+    the surface before the mapping.
     """
+    if contains(source.vertices, index, SURFACE_ERROR * white).all():
+        return points.copy()
     ranges = (*source.box[:, 0].tolist(), *index.box[:, 0].tolist(), white)
     scaled = _with_lightness(points, ranges)
     hues = np.degrees(np.arctan2(points[:, 2], points[:, 1]))
@@ -563,9 +578,10 @@ def _compress(
     surface, limit = into.distances(0), origin.distances(-1)
     with np.errstate(invalid="ignore", divide="ignore"):
         knee = KNEE * surface
-        slope = np.where(limit > surface, (surface - knee) / (limit - knee), 1.0)
-        share = np.where(knee < 1.0, np.minimum(knee + slope * (1.0 - knee), surface), 1.0)
-    share[~np.isfinite(share) | into.has_gaps_of(origin)] = 1.0
+        slope = (surface - knee) / (limit - knee)
+        share = np.minimum(knee + slope * (1.0 - knee), surface)
+    # NaN compares as false
+    share[~((knee < 1.0) & (limit > surface)) | into.has_gaps_of(origin)] = 1.0
     scaled[rows] = focus + share[:, np.newaxis] * (target - focus)
     return scaled
 
