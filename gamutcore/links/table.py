@@ -265,11 +265,11 @@ class Link(Shown):
                 f"{' '.join(self.channels)} to {' '.join(self.destination_channels)}",
                 "Give icc, a device link.",
             )
-        scaling = "with" if self.black_point_compensation else "without"
+        scaled = "is" if self.black_point_compensation else "is not"
         comments = [
             f"Source: {self.source}. Destination: {self.destination}.",
             f"Gamut mapping: {self.method} in {self.space}, intent {self.intent}.",
-            f"Colours are {scaling} black-point compensation.",
+            f"The black of the source {scaled} compensated.",
             f"Error against the wanted colours: {self.errors}.",
             "Wanted: the colour of the source if the destination has it, else the mapped one.",
             f"Of {self.errors.inputs} random inputs; the worst is also of the cube's edges.",
