@@ -55,7 +55,7 @@ def draw_patches(rows: dict[str, FloatArray], axes: Any) -> None:  # noqa: ANN40
     gap = np.repeat(np.arange(len(GROUPS)), np.diff(starts)) * 0.4
     for row, lab in enumerate(rows.values()):
         for place, colour in enumerate(np.clip(LAB.from_gamut(lab), 0.0, 1.0)):
-            axes.barh(-row, 1.0, 0.86, place + gap[place], color=colour)
+            axes.barh(-row, 1.0, 0.86, place + gap[place], color=colour, ec="0.8", lw=0.4)
     for number, name in enumerate(GROUPS):
         middle = 0.5 * (starts[number] + starts[number + 1]) + 0.4 * number
         axes.text(middle, 0.6, name, ha="center", va="bottom")
@@ -86,7 +86,7 @@ def make_all() -> None:
         rows = {"source": before}
         sys.stdout.write(f"\n{title}\n")
         for name, chosen in METHODS.items():
-            link = gc.link(source, destination, size=17, **chosen)
+            link = gc.link(source, destination, **chosen)
             after = destination.device_model.lab(link.table.values(PATCHES))
             rows[name] = after
             difference, start = delta_e_2000(before, after), 0
@@ -104,7 +104,9 @@ def make_all() -> None:
         axes.set_title(title, loc="left")
     figure.savefig(FOLDER / "links.png", dpi=85, metadata={"Software": None})
     curves.axline((0, 0), slope=1, color="0.7", linewidth=0.8, zorder=0)
-    curves.set(xlabel="L* of the screen's greys", ylabel="L* in print", xlim=(0, 60), ylim=(0, 60))
+    curves.set(
+        xlabel="L* of the screen's greys", ylabel="L* in print", xlim=(0, 100), ylim=(0, 100)
+    )
     curves.legend(frameon=False)
     neutral.savefig(FOLDER / "neutral-axis.png", dpi=85, metadata={"Software": None})
 
