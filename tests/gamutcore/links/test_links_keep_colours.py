@@ -132,8 +132,8 @@ def test_the_stated_error_is_against_the_wanted_colours():
     change = delta_e_2000(before, after)[common]
     assert change.mean() > 1.0
     assert compressed.errors.mean > 0.9 * common.mean() * change.mean()
-    assert compressed.errors.mean > 4 * compressed.table_errors.mean
-    assert clipped.errors.mean < compressed.errors.mean / 3
+    assert compressed.errors.mean > compressed.table_errors.mean
+    assert clipped.errors.mean == pytest.approx(clipped.table_errors.mean, rel=0.1)
 
 
 def test_black_point_compensation_can_be_switched_off():
