@@ -56,6 +56,8 @@ def moved(made, source, destination, codes):
     if made.black_point_compensation:
         before = scaled_black(before, black_of(source), black_of(destination))
     common = destination.contains(before, space="CIELAB", max_error=0, tolerance=0)
+    if len(destination.channels) == 3:  # the triangles near black leave the cube by 0.2 ΔE00
+        common &= destination.to_device(before, space="CIELAB").delta_e < 0.01
     assert common.sum() > 20
     after = destination.to_colour(made.table.values(codes), space="CIELAB")
     return delta_e_2000(before, after)[common]
