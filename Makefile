@@ -236,6 +236,10 @@ hues: install .venv/.installed-docs ## redraw docs/pictures/hues.png, and print 
 spatial: install .venv/.installed-docs ## redraw docs/pictures/spatial.png, and print the table of its record
 	$(python) docs/pictures/spatial.py
 
+.PHONY: links
+links: install .venv/.installed-docs ## redraw docs/pictures/links.png and neutral-axis.png, and print the table of docs/links.md
+	$(python) docs/pictures/links.py
+
 .PHONY: chromaticity
 chromaticity: install .venv/.installed-docs ## redraw docs/pictures/chromaticity.svg
 	$(python) docs/pictures/chromaticity.py

@@ -590,7 +590,7 @@ class Gamut:
         *,
         focus: Colours | Literal["cusp"] | None = None,
         source: Self | str | os.PathLike[str] | None = None,
-        black_point_compensation: bool = False,
+        black_point_compensation: bool | None = None,
         iterations: int | None = None,
         depth: Depth | None = None,
         table: int | None = None,
@@ -619,7 +619,8 @@ class Gamut:
             differences between neighbouring pixels, and their hues (Alsam & Farup 2012). Pixels in
             gamut may move towards the neutral axis. It needs the whole picture in memory.
         black_point_compensation : bool, optional
-            As for `map`, from the black of the picture's profile or encoding.
+            As for `map`, from the black of the picture's profile or encoding. By default, it is
+            applied if the colours of the gamut are relative to a white, and not by ``"sgck"``.
         iterations : int, optional
             Of ``"spatial"``, 25 by default, at most 10,000. Without one, it is clipping. Details
             that are larger than some ten pixels need more.
@@ -659,7 +660,8 @@ class Gamut:
         -----
         Rows are read, mapped and written in parts, by up to four threads. Beside the file, 24
         megapixels of 8 bits take 250 MB. Transparent pixels stay. Pixels in gamut keep their values
-        exactly, except by ``"spatial"``. Through a table, those next to the surface may move within
+        exactly, except by ``"spatial"`` and ``"sgck"``, and where the black of the gamut is not
+        that of the picture. Through a table, those next to the surface may move within
         the stated error, where the surface bulges into a cell whose corners are all outside.
         """
         return map_picture_file(

@@ -11,6 +11,7 @@ import typer
 
 from gamutcore.cli.inputs import (
     BuildCommand,
+    Compensation,
     MaxError,
     Source,
     Triangles,
@@ -315,9 +316,7 @@ def map_colours(
     black: Annotated[
         str | None, typer.Option(help="How much black the device values have, as for gamut recipe.")
     ] = None,
-    black_point_compensation: Annotated[
-        bool, typer.Option("--black-point-compensation", "--bpc")
-    ] = False,
+    black_point_compensation: Compensation = None,
     iterations: Annotated[
         int | None,
         typer.Option(
@@ -370,7 +369,9 @@ def map_colours(
         "source": None
         if from_gamut is None
         else gamut_of(from_gamut, ctx, alone=False, space=space),
-        "black_point_compensation": black_point_compensation,
+        "black_point_compensation": black_point_compensation
+        if picture
+        else bool(black_point_compensation),
         "triangles": triangles,
         "max_error": max_error,
     }

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "BuildCommand",
+    "Compensation",
     "MaxError",
     "Source",
     "Triangles",
@@ -39,6 +40,17 @@ Source = Annotated[
 
 Triangles = Annotated[int | None, typer.Option(help="Largest triangle count of the level.")]
 """The level by its count."""
+
+Compensation = Annotated[
+    bool | None,
+    typer.Option(
+        "--black-point-compensation/--no-black-point-compensation",
+        "--bpc/--no-bpc",
+        help="Scale colours so that black becomes the darkest neutral colour. Default: on for "
+        "links and pictures, except by sgck and for colours that are not relative to a white.",
+    ),
+]
+"""Black-point compensation of links, pictures and tables."""
 
 MaxError = Annotated[
     float | None,

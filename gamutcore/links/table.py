@@ -1,8 +1,11 @@
 """From device values of a source to device values of a destination, as a table.
 
 The way is: device values → colours by the source's device model → gamut mapping → device values by
-the destination's inverse device model. The table holds this way at its nodes. Its error against the
-way itself is measured for each link.
+the destination's inverse device model. The table holds this way at its nodes.
+
+Two errors are measured for each link. One is against the wanted colours, which do not depend on the
+way: the colour of the source, with its black scaled to that of the destination, wherever the
+destination has it. The other is of the table alone, against the way.
 """
 
 from __future__ import annotations
@@ -21,7 +24,14 @@ import numpy as np
 
 from gamutcore.arguments import Choice, WholeNumber, check_option
 from gamutcore.building import device_model
-from gamutcore.colours import LookupTable, RgbSpace, lab_to_xyz, luminance_of_black
+from gamutcore.colours import (
+    LookupTable,
+    RgbSpace,
+    compensate_black,
+    lab_to_xyz,
+    luminance_of_black,
+    xyz_to_lab,
+)
 from gamutcore.content import gamut_source, is_saved_gamut
 from gamutcore.errors import OptionError, ReferenceNameError
 from gamutcore.export.picture_file import draft_of
@@ -29,9 +39,11 @@ from gamutcore.gamut import Gamut
 from gamutcore.limits import Limits
 from gamutcore.links.cube import DECIMALS, cube_file
 from gamutcore.links.device_link import device_link_file
+from gamutcore.links.pure_inks import PRESERVE, PureInks
 from gamutcore.options import OPTIONS, Options
 from gamutcore.queries import delta_e_2000
 from gamutcore.questions import (
+    COMPENSATION,
     MAP,
     METHOD,
     PICTURE_SPACE,
@@ -41,6 +53,7 @@ from gamutcore.questions import (
     black_rule,
     check_space,
     comparison_warnings,
+    compensates_black,
     is_as_measured,
     map_points,
 )
@@ -79,7 +92,7 @@ PARAMETERS = (
         METHOD,
         "How colours are mapped into the gamut of the destination, as for `map`. `sgck` maps from "
         "the gamut of the source.",
-        default="sgck",
+        default="clip-hue",
     ),
     Parameter(
         "size",
@@ -88,8 +101,17 @@ PARAMETERS = (
         "for three channels, 17 for four, and fewer for more.",
         example=33,
     ),
-    *(each for each in MAP.parameters if each.name in {"focus", "black_point_compensation"}),
+    *(each for each in MAP.parameters if each.name == "focus"),
+    COMPENSATION,
     *(each for each in RECIPES.parameters if each.name == "black"),
+    Parameter(
+        "preserve",
+        PRESERVE,
+        "From press to press, inks that stay pure. `black`: black alone stays black alone. "
+        "`primaries`: so does every single ink. The share of the way from paper to the solid "
+        "colour stays. By default, all inks are those of the colours.",
+        example="black",
+    ),
     Parameter(
         "format",
         FORMAT,
@@ -123,7 +145,7 @@ _HELD = {"PQ": "high dynamic range", "HLG": "high dynamic range", 1.0: "linear l
 
 @dataclass(frozen=True, kw_only=True)
 class LinkErrors:
-    """Colour differences CIEDE2000 between a table and the exact way, on the destination.
+    """Colour differences CIEDE2000 between the colours of a table and others, on the destination.
 
     Attributes
     ----------
@@ -143,6 +165,20 @@ class LinkErrors:
     worst: float
     worst_at: tuple[float, ...]
     inputs: int = INPUTS
+
+    @classmethod
+    def of(cls, inputs: FloatArray, one: FloatArray, two: FloatArray) -> LinkErrors:
+        """Return those between colours in CIELAB of inputs, of which the first are random."""
+        difference = delta_e_2000(one, two)
+        random, worst = difference[:INPUTS], int(np.argmax(difference))
+        percentiles = np.percentile(random, (95.0, 99.0)).tolist()
+        return cls(
+            mean=float(random.mean()),
+            percentile_95=percentiles[0],
+            percentile_99=percentiles[1],
+            worst=float(difference[worst]),
+            worst_at=tuple(inputs[worst].tolist()),
+        )
 
     def __str__(self) -> str:
         return (
@@ -170,7 +206,14 @@ class Link(Shown):
     table : LookupTable
         Device values of the destination, 0 to 1, by those of the source.
     errors : LinkErrors
-        Differences between the table and the exact way.
+        Differences from the wanted colours: those of the source, with its black scaled to that of
+        the destination, where the destination has them, and mapped ones elsewhere.
+    table_errors : LinkErrors
+        Differences of the table from the exact mapping, between the nodes.
+    black_point_compensation : bool
+        Whether the black of the source becomes that of the destination.
+    preserve : str, optional
+        Inks that stay pure.
     warnings : tuple of str
     """
 
@@ -183,6 +226,9 @@ class Link(Shown):
     space: str
     table: LookupTable
     errors: LinkErrors
+    table_errors: LinkErrors
+    black_point_compensation: bool = False
+    preserve: str | None = None
     warnings: tuple[str, ...] = ()
 
     @property
@@ -219,12 +265,16 @@ class Link(Shown):
                 f"{' '.join(self.channels)} to {' '.join(self.destination_channels)}",
                 "Give icc, a device link.",
             )
+        scaled = "is" if self.black_point_compensation else "is not"
         comments = [
             f"Source: {self.source}. Destination: {self.destination}.",
             f"Gamut mapping: {self.method} in {self.space}, intent {self.intent}.",
-            f"Error of tetrahedral interpolation against the exact mapping: {self.errors}.",
+            f"The black of the source {scaled} compensated.",
+            f"Error against the wanted colours: {self.errors}.",
+            "Wanted: the colour of the source if the destination has it, else the mapped one.",
             f"Of {self.errors.inputs} random inputs; the worst is also of the cube's edges.",
             f"Worst at {' '.join(f'{value:.4f}' for value in self.errors.worst_at)}.",
+            f"Error of tetrahedral interpolation against the exact mapping: {self.table_errors}.",
             f"Written by gamutcore {__version__}.",
         ]
         return cube_file(title, comments, self.table.nodes)
@@ -262,11 +312,12 @@ def link(
     source: str | os.PathLike[str] | bytes | Gamut,
     destination: str | os.PathLike[str] | bytes | Gamut,
     *,
-    method: str = "sgck",
+    method: str = "clip-hue",
     size: int | None = None,
     focus: Colours | Literal["cusp"] | None = None,
-    black_point_compensation: bool = False,
+    black_point_compensation: bool | None = None,
     black: str | float | ArrayLike | None = None,
+    preserve: str | None = None,
     cache: Callable[[Reference, Options, Callable[[], Gamut]], Gamut] | None = None,
     **options: Any,  # noqa: ANN401  # checked by Options
 ) -> Link:
@@ -278,16 +329,22 @@ def link(
         An RGB space by its name, such as ``"rec2020"``; an ICC profile or measurements of a display
         or a press, as a file or its bytes; or the gamut of a device.
     method : str, optional
-        Of gamut mapping, as for `Gamut.map`. ``sgck`` maps from the gamut of the source.
+        Of gamut mapping, as for `Gamut.map`. By clipping, as by default, colours that both devices
+        have stay. ``sgck`` maps from the gamut of the source.
     size : int, optional
         Nodes along each channel of the source, 2 to 129. Programs usually read 17, 33 and 65.
         Default: 33 for three channels, 17 for four, and fewer for more.
     focus : (3,) array_like or "cusp", optional
         Focal point of ``clip-focal``: L*, a*, b*.
     black_point_compensation : bool, optional
-        Whether the black of the source becomes that of the destination. Not for ``sgck``.
+        Whether the black of the source becomes that of the destination, by scaling in CIEXYZ
+        (ISO 18619). By default, it does if colours are relative to white. Not for ``sgck``, which
+        maps black itself.
     black : str, float or (n, 2) array_like, optional
         How much black a destination with black ink gets, as for `Gamut.to_device`.
+    preserve : {"black", "primaries"}, optional
+        From press to press, the inks that stay pure: black alone, or every single ink. The share of
+        the way from paper to the solid colour stays.
     cache : callable, optional
         Returns the gamut of an RGB space and options, which its third argument builds.
     **options
@@ -313,12 +370,12 @@ def link(
     -----
     Colours are mapped by the full boundary, as those of pictures. A table is exact at its nodes
     only. Clipping has edges inside of the cells, which no table holds. `Link.errors` has the
-    differences, and the file states them. Limits of inks are kept between the nodes as well,
-    because interpolated values are means of values at nodes.
+    differences from the wanted colours, and the file states them. Limits of inks are kept between
+    the nodes as well, because interpolated values are means of values at nodes.
 
     Examples
     --------
-    >>> same = link("srgb", "srgb", method="clip-hue", size=5, surface_samples=1000)
+    >>> same = link("srgb", "srgb", size=5, surface_samples=1000)
     >>> bool(same.errors.mean < 0.01)
     True
     """
@@ -348,36 +405,50 @@ def link(
                 "not",
                 "Give relative, or another method than sgck.",
             )
-    inverse, darkest = two.inverse(), 0.0
-    if black_point_compensation and one.model.inks:
-        darkest = black_luminance(one.gamut())
-    elif black_point_compensation:
-        darkest = luminance_of_black(lab_to_xyz(one.model.lab(one.model.limited.base[None]))[0])
+    if black_point_compensation is None:
+        black_point_compensation = compensates_black(into, method)
+    blacks = _blacks(one, into) if black_point_compensation else (0.0, 0.0)
+    pure = None if preserve is None else PureInks.of(preserve, one.model, two.model)
+    inverse = two.inverse()
 
-    def exact(values: FloatArray) -> FloatArray:
-        found = np.empty((len(values), len(two.model.channels)))
+    def mapped(lab: FloatArray) -> FloatArray:
+        return map_points(
+            into,
+            lab,
+            method,
+            focus=focus,
+            source=origin,
+            black_point_compensation=black_point_compensation,
+            black=blacks[0],
+            max_error=0.0,  # edges of a coarser level are visible as arcs
+        )
+
+    def exact(values: FloatArray) -> _Colours:
+        device = np.empty((len(values), len(two.model.channels)))
+        lab = np.empty((len(values), 3))
 
         def write(start: int) -> None:
             part = slice(start, start + _AT_A_TIME)
-            mapped = map_points(
-                into,
-                one.model.lab(values[part]),
-                method,
-                focus=focus,
-                source=origin,
-                black_point_compensation=black_point_compensation,
-                black=darkest,
-                max_error=0.0,  # edges of a coarser level are visible as arcs
-            )
-            found[part] = inverse.recipes(mapped, rule).device
+            lab[part] = mapped(one.model.lab(values[part]))
+            device[part] = inverse.recipes(lab[part], rule).device
+            if pure is not None:
+                pure.write(values[part], device[part])
 
         with ThreadPoolExecutor(min(_THREADS, os.cpu_count() or 1)) as workers:
             for _ in workers.map(write, range(0, len(values), _AT_A_TIME)):
                 pass
-        return found
+        return _Colours(device, lab)
 
-    sampled = LookupTable.sample(exact, size, len(one.model.channels))
+    sampled = LookupTable.sample(lambda nodes: exact(nodes).device, size, len(one.model.channels))
     table = LookupTable(np.round(sampled.nodes, DECIMALS))
+    inputs = _inputs(table.inputs)
+    made, (device, wanted) = two.model.lab(table.values(inputs)), exact(inputs)
+    # colours that both devices have stay, whatever the mapping does
+    given = one.model.lab(inputs)
+    if black_point_compensation:
+        given = xyz_to_lab(compensate_black(lab_to_xyz(given), *blacks))
+    stays = into.contains(given, space="CIELAB", max_error=0.0)
+    wanted[stays] = given[stays]
     warnings: tuple[str, ...] = ()
     if origin is not None:
         names = "the destination", "the source"
@@ -391,7 +462,10 @@ def link(
         intent=two.options.intent,
         space=into.colour_space.name,
         table=table,
-        errors=_errors(table, exact, two.model),
+        errors=LinkErrors.of(inputs, made, wanted),
+        table_errors=LinkErrors.of(inputs, made, two.model.lab(device)),
+        black_point_compensation=black_point_compensation,
+        preserve=preserve,
         warnings=warnings,
     )
 
@@ -493,22 +567,28 @@ def _unfit(field: str, why: str) -> OptionError:
     )
 
 
-def _errors(
-    table: LookupTable, exact: Callable[[FloatArray], FloatArray], model: DeviceModel
-) -> LinkErrors:
-    """Measure a table at random inputs and on the edges of the source's cube."""
-    inputs = np.random.default_rng(0).random((INPUTS, table.inputs))
-    inputs = np.concatenate([inputs, _edges(table.inputs)])
-    difference = delta_e_2000(model.lab(table.values(inputs)), model.lab(exact(inputs)))
-    random, worst = difference[:INPUTS], int(np.argmax(difference))
-    percentiles = np.percentile(random, (95.0, 99.0)).tolist()
-    return LinkErrors(
-        mean=float(random.mean()),
-        percentile_95=percentiles[0],
-        percentile_99=percentiles[1],
-        worst=float(difference[worst]),
-        worst_at=tuple(inputs[worst].tolist()),
-    )
+class _Colours(NamedTuple):
+    """Device values of the destination, and the mapped colours in CIELAB that they are for."""
+
+    device: FloatArray
+    lab: FloatArray
+
+
+def _blacks(one: _Side, into: Gamut) -> tuple[float, float]:
+    """Return the luminances of the blacks of the source and of the gamut of the destination.
+
+    Both are those of the darkest neutral colours. That of an RGB space is 0.
+    """
+    darkest = luminance_of_black(lab_to_xyz(one.model.lab(one.model.limited.base[None]))[0])
+    if darkest > 0.0 or one.model.inks:
+        darkest = black_luminance(one.gamut())
+    return darkest, black_luminance(into)
+
+
+def _inputs(channels: int) -> FloatArray:
+    """Return values at which tables are measured: `INPUTS` random ones, and those of the edges."""
+    random = np.random.default_rng(0).random((INPUTS, channels))
+    return np.concatenate([random, _edges(channels)])
 
 
 def _edges(inputs: int) -> FloatArray:

@@ -23,12 +23,15 @@ Where a line does not meet the gamut, ``clip-hue`` applies, and where a half-pla
 
 SGCK is a sigmoidal lightness mapping that depends on chroma, then a knee towards the cusp:
 
-1. Lightness. The range of the source's lightness is mapped to that of the gamut by a cumulative
-   normal distribution. Colours of high chroma keep their lightness: the sigmoid has the weight
-   1 − √(C³ ÷ (C³ + 5·10⁵)).
+1. Lightness. The range of the source's lightness is mapped to the part of it that the gamut has, by
+   a cumulative normal distribution. Colours of high chroma keep their lightness: the sigmoid has
+   the weight 1 − √(C³ ÷ (C³ + 5·10⁵)). The published curves begin where the gamut's black is 5 %
+   of the range above the source's. Below, the curve is interpolated towards a straight line, so
+   that equal blacks and whites have none.
 2. Knee. Colours move on lines to the point on the axis that has the lightness of the cusp of their
    hue. Up to 90 % of the distance to the gamut's surface nothing changes. The rest of the way, up
-   to the source's surface, is compressed linearly into the last 10 %.
+   to the source's surface, is compressed linearly into the last 10 %. Lines on which the gamut
+   contains the source do not change.
 
 The constants of SGCK are for spaces whose lightness is 0 to 100, such as CIELAB.
 
@@ -59,7 +62,7 @@ from gamutcore.geometry import (
     write_row,
 )
 from gamutcore.kernels import kernel, leaf_kernel
-from gamutcore.queries.containment import is_inside
+from gamutcore.queries.containment import contains, is_inside
 from gamutcore.queries.crossings import (
     LINE,
     SEGMENT,
@@ -178,7 +181,15 @@ def map_colours(
     found, index = checked_points(points), as_index(level)
     if source is not None:
         mapped = _compress(found, index, as_index(source), white)
-        return _clipped(mapped, found, index, FOCAL, None)
+        result = _clipped(mapped, found, index, NEAREST, None)
+        rest = np.flatnonzero(
+            np.linalg.norm(result.points - mapped, axis=1) > SURFACE_ERROR * white
+        )
+        for column, clipped in zip(
+            result, _clipped(mapped[rest], found[rest], index, HUE, None), strict=True
+        ):
+            column[rest] = clipped
+        return result
     focal = None
     if method == "clip-focal" and not (focus is None or isinstance(focus, str)):
         focal = checked_points(np.reshape(np.asarray(focus), (1, -1)), "focus")[0]
@@ -517,7 +528,8 @@ def _nearest_of_face(
 
 
 DARKEST = (5.0, 10.0, 15.0, 20.0)
-"""Lowest lightness of the gamut for which Braun & Fairchild give a sigmoid."""
+"""Lowest lightness of the gamut for which Braun & Fairchild give a sigmoid: per cent of the
+source's range above its black. Their sources begin at L* 0."""
 
 MEANS = (53.7, 56.8, 58.2, 60.6)
 """The mean of the normal distribution for each of them."""
@@ -531,16 +543,27 @@ CHROMA_CUBED = 5e5
 KNEE = 0.9
 """Share of the distance to the gamut's surface that is not compressed (CIE 156:2004)."""
 
+SURFACE_ERROR = 1e-3
+"""Distance, relative to the lightness of white, up to which colours outside count as on the
+surface: the default error of levels."""
+
+GAP = 0.01
+"""Part of a line by which gaps in it may differ, where a surface is not star-shaped from the focal
+point. Samplings of one surface have gaps that differ by their errors."""
+
 
 def _compress(
     points: FloatArray, index: LevelIndex, source: LevelIndex, white: float
 ) -> FloatArray:
     """Return colours (n, 3) of `source` compressed into `index` by SGCK, in gamut within rounding.
 
-    Exceptions are colours outside the source, and lines that do not begin in gamut. The knee ends
-    at the source's surface after the mapping of lightness. If the centre does not see all of that
-    surface, the knee ends at the surface before the mapping.
+    Exceptions are colours outside the source, and lines that do not begin in gamut. Lines on which
+    the gamut contains the source have no knee. Otherwise, the knee ends at the source's surface
+    after the mapping of lightness. If the centre does not see all of that surface, the knee ends at
+    the surface before the mapping.
     """
+    if contains(source.vertices, index, SURFACE_ERROR * white).all():
+        return points.copy()
     ranges = (*source.box[:, 0].tolist(), *index.box[:, 0].tolist(), white)
     scaled = _with_lightness(points, ranges)
     hues = np.degrees(np.arctan2(points[:, 2], points[:, 1]))
@@ -550,13 +573,15 @@ def _compress(
     rows = rows[np.isfinite(focus[rows, 0]) & (scaled[rows] != focus[rows]).any(axis=1)]
     focus, target = focus[rows], scaled[rows]
     # distances from the focus ÷ that of the colour
-    surface = _distances(focus, target, index, 0)
-    limit = _distances(focus, target, _compressed_source(source, ranges), -1)
+    into = _Rays.of(focus, target, index)
+    origin = _Rays.of(focus, target, _compressed_source(source, ranges))
+    surface, limit = into.distances(0), origin.distances(-1)
     with np.errstate(invalid="ignore", divide="ignore"):
         knee = KNEE * surface
-        slope = np.where(limit > surface, (surface - knee) / (limit - knee), 1.0)
-        share = np.where(knee < 1.0, np.minimum(knee + slope * (1.0 - knee), surface), 1.0)
-    share[~np.isfinite(share)] = 1.0
+        slope = (surface - knee) / (limit - knee)
+        share = np.minimum(knee + slope * (1.0 - knee), surface)
+    # NaN compares as false
+    share[~((knee < 1.0) & (limit > surface)) | into.has_gaps_of(origin)] = 1.0
     scaled[rows] = focus + share[:, np.newaxis] * (target - focus)
     return scaled
 
@@ -570,13 +595,19 @@ def _mapped_lightness(
     """
     from scipy.special import ndtr  # noqa: PLC0415  # 15 MB; only this method needs it
 
-    low, high, darkest, lightest, white = ranges
-    dark = 100.0 * darkest / white
+    low, high, lowest, highest, white = ranges
+    # a wider range than that of the source is not used
+    darkest, lightest = max(low, lowest), min(high, highest)
+    if darkest >= lightest:
+        darkest, lightest = lowest, highest
+    dark = 100.0 * (darkest - low) / (high - low)
     mean, deviation = np.interp(dark, DARKEST, MEANS), np.interp(dark, DARKEST, DEVIATIONS)
-    part = 100.0 * (lightness - low) / (high - low)
-    shares = np.asarray(ndtr((part - mean) / deviation))
+    part = (lightness - low) / (high - low)
+    shares = np.asarray(ndtr((100.0 * part - mean) / deviation))
     least, most = ndtr((np.array([0.0, 100.0]) - mean) / deviation)
-    sigmoid = darkest + (lightest - darkest) * (shares - least) / (most - least)
+    bend = min(dark / DARKEST[0], 1.0)
+    shares = bend * (shares - least) / (most - least) + (1.0 - bend) * part
+    sigmoid = darkest + (lightest - darkest) * shares
     cubed = (100.0 * chroma / white) ** 3
     weight = 1.0 - np.sqrt(cubed / (cubed + CHROMA_CUBED))
     found: FloatArray = weight * sigmoid + (1.0 - weight) * lightness
@@ -586,6 +617,9 @@ def _mapped_lightness(
 def _with_lightness(
     points: FloatArray, ranges: tuple[float, float, float, float, float]
 ) -> FloatArray:
+    low, high, lowest, highest, _ = ranges
+    if lowest <= low and high <= highest:
+        return points.copy()
     chroma = np.hypot(points[:, 1], points[:, 2])
     return np.column_stack([_mapped_lightness(points[:, 0], chroma, ranges), points[:, 1:]])
 
@@ -594,6 +628,9 @@ def _compressed_source(
     source: LevelIndex, ranges: tuple[float, float, float, float, float]
 ) -> LevelIndex:
     """Return the source after the mapping of lightness."""
+    low, high, lowest, highest, _ = ranges
+    if lowest <= low and high <= highest:
+        return source
     vertices = _with_lightness(source.vertices, ranges)
     centre = _with_lightness(source.centre[np.newaxis], ranges)[0]
     try:
@@ -602,11 +639,38 @@ def _compressed_source(
         return source  # the centre does not see all faces any more
 
 
-def _distances(focus: FloatArray, target: FloatArray, index: LevelIndex, which: int) -> FloatArray:
-    """Return t where rays leave a level first (0) or last (−1); NaN if they do not begin inside."""
-    found = crossings(focus, target, index, "ray")
-    begin, end = found.offsets[:-1], found.offsets[1:]
-    inside = np.flatnonzero((end - begin) % 2 == 1)
-    distances = np.full(len(begin), np.nan)
-    distances[inside] = found.t[begin[inside] if which == 0 else end[inside] - 1]
-    return distances
+class _Rays(NamedTuple):
+    """Distances t at which rays cross a level, those of each ray after those of the last.
+
+    `offsets` (n + 1,) has the first of each ray.
+    """
+
+    t: FloatArray
+    offsets: LongArray
+
+    @classmethod
+    def of(cls, start: FloatArray, target: FloatArray, index: LevelIndex) -> _Rays:
+        """Return those of rays from starts, at t = 0, through targets, at t = 1."""
+        found = crossings(start, target, index, "ray")
+        return cls(found.t, found.offsets)
+
+    def distances(self, which: int) -> FloatArray:
+        """Return t where rays leave first (0) or last (−1); NaN if they do not begin inside."""
+        begin, end = self.offsets[:-1], self.offsets[1:]
+        inside = np.flatnonzero((end - begin) % 2 == 1)
+        distances = np.full(len(begin), np.nan)
+        distances[inside] = self.t[begin[inside] if which == 0 else end[inside] - 1]
+        return distances
+
+    def has_gaps_of(self, other: _Rays) -> BooleanArray:
+        """Return which rays have gaps, and those of another level within `GAP`, but no others."""
+        counts, others = np.diff(self.offsets), np.diff(other.offsets)
+        same = np.zeros(len(counts), np.bool_)
+        for count in range(3, int(counts.max(initial=0)) + 1, 2):
+            rows = np.flatnonzero((counts == count) & (others == count))
+            places = np.arange(count)
+            own = self.t[self.offsets[rows][:, np.newaxis] + places]
+            rest = other.t[other.offsets[rows][:, np.newaxis] + places]
+            beyond = np.where(places % 2 == 0, rest - own, own - rest)
+            same[rows] = (beyond <= GAP * own).all(axis=1)
+        return same

@@ -28,11 +28,13 @@ from gamutcore.questions.levels import (
     tolerance_of,
 )
 from gamutcore.questions.mapping import (
+    COMPENSATION,
     MAP,
     METHOD,
     PICTURE_PARAMETERS,
     SPATIAL,
     black_luminance,
+    compensates_black,
     map_colours,
     map_picture_file,
     map_points,
@@ -82,6 +84,7 @@ from gamutcore.questions.shape import (
 
 __all__ = [
     "COMPARISON",
+    "COMPENSATION",
     "DEFAULT_EDGE_WIDTH",
     "DEFAULT_ERROR",
     "DEVICE_VALUES",
@@ -113,6 +116,7 @@ __all__ = [
     "compare",
     "compared_conditions",
     "comparison_warnings",
+    "compensates_black",
     "conditions_of",
     "crossings",
     "cusps",

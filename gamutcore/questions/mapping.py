@@ -48,7 +48,7 @@ from gamutcore.questions.picture_mapping import (
 )
 from gamutcore.questions.picture_targets import DEVICE as TO_DEVICE
 from gamutcore.questions.picture_targets import OWN, device_target
-from gamutcore.results import MappedColours
+from gamutcore.results import AS_GIVEN, MappedColours
 
 if TYPE_CHECKING:
     import os
@@ -64,10 +64,12 @@ if TYPE_CHECKING:
     from gamutcore.questions.picture_mapping import MappedPicture, Moves
 
 __all__ = [
+    "COMPENSATION",
     "MAP",
     "METHOD",
     "PICTURE_PARAMETERS",
     "black_luminance",
+    "compensates_black",
     "map_colours",
     "map_picture_file",
     "map_points",
@@ -92,6 +94,10 @@ SHIFT = 1e-2
 
 ROUNDING = 1e-9
 """A change of less than this share of `default_error` is a rounding error, and no move."""
+
+EQUAL_BLACKS = 1e-6
+"""Difference of the luminances of two blacks, of that of white, up to which they count as equal:
+L* 0.001."""
 
 _warnings = partial(comparison_warnings, names=("the gamut", "the source"))
 
@@ -176,8 +182,8 @@ def _from_lab(gamut: AskedGamut) -> ColourConversion:
 class _Rule:
     """A method with its arguments, and the level that it maps into.
 
-    `focus` is in the space of the gamut. `black` is the luminance of the black of the colours if it
-    is compensated.
+    `focus` is in the space of the gamut. `blacks` has the luminances of the black of the colours
+    and of the gamut if the first is compensated.
     """
 
     gamut: AskedGamut
@@ -185,13 +191,16 @@ class _Rule:
     level: IndexedLevel
     focus: Any
     source: LevelIndex | None
-    black: float | None
+    blacks: tuple[float, float] | None
 
     def start(self, points: FloatArray) -> FloatArray:
         """Return points in the space of the gamut, with its black if it is compensated."""
-        if self.black is None:
+        if self.blacks is None:
             return points
-        return _with_black(self.gamut, points, self.black, self.level)
+        space, as_measured = self.gamut.colour_space, is_as_measured(self.gamut)
+        xyz = space.tristimulus(points, as_measured=as_measured)
+        scaled = compensate_black(xyz, *self.blacks)
+        return space.from_tristimulus(scaled, as_measured=as_measured)[0]
 
     def outside(self, points: FloatArray) -> BooleanArray:
         """Return which points are out of gamut. The level may miss colours by its error."""
@@ -216,7 +225,7 @@ class _Rule:
         """Return which points are out of gamut, and all points after mapping."""
         outside, start = self.outside(own), self.start(own)
         points = start.copy()
-        is_clipping = self.method != "sgck" and self.black is None
+        is_clipping = self.method != "sgck" and self.blacks is None
         rest = np.flatnonzero(outside if is_clipping else ~self.kept(start))
         points[rest] = self.mapped(start[rest]).points
         return outside, points
@@ -255,33 +264,41 @@ def _rule(
             "black_point_compensation", value=True, why="sgck maps black itself"
         )
     origin = None if source is None else answering_level(source, triangles, max_error).index
-    return _Rule(gamut, name, level, focus, origin, black)
-
-
-def _with_black(
-    gamut: AskedGamut, points: FloatArray, black: float, level: IndexedLevel
-) -> FloatArray:
-    """Return points in the space of the gamut, with its black in place of another one."""
-    space, as_measured = gamut.colour_space, is_as_measured(gamut)
-    own = black_luminance(gamut, level)
-    if own == black:
-        return points
-    xyz = space.tristimulus(points, as_measured=as_measured)
-    scaled = compensate_black(xyz, black, own)
-    return space.from_tristimulus(scaled, as_measured=as_measured)[0]
+    blacks = None
+    if black is not None:
+        blacks = black, black_luminance(gamut, level)
+        if abs(blacks[1] - black) <= EQUAL_BLACKS:
+            blacks = None
+    return _Rule(gamut, name, level, focus, origin, blacks)
 
 
 def black_luminance(gamut: AskedGamut, level: IndexedLevel | None = None) -> float:
     """Return the luminance of the darkest neutral colour, of the full boundary by default."""
-    level = answering_level(gamut, None, 0.0) if level is None else level
+    luminance = _darkest_neutral(gamut, level or answering_level(gamut, None, 0.0))
+    if luminance is None:
+        raise OptionError.not_applicable(
+            "black_point_compensation", value=True, why="the gamut has no neutral colours"
+        )
+    return luminance
+
+
+def compensates_black(gamut: AskedGamut, method: str) -> bool:
+    """Return whether links and pictures have black-point compensation if nothing is asked.
+
+    It is for colours relative to a white (ISO 18619), and `sgck` maps black itself.
+    """
+    if method == "sgck" or gamut.conditions.intent in {AS_GIVEN, "absolute"}:
+        return False
+    return _darkest_neutral(gamut, answering_level(gamut, None, 0.0)) is not None
+
+
+def _darkest_neutral(gamut: AskedGamut, level: IndexedLevel) -> float | None:
     space, as_measured = gamut.colour_space, is_as_measured(gamut)
     ends = np.stack([np.zeros(3), ICC_D50])
     (black, white), _ = space.from_tristimulus(ends, as_measured=as_measured)
     found = queries.crossings(black[np.newaxis], white[np.newaxis], level.index, "ray")
     if len(found.t) == 0:
-        raise OptionError.not_applicable(
-            "black_point_compensation", value=True, why="the gamut has no neutral colours"
-        )
+        return None
     if not found.entering[0]:  # black is in gamut
         return 0.0
     xyz = space.tristimulus(found.points[:1], as_measured=as_measured)
@@ -378,15 +395,28 @@ _OF_PICTURES = (
     ),
     Parameter("black", BLACK, "How much black device values have, as for `recipes`.", example=0.5),
 )
-_METHOD, *_OTHERS = MAP.parameters
+_METHOD, *_ARGUMENTS, _COMPENSATION = MAP.parameters
+COMPENSATION = replace(
+    _COMPENSATION,
+    description="Whether colours are first scaled in CIEXYZ, so that the black of the source "
+    "becomes the darkest neutral colour of the gamut, and white stays (ISO 18619). Default: true "
+    "for colours relative to a white, except by `sgck`, which maps black itself.",
+    default=None,
+)
+"""Black-point compensation of links and pictures."""
+
+PICTURE_METHOD = Annotated[str, Choice((*_METHODS, SPATIAL), _ALIASES)]
+"""Methods of mapping for pictures."""
+
 PICTURE_PARAMETERS: tuple[Parameter, ...] = (
     replace(
         _METHOD,
-        kind=Annotated[str, Choice((*_METHODS, SPATIAL), _ALIASES)],
+        kind=PICTURE_METHOD,
         description=f"{_METHOD.description} `{SPATIAL}`: for pictures, keeps the differences "
         "between neighbouring pixels.",
     ),
-    *_OTHERS,
+    *_ARGUMENTS,
+    COMPENSATION,
     *_OF_PICTURES,
     *LEVEL_PARAMETERS,
 )
@@ -401,7 +431,7 @@ def map_picture_file(
     *,
     focus: Colours | Literal["cusp"] | None = None,
     source: AskedGamut | None = None,
-    black_point_compensation: bool = False,
+    black_point_compensation: bool | None = None,
     iterations: int | None = None,
     depth: Depth | None = None,
     table: int | None = None,
@@ -412,6 +442,7 @@ def map_picture_file(
     max_error: float | None = None,
 ) -> MappedPicture:
     """Map the colours of a picture file, and write the result."""
+    method = str(check_option("method", method, PICTURE_METHOD))
     is_spatial = method == SPATIAL
     if is_spatial:
         given = {"focus": focus, "source": None if source is None else "of another gamut"}
@@ -429,6 +460,8 @@ def map_picture_file(
         )
     if triangles is None and max_error is None:
         max_error = 0.0  # edges of a coarser level are visible as arcs
+    if black_point_compensation is None:
+        black_point_compensation = compensates_black(gamut, method)
     by_lab_hue = gamut.colour_space.name == "CIELAB" and method != "clip-nearest"
     turned = False
     conversion = _from_lab(gamut)
@@ -505,7 +538,7 @@ def _spatial_moves(
         own = conversion.to_gamut(lab)
         start = rule.start(own)
         outside = rule.outside(own)
-        clipped = outside if rule.black is None else rule.outside(start)
+        clipped = outside if rule.blacks is None else rule.outside(start)
         return outside, queries.find_lines(start, clipped, index, ends)
 
     def relaxed(directions: Float32Array, least: Float32Array, most: Float32Array) -> Float32Array:
