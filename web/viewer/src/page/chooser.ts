@@ -44,7 +44,10 @@ export class Chooser {
     this.clear = document.createElement("button");
     Object.assign(this.clear, { type: "button", className: "clear", textContent: "×", hidden: true });
     this.clear.setAttribute("aria-label", `Remove ${label.toLowerCase()}`);
-    container.append(text, this.input, this.clear, this.list);
+    const field = document.createElement("div");
+    field.className = "field";
+    field.append(this.input, this.clear);
+    container.append(text, field, this.list);
 
     this.input.addEventListener("focus", () => this.input.select());
     this.input.addEventListener("click", () => this.open());
