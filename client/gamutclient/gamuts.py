@@ -7,6 +7,7 @@ import os
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
+from decimal import Decimal
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypedDict, Unpack
 
@@ -128,7 +129,8 @@ class RemoteGamut:
 
     def __repr__(self) -> str:
         space = self.description["provenance"].get("space", "CIELAB")
-        return f"<{type(self).__name__} {self.id[:12]} in {space}: volume {self.volume:.4g}>"
+        volume = format(Decimal(f"{self.volume:.4g}"), "f")  # without an exponent
+        return f"<{type(self).__name__} {self.id[:12]} in {space}: volume {volume}>"
 
     # --- colours ---------------------------------------------------------------------------------
 

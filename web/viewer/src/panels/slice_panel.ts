@@ -298,7 +298,7 @@ export class SlicePanel {
     Object.assign(this.value, { min, max, step: String(step) });
     const value = cut.kind === "plane" ? cut.offset : cut.value;
     this.value.value = String(value);
-    const shown = numberText(Number(value.toPrecision(4)));
+    const shown = numberText(value, 4);
     const text = { lightness: `${name} ${shown}`, hue: `Hue ${shown}°`, plane: `Offset ${shown}` }[cut.kind];
     byId("slice-label").textContent = text;
     if (cut.kind === "plane") {
@@ -418,11 +418,11 @@ function movedTo(cut: Cut, value: number): Cut {
 }
 
 function planeText({ azimuth, elevation, offset }: { azimuth: number; elevation: number; offset: number }): string {
-  return `facing hue ${azimuth}°, tilted by ${numberText(elevation)}°, offset ${numberText(Number(offset.toPrecision(4)))}`;
+  return `facing hue ${azimuth}°, tilted by ${numberText(elevation)}°, offset ${numberText(offset, 4)}`;
 }
 
 function areaText(area: number): string {
-  return area >= 100 ? Math.round(area).toLocaleString("en") : numberText(Number(area.toPrecision(4)));
+  return area >= 100 ? Math.round(area).toLocaleString("en") : numberText(area, 4);
 }
 
 function boxOf(gamuts: Gamut[]): Box3 {
