@@ -39,7 +39,6 @@ __all__ = [
     "UnrecognisedFormatError",
     "UnsupportedPictureError",
     "UnsupportedProfileError",
-    "errors_in",
 ]
 
 LONGEST_SHOWN = 60

@@ -1,7 +1,7 @@
 """The results of questions to a gamut, and how they are shown: in one line, and as a table.
 
 `gamutcore` and `gamutclient` have this file in common, since neither may import the other: in
-`gamutclient` it is a link, and a file in its wheel. It needs NumPy alone.
+`gamutclient` it is a link, and a file in its wheel. It needs NumPy alone, and `number_text`, which is shared as well.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from typing import Any, ClassVar, Generic, Self, TypeAlias, TypeVar, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from gamutcore.number_text import number_text
+from .number_text import number_text
 
 __all__ = [
     "AS_GIVEN",

@@ -7,7 +7,6 @@ import os
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
-from decimal import Decimal
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypedDict, Unpack
 
@@ -27,6 +26,7 @@ from gamutclient.arrays import (
 )
 from gamutclient.errors import InvalidPointsError
 from gamutclient.meshes import Mesh, mesh_of_ply
+from gamutclient.number_text import number_text
 from gamutclient.transport import (
     Awaiting,
     Blocking,
@@ -129,7 +129,7 @@ class RemoteGamut:
 
     def __repr__(self) -> str:
         space = self.description["provenance"].get("space", "CIELAB")
-        volume = format(Decimal(f"{self.volume:.4g}"), "f")  # without an exponent
+        volume = number_text(self.volume, 4)
         return f"<{type(self).__name__} {self.id[:12]} in {space}: volume {volume}>"
 
     # --- colours ---------------------------------------------------------------------------------

@@ -215,6 +215,7 @@ async function upload(page, name, lightness) {
       const { send } = XMLHttpRequest.prototype;
       XMLHttpRequest.prototype.abort = () => {}; // an answer that has arrived cannot be called off
       XMLHttpRequest.prototype.send = function (body) {
+        XMLHttpRequest.prototype.send = send;
         window.release = () => send.call(this, body);
       };
       const dataTransfer = new DataTransfer();
