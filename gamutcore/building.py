@@ -52,6 +52,7 @@ from gamutcore.errors import FlatPointsError, OptionError
 from gamutcore.history import MINIMUM_TRIANGLES, build_history
 from gamutcore.levels import curve_counts, error_curve, round_up
 from gamutcore.limits import Limits, apply_limits
+from gamutcore.number_text import number_text
 from gamutcore.options import Options
 from gamutcore.queries import (
     build_index,
@@ -343,8 +344,8 @@ def _boundary_of_colours(
             and missed > LARGE_ERROR / 100.0 * space.white_lightness
         ):
             warnings.append(
-                f"The device can make colours up to {missed:.3g} outside of the full boundary. The "
-                "default tolerance counts them, and others as near, as in gamut."
+                f"The device can make colours up to {number_text(missed, 3)} outside of the "
+                "full boundary. The default tolerance counts them, and others as near, as in gamut."
             )
         provenance["warnings"] = warnings
     if colours.absolute is not None:

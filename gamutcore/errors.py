@@ -7,6 +7,9 @@ types refer to them, so a released code never changes its meaning.
 
 from __future__ import annotations
 
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import partial
 from typing import ClassVar
 
@@ -213,3 +216,19 @@ class HistoryFileError(GamutError, code="malformed-history"):
 
 class DeviceModelError(GamutError, code="no-device-model"):
     """The gamut has no device model: it is of colours only, or its file does not have the model."""
+
+
+@contextmanager
+def errors_in(source: object) -> Iterator[None]:
+    """Name the file in errors of its content, as ``where["file"]``, if `source` is a path.
+
+    Errors of options are left alone: they are about what was asked, not about the file.
+    """
+    try:
+        yield
+    except GamutError as error:
+        if isinstance(source, str | os.PathLike) and not isinstance(
+            error, OptionError | ReferenceNameError | TriangleCountError
+        ):
+            error.where = {"file": os.fspath(source), **error.where}
+        raise

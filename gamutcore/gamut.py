@@ -23,7 +23,7 @@ from gamutcore.characterisation.icc import looks_like_icc
 from gamutcore.colours import SPACE_PARAMETERS, DeviceModel
 from gamutcore.colours.spaces import ColourSpace
 from gamutcore.content import content_of, gamut_source, is_saved_gamut
-from gamutcore.errors import DeviceModelError, HistoryFileError, OptionError
+from gamutcore.errors import DeviceModelError, HistoryFileError, OptionError, errors_in
 from gamutcore.export.provenance import mesh_provenance
 from gamutcore.export.rendering import DEFAULT_SIZE
 from gamutcore.export.viewer_page import HTML_SUFFIXES, PageGamut, viewer_page
@@ -37,6 +37,7 @@ from gamutcore.history import (
 from gamutcore.level_mesh import LevelMesh
 from gamutcore.levels import LevelRequest, LevelSearch, Side, sided_level
 from gamutcore.limits import Limits
+from gamutcore.number_text import number_text
 from gamutcore.options import Options
 from gamutcore.questions import (
     DEFAULT_EDGE_WIDTH,
@@ -198,7 +199,7 @@ class Gamut:
         **choices: Any,  # noqa: ANN401  # checked by Options
     ) -> None:
         chosen, content = _chosen_options(options, choices), content_of(data)
-        with report_progress(progress) as report:
+        with report_progress(progress) as report, errors_in(data):
             description, history, model = build(content, chosen, report, limits)
         profile = content if model is not None and looks_like_icc(content) else None
         self._hold(description, history, model, profile=profile)
@@ -343,7 +344,7 @@ class Gamut:
         space, volume = self.colour_space.name, self.volume
         of = f" of {' '.join(self.channels)}" if self.channels else ""
         return (
-            f"<Gamut {self.id[:12]}{of} in {space}: volume {volume:.4g}, "
+            f"<Gamut {self.id[:12]}{of} in {space}: volume {number_text(volume, 4)}, "
             f"{self.history.triangles} triangles>"
         )
 
@@ -664,23 +665,25 @@ class Gamut:
         that of the picture. Through a table, those next to the surface may move within
         the stated error, where the surface bulges into a cell whose corners are all outside.
         """
-        return map_picture_file(
-            self,
-            content_of(picture),
-            output,
-            method,
-            focus=focus,
-            source=self._other(source),
-            black_point_compensation=black_point_compensation,
-            iterations=iterations,
-            depth=depth,
-            table=table,
-            heat_map=heat_map,
-            to=to,
-            black=black,
-            triangles=triangles,
-            max_error=max_error,
-        )
+        other = self._other(source)
+        with errors_in(picture):
+            return map_picture_file(
+                self,
+                content_of(picture),
+                output,
+                method,
+                focus=focus,
+                source=other,
+                black_point_compensation=black_point_compensation,
+                iterations=iterations,
+                depth=depth,
+                table=table,
+                heat_map=heat_map,
+                to=to,
+                black=black,
+                triangles=triangles,
+                max_error=max_error,
+            )
 
     def to_device(
         self,
@@ -1577,7 +1580,8 @@ class Gamut:
         OSError
             The file cannot be read.
         """
-        gamut = cls.from_bytes(Path(path).read_bytes())
+        with errors_in(path):
+            gamut = cls.from_bytes(Path(path).read_bytes())
         gamut.name = gamut.name or Path(path).stem
         return gamut
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from gamutcore.colours.spaces import CIELAB, ColourSpace
+from gamutcore.errors import errors_in
 from gamutcore.export import format_of_suffix, mesh_file
 from gamutcore.export.picture_file import draft_of
 from gamutcore.geometry import TriangleMesh
@@ -56,9 +57,9 @@ class LevelMesh(Shown, TriangleMesh):
         MalformedProfileError, UnsupportedProfileError
             The profile is damaged, or is not of a device.
         """
-        if into is not None and not isinstance(into, bytes):
-            into = Path(into).read_bytes()
-        return mesh_file(self, format_name, self.provenance, self.space, into)
+        profile = Path(into).read_bytes() if isinstance(into, str | os.PathLike) else into
+        with errors_in(into):
+            return mesh_file(self, format_name, self.provenance, self.space, profile)
 
     def save(
         self,

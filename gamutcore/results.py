@@ -1,7 +1,7 @@
 """The results of questions to a gamut, and how they are shown: in one line, and as a table.
 
 `gamutcore` and `gamutclient` have this file in common, since neither may import the other: in
-`gamutclient` it is a link, and a file in its wheel. It needs NumPy alone.
+`gamutclient` it is a link, and a file in its wheel. It needs NumPy alone, and `number_text`, which is shared as well.
 """
 
 from __future__ import annotations
@@ -17,6 +17,8 @@ from typing import Any, ClassVar, Generic, Self, TypeAlias, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
+
+from .number_text import number_text
 
 __all__ = [
     "AS_GIVEN",
@@ -174,7 +176,7 @@ def _text(value: object) -> str:
     if isinstance(value, np.ndarray):
         return _array_text(value)
     if isinstance(value, float | np.floating):
-        return f"{value:.6g}"
+        return number_text(value)
     if isinstance(value, tuple):
         text = " ".join("-" if part is None else _text(part) for part in value)
         return text if len(text) <= LONGEST else f"{text[: LONGEST - 1]}…"
@@ -186,17 +188,17 @@ def _cell(values: np.ndarray[Any, Any]) -> str:
     parts = np.ravel(values)
     if parts.dtype == np.bool_:
         return " ".join("yes" if part else "no" for part in parts)
-    return " ".join(f"{part:.4g}" for part in parts)
+    return " ".join(number_text(part, 4) for part in parts)
 
 
 def _array_text(values: np.ndarray[Any, Any]) -> str:
     if values.dtype == np.bool_:
         return f"{np.count_nonzero(values)} of {values.size}"
     if values.size <= SMALL and values.ndim <= 1:
-        return " ".join(f"{value:.4g}" for value in values.ravel())
+        return " ".join(number_text(value, 4) for value in values.ravel())
     finite = values[np.isfinite(values)]
     if values.ndim == 1 and finite.size:
-        return f"{finite.min():.4g} to {finite.max():.4g} ({values.size})"
+        return f"{number_text(finite.min(), 4)} to {number_text(finite.max(), 4)} ({values.size})"
     return " × ".join(map(str, values.shape))
 
 

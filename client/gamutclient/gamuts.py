@@ -26,6 +26,7 @@ from gamutclient.arrays import (
 )
 from gamutclient.errors import InvalidPointsError
 from gamutclient.meshes import Mesh, mesh_of_ply
+from gamutclient.number_text import number_text
 from gamutclient.transport import (
     Awaiting,
     Blocking,
@@ -128,7 +129,8 @@ class RemoteGamut:
 
     def __repr__(self) -> str:
         space = self.description["provenance"].get("space", "CIELAB")
-        return f"<{type(self).__name__} {self.id[:12]} in {space}: volume {self.volume:.4g}>"
+        volume = number_text(self.volume, 4)
+        return f"<{type(self).__name__} {self.id[:12]} in {space}: volume {volume}>"
 
     # --- colours ---------------------------------------------------------------------------------
 

@@ -40,6 +40,7 @@ from gamutcore.geometry import (
     write_row,
 )
 from gamutcore.kernels import inlined_kernel, kernel
+from gamutcore.number_text import number_text
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -122,7 +123,7 @@ def points_on_grid(points: ArrayLike) -> tuple[FloatArray, float]:
             f"{faulty.size} of {len(given)} points are not finite or too large. The first is point "
             f"{faulty[0]}: {given[faulty[0]].tolist()}.",
             where={"row": int(faulty[0])},
-            remedy=f"Give finite numbers below {LARGEST_COORDINATE:g}.",
+            remedy=f"Give finite numbers below {number_text(LARGEST_COORDINATE)}.",
         )
     step = grid_step(given) if len(given) else 1.0
     rounded = np.ascontiguousarray(nearest_grid_points(given, step))  # for kernels
@@ -201,7 +202,7 @@ def automatic_centre(points: FloatArray, step: float) -> Centre:
     if inside is None:
         raise FlatPointsError(
             "The points are nearly in one place, on one line or in one plane: the volume of their"
-            f" hull is less than {FLATNESS:g} of the cube of their extent.",
+            f" hull is less than {number_text(FLATNESS)} of the cube of their extent.",
             remedy="Give points that enclose a volume.",
         )
     inside = nearest_grid_points(inside, step * 2.0**-20)
@@ -210,8 +211,8 @@ def automatic_centre(points: FloatArray, step: float) -> Centre:
     volume, *moment = _moments(relative, faces)
     if volume < FLATNESS * extent**3:
         raise FlatPointsError(
-            f"The points are flat: their hull fills {volume / extent**3:.1e} of the cube of their"
-            " extent.",
+            f"The points are flat: their hull fills {number_text(volume / extent**3, 2)} of the "
+            "cube of their extent.",
             remedy="Give points that enclose a volume.",
         )
     centroid = np.array(moment) / volume

@@ -28,6 +28,7 @@ from gamutcore.geometry import (
     mesh_grid_step,
     nearest_grid_points,
 )
+from gamutcore.number_text import number_text
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -127,8 +128,8 @@ def _on_grid(
     if flat.size:
         one, two, three = surface.mesh.faces[flat[0]]
         raise MeshError(
-            f"{flat.size} faces have no area on the grid of {step:.3g} that positions are rounded "
-            f"to; the first has the corners {_text_of(surface.mesh, one)}, "
+            f"{flat.size} faces have no area on the grid of {number_text(step, 3)} that "
+            f"positions are rounded to; the first has the corners {_text_of(surface.mesh, one)}, "
             f"{_text_of(surface.mesh, two)} and {_text_of(surface.mesh, three)}.",
             where={"field": "faces", "faces": int(flat.size)},
             remedy="Send a mesh without slivers: merge vertices that are close together.",
@@ -204,10 +205,10 @@ def _not_star_shaped(
 ) -> MeshError:
     at = ", ".join(_text_of(mesh, mesh.faces[face][0]) for face in decisive)
     problem = (
-        f"no point sees all faces from inside (the best point misses by {-margin:.4g})"
+        f"no point sees all faces from inside (the best point misses by {number_text(-margin, 4)})"
         if margin <= 0
-        else f"the points that see all faces from inside are within {margin:.4g} of each other, "
-        f"too close for the grid ({unseen} faces are missed)"
+        else f"the points that see all faces from inside are within {number_text(margin, 4)} of "
+        f"each other, too close for the grid ({unseen} faces are missed)"
     )
     return MeshError(
         f"The mesh is not star-shaped: {problem}. Conflicting faces are at {at}.",

@@ -43,6 +43,7 @@ from gamutcore.geometry import (
     insertion_order,
 )
 from gamutcore.kernels import kernel
+from gamutcore.number_text import number_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -167,7 +168,8 @@ def modified_convex_hull(
     if len(faces) == 0:
         if given is None:
             raise FlatPointsError(
-                f"The points are flat: no centre on their grid of {step:g} is inside of them.",
+                f"The points are flat: no centre on their grid of {number_text(step)} is inside "
+                "of them.",
                 remedy="Give points that enclose a volume.",
             )
         automatic_centre(ordered, step)  # raises the better error if the points are flat

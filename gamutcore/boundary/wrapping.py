@@ -16,6 +16,7 @@ from gamutcore.boundary.methods import compute_boundary, resolve_method
 from gamutcore.boundary.modified_convex_hull import has_fallen, surface_gammas
 from gamutcore.boundary.radial_envelope import FINE, radial_volume
 from gamutcore.errors import BoundaryError, CentreError
+from gamutcore.number_text import number_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -186,4 +187,5 @@ def _volume_warnings(enclosed: float, volume: float | None) -> list[str]:
     if abs(difference) <= NOTICEABLE:
         return []
     part, more = abs(difference), "larger" if difference > 0 else "smaller"
-    return [f"The gamut is {100 * part:.2g} % {more} than the device's sampled surface encloses."]
+    percent = number_text(100 * part, 2)
+    return [f"The gamut is {percent} % {more} than the device's sampled surface encloses."]

@@ -32,6 +32,7 @@ from gamutcore.cli.output import (
     write_facts,
     write_table,
 )
+from gamutcore.number_text import number_text
 
 if TYPE_CHECKING:
     from gamutcore.gamut import Gamut
@@ -131,17 +132,16 @@ def query(
 
 def _table(path: str, space: str | None, columns: str | None, scale: float | None) -> ColourTable:
     """Read a table of colours, and say what was understood."""
-    from gamutcore.errors import GamutError  # noqa: PLC0415
+    from gamutcore.errors import GamutError, errors_in  # noqa: PLC0415
     from gamutcore.tables import read_table  # noqa: PLC0415
 
     data = sys.stdin.buffer.read() if path == "-" else Path(path).read_bytes()
     try:
-        table = read_table(data, space=space, columns=columns, scale=scale)
+        with errors_in("standard input" if path == "-" else path):
+            table = read_table(data, space=space, columns=columns, scale=scale)
     except GamutError as error:
         if "line" in error.where:
             error.where.pop("row", None)
-        else:
-            error.where = {"file": path, **error.where}
         raise
     typer.echo(table.reading, err=True)
     return table
@@ -202,10 +202,10 @@ def _report(
     summary = (
         f"{int(inside.sum())} of {len(own)} colours are in gamut."
         f" {int((columns['position'] == 'edge').sum())} are at the edge."
-        f" Tolerance {tolerance:.2g}, edge width {edge_width:.2g} {unit}."
+        f" Tolerance {number_text(tolerance, 2)}, edge width {number_text(edge_width, 2)} {unit}."
     )
     if passing is not None:
-        summary += f" {int(columns['passes'].sum())} pass (ΔE00 up to {passing:g})."
+        summary += f" {int(columns['passes'].sum())} pass (ΔE00 up to {number_text(passing)})."
     if outside.any():
         worst = int(np.argmax(difference))
         summary += (
@@ -259,7 +259,8 @@ def recipe(
     summary = f"{inside} of {len(recipes.inside)} colours are in gamut."
     if inside:
         worst = float(recipes.delta_e[recipes.inside].max())
-        summary += f" Their recipes miss them by ΔE00 {worst:.2g} at most, by the device model."
+        missed = number_text(worst, 2)
+        summary += f" Their recipes miss them by ΔE00 {missed} at most, by the device model."
     typer.echo(summary + _skipped(table), err=output is None)
 
 
@@ -469,13 +470,15 @@ def _has_space(source: str, condition: str | None) -> bool:
     """Return whether a gamut has a space already: it is saved, or a mesh."""
     from gamutcore.characterisation import GamutMesh, read_characterisation  # noqa: PLC0415
     from gamutcore.content import gamut_source, is_saved_gamut  # noqa: PLC0415
+    from gamutcore.errors import errors_in  # noqa: PLC0415
 
     found = gamut_source(source)
     if not isinstance(found, bytes) or _is_picture(source):
         return False
-    return is_saved_gamut(found) or isinstance(
-        read_characterisation(found, condition=condition), GamutMesh
-    )
+    with errors_in(source):
+        return is_saved_gamut(found) or isinstance(
+            read_characterisation(found, condition=condition), GamutMesh
+        )
 
 
 def _axes_of(table: ColourTable, gamut: Gamut) -> tuple[str, ...]:

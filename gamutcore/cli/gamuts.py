@@ -19,6 +19,7 @@ from gamutcore.cli.output import (
     write_table,
 )
 from gamutcore.cli.sections import picture
+from gamutcore.number_text import number_text
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -105,7 +106,8 @@ def mesh(
         max_error = 0.0
     level = gamut.mesh(triangles, max_error=max_error, side=side)  # type: ignore[arg-type]  # checked
     level.save(output, into=into)
-    bound = "" if level.max_error is None else f", within {level.max_error:g} of the boundary"
+    error = level.max_error
+    bound = "" if error is None else f", within {number_text(error)} of the boundary"
     typer.echo(f"{output}: {level.triangles} triangles{bound}", err=True)
     state(gamut.conditions)
 

@@ -140,7 +140,7 @@ def gamut_of(
     reference are meant for the others. `space` is the default of the option of this name.
     """
     from gamutcore.content import gamut_source, is_saved_gamut  # noqa: PLC0415
-    from gamutcore.errors import OptionError  # noqa: PLC0415
+    from gamutcore.errors import OptionError, errors_in  # noqa: PLC0415
     from gamutcore.gamut import Gamut  # noqa: PLC0415
     from gamutcore.options import OPTIONS, Options, option_value  # noqa: PLC0415
 
@@ -163,7 +163,7 @@ def gamut_of(
     chosen = Options.from_mapping(options)
 
     def build() -> Gamut:
-        with _progress(Path(source).name) as report:
+        with _progress(Path(source).name) as report, errors_in(source):
             return Gamut(data, chosen, progress=report)
 
     if reference is not None:

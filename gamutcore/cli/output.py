@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import typer
 
+from gamutcore.number_text import number_text
+
 if TYPE_CHECKING:
     from gamutcore.results import Conditions
     from gamutcore.tables import ColourTable
@@ -223,7 +225,7 @@ def _cell(value: Any) -> str:  # noqa: ANN401
         return ""
     if isinstance(value, bool):
         return str(value).lower()
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
+    return number_text(value) if isinstance(value, float) else str(value)
 
 
 def _text(value: Any) -> str:  # noqa: ANN401

@@ -25,6 +25,7 @@ from gamutcore.colours.colorimetry import ICC_D50, lab_to_xyz
 from gamutcore.colours.models import Arrays, DeviceFunction, check_shapes, device_function
 from gamutcore.errors import OptionError, UnsupportedProfileError
 from gamutcore.kernels import kernel
+from gamutcore.number_text import number_text
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -102,7 +103,7 @@ def _incomplete_grid(device: FloatArray) -> OptionError:
     if len(device) > 1:
         why = (
             f"the {len(device)} distinct device values are not a complete grid; a grid of "
-            f"{' · '.join(map(str, levels))} levels has {math.prod(levels):.6g}"
+            f"{' · '.join(map(str, levels))} levels has {number_text(math.prod(levels))}"
         )
         remedy = "Give 'fit', or send exactly all combinations of some levels of each channel."
     else:

@@ -46,6 +46,7 @@ from gamutcore.colours.sampling import (
     surface_values,
 )
 from gamutcore.errors import InvalidPointsError, OptionError
+from gamutcore.number_text import number_text
 
 if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
@@ -341,7 +342,8 @@ class _Medium:
         if highest <= 200.0:
             return 100.0
         self.warnings.append(
-            f"The largest Y is {highest:.6g}, which is no reflectance; it is taken as the white's."
+            f"The largest Y is {number_text(highest)}, which is no reflectance; it is "
+            "taken as the white's."
         )
         return highest
 

@@ -56,6 +56,7 @@ from gamutcore.colours.formulas import (
 )
 from gamutcore.errors import InvalidPointsError, MeshError, OptionError
 from gamutcore.kernels import kernel, leaf_kernel
+from gamutcore.number_text import number_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -474,7 +475,7 @@ def measured_luminance(stated: object) -> float:
         raise OptionError(
             "The data does not declare the luminance of its white."
             if number is None
-            else f"The data declares a white of {number:g} cd/m².",
+            else f"The data declares a white of {number_text(number)} cd/m².",
             where={"field": "luminance"},
             remedy=f"Give {accepted_values(_WHITE_LUMINANCE)}.",
         )
@@ -759,7 +760,7 @@ def _assumption_warnings(vertices: FloatArray, space: ColourSpace) -> list[str]:
         return []
     warning = (
         "The file declares no colour space and was taken as CIELAB, but its extent is only "
-        f"{extent:.3g} units. Give its space with the option space."
+        f"{number_text(extent, 3)} units. Give its space with the option space."
     )
     return [warning]
 

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from gamutcore.arrays import FloatArray
 from gamutcore.colours.spaces import CIELAB, ColourSpace, srgb
 from gamutcore.export.picture_file import png
+from gamutcore.number_text import number_text
 
 __all__ = [
     "Chart",
@@ -308,7 +309,7 @@ def lightness_axes(lightness: float, space: ColourSpace = CIELAB) -> SectionAxes
     right, up = (axis for axis in range(3) if axis != upright)
     unit = np.eye(3)
     labels = (space.axes[right], space.axes[up])
-    title = f"{space.axes[upright]} = {lightness:g}"
+    title = f"{space.axes[upright]} = {number_text(lightness)}"
     return SectionAxes(lightness * unit[upright], unit[right], unit[up], labels, title)
 
 
@@ -339,7 +340,9 @@ def plane_axes(normal: FloatArray, offset: float, space: ColourSpace = CIELAB) -
         if value
     )
     labels = ("In the plane, across", "In the plane, along lightness")
-    return SectionAxes(unit * offset / length, right, up, labels, f"{terms} = {offset:g}")
+    return SectionAxes(
+        unit * offset / length, right, up, labels, f"{terms} = {number_text(offset)}"
+    )
 
 
 def section_svg(
@@ -473,7 +476,7 @@ def rings_svg(
     # the labels are where they are farthest apart
     at = len(angle) // len(hues) * int(np.argmax(radius[outer] - radius[middle]))
     for number in sorted({0, middle, outer}):
-        chart.add_text(rings[number][at].tolist(), f"{axes[0]} {lightness[number]:g}")
+        chart.add_text(rings[number][at].tolist(), f"{axes[0]} {number_text(lightness[number])}")
     return chart.svg()
 
 
@@ -481,7 +484,7 @@ def rings_note(name: str, volume: float | None) -> str:
     """Return the second line of the title: the name of the gamut, and its volume."""
     parts = [name] if name else []
     if volume is not None:
-        figure = f"{volume:,.0f}" if volume >= 1000.0 else f"{volume:.4g}"
+        figure = f"{volume:,.0f}" if volume >= 1000.0 else number_text(volume, 4)
         parts.append(f"volume {figure}".replace(",", "\N{NARROW NO-BREAK SPACE}"))
     return " · ".join(parts)
 

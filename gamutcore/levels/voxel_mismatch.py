@@ -19,6 +19,7 @@ from gamutcore.arrays import FloatArray, IndexArray, LongArray
 from gamutcore.errors import MeshError, OptionError
 from gamutcore.geometry import clip, opposite_corners
 from gamutcore.kernels import kernel, leaf_kernel
+from gamutcore.number_text import number_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -107,7 +108,7 @@ def voxel_mismatch(
     inside = _between_pairs(cuts[0])
     if inside == 0:
         raise MeshError(
-            f"no voxel of edge {length:g} has its centre in the reference",
+            f"no voxel of edge {number_text(length)} has its centre in the reference",
             remedy="Give a closed mesh that encloses a volume, and voxels much smaller than it.",
         )
     differing = _between_pairs(np.concatenate(cuts))
@@ -146,9 +147,10 @@ def _voxel_edge(edge: float | None, bounds: FloatArray) -> float:
     extent = float((bounds[:, 1].max(axis=0) - bounds[:, 0].min(axis=0)).max())
     if not 0 < length < math.inf or not extent / length <= MOST_VOXELS:
         raise OptionError(
-            f"voxels of edge {length:g} are asked for, in a box of {extent:g}",
+            f"voxels of edge {number_text(length)} are asked for, in a box of "
+            f"{number_text(extent)}",
             where={"field": "edge"},
-            remedy=f"Give a positive length, at least {extent / MOST_VOXELS:g}:"
+            remedy=f"Give a positive length, at least {number_text(extent / MOST_VOXELS)}:"
             f" at most {MOST_VOXELS} voxels along an axis.",
         )
     return length

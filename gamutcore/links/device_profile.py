@@ -30,7 +30,7 @@ from gamutcore.colours import (
     xyz_to_lab,
 )
 from gamutcore.content import content_of, gamut_source, is_saved_gamut
-from gamutcore.errors import OptionError, ReferenceNameError
+from gamutcore.errors import OptionError, ReferenceNameError, errors_in
 from gamutcore.export.icc_file import (
     COPYRIGHT,
     D50,
@@ -326,14 +326,16 @@ def profile(
 
 def _gamut(data: object, options: dict[str, Any]) -> tuple[Gamut, bytes | None]:
     """Return the gamut of some data, and the data itself unless it is a gamut already."""
+    source = data
     if isinstance(data, str | os.PathLike):
         found = gamut_source(data)
         data = found.data if isinstance(found, Reference) else found
-    if isinstance(data, bytes) and is_saved_gamut(data):
-        data = Gamut.from_bytes(data)
-    if not isinstance(data, Gamut):
-        content = content_of(data)
-        return _checked(Gamut(content, {"space": PROFILE_SPACE, **options})), content
+    with errors_in(source):
+        if isinstance(data, bytes) and is_saved_gamut(data):
+            data = Gamut.from_bytes(data)
+        if not isinstance(data, Gamut):
+            content = content_of(data)
+            return _checked(Gamut(content, {"space": PROFILE_SPACE, **options})), content
     for field, value in options.items():
         raise OptionError.not_applicable(field, value, "the gamut is built already")
     return _checked(data), None
@@ -514,7 +516,8 @@ def _source(gamut: Gamut, given: Gamut | str | os.PathLike[str]) -> Gamut:
     options = {each: own[each] for each in ("space", *SPACE_PARAMETERS) if each in own}
     if isinstance(found, Reference):
         return Gamut(found.data, {**options, "surface_samples": _SOURCE_SAMPLES})
-    return Gamut.from_bytes(found) if is_saved_gamut(found) else Gamut(found, options)
+    with errors_in(given):
+        return Gamut.from_bytes(found) if is_saved_gamut(found) else Gamut(found, options)
 
 
 def _matrix(model: DeviceModel) -> dict[str, bytes] | None:

@@ -33,7 +33,7 @@ from gamutcore.colours import (
     xyz_to_lab,
 )
 from gamutcore.content import gamut_source, is_saved_gamut
-from gamutcore.errors import OptionError, ReferenceNameError
+from gamutcore.errors import OptionError, ReferenceNameError, errors_in
 from gamutcore.export.picture_file import draft_of
 from gamutcore.gamut import Gamut
 from gamutcore.limits import Limits
@@ -512,15 +512,18 @@ def _side(
         unfit = {each for each in OPTIONS if "reference" not in OPTIONS[each].data}
         choices = {each: choices[each] for each in choices if each not in unfit}
     elif is_saved_gamut(found):
-        return _side_of_gamut(Gamut.from_bytes(found), field)
+        with errors_in(given):
+            return _side_of_gamut(Gamut.from_bytes(found), field)
     else:
         reference, content = None, found
     options = Options.from_mapping(choices)
 
     def build() -> Gamut:
-        return Gamut(content, options)
+        with errors_in(given):
+            return Gamut(content, options)
 
-    model = device_model(content, options, Limits())
+    with errors_in(given):
+        model = device_model(content, options, Limits())
     if model is None:
         raise _unfit(field, "has no model of a device")
     _check_device(model, field)

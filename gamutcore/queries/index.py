@@ -40,6 +40,7 @@ from gamutcore.geometry import (
     write_row,
 )
 from gamutcore.kernels import kernel
+from gamutcore.number_text import number_text
 from gamutcore.queries.face_tree import FaceTree, build_face_tree, face_boxes
 from gamutcore.queries.hue_tables import CuspTable, HueTable, cusp_table, hue_table
 
@@ -281,7 +282,7 @@ def checked_points(points: ArrayLike, name: str = "points", width: int = 3) -> F
         raise InvalidPointsError(
             f"Row {at} of {name} is {found[at].tolist()}.",
             where={"field": name, "row": at},
-            remedy=f"Give finite coordinates within ±{LARGEST_COORDINATE:g}.",
+            remedy=f"Give finite coordinates within ±{number_text(LARGEST_COORDINATE)}.",
         )
     return found
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gamutcore.colours import INTENTS, xyz_to_lab
+from gamutcore.number_text import number_text
 from gamutcore.results import AS_GIVEN, Conditions
 
 if TYPE_CHECKING:
@@ -157,4 +158,4 @@ def _distance(one: tuple[float, ...], two: tuple[float, ...]) -> float:
 
 
 def _lab(white: tuple[float, ...]) -> str:
-    return " ".join(f"{value:.4g}" for value in white)
+    return " ".join(number_text(value, 4) for value in white)

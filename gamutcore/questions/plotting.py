@@ -45,6 +45,7 @@ from gamutcore.export.rendering import (
 )
 from gamutcore.geometry import TriangleMesh
 from gamutcore.levels import LevelRequest
+from gamutcore.number_text import number_text
 from gamutcore.questions.declarations import Parameter, Question
 from gamutcore.questions.levels import answering_level
 from gamutcore.questions.shape import rings, rings_caption, section, section_axes
@@ -188,9 +189,9 @@ def notebook_html(gamut: AskedGamut) -> str:
         **({"name": gamut.name} if gamut.name else {}),
         "space": space.name,
         "channels": " ".join(map(str, description["provenance"].get("channels") or ["-"])),
-        "volume": f"{description['volume']:.6g}",
+        "volume": number_text(description["volume"]),
         **{
-            axis: f"{low:.4g} to {high:.4g}"
+            axis: f"{number_text(low, 4)} to {number_text(high, 4)}"
             for axis, low, high in zip(space.axes, lowest, highest, strict=True)
         },
         "triangles": f"4 to {gamut.history.triangles}",
@@ -395,7 +396,7 @@ def plot_rings(
     for number in sorted({0, middle, outer}):
         ax.text(
             *curves[number][at],
-            f"{names[0]} {found.lightness[number]:g}",
+            f"{names[0]} {number_text(found.lightness[number])}",
             fontsize=SMALL * POINTS,
             color=INK,
             va="center",

@@ -16,6 +16,7 @@ import numpy as np
 
 from gamutcore.colours import BLACK_NAMES, find_values
 from gamutcore.errors import DeviceModelError, OptionError
+from gamutcore.number_text import number_text
 from gamutcore.recipes.black_paths import (
     LEAST_INK,
     SHARE,
@@ -364,7 +365,7 @@ class InverseModel:
         colours = np.ascontiguousarray(self.model.lab(device))
         if not (np.abs(colours) <= _LARGEST).all():  # also where it is not a number
             raise DeviceModelError(
-                f"The device model gives L*, a* or b* beyond {_LARGEST:g}.",
+                f"The device model gives L*, a* or b* beyond {number_text(_LARGEST)}.",
                 where={"field": "model"},
                 remedy="Correct the data of the device, and build the gamut again.",
             )

@@ -28,6 +28,7 @@ from gamutcore.characterisation.samples import xyz_of_xyy
 from gamutcore.colours import GIVEN_SPACE, OTHER_AXES
 from gamutcore.colours.spaces import SPACES
 from gamutcore.errors import InvalidPointsError, MalformedFileError, MissingColumnError, OptionError
+from gamutcore.number_text import number_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -350,8 +351,8 @@ def on_full_scale(
     full = 100.0 if columns.kind in {"LAB", "LCH"} else 1.0
     if columns.kind == "LAB" and not stated and scale is None and 0 < np.abs(values).max() <= 1:
         raise InvalidPointsError(
-            f"The largest value of {', '.join(names)} is {np.abs(values).max():g}; the colours may "
-            "be in CIELAB, in CIELAB with L* from 0 to 1, or in Oklab.",
+            f"The largest value of {', '.join(names)} is {number_text(np.abs(values).max())}; the "
+            "colours may be in CIELAB, in CIELAB with L* from 0 to 1, or in Oklab.",
             where={**place(0), "field": names[0]},
             remedy="Give --colours-in CIELAB, --scale 1 or --colours-in Oklab. In Python, give "
             "the space.",
@@ -373,8 +374,8 @@ def on_full_scale(
         row, axis = (int(each) for each in np.argwhere(beyond)[0])
         likely = _likely(columns.kind, values)
         raise InvalidPointsError(
-            f"{names[axis]} is {values[row, axis]:g}, outside the scale of {columns.space}, whose "
-            f"white is {found:g}.",
+            f"{names[axis]} is {number_text(values[row, axis])}, outside the scale of "
+            f"{columns.space}, whose white is {found:g}.",
             where={**place(row), "field": names[axis]},
             remedy=likely or f"Give colours of {columns.space}, or name their space.",
         )
@@ -404,7 +405,8 @@ def _scale_of(
         return 1.0
     row = int(np.argmax(values.max(axis=1)))
     raise InvalidPointsError(
-        f"The largest value of {', '.join(names)} is {highest:g}; their scale may be {candidates}.",
+        f"The largest value of {', '.join(names)} is {number_text(highest)}; their scale may be "
+        f"{candidates}.",
         where={**place(row), "field": names[int(np.argmax(values[row]))]},
         remedy=f"Give the value of white, {candidates}, with --scale, over HTTP table_scale.",
     )

@@ -35,6 +35,7 @@ from gamutcore.errors import (
     UnsupportedPictureError,
     UnsupportedProfileError,
 )
+from gamutcore.number_text import number_text
 
 __all__ = [
     "LARGEST_LIGHT",
@@ -269,7 +270,8 @@ def refuse_too_bright(values: npt.NDArray[Any], row: int) -> None:
     if beyond.any():
         raise InvalidPointsError(
             f"{int(beyond.sum())} pixels from row {row + 1} on have linear light of "
-            f"{float(np.abs(values[beyond]).max()):.3g} × white, more than {LARGEST_LIGHT:.0f}.",
+            f"{number_text(float(np.abs(values[beyond]).max()), 3)} × white, more than "
+            f"{LARGEST_LIGHT:.0f}.",
             where={"row": row + 1},
             remedy="Clip or scale the picture, or mask these pixels with an alpha of 0.",
         )

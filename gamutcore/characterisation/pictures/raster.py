@@ -61,6 +61,7 @@ from gamutcore.errors import (
     Where,
 )
 from gamutcore.limits import current_limits
+from gamutcore.number_text import number_text
 
 __all__ = [
     "EXTENSIONS",
@@ -439,7 +440,11 @@ class _TimeLimit:
     def _watch(self, overtime: Callable[[GamutError], None]) -> None:
         while not self._ended.wait(_TICK):
             if time.process_time() - self._started > self._seconds:
-                size = f"{self._pixels / 1e6:.3g} megapixels" if self._pixels else "its header"
+                size = (
+                    f"{number_text(self._pixels / 1e6, 3)} megapixels"
+                    if self._pixels
+                    else "its header"
+                )
                 overtime(
                     PictureWorkError(
                         f"Decoding {size} of the picture took more than {self._seconds:.3g} s.",

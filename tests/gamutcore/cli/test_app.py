@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 import typer
 
+from gamutcore import Gamut
 from gamutcore.cli.app import app
 from gamutcore.questions import QUESTIONS
 from gamutcore.version import __version__
@@ -198,3 +200,61 @@ def test_help_does_not_import_the_computation():
     )
     ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert ended.stderr.strip() == "[]"
+
+
+NOTES = "notes.txt"
+
+READERS = [
+    ("info", NOTES),
+    ("build", NOTES),
+    ("mesh", NOTES, "-o", "x.ply"),
+    ("export", NOTES),
+    ("query", NOTES, "--gamut", "good.gamut"),
+    ("query", "colours.csv", "--gamut", NOTES),
+    ("recipe", NOTES, "--gamut", "good.gamut"),
+    ("recipe", "colours.csv", "--gamut", NOTES),
+    ("map", NOTES, "--gamut", "good.gamut"),
+    ("map", "colours.csv", "--gamut", NOTES),
+    ("map", "colours.csv", "--gamut", "good.gamut", "--method", "sgck", "--from", NOTES),
+    ("map", "cut.png", "--gamut", "good.gamut", "-o", "x.png"),
+    ("compare", "good.gamut", NOTES),
+    ("plot", NOTES, "-o", "x.svg"),
+    ("slice", NOTES, "--lightness", "50"),
+    ("rings", NOTES),
+    ("rings", "good.gamut", "--reference", NOTES),
+    ("picture", NOTES, "-o", "x.png"),
+    ("link", NOTES, "srgb", "-o", "x.icc"),
+    ("link", "srgb", NOTES, "-o", "x.icc"),
+    ("profile", NOTES, "-o", "x.icc"),
+    ("info", "cut.gamut"),
+    ("profile", "cut.gamut", "-o", "x.icc"),
+    ("link", "cut.gamut", "srgb", "-o", "x.icc"),
+    ("mesh", "good.gamut", "-o", "x.icc", "--into", NOTES),
+]
+
+
+@pytest.mark.parametrize("line", READERS, ids=" ".join)
+def test_a_file_that_cannot_be_read_is_named(command, saved, tmp_path, monkeypatch, line):
+    monkeypatch.chdir(tmp_path)
+    Path(NOTES).write_text("these are notes of a meeting\n")
+    Path("colours.csv").write_text("L,a,b\n50,0,0\n")
+    Path("good.gamut").write_bytes(Path(saved).read_bytes())
+    Path("cut.gamut").write_bytes(Path(saved).read_bytes()[:5000])
+    Path("cut.png").write_bytes(b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR")
+    _, err = command(*line, status=1)
+    (name,) = {NOTES, "cut.gamut", "cut.png"} & set(line)
+    assert f"(file {name}" in err.splitlines()[-1]
+
+
+def test_large_and_small_numbers_have_no_exponent(command, tmp_path):
+    corners = np.array(list(np.ndindex(2, 2, 2))) - 0.5
+    for edge, volume in ((200.0, "8000000"), (0.04, "0.000064")):
+        path = tmp_path / "cube.gamut"
+        gamut = Gamut(edge * corners + (50, 0, 0), gamma=1)
+        gamut.save(path)
+        shown, _ = command("info", path)
+        (line,) = [line for line in shown.splitlines() if line.startswith("volume ")]
+        assert line.split()[1].startswith(volume[:5])
+        assert not re.search(r"\de[+-]\d", shown + repr(gamut))
+    _, err = command("mesh", path, "-o", tmp_path / "cube.ply")
+    assert not re.search(r"\de[+-]\d", err)

@@ -7,7 +7,7 @@ import assert from "node:assert/strict";
 import { writeFileSync } from "node:fs";
 import process from "node:process";
 import { test } from "node:test";
-import { DARK, LIGHT } from "../src/charts/chart.js";
+import { DARK, LIGHT, numberText } from "../src/charts/chart.js";
 import { chromaticityChart } from "../src/charts/chromaticity.js";
 import { reachChart, sectorChart } from "../src/charts/hues.js";
 import { ringsChart } from "../src/charts/rings.js";
@@ -36,6 +36,11 @@ const sectors = {
   volume_b: [1000, 3000, 0, 500],
   intersection: [1000, 1000, 0, 500],
 };
+
+test("numbers have significant digits, and no exponent", () => {
+  const texts = [numberText(102.4, 2), numberText(-1234567.8), numberText(0.00000012345, 2), numberText(-0), numberText(99.96, 3)];
+  assert.deepEqual(texts, ["100", "−1234570", "0.00000012", "0", "100"]);
+});
 
 for (const [name, size] of Object.entries(SIZES)) {
   for (const [scheme, theme] of Object.entries({ LIGHT, DARK })) {

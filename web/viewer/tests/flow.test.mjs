@@ -122,6 +122,41 @@ test("the options of a reference are changed without a file", async () => {
   await close(page);
 });
 
+test("the list of gamuts is as wide as the panel, and each name and detail stands on one line", async () => {
+  for (const [width, height] of [[1440, 900], [820, 1180], [390, 844]]) {
+    for (const scheme of ["light", "dark"]) {
+      const page = await open(browser, EMPTY, { width, height, scheme });
+      await page.click("#chooser-b");
+      await page.keyboard.type("adobe");
+      await page.waitForFunction("/Adobe/.test(document.querySelector('[role=option]')?.textContent)");
+      const { list, row, lines } = await page.evaluate(() => {
+        const box = document.querySelector("[role=listbox]:not([hidden])");
+        const texts = document.createTreeWalker(box, NodeFilter.SHOW_TEXT);
+        const found = [];
+        for (let text = texts.nextNode(); text !== null; text = texts.nextNode()) {
+          const range = document.createRange();
+          range.selectNode(text);
+          const tops = new Set([...range.getClientRects()].map(({ top }) => Math.round(top)));
+          found.push([text.data, tops.size]);
+        }
+        return { list: box.clientWidth, row: box.closest(".gamut-row").clientWidth, lines: found };
+      });
+      assert.ok(list > row - 4, `${list} of ${row} pixels at ${width}`);
+      assert.ok(lines.length >= 4);
+      assert.deepEqual(lines.filter(([text, count]) => text.length < 36 && count > 1), [], `at ${width}`);
+      await close(page);
+    }
+  }
+});
+
+test("the distance of a level is a number without an exponent", async () => {
+  const page = await open(browser, "/view#a=srgb&triangles=4");
+  await page.waitForFunction("/sRGB: 4, /.test(document.getElementById('level-note').textContent)");
+  // Four triangles are more than 99.5 from the surface of sRGB.
+  assert.match(await textOf(page, "#level-note"), /^sRGB: 4, within \d{3} ΔE\*ab$/);
+  await close(page);
+});
+
 test("the search ranks exact names first, and names with aliases before similar ones", async () => {
   const page = await open(browser, EMPTY);
   for (const [typed, first] of [["Rec2020", "bt2020"], ["bt2020", "bt2020"], ["AdobeRGB", "adobe-rgb"], ["ball b", "Ball B"], ["prophoto", "prophoto"], ["display-p3", "display-p3"], ["P3", "display-p3"], ["srgb", "srgb"]]) {

@@ -88,8 +88,10 @@ export function niceStep(length: number, parts: number): number {
   return power * ([1, 2, 5].find((factor) => factor * power >= 0.98 * rough) ?? 10);
 }
 
-export function numberText(value: number): string {
-  return String(Number(value.toPrecision(6))).replace("-", "−");
+/** A number with some significant digits, and without an exponent. */
+export function numberText(value: number, digits = 6): string {
+  const text = (value || 0).toLocaleString("en", { maximumSignificantDigits: digits, useGrouping: false });
+  return text.replace("-", "−");
 }
 
 export class Chart {

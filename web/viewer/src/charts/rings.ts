@@ -71,7 +71,7 @@ export function ringsChart(found: Rings, { names, colours, axes, space, ...optio
   const room = found.radius[outer]!.map((length, i) => length - found.radius[middle]![i]!);
   const at = room.indexOf(Math.max(...room));
   for (const ring of new Set([0, middle, outer])) {
-    chart.text(rings[ring]![at]!, `${axes[0]} ${numberText(Number(found.lightness[ring]!.toPrecision(3)))}`, [0, 0], "middle");
+    chart.text(rings[ring]![at]!, `${axes[0]} ${numberText(found.lightness[ring]!, 3)}`, [0, 0], "middle");
   }
   return chart.svg();
 }

@@ -1,5 +1,6 @@
 // A field with a list of gamuts and references: the combobox pattern of WAI-ARIA 1.2.
 import { type Entry, choices } from "../service/api.js";
+import { Latest } from "./latest.js";
 
 const TYPING_MILLISECONDS = 150;
 
@@ -15,7 +16,7 @@ export class Chooser {
   private isSearch = false;
   /** Whether the list is the one of the search. */
   private isFresh = false;
-  private request: AbortController | null = null;
+  private readonly asking = new Latest();
 
   constructor(
     container: HTMLElement,
@@ -43,13 +44,17 @@ export class Chooser {
     this.clear = document.createElement("button");
     Object.assign(this.clear, { type: "button", className: "clear", textContent: "×", hidden: true });
     this.clear.setAttribute("aria-label", `Remove ${label.toLowerCase()}`);
-    container.append(text, this.input, this.clear, this.list);
+    const field = document.createElement("div");
+    field.className = "field";
+    field.append(this.input, this.clear);
+    container.append(text, field, this.list);
 
     this.input.addEventListener("focus", () => this.input.select());
     this.input.addEventListener("click", () => this.open());
     this.input.addEventListener("input", () => {
       this.isSearch = this.clear.hidden = true;
       this.isFresh = false;
+      this.asking.end(); // the list of the text before is nothing to take from
       clearTimeout(this.typing);
       this.typing = setTimeout(() => this.open(), TYPING_MILLISECONDS);
     });
@@ -83,18 +88,19 @@ export class Chooser {
     this.clear.hidden = name === "";
   }
 
-  private async open(): Promise<void> {
-    this.request?.abort();
-    this.request = new AbortController();
-    const { signal } = this.request;
+  /** Ask for the list and show it, or take its first entry at once. */
+  private async open(isTaken = false): Promise<void> {
     // A chosen name is no filter: the whole list is more useful.
     const text = this.isSearch ? this.input.value.trim() : "";
-    try {
-      const entries = await choices(text, signal);
-      if (!signal.aborted && document.activeElement === this.input) this.fill(entries);
-    } catch (error) {
-      if (!signal.aborted) this.fail(error);
-    }
+    await this.asking.ask(
+      (signal) => choices(text, signal),
+      (entries) => {
+        if (document.activeElement !== this.input) return;
+        this.fill(entries);
+        if (isTaken) this.take(0);
+      },
+      this.fail,
+    );
   }
 
   private fill(entries: Entry[]): void {
@@ -130,7 +136,7 @@ export class Chooser {
     } else if (event.key === "Enter" && this.isSearch && !this.isFresh && this.active < 0) {
       event.preventDefault();
       clearTimeout(this.typing);
-      if (this.input.value.trim() !== "") void this.open().then(() => this.isFresh && this.take(0));
+      if (this.input.value.trim() !== "") void this.open(true);
     } else if (event.key === "Enter" && !this.list.hidden) {
       event.preventDefault();
       this.take(Math.max(0, this.active));
@@ -163,7 +169,7 @@ export class Chooser {
 
   private close(): void {
     clearTimeout(this.typing);
-    this.request?.abort();
+    this.asking.end();
     this.list.hidden = true;
     this.input.setAttribute("aria-expanded", "false");
     this.input.removeAttribute("aria-activedescendant");

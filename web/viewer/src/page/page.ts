@@ -12,6 +12,7 @@ import { describeExample, exampleFile, findExample, historyOf } from "../service
 import { AddressBook } from "./address.js";
 import { byId, problemElements } from "./elements.js";
 import { embedded, workerAddress } from "./embedded.js";
+import { Latest } from "./latest.js";
 import { Board, type Work } from "./progress.js";
 import { differentSpaces, inSameSpace, optionsOfSpace } from "./same_space.js";
 
@@ -64,6 +65,8 @@ export class Page {
   readonly kept = new Map<string, () => unknown>();
   /** Files that gamuts were built from on this page, by id. */
   readonly files = new Map<string, File>();
+  /** The file that is built for each slot. It moves with its slot, and ends with another choice for it. */
+  readonly building = latestOfSlots();
   /** Triangles that are wished for, for all gamuts. */
   triangles = DEFAULT_TRIANGLES;
   hasAxes = true;
@@ -79,7 +82,7 @@ export class Page {
   private camera: number[] | null = null;
   /** The gamut that the page is the address of, without what stands behind the number sign. */
   private readonly own = /\/v1\/gamuts\/([^/]+)$/.exec(location.pathname)?.[1];
-  private readonly opening = new Map<Slot, AbortController>();
+  private readonly opening = latestOfSlots();
   private readonly materials = Object.fromEntries(SLOTS.map((slot) => [slot, new Materials()])) as Record<Slot, Materials>;
   private readonly listeners = new Map<PageEvent, (() => void)[]>();
   private readonly dark = matchMedia("(prefers-color-scheme: dark)");
@@ -188,7 +191,10 @@ export class Page {
     this.complain(null);
     this.wanted.clear();
     for (const [slot, key] of keys) if (key) this.wanted.set(slot, key);
-    const [first, ...others] = [...this.wanted].map(([slot, key]) => () => this.load(slot, key));
+    // What the reader chooses for a slot meanwhile stays.
+    const [first, ...others] = [...this.wanted].map(([slot, key]) => async () => {
+      if (this.wanted.get(slot) === key) await this.load(slot, key);
+    });
     await first?.();
     await Promise.all(others.map((load) => load()));
     // A reader who has turned the view meanwhile keeps it.
@@ -204,8 +210,9 @@ export class Page {
     this.isTrial = false;
     this.camera = null;
     this.complain(null);
+    this.building[slot].end();
     if (key !== null) return this.load(slot, key, isWhole);
-    this.opening.get(slot)?.abort();
+    this.opening[slot].end();
     this.wanted.delete(slot);
     this.remove(slot);
     this.fit();
@@ -214,59 +221,63 @@ export class Page {
 
   /** The same for a gamut that nobody has just chosen: what is said about others stays. */
   private async load(slot: Slot, key: string, isWhole = false): Promise<void> {
-    this.opening.get(slot)?.abort();
-    const opening = new AbortController();
-    this.opening.set(slot, opening);
+    const opening = this.opening[slot];
     this.wanted.set(slot, key);
-    const work = this.board.begin(key.length === 64 ? "The gamut" : key, () => {
-      opening.abort();
-      this.wanted.delete(slot);
-      this.emit("gamuts");
-    });
-    opening.signal.addEventListener("abort", () => work.end());
-    try {
-      const { gamut, source, isPart } = await this.find(slot, key, isWhole, work, opening.signal);
-      if (opening.signal.aborted) return;
-      this.remove(slot);
-      const axes = axisNames(gamut);
-      const layer: Layer = new Layer(
-        WORKER,
-        source,
-        spaceDescription(gamut),
-        axes,
-        lineSteps(gamut.options.space, axes, gamut.provenance.colour_space?.scale ?? 1),
-        Math.min(this.triangles, gamut.counts.triangles),
-        this.materials[slot],
-        {
-          level: () => this.levelArrived(layer),
-          received: (complete) => {
-            if (complete) this.marks["complete"] = performance.now();
-            this.emit("level");
-            const isTooShort = isPart && this.triangles > Math.max(DEFAULT_TRIANGLES, layer.available);
-            if (complete && isTooShort && this.at(slot)?.layer === layer) void this.load(slot, key, true);
-          },
-          failed: (message) =>
-            this.complain(new Error(`${gamut.name} could not be loaded. Open the page again. (${message})`)),
+    await opening.ask(
+      (signal) => {
+        const work = this.board.begin(key.length === 64 ? "The gamut" : key, () => {
+          opening.end();
+          this.wanted.delete(slot);
+          this.emit("gamuts");
+        });
+        signal.addEventListener("abort", () => work.end());
+        return this.find(slot, key, isWhole, work, signal).finally(() => work.end());
+      },
+      (gamut) => this.put(slot, key, gamut),
+      (error) => {
+        this.complain(error);
+        this.emit("gamuts");
+      },
+    );
+  }
+
+  /** Show a gamut in place of the one that a slot has. */
+  private put(slot: Slot, key: string, { gamut, source, isPart }: Found): void {
+    this.remove(slot);
+    const axes = axisNames(gamut);
+    const layer: Layer = new Layer(
+      WORKER,
+      source,
+      spaceDescription(gamut),
+      axes,
+      lineSteps(gamut.options.space, axes, gamut.provenance.colour_space?.scale ?? 1),
+      Math.min(this.triangles, gamut.counts.triangles),
+      this.materials[slot],
+      {
+        level: () => this.levelArrived(layer),
+        received: (complete) => {
+          if (complete) this.marks["complete"] = performance.now();
+          this.emit("level");
+          const isTooShort = isPart && this.triangles > Math.max(DEFAULT_TRIANGLES, layer.available);
+          const place = this.shown.find((each) => each.layer === layer)?.slot;
+          if (complete && isTooShort && place !== undefined) void this.load(place, key, true);
         },
-      );
-      this.wanted.delete(slot);
-      this.gamuts.set(slot, { slot, key, gamut, layer, isPart });
-      this.view.scene.add(layer.group);
-      this.followFirst();
-      this.fit();
-      this.restyle();
-    } catch (error) {
-      if (opening.signal.aborted) return;
-      this.complain(error);
-      this.emit("gamuts");
-    } finally {
-      work.end();
-    }
+        failed: (message) =>
+          this.complain(new Error(`${gamut.name} could not be loaded. Open the page again. (${message})`)),
+      },
+    );
+    this.wanted.delete(slot);
+    this.gamuts.set(slot, { slot, key, gamut, layer, isPart });
+    this.view.scene.add(layer.group);
+    this.followFirst();
+    this.fit();
+    this.restyle();
   }
 
   /** Exchange the gamuts of two slots. Only what is on its way is asked for again. */
   swap(one: Slot, other: Slot): void {
-    for (const slot of [one, other]) this.opening.get(slot)?.abort();
+    for (const slot of [one, other]) this.opening[slot].end();
+    [this.building[one], this.building[other]] = [this.building[other], this.building[one]];
     const moved = [this.at(one), this.at(other)];
     const waiting = [this.wanted.get(one), this.wanted.get(other)];
     [other, one].forEach((slot, place) => {
@@ -288,7 +299,7 @@ export class Page {
     if (saved !== undefined) return { gamut: saved.gamut, source: { bytes: saved.history }, isPart: false };
     const example = await findExample(key);
     const given = example && (await describeExample(example, () => this.board.prepare(example.name)));
-    const { anchor, isFirst } = this.beside(slot);
+    const { anchor } = this.beside(slot);
     if (example !== undefined && !isWhole && (anchor === undefined || inSameSpace(given!, anchor))) {
       return { gamut: given!, source: { address: historyOf(example), headers: {}, isShort: true }, isPart: true };
     }
@@ -296,7 +307,12 @@ export class Page {
     // Options that the key states are the reader's; without any, a reference follows the space of the others.
     const options = anchor !== undefined && isReference(name) && !name.includes("?") ? optionsOfSpace(anchor) : {};
     const gamut = await describe(name, work.report, signal, options);
-    if (anchor !== undefined && !isFirst && !inSameSpace(gamut, anchor)) throw differentSpaces(gamut, anchor);
+    const { anchor: present, isFirst } = this.beside(slot);
+    if (present !== undefined && !isFirst && !inSameSpace(gamut, present)) {
+      // The gamut beside it has changed meanwhile.
+      if (present.id !== anchor?.id) return this.find(slot, key, isWhole, work, signal);
+      throw differentSpaces(gamut, present);
+    }
     const source = { address: address(`/v1/gamuts/${gamut.id}/history`), headers: authorization() };
     return { gamut, source, isPart: false };
   }
@@ -413,6 +429,10 @@ export class Page {
     // Without gamuts the view stays as it was, without axes.
     this.view.setExtent(first === undefined ? null : box, hasAxes ? new AxesBox(sceneAxes(names), box, color) : null);
   }
+}
+
+function latestOfSlots(): Record<Slot, Latest> {
+  return Object.fromEntries(SLOTS.map((slot) => [slot, new Latest()])) as Record<Slot, Latest>;
 }
 
 /** Styles of a gamut, with their names on the page. */

@@ -27,16 +27,20 @@ export async function openPage(page: Page): Promise<void> {
   if (!page.isEmpty) return isChosen();
   const keys = (await all).map(({ key }) => key);
   const [first, second] = keys.includes(FIRST[0]) ? FIRST : [FIRST[1], null];
-  await Promise.all([page.show("a", first), second !== null && page.show("b", second)]);
-  if (page.at("a")?.key !== first) return isChosen();
-  page.isTrial = true;
-  page.view.spin(true);
-  const touched = () => {
-    for (const name of ["pointerdown", "keydown", "wheel", "drop"]) removeEventListener(name, touched, true);
+  const touch = new AbortController();
+  const { signal } = touch;
+  for (const name of ["pointerdown", "keydown", "wheel", "drop"]) {
+    addEventListener(name, () => touch.abort(), { capture: true, passive: true, signal });
+  }
+  signal.addEventListener("abort", () => {
     page.view.spin(false);
     isChosen();
-  };
-  for (const name of ["pointerdown", "keydown", "wheel", "drop"]) addEventListener(name, touched, { capture: true, passive: true });
+  });
+  await Promise.all([page.show("a", first), second !== null && page.show("b", second)]);
+  // The reader may have chosen other gamuts while these came.
+  page.isTrial = page.at("a")?.key === first && (page.at("b")?.key ?? null) === second;
+  if (!page.isTrial) touch.abort();
+  page.view.spin(!signal.aborted);
   void tellPreparation(page);
 }
 

@@ -2,12 +2,12 @@
 import { ProblemError, build, cancelJob, useKey } from "../service/api.js";
 import { BuildOptions, type Chosen, optionsOf } from "./build_options.js";
 import { byId } from "./elements.js";
+import type { Latest } from "./latest.js";
 import { type Page, SLOTS, type Slot } from "./page.js";
 
 interface Upload {
   file: File;
   options: Chosen;
-  stop: AbortController;
   /** What the slot showed when the service refused the file. */
   refused?: string | undefined;
   isRefused: boolean;
@@ -15,8 +15,8 @@ interface Upload {
 
 export class Uploads {
   private readonly options = new BuildOptions((slot, chosen) => void this.change(slot, chosen));
-  /** Builds under way or refused, by slot. */
-  private readonly uploads = new Map<Slot, Upload>();
+  /** Builds under way or refused, by what `Page.building` has for their slots. */
+  private readonly uploads = new Map<Latest, Upload>();
   /** What the next chosen file is for. */
   private purpose: { slot: Slot; options: Chosen } | null = null;
 
@@ -48,15 +48,19 @@ export class Uploads {
   }
 
   private isBusy(slot: Slot): boolean {
-    return this.uploads.get(slot)?.isRefused === false;
+    return this.of(slot)?.isRefused === false;
+  }
+
+  private of(slot: Slot): Upload | undefined {
+    return this.uploads.get(this.page.building[slot]);
   }
 
   private refresh(): void {
     for (const slot of SLOTS) {
       const gamut = this.page.at(slot)?.gamut;
-      const upload = this.uploads.get(slot);
-      if (upload?.isRefused && upload.refused !== gamut?.id) this.uploads.delete(slot);
-      this.options.state(slot, this.uploads.get(slot)?.options ?? (gamut === undefined ? null : optionsOf(gamut)));
+      const upload = this.of(slot);
+      if (upload?.isRefused && upload.refused !== gamut?.id) this.uploads.delete(this.page.building[slot]);
+      this.options.state(slot, this.of(slot)?.options ?? (gamut === undefined ? null : optionsOf(gamut)));
     }
   }
 
@@ -70,56 +74,73 @@ export class Uploads {
   /** Build the gamut of a slot with other options; its file is asked for if the page does not have it. */
   private async change(slot: Slot, options: Chosen): Promise<void> {
     const { page } = this;
-    const shown = page.at(slot);
-    try {
-      const file = this.uploads.get(slot)?.file ?? page.files.get(shown?.gamut.id ?? "") ?? (await page.sourceOf(slot));
-      const slug = shown?.gamut.provenance.reference;
-      if (file !== null) await this.upload(file, slot, options);
-      else if (slug !== undefined) await page.show(slot, `${slug}?${new URLSearchParams({ intent: options.intent, space: options.space })}`);
-      else {
-        this.purpose = { slot, options };
-        page.board.note(`Choose the file of ${shown?.gamut.name ?? "the gamut"} again: it is built with the new options.`);
-        byId("file").click();
-      }
-    } catch (error) {
-      page.complain(error);
-    }
+    const gamut = page.at(slot)?.gamut;
+    const known = this.of(slot)?.file ?? page.files.get(gamut?.id ?? "");
+    const building = page.building[slot];
+    await building.ask(
+      async () => known ?? page.sourceOf(slot),
+      (file) => {
+        const place = this.slotOf(building);
+        const slug = gamut?.provenance.reference;
+        if (file !== null) void this.upload(file, place, options);
+        else if (slug !== undefined) void page.show(place, `${slug}?${new URLSearchParams({ intent: options.intent, space: options.space })}`);
+        else {
+          this.purpose = { slot: place, options };
+          page.board.note(`Choose the file of ${gamut?.name ?? "the gamut"} again: it is built with the new options.`);
+          byId("file").click();
+        }
+      },
+      (error) => page.complain(error),
+    );
+  }
+
+  /** The slot that a build is for by now. */
+  private slotOf(building: Latest): Slot {
+    return SLOTS.find((slot) => this.page.building[slot] === building)!;
   }
 
   private async upload(file: File, slot: Slot, options: Chosen): Promise<void> {
     const { page } = this;
-    this.uploads.get(slot)?.stop.abort();
-    const upload: Upload = { file, options, stop: new AbortController(), isRefused: false };
-    const { signal } = upload.stop;
-    this.uploads.set(slot, upload);
+    const building = page.building[slot];
+    building.end();
+    const upload: Upload = { file, options, isRefused: false };
+    this.uploads.set(building, upload);
     page.complain(null);
     page.emit("gamuts");
-    const work = page.board.begin(file.name, (job) => {
-      if (job !== "") cancelJob(job).catch(() => {}); // the build may have ended meanwhile
-      upload.stop.abort();
-      if (this.uploads.get(slot) === upload) this.uploads.delete(slot);
-      this.refresh();
-    });
-    signal.addEventListener("abort", () => work.end());
-    try {
-      const id = await build(file, options, work.report, signal);
-      if (signal.aborted) return;
-      page.files.set(id, file);
-      this.uploads.delete(slot);
-      await page.show(slot, id);
-      page.announce(`${file.name} is shown`);
-    } catch (error) {
-      if (signal.aborted) return;
-      page.complain(error);
-      // The file of a refused build is kept, and its options can be changed.
-      upload.isRefused = error instanceof ProblemError;
-      upload.refused = page.at(slot)?.gamut.id;
-      if (!upload.isRefused) this.uploads.delete(slot);
-      this.refresh();
-      if (error instanceof ProblemError && error.problem.code === "invalid-option") this.options.open(slot);
-    } finally {
-      work.end();
-    }
+    await building.ask(
+      (signal) => {
+        const work = page.board.begin(file.name, (job) => {
+          if (job !== "") cancelJob(job).catch(() => {}); // the build may have ended meanwhile
+          building.end();
+        });
+        signal.addEventListener("abort", () => {
+          work.end();
+          this.uploads.delete(building);
+          this.refresh();
+        });
+        return build(file, options, work.report, signal).finally(() => work.end());
+      },
+      (id) => {
+        page.files.set(id, file);
+        this.uploads.delete(building);
+        void this.show(this.slotOf(building), id, file.name);
+      },
+      (error) => {
+        const place = this.slotOf(building);
+        page.complain(error);
+        // The file of a refused build is kept, and its options can be changed.
+        upload.isRefused = error instanceof ProblemError;
+        upload.refused = page.at(place)?.gamut.id;
+        if (!upload.isRefused) this.uploads.delete(building);
+        this.refresh();
+        if (error instanceof ProblemError && error.problem.code === "invalid-option") this.options.open(place);
+      },
+    );
+  }
+
+  private async show(slot: Slot, id: string, name: string): Promise<void> {
+    await this.page.show(slot, id);
+    if (this.page.at(slot)?.key === id) this.page.announce(`${name} is shown`);
   }
 
   private connectDrop(): void {

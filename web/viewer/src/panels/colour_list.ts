@@ -13,6 +13,7 @@ import { gamutSpace } from "../colours/spaces.js";
 import { blackChannel, blackRange, DEVICE_UNIT, devicePercent, deviceText } from "../colours/device_values.js";
 import { byId, element, problemElements, save, warningTexts } from "../page/elements.js";
 import { embedded } from "../page/embedded.js";
+import { Latest } from "../page/latest.js";
 import { type Page, axisNames } from "../page/page.js";
 import { orientation } from "../scene/layer.js";
 import { type Gamut, ProblemError } from "../service/api.js";
@@ -49,7 +50,8 @@ interface SavedList extends Answer {
 
 export class ColourList {
   private group: Group | null = null;
-  private asking: AbortController | null = null;
+  /** The check, and after it the recipes of its answer. */
+  private readonly asking = new Latest();
   private gamut: Gamut | null = null;
   private answer: Answer | null = null;
   /** Whether the list of the address is still to be checked. */
@@ -102,9 +104,8 @@ export class ColourList {
       if (file === undefined) return;
       this.file = file;
       this.text.value = "";
-      void this.check().then(() => {
-        input.value = ""; // the same file can be opened again
-      });
+      input.value = ""; // the same file can be opened again
+      void this.check();
     });
     byId("colours-open").addEventListener("click", () => byId("colours-file").click());
     this.text.addEventListener("input", () => {
@@ -126,7 +127,7 @@ export class ColourList {
       return;
     }
     byId<HTMLButtonElement>("check").disabled = gamut === null;
-    if (this.answer !== null || this.asking !== null || this.wanted) void this.check();
+    if (this.answer !== null || this.asking.isAsking || this.wanted) void this.check();
   }
 
   /** Show the answer of a saved page, if it is about this gamut. */
@@ -157,14 +158,12 @@ export class ColourList {
   }
 
   private async check(): Promise<void> {
-    this.asking?.abort();
-    this.asking = null;
     this.clear();
     this.page.address.save();
-    const table = this.list;
+    const { gamut, list: table } = this;
     // Without a gamut the list waits for the next one.
-    this.wanted = this.gamut === null && table !== null;
-    if (this.gamut === null || table === null) return;
+    this.wanted = gamut === null && table !== null;
+    if (gamut === null || table === null) return;
     for (const name of ["scale", "edge"]) {
       const field = byId<HTMLInputElement>(`colours-${name}`);
       if (field.checkValidity()) continue;
@@ -172,41 +171,41 @@ export class ColourList {
       field.reportValidity();
       return;
     }
-    const asking = new AbortController();
-    this.asking = asking;
-    try {
-      const found = await checkTable(this.gamut, table, this.stated(), asking.signal);
-      const near = await nearest(this.gamut, found.colours, asking.signal);
-      this.asking = null;
-      this.answer = { found, near, made: null };
-      this.draw(this.answer);
-      this.tabulate(this.answer);
-      void this.addRecipes(this.answer, asking.signal);
-    } catch (error) {
-      if (asking.signal.aborted) return;
-      this.asking = null;
-      this.refuse(error);
-    }
+    const reading = this.stated();
+    await this.asking.ask(
+      async (signal) => {
+        const found = await checkTable(gamut, table, reading, signal);
+        return { found, near: await nearest(gamut, found.colours, signal), made: null };
+      },
+      (answer) => {
+        this.answer = answer;
+        this.draw(answer);
+        this.tabulate(answer);
+        void this.addRecipes(gamut, answer);
+      },
+      (error) => this.refuse(error),
+    );
   }
 
   /** Ask for recipes, and show them. Without them, the table stays as it is. */
-  private async addRecipes(answer: Answer, signal: AbortSignal): Promise<void> {
-    const { found, near } = answer;
-    const gamut = this.gamut!;
+  private async addRecipes(gamut: Gamut, answer: Answer): Promise<void> {
     if (!mayHaveRecipes(gamut)) return;
+    const { found, near } = answer;
     const note = byId("colours-recipes");
     note.textContent = "The recipes of the colours are on their way.";
-    try {
-      const targets = found.colours.map((point, i) => (found.inside[i] ? point : near.point[i]!));
-      answer.made = await recipes(gamut, targets, signal);
-      if (signal.aborted) return;
-      note.textContent = "";
-    } catch (error) {
-      if (signal.aborted) return;
-      const [, ...words] = problemElements(error);
-      note.textContent = ["There are no recipes.", ...words.map((word) => word.textContent)].join(" ");
-    }
-    this.tabulate(answer);
+    const targets = found.colours.map((point, i) => (found.inside[i] ? point : near.point[i]!));
+    await this.asking.ask(
+      (signal) => recipes(gamut, targets, signal),
+      (made) => {
+        note.textContent = "";
+        answer.made = made;
+        this.tabulate(answer);
+      },
+      (error) => {
+        const [, ...words] = problemElements(error);
+        note.textContent = ["There are no recipes.", ...words.map((word) => word.textContent)].join(" ");
+      },
+    );
   }
 
   /** Show why the service refuses the list, beside it. */
@@ -261,7 +260,8 @@ export class ColourList {
     return labels[row] === `line ${lines[row]}` ? rounded(colours[row]!) : labels[row]!;
   }
 
-  private tabulate({ found, near, made }: Answer): void {
+  private tabulate(answer: Answer): void {
+    const { found, near, made } = answer;
     const { colours, position } = found;
     const count = (where: Position) => `${position.filter((each) => each === where).length} ${where}`;
     const sentences = [
@@ -275,7 +275,7 @@ export class ColourList {
         element("p", warning, { className: "warning" }),
       ),
     );
-    this.table.show(`Colours in ${this.gamut!.name}`, this.columns(this.answer!), colours.length);
+    this.table.show(`Colours in ${this.gamut!.name}`, this.columns(answer), colours.length);
     byId<HTMLButtonElement>("colours-csv").disabled = false;
   }
 
@@ -354,7 +354,9 @@ export class ColourList {
     this.page.view.draw();
   }
 
+  /** Show no answer, and take none that is on its way. */
   private clear(): void {
+    this.asking.end();
     this.erase();
     this.answer = null;
     byId("colours-warnings").replaceChildren();

@@ -5,6 +5,7 @@ import { gamutSpace } from "../colours/spaces.js";
 import { type Definition, byId, definitions, element, plainRemedy } from "../page/elements.js";
 import { withTerms } from "../page/glossary.js";
 import { embedded } from "../page/embedded.js";
+import { Latest } from "../page/latest.js";
 import { type Page, type Shown, axisNames } from "../page/page.js";
 import type { Style } from "../scene/layer.js";
 import { ProblemError } from "../service/api.js";
@@ -23,7 +24,7 @@ const CHART_HEIGHT = 280;
 export class ComparisonPanel {
   private pair: Pair | null = null;
   private found: Comparison | null = null;
-  private comparing: AbortController | null = null;
+  private readonly asking = new Latest();
   private chart = "";
   private readonly highlight = byId<HTMLInputElement>("highlight");
   private readonly redraw: () => void;
@@ -67,7 +68,7 @@ export class ComparisonPanel {
     byId("comparison").hidden = pair === null;
     this.mark();
     if (!isNew) return;
-    this.comparing?.abort();
+    this.asking.end();
     this.found = null;
     byId("coverage").replaceChildren();
     byId("comparison-figure").hidden = true;
@@ -75,34 +76,33 @@ export class ComparisonPanel {
   }
 
   private async compare({ a, b }: Pair): Promise<void> {
-    const comparing = new AbortController();
-    this.comparing = comparing;
-    const box = byId("coverage");
-    if (embedded === null) box.replaceChildren(element("p", "Comparing …", { className: "note" }));
-    try {
-      // A saved page has the answer about its first two gamuts, if there was one.
-      const saved = embedded?.state?.["comparison"] as Comparison | null | undefined;
-      const found = embedded === null ? await compare(a.gamut.id, b.gamut.id, comparing.signal) : saved;
-      if (!found) return;
-      const names: [string, string] = [a.gamut.name, b.gamut.name];
-      const list = element("ul", "", { className: "sentences" });
-      for (const sentence of found.summary) {
-        const item = element("li");
-        item.append(...withTerms(named(sentence, names)));
-        list.append(item);
-      }
-      const numbers = element("details");
-      numbers.append(element("summary", "Numbers"), definitions(facts(found, names)));
-      box.replaceChildren(list, numbers, ...found.warnings.map((warning) => element("p", warning, { className: "warning" })));
-      this.found = found;
-      const hasHue = axisNames(a.gamut)[0] !== "X";
-      byId("comparison-figure").hidden = !hasHue;
-      if (hasHue) this.redraw();
-    } catch (error) {
-      if (comparing.signal.aborted) return;
-      const said = error instanceof ProblemError ? `${error.problem.detail} ${plainRemedy(error.problem)}` : String(error);
-      box.replaceChildren(element("p", said, { className: "note" }));
+    // A saved page has the answer about its first two gamuts, if there was one.
+    const saved = embedded?.state?.["comparison"] as Comparison | null | undefined;
+    const say = (text: string) => byId("coverage").replaceChildren(element("p", text, { className: "note" }));
+    if (embedded === null) say("Comparing …");
+    await this.asking.ask(
+      async (signal) => (embedded === null ? compare(a.gamut.id, b.gamut.id, signal) : saved),
+      (comparison) => comparison && this.tell(comparison, { a, b }),
+      (error) => say(error instanceof ProblemError ? `${error.problem.detail} ${plainRemedy(error.problem)}` : String(error)),
+    );
+  }
+
+  private tell(comparison: Comparison, { a, b }: Pair): void {
+    const names: [string, string] = [a.gamut.name, b.gamut.name];
+    const list = element("ul", "", { className: "sentences" });
+    for (const sentence of comparison.summary) {
+      const item = element("li");
+      item.append(...withTerms(named(sentence, names)));
+      list.append(item);
     }
+    const numbers = element("details");
+    numbers.append(element("summary", "Numbers"), definitions(facts(comparison, names)));
+    const warnings = comparison.warnings.map((warning) => element("p", warning, { className: "warning" }));
+    byId("coverage").replaceChildren(list, numbers, ...warnings);
+    this.found = comparison;
+    const hasHue = axisNames(a.gamut)[0] !== "X";
+    byId("comparison-figure").hidden = !hasHue;
+    if (hasHue) this.redraw();
   }
 
   private sectors(width: number): string {

@@ -1,4 +1,5 @@
 // What the colours of a gamut are relative to, in words: intent, ink limits, medium, white and space.
+import { numberText } from "../charts/chart.js";
 import type { Gamut } from "../service/api.js";
 import type { Definition } from "../page/elements.js";
 
@@ -71,5 +72,5 @@ export function conditions({ options, provenance }: Gamut): Definition[] {
 }
 
 function numbers(values: number[]): string {
-  return values.map((value) => String(Number(value.toPrecision(4))).replace("-", "−")).join(" ");
+  return values.map((value) => numberText(value, 4)).join(" ");
 }

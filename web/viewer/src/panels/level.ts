@@ -1,4 +1,5 @@
 // The slider of levels, and how far a level is from the full boundary.
+import { numberText } from "../charts/chart.js";
 import { byId, element } from "../page/elements.js";
 import type { Page } from "../page/page.js";
 import type { Gamut } from "../service/api.js";
@@ -54,5 +55,5 @@ function limitNote(gamut: Gamut, triangles: number, aim: number): string {
   const unit = gamut.options.space === "CIELAB" ? " ΔE*ab" : "";
   // the curve has a bound for its own counts only; between them errors may rise a little
   const how = level.triangles === triangles ? "within" : "within about";
-  return `${shown}, ${how} ${level.distance_bound.toPrecision(2)}${unit}`;
+  return `${shown}, ${how} ${numberText(level.distance_bound, 2)}${unit}`;
 }

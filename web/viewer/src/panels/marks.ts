@@ -14,6 +14,7 @@ import { SCREEN } from "../colours/colours.js";
 import { isRgb } from "../colours/device_values.js";
 import { gamutSpace, mediaRelative } from "../colours/spaces.js";
 import { byId } from "../page/elements.js";
+import { Latest } from "../page/latest.js";
 import { type Page, axisNames } from "../page/page.js";
 import { orientation } from "../scene/layer.js";
 import { type Gamut, ProblemError } from "../service/api.js";
@@ -30,7 +31,7 @@ const STEPS = 33;
 
 export class Marks {
   private readonly groups = new Map<Kind, Group>();
-  private readonly asking = new Map<Kind, AbortController>();
+  private readonly asking = Object.fromEntries(KINDS.map((kind) => [kind, new Latest()])) as Record<Kind, Latest>;
   private readonly notes = new Map<Kind, string>();
   private gamut: Gamut | null = null;
 
@@ -76,46 +77,50 @@ export class Marks {
   }
 
   private async refresh(kind: Kind): Promise<void> {
-    this.asking.get(kind)?.abort();
+    const asking = this.asking[kind];
+    asking.end();
     this.remove(kind);
     const { gamut, page } = this;
     const box = this.box(kind);
     if (gamut === null || !box.checked || box.disabled) return;
-    const asking = new AbortController();
-    this.asking.set(kind, asking);
-    try {
-      const group = new Group();
-      group.add(...(await this.parts(kind, gamut, asking.signal)));
-      if (asking.signal.aborted) return;
-      for (const part of group.children) {
-        part.renderOrder = 3;
-        part.frustumCulled = false;
-      }
-      group.applyMatrix4(orientation(axisNames(gamut)));
-      page.view.scene.add(group);
-      this.groups.set(kind, group);
-      page.view.draw();
-    } catch (error) {
-      if (asking.signal.aborted) return;
-      box.checked = false;
-      this.note(kind, error instanceof ProblemError ? error.problem.detail : String(error));
-    }
+    await asking.ask(
+      (signal) => this.colours(kind, gamut, signal),
+      ({ colours, position }) => {
+        const group = new Group();
+        group.add(...this.parts(kind, gamut, colours, position));
+        for (const part of group.children) {
+          part.renderOrder = 3;
+          part.frustumCulled = false;
+        }
+        group.applyMatrix4(orientation(axisNames(gamut)));
+        page.view.scene.add(group);
+        this.groups.set(kind, group);
+        if (kind === "patches") this.note(kind, patchesText(position));
+        page.view.draw();
+      },
+      (error) => {
+        box.checked = false;
+        this.note(kind, error instanceof ProblemError ? error.problem.detail : String(error));
+      },
+    );
   }
 
-  private async parts(kind: Kind, gamut: Gamut, signal: AbortSignal): Promise<(Line | Points)[]> {
-    const line = new LineBasicMaterial({ color: getComputedStyle(document.body).color, depthTest: false });
-    if (kind === "cusps") return [new LineLoop(geometryOf(await cusps(gamut, HUES, signal)), line)];
-    if (kind === "neutral") {
-      const colours = await deviceColours(gamut, neutralValues(gamut.channels)!, signal);
-      return [new Line(geometryOf(colours), line), this.points(gamut, colours, 7)];
-    }
+  /** The colours of a kind of marks; patches have positions as well. */
+  private async colours(kind: Kind, gamut: Gamut, signal: AbortSignal): Promise<{ colours: number[][]; position: Position[] }> {
+    if (kind === "cusps") return { colours: await cusps(gamut, HUES, signal), position: [] };
+    if (kind === "neutral") return { colours: await deviceColours(gamut, neutralValues(gamut.channels)!, signal), position: [] };
     const reading = { space: "", columns: "", table_scale: "", edge_width: "" };
     const file = this.page.files.get(gamut.id) ?? (await this.page.sourceOf("a"))!;
-    const found = await checkTable(gamut, file, reading, signal);
-    const colours = relativeTo(gamut, found.colours);
-    const { position } = colours === found.colours ? found : await positionsOf(gamut, colours, signal);
-    signal.throwIfAborted();
-    this.note(kind, patchesText(position));
+    const patches = await checkTable(gamut, file, reading, signal);
+    const colours = relativeTo(gamut, patches.colours);
+    const { position } = colours === patches.colours ? patches : await positionsOf(gamut, colours, signal);
+    return { colours, position };
+  }
+
+  private parts(kind: Kind, gamut: Gamut, colours: number[][], position: Position[]): (Line | Points)[] {
+    const line = () => new LineBasicMaterial({ color: getComputedStyle(document.body).color, depthTest: false });
+    if (kind === "cusps") return [new LineLoop(geometryOf(colours), line())];
+    if (kind === "neutral") return [new Line(geometryOf(colours), line()), this.points(gamut, colours, 7)];
     const outside = colours.filter((_, row) => position[row] === "outside");
     const frame = new PointsMaterial({ color: getComputedStyle(byId("problem")).borderTopColor, size: 9, sizeAttenuation: false });
     return [new Points(geometryOf(outside), frame), this.points(gamut, colours, 5)];

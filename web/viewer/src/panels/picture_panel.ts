@@ -1,6 +1,7 @@
 // A picture: the share of its pixels that a gamut cannot show, and the picture with them marked.
 import { byId, element, problemElements } from "../page/elements.js";
 import { withTerms } from "../page/glossary.js";
+import { Latest } from "../page/latest.js";
 import type { Page } from "../page/page.js";
 import { request } from "../service/api.js";
 
@@ -29,7 +30,7 @@ export class PicturePanel {
   private isChosen = false;
   private given: File | null = null;
   private picture: Picture | null = null;
-  private asking: AbortController | null = null;
+  private readonly asking = new Latest();
 
   constructor(private readonly page: Page) {
     byId("picture-open").addEventListener("click", () => this.file.click());
@@ -62,32 +63,33 @@ export class PicturePanel {
   }
 
   private async ask(): Promise<void> {
-    const { given } = this;
-    this.asking?.abort();
+    const { given, target: { value: id } } = this;
+    this.asking.end();
     this.picture = null;
     this.draw();
     byId("picture-problem").hidden = true;
-    if (given === null || this.target.value === "") return;
-    const asking = new AbortController();
-    this.asking = asking;
+    if (given === null || id === "") return;
     byId("picture-note").textContent = `${given.name} is compared …`;
-    try {
-      const answer = await request(`/v1/gamuts/${this.target.value}/map?method=clip-nearest&result=heat-map`, {
-        method: "POST",
-        body: given,
-        signal: asking.signal,
-        headers: { "Content-Type": "image/*", Accept: "image/png" },
-      });
-      const found = await readPicture(given, await answer.blob());
-      if (asking.signal.aborted) return;
-      this.picture = found;
-      this.draw();
-    } catch (error) {
-      if (asking.signal.aborted) return;
-      byId("picture-note").textContent = "";
-      byId("picture-problem").replaceChildren(...problemElements(error));
-      byId("picture-problem").hidden = false;
-    }
+    await this.asking.ask(
+      async (signal) => {
+        const answer = await request(`/v1/gamuts/${id}/map?method=clip-nearest&result=heat-map`, {
+          method: "POST",
+          body: given,
+          signal,
+          headers: { "Content-Type": "image/*", Accept: "image/png" },
+        });
+        return readPicture(given, await answer.blob());
+      },
+      (picture) => {
+        this.picture = picture;
+        this.draw();
+      },
+      (error) => {
+        byId("picture-note").textContent = "";
+        byId("picture-problem").replaceChildren(...problemElements(error));
+        byId("picture-problem").hidden = false;
+      },
+    );
   }
 
   private draw(): void {

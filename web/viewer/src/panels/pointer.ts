@@ -2,19 +2,27 @@
 import type { Object3D } from "three";
 import { byId } from "../page/elements.js";
 import { embedded } from "../page/embedded.js";
-import { type Page, axisNames } from "../page/page.js";
+import { type Page, type Shown, axisNames } from "../page/page.js";
 import { AnswerLines, distanceLines, readout, valuesAt } from "./readout.js";
 
 export function connectPointer(page: Page): void {
   const { canvas, view } = page;
   const distance = new AnswerLines();
   let pointer: PointerEvent | null = null;
+  /** What the readout is about. */
+  let pointed: Shown[] = [];
   const later = (event: PointerEvent) => {
     if (pointer === null) requestAnimationFrame(read);
     pointer = event;
   };
   canvas.addEventListener("pointermove", later);
   canvas.addEventListener("pointerdown", later);
+  page.on("gamuts", () => {
+    if (pointed.every(({ gamut }) => page.shown.some((each) => each.gamut === gamut))) return;
+    pointed = [];
+    byId("readout").hidden = true;
+    distance.clear();
+  });
   canvas.addEventListener("pointerleave", (event) => {
     // A finger that is lifted leaves as well.
     if (event.pointerType === "mouse") byId("readout").hidden = true;
@@ -30,6 +38,7 @@ export function connectPointer(page: Page): void {
     const hit = pick("solid", readable) ?? pick("shell");
     const reader = page.readable.find((part) => part.targets().some((mesh) => mesh === hit?.object));
     for (const part of page.readable) if (part !== reader) part.leave();
+    pointed = [];
     if (hit !== null && reader !== undefined) {
       distance.clear();
       reader.read(hit);
@@ -44,11 +53,12 @@ export function connectPointer(page: Page): void {
     const shown = page.shown.find(({ layer }) => hit.object.parent === layer.group)!;
     const { gamut, layer } = shown;
     output.replaceChildren(...readout(gamut, axisNames(gamut), layer.level!, hit), distance.element);
-    const other = page.shown.find((each) => each !== shown)?.gamut;
+    const other = page.shown.find((each) => each !== shown);
+    pointed = [shown, ...(other ? [other] : [])];
     // Distances need equal coordinates, and the service.
-    if (embedded === null && other?.options.space === gamut.options.space) {
+    if (embedded === null && other?.gamut.options.space === gamut.options.space) {
       const point = valuesAt(hit, layer.level!.positions, 3);
-      distance.ask((signal) => distanceLines(other, point, signal));
+      distance.ask((signal) => distanceLines(other.gamut, point, signal));
     } else distance.clear();
   }
 }

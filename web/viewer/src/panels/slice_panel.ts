@@ -9,6 +9,7 @@ import { type Screen, type Space, gamutSpace } from "../colours/spaces.js";
 import { tintOf } from "../colours/tints.js";
 import { byId, element, plainRemedy } from "../page/elements.js";
 import { embedded } from "../page/embedded.js";
+import { Latest } from "../page/latest.js";
 import { type Page, SLOTS, type Shown, axisNames } from "../page/page.js";
 import { CutAway, type CutLayer, type Half, type Raster } from "../scene/cut.js";
 import { orientation } from "../scene/layer.js";
@@ -58,6 +59,9 @@ export class SlicePanel {
   private readonly handle: PlaneHandle;
   private readonly figure: SectionFigure;
   private readonly recipe = new AnswerLines(REST);
+  /** The gamut that the readout is about; null while it is about no section. */
+  private pointed: Gamut | null = null;
+  private readonly asking = new Latest();
   /** A saved page has those that were drawn, and cannot ask for others. */
   private rings = (embedded?.state?.["rings"] ?? { address: "", found: null }) as { address: string; found: Rings | null };
   /** What the lightness and the offset are in. */
@@ -79,10 +83,11 @@ export class SlicePanel {
     page.address.add({ read: (given) => readState(this.state, given), write: () => entries(this.state) });
     for (const event of ["gamuts", "level", "theme"] as const) page.on(event, () => this.draw());
     page.on("camera", () => this.cut.follow());
+    page.on("gamuts", () => this.pointed !== null && this.pointed !== page.shown[0]?.gamut && this.unread());
     page.readable.push({
       targets: () => (PLANES.includes(this.state.kind) ? [this.cut.cap] : []),
       read: ({ point }) => this.read(this.page.shown[0]!.gamut, this.cut.pointOf(point)),
-      leave: () => this.recipe.clear(),
+      leave: () => this.leave(),
     });
     const diagrams = element("optgroup", "", { label: "Diagrams" });
     diagrams.append(...Object.entries(DIAGRAMS).map(([value, text]) => element("option", text, { value })));
@@ -162,7 +167,7 @@ export class SlicePanel {
       this.figure.open();
       if (isPlane) this.drawPlane(shown);
       else if (isDiagram(state.kind)) this.drawDiagram(state.kind, shown);
-      else void this.drawRings(shown);
+      else this.drawRings(shown);
     }
   }
 
@@ -293,7 +298,7 @@ export class SlicePanel {
     Object.assign(this.value, { min, max, step: String(step) });
     const value = cut.kind === "plane" ? cut.offset : cut.value;
     this.value.value = String(value);
-    const shown = numberText(Number(value.toPrecision(4)));
+    const shown = numberText(value, 4);
     const text = { lightness: `${name} ${shown}`, hue: `Hue ${shown}°`, plane: `Offset ${shown}` }[cut.kind];
     byId("slice-label").textContent = text;
     if (cut.kind === "plane") {
@@ -314,10 +319,11 @@ export class SlicePanel {
   }
 
   /** Draw the gamut rings of the service, with those of the second gamut as reference. */
-  private async drawRings(shown: Shown[]): Promise<void> {
+  private drawRings(shown: Shown[]): void {
     const [first, second] = shown.map(({ gamut }) => gamut);
     const space = gamutSpace(first!);
     if (space.lightness !== 0) {
+      this.asking.end();
       this.rings = { address: "", found: null };
       return this.figure.say("This space has no hue. Rings need a space such as CIELAB.");
     }
@@ -325,21 +331,19 @@ export class SlicePanel {
     if (address !== this.rings.address) {
       if (embedded !== null) return this.figure.say("This page works offline. It was saved without these rings.");
       this.rings = { address, found: null };
-      try {
-        this.figure.say("Computing the rings …");
-        const response = await request(address);
-        const found = (await response.json()) as Rings;
-        if (address !== this.rings.address) return;
-        this.rings = { address, found };
-      } catch (error) {
-        if (address !== this.rings.address) return;
-        this.rings = { address: "", found: null }; // the next drawing asks again
-        if (this.state.kind === "rings") this.figure.say(problemText(error));
-        return;
-      }
+      void this.asking.ask(
+        async (signal) => (await (await request(address, { signal })).json()) as Rings,
+        (found) => {
+          this.rings = { address, found };
+          this.draw();
+        },
+        (error) => {
+          this.rings = { address: "", found: null }; // the next drawing asks again
+          if (this.state.kind === "rings") this.figure.say(problemText(error));
+        },
+      );
     }
     const { found } = this.rings;
-    if (this.state.kind !== "rings") return;
     if (found === null) return this.figure.say("Computing the rings …");
     const svg = ringsChart(found, {
       size: this.figure.size,
@@ -358,6 +362,7 @@ export class SlicePanel {
   private read(gamut: Gamut, point: Point): void {
     const output = byId("readout");
     output.hidden = false;
+    this.pointed = gamut;
     const swatch = element("span", "", { className: "swatch" });
     swatch.style.backgroundColor = cssColour(gamutSpace(gamut).linear(Float32Array.from(point), SCREEN));
     const lines = coordinates(axisNames(gamut), point).map((line) => element("span", line));
@@ -368,6 +373,11 @@ export class SlicePanel {
 
   private unread(): void {
     byId("readout").hidden = true;
+    this.leave();
+  }
+
+  private leave(): void {
+    this.pointed = null;
     this.recipe.clear();
   }
 }
@@ -408,11 +418,11 @@ function movedTo(cut: Cut, value: number): Cut {
 }
 
 function planeText({ azimuth, elevation, offset }: { azimuth: number; elevation: number; offset: number }): string {
-  return `facing hue ${azimuth}°, tilted by ${numberText(elevation)}°, offset ${numberText(Number(offset.toPrecision(4)))}`;
+  return `facing hue ${azimuth}°, tilted by ${numberText(elevation)}°, offset ${numberText(offset, 4)}`;
 }
 
 function areaText(area: number): string {
-  return area >= 100 ? Math.round(area).toLocaleString("en") : numberText(Number(area.toPrecision(4)));
+  return area >= 100 ? Math.round(area).toLocaleString("en") : numberText(area, 4);
 }
 
 function boxOf(gamuts: Gamut[]): Box3 {

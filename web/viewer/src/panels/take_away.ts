@@ -2,6 +2,7 @@
 import { SCREEN } from "../colours/colours.js";
 import { tintOf } from "../colours/tints.js";
 import { byId, save } from "../page/elements.js";
+import { Latest } from "../page/latest.js";
 import { type Page, STYLE_NAMES, axisNames } from "../page/page.js";
 import { type Picture, pngPicture, svgPicture, turntable } from "../scene/picture.js";
 import { withState } from "../page/embedded.js";
@@ -24,15 +25,15 @@ export function connectSaving(page: Page): void {
   const button = byId<HTMLButtonElement>("save-file");
   const close = byId("save-close");
   const bar = byId<HTMLProgressElement>("save-progress");
-  let saving: AbortController | null = null;
+  const saving = new Latest();
   const refresh = () => {
     const chosen = kind.value as Kind;
     for (const part of dialog.querySelectorAll<HTMLElement>(".of-picture")) part.hidden = chosen === "html";
     for (const part of dialog.querySelectorAll<HTMLElement>(".of-turning")) part.hidden = chosen !== "webp";
     byId("save-note").textContent = NOTES[chosen];
-    button.disabled = page.shown.length === 0 || saving !== null;
-    bar.hidden = saving === null || chosen !== "webp";
-    close.textContent = saving === null ? "Close" : "Cancel";
+    button.disabled = page.shown.length === 0 || saving.isAsking;
+    bar.hidden = !saving.isAsking || chosen !== "webp";
+    close.textContent = saving.isAsking ? "Cancel" : "Close";
   };
   byId("save").addEventListener("click", () => {
     const { clientWidth, clientHeight } = page.canvas;
@@ -42,26 +43,29 @@ export function connectSaving(page: Page): void {
     dialog.showModal();
   });
   kind.addEventListener("change", refresh);
-  close.addEventListener("click", () => (saving === null ? dialog.close() : saving.abort()));
-  dialog.addEventListener("close", () => saving?.abort());
-  button.addEventListener("click", () => {
-    const doing = new AbortController();
-    saving = doing;
-    bar.value = 0;
+  close.addEventListener("click", () => {
+    if (!saving.isAsking) return dialog.close();
+    saving.end();
     refresh();
+  });
+  dialog.addEventListener("close", () => saving.end());
+  button.addEventListener("click", () => {
+    bar.value = 0;
     const name = page.shown.map(({ gamut }) => gamut.name).join(" and ");
-    content(page, kind.value as Kind, (part) => (bar.value = part), doing.signal)
-      .then((file) => {
-        save(file, `${name}.${kind.value}`);
+    const type = kind.value as Kind;
+    void saving.ask(
+      (signal) => content(page, type, (part) => (bar.value = part), signal),
+      (file) => {
+        save(file, `${name}.${type}`);
         dialog.close();
         page.announce("The file was saved.");
-      })
-      .then(() => "", (error: unknown) => (doing.signal.aborted ? "" : error instanceof Error ? error.message : String(error)))
-      .then((problem) => {
-        saving = null;
+      },
+      (error) => {
         refresh();
-        if (problem !== "") byId("save-note").textContent = problem;
-      });
+        byId("save-note").textContent = error instanceof Error ? error.message : String(error);
+      },
+    );
+    refresh();
   });
   byId("share").addEventListener("click", () => {
     // Browsers have a clipboard for secure pages only.

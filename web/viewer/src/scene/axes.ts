@@ -10,7 +10,7 @@ import {
   Matrix4,
   Vector3,
 } from "three";
-import { niceStep } from "../charts/chart.js";
+import { niceStep, numberText } from "../charts/chart.js";
 
 /** Least distances of ticks with labels in pixels: across, and of lines above each other. */
 const LEAST_APART = [33, 24] as const;
@@ -120,7 +120,7 @@ export class AxesBox {
     const [low, high] = [this.box.min.getComponent(axis), this.box.max.getComponent(axis)];
     const ticks: Tick[] = [];
     for (let count = Math.ceil(low / step - 1e-6); count * step <= high + 1e-6 * step; count++) {
-      const text = plain(sign * count * step);
+      const text = numberText(sign * count * step);
       ticks.push({ text, at: count * step, count, width: textWidth(text, false) });
     }
     return ticks;
@@ -287,9 +287,6 @@ function withoutOverlaps(labels: Label[], width: number, height: number, free: E
   return kept;
 }
 
-function plain(value: number): string {
-  return String(Number(value.toPrecision(6))).replace("-", "−");
-}
 
 let measure: CanvasRenderingContext2D | null = null;
 

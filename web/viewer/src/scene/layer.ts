@@ -240,6 +240,7 @@ export class Layer {
   }
 
   dispose(): void {
+    this.worker.onmessage = this.worker.onerror = null; // a message may be on its way
     this.worker.terminate();
     this.group.removeFromParent();
     this.surface.dispose();

@@ -246,6 +246,7 @@ export async function build(file: File, options: object, progress: Progress, sig
 
 /** Send a body, with its progress: `fetch` does not tell how much of a body is sent. */
 function sent(path: string, body: FormData, progress: (fraction: number) => void, signal: AbortSignal): Promise<Response> {
+  signal.throwIfAborted(); // the file may have been read meanwhile
   const call = new XMLHttpRequest();
   call.open("POST", address(path));
   const headers = { Accept: "application/json", Prefer: "respond-async", ...authorization() };

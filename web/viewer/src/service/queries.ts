@@ -1,4 +1,5 @@
 // Questions to the service: comparison, colours in gamut, nearest colours, recipes.
+import { numberText } from "../charts/chart.js";
 import type { HueSectors } from "../charts/hues.js";
 import { type Gamut, ProblemError, request } from "./api.js";
 
@@ -123,7 +124,7 @@ export async function checkTable(
 
 /** What the edge of a gamut is, for people. */
 export function edgeText({ edge_width: width, tolerance }: Positions): string {
-  const spelt = (value: number) => (value >= 1 ? value.toFixed(1) : String(Number(value.toPrecision(2))));
+  const spelt = (value: number) => (value >= 1 ? value.toFixed(1) : numberText(value, 2));
   return `edge: within ${spelt(width)} of the surface; tolerance ${spelt(tolerance)}`;
 }
 

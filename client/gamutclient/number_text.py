@@ -1,0 +1,1 @@
+../../gamutcore/number_text.py
