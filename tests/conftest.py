@@ -30,7 +30,7 @@ settings.register_profile("long", max_examples=1000, deadline=None, print_blob=T
 # The command line keeps no reference gamuts in the user's cache, and finds none there.
 os.environ["GAMUTCORE_CACHE_DIR"] = ""
 
-# --- The three groups of tests: `make test`, `make test-all` and `make test-long` -------------------
+# --- The three groups of tests: `make test`, `make test-all` and `make test-long` -----------------
 # The marks are `slow` for the second group and `long` for the third. They stand at tests and files.
 # What a test uses marks it as well:
 

@@ -63,6 +63,7 @@ def test_two_tables_with_clockwise_faces_and_decimal_points():
     assert b"CUSP" not in data
 
 
+@pytest.mark.slow
 def test_cusps_are_the_primaries_and_secondaries(fogra39_gamut):
     level = fogra39_gamut.level(1000)
     text = mesh_file(level, "gam").decode()

@@ -85,6 +85,7 @@ def iccdev():
     return pytest.importorskip("iccdev")
 
 
+@pytest.mark.slow
 def test_the_reference_implementation_finds_no_fault(iccdev, level):
     data = mesh_file(level, "icc", {"gamut": "17e9e641749a", "intent": "relative"})
     status, report = iccdev.validate_profile(data)
@@ -121,6 +122,7 @@ def srgb_gamut():
 
 
 @pytest.mark.parametrize(("intent", "tag"), [("relative", "gbd1"), ("absolute", "gbd3")])
+@pytest.mark.slow
 def test_a_boundary_is_embedded_and_all_else_is_kept(host, iccdev, intent, tag):
     level = Gamut(PRESS, surface_samples=1000, intent=intent).mesh(300)
     data = level.to_bytes("icc", into=host)
@@ -152,6 +154,7 @@ def test_a_profile_with_xyz_and_an_abstract_one_get_a_boundary(made_profile):
         assert read.volume == pytest.approx(level.volume, rel=1e-4)  # float32 of XYZ
 
 
+@pytest.mark.slow
 def test_profiles_that_cannot_have_the_boundary_are_refused(host, made_profile, tmp_path, capsys):
     level = gamutcore.reference("srgb", surface_samples=1000).mesh(100)
     table = {"A2B0": b"mft2" + bytes(60)}

@@ -116,6 +116,7 @@ def test_argyll_and_lcms_read_the_device_link(srgb, display_p3, tmp_path):
 
 
 @pytest.mark.skipif(shutil.which("transicc") is None, reason="liblcms2-utils is not installed")
+@pytest.mark.slow
 def test_transicc_applies_a_device_link_from_rgb_to_inks(srgb, tmp_path):
     path = tmp_path / "press.icc"
     found = link(srgb, PRESS, method="clip-nearest", size=9, ink_limit=300, **COARSE)

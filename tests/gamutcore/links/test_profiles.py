@@ -90,6 +90,7 @@ def display(light, label="DISPLAY"):
     ).encode()
 
 
+@pytest.mark.slow
 def test_argyll_gives_the_colours_of_the_model_and_recipes_for_them(path, press, made):
     device = printable(2000)
     lab = colours_of(press, device)
@@ -139,6 +140,7 @@ def test_colours_out_of_gamut_are_clipped_to_near_ones(path, press):
 
 
 @pytest.mark.parametrize("version", [2, 4])
+@pytest.mark.slow
 def test_every_table_keeps_the_ink_limit(made, fourth, version):
     made = made if version == 2 else fourth
     read = read_characterisation(made.to_bytes())
@@ -181,6 +183,7 @@ def test_the_perceptual_intent_of_version_4_has_the_black_of_the_reference_mediu
     assert read.transform("relative")[0].pcs_values(black)[0, 0] > 8.0
 
 
+@pytest.mark.slow
 def test_version_5_has_the_same_tables_and_a_boundary_with_device_values(fifth, made, press):
     one, two = (read_characterisation(each.to_bytes()) for each in (made, fifth))
     device = printable(500)
@@ -222,6 +225,7 @@ def test_gamt_has_the_size_of_the_other_tables(made):
 
 
 @pytest.mark.skipif(shutil.which("transicc") is None, reason="liblcms2-utils is not installed")
+@pytest.mark.slow
 def test_transicc_gives_colours_and_recipes(made, fourth, fifth, press, tmp_path):
     def transicc(rows, *options):
         asked = "\n".join(" ".join(map(repr, row)) for row in rows.tolist())

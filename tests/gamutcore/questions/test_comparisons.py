@@ -166,7 +166,7 @@ def test_another_gamut_is_a_gamut_a_file_or_the_name_of_a_reference(tmp_path):
     built = Gamut(table, space="CIELUV")
     assert (one & table).volume == (one & built).volume
     assert (one & str(table)).volume == (one & built).volume
-    srgb = reference("sRGB", space="CIELUV")
+    srgb = reference("sRGB", space="CIELUV")  # at full size, as a name gives it
     assert one.coverage_of("srgb") == one.coverage_of(srgb)
     colours = [(50, 30, 0)]
     for named, same in (("srgb", srgb), (saved, two)):

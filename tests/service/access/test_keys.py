@@ -215,6 +215,7 @@ def test_the_file_is_read_again_and_a_broken_one_is_not_used(
     ],
     ids=lambda value: value if isinstance(value, str) else "",
 )
+@pytest.mark.slow
 def test_the_reasons_of_a_failed_start_are_json(tmp_path, environment, told):
     usual = {name: value for name, value in os.environ.items() if not name.startswith("GAMUT_")}
     settings = {"GAMUT_LOG_FORMAT": "json", "GAMUT_STORE": str(tmp_path / "data"), **environment}

@@ -310,6 +310,7 @@ with urllib.request.urlopen(f"http://127.0.0.1:{port}/metrics") as answer:
 """
 
 
+@pytest.mark.slow
 def test_the_open_files_of_a_worker_that_hides_its_memory_are_counted():
     command = [sys.executable, "-c", HIDDEN, str(free_port())]
     told = subprocess.run(command, check=True, capture_output=True, text=True)
