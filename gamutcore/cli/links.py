@@ -7,7 +7,14 @@ from typing import Annotated, Any
 
 import typer
 
-from gamutcore.cli.inputs import Triangles, asking, chosen_options, number_or_text, numbers_of
+from gamutcore.cli.inputs import (
+    Black,
+    Triangles,
+    asking,
+    chosen_options,
+    number_or_text,
+    numbers_of,
+)
 from gamutcore.cli.reference_cache import cached_reference
 
 __all__ = ["add_to"]
@@ -47,8 +54,11 @@ def link(
         bool, typer.Option("--black-point-compensation", "--bpc")
     ] = False,
     black: Annotated[
-        str, typer.Option(help="How much black ink the destination gets, as for recipe.")
-    ] = "smooth",
+        str,
+        typer.Option(
+            "--gcr", "--black", help="How much black ink the destination gets, as for recipe."
+        ),
+    ] = "medium",
 ) -> None:
     """Write a gamut mapping between devices as a file.
 
@@ -104,7 +114,7 @@ def profile(
         Path, typer.Option("--output", "-o", metavar="FILE", help="An .icc or .icm file.")
     ],
     version: Annotated[int, typer.Option(help="Version of the profile: 2, 4, or 5 (iccMAX).")] = 2,
-    black: str = "smooth",
+    black: Black = "medium",
     size: Annotated[
         int, typer.Option(help="Nodes of B2A tables along L*, a* and b*, 9 to 65.")
     ] = 33,

@@ -9,6 +9,7 @@ that inks enter and leave at zero. The table's solution is corrected on the devi
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import combinations
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -17,8 +18,8 @@ import numpy as np
 from gamutcore.colours import BLACK_NAMES, find_values
 from gamutcore.errors import DeviceModelError, OptionError
 from gamutcore.recipes.black_paths import (
+    GCR,
     LEAST_INK,
-    SHARE,
     WANTED,
     InkTable,
     correct_recipes,
@@ -32,10 +33,7 @@ if TYPE_CHECKING:
     from gamutcore.arrays import BooleanArray, FloatArray, LongArray
     from gamutcore.colours import DeviceModel
 
-__all__ = ["SMOOTH", "SMOOTH_BLACK", "BlackRule", "InverseModel", "Recipes"]
-
-SMOOTH = -1
-"""The rule of a curve of black that changes least along the neutral axis."""
+__all__ = ["BlackRule", "InverseModel", "Recipes"]
 
 _THREE, _FOUR, _MORE = (33, 1), (17, 17), (13, 11)
 """Nodes along each chromatic ink, and levels of black, for devices of three, four and more
@@ -73,28 +71,33 @@ _BEYOND_CORE = 1e3
 _ANYWHERE: FloatArray = np.empty((0, 4))
 """No starts: solutions are searched in all layers."""
 
-_NEUTRAL = np.arange(0.0, 100.5, 0.5)
-"""L* of the neutral colours on which the smooth curve of black is found."""
-
-_RELAXATIONS = 20_000
-"""Steps of relaxation of the smooth curve. After these, it moves by less than 0.001."""
+_NEUTRAL = np.arange(0.0, 99.5, 0.5)
+"""L* of the neutral colours of which the darkest is sought."""
 
 
 class BlackRule(NamedTuple):
     """How much black a recipe has: a rule of `gamutcore.recipes.black_paths` and its number.
 
-    `curve` (p, 2) has amounts of black, 0 to 1, at ascending L*.
+    `curve` (p, 2) has numbers of the rule, 0 to 1, at ascending L*. For `GCR` it ascends by depth
+    instead, which is 0 at L* 100 and 1 at the darkest neutral colour of the device. The numbers
+    are halved at the chroma C* of `width`.
     """
 
     rule: int
     share: float = 0.0
     curve: FloatArray | None = None
+    width: float = np.inf
 
-    def wanted(self, targets: FloatArray) -> FloatArray:
-        """Return the number of the rule for each colour, (m,)."""
+    def wanted(self, targets: FloatArray, darkest: float) -> FloatArray:
+        """Return the number of the rule for each colour, (m,), on a device of a darkest L*."""
         if self.curve is None:
             return np.full(len(targets), self.share)
-        return np.interp(targets[:, 0], self.curve[:, 0], self.curve[:, 1])
+        places = targets[:, 0]
+        if self.rule == GCR:
+            places = (100.0 - places) / (100.0 - darkest)
+        numbers = np.interp(places, self.curve[:, 0], self.curve[:, 1])
+        chroma = np.hypot(targets[:, 1], targets[:, 2])
+        return np.asarray(numbers / (1.0 + (chroma / self.width) ** 2))
 
 
 class Recipes(NamedTuple):
@@ -171,7 +174,6 @@ class InverseModel:
         self._range = np.zeros(len(names))
         self._range[limited.free] = limited.cube.highest - limited.cube.lowest
         self._room = limited.cube.limit - float(self._lowest[limited.free].sum())
-        self._smooth_curve: FloatArray | None = None
         self._nodes: tuple[Any, LongArray, FloatArray] | None = None
         self._sets: list[_InkSet] = []
         self._has_formula = (
@@ -198,8 +200,6 @@ class InverseModel:
         if self._has_formula:
             return self._by_formula(targets)
         count = len(targets)
-        if black.rule == SMOOTH:
-            black = NO_BLACK if self.black is None else self._smooth()
         wanted = self._wanted(targets, black)
         found = _Found(self, targets)
         cost = np.full(count, np.inf)
@@ -248,10 +248,19 @@ class InverseModel:
         return Recipes(device, lab, np.full((len(targets), 2), np.nan))
 
     def _wanted(self, targets: FloatArray, black: BlackRule) -> FloatArray:
-        wanted = black.wanted(targets)
+        wanted = black.wanted(targets, self._darkest if black.rule == GCR else 0.0)
         if black.rule == WANTED and self.black is not None:
             wanted = (wanted - self._lowest[self.black]) / self._range[self.black]
         return wanted
+
+    @cached_property
+    def _darkest(self) -> float:
+        """L* of the darkest neutral colour that the core with black gives."""
+        neutral = np.zeros((len(_NEUTRAL), 3))
+        neutral[:, 0] = _NEUTRAL
+        wanted = np.zeros(len(neutral))
+        solved = _traced(self._sets[0], neutral, BlackRule(LEAST_INK), wanted, _ANYWHERE).solved
+        return float(_NEUTRAL[solved].min()) if solved.any() else 0.0
 
     def _nearest_nodes(self, targets: FloatArray, rank: int) -> tuple[LongArray, FloatArray]:
         """Return the set and the recipe (m, 4) of the node that is the nearest, or of a rank."""
@@ -327,27 +336,6 @@ class InverseModel:
             ]
         others = [each for each in combinations(sorted(circle), 3) if each not in tiles]
         return [*tiles, *others[:_MOST_OTHERS]], len(tiles)
-
-    def _smooth(self) -> BlackRule:
-        """Return the curve of black over L* that is possible for neutral colours and bends least.
-
-        It is the shortest curve between the smallest and the largest amounts, a taut string. It
-        ends in the darkest neutral colour.
-        """
-        if self._smooth_curve is None:
-            neutral = np.zeros((len(_NEUTRAL), 3))
-            neutral[:, 0] = _NEUTRAL
-            found = self.recipes(neutral, NO_BLACK)
-            made = np.flatnonzero(np.abs(found.lab - neutral).max(axis=1) < _MISSED)
-            low, high = found.black[made].T
-            if len(made) < 3:
-                return BlackRule(SHARE, 0.5)
-            amount = 0.5 * (low + high)
-            for _ in range(_RELAXATIONS):
-                amount[1:-1] = 0.5 * (amount[:-2] + amount[2:])
-                np.clip(amount, low, high, out=amount)
-            self._smooth_curve = np.stack([_NEUTRAL[made], amount], axis=1)
-        return BlackRule(WANTED, curve=self._smooth_curve)
 
     def _ink_set(self, chromatic: Sequence[int]) -> _InkSet:
         channels = (*chromatic, *(() if self.black is None else (self.black,)))
@@ -441,7 +429,3 @@ def _traced(
         solved,
     )
     return _Trace(recipes, ranges, solved)
-
-
-NO_BLACK = BlackRule(SHARE, 0.0)
-SMOOTH_BLACK = BlackRule(SMOOTH)
