@@ -706,8 +706,8 @@ class Gamut:
         -------
         ColourRecipes
             With `device`, `points`, `delta_e`, `inside`, `black_least` and `black_most`. The ink
-            limits of the gamut are kept. With more than four inks, a recipe has three chromatic
-            inks and black; the rule of black holds for colours of cyan, magenta and yellow.
+            limits of the gamut are kept. With more than four inks, a recipe is a mean of sets of
+            three chromatic inks and black, to which the rule of black applies.
 
         Raises
         ------

@@ -1,9 +1,9 @@
 """The inverse device model: colours to device values, for one rule of black.
 
 A press of four inks has a path of recipes for a colour (`gamutcore.recipes.black_paths`). Presses
-with more inks use three chromatic inks and black in a recipe: neighbours on the hue circle, or
-cyan, magenta and yellow. Of the sets that give a colour, the one with the least ink is taken, so
-that inks enter and leave at zero. The table's solution is corrected on the device model itself.
+with more inks have sets of three chromatic inks and black: cyan, magenta and yellow, neighbours on
+the hue circle, and others. A recipe is the mean of the sets that give the colour, weighted by the
+width of their range of black. It is corrected on the device model itself.
 """
 
 from __future__ import annotations
