@@ -367,7 +367,7 @@ class InverseModel:
         change /= np.maximum(1.0, np.abs(change).max(axis=1, keepdims=True) / LONGEST_STEP)
         inks = np.clip(inks + change, 0.0, self._range)
         sums = np.maximum(inks.sum(axis=1, keepdims=True), _ROUNDING)
-        return self._lowest + inks * np.minimum(1.0, self._room / sums)
+        return np.asarray(self._lowest + inks * np.minimum(1.0, self._room / sums))
 
     def _by_formula(self, targets: FloatArray) -> Recipes:
         """Return the recipes of a formula, which a search corrects where it is not exact."""
