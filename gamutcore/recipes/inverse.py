@@ -72,6 +72,9 @@ _BEYOND_CORE = 1e3
 _WIDE = 0.7
 """Width of the range of black from which a set counts fully."""
 
+_WHITE = 1e-3
+"""The same of white, at least."""
+
 _END = 1e-4
 """Weight of a set at its end, where it may be the only one."""
 
@@ -270,7 +273,7 @@ class InverseModel:
         """
         core = _traced(self._sets[0], targets, black, wanted, _ANYWHERE)
         found.widen(np.flatnonzero(core.solved), core.black[core.solved])
-        alone = _set_share(self._sets[0], core)
+        alone = _set_share(self._sets[0], core, targets[:, 0])
         device = self.device(core.recipes, np.zeros(len(targets), np.int64))
         rows = np.flatnonzero(alone < 1.0)
         around = (targets[rows] + _AROUND[:, np.newaxis]).reshape(-1, 3)
@@ -311,7 +314,7 @@ class InverseModel:
                 rest *= 1.0 - tiles
             rows = np.flatnonzero(rest > _ROUNDING)
             trace = _traced(some, targets[rows], black, wanted[rows], _ANYWHERE)
-            share = _set_share(some, trace)
+            share = _set_share(some, trace, targets[rows, 0])
             weight = rest[rows] * (share + _END * trace.solved)
             total[rows] += weight
             made = self.device(trace.recipes, np.full(len(rows), number))
@@ -504,14 +507,16 @@ def _shortest_steps(slopes: FloatArray, rests: FloatArray, freedom: FloatArray) 
     return np.asarray((weighted.transpose(0, 2, 1) @ steps)[:, :, 0])
 
 
-def _set_share(some: _InkSet, trace: _Trace) -> FloatArray:
+def _set_share(some: _InkSet, trace: _Trace, lightness: FloatArray) -> FloatArray:
     """Return the share of a set in recipes, 0 to 1, by the widths of the ranges of black (m,).
 
-    A range between two layers of the table may be missed, so the share begins beyond this.
+    A range between two layers of the table may be missed, so the share begins beyond this. Light
+    colours have narrow ranges, which count as wide.
     """
-    layer = 1.0 / (some.table.layers - 1)
-    width = trace.black[:, 1] - trace.black[:, 0]
-    share = trace.solved * np.clip((width - layer) / (_WIDE - layer), 0.0, 1.0)
+    low, high = trace.black.T
+    width = high - low - np.minimum(low, 1.0 / (some.table.layers - 1))
+    wide = np.clip((100.0 - lightness) / 100.0, _WHITE, _WIDE)
+    share = trace.solved * np.clip(width / wide, 0.0, 1.0)
     return np.asarray(share * share * (3.0 - 2.0 * share))
 
 
