@@ -278,8 +278,8 @@ class InverseModel:
         rows = np.flatnonzero(alone < 1.0)
         around = (targets[rows] + _AROUND[:, np.newaxis]).reshape(-1, 3)
         total, mean = self._weighted_sets(around, black, np.tile(wanted[rows], len(_AROUND)))
-        total = total.reshape(len(_AROUND), -1).sum(axis=0)
-        mean = mean.reshape(len(_AROUND), len(rows), -1).sum(axis=0)
+        total = total.reshape(len(_AROUND), len(rows)).sum(axis=0)
+        mean = mean.reshape(len(_AROUND), len(rows), len(self._range)).sum(axis=0)
         mean /= np.maximum(total, _LEAST_WEIGHT)[:, np.newaxis]
         share = alone[rows, np.newaxis]
         device[rows] = share * device[rows] + (1.0 - share) * mean
