@@ -23,7 +23,8 @@ from benchmarks.common import FOGRA39L, SHARED, FloatArray, Rows
 from gamutcore import Gamut
 from gamutcore.characterisation import Samples, read_characterisation
 from gamutcore.queries import delta_e_2000
-from gamutcore.recipes import SHARE, SMOOTH, BlackRule, InverseModel
+from gamutcore.questions import black_rule
+from gamutcore.recipes import SHARE, BlackRule, InverseModel
 
 STEP, LINES = 0.5, 200
 """Distance of neighbouring colours in CIELAB, and the number of lines that they are on."""
@@ -57,7 +58,7 @@ DEVICES = {
 }
 
 RULES: dict[str | float, tuple[BlackRule, str]] = {
-    "smooth": (BlackRule(SMOOTH), "-kr"),
+    "medium": (black_rule("medium"), "-kr"),
     "none": (BlackRule(SHARE, 0.0), "-kz"),
     0.5: (BlackRule(SHARE, 0.5), "-Kh"),
 }
@@ -99,7 +100,7 @@ def recipes(quick: bool) -> Rows:
         has_black = gamut.inverse_model.black is not None
         with tempfile.TemporaryDirectory() as folder:
             profile = peer_profile(DEVICES[name], Path(folder))
-            for black in ("smooth", "none") if has_black else ("none",):
+            for black in ("medium", "none") if has_black else ("none",):
                 row: dict[str, Any] = {"device": name, "black": black if has_black else None}
                 row |= own_figures(gamut, device, black)
                 if profile is not None:

@@ -638,7 +638,7 @@ class Gamut:
             ``"device"``, values of the device of the gamut as TIFF with 8 or 16 bits, such as CMYK,
             with the profile that the gamut was built from. Ink limits are kept.
         black : str, float or (n, 2) array, optional
-            As for `to_device`, of device values. Those of up to four channels with the smooth rule
+            As for `to_device`, of device values. Those of up to four channels with the rule medium
             go through a table of 33 nodes from 250,000 pixels on.
         triangles, max_error : optional
             The level; by default the full boundary.
@@ -689,7 +689,7 @@ class Gamut:
         self,
         colours: Colours,
         *,
-        black: str | float | ArrayLike = "smooth",
+        black: str | float | ArrayLike = "medium",
         method: str = "clip-nearest",
         space: str | None = None,
         triangles: int | None = None,
@@ -700,10 +700,10 @@ class Gamut:
         Parameters
         ----------
         black : str, float or (n, 2) array, optional
-            How much black. ``"smooth"``: a curve over L* that changes least along the neutral axis.
-            ``"none"``, ``"maximum"``: the ends of the possible range; a number from 0 to 1 is a
-            share of it. ``"least-ink"``: the least sum of inks. An array has pairs of L* and an
-            amount of black from 0 to 1, which is kept to the possible range.
+            How much black. ``"light"``, ``"medium"``, ``"heavy"`` and ``"max"`` are presets of gray
+            component replacement; ``"none"`` is the least possible. A number from 0 to 1 is a share
+            of the possible range. ``"least-ink"``: the least sum of inks. An array has pairs of L*
+            and an amount of black from 0 to 1, which is kept to the possible range.
         method : str, optional
             How colours out of gamut are mapped, as for `map`.
 
@@ -711,8 +711,8 @@ class Gamut:
         -------
         ColourRecipes
             With `device`, `points`, `delta_e`, `inside`, `black_least` and `black_most`. The ink
-            limits of the gamut are kept. With more than four inks, a recipe has three chromatic
-            inks and black; the rule of black holds for colours of cyan, magenta and yellow.
+            limits of the gamut are kept. With more than four inks, a recipe is a mean of sets of
+            three chromatic inks and black, to which the rule of black applies.
 
         Raises
         ------

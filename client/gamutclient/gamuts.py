@@ -245,7 +245,7 @@ class RemoteGamut:
         method: str = "clip-nearest",
         **asked: Unpack[Question],
     ) -> Steps[results.ColourRecipes]:
-        """Find device values that give colours, with a rule of black, by default ``"smooth"``."""
+        """Find device values that give colours, with a rule of black, by default ``"medium"``."""
         params = {**asked, "black": black, "method": method}
         found, facts = yield from self._ask("recipes", colour_rows(colours), params)
         return results.ColourRecipes(

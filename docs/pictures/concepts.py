@@ -283,7 +283,7 @@ def _mapping(gamuts: Gamuts) -> Figure:
 
 
 def _recipe(gamuts: Gamuts) -> Figure:
-    """Inks of one colour along its range of black, and of neutral colours by the smooth curve."""
+    """Inks of one colour along its range of black, and of neutral colours by medium replacement."""
     figure, (one, gray) = _figure(7.4, 3.2, 2)
     press = gamuts.press
     steps = [press.to_device(BROWN, black=share) for share in np.linspace(0.0, 1.0, 40)]
@@ -296,7 +296,7 @@ def _recipe(gamuts: Gamuts) -> Figure:
             one.plot(inks[:, 3], inks[:, number], color=colour)
         gray.plot(lightness, 100.0 * neutral.device[:, number], color=colour, label=name)
     one.set(xlabel="black, %", ylabel="ink, %", ylim=(-3, 103), title="L*a*b* 46 24 32")
-    gray.set(xlabel="L*", ylim=(-3, 103), title="neutral colours, smooth")
+    gray.set(xlabel="L*", ylim=(-3, 103), title="neutral colours, medium")
     gray.invert_xaxis()
     figure.legend(loc="outside right upper")
     return figure

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from gamutcore.cli.inputs import (
+    Black,
     BuildCommand,
     Compensation,
     MaxError,
@@ -218,7 +219,7 @@ def recipe(
     ctx: typer.Context,
     colours: Colours,
     gamut: OfGamut,
-    black: str = "smooth",
+    black: Black = "medium",
     method: str = "clip-nearest",
     colours_in: ColourSpace = None,
     columns: ColumnNames = None,
@@ -315,7 +316,10 @@ def map_colours(
         ),
     ] = None,
     black: Annotated[
-        str | None, typer.Option(help="How much black the device values have, as for gamut recipe.")
+        str | None,
+        typer.Option(
+            "--gcr", "--black", help="How much black the device values have, as for gamut recipe."
+        ),
     ] = None,
     black_point_compensation: Compensation = None,
     iterations: Annotated[
@@ -352,7 +356,7 @@ def map_colours(
         "--heat-map": heat_map,
         "--iterations": iterations,
         "--to": to,
-        "--black": black,
+        "--gcr": black,
     }
     for option, value in given_options.items():
         if value is not None and not picture:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from gamutcore.gamut import Gamut
 
 __all__ = [
+    "Black",
     "BuildCommand",
     "Compensation",
     "MaxError",
@@ -57,6 +58,9 @@ MaxError = Annotated[
     typer.Option(help="Largest distance of the level from the full boundary; 0 is the boundary."),
 ]
 """The level by its error."""
+
+Black = Annotated[str, typer.Option("--gcr", "--black")]
+"""How much black: presets of gray component replacement and other rules."""
 
 _CHOSEN = "gamutcore.options"
 """Key of the options of the build in the context of a command."""

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from gamutcore.cli.inputs import (
+    Black,
     Compensation,
     Triangles,
     asking,
@@ -52,8 +53,11 @@ def link(
     ] = None,
     black_point_compensation: Compensation = None,
     black: Annotated[
-        str, typer.Option(help="How much black ink the destination gets, as for recipe.")
-    ] = "smooth",
+        str,
+        typer.Option(
+            "--gcr", "--black", help="How much black ink the destination gets, as for recipe."
+        ),
+    ] = "medium",
     preserve: Annotated[
         str | None,
         typer.Option(
@@ -121,7 +125,7 @@ def profile(
         Path, typer.Option("--output", "-o", metavar="FILE", help="An .icc or .icm file.")
     ],
     version: Annotated[int, typer.Option(help="Version of the profile: 2, 4, or 5 (iccMAX).")] = 2,
-    black: str = "smooth",
+    black: Black = "medium",
     size: Annotated[
         int, typer.Option(help="Nodes of B2A tables along L*, a* and b*, 9 to 65.")
     ] = 33,

@@ -199,7 +199,7 @@ def profile(
     data: object,
     *,
     version: int = 2,
-    black: str | float | ArrayLike = "smooth",
+    black: str | float | ArrayLike = "medium",
     size: int = 33,
     source_gamut: Gamut | str | os.PathLike[str] = SOURCE_GAMUT,
     name: str | None = None,

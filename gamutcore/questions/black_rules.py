@@ -8,24 +8,45 @@ import numpy as np
 
 from gamutcore.arguments import Number, Text, check_option
 from gamutcore.errors import OptionError
-from gamutcore.recipes import LEAST_INK, SHARE, SMOOTH_BLACK, WANTED, BlackRule
+from gamutcore.recipes import GCR, LEAST_INK, SHARE, WANTED, BlackRule
 
-__all__ = ["BLACK", "black_rule"]
+__all__ = ["BLACK", "DEFAULT_BLACK", "black_rule"]
+
+
+def _gcr(start: float, power: float, maximum: float, width: float = np.inf) -> BlackRule:
+    """Return a preset of gray component replacement.
+
+    Black begins at the depth `start`: 0 is L* 100, and 1 the darkest neutral colour. There, it has
+    the share `maximum` of the most possible. `power` bends the curve between; above 1, light
+    colours get less. The share is halved at the chroma of `width`.
+    """
+    depth = np.linspace(0.0, 1.0, 201)
+    rise = np.maximum((depth - start) / (1.0 - start), 0.0)
+    return BlackRule(GCR, curve=np.stack([depth, maximum * rise**power], axis=1), width=width)
+
+
+DEFAULT_BLACK = _gcr(0.13, 1.25, 0.96)
+"""`medium`: fitted to the greys of ECI's PSOcoated_v3 and of basICColor's ISOcoated v2 300 %."""
 
 _RULES = {
-    "smooth": SMOOTH_BLACK,
+    "light": _gcr(0.4, 1.0, 0.93, 40.0),
+    "medium": DEFAULT_BLACK,
+    "heavy": _gcr(0.0, 0.5, 0.97),
+    "max": BlackRule(SHARE, 1.0),
     "none": BlackRule(SHARE, 0.0),
-    "maximum": BlackRule(SHARE, 1.0),
     "least-ink": BlackRule(LEAST_INK),
 }
+
+_FORMER = {"smooth": "heavy", "maximum": "max"}
+"""Former names of rules, which are still accepted."""
 
 BLACK = (
     Annotated[
         str,
         Text(
             400,
-            "one of smooth, none, maximum and least-ink, or pairs of L* and black, such as "
-            "'10:0.9, 50:0.3, 90:0'",
+            "one of light, medium, heavy, max, none and least-ink, or pairs of L* and black, such "
+            "as '10:0.9, 50:0.3, 90:0'",
         ),
     ]
     | Annotated[float, Number(0.0, 1.0)]
@@ -36,16 +57,17 @@ BLACK = (
 def black_rule(black: object = None) -> BlackRule:
     """Return the rule that a name, a share or a curve (n, 2) of L* and black stands for.
 
-    None is ``smooth``.
+    None is ``medium``.
     """
     if black is None:
-        return SMOOTH_BLACK
+        return DEFAULT_BLACK
     if isinstance(black, str | float | int):
         value = check_option("black", black, BLACK)
-        if value in _RULES:
-            return _RULES[value]
         if not isinstance(value, str):
             return BlackRule(SHARE, value)
+        name = _FORMER.get(value, value)
+        if name in _RULES:
+            return _RULES[name]
         black = [pair.split(":") for pair in value.split(",")]
     try:
         curve = np.asarray(black, np.float64)
@@ -60,7 +82,7 @@ def black_rule(black: object = None) -> BlackRule:
         raise OptionError(
             "The rule of black is not accepted.",
             where={"field": "black"},
-            remedy="Give smooth, none, maximum, least-ink, a share from 0 to 1, or two or more "
-            "pairs of L* and black, with ascending L* and black from 0 to 1.",
+            remedy="Give light, medium, heavy, max, none, least-ink, a share from 0 to 1, or two "
+            "or more pairs of L* and black, with ascending L* and black from 0 to 1.",
         )
     return BlackRule(WANTED, curve=curve)

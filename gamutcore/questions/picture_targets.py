@@ -16,9 +16,8 @@ from gamutcore.characterisation.pictures import Encoding, chromaticity_encoding,
 from gamutcore.errors import OptionError, ReferenceNameError
 from gamutcore.export.picture_file import WRITTEN, in_encoding
 from gamutcore.export.rgb_profile import rgb_profile
-from gamutcore.questions.black_rules import black_rule
+from gamutcore.questions.black_rules import DEFAULT_BLACK, black_rule
 from gamutcore.questions.levels import lab_of
-from gamutcore.recipes import SMOOTH_BLACK
 from gamutcore.references import REFERENCES, find_reference
 
 if TYPE_CHECKING:
@@ -116,8 +115,8 @@ def device_target(
         found = inverse.recipes(lab_of(gamut, conversion.to_gamut(lab)), rule)
         return found.device, found.lab
 
-    recipes(np.array([(50.0, 0.0, 0.0)]))  # makes the curve of black before threads need it
-    is_smooth = rule is SMOOTH_BLACK and len(model.channels) <= _SMOOTH_CHANNELS
+    recipes(np.array([(50.0, 0.0, 0.0)]))  # makes tables before threads need them
+    is_smooth = rule is DEFAULT_BLACK and len(model.channels) <= _SMOOTH_CHANNELS
     return DeviceValues(model, recipes, is_smooth, gamut.profile or b"")
 
 

@@ -152,10 +152,10 @@ RECIPES = Question(
         Parameter(
             "black",
             BLACK,
-            "How much black. `smooth`: a curve over L* that changes least along the neutral axis. "
-            "`none` and `maximum`: the ends of the possible range; a number from 0 to 1: a share "
-            "of it. `least-ink`: the least sum of inks. Pairs such as `10:0.9, 50:0.3, 90:0`: a "
-            "curve of black over L*, which is kept to the possible range. Default: `smooth`.",
+            "How much black. Presets of gray component replacement: `light`, `medium`, `heavy` and "
+            "`max`. `none`: the least possible; a number from 0 to 1: a share of the possible "
+            "range. `least-ink`: the least sum of inks. Pairs such as `10:0.9, 50:0.3, 90:0`: a "
+            "curve of black over L*, which is kept to the possible range. Default: `medium`.",
             example=0.5,
         ),
         Parameter(
@@ -177,7 +177,7 @@ RECIPES = Question(
         Column("black_least", "Least possible black.", NULLABLE_NUMBER),
         Column("black_most", "Most possible black.", NULLABLE_NUMBER),
     ),
-    example={"colours": [[50, 30, 20]], "black": "smooth"},
+    example={"colours": [[50, 30, 20]], "black": "medium"},
     answered={
         "device": [[0.15, 0.62, 0.55, 0.21]],
         "colour": [[50, 30, 20]],

@@ -3,14 +3,13 @@
 `InverseModel` answers for one `BlackRule`. `black_paths` has the solutions of three inks and black.
 """
 
-from gamutcore.recipes.black_paths import LEAST_INK, SHARE, WANTED
-from gamutcore.recipes.inverse import SMOOTH, SMOOTH_BLACK, BlackRule, InverseModel, Recipes
+from gamutcore.recipes.black_paths import GCR, LEAST_INK, SHARE, WANTED
+from gamutcore.recipes.inverse import BlackRule, InverseModel, Recipes
 
 __all__ = [
+    "GCR",
     "LEAST_INK",
     "SHARE",
-    "SMOOTH",
-    "SMOOTH_BLACK",
     "WANTED",
     "BlackRule",
     "InverseModel",

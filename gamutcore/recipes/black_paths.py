@@ -41,6 +41,7 @@ from gamutcore.geometry import (
 from gamutcore.kernels import kernel, leaf_kernel
 
 __all__ = [
+    "GCR",
     "LEAST_INK",
     "SHARE",
     "WANTED",
@@ -50,8 +51,9 @@ __all__ = [
     "trace_paths",
 ]
 
-SHARE, WANTED, LEAST_INK = 0, 1, 2
-"""Rules of black: a share of the possible range, a wanted amount, or the least cost of inks."""
+SHARE, WANTED, LEAST_INK, GCR = 0, 1, 2, 3
+"""Rules of black: a share of the possible range, a wanted amount, the least cost of inks, or a
+share of the most possible black (gray component replacement)."""
 
 CUBE = 5.0
 """Edge of the cubes of the index in CIELAB; most meet a dozen cells."""
@@ -560,6 +562,8 @@ def _black(
         return float(low + wanted * (high - low))
     if rule == WANTED:
         return float(min(max(wanted, low), high))
+    if rule == GCR:
+        return float(max(wanted * high, low))
     best, least = 0, np.inf
     for place in range(length):
         ink = _ink_sum(path, place, path[place, 3], cost)

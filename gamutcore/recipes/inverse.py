@@ -1,14 +1,15 @@
 """The inverse device model: colours to device values, for one rule of black.
 
 A press of four inks has a path of recipes for a colour (`gamutcore.recipes.black_paths`). Presses
-with more inks use three chromatic inks and black in a recipe: neighbours on the hue circle, or
-cyan, magenta and yellow. Of the sets that give a colour, the one with the least ink is taken, so
-that inks enter and leave at zero. The table's solution is corrected on the device model itself.
+with more inks have sets of three chromatic inks and black: cyan, magenta and yellow, neighbours on
+the hue circle, and others. A recipe is the mean of the sets that give the colour, weighted by the
+width of their range of black. It is corrected on the device model itself.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import combinations
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -18,8 +19,9 @@ from gamutcore.colours import BLACK_NAMES, find_values
 from gamutcore.errors import DeviceModelError, OptionError
 from gamutcore.number_text import number_text
 from gamutcore.recipes.black_paths import (
+    GCR,
     LEAST_INK,
-    SHARE,
+    LONGEST_STEP,
     WANTED,
     InkTable,
     correct_recipes,
@@ -33,12 +35,9 @@ if TYPE_CHECKING:
     from gamutcore.arrays import BooleanArray, FloatArray, LongArray
     from gamutcore.colours import DeviceModel
 
-__all__ = ["SMOOTH", "SMOOTH_BLACK", "BlackRule", "InverseModel", "Recipes"]
+__all__ = ["BlackRule", "InverseModel", "Recipes"]
 
-SMOOTH = -1
-"""The rule of a curve of black that changes least along the neutral axis."""
-
-_THREE, _FOUR, _MORE = (33, 1), (17, 17), (13, 11)
+_THREE, _FOUR, _MORE = (33, 1), (17, 17), (13, 17)
 """Nodes along each chromatic ink, and levels of black, for devices of three, four and more
 channels: 36,000, 84,000 and 24,000 evaluations of the device model for each set."""
 
@@ -71,31 +70,69 @@ because choices between similar costs jump."""
 _BEYOND_CORE = 1e3
 """Cost of leaving cyan, magenta and yellow, more than of any recipe."""
 
+_WIDE = 0.7
+"""Width of the range of black from which a set counts fully."""
+
+_WHITE = 1e-3
+"""The same of white, at least."""
+
+_END = 1e-4
+"""Weight of a set at its end, where it may be the only one."""
+
+_LEAST_WEIGHT = 1e-12
+"""Sum of weights below which no set gives a colour."""
+
+_AROUND = 4.0 * np.array([(0, 0, 0), (1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)]) / 3**0.5
+"""Differences in CIELAB of the colours whose recipes are averaged."""
+
+_SLOPE = 1e-3
+"""Step of numerical derivatives by device values."""
+
+_DAMPED = 1e-3
+"""Damping of steps, in the squared units of the slopes."""
+
+_SETTLING = 16
+"""Largest number of steps of mixed recipes."""
+
+_ENTRY = 0.05
+"""Freedom of unused inks in steps after the first `_CORRECTIONS`: a colour may need them."""
+
+_NEIGHBOURS = 24
+"""Nearest nodes whose mean starts the search for a colour that no set gives."""
+
+_SUM_WEIGHT = 60.0
+"""Weight of the sum of inks beside L*, a* and b*: ΔE*ab of a full ink, about."""
+
 _ANYWHERE: FloatArray = np.empty((0, 4))
 """No starts: solutions are searched in all layers."""
 
-_NEUTRAL = np.arange(0.0, 100.5, 0.5)
-"""L* of the neutral colours on which the smooth curve of black is found."""
-
-_RELAXATIONS = 20_000
-"""Steps of relaxation of the smooth curve. After these, it moves by less than 0.001."""
+_NEUTRAL = np.arange(0.0, 99.5, 0.5)
+"""L* of the neutral colours of which the darkest is sought."""
 
 
 class BlackRule(NamedTuple):
     """How much black a recipe has: a rule of `gamutcore.recipes.black_paths` and its number.
 
-    `curve` (p, 2) has amounts of black, 0 to 1, at ascending L*.
+    `curve` (p, 2) has numbers of the rule, 0 to 1, at ascending L*. For `GCR` it ascends by depth
+    instead, which is 0 at L* 100 and 1 at the darkest neutral colour of the device. The numbers
+    are halved at the chroma C* of `width`.
     """
 
     rule: int
     share: float = 0.0
     curve: FloatArray | None = None
+    width: float = np.inf
 
-    def wanted(self, targets: FloatArray) -> FloatArray:
-        """Return the number of the rule for each colour, (m,)."""
+    def wanted(self, targets: FloatArray, darkest: float) -> FloatArray:
+        """Return the number of the rule for each colour, (m,), on a device of a darkest L*."""
         if self.curve is None:
             return np.full(len(targets), self.share)
-        return np.interp(targets[:, 0], self.curve[:, 0], self.curve[:, 1])
+        places = targets[:, 0]
+        if self.rule == GCR:
+            places = (100.0 - places) / (100.0 - darkest)
+        numbers = np.interp(places, self.curve[:, 0], self.curve[:, 1])
+        chroma = np.hypot(targets[:, 1], targets[:, 2])
+        return np.asarray(numbers / (1.0 + (chroma / self.width) ** 2))
 
 
 class Recipes(NamedTuple):
@@ -172,7 +209,6 @@ class InverseModel:
         self._range = np.zeros(len(names))
         self._range[limited.free] = limited.cube.highest - limited.cube.lowest
         self._room = limited.cube.limit - float(self._lowest[limited.free].sum())
-        self._smooth_curve: FloatArray | None = None
         self._nodes: tuple[Any, LongArray, FloatArray] | None = None
         self._sets: list[_InkSet] = []
         self._has_formula = (
@@ -198,24 +234,15 @@ class InverseModel:
         """
         if self._has_formula:
             return self._by_formula(targets)
-        count = len(targets)
-        if black.rule == SMOOTH:
-            black = NO_BLACK if self.black is None else self._smooth()
         wanted = self._wanted(targets, black)
         found = _Found(self, targets)
-        cost = np.full(count, np.inf)
-        chosen, recipes = np.full(count, -1), np.zeros((count, 4))
-        for number, some in enumerate(self._sets[: self._tiles]):
-            # beyond the core, as little of the other ink as possible: it enters at zero
-            rule = black if number == 0 else BlackRule(LEAST_INK)
-            trace = _traced(some, targets, rule, wanted, _ANYWHERE)
-            found.widen(np.flatnonzero(trace.solved), trace.black[trace.solved])
-            own = (trace.recipes * some.cost).sum(axis=1) + (number > 0) * _BEYOND_CORE
-            better = trace.solved & (own < cost)
-            cost[better], chosen[better] = own[better], number
-            recipes[better] = trace.recipes[better]
-        rows = np.flatnonzero(chosen >= 0)
-        found.correct(rows, recipes[rows], chosen[rows])
+        if len(self._sets) > 1:
+            self._blend(targets, black, wanted, found)
+        else:
+            trace = _traced(self._sets[0], targets, black, wanted, _ANYWHERE)
+            rows = np.flatnonzero(trace.solved)
+            found.widen(rows, trace.black[rows])
+            found.correct(rows, trace.recipes[rows], np.zeros(len(rows), np.int64))
         for rank in _RANKS:
             rows = np.flatnonzero(found.error > _MISSED)
             if len(rows) == 0:
@@ -237,6 +264,115 @@ class InverseModel:
             found.black += self._lowest[self.black]
         return Recipes(found.device, found.lab, found.black)
 
+    def _blend(
+        self, targets: FloatArray, black: BlackRule, wanted: FloatArray, found: _Found
+    ) -> None:
+        """Find recipes by the mean of the sets that give a colour, corrected on the model.
+
+        Where the core has a wide range of black, it counts alone. Elsewhere, the mean is taken of
+        the colour and of colours around it, so that a set which ends does so in steps.
+        """
+        core = _traced(self._sets[0], targets, black, wanted, _ANYWHERE)
+        found.widen(np.flatnonzero(core.solved), core.black[core.solved])
+        alone = _set_share(self._sets[0], core, targets[:, 0])
+        device = self.device(core.recipes, np.zeros(len(targets), np.int64))
+        rows = np.flatnonzero(alone < 1.0)
+        around = (targets[rows] + _AROUND[:, np.newaxis]).reshape(-1, 3)
+        total, mean = self._weighted_sets(around, black, np.tile(wanted[rows], len(_AROUND)))
+        total = total.reshape(len(_AROUND), len(rows)).sum(axis=0)
+        mean = mean.reshape(len(_AROUND), len(rows), len(self._range)).sum(axis=0)
+        mean /= np.maximum(total, _LEAST_WEIGHT)[:, np.newaxis]
+        share = alone[rows, np.newaxis]
+        device[rows] = share * device[rows] + (1.0 - share) * mean
+        usable = np.ones(len(targets), np.bool_)
+        usable[rows] = total > _LEAST_WEIGHT
+        made = np.flatnonzero(usable)
+        found.settle(made, device[made])
+
+        rows = np.flatnonzero(found.error > _MISSED)
+        if len(rows) == 0:
+            return
+        mean = np.zeros((len(rows), len(self._range)))
+        weights = 1.0 / np.arange(1.0, _NEIGHBOURS + 1.0)
+        for rank, weight in enumerate(weights / weights.sum()):
+            chosen, recipes = self._nearest_nodes(targets[rows], rank)
+            mean += weight * self.device(recipes, chosen)
+        found.settle(rows, mean)
+
+    def _weighted_sets(
+        self, targets: FloatArray, black: BlackRule, wanted: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return the sum of the weights of the sets (m,), and of weighted device values (m, k).
+
+        The range of black of a set shrinks to nothing where the set ends, and so does its weight.
+        The core counts before the tiles, and these before the other sets.
+        """
+        count = len(targets)
+        total, device = np.zeros(count), np.zeros((count, len(self._range)))
+        rest, tiles = np.ones(count), np.zeros(count)
+        for number, some in enumerate(self._sets):
+            if number == self._tiles:
+                rest *= 1.0 - tiles
+            rows = np.flatnonzero(rest > _ROUNDING)
+            trace = _traced(some, targets[rows], black, wanted[rows], _ANYWHERE)
+            share = _set_share(some, trace, targets[rows, 0])
+            weight = rest[rows] * (share + _END * trace.solved)
+            total[rows] += weight
+            made = self.device(trace.recipes, np.full(len(rows), number))
+            device[rows] += weight[:, np.newaxis] * made
+            if number == 0:
+                rest[rows] -= share
+            elif number < self._tiles:
+                tiles[rows] = np.maximum(tiles[rows], share)
+        return total, device
+
+    def settled(self, targets: FloatArray, device: FloatArray) -> FloatArray:
+        """Return device values (m, k) corrected on the model by the shortest steps.
+
+        An ink moves in proportion to its distance from the ends of its range, so that unused inks
+        stay unused.
+        """
+        device, rows = device.copy(), np.arange(len(device))
+        for step in range(_SETTLING):
+            lab = self.model.lab(device[rows])
+            far = np.abs(targets[rows] - lab).max(axis=1) > _CLOSE
+            rows, lab = rows[far], lab[far]
+            if len(rows) == 0:
+                break
+            device[rows] = self._stepped(
+                device[rows], targets[rows] - lab, lab, _ENTRY if step >= _CORRECTIONS else 0.0
+            )
+        return device
+
+    def _stepped(
+        self, device: FloatArray, rests: FloatArray, lab: FloatArray, entry: float
+    ) -> FloatArray:
+        """Return device values (m, k) after a least-squares step within the limits.
+
+        `entry` is the freedom of unused inks.
+        """
+        varied = np.flatnonzero(self._range > 0.0)
+        slopes = np.zeros((len(device), 4, device.shape[1]))
+        for ink in varied:
+            step = np.where(device[:, ink] > self._lowest[ink] + _SLOPE, -_SLOPE, _SLOPE)
+            moved = device.copy()
+            moved[:, ink] += step
+            slopes[:, :3, ink] = (self.model.lab(moved) - lab) / step[:, np.newaxis]
+        slopes[:, 3, varied] = _SUM_WEIGHT
+        inks = device - self._lowest
+        fraction = inks / np.maximum(self._range, _ROUNDING)
+        freedom = np.clip(fraction, entry, 1.0) * (1.0 - 0.9 * np.clip(fraction, 0.0, 1.0))
+        freedom[:, self._range <= 0.0] = 0.0
+        excess = _SUM_WEIGHT * (self._room - inks.sum(axis=1))
+        change = _shortest_steps(slopes[:, :3], rests, freedom)
+        tight = np.flatnonzero((inks + change).sum(axis=1) > self._room)
+        both = np.column_stack([rests[tight], excess[tight]])
+        change[tight] = _shortest_steps(slopes[tight], both, freedom[tight])
+        change /= np.maximum(1.0, np.abs(change).max(axis=1, keepdims=True) / LONGEST_STEP)
+        inks = np.clip(inks + change, 0.0, self._range)
+        sums = np.maximum(inks.sum(axis=1, keepdims=True), _ROUNDING)
+        return np.asarray(self._lowest + inks * np.minimum(1.0, self._room / sums))
+
     def _by_formula(self, targets: FloatArray) -> Recipes:
         """Return the recipes of a formula, which a search corrects where it is not exact."""
         given = self.model.closed_values(targets)
@@ -249,10 +385,19 @@ class InverseModel:
         return Recipes(device, lab, np.full((len(targets), 2), np.nan))
 
     def _wanted(self, targets: FloatArray, black: BlackRule) -> FloatArray:
-        wanted = black.wanted(targets)
+        wanted = black.wanted(targets, self._darkest if black.rule == GCR else 0.0)
         if black.rule == WANTED and self.black is not None:
             wanted = (wanted - self._lowest[self.black]) / self._range[self.black]
         return wanted
+
+    @cached_property
+    def _darkest(self) -> float:
+        """L* of the darkest neutral colour that the core with black gives."""
+        neutral = np.zeros((len(_NEUTRAL), 3))
+        neutral[:, 0] = _NEUTRAL
+        wanted = np.zeros(len(neutral))
+        solved = _traced(self._sets[0], neutral, BlackRule(LEAST_INK), wanted, _ANYWHERE).solved
+        return float(_NEUTRAL[solved].min()) if solved.any() else 0.0
 
     def _nearest_nodes(self, targets: FloatArray, rank: int) -> tuple[LongArray, FloatArray]:
         """Return the set and the recipe (m, 4) of the node that is the nearest, or of a rank."""
@@ -329,27 +474,6 @@ class InverseModel:
         others = [each for each in combinations(sorted(circle), 3) if each not in tiles]
         return [*tiles, *others[:_MOST_OTHERS]], len(tiles)
 
-    def _smooth(self) -> BlackRule:
-        """Return the curve of black over L* that is possible for neutral colours and bends least.
-
-        It is the shortest curve between the smallest and the largest amounts, a taut string. It
-        ends in the darkest neutral colour.
-        """
-        if self._smooth_curve is None:
-            neutral = np.zeros((len(_NEUTRAL), 3))
-            neutral[:, 0] = _NEUTRAL
-            found = self.recipes(neutral, NO_BLACK)
-            made = np.flatnonzero(np.abs(found.lab - neutral).max(axis=1) < _MISSED)
-            low, high = found.black[made].T
-            if len(made) < 3:
-                return BlackRule(SHARE, 0.5)
-            amount = 0.5 * (low + high)
-            for _ in range(_RELAXATIONS):
-                amount[1:-1] = 0.5 * (amount[:-2] + amount[2:])
-                np.clip(amount, low, high, out=amount)
-            self._smooth_curve = np.stack([_NEUTRAL[made], amount], axis=1)
-        return BlackRule(WANTED, curve=self._smooth_curve)
-
     def _ink_set(self, chromatic: Sequence[int]) -> _InkSet:
         channels = (*chromatic, *(() if self.black is None else (self.black,)))
         nodes, layers = _THREE
@@ -376,6 +500,27 @@ class InverseModel:
         return _InkSet(channels, table, scale, cost, room, fractions)
 
 
+def _shortest_steps(slopes: FloatArray, rests: FloatArray, freedom: FloatArray) -> FloatArray:
+    """Return the damped least-squares steps (m, k) to changes (m, r), weighted by the freedom."""
+    weighted = slopes * freedom[:, np.newaxis]
+    matrix = weighted @ slopes.transpose(0, 2, 1) + _DAMPED * np.eye(slopes.shape[1])
+    steps = np.linalg.solve(matrix, rests[:, :, np.newaxis])
+    return np.asarray((weighted.transpose(0, 2, 1) @ steps)[:, :, 0])
+
+
+def _set_share(some: _InkSet, trace: _Trace, lightness: FloatArray) -> FloatArray:
+    """Return the share of a set in recipes, 0 to 1, by the widths of the ranges of black (m,).
+
+    A range between two layers of the table may be missed, so the share begins beyond this. Light
+    colours have narrow ranges, which count as wide.
+    """
+    low, high = trace.black.T
+    width = high - low - np.minimum(low, 1.0 / (some.table.layers - 1))
+    wide = np.clip((100.0 - lightness) / 100.0, _WHITE, _WIDE)
+    share = trace.solved * np.clip(width / wide, 0.0, 1.0)
+    return np.asarray(share * share * (3.0 - 2.0 * share))
+
+
 class _Found:
     """The best recipes so far: device values, their colours, largest errors and ranges of black."""
 
@@ -391,6 +536,16 @@ class _Found:
         """Widen the ranges of black of some rows."""
         self.black[rows, 0] = np.minimum(self.black[rows, 0], ranges[:, 0])
         self.black[rows, 1] = np.maximum(self.black[rows, 1], ranges[:, 1])
+
+    def settle(self, rows: LongArray, device: FloatArray) -> None:
+        """Correct device values (m, k) of rows on the device model, and keep better ones."""
+        device = self._inverse.settled(self._targets[rows], device)
+        lab = self._inverse.model.lab(device)
+        error = np.abs(self._targets[rows] - lab).max(axis=1)
+        better = error < self.error[rows]
+        rows = rows[better]
+        self.device[rows], self.lab[rows] = device[better], lab[better]
+        self.error[rows] = error[better]
 
     def correct(self, rows: LongArray, recipes: FloatArray, chosen: LongArray) -> BooleanArray:
         """Correct recipes on the device model, and keep better ones; return which are better."""
@@ -442,7 +597,3 @@ def _traced(
         solved,
     )
     return _Trace(recipes, ranges, solved)
-
-
-NO_BLACK = BlackRule(SHARE, 0.0)
-SMOOTH_BLACK = BlackRule(SMOOTH)

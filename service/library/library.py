@@ -30,8 +30,7 @@ from gamutcore.gamut import Gamut
 from gamutcore.history import MINIMUM_TRIANGLES
 from gamutcore.levels import BoundedLevel, LevelRequest, LevelSearch
 from gamutcore.limits import Limits
-from gamutcore.questions import INDEX_BYTES
-from gamutcore.recipes import SMOOTH_BLACK
+from gamutcore.questions import INDEX_BYTES, black_rule
 from service.concurrency import SingleFlight, Threads
 from service.http.representations import IDENTITY
 from service.http.request_context import timed
@@ -238,7 +237,7 @@ class Library:
                     self._store.keep_device_model(gamut_id, content)
             gamut.use_device_model(content)
         # The first colours make further tables; one of these is out of every gamut.
-        gamut.inverse_model.recipes(np.array([(50.0, 0.0, 0.0), (50.0, 300.0, 0.0)]), SMOOTH_BLACK)
+        gamut.inverse_model.recipes(np.array([(50.0, 0.0, 0.0), (50.0, 300.0, 0.0)]), black_rule())
 
     def _make_device_model(self, gamut: Gamut) -> bytes:
         """Return the device model of the kept input of a gamut."""

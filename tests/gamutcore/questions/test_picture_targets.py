@@ -73,7 +73,7 @@ def test_openexr_has_linear_light_of_the_space(photo, tmp_path, press):
 @pytest.mark.parametrize(("depth", "table"), [("8", 0), ("16", 0), ("16", 17)])
 def test_device_values_give_the_mapped_colours(press, photo, tmp_path, depth, table):
     done = press.map_picture(
-        photo, tmp_path / "press.tif", to="device", depth=depth, table=table, black="smooth"
+        photo, tmp_path / "press.tif", to="device", depth=depth, table=table, black="medium"
     )
     assert done.encoding == "device values C M Y K"
     assert any("No profile" in each for each in done.warnings)
@@ -154,7 +154,7 @@ def test_more_inks_are_named(tmp_path, photo):
         ({"to": "pointer"}, "to", "display-p3"),
         ({"to": "bt2100-pq-1000"}, "to", "display-p3"),
         ({"to": "srgb", "black": "none"}, "black", "Leave it out"),
-        ({"to": "device", "black": "much"}, "black", "smooth"),
+        ({"to": "device", "black": "much"}, "black", "medium"),
         ({"to": "device", "depth": "half"}, "depth", "8 or 16"),
     ],
 )
