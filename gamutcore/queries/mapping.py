@@ -185,10 +185,9 @@ def map_colours(
         rest = np.flatnonzero(
             np.linalg.norm(result.points - mapped, axis=1) > SURFACE_ERROR * white
         )
-        for column, clipped in zip(
-            result, _clipped(mapped[rest], found[rest], index, HUE, None), strict=True
-        ):
-            column[rest] = clipped
+        clipped = _clipped(mapped[rest], found[rest], index, HUE, None)
+        result.points[rest], result.moved[rest] = clipped.points, clipped.moved
+        result.faces[rest], result.weights[rest] = clipped.faces, clipped.weights
         return result
     focal = None
     if method == "clip-focal" and not (focus is None or isinstance(focus, str)):
