@@ -1,8 +1,7 @@
 """The results of questions to a gamut, and how they are shown: in one line, and as a table.
 
 `gamutcore` and `gamutclient` have this file in common, since neither may import the other: in
-`gamutclient` it is a link, and a file in its wheel. It needs NumPy alone, and `number_text`, which
-is shared as well.
+`gamutclient` it is a link, and a file in its wheel. It needs NumPy and the shared `number_text`.
 """
 
 from __future__ import annotations
