@@ -53,8 +53,8 @@ def link(
     """Write a gamut mapping between devices as a file.
 
     Programs such as OpenColorIO, ffmpeg and Resolve apply a .cube file to RGB pictures, and colour
-    management systems a device link (.icc), also from and to presses. Colours are mapped in CAM16-UCS
-    unless --space names another space.
+    management systems a device link (.icc), also from and to presses. Colours are mapped in
+    CAM16-UCS unless --space names another space.
 
     The table is exact at its nodes. Its error between them is measured at 20,000 random inputs and
     on the edges of the source's cube, printed, and stated in the file.

@@ -175,10 +175,11 @@ def _distance_warnings(gamut: AskedGamut, method: str) -> tuple[str, ...]:
     space = gamut.colour_space
     if method != "clip-nearest" or space.definition.is_uniform:
         return ()
-    return (
+    warning = (
         f"Distances in {space.name} are not colour differences, and nearest colours may have "
-        f"another hue. Take clip-hue, or build the gamut in {PICTURE_SPACE}.",
+        f"another hue. Take clip-hue, or build the gamut in {PICTURE_SPACE}."
     )
+    return (warning,)
 
 
 def _from_lab(gamut: AskedGamut) -> ColourConversion:
