@@ -308,7 +308,7 @@ def test_a_picture_is_written_with_another_depth(command, cubes, tmp_path):
     command("map", tmp_path / "table.csv", *arguments[2:], "--depth", "8", status=2)
 
 
-def test_gamuts_for_pictures_are_built_in_cam16_ucs_unless_they_have_a_space(command, cubes, tmp_path):
+def test_gamuts_for_pictures_have_a_space_of_their_own(command, cubes, tmp_path):
     """Blue keeps its hue: in CIELAB, red is left where green should be."""
     given, mapped, mesh = (tmp_path / name for name in ("given.png", "mapped.png", "press.ply"))
     Image.new("RGB", (3, 2), (0, 0, 255)).save(given)
