@@ -31,12 +31,12 @@ COARSE = {"surface_samples": 2000}
 
 @pytest.fixture(scope="module")
 def srgb():
-    return gamutcore.reference("srgb", space="CAM16-UCS", **COARSE)
+    return gamutcore.reference("srgb", space="IPT", **COARSE)
 
 
 @pytest.fixture(scope="module")
 def display_p3():
-    return gamutcore.reference("display-p3", space="CAM16-UCS", **COARSE)
+    return gamutcore.reference("display-p3", space="IPT", **COARSE)
 
 
 def decode(values):
@@ -202,7 +202,7 @@ def test_black_of_the_source_becomes_that_of_the_destination(srgb):
 
 def test_a_press_gets_separations_within_its_ink_limit(tmp_path):
     path = tmp_path / "press.icc"
-    press = Gamut(PRESS, space="CAM16-UCS", ink_limit=280, **COARSE)
+    press = Gamut(PRESS, space="IPT", ink_limit=280, **COARSE)
     found = link("srgb", press, method="clip-hue", black="maximum", size=17, **COARSE)
     assert (found.channels, found.destination_channels) == (("R", "G", "B"), ("C", "M", "Y", "K"))
     values = np.random.default_rng(4).random((500, 3))
