@@ -16,7 +16,7 @@ PRESS = Path(__file__).parents[3] / "examples" / "FOGRA39L.ti3"
 COARSE = {"surface_samples": 5000}
 
 COLLINK_95 = 13.84
-SRGB_BLUE = (29.57, 68.29, -112.03)  # Lindbloom: sRGB's blue, adapted to D50 by Bradford
+SRGB_BLUE = (29.57, 68.29, -112.03)  # by transicc, from Argyll's sRGB.icm
 MAKER_BLUE = 15.9  # ΔE00 by the relative table of ISOcoated_v2_300_bas.icc
 BLUE_TURN = 20.0  # degrees of CIELAB hue
 
