@@ -1,4 +1,4 @@
-"""Draw docs/pictures/hues.png, and print the table of docs/decisions/picture-space.md.
+"""Draw docs/pictures/hues.png, and print the hue errors of docs/decisions/picture-space.md.
 
 Run by ``make hues``, which takes a minute. Needs the extra ``docs``.
 """
