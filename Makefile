@@ -153,6 +153,10 @@ bench-recipes: install .venv/.installed-test-all ## measure recipes beside Argyl
 bench-profiles: install .venv/.installed-test-all ## measure profiles beside Argyll's colprof, 20 minutes; writes docs/benchmarks.md
 	$(python) -m benchmarks.bench --only profiles
 
+.PHONY: bench-links
+bench-links: install .venv/.installed-test ## measure links and clipping beside collink and transicc, 15 minutes; writes docs/benchmarks.md
+	$(python) -m benchmarks.bench --only links clips
+
 .PHONY: bench-viewer
 bench-viewer: install .venv/.installed-test-all web/node_modules/.package-lock.json ## measure the viewer in Chromium; writes docs/benchmarks.md
 	$(python) -m benchmarks.bench --only viewer

@@ -40,6 +40,7 @@ from benchmarks.common import (
     use_one_core,
 )
 from benchmarks.http import load, message, server
+from benchmarks.links import clips, links
 from benchmarks.profiles import profiles
 from benchmarks.queries import colour_queries, level_queries
 from benchmarks.recipes import continuity, recipes
@@ -243,6 +244,8 @@ MEASUREMENTS: dict[str, Callable[[bool], Rows]] = {
     "recipes": recipes,
     "recipes-continuity": continuity,
     "profiles": profiles,
+    "links": links,
+    "clips": clips,
     "levels": levels,
 }
 DEFAULT = ("machine", "inputs", "meshes", "queries-http", "levels")

@@ -539,8 +539,9 @@ class Gamut:
         Parameters
         ----------
         method : str, optional
-            ``"clip-nearest"``: to the nearest colour. ``"clip-hue"``: to the nearest colour of the
-            same hue (HPMINDE, CIE 156:2004). ``"clip-lightness"``: the chroma stays.
+            ``"clip-nearest"``: to the nearest colour, by the distance in the space of the gamut:
+            ΔE*ab in CIELAB. ``"clip-hue"``: to the nearest colour of the same hue (HPMINDE, CIE
+            156:2004). ``"clip-lightness"``: the chroma stays.
             ``"clip-chroma"``: the lightness stays. ``"clip-focal"``: towards a focal point.
             ``"sgck"``: compression from a source gamut (CIE 156:2004).
         focus : (3,) array_like or "cusp", optional

@@ -368,7 +368,9 @@ def _link(_: Gamuts) -> Figure:
     """Draw the green of sRGB between two colours of Display P3, exactly and by tables."""
     figure, axes = _figure(6.0, 3.0)
     few: dict[str, Any] = {"surface_samples": SAMPLES}
-    source, screen = (gc.reference(name, space="IPT", **few) for name in ("display-p3", "srgb"))
+    source, screen = (
+        gc.reference(name, space="CAM16-UCS", **few) for name in ("display-p3", "srgb")
+    )
     along = np.linspace(0.0, 1.0, 401)
     # from gray to the red of P3
     values = np.stack([0.5 + 0.5 * along, 0.5 - 0.5 * along, 0.5 - 0.5 * along], axis=1)

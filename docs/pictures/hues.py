@@ -1,4 +1,4 @@
-"""Draw docs/pictures/hues.png, and print the table of docs/decisions/picture-space.md.
+"""Draw docs/pictures/hues.png, and print the hue errors of docs/decisions/picture-space.md.
 
 Run by ``make hues``, which takes a minute. Needs the extra ``docs``.
 """
@@ -23,8 +23,8 @@ from gamutcore.colours.spaces import ColourConversion, ColourSpace
 FOLDER = Path(__file__).parent
 PRESS = FOLDER.parents[1] / "examples" / "FOGRA39L.ti3"
 
-SPACES = ("CIELAB", "IPT", "Oklab", "Jzazbz", "CIELUV", "ICtCp", "CAM16-UCS", "DIN99o")
-SHOWN = ("CIELAB", "IPT")
+SPACES = ("CIELAB", "CAM16-UCS", "IPT", "Oklab", "Jzazbz", "CIELUV", "ICtCp", "DIN99o")
+SHOWN = ("CIELAB", "CAM16-UCS")
 
 FROM_C = adaptation_matrix(white_point("C"), white_point("D50"), "Bradford")
 """The renotation is for illuminant C."""

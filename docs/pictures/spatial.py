@@ -102,8 +102,8 @@ def similarity(one: FloatArray, two: FloatArray) -> float:
 def main() -> None:
     """Map the pictures by three methods."""
     press, screen = (
-        gc.Gamut(PRESS, surface_samples=20_000, space="IPT"),
-        gc.reference("sRGB", surface_samples=20_000, space="IPT"),
+        gc.Gamut(PRESS, surface_samples=20_000, space="CAM16-UCS"),
+        gc.reference("sRGB", surface_samples=20_000, space="CAM16-UCS"),
     )
     methods = {"clip-hue": {}, "sgck": {"source": screen}, "spatial": {}}
     figure = Figure(figsize=(7.2, 5.6), facecolor="white", layout="constrained")

@@ -341,7 +341,7 @@ def map_colours(
     integers of a picture in linear light are sRGB. --to names another encoding: an RGB space, whose
     profile is embedded, or the device itself, such as CMYK with the profile of --gamut.
 
-    For a picture, the gamut is built in IPT unless --space names another space, and the full
+    For a picture, the gamut is built in CAM16-UCS unless --space names another space, and the full
     boundary answers unless --triangles or --max-error chooses a level.
     """
     picture = _is_picture(colours)

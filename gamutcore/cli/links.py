@@ -69,8 +69,8 @@ def link(
     """Write a gamut mapping between devices as a file.
 
     Programs such as OpenColorIO, ffmpeg and Resolve apply a .cube file to RGB pictures, and colour
-    management systems a device link (.icc), also from and to presses. Colours are mapped in IPT
-    unless --space names another space.
+    management systems a device link (.icc), also from and to presses. Colours are mapped in
+    CAM16-UCS unless --space names another space.
 
     Colours that both devices have stay as they are, after black-point compensation. Others are
     clipped to the nearest colour of their hue. --method sgck compresses instead.

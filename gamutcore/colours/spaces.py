@@ -95,7 +95,8 @@ class SpaceDefinition:
 
     `white` is the white of its definition, or D50 if the definition allows any. `parameters` has
     the defaults of parameters that not every space has. `source` is the publication of the
-    definition, and `lightness` the axis of lightness or luminance.
+    definition, and `lightness` the axis of lightness or luminance. `is_uniform` says whether
+    distances are colour differences by the definition.
     """
 
     axes: tuple[str, str, str]
@@ -104,6 +105,7 @@ class SpaceDefinition:
     source: str
     parameters: Mapping[str, object] = field(default_factory=dict)
     lightness: int = 0
+    is_uniform: bool = False
 
 
 def _appearance(space: ColourSpace, adaptation: str) -> Formula:
@@ -123,10 +125,18 @@ def _luminance(space: ColourSpace) -> float:
 SPACES: Mapping[str, SpaceDefinition] = MappingProxyType(
     {
         "CIELAB": SpaceDefinition(
-            ("L*", "a*", "b*"), "D50", lambda space: Cielab(space.white), "CIE 15:2018, 8.2.1"
+            ("L*", "a*", "b*"),
+            "D50",
+            lambda space: Cielab(space.white),
+            "CIE 15:2018, 8.2.1",
+            is_uniform=True,
         ),
         "CIELUV": SpaceDefinition(
-            ("L*", "u*", "v*"), "D50", lambda space: Cieluv(space.white), "CIE 15:2018, 8.2.2"
+            ("L*", "u*", "v*"),
+            "D50",
+            lambda space: Cieluv(space.white),
+            "CIE 15:2018, 8.2.2",
+            is_uniform=True,
         ),
         "CIEXYZ": SpaceDefinition(
             ("X", "Y", "Z"), "D50", lambda _: Ciexyz(), "CIE 15:2018, 7", lightness=1
@@ -137,6 +147,7 @@ SPACES: Mapping[str, SpaceDefinition] = MappingProxyType(
             lambda space: _appearance(space, "CAT16"),
             "Li et al., Color Research and Application 42 (2017)",
             _VIEWING,
+            is_uniform=True,
         ),
         "CAM02-UCS": SpaceDefinition(
             ("J'", "a'", "b'"),
@@ -144,9 +155,14 @@ SPACES: Mapping[str, SpaceDefinition] = MappingProxyType(
             lambda space: _appearance(space, "CAT02"),
             "CIE 159:2004; Luo, Cui and Li, Color Research and Application 31 (2006)",
             _VIEWING,
+            is_uniform=True,
         ),
         "DIN99o": SpaceDefinition(
-            ("L99o", "a99o", "b99o"), "D65", lambda space: Din99(space.white), "DIN 6176:2018"
+            ("L99o", "a99o", "b99o"),
+            "D65",
+            lambda space: Din99(space.white),
+            "DIN 6176:2018",
+            is_uniform=True,
         ),
         "Oklab": SpaceDefinition(("L", "a", "b"), "D65", lambda _: OKLAB, "Ottosson 2020"),
         "IPT": SpaceDefinition(
@@ -168,6 +184,7 @@ SPACES: Mapping[str, SpaceDefinition] = MappingProxyType(
             lambda space: ictcp(_luminance(space), itp=True),
             "ITU-R BT.2124-0, annex 1, times 720: distances are ΔE_ITP",
             _ABSOLUTE,
+            is_uniform=True,
         ),
         "Jzazbz": SpaceDefinition(
             ("Jz", "az", "bz"),

@@ -48,7 +48,7 @@ from gamutcore.limits import Limits
 from gamutcore.links.profile_tables import InverseTables, forward_table
 from gamutcore.links.table import check_path
 from gamutcore.queries import delta_e_2000
-from gamutcore.questions import black_rule, map_points
+from gamutcore.questions import PICTURE_SPACE, black_rule, map_points
 from gamutcore.references import Reference
 from gamutcore.results import Shown
 
@@ -64,7 +64,6 @@ if TYPE_CHECKING:
 
 __all__ = [
     "PROFILE_SIZE",
-    "PROFILE_SPACE",
     "PROFILE_SUFFIXES",
     "Differences",
     "Profile",
@@ -76,11 +75,6 @@ PROFILE_SIZE = Annotated[int, WholeNumber(9, 65)]
 
 PROFILE_VERSION = Annotated[int, Choice((2, 4, 5))]
 """Versions of profiles."""
-
-PROFILE_SPACE = "CAM16-UCS"
-"""Space of the gamut mapping. Its nearest colours are nearer by ΔE00 than those of CIELAB, IPT and
-Oklab: 12.9, 16.8, 16.5 and 14.3 on average, for FOGRA39L and colours out of gamut with a* and b*
-from −100 to 100. DIN99o has 12.4, but blue turns purple as in CIELAB."""
 
 SOURCE_GAMUT = "srgb"
 """Gamut that the perceptual intent maps from."""
@@ -335,7 +329,7 @@ def _gamut(data: object, options: dict[str, Any]) -> tuple[Gamut, bytes | None]:
             data = Gamut.from_bytes(data)
         if not isinstance(data, Gamut):
             content = content_of(data)
-            return _checked(Gamut(content, {"space": PROFILE_SPACE, **options})), content
+            return _checked(Gamut(content, {"space": PICTURE_SPACE, **options})), content
     for field, value in options.items():
         raise OptionError.not_applicable(field, value, "the gamut is built already")
     return _checked(data), None

@@ -349,8 +349,8 @@ def link(
         Returns the gamut of an RGB space and options, which its third argument builds.
     **options
         How the gamuts are built, as for `Gamut`, such as ``intent``, ``ink_limit`` and ``space``.
-        The space is IPT unless given. Options that do not apply to RGB spaces are meant for the
-        other device. A `Gamut` has its own options.
+        The space is CAM16-UCS unless given. Options that do not apply to RGB spaces are meant for
+        the other device. A `Gamut` has its own options.
 
     Returns
     -------

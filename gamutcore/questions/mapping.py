@@ -42,6 +42,7 @@ from gamutcore.questions.levels import (
 from gamutcore.questions.picture_mapping import (
     BLUE_TURNS,
     MOST_NODES,
+    PICTURE_SPACE,
     SpatialMoves,
     map_picture,
     turns_blue,
@@ -128,6 +129,7 @@ def map_colours(
         max_error=max_error,
     )
     warnings = colour_warnings(gamut.conditions, conversion.name)
+    warnings += _distance_warnings(gamut, rule.method)
     if source is not None:
         warnings += _warnings(gamut.conditions, source.conditions)
     level, start = rule.level, rule.start(rows.points)
@@ -172,6 +174,18 @@ def map_points(
         max_error=max_error,
     )
     return conversion.from_gamut(rule.moved(conversion.to_gamut(lab))[1])
+
+
+def _distance_warnings(gamut: AskedGamut, method: str) -> tuple[str, ...]:
+    """Return a warning if nearest colours are those of a distance that is no colour difference."""
+    space = gamut.colour_space
+    if method != "clip-nearest" or space.definition.is_uniform:
+        return ()
+    warning = (
+        f"Distances in {space.name} are not colour differences, and nearest colours may have "
+        f"another hue. Take clip-hue, or build the gamut in {PICTURE_SPACE}."
+    )
+    return (warning,)
 
 
 def _from_lab(gamut: AskedGamut) -> ColourConversion:
@@ -315,8 +329,9 @@ MAP = Question(
         Parameter(
             "method",
             METHOD,
-            "`clip-nearest`: to the nearest colour. `clip-hue`: to the nearest of the same hue "
-            "(HPMINDE, CIE 156:2004). `clip-lightness`: the chroma stays. `clip-chroma`: the "
+            "`clip-nearest`: to the nearest colour, by the distance in the space of the gamut: "
+            "ΔE*ab in CIELAB. `clip-hue`: to the nearest of the same hue (HPMINDE, CIE 156:2004)."
+            " `clip-lightness`: the chroma stays. `clip-chroma`: the "
             "lightness stays. `clip-focal`: towards `focus`. `sgck`: compression from the gamut "
             "`source` (CIE 156:2004).",
             default="clip-hue",
@@ -505,7 +520,7 @@ def map_picture_file(
     done = map_picture(
         data, Path(output), moves_from, depth, table=table, heat_map=heat_file, to=target
     )
-    warnings = done.warnings
+    warnings = done.warnings + _distance_warnings(gamut, method)
     if source is not None:
         warnings += _warnings(gamut.conditions, source.conditions)
     if turned:

@@ -99,8 +99,8 @@ __all__ = [
     "turns_blue",
 ]
 
-PICTURE_SPACE = "IPT"
-"""Space in which gamuts for pictures are best built; docs/decisions/picture-space.md has why."""
+PICTURE_SPACE = "CAM16-UCS"
+"""Space of the mapping of pictures, links and profiles; docs/decisions/picture-space.md has why."""
 
 BLUE_TURNS = (
     f"CIELAB turns blue pixels to purple. Build the gamut with space {PICTURE_SPACE} for pictures."

@@ -44,7 +44,7 @@ router = APIRouter(prefix="/v1/links", tags=["gamuts"], route_class=GamutRoute)
     description="A table from the device values of `source` to those of `destination`, with gamut "
     "mapping in the space of the destination's gamut, which other programs apply to pictures. The "
     "title or the description of the file states its error against the exact mapping. Build both "
-    "gamuts with `space=IPT` where blue must not become purple.",
+    "gamuts with `space=CAM16-UCS` where blue must not become purple.",
     response_class=Response,
     responses={
         200: {

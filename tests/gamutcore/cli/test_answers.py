@@ -308,7 +308,7 @@ def test_a_picture_is_written_with_another_depth(command, cubes, tmp_path):
     command("map", tmp_path / "table.csv", *arguments[2:], "--depth", "8", status=2)
 
 
-def test_gamuts_for_pictures_are_built_in_ipt_unless_they_have_a_space(command, cubes, tmp_path):
+def test_gamuts_for_pictures_have_a_space_of_their_own(command, cubes, tmp_path):
     """Blue keeps its hue: in CIELAB, red is left where green should be."""
     given, mapped, mesh = (tmp_path / name for name in ("given.png", "mapped.png", "press.ply"))
     Image.new("RGB", (3, 2), (0, 0, 255)).save(given)
@@ -318,7 +318,7 @@ def test_gamuts_for_pictures_are_built_in_ipt_unless_they_have_a_space(command, 
     def blue(*gamut):
         _, told = command("map", given, "--gamut", *gamut, "-o", mapped)
         with Image.open(mapped) as found:
-            return found.getpixel((1, 1)), "built in IPT" in told, "purple" in told
+            return found.getpixel((1, 1)), "built in CAM16-UCS" in told, "purple" in told
 
     (red, green, _), built, purple = blue(*press)
     assert (red < green, built, purple) == (True, True, False)
@@ -331,7 +331,7 @@ def test_gamuts_for_pictures_are_built_in_ipt_unless_they_have_a_space(command, 
     assert not blue(cubes / "small.gamut", *sources, "sRGB")[1]
     (tmp_path / "table.csv").write_text("L,a,b\n30,20,-90\n")
     _, told = command("map", tmp_path / "table.csv", "--gamut", *press)
-    assert "IPT" not in told
+    assert "CAM16-UCS" not in told
 
 
 @pytest.mark.parametrize("flag", ["--black-point-compensation", "--bpc"])

@@ -173,7 +173,12 @@ def test_profiles_give_the_tables_of_their_spaces(srgb, display_p3):
     """The profiles of the two spaces, of which the destination's is inverted by search."""
     spaces = link(display_p3, srgb, method="clip-nearest", size=5)
     profiles = link(
-        DATA / "DisplayP3-v4.icc", DATA / "sRGB-v4.icc", method="clip-nearest", size=5, **COARSE
+        DATA / "DisplayP3-v4.icc",
+        DATA / "sRGB-v4.icc",
+        space="IPT",
+        method="clip-nearest",
+        size=5,
+        **COARSE,
     )
     assert (profiles.source, profiles.destination) == ("DisplayP3-v4.icc", "sRGB-v4.icc")
     np.testing.assert_allclose(profiles.table.nodes, spaces.table.nodes, atol=1e-2)
@@ -297,7 +302,7 @@ def test_command(tmp_path, capsys):
     asked = ["link", "display-p3", "srgb", "-o", str(path), "--method", "clip-hue", "--size", "5"]
     assert run(app, [*asked, "--surface-samples", "2000"]) == 0
     assert (
-        "display-p3 to srgb, clip-hue in IPT, 5 nodes a side. Error: mean"
+        "display-p3 to srgb, clip-hue in CAM16-UCS, 5 nodes a side. Error: mean"
         in capsys.readouterr().out
     )
     assert len(read(path)[1]) == 125
