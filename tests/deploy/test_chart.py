@@ -11,6 +11,8 @@ from gamutcore.version import __version__
 from service.settings import ENVIRONMENT_PREFIX, Settings
 from tests.conftest import missing
 
+pytestmark = pytest.mark.long
+
 ROOT = Path(__file__).parents[2]
 CHART = ROOT / "deploy" / "helm" / "gamut"
 KUBERNETES = ("1.29", "1.33", "1.37")
@@ -118,7 +120,6 @@ def test_helm_finds_nothing_to_complain_about(helm, case):
 
 
 @pytest.mark.parametrize("case", CASES)
-@pytest.mark.slow
 def test_every_object_is_one_that_kubernetes_takes(rendered, case):
     """The schemas do not include the kinds of KEDA and of the Prometheus operator."""
     schemas = package("kubernetes_validate")

@@ -66,7 +66,7 @@ class TestSphereAgainstTheory:
             )
 
     @pytest.mark.parametrize("subdivisions", [2, 3, 4])
-    @pytest.mark.slow
+    @pytest.mark.long
     def test_small_spheres_are_as_close_as_large_ones(self, icosphere, subdivisions):
         """Samples are taken however small the boundary is: 162, 642 and 2562 vertices.
 
@@ -108,7 +108,7 @@ class TestLargeSphere:
         assert (np.diff(run.record.moved_end) > 0).all()
         assert len(run.record.moved) == run.record.moved_end[-1]
 
-    @pytest.mark.slow
+    @pytest.mark.long
     def test_coarse_levels_are_as_good_as_of_smaller_spheres(self, large):
         """The bound for 10,000 vertices is 3.0 ÷ n. The limit for n → ∞ is 2.127 ÷ n."""
         mesh, _, history = large
@@ -126,7 +126,7 @@ def waves(seed, count, amplitude, stretch):
     return modified_convex_hull(directions * radii[:, np.newaxis] * stretch + CENTRE, 0.05)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_levels_of_a_larger_boundary_have_its_volume():
     """More vertices than the levels that are compared with samples, of which there are 2000."""
     boundary = waves(0, 3300, 2.0, (1.0, 1.0, 1.0))
@@ -140,7 +140,7 @@ def test_levels_of_a_larger_boundary_have_its_volume():
 COMPARED = (200, 100, 50)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_levels_of_finest_are_closer_than_those_of_the_default_cost():
     found = []
     for seed in range(3):
@@ -153,7 +153,7 @@ def test_levels_of_finest_are_closer_than_those_of_the_default_cost():
 
 
 @pytest.mark.parametrize("centre", [(12.0, 0.0, 0.0), (93.0, -1.0, -1.0)])
-@pytest.mark.slow
+@pytest.mark.long
 def test_levels_do_not_grow_about_a_centre_near_the_surface(fogra39, centre):
     """Half of all directions end near the centre, where hardly any volume is sampled.
 

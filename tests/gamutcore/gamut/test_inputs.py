@@ -46,7 +46,7 @@ def working_space(path):
 
 
 @pytest.mark.parametrize("path", WORKING_SPACES, ids=lambda path: path.name)
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_gamut_of_an_rgb_working_space_has_its_volume(path):
     gamut = Gamut(working_space(path))
     assert gamut.description["volume"] == pytest.approx(WORKING_SPACES[path], rel=0.0008)

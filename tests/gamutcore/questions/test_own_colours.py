@@ -26,6 +26,16 @@ PRESSES = ["FOGRA39L.ti3", "FOGRA29L.ti3"]
 
 CUBE = list(product((40, 60), (-10, 10), (-10, 10)))
 
+
+def one_slow_rest_long(first: object, *others: object) -> list[Any]:
+    """Parameters of a test of which one runs in `make test-all` and the others in `make test-long`."""
+    return [
+        pytest.param(*case if isinstance(case, tuple) else (case,), marks=marks)
+        for marks, cases in ((pytest.mark.slow, [first]), (pytest.mark.long, others))
+        for case in cases
+    ]
+
+
 LEVELS: tuple[dict[str, Any], ...] = ({}, {"max_error": 0.0}, {"triangles": 100})
 
 
@@ -49,8 +59,7 @@ def _face_values(count: int) -> FloatArray:
     return values
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("slug", RGB_SPACES)
+@pytest.mark.parametrize("slug", one_slow_rest_long(*RGB_SPACES))
 def test_no_colour_of_an_rgb_space_is_outside(slug: str) -> None:
     gamut, space = reference(slug), REFERENCES[slug]
     values = np.concatenate([_edge_codes(), _face_values(100_000)])
@@ -61,9 +70,7 @@ def test_no_colour_of_an_rgb_space_is_outside(slug: str) -> None:
         assert gamut.description["boundary_error"] < 0.05  # a tenth of the hull's
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("limit", [None, 300])
-@pytest.mark.parametrize("name", PRESSES)
+@pytest.mark.parametrize(("name", "limit"), one_slow_rest_long(*product(PRESSES, (None, 300))))
 def test_samples_are_outside_by_the_misfit_of_the_model_at_most(
     name: str, limit: int | None
 ) -> None:
@@ -100,17 +107,16 @@ def _device_values(channels: int, limit: float | None, count: int) -> FloatArray
     return printable[:count]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "limit"),
-    [
+    one_slow_rest_long(
         ("display/phone_RGBW_LCD_602.txt", None),
         ("display/Acer_XB271HU.icc", None),
         ("press/TR002.ti3", None),
         ("press/TR002.ti3", 260),
         ("press/ISOcoated_v2_300_bas.icc", 300),
         ("oracle/Ref-ECG-CMYKOGV_FOGRA55_TAC300.icc", 300),
-    ],
+    ),
 )
 def test_no_colour_of_a_device_is_outside(
     shared_data: Path, name: str, limit: float | None

@@ -208,7 +208,7 @@ def built():
     return get
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("slug", LINDBLOOM)
 def test_volumes_agree_with_lindbloom(built, slug):
     assert built(slug).description["volume"] == pytest.approx(LINDBLOOM[slug], rel=8e-4)

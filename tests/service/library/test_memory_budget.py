@@ -258,7 +258,7 @@ def presses():
     return [Gamut(PRESS, surface_samples=15_000, ink_limit=limit) for limit in range(240, 320, 10)]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_simultaneous_full_boundaries_stay_within_the_budget(presses, filled_store, published):
     """The process itself is not bounded here: the test's process has other things in memory."""
     ids = [published(gamut) for gamut in presses]

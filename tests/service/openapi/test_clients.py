@@ -12,6 +12,8 @@ import pytest
 from gamutcore.options import Options
 from tests.conftest import missing
 
+pytestmark = pytest.mark.long
+
 ROOT = Path(__file__).parents[3]
 DOCUMENT = ROOT / "openapi" / "openapi.json"
 CLIENTS = ROOT / "tests" / "clients"
@@ -59,7 +61,6 @@ def generated(tmp_path_factory):
     return folder
 
 
-@pytest.mark.slow
 def test_python_clients_and_their_use_are_well_typed(generated):
     run(sys.executable, "-m", "mypy", "--strict", "--config-file=", ".", folder=generated)
 
@@ -79,7 +80,6 @@ def test_a_python_client_reads_everything_of_a_gamut(server, generated):
     assert found["luminance"] == 100
 
 
-@pytest.mark.slow
 def test_a_typescript_client_is_well_typed(tmp_path):
     modules = CLIENTS / "node_modules"
     if shutil.which("node") is None or not modules.is_dir():

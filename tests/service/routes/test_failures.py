@@ -11,6 +11,7 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "faults"))
 from job_faults import accepted_jobs_finish
 
 
+@pytest.mark.long
 def test_what_was_accepted_or_built_outlives_kills_and_stops(
     start_server, slow_build, sphere, assert_problem
 ):
