@@ -28,7 +28,7 @@ CUBE = list(product((40, 60), (-10, 10), (-10, 10)))
 
 
 def one_slow_rest_long(first: object, *others: object) -> list[Any]:
-    """Parameters of a test of which one runs in `make test-all` and the others in `make test-long`."""
+    """Mark the first case for `make test-all`, and the others for `make test-long`."""
     return [
         pytest.param(*case if isinstance(case, tuple) else (case,), marks=marks)
         for marks, cases in ((pytest.mark.slow, [first]), (pytest.mark.long, others))

@@ -6,6 +6,8 @@ import signal
 import sys
 from pathlib import Path
 
+import pytest
+
 # The tests' folders are no packages.
 sys.path.insert(0, str(Path(__file__).parents[2] / "faults"))
 from job_faults import accepted_jobs_finish
