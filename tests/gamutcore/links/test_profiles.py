@@ -253,6 +253,7 @@ def test_the_reference_implementation_finds_no_fault(made, fourth, fifth):
         assert (status, report) == (iccdev.ValidationStatus(0), "")
 
 
+@pytest.mark.slow
 def test_an_additive_display_has_a_matrix_and_another_one_tables(srgb, tmp_path):
     choices = {"surface_samples": 2000, "device_model": "fit", "size": 9, "source_gamut": srgb}
     additive = profile(display(lambda light: 0.002 + 0.998 * light), **choices)
@@ -306,6 +307,7 @@ def test_data_without_a_device_model_is_refused(press):
         profile(press, ink_limit=280)
 
 
+@pytest.mark.slow
 def test_command(tmp_path, capsys):
     path = tmp_path / "press.icc"
     asked = ["profile", str(PRESS), "-o", str(path), "--size", "9", "--ink-limit", "300"]

@@ -154,6 +154,7 @@ def test_spaces_must_be_the_same():
         _ = cube(20) & 5
 
 
+@pytest.mark.slow
 def test_another_gamut_is_a_gamut_a_file_or_the_name_of_a_reference(tmp_path):
     """By one rule for all methods; what is built has the space of the gamut that asks."""
     one, two = cube(20, space="CIELUV"), cube(10, space="CIELUV")

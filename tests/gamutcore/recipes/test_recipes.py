@@ -56,7 +56,7 @@ def printable(count: int, channels: int, limit: float = LIMIT) -> FloatArray:
 @pytest.mark.parametrize("black", ["light", "medium", "heavy", "max", "none", "least-ink", 0.3])
 def test_recipes_of_printable_colours_give_them(black: str | float) -> None:
     gamut = press()
-    colours = gamut.to_colour(printable(2000, 4))
+    colours = gamut.to_colour(printable(500, 4))
     found = gamut.to_device(colours, black=black)
     errors = delta_e_2000(colours, gamut.to_colour(found.device))
     assert np.median(errors) <= 0.01
@@ -81,7 +81,7 @@ def test_colours_that_nothing_prints_keep_the_limits(black: str) -> None:
 
 
 def test_the_range_of_black_contains_what_made_the_colour() -> None:
-    gamut, device = press(), printable(2000, 4)
+    gamut, device = press(), printable(500, 4)
     found = gamut.to_device(gamut.to_colour(device))
     assert found.black_least is not None
     assert found.black_most is not None
@@ -207,6 +207,7 @@ def test_recipes_of_a_display_are_its_codes() -> None:
 
 
 @pytest.mark.parametrize("space", ["IPT", "CIEXYZ", "CAM16-UCS"])
+@pytest.mark.slow
 def test_recipes_do_not_depend_on_the_space_of_the_gamut(space: str) -> None:
     colours = press().to_colour(printable(200, 4))
     other = press(space=space)
@@ -286,6 +287,7 @@ def test_a_saved_gamut_keeps_its_recipes(tmp_path: Path) -> None:
         Gamut.from_bytes(gamut.to_bytes()).to_device(colours)
 
 
+@pytest.mark.slow
 def test_the_model_is_a_small_part_of_a_saved_press() -> None:
     gamut = Gamut(ROOT / "examples" / "FOGRA39L.ti3")
     assert len(gamut.to_bytes()) >= 0.7 * len(gamut.to_bytes(device_model=True))
@@ -303,6 +305,7 @@ def test_another_reader_evaluates_a_saved_model_by_its_specification(tmp_path: P
     np.testing.assert_allclose(press().to_colour(device), colours, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_damage_to_the_model_is_refused_as_such() -> None:
     whole = press().to_bytes(device_model=True)
     start = len(whole) - len(press().device_model.to_bytes())
