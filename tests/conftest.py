@@ -36,7 +36,8 @@ os.environ["GAMUTCORE_CACHE_DIR"] = ""
 
 SLOW_FIXTURES = {
     *("browser", "cluster", "gltf_report", "guarded_server", "javascript_levels"),
-    *("observed_server", "s3", "server", "small_server", "start_server", "typescript_program"),
+    *("observed_server", "proxy", "s3", "server", "services", "small_server", "start_server"),
+    *("typescript_program", "viewgam"),
 }
 """Fixtures that start a server, a broker or a browser, or need an npm package."""
 
@@ -48,7 +49,7 @@ LONG_FOLDERS = {"faults", "fuzz"}
 NEEDED_PACKAGES = {
     "celery": ["service/broker"],
     "jsonschema_rs": ["service/openapi/test_openapi.py"],
-    "matplotlib": ["test_recipes.py"],
+    "matplotlib": ["gamutcore/questions/test_drawing.py", "test_recipes.py"],
     "opentelemetry.sdk": ["service/telemetry/test_traces.py"],
     "pygltflib": ["gamutcore/export/test_gltf.py"],
 }

@@ -47,8 +47,6 @@ Compensation = Annotated[
     typer.Option(
         "--black-point-compensation/--no-black-point-compensation",
         "--bpc/--no-bpc",
-        help="Scale colours so that black becomes the darkest neutral colour. Default: on for "
-        "links and pictures, except by sgck and for colours that are not relative to a white.",
     ),
 ]
 """Black-point compensation of links, pictures and tables."""

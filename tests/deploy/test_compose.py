@@ -47,6 +47,7 @@ def services():
 
 
 @pytest.mark.parametrize("name", PASSWORDS)
+@pytest.mark.slow
 def test_a_password_that_is_not_set_is_named(name):
     answer = compose({other: value for other, value in PASSWORDS.items() if other != name})
     assert answer.returncode != 0

@@ -373,6 +373,7 @@ def test_compare(command, as_json, cubes):
     assert [float(row["volume_a"]) for row in by_hue] == pytest.approx([10 * 40**2] * 4)
 
 
+@pytest.mark.slow
 def test_plot(command, cubes, tmp_path):
     command("plot", cubes / "large.gamut", "-o", tmp_path / "large.png")
     assert (tmp_path / "large.png").read_bytes().startswith(b"\x89PNG")

@@ -142,6 +142,7 @@ def test_slice(command, as_json, as_rows, cubes, tmp_path):
     assert picture == Gamut.load(cube).slice_svg(plane=(0, 1, 1, 5))
 
 
+@pytest.mark.slow
 def test_rings(command, as_json, cubes, tmp_path):
     cube = cubes / "large.gamut"
     found = as_json("rings", cube, "--sectors", 4)

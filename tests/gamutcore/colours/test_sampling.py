@@ -306,7 +306,9 @@ def test_a_limit_below_one_ink_shortens_all():
 )
 def test_limits_that_leave_nothing_are_refused(limits, lowest, field):
     with pytest.raises(OptionError) as caught:
-        surface_colours(inks(3, lowest=lowest), surface_samples=50, limits=limits)
+        surface_colours(
+            inks(3, lowest=lowest), intent="absolute", surface_samples=50, limits=limits
+        )
     assert caught.value.where == {"field": field}
 
 

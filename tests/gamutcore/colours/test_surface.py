@@ -132,7 +132,10 @@ def test_ink_sums_beyond_the_measured_are_warned_of():
         ([[0, 0, 0, 10, 0, 0]], "one distinct device value"),
         ([[i, i, i, i / 3, 0, 0] for i in range(256)], "lie in a plane"),
         ([[0, 0, 0, 10, 0, 0]] * 10, "one distinct device value"),
-        ([[0, 0, 0, 0, 0, 0], [9, 0, 1, 40, 8, 9], [0, 9, 9, 9, 9, 0]], "3 samples for 3 channels"),
+        (
+            [[0, 0, 0, 0, 0, 0], [9, 0, 1, 40, 8, 9], [255] * 3 + [99, 9, 0]],
+            "3 samples for 3 channels",
+        ),
     ],
 )
 def test_samples_without_a_model_are_used_themselves(rows, why):

@@ -35,6 +35,7 @@ def only_object(found):
     return objects.GetCurrentMeshObject()
 
 
+@pytest.mark.slow
 def test_the_reference_implementation_reads_the_mesh_with_its_colours(model, level, provenance):
     found = model(mesh_file(level, "3mf", provenance))
     mesh = only_object(found)
@@ -52,6 +53,7 @@ def test_the_reference_implementation_reads_the_mesh_with_its_colours(model, lev
 
 
 @pytest.mark.parametrize("space", [CIELAB, ColourSpace("Oklab"), ColourSpace("CIEXYZ")])
+@pytest.mark.slow
 def test_on_the_table_it_stands_upright_and_100_mm_high(model, space):
     """A tetrahedron from black to white and to two sides."""
     up = space.definition.lightness

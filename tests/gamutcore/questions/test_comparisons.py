@@ -1,11 +1,13 @@
 """Questions about two gamuts: cubes, whose intersections are cubes, and published figures."""
 
-import colour
 import numpy as np
 import pytest
 
 from gamutcore import Gamut, reference
+from gamutcore.colours.colorimetry import colour_science
 from gamutcore.errors import OptionError, ReferenceNameError
+
+colour = colour_science()
 
 UNIT = 2.0 * np.array(list(np.ndindex(2, 2, 2))) - 1
 

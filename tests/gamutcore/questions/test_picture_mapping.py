@@ -3,7 +3,6 @@
 import struct
 from pathlib import Path
 
-import colour
 import numpy as np
 import OpenImageIO as oiio  # noqa: N813
 import pytest
@@ -12,6 +11,7 @@ from PIL import Image
 
 from gamutcore import Gamut
 from gamutcore.characterisation.pictures import raster
+from gamutcore.colours.colorimetry import colour_science
 from gamutcore.errors import (
     InvalidPointsError,
     MalformedFileError,
@@ -20,6 +20,8 @@ from gamutcore.errors import (
 )
 from gamutcore.questions import picture_mapping
 from gamutcore.questions.picture_mapping import HEAT_STEP, VISIBLE
+
+colour = colour_science()
 
 PROFILES = Path("tests/data")
 CORNERS = 2.0 * np.array(list(np.ndindex(2, 2, 2))) - 1
