@@ -278,7 +278,7 @@ def _parsed(data: bytes, options: Options) -> Characterisation:
     """Read characterisation data, or the part of an ICC profile that `options.source` names."""
     if options.source == "measurements":
         return embedded_measurements(read_characterisation(data), condition=options.condition)
-    parsed = read_characterisation(data, condition=options.condition)
+    parsed = read_characterisation(data, condition=options.condition, layer=options.layer)
     return embedded_boundary(parsed, options.intent) if options.source == "boundary" else parsed
 
 

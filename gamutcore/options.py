@@ -150,6 +150,7 @@ def _condition(text: str) -> str:
 
 
 _CONDITION = Text(80, "the name of a measurement condition, such as 'M1'", _condition)
+_LAYER = Text(255, "the name of a layer of an OpenEXR picture, such as 'ViewLayer.Combined'")
 _FLUORESCENT = {f"f{n}": f"FL{n}" for n in range(1, 13)}
 _OF_BOUNDARY = Option(data=_WRAPPED_DATA, selector="boundary")
 _OF_SPACE = Option(selector="space")
@@ -340,6 +341,15 @@ class Options(BaseModel):
         default=None,
         description="Share of a picture's pixels that is left out, those of its least frequent "
         "colours, such as 0.01.",
+    )
+    layer: Annotated[
+        str | None,
+        _LAYER,
+        Option(data=("picture",), unless_given="the layer that is the whole picture"),
+    ] = Field(
+        default=None,
+        description="Layer of an OpenEXR picture, such as `ViewLayer.Combined`. A warning names "
+        "all layers of a file with several.",
     )
 
     @model_validator(mode="before")

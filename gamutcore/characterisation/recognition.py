@@ -204,7 +204,9 @@ _MESHES_IN_TEXT: tuple[tuple[Callable[[str], bool], Callable[[str], GamutMesh]],
 """Whether a file has the format, and the reader, in the order in which they are tried."""
 
 
-def read_characterisation(data: bytes, *, condition: str | None = None) -> Characterisation:
+def read_characterisation(
+    data: bytes, *, condition: str | None = None, layer: str | None = None
+) -> Characterisation:
     """Return the characterisation data in the bytes of a file or message.
 
     Parameters
@@ -213,20 +215,25 @@ def read_characterisation(data: bytes, *, condition: str | None = None) -> Chara
         A file in one of `gamutcore.characterisation.FORMATS`.
     condition : str, optional
         The measurement condition to read, such as ``"M1"``, if the data has several.
+    layer : str, optional
+        The layer of an OpenEXR picture.
 
     Raises
     ------
     UnrecognisedFormatError
         The content has no known format.
     OptionError
-        A condition is requested of a profile, a picture, a mesh or a reference gamut.
+        A condition is requested of a profile, a picture, a mesh or a reference gamut, or a layer of
+        something else than OpenEXR.
     CharacterisationError, InvalidPointsError, MeshError
         The format is known, but the content is malformed. ``where`` has the location.
     """
     picture = picture_format(data)
+    if layer is not None and picture is None:
+        raise OptionError.not_applicable("layer", layer, "the data is not a picture")
     if picture is not None or looks_like_icc(data):
         _refuse_condition(condition, "profiles and pictures")
-        return icc_profile(data) if picture is None else read_picture(data, picture)
+        return icc_profile(data) if picture is None else read_picture(data, picture, layer)
     mesh = next((read(data) for fits, read in _MESHES_IN_BYTES if fits(data)), None)
     if mesh is not None:
         _refuse_condition(condition, "meshes and reference gamuts")

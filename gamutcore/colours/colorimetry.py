@@ -89,7 +89,10 @@ def rgb_to_xyz(primaries: Iterable[tuple[float, float]], white: FloatArray) -> F
     Primaries are the chromaticities of red, green and blue. The white is X, Y, Z of equal red,
     green and blue of 1 (SMPTE RP 177).
     """
-    columns = np.column_stack([chromaticity_xyz(*primary) for primary in primaries])
+    # a primary is a direction: y = 0 has no luminance, such as X and Z of CIE XYZ
+    columns = np.column_stack(
+        [chromaticity_xyz(x, y) if y else np.array([x, 0.0, 1 - x]) for x, y in primaries]
+    )
     matrix: FloatArray = columns * np.linalg.solve(columns, white)
     return matrix
 

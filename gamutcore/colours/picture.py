@@ -85,7 +85,7 @@ def picture_colours(
             how = {"white": None, "adaptation": "none: CIELAB as in the file"}
     provenance |= {**how, "illuminant": "D50", "observer": "2°"}
     values = picture.values
-    is_device = picture.model != "Lab" and values.min() >= 0 and values.max() <= 1
+    is_device = picture.model not in {"Lab", "XYZ"} and values.min() >= 0 and values.max() <= 1
     if popularity is not None:
         kept, cells = popular(lab, picture.counts, popularity)
         pixels = int(picture.counts.sum())

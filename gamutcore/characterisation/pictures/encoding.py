@@ -3,7 +3,8 @@
 An encoding of RGB or gray has primaries, a white and a transfer function. A file declares it by
 code points (ITU-T H.273), by chromaticities and a gamma, by the name of a colour space, or by an
 ICC profile. OpenImageIO reports most of this as attributes. PNG's chunks sRGB, gAMA and cHRM, and
-the primaries of Radiance HDR, are read here, because OpenImageIO does not report them.
+the primaries of Radiance HDR, are read here, because OpenImageIO does not report them. What a file
+declares is used or refused; sRGB is assumed only where nothing is declared.
 """
 
 from __future__ import annotations
@@ -12,36 +13,38 @@ import io
 import re
 import struct
 import warnings
-import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from gamutcore.errors import MalformedProfileError, UnsupportedPictureError
+from gamutcore.characterisation.pictures.containers import png_chunks, radiance_lines
+from gamutcore.errors import MalformedFileError, UnsupportedPictureError
 
 __all__ = [
+    "D65",
+    "EQUAL_ENERGY",
     "LINEAR",
-    "MAX_PROFILE_BYTES",
     "SRGB",
     "Encoding",
-    "bmp_profile",
     "chromaticity_encoding",
     "code_point_encoding",
     "declared_encoding",
-    "embedded_profile",
     "exif_colour_space",
     "is_narrow_range",
     "named_encoding",
     "refuse_film_densities",
     "text_attribute",
+    "tristimulus_encoding",
 ]
 
 Chromaticity = tuple[float, float]
 Primaries = tuple[Chromaticity, Chromaticity, Chromaticity]
 
 D65: Chromaticity = (0.3127, 0.3290)
+EQUAL_ENERGY: Chromaticity = (1 / 3, 1 / 3)
+"""White of Radiance (Ward, Radiance reference, color.h)."""
 _ACES_WHITE: Chromaticity = (0.32168, 0.33767)
 
 
@@ -157,9 +160,9 @@ def chromaticity_encoding(
         red, green, blue, white = zip(x, y, strict=True)
         primaries = (red, green, blue)
         area = (green[0] - red[0]) * (blue[1] - red[1]) - (blue[0] - red[0]) * (green[1] - red[1])
-        # The triangle of ProPhoto has an area of 0.43, and its blue has y = 0.0001. The blue of
-        # ACES AP0 has y = -0.077.
-        sane = all(-0.2 <= u <= 1.2 and 1e-5 <= abs(v) <= 1.2 for u, v in zip(x, y, strict=True))
+        # Primaries need not be colours of light: those of XYZ have y = 0, and the blue of ACES AP0
+        # has y = -0.077. The triangle of sRGB has an area of 0.22. NaN is not in any range.
+        sane = all(-1.0 <= number <= 2.0 for number in chromaticities) and white[1] >= 0.01
         if not sane or abs(area) < 0.01 or not _inside(white, primaries, area):
             return None
         said.append("stated primaries")
@@ -181,13 +184,22 @@ def _inside(white: Chromaticity, primaries: Primaries, area: float) -> bool:
     return all(part > 0.001 for part in parts)
 
 
-MAX_PROFILE_BYTES = 2**25
-"""Maximum size of an embedded profile. The largest press profiles have about 10 MB."""
+_XYZ: Primaries = ((1.0, 0.0), (0.0, 1.0), (0.0, 0.0))
 
-_RADIANCE_PRIMARIES = re.compile(rb"^PRIMARIES=((?:[ \t]*[-+\d.eE]+){8})[ \t]*$", re.MULTILINE)
+
+def tristimulus_encoding(white: Chromaticity) -> Encoding:
+    """Return the encoding of X, Y, Z that are divided by those of the white."""
+    return Encoding("CIE XYZ, linear", _XYZ, white, "linear")
+
+
 _DPX_SPACES = {"Linear": "lin_rec709_scene", "ITU-R 709-4": "g24_rec709_display"}
 _EXIF_UNCALIBRATED = 0xFFFF
-_BMP_V5_SIZE = 124
+_UNSPECIFIED = 2
+"""Code point of primaries and transfer functions that are unknown (ITU-T H.273)."""
+_PNG_COLOUR = (b"cICP", b"iCCP", b"sRGB", b"gAMA", b"cHRM")
+_EQUAL_EXPOSURE = 1e-6
+_EQUAL_IN_PNG = 0.0011
+"""Difference of chromaticities, or of 1 ÷ gamma, that writers of PNG leave by rounding."""
 _DPX_LOGARITHMIC = {"Logarithmic", "Printing density", "ADX"}
 
 
@@ -203,13 +215,19 @@ def declared_encoding(
     Only code points take precedence over an ICC profile (W3C PNG, third edition, 4.3).
     """
     said: list[str] = []
+    unsupported = ""
     code_points = spec.getattribute("CICP")
     if code_points is not None:
         primaries, transfer, matrix, _ = (int(number) for number in code_points)
         encoding = None if matrix else code_point_encoding(primaries, transfer)
         if encoding is not None:
             return encoding, said
-        said.append(f"The code points {primaries}, {transfer}, {matrix} are not supported.")
+        unsupported = f"The code points {primaries}, {transfer}, {matrix} are not supported."
+        said.append(unsupported)
+        if (primaries, transfer) == (_UNSPECIFIED, _UNSPECIFIED):
+            unsupported = ""
+    if file_format == "png":
+        said += _misplaced_chunks(data, has_code_points=code_points is not None)
     if has_profile:
         return None, said
     if file_format == "png":
@@ -223,7 +241,31 @@ def declared_encoding(
         encoding, more = named_encoding(name), []
     else:
         encoding, more = _exif_encoding(spec, data), []
+    if encoding is None and unsupported:
+        raise UnsupportedPictureError(
+            unsupported, where={"field": "CICP"}, remedy="Embed an ICC profile, or save as sRGB."
+        )
     return encoding, said + more
+
+
+def _impossible(name: str, kind: str, stated: str) -> MalformedFileError:
+    return MalformedFileError(
+        f"The {kind} {name} states no possible colours: {stated[:120]}.",
+        where={"field": name},
+        remedy="The white lies inside the triangle of red, green and blue, and a gamma is between "
+        "0.1 and 10. Save the picture again with its right encoding.",
+    )
+
+
+def _misplaced_chunks(data: bytes, *, has_code_points: bool) -> list[str]:
+    """Return a warning for each chunk that states colours where decoders do not look for it."""
+    late = png_chunks(data, after_pixels=True)
+    names = [name for name in _PNG_COLOUR if name in late]
+    if b"cICP" in png_chunks(data) and not has_code_points and b"cICP" not in names:
+        names.append(b"cICP")  # behind the palette, or of a wrong size
+    return [
+        f"The chunk {name.decode()} is misplaced or damaged, and is not used." for name in names
+    ]
 
 
 def text_attribute(spec: Any, name: str) -> str:  # noqa: ANN401 (an ImageSpec)
@@ -257,65 +299,105 @@ def refuse_film_densities(spec: Any) -> None:  # noqa: ANN401 (an ImageSpec)
 
 def _png_encoding(data: bytes) -> tuple[Encoding | None, list[str]]:
     """Return the encoding of the chunks sRGB, gAMA and cHRM (W3C PNG, third edition, 11.3.2)."""
-    chunks = _png_chunks(data)
-    if b"sRGB" in chunks:
-        return SRGB, []
+    chunks = png_chunks(data)
+    for name, size in ((b"gAMA", 4), (b"cHRM", 32)):
+        if len(chunks.get(name, bytes(size))) != size:
+            raise _impossible(name.decode(), "chunk", f"it has {len(chunks[name])} bytes")
     gamma = chromaticities = None
-    if len(chunks.get(b"gAMA", b"")) == 4:
+    if b"gAMA" in chunks:
         stated = int.from_bytes(chunks[b"gAMA"], "big")
         gamma = 100_000 / stated if stated else 0.0
-    if len(chunks.get(b"cHRM", b"")) == 32:
-        chromaticities = tuple(value / 100_000 for value in struct.unpack(">8I", chunks[b"cHRM"]))
+    if b"cHRM" in chunks:  # white first; `chromaticity_encoding` has white last
+        numbers = [value / 100_000 for value in struct.unpack(">8i", chunks[b"cHRM"])]
+        chromaticities = (*numbers[2:], *numbers[:2])
+    if b"sRGB" in chunks:
+        return SRGB, _contradictions(gamma, chromaticities)
     if gamma is None and chromaticities is None:
         return None, []
-    if chromaticities is not None:  # white first; `chromaticity_encoding` has white last
-        chromaticities = (*chromaticities[2:], *chromaticities[:2])
+    if chromaticity_encoding(chromaticities) is None:
+        raise _impossible("cHRM", "chunk", _listed(chromaticities or ()))
     encoding = chromaticity_encoding(chromaticities, gamma=gamma)
     if encoding is None:
-        return None, ["The chunks gAMA and cHRM state impossible values and are not used."]
+        raise _impossible("gAMA", "chunk", f"gamma {gamma:g}")
     return encoding, []
 
 
-def _png_chunks(data: bytes) -> dict[bytes, bytes]:
-    """Return the chunks before the pixels by their names."""
-    chunks, place = {}, 8
-    while place + 8 <= len(data):
-        size, name = struct.unpack_from(">I4s", data, place)
-        if name == b"IDAT":
-            break
-        chunks[name] = data[place + 8 : place + 8 + size]
-        place += size + 12
-    return chunks
+def _contradictions(gamma: float | None, chromaticities: Sequence[float] | None) -> list[str]:
+    """Return warnings about chunks that state something else than the chunk sRGB."""
+    corners = [number for pair in (*SRGB.primaries, SRGB.white) for number in pair]
+    pairs = zip(corners, chromaticities or corners, strict=True)
+    differ = {
+        # the exponent of sRGB's fallback (W3C PNG, third edition, 11.3.2.5)
+        "gAMA": gamma is not None and (not gamma or abs(1 / gamma - 0.45455) > _EQUAL_IN_PNG),
+        "cHRM": any(abs(a - b) > _EQUAL_IN_PNG for a, b in pairs),
+    }
+    return [
+        f"The chunk {name} contradicts the chunk sRGB, and is not used."
+        for name, is_other in differ.items()
+        if is_other
+    ]
+
+
+def _listed(numbers: Sequence[float]) -> str:
+    return ", ".join(f"{number:g}" for number in numbers)
 
 
 def _exr_encoding(spec: Any) -> tuple[Encoding | None, list[str]]:  # noqa: ANN401
     name = text_attribute(spec, "oiio:ColorSpace")
-    if name:
-        encoding = named_encoding(name)
-        if encoding is not None:
-            return encoding, []
-        return None, [f"The colour space {name[:60]} is not supported and was not used."]
+    encoding = named_encoding(name) if name else None
+    if encoding is not None:
+        return encoding, []
     stated = spec.getattribute("chromaticities")
-    if stated is None:
-        return None, []
-    encoding = chromaticity_encoding(tuple(float(value) for value in stated), linear=True)
-    if encoding is None:
-        return None, ["The attribute chromaticities states impossible values and is not used."]
-    return encoding, []
+    if stated is not None:
+        numbers = _numbers(stated) if isinstance(stated, str) else np.ravel(stated).tolist()
+        encoding = chromaticity_encoding(numbers, linear=True) if len(numbers) == 8 else None
+        if encoding is None:
+            raise _impossible("chromaticities", "attribute", _listed(numbers))
+        return encoding, []
+    if name and name.lower() not in _NO_SPACES:
+        raise UnsupportedPictureError(
+            f"The colour space {name[:60]} is not supported.",
+            where={"field": "colorInteropID"},
+            remedy="State the primaries by the attribute chromaticities, or save the picture in a "
+            "space of the Color Interop Forum.",
+        )
+    return None, []
+
+
+_NO_SPACES = frozenset({"unknown", "data", "linear", "scene_linear"})
+"""Names that do not tell the primaries."""
 
 
 def _hdr_encoding(data: bytes) -> tuple[Encoding | None, list[str]]:
-    found = _RADIANCE_PRIMARIES.search(data[:4096])
-    if found is None:
-        return None, []
+    """Return the encoding of the line PRIMARIES, and warnings about scales of the light."""
+    encoding, exposure, correction = None, 1.0, False
+    for name, text in radiance_lines(data):
+        numbers = _numbers(text)
+        if name == "PRIMARIES":
+            encoding = chromaticity_encoding(numbers, linear=True) if len(numbers) == 8 else None
+            if encoding is None:
+                raise _impossible(name, "line", text)
+        elif name == "EXPOSURE" and len(numbers) == 1:
+            exposure *= numbers[0]  # several lines count together
+        elif name == "COLORCORR":
+            correction |= any(abs(number - 1) > _EQUAL_EXPOSURE for number in numbers)
+    said = []
+    if not abs(exposure - 1) <= _EQUAL_EXPOSURE:
+        said.append(
+            f"The exposure of {exposure:g} that the file states is not taken back: the colours are "
+            "those of the stored values, whose white is 1."
+        )
+    if correction:
+        said.append("The line COLORCORR is not taken back: the colours are the stored ones.")
+    return encoding, said
+
+
+def _numbers(text: str) -> list[float]:
+    """Return the numbers of a text; empty if a word is none."""
     try:
-        numbers = tuple(float(word) for word in found[1].split())
+        return [float(word) for word in text.split()]
     except ValueError:
-        numbers = ()
-    encoding = chromaticity_encoding(numbers, linear=True) if len(numbers) == 8 else None
-    if encoding is None:
-        return None, ["The line PRIMARIES states impossible values and is not used."]
-    return encoding, []
+        return []
 
 
 def _exif_encoding(spec: Any, data: bytes) -> Encoding | None:  # noqa: ANN401 (an ImageSpec)
@@ -344,53 +426,3 @@ def exif_colour_space(exif: Any) -> int:  # noqa: ANN401 (a PIL.Image.Exif)
 
     space = exif.get_ifd(ExifTags.IFD.Exif).get(ExifTags.Base.ColorSpace)
     return space if isinstance(space, int) else 0
-
-
-def bmp_profile(data: bytes) -> bytes:
-    """Return the embedded profile of a BMP file with a BITMAPV5HEADER; empty without one."""
-    # offsets in the file: bV5Size 14, bV5CSType 70, bV5ProfileData 126, bV5ProfileSize 130
-    if len(data) < 138 or data[14] != _BMP_V5_SIZE or data[70:74] not in {b"DEBM", b"KNIL"}:
-        return b""
-    start, size = struct.unpack_from("<II", data, 126)
-    profile = data[14 + start : 14 + start + size]
-    if data[70:74] == b"KNIL" or not 0 < size == len(profile) <= MAX_PROFILE_BYTES:
-        raise _damaged_profile()
-    return profile
-
-
-def _damaged_profile() -> MalformedProfileError:
-    return MalformedProfileError(
-        "The embedded profile is damaged, incomplete, too large or in another file.",
-        where={"field": "profile"},
-        remedy="Embed the profile again, or save the picture without a profile.",
-    )
-
-
-def embedded_profile(spec: Any, data: bytes, file_format: str) -> bytes:  # noqa: ANN401
-    """Return the embedded ICC profile of a picture; empty without one.
-
-    A damaged profile of a PNG or JPEG file is an error: OpenImageIO ignores it, and the colours
-    would be taken for sRGB. OpenImageIO also ignores the RGB profile of a gray PNG file, which is
-    read here.
-    """
-    profile = spec.getattribute("ICCProfile")
-    if profile is not None:
-        return np.asarray(profile, np.uint8).tobytes()
-    damaged = False
-    if file_format == "png":
-        content = _png_chunks(data).get(b"iCCP")
-        if content is None:
-            return b""
-        unpacker = zlib.decompressobj()
-        try:
-            found = unpacker.decompress(content[content.index(b"\0") + 2 :], MAX_PROFILE_BYTES)
-        except (zlib.error, ValueError):
-            found = b""
-        if unpacker.eof:
-            return found
-        damaged = True
-    elif file_format == "jpeg":
-        damaged = b"ICC_PROFILE\0" in data[: data.find(b"\xff\xda")]
-    if damaged:
-        raise _damaged_profile()
-    return b""

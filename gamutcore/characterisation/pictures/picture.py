@@ -74,7 +74,7 @@ class Picture:
     format : str
         Name of the file format, such as ``"png"`` or ``"exr"``.
     model : str
-        ``"gray"``, ``"RGB"``, ``"CMYK"`` or ``"Lab"``.
+        A key of `MODELS`.
     values : (m, k) float
         Distinct channel values: 0 to 1; for linear light up to ±`LARGEST_LIGHT`; for
         Lab L*, a*, b*.
@@ -100,9 +100,12 @@ class Picture:
         return len(self.values)
 
 
-def read_picture(data: bytes, file_format: str) -> Picture:
-    """Return the colours of a picture file, whose format is one that `picture_format` returns."""
-    with open_raster(data, file_format) as raster:
+def read_picture(data: bytes, file_format: str, layer: str | None = None) -> Picture:
+    """Return the colours of a picture file, whose format is one that `picture_format` returns.
+
+    `layer` names a layer of OpenEXR.
+    """
+    with open_raster(data, file_format, layer) as raster:
         return _picture(raster, len(data))
 
 

@@ -18,7 +18,7 @@ import tempfile
 import threading
 import time
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from typing import Any, Self
@@ -26,19 +26,35 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
-from gamutcore.characterisation.pictures.encoding import (
-    Encoding,
+from gamutcore.characterisation.pictures.containers import (
+    JPEG_SCAN,
+    TIFF_EXTRA_SAMPLES,
+    TIFF_INK_NAMES,
+    TIFF_INK_SET,
     bmp_profile,
-    declared_encoding,
     embedded_profile,
+    has_gain_map,
+    holds_several_jpegs,
+    jpeg_segments,
+    radiance_lines,
+    tiff_fields,
+)
+from gamutcore.characterisation.pictures.encoding import (
+    D65,
+    EQUAL_ENERGY,
+    Encoding,
+    declared_encoding,
     exif_colour_space,
     is_narrow_range,
     refuse_film_densities,
     text_attribute,
+    tristimulus_encoding,
 )
+from gamutcore.characterisation.pictures.layers import chosen_layer, exr_layers, layer_warning
 from gamutcore.errors import (
     GamutError,
     MalformedFileError,
+    OptionError,
     PictureSizeError,
     PictureWorkError,
     UnsupportedPictureError,
@@ -110,11 +126,18 @@ MODELS: dict[str, tuple[str, ...]] = {
     "RGB": ("R", "G", "B"),
     "CMYK": ("C", "M", "Y", "K"),
     "Lab": ("L*", "a*", "b*"),
+    "XYZ": ("X", "Y", "Z"),
 }
-"""Colour models and their channels."""
+"""Colour models and their channels. X, Y, Z are divided by those of the encoding's white."""
 
 _TIFF_WHITE_IS_ZERO, _TIFF_BLACK_IS_ZERO = 0, 1
 _TIFF_CMYK, _TIFF_CIELAB, _TIFF_ICCLAB = 5, 8, 9
+_OTHER_INKS = 2
+"""Value of the TIFF tag InkSet for inks that InkNames names."""
+_MORE_INKS = re.compile(r"[5-9A-F]CLR")
+"""Colour space signatures of profiles for more than four inks."""
+_D65 = D65, "D65"
+_XYZE, _RGBE = "32-bit_rle_xyze", "32-bit_rle_rgbe"
 _TIFF_RAW = {_TIFF_CMYK: "CMYK", _TIFF_CIELAB: "Lab", _TIFF_ICCLAB: "Lab"}
 """Values of the TIFF tag PhotometricInterpretation that OpenImageIO must not convert to RGB."""
 
@@ -142,6 +165,10 @@ _PILLOW_FAULTS = (
 
 _SEVERAL = "The file holds several pictures; the first is used."
 
+_GAIN_MAP = (
+    "The gain map of the picture is not used: the colours are those without it, of standard range."
+)
+
 _NO_MEMORY = re.compile(
     r"insufficient memory"  # libjpeg
     r"|memory error|exceeds system limits",  # OpenJPEG, without memory for a tile
@@ -156,6 +183,9 @@ _REMEDY = "Send the whole picture, or save it again."
 
 Band = tuple[int, npt.NDArray[Any], npt.NDArray[Any] | None]
 """First row, colours (n, k) and alpha (n,) of some pixels. Alpha is None without such a channel."""
+
+
+_Conversion = Callable[[npt.NDArray[Any]], npt.NDArray[Any]]
 
 
 @dataclass(eq=False)
@@ -193,11 +223,14 @@ def malformed_picture(
 
 
 @contextlib.contextmanager
-def open_raster(data: bytes, file_format: str) -> Iterator[Raster]:
+def open_raster(data: bytes, file_format: str, layer: str | None = None) -> Iterator[Raster]:
     """Read the header of a picture, and yield its raster while the file is open.
 
-    Faults of the file raise errors here or when the bands are read.
+    `layer` names a layer of OpenEXR. Faults of the file raise errors here or when the bands are
+    read.
     """
+    if layer is not None and file_format != "exr":
+        raise OptionError.not_applicable("layer", layer, "only OpenEXR files have layers")
     if file_format == "jpeg":
         _check_scans(data)
     with _TimeLimit() as time_limit:
@@ -206,16 +239,24 @@ def open_raster(data: bytes, file_format: str) -> Iterator[Raster]:
             time_limit.set_pixels(image.width * image.height)
             yield _pillow_raster(image, data, file_format)
         else:
-            with _openimageio_raster(data, file_format, time_limit) as raster:
+            with _openimageio_raster(data, file_format, time_limit, layer) as raster:
+                if has_gain_map(data, file_format):
+                    raster.warnings.append(_GAIN_MAP)
+                elif file_format == "jpeg" and holds_several_jpegs(data):
+                    raster.warnings.append(_SEVERAL)
                 yield raster
 
 
 @contextlib.contextmanager
-def _openimageio_raster(data: bytes, file_format: str, time_limit: _TimeLimit) -> Iterator[Raster]:
+def _openimageio_raster(
+    data: bytes, file_format: str, time_limit: _TimeLimit, layer_name: str | None
+) -> Iterator[Raster]:
     with contextlib.ExitStack() as stack:
         # OpenImageIO for Python reads only files. It chooses the decoder by the extension.
         file = stack.enter_context(tempfile.NamedTemporaryFile(suffix=EXTENSIONS[file_format]))
-        file.write(data)
+        is_xyze = file_format == "hdr" and ("FORMAT", _XYZE) in radiance_lines(data)
+        # OpenImageIO refuses X, Y, Z with a common exponent; the bytes are stored as those of RGB.
+        file.write(data.replace(_XYZE.encode(), _RGBE.encode(), 1) if is_xyze else data)
         file.flush()
         path = file.name
         source = stack.enter_context(_open(path, file_format, raw=file_format == "tiff"))
@@ -223,6 +264,9 @@ def _openimageio_raster(data: bytes, file_format: str, time_limit: _TimeLimit) -
         raw_model = _TIFF_RAW.get(photometric)
         if file_format == "tiff" and raw_model is None:
             source = stack.enter_context(_open(path, file_format))
+        part, samples, said = 0, None, list[str]()
+        if file_format == "exr":
+            part, samples, said = _layer_samples(source, layer_name)
         spec = source.spec()
         _check_size(spec.width, spec.height, spec.nchannels * spec.format.size())
         time_limit.set_pixels(spec.width * spec.height)
@@ -231,54 +275,52 @@ def _openimageio_raster(data: bytes, file_format: str, time_limit: _TimeLimit) -
         if text_attribute(spec, "jpeg:ColorSpace") in {"CMYK", "YCCK", "YCbCrK"}:
             yield _cmyk_jpeg(data, spec)
             return
-        channels, model = _colour_channels(spec, raw_model)
-        if file_format == "tiff" and photometric in {_TIFF_WHITE_IS_ZERO, _TIFF_BLACK_IS_ZERO}:
-            channels, model = [0], "gray"  # OpenImageIO takes further channels for RGB
-        dtype = _sample_type(spec, model)
+        profile = embedded_profile(spec, data, file_format)
+        if raw_model == "CMYK":
+            samples = _ink_samples(spec, tiff_fields(data), profile, said)
+        elif samples is None:
+            samples = _colour_samples(spec, file_format, raw_model, photometric)
+        if is_xyze:
+            samples.model = "XYZ"
+        dtype = _sample_type(spec, samples)
         bits = int(spec.get_int_attribute("oiio:BitsPerSample", 8 * spec.format.size()))
+        refuse_film_densities(spec)
+        encoding, more = declared_encoding(spec, data, file_format, has_profile=bool(profile))
         raster = Raster(
             file_format,
-            model,
+            samples.model,
             spec.width,
             spec.height,
             dtype,
             data[24] if file_format == "png" else bits,
             iter(()),
-            profile=embedded_profile(spec, data, file_format),
+            premultiplied=samples.is_premultiplied,
+            profile=profile,
+            encoding=encoding,
+            warnings=[*said, *more, *samples.warnings],
+            has_alpha=samples.alpha >= 0,
+            stored=str(spec.format),
+            header=spec,
         )
-        refuse_film_densities(spec)
-        raster.encoding, said = declared_encoding(
-            spec, data, file_format, has_profile=bool(raster.profile)
-        )
-        raster.warnings += said
-        unused = spec.nchannels - len(channels)
-        alpha = spec.alpha_channel if spec.alpha_channel not in channels else -1
-        raster.stored, raster.header = str(spec.format), spec
-        if alpha >= 0:
-            unused -= 1
-            raster.has_alpha = True
-            # JPEG XL stores straight alpha unless its header says otherwise; OpenImageIO returns
-            # the stored values.
-            raster.premultiplied = file_format != "jpeg-xl" and not spec.get_int_attribute(
-                "oiio:UnassociatedAlpha"
-            )
-        if raster.premultiplied and model == "Lab":
+        if raster.premultiplied and raster.model == "Lab":
             raise _unsupported("Lab colours are multiplied by alpha.", "alpha")
-        if unused:
-            raster.warnings.append(f"{unused} further channels of the picture are not used.")
-        convert: Callable[[npt.NDArray[Any]], npt.NDArray[Any]] | None = None
-        if raw_model == "Lab" and photometric == _TIFF_CIELAB:
-            convert = _offset_lab
-        elif file_format == "tiff" and photometric == _TIFF_WHITE_IS_ZERO:
-            # OpenImageIO inverts 8 bits only.
-            convert = _inverted if raster.dtype != np.uint8 else None
+        convert: _Conversion | None = None
+        if raster.model == "XYZ":
+            convert = _tristimulus(raster, *((EQUAL_ENERGY, "equal energy") if is_xyze else _D65))
+        elif file_format == "tiff":
+            # OpenImageIO inverts 8 bits only
+            inverts = raster.dtype != np.uint8
+            convert = {
+                _TIFF_CIELAB: _offset_lab,
+                _TIFF_WHITE_IS_ZERO: _inverted if inverts else None,
+            }.get(photometric)
         elif is_narrow_range(spec, file_format):
             convert, raster.dtype = _full_range, np.dtype(np.uint16)
-        blocks = _blocks(source, spec, dtype, path, raster.warnings)
-        raster.bands = _bands(blocks, channels, alpha, convert)
-        if source.seek_subimage(1, 0):
+        blocks = _blocks(source, spec, part, dtype, path, raster.warnings)
+        raster.bands = _bands(blocks, samples.channels, samples.alpha, convert)
+        if file_format != "exr" and source.seek_subimage(1, 0):
             raster.warnings.append(_SEVERAL)
-        source.seek_subimage(0, 0)
+        source.seek_subimage(part, 0)
         _decoder_message(source)  # clear the error of a seek beyond the only picture
         yield raster
 
@@ -358,29 +400,17 @@ def _check_size(width: int, height: int, pixel_bytes: int) -> None:
         )
 
 
-_BETWEEN_MARKERS = re.compile(rb"\xff+([^\x00\xff])", re.DOTALL)
-_RESTART_OR_TEM = frozenset({0x01, *range(0xD0, 0xD8)})
-_START, _END, _SCAN = 0xD8, 0xD9, 0xDA
-"""Codes of JPEG markers (ITU-T T.81, table B.1). The first and the restarts have no segment."""
-
-
 def _check_scans(data: bytes) -> None:
-    """Refuse a JPEG with too many scans. A decoder finds its markers in the same way."""
-    scans = place = 0
-    while found := _BETWEEN_MARKERS.search(data, place):
-        code, place = found[1][0], found.end()
-        if code == _END:
-            return
-        if code in _RESTART_OR_TEM or code == _START:
-            continue
-        scans += code == _SCAN
+    """Refuse a JPEG with too many scans."""
+    scans = 0
+    for code, _, _ in jpeg_segments(data):
+        scans += code == JPEG_SCAN
         if scans > MAX_SCANS:
             raise PictureWorkError(
                 f"The JPEG has more than {MAX_SCANS} scans.",
                 where={"field": "scans"},
                 remedy="Save the picture again, as baseline or usual progressive JPEG.",
             )
-        place += int.from_bytes(data[place : place + 2], "big")
 
 
 class _TimeLimit:
@@ -428,12 +458,131 @@ def _unsupported(message: str, field: str, remedy: str = "") -> UnsupportedPictu
     )
 
 
+@dataclass
+class _Samples:
+    """The indices of a picture's colour channels and alpha, -1 without it, and what is not used."""
+
+    model: str
+    channels: list[int]
+    alpha: int = -1
+    is_premultiplied: bool = False
+    unused: int = 0
+    unused_names: tuple[str, ...] = ()
+
+    @property
+    def warnings(self) -> list[str]:
+        """A warning about channels that are not used."""
+        if not self.unused:
+            return []
+        names = ", ".join(name[:40] for name in self.unused_names)
+        what, verb = ("channel", "is") if self.unused == 1 else ("channels", "are")
+        title = f" ({names})" if names else ""
+        return [f"{self.unused} further {what} of the picture{title} {verb} not used."]
+
+
+def _layer_samples(
+    source: Any,  # noqa: ANN401 (an ImageInput)
+    name: str | None,
+) -> tuple[int, _Samples | None, list[str]]:
+    """Return the part of an OpenEXR file with the layer to read, its samples, and warnings.
+
+    The samples are None if all parts are deep. The source is left at the part.
+    """
+    layers = exr_layers(source)
+    _decoder_message(source)  # clear the error of a seek beyond the last part
+    if not layers:
+        return 0, None, []
+    layer = chosen_layer(layers, name)
+    source.seek_subimage(layer.part, 0)
+    samples = _Samples(
+        layer.model, list(layer.channels), layer.alpha, layer.alpha >= 0, layer.unused
+    )
+    return layer.part, samples, layer_warning(layers, layer)
+
+
+_INK_NAMES = {
+    "C": re.compile(r"(process\W*)?c(yan)?", re.IGNORECASE),
+    "M": re.compile(r"(process\W*)?m(agenta)?", re.IGNORECASE),
+    "Y": re.compile(r"(process\W*)?y(ellow)?", re.IGNORECASE),
+    "K": re.compile(r"(process\W*)?(k|key|black)", re.IGNORECASE),
+}
+
+
+def _ink_samples(
+    spec: Any,  # noqa: ANN401 (an ImageSpec)
+    fields: Mapping[int, tuple[int, ...] | bytes],
+    profile: bytes,
+    said: list[str],
+) -> _Samples:
+    """Return the channels of separated inks (TIFF 6.0, section 16), and add warnings.
+
+    The last samples are those that ExtraSamples lists: spot colours, or alpha. InkSet 1 is C, M,
+    Y, K in this order. Other sets are named by InkNames.
+    """
+    extra = tuple(fields.get(TIFF_EXTRA_SAMPLES, ()))[: spec.nchannels]
+    inks = spec.nchannels - len(extra)
+    names: list[str] = []
+    text = fields.get(TIFF_INK_NAMES, b"")
+    if _OTHER_INKS in fields.get(TIFF_INK_SET, ()) and isinstance(text, bytes):
+        names = [name.strip() for name in text.decode("utf-8", "replace").split("\0") if name]
+    space = profile[16:20].decode("latin-1")
+    if _MORE_INKS.fullmatch(space):
+        shown = f" ({', '.join(name[:40] for name in names[:16])})" if names else ""
+        raise _unsupported(
+            f"The picture has {spec.nchannels} inks{shown} and a profile of {space}.",
+            "channels",
+            "Pictures have at most four inks here. Send its profile for the gamut of the device, "
+            "or convert the picture to CMYK, RGB or CIELAB.",
+        )
+    if inks < 4:
+        raise _unsupported(f"The separated picture has {inks} inks without C, M, Y, K.", "channels")
+    channels = list(range(4))
+    if names:
+        channels = [
+            next((place for place, name in enumerate(names[:inks]) if ink.fullmatch(name)), -1)
+            for ink in _INK_NAMES.values()
+        ]
+        if -1 in channels:
+            shown = ", ".join(name[:40] for name in names[:16])
+            raise _unsupported(
+                f"The inks of the picture are {shown}, without C, M, Y, K.", "channels"
+            )
+    elif _OTHER_INKS in fields.get(TIFF_INK_SET, ()):
+        said.append("The inks have no names: the first four are taken for C, M, Y, K.")
+    alpha = next((place for place, kind in enumerate(extra) if kind in {1, 2}), -1)
+    return _Samples(
+        "CMYK",
+        channels,
+        inks + alpha if alpha >= 0 else -1,
+        is_premultiplied=alpha >= 0 and extra[alpha] == 1,
+        unused=spec.nchannels - 4 - (alpha >= 0),
+        unused_names=tuple(name for place, name in enumerate(names) if place not in channels),
+    )
+
+
+def _colour_samples(
+    spec: Any,  # noqa: ANN401 (an ImageSpec)
+    file_format: str,
+    raw_model: str | None,
+    photometric: int,
+) -> _Samples:
+    """Return the channels of a picture without layers and inks."""
+    if file_format == "tiff" and photometric in {_TIFF_WHITE_IS_ZERO, _TIFF_BLACK_IS_ZERO}:
+        channels, model = [0], "gray"  # OpenImageIO takes further channels for RGB
+    else:
+        channels, model = _colour_channels(spec, raw_model)
+    alpha = spec.alpha_channel if spec.alpha_channel not in channels else -1
+    # JPEG XL stores straight alpha unless its header says otherwise; OpenImageIO returns the stored
+    # values.
+    straight = file_format == "jpeg-xl" or spec.get_int_attribute("oiio:UnassociatedAlpha")
+    unused = spec.nchannels - len(channels) - (alpha >= 0)
+    return _Samples(model, channels, alpha, alpha >= 0 and not straight, unused)
+
+
 def _colour_channels(spec: Any, raw_model: str | None) -> tuple[list[int], str]:  # noqa: ANN401
     """Return the indices of the colour channels, and the colour model."""
-    names = [name.rpartition(".")[2].upper() for name in spec.channelnames]
+    names = [name.upper() for name in spec.channelnames]
     if raw_model is not None:
-        if raw_model == "CMYK" and names[:4] != list("CMYK"):
-            raise _unsupported("The inks of the picture are not C, M, Y, K.", "channels")
         if len(names) < len(MODELS[raw_model]):
             raise malformed_picture(
                 f"The picture has {len(names)} channels; {raw_model} needs "
@@ -443,23 +592,24 @@ def _colour_channels(spec: Any, raw_model: str | None) -> tuple[list[int], str]:
         return list(range(len(MODELS[raw_model]))), raw_model
     if {"R", "G", "B"} <= set(names):
         return [names.index(name) for name in "RGB"], "RGB"
-    if "RY" not in names and "CB" not in names:
-        for name in ("Y", "Y'", "L", "I"):
-            if name in names:
-                return [names.index(name)], "gray"
-        if len(set(names) - {"A"}) == 1 and names[0] != "Z":
-            return [0 if names[0] != "A" else 1], "gray"
+    for name in ("Y", "L", "I"):
+        if name in names:
+            return [names.index(name)], "gray"
+    if len(set(names) - {"A"}) == 1:
+        return [0 if names[0] != "A" else 1], "gray"
     shown = ", ".join(spec.channelnames[:8])
     raise _unsupported(f"The picture has the channels {shown[:100]}.", "channels")
 
 
-def _sample_type(spec: Any, model: str) -> np.dtype[Any]:  # noqa: ANN401 (an ImageSpec)
+def _sample_type(spec: Any, samples: _Samples) -> np.dtype[Any]:  # noqa: ANN401
     """Return the type that samples are read as.
 
     64-bit floats are refused: OpenImageIO 3.2 returns undefined values for them in TIFF files
     without compression.
     """
     stored = str(spec.format)
+    if spec.channelformats:  # channels of OpenEXR have types of their own, such as uint for ids
+        stored = str(spec.channelformats[samples.channels[0]])
     known = {
         "uint8": "uint8",
         "uint16": "uint16",
@@ -467,7 +617,7 @@ def _sample_type(spec: Any, model: str) -> np.dtype[Any]:  # noqa: ANN401 (an Im
         "half": "float32",
         "float": "float32",
     }
-    if model == "Lab":
+    if samples.model == "Lab":
         # Some writers declare all channels of Lab as signed, because a* and b* are.
         known |= {"int8": "uint8", "int16": "uint16"}
         known.pop("uint")
@@ -479,11 +629,15 @@ def _sample_type(spec: Any, model: str) -> np.dtype[Any]:  # noqa: ANN401 (an Im
 def _blocks(
     source: Any,  # noqa: ANN401 (an ImageInput)
     spec: Any,  # noqa: ANN401 (an ImageSpec)
+    part: int,
     dtype: np.dtype[Any],
     path: str,
     said: list[str],
 ) -> Iterator[tuple[int, npt.NDArray[Any]]]:
-    """Yield the first row and the samples (rows, columns, channels) of some rows at a time."""
+    """Yield the first row and the samples (rows, columns, channels) of some rows at a time.
+
+    `part` is the number of the picture in the file.
+    """
     stored = str(spec.format)
     wanted = stored if stored.startswith("int") else dtype.name.replace("float32", "float")
     step = max(1, BAND_BYTES // (spec.width * spec.nchannels * dtype.itemsize))
@@ -494,10 +648,10 @@ def _blocks(
         end = min(top + step, bottom)
         if spec.tile_width:
             block = source.read_tiles(
-                0, 0, spec.x, right, top, end, 0, 1, 0, spec.nchannels, wanted
+                part, 0, spec.x, right, top, end, 0, 1, 0, spec.nchannels, wanted
             )
         else:
-            block = source.read_scanlines(0, 0, top, end, 0, 0, spec.nchannels, wanted)
+            block = source.read_scanlines(part, 0, top, end, 0, 0, spec.nchannels, wanted)
         problem = _decoder_message(source)
         row = top - spec.y + 1
         if block is None or "Premature end" in problem:
@@ -514,7 +668,7 @@ def _bands(
     blocks: Iterator[tuple[int, npt.NDArray[Any]]],
     channels: list[int],
     alpha: int,
-    convert: Callable[[npt.NDArray[Any]], npt.NDArray[Any]] | None,
+    convert: _Conversion | None,
 ) -> Iterator[Band]:
     for top, block in blocks:
         samples = block.reshape(-1, block.shape[2])
@@ -537,6 +691,26 @@ def _offset_lab(colours: npt.NDArray[Any]) -> npt.NDArray[Any]:
     if offset.dtype == np.uint16:  # L* 100 is 65535 in CIELAB and 65280 in ICCLAB
         offset[:, 0] = np.round(offset[:, 0] * (65280 / 65535)).astype(np.uint16)
     return offset
+
+
+def _tristimulus(raster: Raster, white: tuple[float, float], title: str) -> _Conversion:
+    """Set the encoding of a raster of X, Y, Z, and return the function that divides by its white.
+
+    `white` is that of files that state no other.
+    """
+    if raster.encoding is None:
+        raster.warnings.append(f"X, Y, Z without primaries: a white of {title} is assumed.")
+    else:
+        white = raster.encoding.white
+    raster.encoding = tristimulus_encoding(white)
+    x, y = white
+    scale = np.array([y / x, 1.0, y / (1 - x - y)], np.float32)
+
+    def divided(colours: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        relative: npt.NDArray[Any] = colours * scale
+        return relative
+
+    return divided
 
 
 def _inverted(colours: npt.NDArray[Any]) -> npt.NDArray[Any]:

@@ -16,6 +16,7 @@ from targets.profiles import lut8, profile
 
 ROOT = Path(__file__).parents[3]
 PROFILE = (ROOT / "tests" / "data" / "DisplayP3-v4.icc").read_bytes()
+REPORTS = ROOT / "tests" / "data" / "reports"
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
 
 
@@ -177,10 +178,14 @@ _TIFF = [
     tiff([_noise(512)], tags_of(16, 8, 16, 2, 1, t338=1), order=">"),
     tiff([_noise(15 * 6)], tags_of(10, 6, 12, 1, 0)),
     tiff([_noise(40)], tags_of(10, 5, 4, 1, 3) | {320: (3, list(range(48)))}),
+    *(path.read_bytes() for path in sorted(REPORTS.glob("*.tif"))),
 ]
 _TIFF_TOKENS = [
     *(struct.pack("<H", tag) for tag in (256, 257, 258, 259, 262, 273, 277, 278, 279, 284, 317)),
-    *(struct.pack("<H", tag) for tag in (320, 322, 323, 324, 325, 330, 338, 339, 347, 34675)),
+    *(
+        struct.pack("<H", tag)
+        for tag in (320, 322, 323, 324, 325, 330, 332, 333, 334, 338, 339, 347, 34675)
+    ),
     *(struct.pack("<H", number) for number in (0, 1, 2, 3, 5, 6, 7, 8, 9, 12, 16, 32, 32773)),
     *(struct.pack("<I", number) for number in (0, 1, 8, 65535, 2**31 - 1, 2**32 - 1, 100_000)),
     *(struct.pack(">H", tag) for tag in (256, 257, 258, 259, 277, 278)),
@@ -204,12 +209,13 @@ _JPEG = [
     jpeg("RGB", subsampling=0, optimize=True),
     jpeg("CMYK", icc_profile=_PRESS),
     jpeg("RGB", restart_marker_rows=1),
+    *(path.read_bytes() for path in sorted(REPORTS.glob("*.jpg"))),
 ]
 _JPEG_TOKENS = [
     *(bytes([255, marker]) for marker in (0xC0, 0xC1, 0xC2, 0xC3, 0xC4, 0xC9, 0xD8, 0xD9, 0xDA)),
     *(bytes([255, marker]) for marker in (0xDB, 0xDC, 0xDD, 0xE0, 0xE1, 0xE2, 0xEE, 0xFE, 0x00)),
     *(b"\xff\xff", b"\0\0", b"\0\1", b"\0\2", b"\1\0", b"\x11", b"\x22", b"\x44", b"\x10", b"\x3f"),
-    *(b"Adobe", b"JFIF\0", b"Exif\0\0", b"ICC_PROFILE\0", b"II*\0", b"R03\0", b"acsp"),
+    *(b"Adobe", b"JFIF\0", b"Exif\0\0", b"ICC_PROFILE\0", b"MPF\0", b"II*\0", b"R03\0", b"acsp"),
 ]
 
 
@@ -240,6 +246,8 @@ _FILM = [
     by_pillow("WEBP", "RGBA", (64, 64)),
     by_pillow("WEBP", "RGB", (64, 64), lossless=True, icc_profile=PROFILE),
     by_pillow("GIF", "P", (64, 64), transparency=3),
+    (REPORTS / "exr-two-layers-ao-and-combined.exr").read_bytes(),
+    (REPORTS / "hdr-xyze.hdr").read_bytes(),
     by_pillow("BMP", "RGB", (64, 64)),
     by_pillow("BMP", "P", (64, 64)),
     _written(".dpx", "uint16"),
@@ -251,6 +259,7 @@ _FILM_TOKENS = [
     *(b"\xff\x4f", b"\xff\x51", b"\xff\x90", b"\xff\xd9", b"VP8 ", b"VP8L", b"VP8X", b"ALPH"),
     *(b"ANIM", b"ANMF", b"ICCP", b"GIF89a", b"\x21\xf9\4", b"\x2c", b"\x3b", b"BM", b"\x28\0\0\0"),
     *(b"jp2h", b"ihdr", b"colr", b"jp2c", b"dataWindow", b"box2i", b"channels", b"chlist"),
+    *(b".R", b".X", b"Combined", b"FORMAT=32-bit_rle_xyze", b"EXPOSURE=", b"chromaticities"),
     *(b"tiles", b"compression", b"FORMAT=32-bit_rle_rgbe", b"-Y 64 +X 64", b"PRIMARIES="),
 ]
 

@@ -45,6 +45,7 @@ def written(tmp_path):
     def write(extension, sample_type, colours=FIELDS, **attributes):
         pixels = np.repeat(np.repeat(colours[np.newaxis], 16, axis=0), 16, axis=1)
         spec = oiio.ImageSpec(pixels.shape[1], 16, pixels.shape[2], sample_type)
+        spec.channelnames = list(attributes.pop("names", "RGBA"[: pixels.shape[2]]))
         for name, value in attributes.items():
             kinds = {"chromaticities": "float[8]", "CICP": "int[4]"}
             if name in kinds:
@@ -311,8 +312,54 @@ def test_primaries_of_radiance_files(written):
     stated = b"_rgbe\nPRIMARIES= 0.708 0.292 0.17 0.797 0.131 0.046 0.3127 0.329\n"
     found = read_characterisation(data.replace(b"_rgbe\n", stated, 1))
     assert found.meaning.primaries[0] == (0.708, 0.292)
-    with pytest.raises(GamutError):
-        read_characterisation(data.replace(b"_rgbe", b"_xyze"))
+
+
+@pytest.mark.parametrize(
+    "numbers",
+    [
+        b"nan 0.292 0.17 0.797 0.131 0.046 0.3127 0.329",
+        b"0.708 0.292 0.17 0.797 0.131 0.046 0.3127 0",
+        b"0.1 0.1 0.2 0.2 0.3 0.3 0.2 0.2",
+        b"0.708 0.292 0.17 0.797 0.131 0.046 0.3127",
+        b"1 2 3 four",
+    ],
+)
+def test_impossible_primaries_of_radiance_files_are_refused(written, numbers):
+    data = written(".hdr", "float").replace(b"_rgbe\n", b"_rgbe\nPRIMARIES=" + numbers + b"\n", 1)
+    with pytest.raises(MalformedFileError) as caught:
+        read_characterisation(data)
+    assert caught.value.where == {"field": "PRIMARIES"}
+
+
+def test_the_exposure_of_radiance_files_is_said(written):
+    """Lines of EXPOSURE multiply (Ward, File Formats, "The RADIANCE picture format")."""
+    data = written(".hdr", "float")
+
+    def warnings_of(lines):
+        return read_characterisation(data.replace(b"_rgbe\n", b"_rgbe\n" + lines, 1)).warnings
+
+    assert any("exposure of 3 " in text for text in warnings_of(b"EXPOSURE=2\nEXPOSURE= 1.5\n"))
+    assert any("COLORCORR" in text for text in warnings_of(b"COLORCORR= 1 1.2 1\n"))
+    assert warnings_of(b"EXPOSURE=1\nCOLORCORR=1 1 1\n") == warnings_of(b"")
+
+
+def test_impossible_or_unknown_encodings_of_openexr_are_refused(written):
+    corners = [0.1, 0.1, 0.3, 0.3, 0.5, 0.5, 0.3127, 0.329]
+    with pytest.raises(MalformedFileError) as caught:
+        read_characterisation(written(".exr", "half", chromaticities=corners))
+    assert caught.value.where == {"field": "chromaticities"}
+    with pytest.raises(UnsupportedPictureError, match="lin_myspace_scene"):
+        read_characterisation(written(".exr", "half", colorInteropID="lin_myspace_scene"))
+
+
+def test_channels_x_y_z_have_the_white_of_the_file(written):
+    """The white is 1, 1, 1; 0.95047, 1.08883 are X and Z of D65 (CIE 15)."""
+    light = np.array([[0.95047, 1.0, 1.08883], [0.2, 0.1, 0.05]])
+    data = written(".exr", "float", light, names="XYZ")
+    found = read_characterisation(data)
+    assert found.model == "XYZ"
+    np.testing.assert_allclose(found.values.max(axis=0), 1.0, atol=1e-3)
+    assert any("white of D65" in warning for warning in found.warnings)
 
 
 def test_logarithmic_film_densities_are_refused(written):

@@ -115,6 +115,72 @@ def test_without_anything_srgb_is_assumed_and_said(png, noise):
     assert any("sRGB is assumed" in warning for warning in found.warnings)
 
 
+def corners(*numbers):
+    """Return the content of cHRM: white, red, green and blue (W3C PNG, third edition, 11.3.2.1)."""
+    return struct.pack(">8i", *(round(number * 100_000) for number in numbers))
+
+
+SRGB_CORNERS = (0.3127, 0.3290, 0.64, 0.33, 0.30, 0.60, 0.15, 0.06)
+GAMMA = struct.pack(">I", 45455)
+
+
+@pytest.mark.parametrize(
+    ("gamma", "numbers", "field"),
+    [
+        (bytes(4), SRGB_CORNERS, "gAMA"),
+        (struct.pack(">I", 2**31), SRGB_CORNERS, "gAMA"),
+        (GAMMA[:3], SRGB_CORNERS, "gAMA"),
+        (GAMMA, (0.3127, 0.0, *SRGB_CORNERS[2:]), "cHRM"),
+        (GAMMA, (0.64, 0.2, *SRGB_CORNERS[2:]), "cHRM"),
+        (GAMMA, (0.3127, 0.3290, 0.1, 0.1, 0.3, 0.3, 0.5, 0.5), "cHRM"),
+        (GAMMA, (0.3127, 0.3290, *[0.0] * 6), "cHRM"),
+    ],
+)
+def test_impossible_encodings_are_refused_and_not_taken_for_srgb(
+    png, chunk, noise, gamma, numbers, field
+):
+    chunks = chunk(b"gAMA", gamma), chunk(b"cHRM", corners(*numbers))
+    with pytest.raises(MalformedFileError) as caught:
+        picture(png(noise(4, 4, 3), 8, 2, *chunks))
+    assert caught.value.where == {"field": field}
+
+
+def test_chunks_that_contradict_srgb_are_said(png, chunk, noise):
+    srgb, pixels = chunk(b"sRGB", b"\0"), noise(4, 4, 3)
+    p3 = chunk(b"cHRM", corners(0.3127, 0.3290, 0.68, 0.32, 0.265, 0.69, 0.15, 0.06))
+    found = picture(png(pixels, 8, 2, srgb, chunk(b"gAMA", GAMMA), p3))
+    assert found.meaning.name == "sRGB"
+    assert found.warnings == ("The chunk cHRM contradicts the chunk sRGB, and is not used.",)
+    same = chunk(b"cHRM", corners(*SRGB_CORNERS))
+    assert picture(png(pixels, 8, 2, srgb, chunk(b"gAMA", GAMMA), same)).warnings == ()
+
+
+def test_misplaced_code_points_are_said(png, chunk, noise):
+    """They stand before the palette and the pixels (W3C PNG, third edition, 5.6)."""
+    points = chunk(b"cICP", bytes([9, 16, 0, 1]))
+    data, end = png(noise(4, 4, 3), 8, 2), chunk(b"IEND", b"")
+    palette = chunk(b"PLTE", bytes(12))
+    for misplaced in (
+        data.replace(end, points + end),
+        png(noise(4, 4, 3), 8, 2, palette, points),
+        png(noise(4, 4, 3), 8, 2, chunk(b"cICP", bytes(3))),
+    ):
+        found = picture(misplaced)
+        assert found.meaning.name == "sRGB"
+        assert any("cICP is misplaced or damaged" in warning for warning in found.warnings)
+
+
+def test_code_points_without_a_meaning_are_refused_where_nothing_else_is_declared(
+    png, chunk, noise
+):
+    with pytest.raises(UnsupportedPictureError) as caught:
+        picture(png(noise(4, 4, 3), 8, 2, chunk(b"cICP", bytes([99, 99, 0, 1]))))
+    assert caught.value.where == {"field": "CICP"}
+    unspecified = chunk(b"cICP", bytes([2, 2, 0, 1]))
+    found = picture(png(noise(4, 4, 3), 8, 2, unspecified))
+    assert found.provenance["encoding"]["from"] == "assumed"
+
+
 def test_narrow_range_is_16_to_235(png, chunk):
     pixels = np.array([[[16, 235, 16]], [[235, 16, 235]], [[0, 255, 125]]], np.uint8)
     found = picture(png(pixels, 8, 2, chunk(b"cICP", bytes([1, 13, 0, 0]))))
@@ -228,6 +294,86 @@ def test_a_part_of_the_profile_is_missing():
     place = data.index(b"ICC_PROFILE\0") + 12
     with pytest.raises(MalformedProfileError, match="embedded profile"):
         picture(data[: place + 1] + b"\2" + data[place + 2 :])
+
+
+def parts_of(profile, *numbers):
+    """Return the segments APP2 of a profile cut in two (ICC.1:2022, B.4), by number and count."""
+    halves = {1: profile[:300], 2: profile[300:]}
+    segments = b""
+    for number, count in numbers:
+        part = profile if count == 1 else halves.get(number, b"")
+        content = b"ICC_PROFILE\0" + bytes([number, count]) + part
+        segments += b"\xff\xe2" + struct.pack(">H", len(content) + 2) + content
+    return segments
+
+
+def with_segments(segments):
+    data = jpeg("RGB", FIELDS)
+    return data[:2] + segments + data[2:]
+
+
+@pytest.mark.parametrize(
+    "numbers",
+    [
+        [(1, 2), (2, 2)],
+        [(2, 2), (1, 2)],
+        [(1, 2), (2, 2), (1, 2), (2, 2)],
+        [(1, 1), (1, 2), (2, 2)],
+    ],
+)
+def test_parts_of_a_profile_in_any_order_and_equal_copies(numbers):
+    profile = (DATA / "DisplayP3-v4.icc").read_bytes()
+    found = picture(with_segments(parts_of(profile, *numbers)))
+    assert found.meaning.data == profile
+
+
+@pytest.mark.parametrize(
+    "numbers",
+    [[(2, 2)], [(1, 2)], [(1, 2), (2, 3)], [(0, 2), (1, 2)], [(0, 0)], [(1, 1), (1, 2)]],
+)
+def test_incomplete_profiles_are_refused(numbers):
+    profile = (DATA / "DisplayP3-v4.icc").read_bytes()
+    with pytest.raises(MalformedProfileError) as caught:
+        picture(with_segments(parts_of(profile, *numbers)))
+    assert caught.value.where == {"field": "profile"}
+
+
+def test_two_profiles_that_differ_are_refused():
+    names = ("DisplayP3-v4.icc", "sRGB-v4.icc")
+    segments = [parts_of((DATA / name).read_bytes(), (1, 1)) for name in names]
+    with pytest.raises(MalformedProfileError, match="differ"):
+        picture(with_segments(b"".join(segments)))
+
+
+def test_the_profile_of_a_further_picture_is_not_that_of_the_first():
+    profile = (DATA / "DisplayP3-v4.icc").read_bytes()
+    listed = b"MPF\0" + bytes(20)
+    first = with_segments(b"\xff\xe2" + struct.pack(">H", len(listed) + 2) + listed)
+    found = picture(first + with_segments(parts_of(profile, (1, 1))))
+    assert found.provenance["encoding"]["from"] == "assumed"
+    assert "The file holds several pictures; the first is used." in found.warnings
+
+
+XMP = b"http://ns.adobe.com/xap/1.0/\0<x:xmpmeta/>"
+
+
+@pytest.mark.parametrize(
+    ("marker", "content", "in_second", "has_gain_map"),
+    [
+        (0xE1, XMP + b"http://ns.adobe.com/hdr-gain-map/1.0/", False, True),
+        (0xE1, XMP + b"http://ns.adobe.com/hdr-gain-map/1.0/", True, True),
+        (0xE2, b"urn:iso:std:iso:ts:21496:-1\0\0\0\0\0", False, True),
+        (0xE1, XMP + b"urn:com:apple:photo:2020:aux:hdrgainmap", True, True),
+        (0xE1, XMP, True, False),
+        (0xE1, b"Exif\0\0" + XMP + b"http://ns.adobe.com/hdr-gain-map/1.0/", False, False),
+    ],
+)
+def test_gain_maps_are_said(marker, content, in_second, has_gain_map):
+    """Adobe, Gain Map specification; ISO 21496-1; Apple's HDR pictures."""
+    segment = bytes([0xFF, marker]) + struct.pack(">H", len(content) + 2) + content
+    plain, changed = jpeg("RGB", FIELDS), with_segments(segment)
+    found = picture(plain + changed if in_second else changed + plain)
+    assert any("gain map" in warning for warning in found.warnings) == has_gain_map
 
 
 def exif(space, interoperability=b""):

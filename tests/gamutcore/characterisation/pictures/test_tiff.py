@@ -205,3 +205,67 @@ def test_every_cut_of_a_file_is_refused(tiff, tags, noise):
     for size in range(4, len(data) - 8):
         with pytest.raises(GamutError):
             picture(data[:size])
+
+
+def separated(tiff, tags, made_profile, pixels, names=b"", extra=(), space="CMYK"):
+    """Return a TIFF of separated inks (TIFF 6.0, section 16), and its profile."""
+    fields = tags(*pixels.shape[1::-1], 8, pixels.shape[2], 5)
+    fields[34675] = (7, made_profile({}, space=space))
+    if names:
+        fields |= {332: (3, [2]), 333: (2, names)}
+    if extra:
+        fields[338] = (3, list(extra))
+    return tiff([pixels.tobytes()], fields)
+
+
+@pytest.mark.parametrize(
+    ("names", "places", "unused"),
+    [
+        (b"Cyan\0Magenta\0Yellow\0Black\0Orange\0", [0, 1, 2, 3], "Orange"),
+        (b"Black\0PANTONE 300 C\0Yellow\0Magenta\0Cyan\0", [4, 3, 2, 0], "PANTONE 300 C"),
+        (b"Process Cyan\0Process Magenta\0Process Yellow\0Process Black\0Gloss\0",
+         [0, 1, 2, 3], "Gloss"),
+    ],
+)  # fmt: skip
+def test_inks_are_found_by_their_names(
+    tiff, tags, made_profile, noise, counts_of, pixel_counts, names, places, unused
+):
+    pixels = noise(6, 5, 5)
+    found = picture(separated(tiff, tags, made_profile, pixels, names))
+    assert counts_of(found, 255) == pixel_counts(pixels[:, :, places])
+    assert f"1 further channel of the picture ({unused}) is not used." in found.warnings
+
+
+@pytest.mark.parametrize("kind", [1, 2])
+def test_alpha_beside_spot_colours(tiff, tags, made_profile, noise, counts_of, pixel_counts, kind):
+    """ExtraSamples: 0 is unspecified, 1 associated and 2 unassociated alpha (section 18)."""
+    pixels = noise(6, 5, 6)
+    pixels[:, :, 5] = 255
+    pixels[:2, :, 5] = 0
+    found = picture(separated(tiff, tags, made_profile, pixels, extra=(0, kind)))
+    assert counts_of(found, 255) == pixel_counts(pixels[2:, :, :4])
+    assert "1 further channel of the picture is not used." in found.warnings
+
+
+def test_associated_alpha_is_divided_out(tiff, tags, made_profile):
+    pixels = np.array([[[100, 50, 20, 0, 128]]], np.uint8)
+    found = picture(separated(tiff, tags, made_profile, pixels, extra=(1,)))
+    np.testing.assert_allclose(found.values[0] * 255, np.array([199, 100, 40, 0]), atol=0.6)
+
+
+@pytest.mark.parametrize(
+    ("channels", "names", "extra", "space", "message"),
+    [
+        (4, b"Orange\0Green\0Violet\0Black\0", (), "CMYK", "Orange, Green, Violet, Black"),
+        (4, b"", (2,), "CMYK", "3 inks"),
+        (6, b"", (0, 0), "6CLR", "6 inks and a profile of 6CLR"),
+        (5, b"C\0M\0Y\0K\0O\0", (), "5CLR", "5 inks .C, M, Y, K, O. and a profile of 5CLR"),
+    ],
+)
+def test_other_inks_are_refused_by_name(
+    tiff, tags, made_profile, noise, channels, names, extra, space, message
+):
+    data = separated(tiff, tags, made_profile, noise(4, 4, channels), names, extra, space)
+    with pytest.raises(UnsupportedPictureError, match=message) as caught:
+        picture(data)
+    assert caught.value.where == {"field": "channels"}
