@@ -30,6 +30,7 @@ from gamutcore.colours.measured import ILLUMINANTS, OBSERVERS, measured_colours
 from gamutcore.colours.models import DeviceModel
 from gamutcore.colours.picture import closed_form_values, find_values, picture_colours
 from gamutcore.colours.reference import RGB_CURVES, RgbSpace, primary_matrix, reference_white
+from gamutcore.colours.repeats import consistent_samples
 from gamutcore.colours.sampling import (
     SURFACE_SAMPLES,
     AbsoluteColours,
@@ -87,6 +88,7 @@ __all__ = [
     "closed_form_values",
     "colours_in_space",
     "compensate_black",
+    "consistent_samples",
     "cube_nodes",
     "declared_space",
     "decode_srgb",
