@@ -14,7 +14,7 @@ from gamutcore.colours.colorimetry import (
     white_point,
     xyz_to_lab,
 )
-from gamutcore.colours.device_model import DEVICE_MODELS
+from gamutcore.colours.device_model import DEVICE_MODELS, check_dimensions
 from gamutcore.colours.gamut_colours import (
     INTENTS,
     colours_in_space,
@@ -84,6 +84,7 @@ __all__ = [
     "SurfaceColours",
     "SurfaceFaces",
     "adaptation_matrix",
+    "check_dimensions",
     "check_mesh_space",
     "closed_form_values",
     "colours_in_space",

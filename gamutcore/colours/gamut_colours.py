@@ -17,7 +17,6 @@ from gamutcore.arguments import Choice, check_option
 from gamutcore.characterisation import IccProfile, Picture
 from gamutcore.characterisation.samples import JSON
 from gamutcore.colours.colorimetry import ICC_D50, lab_to_xyz, xyz_to_lab
-from gamutcore.colours.device_model import check_dimensions
 from gamutcore.colours.ink_limits import InkLimits
 from gamutcore.colours.measured import measured_colours, sample_surface
 from gamutcore.colours.picture import picture_colours
@@ -99,7 +98,6 @@ def surface_colours(
     if isinstance(characterisation, Reference):
         return reference_surface(characterisation, intent, surface_samples, adaptation)
     samples = consistent_samples(characterisation)
-    check_dimensions(samples)
     medium = measured_colours(
         samples, intent, observer=observer, illuminant=illuminant, adaptation=adaptation
     )
