@@ -153,7 +153,8 @@ def _spreadsheet_separator(text: str) -> str | None:
     # whole lines, because quotation marks and separators may surround the keywords
     lines = text[start.end() : end.start()].splitlines()
     names = " ".join(line.strip(",;\t ") for line in lines[1:] or lines)
-    separator = most_frequent_separator(names)
+    # without one between the names, all of them are in the first of several cells
+    separator = most_frequent_separator(names) or "".join(lines[:1]).strip()[-1:]
     if separator in {",", ";"}:
         return separator
     header = text[: start.end()] + '"' * (text[start.end() : start.end() + 1] == '"')
