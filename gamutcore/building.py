@@ -35,6 +35,7 @@ from gamutcore.colours import (
     DEFAULT_LUMINANCE,
     MEASURED,
     InkLimits,
+    check_dimensions,
     check_mesh_space,
     colours_in_space,
     declared_space,
@@ -262,6 +263,8 @@ def _input_colours(
 
     `samples` replaces the option ``surface_samples``.
     """
+    if isinstance(parsed, Samples):
+        check_dimensions(parsed)
     return surface_colours(
         parsed,
         intent=options.intent,

@@ -535,9 +535,21 @@ class ChromaTable(Shown):
     @property
     def largest(self) -> FloatArray:
         """Largest chroma for each hue and lightness, (h, l); NaN where no colour is in gamut."""
-        starts, ends = self.offsets[:-1], self.offsets[1:]
-        last = np.append(self.chroma[:, 1], np.nan)[np.where(ends > starts, ends - 1, -1)]
-        return last.reshape(len(self.hue), len(self.lightness))
+        return self._last(self.chroma[:, 1]).reshape(len(self.hue), len(self.lightness))
+
+    @property
+    def largest_device(self) -> FloatArray | None:
+        """Device values of the largest chroma, (h, l, k); None without device values."""
+        if self.device is None:
+            return None
+        shape = len(self.hue), len(self.lightness), len(self.channels)
+        return self._last(self.device[:, 1]).reshape(shape)
+
+    def _last(self, ends: FloatArray) -> FloatArray:
+        """Return the last entry for each hue and lightness; NaN without one."""
+        starts, stops = self.offsets[:-1], self.offsets[1:]
+        entries = np.concatenate([ends, np.full((1, *ends.shape[1:]), np.nan)])
+        return entries[np.where(stops > starts, stops - 1, -1)]
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -470,8 +470,15 @@ class RemoteGamut:
         params = {**level, "hues": hues, "lightness": lightness}
         found, facts = yield from self._shape("leaves", params)
         cells = [cell for row in found["intervals"] for cell in row]
+        channels = tuple(found.get("channels", ()))
+        device = None
+        if "device" in found:
+            values = [ends for row in found["device"] for cell in row for ends in cell]
+            device = _floats(values).reshape(-1, 2, len(channels))
         return results.ChromaTable(
             **_members(found, "hue", "lightness"),
+            device=device,
+            channels=channels,
             offsets=_offsets([len(cell) for cell in cells]),
             chroma=_floats([ends for cell in cells for ends in cell]).reshape(-1, 2),
             **facts,

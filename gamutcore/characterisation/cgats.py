@@ -5,10 +5,15 @@ trusts the data rather than the counts in the header, and its warnings state the
 makes one pass over the lines. It uses the first table with colours, or the table of the chosen
 measurement condition. Measurement and envelope files of the colour gamut envelope (CGE, IDMS 1.3)
 belong to the family.
+
+A spreadsheet saves such a file as cells: it separates them by tabs, commas or semicolons, encloses
+cells in quotation marks and doubles those within. Argyll's charts (.ti1, .ti2) have the same form,
+but their colours are estimates. They are refused.
 """
 
 from __future__ import annotations
 
+import csv
 import re
 from collections import deque
 from enum import Enum, auto
@@ -27,12 +32,19 @@ from gamutcore.characterisation.columns import (
     stated_condition,
 )
 from gamutcore.characterisation.samples import samples_from_values
-from gamutcore.characterisation.text import NumberTable, number, text_lines
+from gamutcore.characterisation.text import (
+    SEP_LINE,
+    NumberTable,
+    most_frequent_separator,
+    number,
+    text_lines,
+)
 from gamutcore.errors import (
     ConditionError,
     MalformedFileError,
     MissingColumnError,
     SampleLimitError,
+    UnrecognisedFormatError,
 )
 
 if TYPE_CHECKING:
@@ -59,6 +71,14 @@ _SINGLE_VALUES = frozenset(
     }
 )
 """Keywords that have one value. Other keywords may repeat, with one statement each."""
+
+_CHARTS = {"CTI1": ".ti1", "CTI2": ".ti2"}
+"""First words of Argyll's charts (ArgyllCMS, File Formats), and their extensions."""
+
+_FORMAT_START = re.compile("BEGIN_DATA_FORMAT", re.IGNORECASE)
+_FORMAT_END = re.compile("END_DATA_FORMAT", re.IGNORECASE)
+_HEADER_CHARACTERS = 1_000_000
+"""Length of the part of a text in which the names of the columns are sought."""
 
 _MAX_KEYWORDS = 10_000
 _MAX_REPETITIONS = 20
@@ -98,19 +118,77 @@ def cgats_samples(text: str, *, condition: str | None = None) -> Samples:
     in one header are joined by "; ". Of keywords with a single value, such as DEVICE_CLASS, the
     last one counts.
     """
-    reader = _Parser(condition)
-    for line, content in text_lines(text):
-        reader.read(content, line)
-    return reader.samples()
+    return _parsed(_Parser(condition), text).samples()
 
 
 def cgats_rows(text: str, *, condition: str | None = None) -> tuple[list[str], list[list[str]]]:
     """Return the names of the columns and the cells of the table that `cgats_samples` reads."""
     reader = _Parser(condition)
     reader.cells = []
-    for line, content in text_lines(text):
-        reader.read(content, line)
+    _parsed(reader, text)
     return [] if reader.table is None else list(reader.table.roles.names), reader.cells
+
+
+def _parsed(reader: _Parser, text: str) -> _Parser:
+    """Return the reader after all lines of a text, or of the cells of a spreadsheet."""
+    separator = _spreadsheet_separator(text[:_HEADER_CHARACTERS])
+    for line, content in text_lines(text):
+        if separator is None:
+            reader.read(content, line)
+        elif line > 1 or not SEP_LINE.fullmatch(content):
+            reader.read_cells(_cells(content, separator, line), line)
+    return reader
+
+
+def _spreadsheet_separator(text: str) -> str | None:
+    """Return the separator of the cells that a spreadsheet saved; None for plain CGATS.
+
+    Names of columns have no commas or semicolons. Without such a separator, the quotation marks of
+    the header tell.
+    """
+    start = _FORMAT_START.search(text)
+    end = None if start is None else _FORMAT_END.search(text, start.end())
+    if start is None or end is None:
+        return None
+    # whole lines, because quotation marks and separators may surround the keywords
+    lines = text[start.end() : end.start()].splitlines()
+    names = " ".join(line.strip(",;\t ") for line in lines[1:] or lines)
+    # without one between the names, all of them are in the first of several cells
+    separator = most_frequent_separator(names) or "".join(lines[:1]).strip()[-1:]
+    if separator in {",", ";"}:
+        return separator
+    header = text[: start.end()] + '"' * (text[start.end() : start.end() + 1] == '"')
+    quoted = (_is_quoted_cell(line, number) for number, line in enumerate(header.splitlines(), 1))
+    return "\t" if any(quoted) else None
+
+
+def _is_quoted_cell(content: str, line: int) -> bool:
+    """Return whether a line of the header is quoted as a whole, or has a cell with quoted quotes.
+
+    MeasureTool writes quoted lines without a keyword, and others double the quotes of a value.
+    """
+    if not content.startswith('"') and '"""' not in content:
+        return False
+    cells = _cells(content, "\t", line)
+    if cells and content.startswith('"') and cells[0].upper() in _STRUCTURE:
+        return True
+    return any('"' in cell and '""' not in cell for cell in cells)
+
+
+def _cells(content: str, separator: str, line: int) -> list[str]:
+    """Return the cells of a line without surrounding space and without empty cells at the end."""
+    rows = csv.reader([content.rstrip("\r\n")], delimiter=separator, skipinitialspace=True)
+    try:
+        cells = [cell.strip() for cell in next(rows, [])]
+    except csv.Error as error:
+        raise MalformedFileError(
+            f"The row cannot be split into cells: {error}.",
+            where={"line": line},
+            remedy="Close every quotation mark, and double those within a cell.",
+        ) from None
+    while cells and not cells[-1]:
+        cells.pop()
+    return cells
 
 
 class _Parser:
@@ -126,6 +204,7 @@ class _Parser:
         self.own: dict[str, str] = {}
         self.stated: str | None = None
         self.dialect = ""
+        self.dialect_line = 1
         self.warnings: list[str] = []
         self.counts: dict[str, str] = {}
         self.fields: list[str] = []
@@ -156,7 +235,21 @@ class _Parser:
             else:
                 self._data(tokens, line)
 
+    def read_cells(self, cells: list[str], line: int) -> None:
+        """Read a line of a spreadsheet. A single cell holds a line of plain CGATS."""
+        if len(cells) < 2 or cells[0].startswith("#"):
+            self.read(cells[0] if cells else "", line)
+        elif self.state is _State.DATA and cells[0].upper() != "END_DATA":
+            # cells that are empty up to the end of the row have been removed
+            self._data_row([*cells, *[""] * (len(self.fields) - len(cells))], line)
+        elif self.state is _State.FORMAT and cells[0].upper() not in _STRUCTURE:
+            self._format(deque(_Token(cell, quoted=True) for cell in cells), line)
+        else:
+            self.read(" ".join(cells), line)
+
     def samples(self) -> Samples:
+        if self.dialect.upper() in _CHARTS:
+            raise self._estimates()
         if self.state is _State.DATA and self.table is not None:
             self.warnings.append("END_DATA is missing; the data ends with the file.")
             self._end_of_table()
@@ -187,6 +280,16 @@ class _Parser:
         )
         samples.provenance["dialect"] = self.keywords.get("IDMS_FILE_TYPE", self.dialect)[:80]
         return samples
+
+    def _estimates(self) -> UnrecognisedFormatError:
+        extension = _CHARTS[self.dialect.upper()]
+        return UnrecognisedFormatError(
+            f"The file is a chart of Argyll ({self.dialect}, {extension}), not measurements: its "
+            "colours are estimates that targen made to spread the patches.",
+            where={"line": self.dialect_line},
+            remedy="Print or show the chart, measure it (chartread, dispread), and send the "
+            "measurements (.ti3, first line CTI3).",
+        )
 
     def _illumination(self) -> FloatArray | None:
         """Return XYZ of the perfect diffuser, the reference of reflective displays."""
@@ -223,7 +326,7 @@ class _Parser:
                 while tokens and not tokens[0].structure:
                     value.append(tokens.popleft().text)
             if not self.dialect and not self.tables and not self.keywords:
-                self.dialect = head.text
+                self.dialect, self.dialect_line = head.text, line
             if value and head.text.upper() != "KEYWORD":
                 self._keyword(head.text.upper(), " ".join(value).strip(), line)
         elif head.quoted and "MEASUREMENTCONDITION=" in head.text.upper():

@@ -74,7 +74,7 @@ FORMATS = (
         "cgats",
         "CGATS text: CGATS.17, IT8.7/x, Argyll .ti3, ISO 28178, IDMS envelopes",
         "measurements",
-        (".txt", ".ti3", ".ti1", ".cgats", ".it8"),
+        (".txt", ".ti3", ".cgats", ".it8"),
         ("text/plain",),
         "a `BEGIN_DATA` section",
     ),

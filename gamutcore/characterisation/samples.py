@@ -113,6 +113,8 @@ class Samples:
         XYZ of the perfect diffuser under the light of the measurement, in the scale of `xyz`.
     condition : str or None
         Measurement condition, such as ``"M1"``; None if not stated.
+    lines : (n,) int or None
+        Line of each sample in a text, from 1; None for other data.
     conditions : dict
         Keywords of the file, in upper case, to texts.
     provenance : dict
@@ -133,6 +135,7 @@ class Samples:
     spectra: Spectra | None = None
     illumination: FloatArray | None = None
     condition: str | None = None
+    lines: IntArray | None = None
 
     def __len__(self) -> int:
         if self.spectra is not None:
@@ -233,6 +236,7 @@ def samples_from_values(
         spectra=spectra,
         illumination=illumination,
         condition=label,
+        lines=lines,
     )
 
 

@@ -36,12 +36,14 @@ if TYPE_CHECKING:
 
 __all__ = [
     "MAX_TEXT_ROWS",
+    "SEP_LINE",
     "DelimitedText",
     "NumberTable",
     "bounded_lines",
     "delimited_samples",
     "is_number",
     "mentions",
+    "most_frequent_separator",
     "number",
     "text_encoding",
     "text_lines",
@@ -55,7 +57,7 @@ _SEPARATORS = "\t;,|"
 _NOWHERE = "\x1f"
 """The unit separator of ASCII: the separator for `csv` if lines are not to be split."""
 
-_SEP_LINE = re.compile(r'\ufeff?"?sep=(.)"?[\t;,|]*\r?\n?', re.IGNORECASE)
+SEP_LINE = re.compile(r'\ufeff?"?sep=(.)"?[\t;,|]*\r?\n?', re.IGNORECASE)
 """The first line by which Excel is told the separator."""
 
 _COMMENT = re.compile(
@@ -140,7 +142,7 @@ class DelimitedText:
         self._bounded = False
         first = stated = ""
         for _, line in self._lines():
-            mark = None if self.preamble else _SEP_LINE.fullmatch(line)
+            mark = None if self.preamble else SEP_LINE.fullmatch(line)
             if mark is None and line.strip() and not _COMMENT.match(line):
                 first = line
                 break
@@ -216,13 +218,19 @@ class _Echo:
         return line
 
 
-def _separator(line: str) -> str:
-    """Return the separator of a header: the most frequent one outside of quotes and brackets."""
+def most_frequent_separator(line: str) -> str:
+    """Return the separator that is most frequent outside of quotes and brackets; empty for none."""
     bare = re.sub(r'"[^"]*"|\([^()]*\)', '""', line)
     counts = Counter(mark for mark in bare if mark in _SEPARATORS)
-    if counts:
-        return max(counts, key=lambda mark: (counts[mark], -_SEPARATORS.index(mark)))
-    return " " if len(line.split()) > 1 and '"' not in line else ""
+    if not counts:
+        return ""
+    return max(counts, key=lambda mark: (counts[mark], -_SEPARATORS.index(mark)))
+
+
+def _separator(line: str) -> str:
+    """Return the separator of the cells of a header; a space, or nothing, without one."""
+    spaces = len(line.split()) > 1 and '"' not in line
+    return most_frequent_separator(line) or (" " if spaces else "")
 
 
 MAX_TEXT_ROWS = 2_000_000

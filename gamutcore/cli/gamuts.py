@@ -181,6 +181,9 @@ def export(
             "lightness": found.lightness.tolist() * len(found.hue),
             "chroma": found.largest.reshape(-1),
         }
+        if found.largest_device is not None:
+            values = (100.0 * found.largest_device).reshape(-1, len(found.channels)).T
+            columns |= dict(zip(found.channels, values, strict=True))
     else:
         raise typer.BadParameter("Give vertices, cusps, leaves or levels.", param_hint="--table")
     as_json = as_json or (output is not None and output.suffix.lower() == ".json" and not as_csv)
@@ -298,8 +301,33 @@ def _facts(gamut: Gamut) -> dict[str, Any]:
         if isinstance(value, str | int | float):
             facts[name] = value
     facts["white"] = gamut.conditions.white
+    facts |= _measurement_facts(provenance)
     for number, warning in enumerate(provenance.get("warnings", ()), 1):
         facts[f"warning {number}"] = warning
+    return facts
+
+
+def _measurement_facts(provenance: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the patches, the condition and the error of the device model of measurements."""
+    facts: dict[str, Any] = {}
+    patches = provenance.get("patches")
+    if isinstance(patches, dict):
+        others = [
+            f"{patches[name]} {name}" for name in ("averaged", "dropped") if patches.get(name)
+        ]
+        used = f"{patches.get('used', patches['read'])} of {patches['read']} used"
+        facts["patches"] = ", ".join([used, *others])
+        facts["measurement condition"] = provenance.get("measurement_condition") or "not stated"
+    model = provenance.get("model")
+    if isinstance(model, dict) and "leave_out_error" in model:
+        facts["device model"] = model["name"]
+        error = model["leave_out_error"]
+        facts["model error"] = "unknown"
+        if error is not None:
+            facts["model error"] = (
+                f"{error['mean']:.2f} {error['unit']} on average, {error['percentile_95']:.2f} at "
+                f"the 95th percentile, of {error.get('of', 'left-out patches')}"
+            )
     return facts
 
 

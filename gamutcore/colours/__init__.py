@@ -14,7 +14,7 @@ from gamutcore.colours.colorimetry import (
     white_point,
     xyz_to_lab,
 )
-from gamutcore.colours.device_model import DEVICE_MODELS
+from gamutcore.colours.device_model import DEVICE_MODELS, check_dimensions
 from gamutcore.colours.gamut_colours import (
     INTENTS,
     colours_in_space,
@@ -30,6 +30,7 @@ from gamutcore.colours.measured import ILLUMINANTS, OBSERVERS, measured_colours
 from gamutcore.colours.models import DeviceModel
 from gamutcore.colours.picture import closed_form_values, find_values, picture_colours
 from gamutcore.colours.reference import RGB_CURVES, RgbSpace, primary_matrix, reference_white
+from gamutcore.colours.repeats import consistent_samples
 from gamutcore.colours.sampling import (
     SURFACE_SAMPLES,
     AbsoluteColours,
@@ -83,10 +84,12 @@ __all__ = [
     "SurfaceColours",
     "SurfaceFaces",
     "adaptation_matrix",
+    "check_dimensions",
     "check_mesh_space",
     "closed_form_values",
     "colours_in_space",
     "compensate_black",
+    "consistent_samples",
     "cube_nodes",
     "declared_space",
     "decode_srgb",

@@ -23,7 +23,7 @@ from gamutcore.characterisation.icc.transforms import checked_positions, multili
 from gamutcore.characterisation.samples import JSON
 from gamutcore.colours.colorimetry import ICC_D50, lab_to_xyz
 from gamutcore.colours.models import Arrays, DeviceFunction, check_shapes, device_function
-from gamutcore.errors import OptionError, UnsupportedProfileError
+from gamutcore.errors import FlatPointsError, OptionError, UnsupportedProfileError
 from gamutcore.kernels import kernel
 from gamutcore.number_text import number_text
 
@@ -47,6 +47,37 @@ curvature. The estimate of a grid's error is too large by at most this factor.""
 _NOTICEABLE = 1.0
 """Mean ΔE*ab of a grid's estimate below which the choice of the model does not matter. The errors
 themselves are a half to a quarter of the estimate."""
+
+
+_THIN = 1e-3
+"""Thickness of device values as a share of their extent below which they lie in a plane: rounding
+to 0.1 %."""
+
+_SINGULAR = 1e-6
+"""Square of that share: what is left of a sample's freedom if the others lie in a plane."""
+
+
+def check_dimensions(samples: Samples) -> None:
+    """Refuse device values on a line or plane of the device space: their colours are a sheet."""
+    if samples.device is None or len(samples.channels) < 3:
+        return
+    distinct = np.unique(samples.device, axis=0)
+    spread = np.linalg.eigvalsh(np.atleast_2d(np.cov(distinct.T, bias=True)))
+    dimensions = int((spread > _THIN**2 * spread[-1]).sum()) if spread[-1] > _APART**2 else 0
+    if dimensions >= 3:
+        return
+    shape = ("are all equal", "lie on a line", "lie in a plane")[dimensions]
+    varied = np.ptp(distinct, axis=0) > _APART
+    names = ", ".join(
+        channel for channel, varies in zip(samples.channels, varied, strict=True) if varies
+    )
+    which = f" Channels that vary: {names}." if names else ""
+    raise FlatPointsError(
+        f"The device values of the {len(samples)} patches {shape}, so their colours enclose no "
+        f"volume.{which}",
+        where={"field": "samples", "dimensions": dimensions},
+        remedy="Give patches that vary in three channels or more, independently of each other.",
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,16 +117,28 @@ def device_model(device: FloatArray, lab: FloatArray, kind: str | None = None) -
         none: dict[str, JSON] = {"name": "none: the samples' own colours"}
         why = str(fitted) if len(device) > 1 else "there is only one distinct device value"
         return SampleModel(device, lab, None, none, degenerate=why)
-    mean, high = _figures(fitted.leave_out_errors)
     provenance: dict[str, JSON] = {
         "name": "radial basis functions",
         "kernel": "cubic",
         "smoothing": SMOOTHING,
         "samples": len(device),
-        "leave_out_error": {"unit": "ΔE*ab", "mean": mean, "percentile_95": high},
+        "leave_out_error": None,
     }
+    mean: float | None = None
+    warnings: tuple[str, ...] = ()
+    errors = fitted.leave_out_errors
+    if len(errors):
+        mean, high = _figures(errors)
+        provenance["leave_out_error"] = {"unit": "ΔE*ab", "mean": mean, "percentile_95": high}
+    if len(errors) < len(device):
+        single = len(device) - len(errors)
+        warning = (
+            f"The device model rests on {single} single patch{'es' if single > 1 else ''}: without "
+            "one, the others lie in a plane of the device space. The error there is unknown."
+        )
+        warnings = (warning,)
     varied = np.ptp(device, axis=0) > _APART
-    return SampleModel(device, lab, Fit(fitted, varied), provenance, mean)
+    return SampleModel(device, lab, Fit(fitted, varied), provenance, mean, warnings=warnings)
 
 
 def _incomplete_grid(device: FloatArray) -> OptionError:
@@ -140,7 +183,7 @@ def _interpolation(grid: GridModel, device: FloatArray, lab: FloatArray) -> Samp
             "are about two to four times smaller",
         }
         fitted = _fit(device, lab) if len(device) <= _COMPARED else None
-        if isinstance(fitted, ScatteredModel):
+        if isinstance(fitted, ScatteredModel) and len(fitted.leave_out_errors):
             other, other_high = _figures(fitted.leave_out_errors)
             provenance["fit"] = {
                 "leave_out_error": {"unit": "ΔE*ab", "mean": other, "percentile_95": other_high}
@@ -322,8 +365,9 @@ class ScatteredModel:
     """Cubic radial basis functions with a linear part, fitted to scattered samples.
 
     `centres` (n, k) are the device values of the samples, `weights` (n, 3) those of the functions,
-    and `linear` (k + 1, 3) the constant and the linear part. `leave_out_errors` (n,) are the
-    distances of the samples from their predictions by the others.
+    and `linear` (k + 1, 3) the constant and the linear part. `leave_out_errors` are the distances
+    of the samples from their predictions by the others, without samples that the others cannot
+    predict because they lie in a plane.
     """
 
     centres: FloatArray
@@ -398,18 +442,22 @@ def _solution(device: FloatArray, colours: FloatArray) -> ScatteredModel:
     # spread = L⁻¹ Qᵀ, and M = spreadᵀ spread
     spread = _reflection(matrix, reflectors, scales, "R", transposed=True)
     weights = spread.T @ (spread @ colours)
-    errors = weights / np.einsum("ij,ij->j", spread, spread)[:, np.newaxis]
+    with np.errstate(divide="ignore", invalid="ignore"):  # some have no error, see below
+        errors = weights / np.einsum("ij,ij->j", spread, spread)[:, np.newaxis]
     # The first rows of Qᵀ(Φ + λ)·weights + Qᵀ·basis·linear = Qᵀ·colours; Qᵀ·basis is a triangle.
     rotated = _reflection(
         np.column_stack([weights, colours]), reflectors, scales, "L", transposed=True
     )
     remainder = rotated[:order, 3:] - head @ rotated[:, :3]
     linear = linalg.solve_triangular(triangle[:order], remainder, check_finite=False)
+    # a sample that alone decides a coefficient of the linear part has no prediction by the others
+    own = linalg.solve_triangular(triangle[:order], basis.T, trans="T", check_finite=False)
+    predicted = 1.0 - np.einsum("ij,ij->j", own, own) > _SINGULAR
     return ScatteredModel(
         centres=np.ascontiguousarray(device),
         weights=weights,
         linear=linear,
-        leave_out_errors=np.linalg.norm(errors, axis=1),
+        leave_out_errors=np.linalg.norm(errors[predicted], axis=1),
     )
 
 

@@ -22,6 +22,7 @@ from gamutcore.colours.measured import measured_colours, sample_surface
 from gamutcore.colours.picture import picture_colours
 from gamutcore.colours.profile import profile_surface
 from gamutcore.colours.reference import reference_surface
+from gamutcore.colours.repeats import consistent_samples
 from gamutcore.colours.sampling import (
     SURFACE_SAMPLES,
     AbsoluteColours,
@@ -96,12 +97,11 @@ def surface_colours(
         return profile_surface(characterisation, intent, surface_samples, limits or InkLimits())
     if isinstance(characterisation, Reference):
         return reference_surface(characterisation, intent, surface_samples, adaptation)
+    samples = consistent_samples(characterisation)
     medium = measured_colours(
-        characterisation, intent, observer=observer, illuminant=illuminant, adaptation=adaptation
+        samples, intent, observer=observer, illuminant=illuminant, adaptation=adaptation
     )
-    surface = sample_surface(
-        characterisation, medium, surface_samples, limits or InkLimits(), model
-    )
+    surface = sample_surface(samples, medium, surface_samples, limits or InkLimits(), model)
     return replace(surface, as_measured=medium.as_measured, absolute=medium.absolute)
 
 

@@ -24,6 +24,7 @@ from gamutcore.colours import (
     SPACE_PARAMETERS,
     adaptation_matrix,
     compensate_black,
+    consistent_samples,
     lab_to_xyz,
     luminance_of_black,
     measured_colours,
@@ -451,6 +452,8 @@ def _measured(samples: Samples | None, options: Options) -> tuple[FloatArray, Fl
     """Return device values and media-relative colours of samples."""
     if samples is None or samples.device is None:
         return None
+    samples = consistent_samples(samples)
+    assert samples.device is not None  # noqa: S101 (checked above)
     colours = measured_colours(
         samples,
         "relative",

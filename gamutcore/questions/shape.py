@@ -321,13 +321,18 @@ def leaves(
 
 def _leaves_answer(found: ChromaTable) -> Answer:
     counts = np.diff(found.offsets)
-    intervals = found.chroma.tolist()
-    cells = [intervals[start:end] for start, end in pairwise(found.offsets.tolist())]
     across = len(found.lightness)
-    document = {
+
+    def by_hue(ends: FloatArray) -> list[list[Any]]:
+        entries = ends.tolist()
+        cells = [entries[start:end] for start, end in pairwise(found.offsets.tolist())]
+        return [cells[at : at + across] for at in range(0, len(cells), across)]
+
+    document: dict[str, Any] = {
+        "channels": list(found.channels),
         "hue": found.hue,
         "lightness": found.lightness,
-        "intervals": [cells[at : at + across] for at in range(0, len(cells), across)],
+        "intervals": by_hue(found.chroma),
     }
     table = {
         "hue": np.repeat(np.repeat(found.hue, across), counts),
@@ -335,7 +340,10 @@ def _leaves_answer(found: ChromaTable) -> Answer:
         "chroma_from": found.chroma[:, 0],
         "chroma_to": found.chroma[:, 1],
     }
-    return Answer(table, document=document)
+    if found.device is not None:
+        table["device"] = found.device[:, 1]
+        document["device"] = by_hue(found.device)
+    return Answer(table, channels=found.channels, document=document)
 
 
 LEAVES = Question(
@@ -359,15 +367,27 @@ LEAVES = Question(
     ),
     leaves,
     members={
+        "channels": _CHANNELS,
         "hue": described(_NUMBERS, "Hues in degrees."),
         "lightness": described(_NUMBERS, "Lightnesses."),
         "intervals": described(
             list_of(list_of(_ROWS)),
             "By hue and lightness: the pairs of smallest and largest chroma.",
         ),
+        "device": described(
+            list_of(list_of(list_of(_ROWS))),
+            "The device values at both ends of each interval, from 0 to 1, if the gamut has any; "
+            "null on the neutral axis. Tables have those of the largest chroma.",
+        ),
     },
     shape=_leaves_answer,
-    answered={"hue": [0], "lightness": [0, 50], "intervals": [[[], [[0, 77.1]]]]},
+    answered={
+        "channels": ["R", "G", "B"],
+        "hue": [0],
+        "lightness": [0, 50],
+        "intervals": [[[], [[0, 77.1]]]],
+        "device": [[[], [[[None, None, None], [0.9, 0.1, 0.4]]]]],
+    },
 )
 
 

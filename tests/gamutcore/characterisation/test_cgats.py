@@ -1,6 +1,9 @@
 """The CGATS family: dialects, traps of real files, conditions, and files that break it."""
 
 import random
+import shutil
+import subprocess
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,6 +19,7 @@ from gamutcore.errors import (
     MalformedFileError,
     MissingColumnError,
     SampleLimitError,
+    UnrecognisedFormatError,
 )
 
 
@@ -408,3 +412,128 @@ class TestColourGamutEnvelopes:
         with pytest.raises(MalformedFileError) as caught:
             read(table(self.XYZ, self.HALF, broken))
         assert caught.value.where["line"] == 9
+
+
+REPORTS = Path(__file__).parents[2] / "data" / "reports"
+
+
+def saved(text, separator, *, quoted=False, decimal=".", width=0, keywords=True):
+    """The text as a spreadsheet saves it; keyword and value are one cell, or a cell each."""
+    lines = []
+    for line in text.splitlines():
+        cells = [line] if '"' in line else line.split()
+        if '"' in line and keywords:
+            cells = list(line.partition(" ")[::2])
+        cells = [cell.replace(".", decimal) if cell[-1:].isdigit() else cell for cell in cells]
+        marks = ('"', separator)
+        cells = [
+            '"' + cell.replace('"', '""') + '"'
+            if quoted or any(mark in cell for mark in marks)
+            else cell
+            for cell in cells
+        ]
+        lines.append(separator.join(cells + [""] * (width - len(cells))))
+    return "\r\n".join(lines) + "\r\n"
+
+
+@pytest.mark.parametrize("separator", [",", ";", "\t"])
+@pytest.mark.parametrize(
+    "options",
+    [
+        {},
+        {"keywords": False},
+        {"quoted": True},
+        {"width": 9},
+        {"decimal": ",", "width": 8},
+        {"quoted": True, "decimal": ",", "keywords": False, "width": 12},
+    ],
+)
+def test_files_that_a_spreadsheet_saved(separator, options):
+    text = (REPORTS / "printer-lab-d65-reference.txt").read_text()
+    right = read(text)
+    found = read(saved(text, separator, **options))
+    np.testing.assert_array_equal(found.lab, right.lab)
+    np.testing.assert_array_equal(found.device, right.device)
+    assert found.conditions == right.conditions
+    assert found.warnings == right.warnings
+
+
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "utf-16-le", "cp1252"])
+def test_files_of_a_spreadsheet_in_its_encodings(encoding):
+    text = (REPORTS / "printer-lab-d65-reference.txt").read_text()
+    found = read_characterisation(saved(text, ";", decimal=",").encode(encoding))
+    assert found.conditions == read(text).conditions
+    assert read("sep=;\r\n" + saved(text, ";")).conditions == found.conditions
+
+
+@pytest.mark.parametrize(
+    "name", ["printer-lab-d65-saved-by-spreadsheet.txt", "cgats-saved-as-csv.csv"]
+)
+def test_reports_of_files_that_a_spreadsheet_saved(name):
+    samples = read_characterisation((REPORTS / name).read_bytes())
+    assert samples.conditions["DEVICE_CLASS"] == "OUTPUT"
+    assert samples.conditions["ORIGINATOR"] == "A writer"
+    assert len(samples) == 125
+    assert samples.warnings == ()
+
+
+def test_lines_that_are_single_cells():
+    text = (REPORTS / "printer-lab-d65-reference.txt").read_text()
+    lines = ['"' + line.replace('"', '""') + '"' for line in text.splitlines()]
+    for found in (read("\n".join(lines)), read(text.replace('"', "").replace("\n", ",,,\n"))):
+        np.testing.assert_array_equal(found.lab, read(text).lab)
+        assert found.conditions["OBSERVER"] == "10 degree"
+
+
+@pytest.mark.parametrize(
+    ("change", "where"),
+    [
+        (("\r\n2,0,0,64,", "\r\n2,0,0,"), {"line": 13, "field": "LAB_B"}),
+        (("\r\n2,0,0,64,", "\r\n2,0,,64,"), {"line": 13, "field": "RGB_G"}),
+        (("\r\n2,0,0,64,", "\r\n2,0,0,1,2,64,"), {"line": 13, "column": 8}),
+    ],
+)
+def test_damaged_rows_of_a_spreadsheet(change, where):
+    text = saved((REPORTS / "printer-lab-d65-reference.txt").read_text(), ",")
+    with pytest.raises(MalformedFileError) as caught:
+        read(text.replace(*change))
+    assert where.items() <= caught.value.where.items()
+
+
+@settings(max_examples=60)
+@given(seed=st.integers(0, 2**32), separator=st.sampled_from(",;\t"), quoted=st.booleans())
+def test_mutated_spreadsheets_give_samples_or_a_named_error(seed, separator, quoted):
+    chance = random.Random(seed)  # noqa: S311
+    text = list(saved(PLAIN.replace("CTI3", 'CTI3\nORIGINATOR "A"'), separator, quoted=quoted))
+    for _ in range(chance.randint(1, 8)):
+        place = chance.randrange(len(text))
+        text[place : place + chance.randint(0, 4)] = chance.choice('",;\t\n 0aE')
+    try:
+        samples = read("".join(text))
+    except GamutError:
+        return
+    assert np.isfinite(samples.lab).all()
+
+
+@pytest.mark.parametrize("first_line", ["CTI1", "CTI2   ", "cti1", '"CTI1"\t'])
+def test_charts_of_argyll_hold_estimates(first_line):
+    text = PLAIN.replace("CTI3", first_line + '\nORIGINATOR "Argyll targen"')
+    if '"' in first_line:
+        text = text.replace("BEGIN_DATA_FORMAT", '"BEGIN_DATA_FORMAT"', 1)
+    with pytest.raises(UnrecognisedFormatError, match="colours are estimates") as caught:
+        read(text)
+    assert ".ti3" in caught.value.remedy
+    assert caught.value.where == {"line": 1}
+
+
+@pytest.mark.slow
+def test_charts_that_targen_makes_are_refused(tmp_path):
+    targen = shutil.which("targen")
+    if targen is None:
+        pytest.skip("targen of ArgyllCMS is not installed")
+    for inks in ("-d3", "-d4"):
+        subprocess.run(
+            [targen, inks, "-f20", "chart"], cwd=tmp_path, check=True, capture_output=True
+        )
+        with pytest.raises(UnrecognisedFormatError, match="colours are estimates"):
+            read_characterisation((tmp_path / "chart.ti1").read_bytes())

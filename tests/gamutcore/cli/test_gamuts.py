@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+from itertools import product
 
 import numpy as np
 import pytest
@@ -30,6 +31,27 @@ def test_build_saves_what_info_shows(command, as_json, cube, tmp_path):
     shown, _ = command("info", output)
     assert "volume" in shown
     assert "8000" in shown
+
+
+def test_info_states_patches_condition_and_model_error(command, tmp_path):
+    levels = np.array(list(product([0, 50, 100], repeat=3)), float)
+    lab = levels @ np.array([[-0.2, -0.4, -0.5], [-0.3, 0.7, 0], [-0.1, 0, 0.9]]) + [95, 0, 0]
+    rows = np.hstack([levels, lab])
+    rows = np.vstack([rows, rows[:1] + 0.0, [0, 0, 0, 0, 0, 0]])
+    path = tmp_path / "press.csv"
+    head = "CMY_C,CMY_M,CMY_Y,M1_LAB_L,M1_LAB_A,M1_LAB_B"
+    np.savetxt(path, rows, "%g", ",", header=head, comments="")
+    shown, _ = command("info", path, "--surface-samples", 500, "--intent", "absolute")
+    lines = [" ".join(line.split()) for line in shown.splitlines()]
+    assert "patches 27 of 29 used, 1 averaged, 1 dropped" in lines
+    assert "measurement condition M1" in lines
+    # linear colours are met exactly
+    assert any(line.startswith("model error 0.00 ΔE*ab on average") for line in lines)
+    assert any("Line 30 is left out" in line for line in lines)
+    text, _ = command("export", path, "--surface-samples", 500, "--table", "leaves", "--csv")
+    table = list(csv.DictReader(io.StringIO(text)))
+    yellow = next(row for row in table if (row["hue"], row["lightness"]) == ("90", "85"))
+    assert float(yellow["Y"]) == pytest.approx(100, abs=5)
 
 
 def test_build_names_the_file_after_the_source(command, cube, tmp_path, monkeypatch):

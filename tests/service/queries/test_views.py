@@ -128,6 +128,24 @@ def test_device_values_of_a_boundary_lie_on_the_cube_of_device_values(server, na
     assert np.minimum(device, 1 - device).min(axis=1).max() < 0.1
 
 
+def test_leaves_have_the_device_values_of_both_ends(server):
+    """The cusp of red, L* 54.3 and hue 40.9° (Lindbloom), is at R = 1 and G = B = 0."""
+    query = {"surface_samples": 2000, "hues": 360, "lightness": 101}
+    answer = server.client.get("/v1/gamuts/srgb/leaves", params=query).json()
+    assert answer["channels"] == ["R", "G", "B"]
+    chroma, device = answer["intervals"][41][54][-1], answer["device"][41][54][-1]
+    assert chroma[1] == pytest.approx(106.8, abs=1.5)
+    np.testing.assert_allclose(device[1], [1, 0, 0], atol=0.06)
+    assert [len(cell) for cell in answer["device"][41]] == [
+        len(cell) for cell in answer["intervals"][41]
+    ]
+    accept = {"accept": "text/csv"}
+    query |= {"hues": 4, "lightness": 5}
+    table = server.client.get("/v1/gamuts/srgb/leaves", params=query, headers=accept).text
+    names = "hue,lightness,chroma_from,chroma_to,device_R,device_G,device_B"
+    assert table.splitlines()[0] == names
+
+
 # --- forms ----------------------------------------------------------------------------------------
 
 
