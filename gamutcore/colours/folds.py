@@ -1,0 +1,212 @@
+"""Folds inside of a device's cube: sheets of colours that can be outside of the cube's faces.
+
+A device folds where its colours turn back although the device values go on. The boundary of its
+gamut then has pieces of the inside of the cube. Such a piece is a fold of a three-dimensional face
+of the cut cube: the faces of the cube itself, or sections of the limit of the sum of inks.
+
+Each of these solids has a lattice of tetrahedra. The colours are taken as linear in each. The
+boundary of their image then consists of triangles at the surface of the solid, and of triangles
+between two tetrahedra of opposite orientation. The latter are the folds.
+"""
+
+from __future__ import annotations
+
+from itertools import combinations, permutations
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from gamutcore.arrays import BooleanArray, FloatArray, IndexArray, LongArray
+from gamutcore.colours.ink_limits import InkCube, corners_within, printable_values
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+_MOST_SOLIDS = 4096
+"""Largest number of solids that are searched; nine inks have more."""
+
+_COARSE = 300_000
+"""Number of device values in all solids at which folds are sought."""
+
+_FINE = 300_000
+"""Number of cells around the folds."""
+
+_DIVISIONS = 64
+"""Largest number of cells along an edge of a solid in the search."""
+
+_PARTS = 8
+"""Largest number of parts into which a cell of the search is divided."""
+
+_TINY = 1e-9
+
+_PATHS = np.array(list(permutations(range(3))))
+"""The tetrahedra of a cell: paths along the axes from its lowest corner to its highest (Kuhn)."""
+
+_TURNS = np.array([[list(map(tuple, _PATHS)).index(path) for path in each] for each in (
+    [(b, a, c) for a, b, c in _PATHS], [(a, c, b) for a, b, c in _PATHS],
+    [(b, c, a) for a, b, c in _PATHS])])  # fmt: skip
+"""The tetrahedron beyond the triangle without the second corner of each, without the third, and, in
+the cell beyond, without the first."""
+
+_ODD = np.array([np.linalg.det(np.eye(3)[path]) < 0 for path in _PATHS])
+
+
+class Sheets(NamedTuple):
+    """Triangles (m, 3) of printable device values (n, k), and the colours of these."""
+
+    values: FloatArray
+    points: FloatArray
+    corners: IndexArray
+
+
+class _Solid(NamedTuple):
+    """A three-dimensional face: its free channels, the others' values, and where the limit cuts.
+
+    `dependent` is the channel that takes the rest of the limit; −1 for a face of the cube.
+    """
+
+    free: tuple[int, ...]
+    fixed: FloatArray
+    dependent: int
+
+
+def fold_sheets(
+    cube: InkCube,
+    colours: Callable[[FloatArray], FloatArray],
+    outside: Callable[[FloatArray], FloatArray],
+    threshold: float,
+) -> Sheets | None:
+    """Return the folds of a device that are outside of a boundary; None without any.
+
+    `colours` maps values of the cube to colours, and `outside` these to their distance from the
+    boundary, 0 inside. Folds are sought where it is above the threshold.
+    """
+    if len(cube.lowest) < 3:
+        return None
+    solids = list(_solids(cube))
+    if len(solids) > _MOST_SOLIDS:
+        return None
+    divisions = min(int((_COARSE / len(solids)) ** (1 / 3)) - 1, _DIVISIONS)
+    places = _triples(np.arange((divisions + 1) ** 3), divisions + 1) / divisions
+    chosen = []
+    for solid in solids:
+        distance = outside(colours(_values(cube, solid, places)[0]))
+        nodes = (distance > threshold).reshape((divisions + 1,) * 3)
+        chosen.append(_cells_beside(nodes))
+    count = sum(len(cells) for cells in chosen)
+    if not count:
+        return None
+    parts = int(np.clip((_FINE / count) ** (1 / 3), 1, _PARTS))
+    sheets = [
+        _sheets_of(cube, solid, colours, _divided(cells, parts), divisions * parts)
+        for solid, cells in zip(solids, chosen, strict=True)
+        if len(cells)
+    ]
+    first = np.cumsum([0, *(len(each.values) for each in sheets)])
+    points = np.concatenate([each.points for each in sheets])
+    corners = np.concatenate([each.corners + at for each, at in zip(sheets, first, strict=False)])
+    corners = corners[(outside(points) > 0.0)[corners].any(axis=1)]
+    if not len(corners):
+        return None
+    used, corners = np.unique(corners, return_inverse=True)
+    values = np.concatenate([each.values for each in sheets])[used]
+    return Sheets(values, points[used], corners.reshape(-1, 3).astype(np.int32))
+
+
+def _solids(cube: InkCube) -> Iterator[_Solid]:
+    """Yield the three-dimensional faces of a cut cube."""
+    channels = range(len(cube.lowest))
+    for free in combinations(channels, 3):
+        lowest = float(cube.lowest[list(free)].sum())
+        for fixed in corners_within(cube, *free):
+            if fixed.sum() + lowest < cube.limit - _TINY:
+                yield _Solid(free, fixed, -1)
+    if not cube.cut:
+        return
+    for free in combinations(channels, 4):
+        axes = list(free)
+        low, high = float(cube.lowest[axes].sum()), float(cube.highest[axes].sum())
+        for fixed in corners_within(cube, *free):
+            if low + _TINY < cube.limit - fixed.sum() < high - _TINY:
+                yield _Solid(free[:3], fixed, free[3])
+
+
+def _values(cube: InkCube, solid: _Solid, places: FloatArray) -> tuple[FloatArray, BooleanArray]:
+    """Return printable values (m, k) at positions (m, 3), and which are no more than the limit's.
+
+    Positions are shares of the ranges of the free channels. Those beyond the limit are moved to it.
+    """
+    values = np.tile(solid.fixed, (len(places), 1))
+    axes, last = list(solid.free), solid.dependent
+    low, high = cube.lowest[axes], cube.highest[axes]
+    values[:, axes] = low + places * (high - low)
+    if last < 0:
+        inner = values.sum(axis=1) < cube.limit - _TINY
+    else:
+        rest = cube.limit - values.sum(axis=1)
+        values[:, last] = np.clip(rest, cube.lowest[last], cube.highest[last])
+        inner = (rest > cube.lowest[last] + _TINY) & (rest < cube.highest[last] - _TINY)
+    return printable_values(cube, values), inner
+
+
+def _cells_beside(nodes: BooleanArray) -> LongArray:
+    """Return the cells (c, 3) that have one of the nodes as a corner, and the cells beside them."""
+    count = nodes.shape[0] - 1
+    cells = np.zeros((count + 2,) * 3, bool)
+    for x, y, z in np.ndindex(2, 2, 2):
+        cells[x : x + count + 1, y : y + count + 1, z : z + count + 1] |= nodes
+    for axis in range(3):
+        beside = cells.swapaxes(0, axis)
+        wide = beside.copy()
+        wide[1:] |= beside[:-1]
+        wide[:-1] |= beside[1:]
+        cells = wide.swapaxes(0, axis)
+    return np.argwhere(cells[1:-1, 1:-1, 1:-1])
+
+
+def _divided(cells: LongArray, parts: int) -> LongArray:
+    """Return the parts³ parts of each cell."""
+    inner = _triples(np.arange(parts**3), parts)
+    return (cells[:, np.newaxis] * parts + inner).reshape(-1, 3)
+
+
+def _triples(numbers: LongArray, count: int) -> LongArray:
+    return np.stack([numbers // count**2, numbers // count % count, numbers % count], axis=-1)
+
+
+def _sheets_of(
+    cube: InkCube,
+    solid: _Solid,
+    colours: Callable[[FloatArray], FloatArray],
+    cells: LongArray,
+    divisions: int,
+) -> Sheets:
+    """Return the folds of a solid in some cells (c, 3) of its lattice."""
+    side = divisions + 1
+    strides = np.array([side**2, side, 1])
+    keys = np.sort(cells @ strides)
+    steps = np.zeros((len(_PATHS), 4, 3), np.int64)
+    steps[:, 1:] = np.cumsum(np.eye(3, dtype=np.int64)[_PATHS], axis=1)
+    corner_keys = keys[:, np.newaxis, np.newaxis] + steps @ strides  # (c, 6, 4)
+    nodes, corner = np.unique(corner_keys, return_inverse=True)
+    corner = corner.reshape(corner_keys.shape)
+    values, inner = _values(cube, solid, _triples(nodes, side) / divisions)
+    points = colours(values)
+    one = points[corner[..., 0]]
+    first, second, third = (points[corner[..., each]] - one for each in (1, 2, 3))
+    turned = (np.einsum("cti,cti->ct", first, np.cross(second, third)) < 0.0) != _ODD
+    # beyond the limit, tetrahedra are flat
+    real = inner[corner].any(axis=2)
+
+    pairs = []
+    for omitted, turn in ((1, _TURNS[0]), (2, _TURNS[1])):
+        folded = (turned != turned[:, turn]) & real & real[:, turn]
+        folded &= np.arange(len(turn)) < turn  # once
+        pairs.append(np.delete(corner, omitted, axis=2)[folded])
+    for tetrahedron, path in enumerate(_PATHS):
+        beyond = np.minimum(np.searchsorted(keys, keys + strides[path[0]]), len(keys) - 1)
+        other = _TURNS[2][tetrahedron]
+        folded = (keys[beyond] == keys + strides[path[0]]) & real[:, tetrahedron]
+        folded &= real[beyond, other] & (turned[:, tetrahedron] != turned[beyond, other])
+        pairs.append(corner[folded, tetrahedron, 1:])
+    return Sheets(values, points, np.concatenate(pairs).astype(np.int32))
