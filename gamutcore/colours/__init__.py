@@ -15,6 +15,7 @@ from gamutcore.colours.colorimetry import (
     xyz_to_lab,
 )
 from gamutcore.colours.device_model import DEVICE_MODELS
+from gamutcore.colours.folds import fold_sheets
 from gamutcore.colours.gamut_colours import (
     INTENTS,
     colours_in_space,
@@ -33,6 +34,7 @@ from gamutcore.colours.reference import RGB_CURVES, RgbSpace, primary_matrix, re
 from gamutcore.colours.sampling import (
     SURFACE_SAMPLES,
     AbsoluteColours,
+    DeviceColours,
     SurfaceColours,
     SurfaceFaces,
 )
@@ -76,6 +78,7 @@ __all__ = [
     "AbsoluteColours",
     "ColourConversion",
     "ColourSpace",
+    "DeviceColours",
     "DeviceModel",
     "InkLimits",
     "LookupTable",
@@ -93,6 +96,7 @@ __all__ = [
     "display_primaries",
     "encode_srgb",
     "find_values",
+    "fold_sheets",
     "lab_to_xyz",
     "linear_srgb",
     "luminance_of_black",

@@ -37,6 +37,9 @@ _DIVISIONS = 64
 _PARTS = 8
 """Largest number of parts into which a cell of the search is divided."""
 
+_NEAR = 0.05
+"""Distance of known values from a solid, as a share of the range of a channel."""
+
 _TINY = 1e-9
 
 _PATHS = np.array(list(permutations(range(3))))
@@ -75,11 +78,13 @@ def fold_sheets(
     colours: Callable[[FloatArray], FloatArray],
     outside: Callable[[FloatArray], FloatArray],
     threshold: float,
+    known: FloatArray,
 ) -> Sheets | None:
     """Return the folds of a device that are outside of a boundary; None without any.
 
     `colours` maps values of the cube to colours, and `outside` these to their distance from the
-    boundary, 0 inside. Folds are sought where it is above the threshold.
+    boundary, 0 inside. Folds are sought where it is above the threshold, and around `known` values
+    (s, k).
     """
     if len(cube.lowest) < 3:
         return None
@@ -92,7 +97,7 @@ def fold_sheets(
     for solid in solids:
         distance = outside(colours(_values(cube, solid, places)[0]))
         nodes = (distance > threshold).reshape((divisions + 1,) * 3)
-        chosen.append(_cells_beside(nodes))
+        chosen.append(_cells_beside(nodes, _cells_of(cube, solid, known, divisions)))
     count = sum(len(cells) for cells in chosen)
     if not count:
         return None
@@ -149,12 +154,25 @@ def _values(cube: InkCube, solid: _Solid, places: FloatArray) -> tuple[FloatArra
     return printable_values(cube, values), inner
 
 
-def _cells_beside(nodes: BooleanArray) -> LongArray:
-    """Return the cells (c, 3) that have one of the nodes as a corner, and the cells beside them."""
+def _cells_of(cube: InkCube, solid: _Solid, values: FloatArray, divisions: int) -> LongArray:
+    """Return the cells (c, 3) of values (s, k) that are near a solid."""
+    axes, extent = list(solid.free), cube.highest - cube.lowest
+    others = np.setdiff1d(np.arange(len(extent)), [*axes, solid.dependent])
+    away = np.abs(values - solid.fixed)[:, others] / extent[others]
+    near = (away <= _NEAR).all(axis=1)
+    if solid.dependent >= 0:
+        near &= values.sum(axis=1) > cube.limit - _NEAR
+    places = (values[near][:, axes] - cube.lowest[axes]) / extent[axes]
+    return np.clip((places * divisions).astype(np.int64), 0, divisions - 1)
+
+
+def _cells_beside(nodes: BooleanArray, known: LongArray) -> LongArray:
+    """Return the cells (c, 3) that have one of the nodes as a corner or are known, and those beside."""
     count = nodes.shape[0] - 1
     cells = np.zeros((count + 2,) * 3, bool)
     for x, y, z in np.ndindex(2, 2, 2):
         cells[x : x + count + 1, y : y + count + 1, z : z + count + 1] |= nodes
+    cells[tuple((known + 1).T)] = True
     for axis in range(3):
         beside = cells.swapaxes(0, axis)
         wide = beside.copy()
