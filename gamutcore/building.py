@@ -346,9 +346,9 @@ def _boundary_of_colours(
             and missed > LARGE_ERROR / 100.0 * space.white_lightness
         ):
             warnings.append(
-                f"Colours of the device, by its model or as measured, are up to {missed:.3g} outside "
-                "of the full boundary. The default tolerance counts them, and others as near, as "
-                "in gamut."
+                f"Colours of the device, by its model or as measured, are up to {missed:.3g} "
+                "outside of the full boundary. The default tolerance counts them, and others as "
+                "near, as in gamut."
             )
         provenance["warnings"] = warnings
     if colours.absolute is not None:
@@ -388,7 +388,7 @@ FLAT_PIECES = 2.0
 FOLD = -1
 """Label of the triangles of folds, which belong to no patch of the surface."""
 
-FOLD_ROUNDS = 3
+FOLD_ROUNDS = 2
 """Largest number of times that the boundary is raised to folds. The first leaves small ones."""
 
 
@@ -415,10 +415,11 @@ def _raised_to_folds(
     device, threshold, triangles = colours.device_colours, FOLDED * white_lightness / 100.0, 0
     if device is not None and wrapping.choices["method"] == "device-surface":
         folds = error > max(threshold, FLAT_PIECES * _surface_error(device, wrapping.boundary))
-        for _ in range(FOLD_ROUNDS if folds else 0):
+        for number in range(FOLD_ROUNDS if folds else 0):
             outside = _distance_outside(wrapping.boundary)
             known = values[outside(device.points(values)) > threshold]
-            sheets = fold_sheets(device.cube, device.points, outside, threshold, known)
+            everywhere = None if number else threshold
+            sheets = fold_sheets(device.cube, device.points, outside, everywhere, known)
             if sheets is None or colours.faces is None or colours.device is None:
                 break
             faces, first = colours.faces, len(colours.points)
@@ -426,9 +427,7 @@ def _raised_to_folds(
             colours = replace(
                 colours,
                 points=np.concatenate([colours.points, sheets.points]),
-                device=np.concatenate(
-                    [colours.device, device.model.limited.device(sheets.values)]
-                ),
+                device=np.concatenate([colours.device, device.model.limited.device(sheets.values)]),
                 faces=SurfaceFaces(
                     np.concatenate([faces.corners, sheets.corners + np.int32(first)]),
                     np.append(faces.labels, np.full(len(sheets.corners), FOLD, np.int32)),

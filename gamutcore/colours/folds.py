@@ -34,8 +34,8 @@ _FINE = 300_000
 _DIVISIONS = 64
 """Largest number of cells along an edge of a solid in the search."""
 
-_PARTS = 8
-"""Largest number of parts into which a cell of the search is divided."""
+_LARGEST = 128
+"""Largest number of cells along an edge of a solid after their division."""
 
 _NEAR = 0.05
 """Distance of known values from a solid, as a share of the range of a channel."""
@@ -77,31 +77,33 @@ def fold_sheets(
     cube: InkCube,
     colours: Callable[[FloatArray], FloatArray],
     outside: Callable[[FloatArray], FloatArray],
-    threshold: float,
+    threshold: float | None,
     known: FloatArray,
 ) -> Sheets | None:
     """Return the folds of a device that are outside of a boundary; None without any.
 
     `colours` maps values of the cube to colours, and `outside` these to their distance from the
-    boundary, 0 inside. Folds are sought where it is above the threshold, and around `known` values
-    (s, k).
+    boundary, 0 inside. Folds are sought around `known` values (s, k), and, with a threshold, where
+    the distance is above it.
     """
     if len(cube.lowest) < 3:
         return None
     solids = list(_solids(cube))
     if len(solids) > _MOST_SOLIDS:
         return None
-    divisions = min(int((_COARSE / len(solids)) ** (1 / 3)) - 1, _DIVISIONS)
-    places = _triples(np.arange((divisions + 1) ** 3), divisions + 1) / divisions
-    chosen = []
-    for solid in solids:
-        distance = outside(colours(_values(cube, solid, places)[0]))
-        nodes = (distance > threshold).reshape((divisions + 1,) * 3)
-        chosen.append(_cells_beside(nodes, _cells_of(cube, solid, known, divisions)))
+    divisions = _DIVISIONS if threshold is None else _divisions(len(solids))
+    chosen = [_cells_of(cube, solid, known, divisions) for solid in solids]
+    if threshold is not None:
+        places = _triples(np.arange((divisions + 1) ** 3), divisions + 1) / divisions
+        for index, solid in enumerate(solids):
+            distance = outside(colours(_values(cube, solid, places)[0]))
+            nodes = (distance > threshold).reshape((divisions + 1,) * 3)
+            chosen[index] = np.concatenate([chosen[index], _cells_at(nodes)])
+    chosen = [_with_neighbours(cells, divisions) for cells in chosen]
     count = sum(len(cells) for cells in chosen)
     if not count:
         return None
-    parts = int(np.clip((_FINE / count) ** (1 / 3), 1, _PARTS))
+    parts = 1 if threshold is None else _parts(count, divisions)
     sheets = [
         _sheets_of(cube, solid, colours, _divided(cells, parts), divisions * parts)
         for solid, cells in zip(solids, chosen, strict=True)
@@ -166,20 +168,32 @@ def _cells_of(cube: InkCube, solid: _Solid, values: FloatArray, divisions: int) 
     return np.clip((places * divisions).astype(np.int64), 0, divisions - 1)
 
 
-def _cells_beside(nodes: BooleanArray, known: LongArray) -> LongArray:
-    """Return the cells (c, 3) that have one of the nodes as a corner or are known, and those beside."""
+def _cells_at(nodes: BooleanArray) -> LongArray:
+    """Return the cells (c, 3) that have one of the nodes as a corner."""
     count = nodes.shape[0] - 1
-    cells = np.zeros((count + 2,) * 3, bool)
+    cells = np.zeros((count,) * 3, bool)
     for x, y, z in np.ndindex(2, 2, 2):
-        cells[x : x + count + 1, y : y + count + 1, z : z + count + 1] |= nodes
-    cells[tuple((known + 1).T)] = True
-    for axis in range(3):
-        beside = cells.swapaxes(0, axis)
-        wide = beside.copy()
-        wide[1:] |= beside[:-1]
-        wide[:-1] |= beside[1:]
-        cells = wide.swapaxes(0, axis)
-    return np.argwhere(cells[1:-1, 1:-1, 1:-1])
+        cells |= nodes[x : x + count, y : y + count, z : z + count]
+    return np.argwhere(cells)
+
+
+def _with_neighbours(cells: LongArray, divisions: int) -> LongArray:
+    """Return cells (c, 3) and those around them, each once."""
+    around = _triples(np.arange(27), 3) - 1
+    for axis in range(3):  # along one axis after the other, to keep intermediate results small
+        steps = around[(np.delete(around, axis, axis=1) == 0).all(axis=1)]
+        cells = np.unique((cells[:, np.newaxis] + steps).reshape(-1, 3), axis=0)
+    return cells[((cells >= 0) & (cells < divisions)).all(axis=1)]
+
+
+def _divisions(solids: int) -> int:
+    """Return the number of cells along an edge in the search of all of the solids."""
+    return int(min(int((_COARSE / solids) ** (1 / 3)) - 1, _DIVISIONS))
+
+
+def _parts(cells: int, divisions: int) -> int:
+    """Return the number of parts into which cells are divided along an edge."""
+    return int(max(min((_FINE / cells) ** (1 / 3), _LARGEST / divisions), 1))
 
 
 def _divided(cells: LongArray, parts: int) -> LongArray:
