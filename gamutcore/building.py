@@ -424,17 +424,18 @@ def _raised_to_folds(
                 break
             faces, first = colours.faces, len(colours.points)
             triangles += len(sheets.corners)
+            faces = SurfaceFaces(
+                np.concatenate([faces.corners, sheets.corners + np.int32(first)]),
+                np.append(faces.labels, np.full(len(sheets.corners), FOLD, np.int32)),
+                closed=False,
+            )
             colours = replace(
                 colours,
                 points=np.concatenate([colours.points, sheets.points]),
                 device=np.concatenate([colours.device, device.model.limited.device(sheets.values)]),
-                faces=SurfaceFaces(
-                    np.concatenate([faces.corners, sheets.corners + np.int32(first)]),
-                    np.append(faces.labels, np.full(len(sheets.corners), FOLD, np.int32)),
-                    closed=False,
-                ),
+                faces=faces,
             )
-            wrapping = raise_wrapping(wrapping, colours.points, colours.faces)
+            wrapping = raise_wrapping(wrapping, colours.points, faces)
             error, values = _farthest_values(colours, wrapping.boundary)
             if error <= threshold:
                 break
