@@ -17,6 +17,7 @@ import numpy as np
 from gamutcore.boundary import (
     mesh_boundary,
     mesh_vertices,
+    raise_wrapping,
     vertex_device_values,
     wrap_colours,
 )
@@ -35,11 +36,13 @@ from gamutcore.colours import (
     DEFAULT_LUMINANCE,
     MEASURED,
     InkLimits,
+    SurfaceFaces,
     check_dimensions,
     check_mesh_space,
     colours_in_space,
     declared_space,
     display_primaries,
+    fold_sheets,
     medium_white_lab,
     own_tristimulus,
     spread_values,
@@ -69,8 +72,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from gamutcore.arrays import FloatArray
-    from gamutcore.boundary import Boundary
-    from gamutcore.colours import AbsoluteColours, DeviceModel, SurfaceColours
+    from gamutcore.boundary import Boundary, Wrapping
+    from gamutcore.colours import AbsoluteColours, DeviceColours, DeviceModel, SurfaceColours
     from gamutcore.decimation import Decimation
     from gamutcore.geometry import DeviceValues, TriangleMesh
     from gamutcore.history import History
@@ -333,11 +336,11 @@ def _boundary_of_colours(
             where={"field": "channels"},
             remedy="Send a device or a picture of three or more channels, such as RGB or CMYK.",
         ) from error
+    colours, wrapping, missed = _raised_to_folds(colours, wrapping, space.white_lightness)
     boundary, values = wrapping.boundary, None
     if colours.device is not None:
         values = vertex_device_values(boundary, colours.points, colours.device, colours.channels)
     provenance = {**colours.provenance, "boundary": wrapping.choices}
-    missed = _boundary_error(colours, boundary)
     given = provenance["warnings"]
     if isinstance(given, list):
         stated = ink_limit_warnings(parsed, options.ink_limit)
@@ -347,8 +350,9 @@ def _boundary_of_colours(
             and missed > LARGE_ERROR / 100.0 * space.white_lightness
         ):
             warnings.append(
-                f"The device can make colours up to {number_text(missed, 3)} outside of the "
-                "full boundary. The default tolerance counts them, and others as near, as in gamut."
+                f"Colours of the device, by its model or as measured, are up to {number_text(missed, 3)} "
+                "outside of the full boundary. The default tolerance counts them, and others as "
+                "near, as in gamut."
             )
         provenance["warnings"] = warnings
     if colours.absolute is not None:
@@ -378,13 +382,22 @@ SEARCH_TRIES = 4
 SEARCH_STEPS = tuple(0.1 * 0.6**step for step in range(8))
 """Largest changes of the search, as shares of a channel's range."""
 
+FOLDED = 0.05
+"""Distance outside of the boundary at which a fold is raised, where the white has a lightness of
+100. Surfaces without folds have errors of 0.001 to 0.03."""
 
-def _boundary_error(colours: SurfaceColours, boundary: Boundary) -> float:
-    """Return the largest distance by which colours of the gamut are outside of its boundary.
+FLAT_PIECES = 2.0
+"""Multiple of the error of the flat pieces of the surface from which an error is that of a fold."""
 
-    Colours of a device are tried at its surface and inside of its cube. Around the farthest, a
-    random search finds the local maxima.
-    """
+FOLD = -1
+"""Label of the triangles of folds, which belong to no patch of the surface."""
+
+FOLD_ROUNDS = 2
+"""Largest number of times that the boundary is raised to folds. The first leaves small ones."""
+
+
+def _distance_outside(boundary: Boundary) -> Callable[[FloatArray], FloatArray]:
+    """Return the function from points to their distance outside of a boundary, 0 inside."""
     index = build_index(boundary.mesh.vertices, boundary.mesh.faces, boundary.centre)
 
     def outside(points: FloatArray) -> FloatArray:
@@ -392,10 +405,72 @@ def _boundary_error(colours: SurfaceColours, boundary: Boundary) -> float:
         distance[beyond] = nearest(points[beyond], index).distance
         return distance
 
+    return outside
+
+
+def _raised_to_folds(
+    colours: SurfaceColours, wrapping: Wrapping, white_lightness: float
+) -> tuple[SurfaceColours, Wrapping, float]:
+    """Return the colours and their boundary, both with the device's folds, and the boundary error.
+
+    The error counts the colours of the device model and the measured ones.
+    """
+    error, values = _farthest_values(colours, wrapping.boundary)
+    device, threshold, triangles = colours.device_colours, FOLDED * white_lightness / 100.0, 0
+    if device is not None and wrapping.choices["method"] == "device-surface":
+        folds = error > max(threshold, FLAT_PIECES * _surface_error(device, wrapping.boundary))
+        for number in range(FOLD_ROUNDS if folds else 0):
+            outside = _distance_outside(wrapping.boundary)
+            known = values[outside(device.points(values)) > threshold]
+            everywhere = None if number else threshold
+            sheets = fold_sheets(device.cube, device.points, outside, everywhere, known)
+            if sheets is None or colours.faces is None or colours.device is None:
+                break
+            faces, first = colours.faces, len(colours.points)
+            triangles += len(sheets.corners)
+            faces = SurfaceFaces(
+                np.concatenate([faces.corners, sheets.corners + np.int32(first)]),
+                np.append(faces.labels, np.full(len(sheets.corners), FOLD, np.int32)),
+                closed=False,
+            )
+            colours = replace(
+                colours,
+                points=np.concatenate([colours.points, sheets.points]),
+                device=np.concatenate([colours.device, device.model.limited.device(sheets.values)]),
+                faces=faces,
+            )
+            wrapping = raise_wrapping(wrapping, colours.points, faces)
+            error, values = _farthest_values(colours, wrapping.boundary)
+            if error <= threshold:
+                break
+    if triangles:
+        wrapping.choices["fold_triangles"] = triangles
+    if device is not None:
+        measured = _distance_outside(wrapping.boundary)(device.measured)
+        error = max(error, round_up(float(measured.max(initial=0.0))))
+    return colours, wrapping, error
+
+
+def _surface_error(device: DeviceColours, boundary: Boundary) -> float:
+    """Return how far colours between the points of the device's surface are outside of it."""
+    values, cube = device.tried, device.cube
+    at_end = np.isclose(values, cube.lowest) | np.isclose(values, cube.highest)
+    free = values.shape[1] - at_end.sum(axis=1) - np.isclose(values.sum(axis=1), cube.limit)
+    distance = _distance_outside(boundary)(device.points(values[free <= 2]))
+    return float(distance.max(initial=0.0))
+
+
+def _farthest_values(colours: SurfaceColours, boundary: Boundary) -> tuple[float, FloatArray]:
+    """Return the largest distance by which colours of a device model are outside of its boundary.
+
+    Colours are tried at the surface of the device's cube and inside of it. Around the farthest, a
+    random search finds the local maxima; their device values (s, k) are returned as well.
+    """
+    outside = _distance_outside(boundary)
     error = float(outside(colours.points).max(initial=0.0))
     device = colours.device_colours
     if device is None:
-        return round_up(error)
+        return round_up(error), np.empty((0, 0))
     values = device.tried
     if colours.faces is not None:
         values = np.concatenate([values, spread_values(device.cube, SPREAD_VALUES)])
@@ -410,7 +485,7 @@ def _boundary_error(colours: SurfaceColours, boundary: Boundary) -> float:
         better = found[rows, best] > distance
         values[better] = tried.reshape(len(rows), SEARCH_TRIES, -1)[rows, best][better]
         distance[better] = found[rows, best][better]
-    return round_up(max(error, float(distance.max(initial=0.0))))
+    return round_up(max(error, float(distance.max(initial=0.0)))), values
 
 
 def _boundary_of_mesh(mesh: GamutMesh, options: Options) -> _FullBoundary:

@@ -365,8 +365,9 @@ class Gamut:
         ----------
         tolerance : float, optional
             Largest distance of a colour outside, in units of the gamut's space; by default that of
-            `tolerance`, so that no colour of the device itself is outside. 0 asks for colours
-            inside or on the surface of the level, without rounding errors.
+            `tolerance`, which covers the measured patches, and the colours of the device model
+            that a search found. 0 asks for colours inside or on the surface of the level, without
+            rounding errors.
 
         Returns
         -------

@@ -11,7 +11,7 @@ from gamutcore.boundary.spherical_segments import (
     segment_maxima,
     usv,
 )
-from gamutcore.boundary.wrapping import wrap_colours
+from gamutcore.boundary.wrapping import Wrapping, raise_wrapping, wrap_colours
 
 __all__ = [
     "BASIS",
@@ -20,11 +20,13 @@ __all__ = [
     "SEGMENT_COUNTS",
     "SUBDIVISIONS",
     "Boundary",
+    "Wrapping",
     "compute_boundary",
     "device_surface_boundary",
     "mesh_boundary",
     "mesh_vertices",
     "modified_convex_hull",
+    "raise_wrapping",
     "segment_maxima",
     "usv",
     "vertex_device_values",

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from gamutcore.characterisation.samples import JSON
     from gamutcore.colours import SurfaceFaces
 
-__all__ = ["Wrapping", "wrap_colours"]
+__all__ = ["Wrapping", "raise_wrapping", "wrap_colours"]
 
 NOTICEABLE = 0.005
 """Relative difference between the volumes of the boundary and of the device's surface, from which a
@@ -109,6 +109,21 @@ def wrap_colours(
     return Wrapping(
         boundary, choices, volume, warnings + _volume_warnings(boundary.mesh.volume, volume)
     )
+
+
+def raise_wrapping(wrapping: Wrapping, points: FloatArray, faces: SurfaceFaces) -> Wrapping:
+    """Return the device surface about the same centre with folds among its triangles.
+
+    Raises
+    ------
+    BoundaryError
+        The surface is not valid, which is a fault of the program.
+    """
+    middle = wrapping.boundary.centre
+    boundary = compute_boundary(points, "device-surface", middle, faces)
+    volume = radial_volume(points, faces.corners, middle, FINE).volume
+    warnings = _volume_warnings(boundary.mesh.volume, volume)
+    return Wrapping(boundary, wrapping.choices, volume, warnings)
 
 
 def _wrap_about(

@@ -15,6 +15,7 @@ from gamutcore.colours.colorimetry import (
     xyz_to_lab,
 )
 from gamutcore.colours.device_model import DEVICE_MODELS, check_dimensions
+from gamutcore.colours.folds import fold_sheets
 from gamutcore.colours.gamut_colours import (
     INTENTS,
     colours_in_space,
@@ -34,6 +35,7 @@ from gamutcore.colours.repeats import consistent_samples
 from gamutcore.colours.sampling import (
     SURFACE_SAMPLES,
     AbsoluteColours,
+    DeviceColours,
     SurfaceColours,
     SurfaceFaces,
 )
@@ -77,6 +79,7 @@ __all__ = [
     "AbsoluteColours",
     "ColourConversion",
     "ColourSpace",
+    "DeviceColours",
     "DeviceModel",
     "InkLimits",
     "LookupTable",
@@ -96,6 +99,7 @@ __all__ = [
     "display_primaries",
     "encode_srgb",
     "find_values",
+    "fold_sheets",
     "lab_to_xyz",
     "linear_srgb",
     "luminance_of_black",

@@ -119,7 +119,8 @@ def colours_in_space(colours: SurfaceColours, space: ColourSpace) -> SurfaceColo
     if device is not None:
         lab = device.points
         device = device._replace(
-            points=lambda values: space.coordinates(lab(values), as_measured=as_measured)[0]
+            points=lambda values: space.coordinates(lab(values), as_measured=as_measured)[0],
+            measured=space.coordinates(device.measured, as_measured=as_measured)[0],
         )
     described = space.description()
     if space.is_icc_cielab:

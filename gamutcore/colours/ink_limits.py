@@ -235,7 +235,7 @@ def spread_values(cube: InkCube, count: int) -> FloatArray:
     number = np.arange(1, count + 1)[:, np.newaxis]
     position = (0.5 + number * ratio ** -np.arange(1.0, channels + 1)) % 1.0 - 0.5
     position = np.clip(position * max(channels / _FREE, 1.0) + 0.5, 0.0, 1.0)
-    return _printable(cube, cube.lowest + position * (cube.highest - cube.lowest))
+    return printable_values(cube, cube.lowest + position * (cube.highest - cube.lowest))
 
 
 def values_beside(
@@ -246,10 +246,10 @@ def values_beside(
     `step` is the largest change as a share of the range of a channel.
     """
     change = random.uniform(-step, step, values.shape) * (cube.highest - cube.lowest)
-    return _printable(cube, values + change * (random.random(values.shape) < 0.5))
+    return printable_values(cube, values + change * (random.random(values.shape) < 0.5))
 
 
-def _printable(cube: InkCube, values: FloatArray) -> FloatArray:
+def printable_values(cube: InkCube, values: FloatArray) -> FloatArray:
     """Return values (m, n) that are clipped to the ranges, and scaled to the largest sum."""
     added = np.clip(values, cube.lowest, cube.highest) - cube.lowest
     room = cube.largest_sum - float(cube.lowest.sum())
@@ -268,7 +268,7 @@ def _cube_corners(cube: InkCube, *free: int) -> FloatArray:
     return points
 
 
-def _corners_within(cube: InkCube, *free: int) -> FloatArray:
+def corners_within(cube: InkCube, *free: int) -> FloatArray:
     """The corners in all other channels that leave room below the limit for the free ones."""
     corners = _cube_corners(cube, *free)
     kept: FloatArray = corners[corners.sum(axis=1) < cube.limit]
@@ -281,7 +281,7 @@ def _clipped_faces(cube: InkCube) -> Iterator[tuple[FloatArray, IntArray]]:
     A face is a rectangle, of which the limit may cut off a corner.
     """
     for a, b in combinations(range(len(cube.lowest)), 2):
-        fixed = _corners_within(cube, a, b)
+        fixed = corners_within(cube, a, b)
         low_a, low_b, high_a, high_b = _ranges(cube, a, b)
         fixed = fixed[fixed.sum(axis=1) < cube.limit - low_a - low_b]
         rest = cube.limit - fixed.sum(axis=1)
@@ -303,7 +303,7 @@ def _cutting_faces(cube: InkCube) -> Iterator[tuple[FloatArray, IntArray]]:
     a and b from below and above, so the part is a hexagon or less.
     """
     for a, b, c in combinations(range(len(cube.lowest)), 3):
-        fixed = _corners_within(cube, a, b, c)
+        fixed = corners_within(cube, a, b, c)
         rest = cube.limit - fixed.sum(axis=1)
         low_a, low_b, high_a, high_b = _ranges(cube, a, b)
         room = (rest - cube.highest[c] < high_a + high_b) & (rest - cube.lowest[c] > low_a + low_b)

@@ -720,7 +720,17 @@ def sample_surface(
     provenance["surface"] = {"points": len(points), "density": density}
     provenance.update(limited.provenance)
     provenance["warnings"] = list[JSON](warnings)
+    residual = np.linalg.norm(function.fitted(samples.device) - medium.lab, axis=1)
+    provenance["model"] = {
+        **model.provenance,
+        "residual": {
+            "unit": "ΔE*ab",
+            "mean": round(float(residual.mean()), 4),
+            "largest": round(float(residual.max()), 4),
+        },
+    }
     printable = device[limited.contains(device)]
+    measured = medium.lab[limited.contains(samples.device)]
     return SurfaceColours(
         points,
         surface.device,
@@ -728,7 +738,10 @@ def sample_surface(
         channels=samples.channels,
         faces=surface.faces,
         device_colours=device_colours(
-            DeviceModel(samples.channels, samples.inks, limited, function), surface, printable
+            DeviceModel(samples.channels, samples.inks, limited, function),
+            surface,
+            printable,
+            measured,
         ),
     )
 

@@ -90,13 +90,14 @@ class DeviceColours(NamedTuple):
 
     `points` maps device values (m, k) in the cube to colours, as those of `SurfaceColours`. A
     boundary is likely to miss the colours of the device values `tried` (j, k). `model` has them in
-    CIELAB.
+    CIELAB. `measured` (r, 3) has the colours of the printable samples, as they were measured.
     """
 
     cube: InkCube
     points: Callable[[FloatArray], FloatArray]
     tried: FloatArray
     model: DeviceModel
+    measured: FloatArray
 
 
 class AbsoluteColours(NamedTuple):
@@ -732,9 +733,16 @@ def surface_values(
 
 
 def device_colours(
-    model: DeviceModel, surface: DeviceSurface, samples: FloatArray | None = None
+    model: DeviceModel,
+    surface: DeviceSurface,
+    samples: FloatArray | None = None,
+    measured: FloatArray | None = None,
 ) -> DeviceColours:
-    """All colours of a device; `samples` are further device values, (m, n), to be tried."""
+    """All colours of a device.
+
+    `samples` are further device values, (m, n), to be tried, and `measured` are colours, (r, 3), of
+    samples.
+    """
     tried, limited = values_between(surface), model.limited
     if samples is not None:
         tried = np.concatenate([tried, samples])
@@ -743,6 +751,7 @@ def device_colours(
         lambda values: model.lab(limited.device(values)),
         tried[:, limited.free],
         model,
+        np.empty((0, 3)) if measured is None else measured,
     )
 
 

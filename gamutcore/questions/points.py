@@ -133,8 +133,8 @@ CONTAINS = Question(
             "tolerance",
             TOLERANCE,
             "Largest distance outside of a colour that is in gamut. 0: exactly inside or on the "
-            "surface. Default: the error of the level and of the full boundary, so that no colour "
-            "of the device itself is outside. Adds `position`.",
+            "surface. Default: the error of the level and of the full boundary, which covers "
+            "measured patches and the colours of the device model. Adds `position`.",
             example=0.5,
         ),
         Parameter(

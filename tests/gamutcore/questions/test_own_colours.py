@@ -1,4 +1,4 @@
-"""No colour that a device can make is outside of the device's gamut."""
+"""Colours of a device model, and measured patches, are in the device's gamut."""
 
 from __future__ import annotations
 
@@ -94,6 +94,7 @@ def test_samples_are_outside_by_the_misfit_of_the_model_at_most(
     for level in LEVELS:
         distance = gamut.distance(lab, **level)
         assert (distance <= misfit + gamut.tolerance(**level))[printable].all()
+        assert gamut.contains(lab[printable], **level).all()
 
 
 def _device_values(channels: int, limit: float | None, count: int) -> FloatArray:
@@ -138,7 +139,10 @@ def test_no_colour_of_a_device_is_outside(
 
 @pytest.mark.slow
 def test_the_boundary_error_covers_colours_of_the_inside() -> None:
-    """At the surface of this device's cube, a* is 30 at most; inside, it is larger."""
+    """At the surface of this device's cube, a* is 30 at most; inside, it is larger.
+
+    The device surface is raised to such colours; the hull of its points is not.
+    """
     axis = np.arange(13) / 12
     x, y, z = (each.ravel() for each in np.meshgrid(axis, axis, axis, indexing="ij"))
     bulge = x + 8 * np.sin(np.pi * x) * y * (1 - y) * z * (1 - z)
@@ -146,9 +150,9 @@ def test_the_boundary_error_covers_colours_of_the_inside() -> None:
     rows = np.column_stack([x, y, z, lab])
     columns = ["RGB_R", "RGB_G", "RGB_B", "L", "a", "b"]
     data = json.dumps({"columns": columns, "samples": rows.tolist()}).encode()
-    gamut = Gamut(data, intent="absolute", surface_samples=5000)
-    assert gamut.volume == pytest.approx(60**3, rel=1e-4)
-    assert gamut.description["boundary_error"] == pytest.approx(lab[:, 1].max() - 30, rel=1e-4)
+    options: dict[str, Any] = {"intent": "absolute", "surface_samples": 2000}
+    gamut = Gamut(data, boundary="modified-convex-hull", **options)
+    assert gamut.description["boundary_error"] == pytest.approx(lab[:, 1].max() - 30, rel=1e-2)
     assert gamut.contains(lab).all()
 
 
