@@ -591,6 +591,7 @@ class Gamut:
         focus: Colours | Literal["cusp"] | None = None,
         source: Self | str | os.PathLike[str] | None = None,
         black_point_compensation: bool | None = None,
+        decode: str | None = None,
         iterations: int | None = None,
         depth: Depth | None = None,
         table: int | None = None,
@@ -621,6 +622,10 @@ class Gamut:
         black_point_compensation : bool, optional
             As for `map`, from the black of the picture's profile or encoding. By default, it is
             applied if the colours of the gamut are relative to a white, and not by ``"sgck"``.
+        decode : {"bt1886", "oetf", "pq", "hlg", "srgb"}, optional
+            How values of a picture without a profile become light. By default, as displays do:
+            pictures that declare BT.709, BT.601 or BT.2020 are decoded by ITU-R BT.1886, an
+            exponent of 2.4, and not by the inverse of the curve of cameras (``"oetf"``).
         iterations : int, optional
             Of ``"spatial"``, 25 by default, at most 10,000. Without one, it is clipping. Details
             that are larger than some ten pixels need more.
@@ -672,6 +677,7 @@ class Gamut:
             focus=focus,
             source=self._other(source),
             black_point_compensation=black_point_compensation,
+            decode=decode,
             iterations=iterations,
             depth=depth,
             table=table,

@@ -295,6 +295,7 @@ class RemoteGamut:
         focus: Colours | Literal["cusp"] | None = None,
         source: RemoteGamut | str | None = None,
         black_point_compensation: bool | None = None,
+        decode: Literal["bt1886", "oetf", "pq", "hlg", "srgb"] | None = None,
         iterations: int | None = None,
         depth: Literal["8", "16", "half", "float"] | None = None,
         table: int | None = None,
@@ -305,8 +306,9 @@ class RemoteGamut:
         """Map a picture file of gray or RGB into the gamut, and write the result.
 
         `output` is a .png, .tif, .exr or .jpg file. `to` is the encoding of the result:
-        ``"picture"``, the slug of an RGB space, or ``"device"``, such as CMYK as TIFF. Returned are
-        the numbers of pixels and distinct colours, in all, ``outside`` and ``moved``, and the
+        ``"picture"``, the slug of an RGB space, or ``"device"``, such as CMYK as TIFF. `decode`
+        is how values without a profile become light, by default as displays do. Returned are the
+        numbers of pixels and distinct colours, in all, ``outside`` and ``moved``, and the
         differences ``delta_e`` and ``delta_e_95``, by their names in the field Gamut-Mapped.
         """
         target = Path(output)
@@ -322,6 +324,7 @@ class RemoteGamut:
             "method": method,
             "source": _id(source),
             "black_point_compensation": black_point_compensation,
+            "decode": decode,
             "focus": focus if focus is None or isinstance(focus, str) else np.ravel(focus).tolist(),
             "iterations": iterations,
             "depth": depth,

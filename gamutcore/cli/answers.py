@@ -12,6 +12,7 @@ import typer
 from gamutcore.cli.inputs import (
     BuildCommand,
     Compensation,
+    Decode,
     MaxError,
     Source,
     Triangles,
@@ -317,6 +318,7 @@ def map_colours(
         str | None, typer.Option(help="How much black the device values have, as for gamut recipe.")
     ] = None,
     black_point_compensation: Compensation = None,
+    decode: Decode = None,
     iterations: Annotated[
         int | None,
         typer.Option(
@@ -350,6 +352,7 @@ def map_colours(
         "--table": lookup_table,
         "--heat-map": heat_map,
         "--iterations": iterations,
+        "--decode": decode,
         "--to": to,
         "--black": black,
     }
@@ -382,6 +385,7 @@ def map_colours(
             "table": lookup_table,
             "heat_map": heat_map,
             "iterations": iterations,
+            "decode": decode,
             "to": to or "picture",
             "black": None if black is None else number_or_text(black),
         }

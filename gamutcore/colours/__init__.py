@@ -29,7 +29,13 @@ from gamutcore.colours.lookup import LookupTable, cube_nodes
 from gamutcore.colours.measured import ILLUMINANTS, OBSERVERS, measured_colours
 from gamutcore.colours.models import DeviceModel
 from gamutcore.colours.picture import closed_form_values, find_values, picture_colours
-from gamutcore.colours.reference import RGB_CURVES, RgbSpace, primary_matrix, reference_white
+from gamutcore.colours.reference import (
+    RGB_CURVES,
+    RgbSpace,
+    displayed,
+    primary_matrix,
+    reference_white,
+)
 from gamutcore.colours.sampling import (
     SURFACE_SAMPLES,
     AbsoluteColours,
@@ -91,6 +97,7 @@ __all__ = [
     "declared_space",
     "decode_srgb",
     "display_primaries",
+    "displayed",
     "encode_srgb",
     "find_values",
     "lab_to_xyz",

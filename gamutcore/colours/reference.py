@@ -7,7 +7,7 @@ optimal colour reflects all light of one band of wavelengths and none of the res
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import isqrt
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
@@ -158,6 +158,20 @@ def reference_lab(
     OptionError.check_intent(intent, "the data is a reference gamut")
     lab = xyz_to_lab(adaptation_to_d50(xyz, white, adaptation))
     return lab, adaptation_text(adaptation, "the white")
+
+
+def displayed(model: DeviceModel, decode: str | None = None) -> DeviceModel:
+    """Return the model of an RGB space with the curve of displays, or one of `DECODINGS`.
+
+    Models of other devices are returned as they are.
+    """
+    if not isinstance(model.function, RgbSpace):
+        return model
+    space = model.function
+    reference = space.reference.decoded(decode)
+    if reference is space.reference:
+        return model
+    return replace(model, function=replace(space, reference=reference))
 
 
 @device_function
