@@ -32,7 +32,7 @@ from gamutcore.colours.picture import closed_form_values, find_values, picture_c
 from gamutcore.colours.reference import (
     RGB_CURVES,
     RgbSpace,
-    displayed,
+    display_model,
     primary_matrix,
     reference_white,
 )
@@ -96,8 +96,8 @@ __all__ = [
     "cube_nodes",
     "declared_space",
     "decode_srgb",
+    "display_model",
     "display_primaries",
-    "displayed",
     "encode_srgb",
     "find_values",
     "lab_to_xyz",

@@ -160,7 +160,7 @@ def reference_lab(
     return lab, adaptation_text(adaptation, "the white")
 
 
-def displayed(model: DeviceModel, decode: str | None = None) -> DeviceModel:
+def display_model(model: DeviceModel, decode: str | None = None) -> DeviceModel:
     """Return the model of an RGB space with the curve of displays, or one of `DECODINGS`.
 
     Models of other devices are returned as they are.
@@ -168,7 +168,7 @@ def displayed(model: DeviceModel, decode: str | None = None) -> DeviceModel:
     if not isinstance(model.function, RgbSpace):
         return model
     space = model.function
-    reference = space.reference.decoded(decode)
+    reference = space.reference.with_decoding(decode)
     if reference is space.reference:
         return model
     return replace(model, function=replace(space, reference=reference))

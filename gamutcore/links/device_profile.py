@@ -22,8 +22,10 @@ from gamutcore.characterisation import IccProfile, Samples, read_characterisatio
 from gamutcore.characterisation.icc import looks_like_icc
 from gamutcore.colours import (
     SPACE_PARAMETERS,
+    RgbSpace,
     adaptation_matrix,
     compensate_black,
+    display_model,
     lab_to_xyz,
     luminance_of_black,
     measured_colours,
@@ -296,6 +298,8 @@ def profile(
     if content is not None and samples is not None:
         tags["targ"] = text_element(_measurements(content, samples, gamut))
     title = name or _title(data, gamut)
+    if device.model is not gamut.device_model and isinstance(device.model.function, RgbSpace):
+        title = f"{title}, {device.model.function.reference.decoding}"
 
     def file(description: str) -> bytes:
         head = {"desc": description_element(description, version)}
@@ -378,7 +382,7 @@ class _Device(NamedTuple):
 
     @classmethod
     def of(cls, gamut: Gamut) -> _Device:
-        model, facts = gamut.device_model, gamut.description["provenance"]
+        model, facts = display_model(gamut.device_model), gamut.description["provenance"]
         lights = (
             facts.get("format") == "reference"
             or str(facts.get("medium", "")).startswith("display")

@@ -28,7 +28,7 @@ from gamutcore.colours import (
     LookupTable,
     RgbSpace,
     compensate_black,
-    displayed,
+    display_model,
     lab_to_xyz,
     luminance_of_black,
     xyz_to_lab,
@@ -411,8 +411,8 @@ def link(
     options = {"space": PICTURE_SPACE, **options}
     if decode is not None:
         decode = str(check_option("decode", decode, DECODE.kind))
-    one = _side(source, "source", options, cache).decoded("source", decode)
-    two = _side(destination, "destination", options, cache).decoded("destination")
+    one = _side(source, "source", options, cache).with_decoding("source", decode)
+    two = _side(destination, "destination", options, cache).with_decoding("destination")
     if decode in {"pq", "hlg"} and method == "sgck":
         raise OptionError.not_applicable(
             "decode",
@@ -534,12 +534,12 @@ class _Side(NamedTuple):
         function = self.model.function
         return function.reference.decoding if isinstance(function, RgbSpace) else None
 
-    def decoded(self, field: str, decode: str | None = None) -> _Side:
+    def with_decoding(self, field: str, decode: str | None = None) -> _Side:
         """Return the side with values for displays, or with another decoding."""
         if decode is not None and self.decoding is None:
             why = f"the {field} is no RGB space, and its data states how values become light"
             raise OptionError.not_applicable("decode", decode, why)
-        model = displayed(self.model, decode)
+        model = display_model(self.model, decode)
         _check_device(model, field)
         if model is self.model:
             return self

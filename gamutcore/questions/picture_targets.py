@@ -15,7 +15,7 @@ from gamutcore.arguments import Choice, check_option
 from gamutcore.characterisation import IccProfile
 from gamutcore.characterisation.icc import icc_profile
 from gamutcore.characterisation.pictures import Encoding, chromaticity_encoding
-from gamutcore.colours import displayed
+from gamutcore.colours import display_model
 from gamutcore.errors import OptionError, ReferenceNameError
 from gamutcore.export.picture_file import WRITTEN, in_encoding
 from gamutcore.export.rgb_profile import rgb_profile
@@ -46,6 +46,7 @@ __all__ = [
     "decoded_meaning",
     "device_raster",
     "device_target",
+    "display_models",
     "space_raster",
 ]
 
@@ -126,14 +127,19 @@ _ROUNDING = 1e-6
 """Rounding error of a code."""
 
 
+def display_models(gamut: AskedGamut) -> tuple[DeviceModel, InverseModel]:
+    """Return the device model of a gamut and its inverse, with the curve of displays."""
+    model = display_model(gamut.device_model)
+    return model, gamut.inverse_model if model is gamut.device_model else InverseModel(model)
+
+
 def device_target(
     gamut: AskedGamut,
     conversion: ColourConversion,
     black: str | float | ArrayLike | None,
 ) -> DeviceValues:
     """Return the device of a gamut as the encoding of pictures; `black` as for `recipes`."""
-    model, rule = displayed(gamut.device_model), black_rule(black)
-    inverse = gamut.inverse_model if model is gamut.device_model else InverseModel(model)
+    (model, inverse), rule = display_models(gamut), black_rule(black)
 
     def recipes(lab: FloatArray) -> tuple[FloatArray, FloatArray]:
         found = inverse.recipes(lab_of(gamut, conversion.to_gamut(lab)), rule)
@@ -186,7 +192,7 @@ def decoded_meaning(
     if meaning.transfer == "linear":
         raise OptionError.not_applicable("decode", decode, "the picture has linear light")
     curve = DECODINGS[decode]
-    made = meaning.decoded(curve, decode)
+    made = meaning.with_transfer(curve, decode)
     if (made.transfer, made.gamma) == (meaning.transfer, meaning.gamma):
         return meaning, ()
     return made, (f"The values are decoded by {decode}, as asked, and not as {meaning.name}.",)
@@ -206,7 +212,7 @@ def space_raster(
         raise _unknown(to, error.remedy) from None
     if reference.kind != "rgb" or reference.peak is not None:
         raise _unknown(to, "These are no RGB spaces relative to their white.")
-    reference = reference.decoded()
+    reference = reference.with_decoding()
     curve = reference.definition["curve"]
     primaries: Any = reference.primaries
     meaning: IccProfile | Encoding

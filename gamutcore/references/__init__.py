@@ -126,7 +126,7 @@ class Reference:
         curve = self.definition["curve"]
         return _CURVE_NAMES.get(curve, curve if isinstance(curve, str) else f"gamma {curve:g}")
 
-    def decoded(self, decode: str | None = None) -> Reference:
+    def with_decoding(self, decode: str | None = None) -> Reference:
         """Return this RGB space with a curve of `DECODINGS`, by default with that of displays.
 
         The name states the curve if it is not that of the definition.

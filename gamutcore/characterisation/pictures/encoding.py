@@ -63,7 +63,7 @@ class Encoding:
     transfer: str = "sRGB"
     gamma: float = 1.0
 
-    def decoded(self, curve: str | float, name: str) -> Encoding:
+    def with_transfer(self, curve: str | float, name: str) -> Encoding:
         """Return the same primaries with a transfer function, or an exponent, of a name."""
         transfer, gamma = (curve, 1.0) if isinstance(curve, str) else ("power", curve)
         named = f"{self.name.partition(',')[0]}, decoded by {name}"
