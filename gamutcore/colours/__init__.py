@@ -32,7 +32,6 @@ from gamutcore.colours.picture import closed_form_values, find_values, picture_c
 from gamutcore.colours.reference import (
     RGB_CURVES,
     RgbSpace,
-    display_model,
     primary_matrix,
     reference_white,
 )
@@ -96,7 +95,6 @@ __all__ = [
     "cube_nodes",
     "declared_space",
     "decode_srgb",
-    "display_model",
     "display_primaries",
     "encode_srgb",
     "find_values",

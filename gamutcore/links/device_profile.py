@@ -25,7 +25,6 @@ from gamutcore.colours import (
     RgbSpace,
     adaptation_matrix,
     compensate_black,
-    display_model,
     lab_to_xyz,
     luminance_of_black,
     measured_colours,
@@ -298,8 +297,6 @@ def profile(
     if content is not None and samples is not None:
         tags["targ"] = text_element(_measurements(content, samples, gamut))
     title = name or _title(data, gamut)
-    if device.model is not gamut.device_model and isinstance(device.model.function, RgbSpace):
-        title = f"{title}, {device.model.function.reference.decoding}"
 
     def file(description: str) -> bytes:
         head = {"desc": description_element(description, version)}
@@ -382,7 +379,7 @@ class _Device(NamedTuple):
 
     @classmethod
     def of(cls, gamut: Gamut) -> _Device:
-        model, facts = display_model(gamut.device_model), gamut.description["provenance"]
+        model, facts = gamut.device_model, gamut.description["provenance"]
         lights = (
             facts.get("format") == "reference"
             or str(facts.get("medium", "")).startswith("display")
@@ -450,6 +447,9 @@ def _measurements(content: bytes, samples: Samples, gamut: Gamut) -> str:
 def _title(data: object, gamut: Gamut) -> str:
     facts = gamut.description["provenance"]
     stated = facts.get("conditions", {}).get("DESCRIPTOR") or facts.get("reference")
+    function = gamut.device_model.function
+    if isinstance(function, RgbSpace) and function.is_for_displays:
+        stated = f"{stated}, {function.reference.decoding}"
     if not stated and isinstance(data, str | os.PathLike):
         stated = Path(data).stem
     return " ".join(str(stated or f"gamut {gamut.id[:12]}").split())[:80]

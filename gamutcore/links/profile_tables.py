@@ -20,7 +20,6 @@ import numpy as np
 
 from gamutcore.colours import LookupTable, cube_nodes, spread_values
 from gamutcore.export.icc_file import lut16_element, lut_element
-from gamutcore.questions import display_models
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -240,7 +239,7 @@ class InverseTables:
 
     def __init__(self, gamut: Gamut, black: BlackRule, size: int) -> None:
         self._gamut, self._black, self._size = gamut, black, size
-        self._model, self._inverse = display_models(gamut)
+        self._model = gamut.device_model
         cube = self._model.limited.cube
         self._room = cube.limit + float(self._model.limited.base[~self._model.limited.free].sum())
         free = self._model.limited.free
@@ -283,7 +282,7 @@ class InverseTables:
         return InverseTable(grid.before, codes.reshape(*(self._size,) * 3, -1), _CLIP)
 
     def _recipes(self, lab: FloatArray) -> FloatArray:
-        return self._inverse.recipes(lab, self._black).device
+        return self._gamut.inverse_model.recipes(lab, self._black).device
 
     def _clipped(self, lab: FloatArray) -> tuple[FloatArray, BooleanArray, FloatArray]:
         """Return device values of the nearest colours, which are in gamut, and surface points."""

@@ -13,7 +13,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from errno import ENOENT
 from functools import partial
 from itertools import product
@@ -28,7 +28,6 @@ from gamutcore.colours import (
     LookupTable,
     RgbSpace,
     compensate_black,
-    display_model,
     lab_to_xyz,
     luminance_of_black,
     xyz_to_lab,
@@ -409,10 +408,15 @@ def link(
     method = str(check_option("method", method, METHOD))
     rule = black_rule(black)
     options = {"space": PICTURE_SPACE, **options}
+    one, two = (
+        _side(given, field, options, cache)
+        for given, field in ((source, "source"), (destination, "destination"))
+    )
     if decode is not None:
         decode = str(check_option("decode", decode, DECODE.kind))
-    one = _side(source, "source", options, cache).with_decoding("source", decode)
-    two = _side(destination, "destination", options, cache).with_decoding("destination")
+        one = one.with_decoding(decode)
+    _check_device(one.model, "source")
+    _check_device(two.model, "destination")
     if decode in {"pq", "hlg"} and method == "sgck":
         raise OptionError.not_applicable(
             "decode",
@@ -534,15 +538,13 @@ class _Side(NamedTuple):
         function = self.model.function
         return function.reference.decoding if isinstance(function, RgbSpace) else None
 
-    def with_decoding(self, field: str, decode: str | None = None) -> _Side:
-        """Return the side with values for displays, or with another decoding."""
-        if decode is not None and self.decoding is None:
-            why = f"the {field} is no RGB space, and its data states how values become light"
+    def with_decoding(self, decode: str) -> _Side:
+        """Return the source with values that are decoded by one of `DECODE`."""
+        function = self.model.function
+        if not isinstance(function, RgbSpace):
+            why = "the source is no RGB space, and its data states how values become light"
             raise OptionError.not_applicable("decode", decode, why)
-        model = display_model(self.model, decode)
-        _check_device(model, field)
-        if model is self.model:
-            return self
+        model = replace(self.model, function=function.with_decoding(decode))
         return self._replace(model=model, inverse=partial(InverseModel, model))
 
 

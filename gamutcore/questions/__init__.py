@@ -45,7 +45,7 @@ from gamutcore.questions.picture_mapping import (
     TableError,
     no_picture,
 )
-from gamutcore.questions.picture_targets import DECODE, display_models
+from gamutcore.questions.picture_targets import DECODE
 from gamutcore.questions.picture_targets import DEVICE as DEVICE_VALUES
 from gamutcore.questions.plotting import (
     MOST_DRAWN_TRIANGLES,
@@ -123,7 +123,6 @@ __all__ = [
     "crossings",
     "cusps",
     "device_colours",
-    "display_models",
     "distance",
     "draw_rings",
     "draw_section",

@@ -15,14 +15,13 @@ from gamutcore.arguments import Choice, check_option
 from gamutcore.characterisation import IccProfile
 from gamutcore.characterisation.icc import icc_profile
 from gamutcore.characterisation.pictures import Encoding, chromaticity_encoding
-from gamutcore.colours import display_model
 from gamutcore.errors import OptionError, ReferenceNameError
 from gamutcore.export.picture_file import WRITTEN, in_encoding
 from gamutcore.export.rgb_profile import rgb_profile
 from gamutcore.questions.black_rules import black_rule
 from gamutcore.questions.declarations import Parameter
 from gamutcore.questions.levels import lab_of
-from gamutcore.recipes import SMOOTH_BLACK, InverseModel
+from gamutcore.recipes import SMOOTH_BLACK
 from gamutcore.references import DECODINGS, REFERENCES, find_reference
 
 if TYPE_CHECKING:
@@ -46,7 +45,6 @@ __all__ = [
     "decoded_meaning",
     "device_raster",
     "device_target",
-    "display_models",
     "space_raster",
 ]
 
@@ -127,19 +125,14 @@ _ROUNDING = 1e-6
 """Rounding error of a code."""
 
 
-def display_models(gamut: AskedGamut) -> tuple[DeviceModel, InverseModel]:
-    """Return the device model of a gamut and its inverse, with the curve of displays."""
-    model = display_model(gamut.device_model)
-    return model, gamut.inverse_model if model is gamut.device_model else InverseModel(model)
-
-
 def device_target(
     gamut: AskedGamut,
     conversion: ColourConversion,
     black: str | float | ArrayLike | None,
 ) -> DeviceValues:
     """Return the device of a gamut as the encoding of pictures; `black` as for `recipes`."""
-    (model, inverse), rule = display_models(gamut), black_rule(black)
+    model, rule = gamut.device_model, black_rule(black)
+    inverse = gamut.inverse_model
 
     def recipes(lab: FloatArray) -> tuple[FloatArray, FloatArray]:
         found = inverse.recipes(lab_of(gamut, conversion.to_gamut(lab)), rule)

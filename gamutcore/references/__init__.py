@@ -10,8 +10,8 @@ service lists them without importing colour-science.
 
 The curves of BT.709, BT.2020 and NTSC there are no curves of displays. The member ``display`` has
 the exponent of the display (ITU-R BT.1886, annex 1, with a black of 0; BT.470-6, table 1, as
-ITU-T H.273, table 3, transfer 4). Links and pictures use it. Gamuts do not depend on it, except for
-the device values of their points, which stay those of the definition.
+ITU-T H.273, table 3, transfer 4). All device values are for displays. The samples of a gamut lie by
+the curve of the definition, so that its shape does not depend on the display.
 """
 
 from __future__ import annotations
