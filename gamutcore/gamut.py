@@ -425,16 +425,23 @@ class Gamut:
         self,
         colours: Colours,
         *,
+        metric: str = "CIE 1976",
         space: str | None = None,
         triangles: int | None = None,
         max_error: float | None = None,
     ) -> FloatArray:
-        """Return the distances of colours from the surface, negative inside.
+        """Return the least distances of colours from the surface, negative inside.
+
+        Parameters
+        ----------
+        metric : str, optional
+            ``"CIE 1976"``: Euclidean, in units of the gamut's space. ``"CIE 2000"``: the colour
+            difference CIE 2000, for gamuts in CIELAB.
 
         Returns
         -------
         (...) float64
-            Euclidean, in units of the gamut's space.
+            By the metric. Their magnitudes are those of `nearest`.
 
         Examples
         --------
@@ -442,7 +449,9 @@ class Gamut:
         >>> Gamut(cube).distance([(50, 0, 0), (50, 0, 25)]).round(3).tolist()
         [-10.0, 15.0]
         """
-        return distance(self, colours, space=space, triangles=triangles, max_error=max_error)
+        return distance(
+            self, colours, metric=metric, space=space, triangles=triangles, max_error=max_error
+        )
 
     def classify(
         self,

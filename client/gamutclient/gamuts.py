@@ -194,9 +194,14 @@ class RemoteGamut:
         return float(response.json()["tolerance"])
 
     @method
-    def distance(self, colours: Colours, **asked: Unpack[Question]) -> Steps[FloatArray]:
-        """Return the distances of colours from the surface, negative inside."""
-        params = {**asked, "distance": True}
+    def distance(
+        self, colours: Colours, *, metric: str | None = None, **asked: Unpack[Question]
+    ) -> Steps[FloatArray]:
+        """Return the least distances of colours from the surface, negative inside.
+
+        By ``"CIE 1976"``, Euclidean in the space of the gamut, or ``"CIE 2000"``.
+        """
+        params = {**asked, "distance": True, "metric": metric}
         found, _ = yield from self._ask("contains", colour_rows(colours), params)
         return found["distance"]
 
