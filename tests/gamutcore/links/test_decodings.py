@@ -81,11 +81,13 @@ def test_device_values_of_a_gamut_are_for_displays(space):
     assert again.volume == gamut.volume
 
 
-def test_values_of_the_surface_have_its_colours():
-    gamut = gamutcore.reference("bt2020", **FEW)
+@pytest.mark.parametrize("space", ["bt2020", "ntsc-1953", "prophoto-rgb"])
+def test_values_of_the_surface_have_its_colours(space):
+    """Stored values are rounded; those of another curve would miss by 5 or more."""
+    gamut = gamutcore.reference(space, **FEW)
     mesh = gamut.mesh(max_error=0.0)
     found = gamut.to_colour(mesh.device.values)
-    np.testing.assert_allclose(found, mesh.vertices, atol=0.01)
+    np.testing.assert_allclose(found, mesh.vertices, atol=0.1)
 
 
 def png(code, *, declared=None):
