@@ -59,7 +59,7 @@ from gamutcore.questions import (
     map_points,
 )
 from gamutcore.recipes import InverseModel
-from gamutcore.references import Reference
+from gamutcore.references import REFERENCES, Reference
 from gamutcore.results import Shown
 from gamutcore.version import __version__
 
@@ -256,10 +256,8 @@ class Link(Shown):
         OptionError
             There is no such format, or it cannot hold these channels.
         """
-        source, destination = (
-            name if decoding is None else f"{name} ({decoding})"
-            for name, decoding in zip((self.source, self.destination), self.decodings, strict=True)
-        )
+        names = self.source, self.destination
+        source, destination = map(_named, names, self.decodings)
         title = f"{source} to {destination}, {self.method}: {self.errors}"
         if check_option("format", format or self.format, FORMAT) == "icc":
             devices = (source, self.channels), (destination, self.destination_channels)
@@ -318,6 +316,15 @@ _DETAILS = {
     "sRGB": "IEC 61966-2-1 (sRGB)",
 }
 """Decodings as the file states them, by their short names."""
+
+
+def _named(name: str, decoding: str | None) -> str:
+    """Return the name of a device, with the decoding if it is not the only one of the space."""
+    reference = REFERENCES.get(name)
+    if decoding is None or reference is None:
+        return name
+    is_plain = reference.display is None and reference.decoding == decoding
+    return name if is_plain else f"{name} ({decoding})"
 
 
 def check_path(path: Path, suffixes: Sequence[str] = tuple(SUFFIXES)) -> None:

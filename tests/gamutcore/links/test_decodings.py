@@ -34,7 +34,7 @@ def test_displays_decode_video_by_bt1886(cinema, source):
     np.testing.assert_allclose(greys(made), [0.278, 0.527, 0.767], atol=5e-4)
     np.testing.assert_allclose(greys(made), np.array(GREYS) ** (2.4 / 2.6), atol=1e-5)
     text = made.to_bytes("cube").decode()
-    assert f'TITLE "{source} (BT.1886) to p3-d65 (gamma 2.6)' in text
+    assert f'TITLE "{source} (BT.1886) to p3-d65, clip-hue' in text
     assert "# Code values of the source are light by: ITU-R BT.1886, exponent 2.4, black 0." in text
     assert f"{source} (BT.1886) to ".encode() in made.to_bytes("icc")
 
