@@ -350,9 +350,9 @@ def _boundary_of_colours(
             and missed > LARGE_ERROR / 100.0 * space.white_lightness
         ):
             warnings.append(
-                f"Colours of the device, by its model or as measured, are up to {number_text(missed, 3)} "
-                "outside of the full boundary. The default tolerance counts them, and others as "
-                "near, as in gamut."
+                f"Colours of the device, by its model or as measured, are up to "
+                f"{number_text(missed, 3)} outside of the full boundary. The default tolerance "
+                "counts them, and others as near, as in gamut."
             )
         provenance["warnings"] = warnings
     if colours.absolute is not None:

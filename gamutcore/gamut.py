@@ -427,16 +427,23 @@ class Gamut:
         self,
         colours: Colours,
         *,
+        metric: str = "CIE 1976",
         space: str | None = None,
         triangles: int | None = None,
         max_error: float | None = None,
     ) -> FloatArray:
-        """Return the distances of colours from the surface, negative inside.
+        """Return the least distances of colours from the surface, negative inside.
+
+        Parameters
+        ----------
+        metric : str, optional
+            ``"CIE 1976"``: Euclidean, in units of the gamut's space. ``"CIE 2000"``: the colour
+            difference CIE 2000, for gamuts in CIELAB.
 
         Returns
         -------
         (...) float64
-            Euclidean, in units of the gamut's space.
+            By the metric. Their magnitudes are those of `nearest`.
 
         Examples
         --------
@@ -444,7 +451,9 @@ class Gamut:
         >>> Gamut(cube).distance([(50, 0, 0), (50, 0, 25)]).round(3).tolist()
         [-10.0, 15.0]
         """
-        return distance(self, colours, space=space, triangles=triangles, max_error=max_error)
+        return distance(
+            self, colours, metric=metric, space=space, triangles=triangles, max_error=max_error
+        )
 
     def classify(
         self,
@@ -594,6 +603,7 @@ class Gamut:
         focus: Colours | Literal["cusp"] | None = None,
         source: Self | str | os.PathLike[str] | None = None,
         black_point_compensation: bool | None = None,
+        decode: str | None = None,
         iterations: int | None = None,
         depth: Depth | None = None,
         table: int | None = None,
@@ -624,6 +634,10 @@ class Gamut:
         black_point_compensation : bool, optional
             As for `map`, from the black of the picture's profile or encoding. By default, it is
             applied if the colours of the gamut are relative to a white, and not by ``"sgck"``.
+        decode : {"bt1886", "oetf", "pq", "hlg", "srgb"}, optional
+            How values of a picture without a profile become light. By default, as displays do:
+            pictures that declare BT.709, BT.601 or BT.2020 are decoded by ITU-R BT.1886, an
+            exponent of 2.4, and not by the inverse of the curve of cameras (``"oetf"``).
         iterations : int, optional
             Of ``"spatial"``, 25 by default, at most 10,000. Without one, it is clipping. Details
             that are larger than some ten pixels need more.
@@ -677,6 +691,7 @@ class Gamut:
                 focus=focus,
                 source=other,
                 black_point_compensation=black_point_compensation,
+                decode=decode,
                 iterations=iterations,
                 depth=depth,
                 table=table,

@@ -375,7 +375,8 @@ class NearestColours(SurfaceAnswer):
     Attributes
     ----------
     distance : (...) float64
-        Euclidean distance in the space of the gamut, not negative.
+        Distance by the metric that was asked for, not negative: Euclidean in the space of the gamut
+        by ``"CIE 1976"``, and equal to `delta_e` by ``"CIE 2000"``.
     delta_e : (...) float64
         Colour difference CIE 2000 of the colours and their nearest points.
     """

@@ -196,9 +196,14 @@ class RemoteGamut:
         return float(response.json()["tolerance"])
 
     @method
-    def distance(self, colours: Colours, **asked: Unpack[Question]) -> Steps[FloatArray]:
-        """Return the distances of colours from the surface, negative inside."""
-        params = {**asked, "distance": True}
+    def distance(
+        self, colours: Colours, *, metric: str | None = None, **asked: Unpack[Question]
+    ) -> Steps[FloatArray]:
+        """Return the least distances of colours from the surface, negative inside.
+
+        By ``"CIE 1976"``, Euclidean in the space of the gamut, or ``"CIE 2000"``.
+        """
+        params = {**asked, "distance": True, "metric": metric}
         found, _ = yield from self._ask("contains", colour_rows(colours), params)
         return found["distance"]
 
@@ -297,6 +302,7 @@ class RemoteGamut:
         focus: Colours | Literal["cusp"] | None = None,
         source: RemoteGamut | str | None = None,
         black_point_compensation: bool | None = None,
+        decode: Literal["bt1886", "oetf", "pq", "hlg", "srgb"] | None = None,
         iterations: int | None = None,
         depth: Literal["8", "16", "half", "float"] | None = None,
         table: int | None = None,
@@ -307,8 +313,9 @@ class RemoteGamut:
         """Map a picture file of gray or RGB into the gamut, and write the result.
 
         `output` is a .png, .tif, .exr or .jpg file. `to` is the encoding of the result:
-        ``"picture"``, the slug of an RGB space, or ``"device"``, such as CMYK as TIFF. Returned are
-        the numbers of pixels and distinct colours, in all, ``outside`` and ``moved``, and the
+        ``"picture"``, the slug of an RGB space, or ``"device"``, such as CMYK as TIFF. `decode`
+        is how values without a profile become light, by default as displays do. Returned are the
+        numbers of pixels and distinct colours, in all, ``outside`` and ``moved``, and the
         differences ``delta_e`` and ``delta_e_95``, by their names in the field Gamut-Mapped.
         """
         target = Path(output)
@@ -324,6 +331,7 @@ class RemoteGamut:
             "method": method,
             "source": _id(source),
             "black_point_compensation": black_point_compensation,
+            "decode": decode,
             "focus": focus if focus is None or isinstance(focus, str) else np.ravel(focus).tolist(),
             "iterations": iterations,
             "depth": depth,

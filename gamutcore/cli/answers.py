@@ -13,6 +13,7 @@ from gamutcore.cli.inputs import (
     Black,
     BuildCommand,
     Compensation,
+    Decode,
     MaxError,
     Source,
     Triangles,
@@ -114,11 +115,13 @@ def query(
     """Check a table of colours against a gamut.
 
     The columns of the table stay. Added are in_gamut, position (inside, edge or outside), distance
-    (negative inside), the nearest colour of the gamut, its difference delta_e_2000, and its device
-    values in per cent. A colour inside is its own nearest; its device values are those of `recipe`.
+    and distance_euclidean from the surface (negative inside), the nearest colour of the gamut, its
+    difference delta_e_2000, and its device values in per cent. A colour inside is its own nearest;
+    its device values are those of `recipe`.
 
-    A colour is in gamut if it is not farther outside than the tolerance. It is at the edge if its
-    distance is at most the edge width. Both are in units of the space.
+    distance is by --metric, as the nearest colour. distance_euclidean is in units of the space. A
+    colour is in gamut if it is not farther outside than the tolerance, and at the edge if this
+    distance is at most the edge width.
     """
     check_answer_form(output, as_json=as_json)
     table = _table(colours, colours_in, columns, scale)
@@ -185,7 +188,8 @@ def _report(
     columns: dict[str, Any] = {
         "in_gamut": inside,
         "position": gamut.classify(table.points, edge_width=edge_width, **asked),
-        "distance": gamut.distance(table.points, space=table.space, **level),
+        "distance": gamut.distance(table.points, metric=metric, space=table.space, **level),
+        "distance_euclidean": gamut.distance(table.points, space=table.space, **level),
     }
     for axis, name in enumerate(gamut.colour_space.axes):
         columns[f"nearest_{name.rstrip('*')}"] = points[:, axis]
@@ -322,6 +326,7 @@ def map_colours(
         ),
     ] = None,
     black_point_compensation: Compensation = None,
+    decode: Decode = None,
     iterations: Annotated[
         int | None,
         typer.Option(
@@ -355,6 +360,7 @@ def map_colours(
         "--table": lookup_table,
         "--heat-map": heat_map,
         "--iterations": iterations,
+        "--decode": decode,
         "--to": to,
         "--gcr": black,
     }
@@ -387,6 +393,7 @@ def map_colours(
             "table": lookup_table,
             "heat_map": heat_map,
             "iterations": iterations,
+            "decode": decode,
             "to": to or "picture",
             "black": None if black is None else number_or_text(black),
         }

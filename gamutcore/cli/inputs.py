@@ -20,6 +20,7 @@ __all__ = [
     "Black",
     "BuildCommand",
     "Compensation",
+    "Decode",
     "MaxError",
     "Source",
     "Triangles",
@@ -50,6 +51,17 @@ Compensation = Annotated[
     ),
 ]
 """Black-point compensation of links, pictures and tables."""
+
+Decode = Annotated[
+    str | None,
+    typer.Option(
+        metavar="CURVE",
+        help="How code values of the source become light: bt1886 (displays of video, an exponent "
+        "of 2.4), oetf (the inverse of the curve of cameras), pq, hlg or srgb. Default: as "
+        "displays of the space or encoding do; bt1886 for BT.709 and BT.2020. Profiles state it.",
+    ),
+]
+"""The decoding of the source of links and pictures."""
 
 MaxError = Annotated[
     float | None,

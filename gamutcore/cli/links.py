@@ -10,6 +10,7 @@ import typer
 from gamutcore.cli.inputs import (
     Black,
     Compensation,
+    Decode,
     Triangles,
     asking,
     chosen_options,
@@ -52,6 +53,7 @@ def link(
         str | None, typer.Option(help="Focal point of clip-focal: L,a,b; the cusp by default.")
     ] = None,
     black_point_compensation: Compensation = None,
+    decode: Decode = None,
     black: Annotated[
         str,
         typer.Option(
@@ -96,6 +98,7 @@ def link(
         if focus is None or focus == "cusp"
         else numbers_of(focus, "--focus", "Give three numbers L,a,b."),
         black_point_compensation=black_point_compensation,
+        decode=decode,
         black=number_or_text(black),
         preserve=preserve,
         cache=cached_reference,
@@ -105,9 +108,12 @@ def link(
     for warning in found.warnings:
         typer.echo(f"Warning: {warning}", err=True)
     worst_at = " ".join(f"{value:.3f}" for value in found.errors.worst_at)
+    sides = zip(("source", "destination"), found.decodings, strict=True)
+    stated = [f"{side} {decoding}" for side, decoding in sides if decoding is not None]
+    decoded = f" Code values: {', '.join(stated)}." if stated else ""
     typer.echo(
         f"{output}: {found.source} to {found.destination}, {found.method} in {found.space}, "
-        f"{found.table.size} nodes a side. Error: {found.errors}, at {worst_at}."
+        f"{found.table.size} nodes a side. Error: {found.errors}, at {worst_at}.{decoded}"
     )
 
 

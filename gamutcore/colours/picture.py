@@ -33,6 +33,7 @@ from gamutcore.colours.profile import (
     profile_colours,
     values_by_curves,
 )
+from gamutcore.colours.reference import decode_rgb, encode_rgb
 from gamutcore.colours.sampling import AbsoluteColours, SurfaceColours
 from gamutcore.colours.spaces import DEFAULT_LUMINANCE
 from gamutcore.errors import OptionError
@@ -183,7 +184,9 @@ def _light(values: FloatArray, encoding: Encoding, luminance: FloatArray) -> Flo
         return pq_luminance(values) / DEFAULT_LUMINANCE
     if encoding.transfer == "HLG":
         return hlg_luminance(values, luminance) / DEFAULT_LUMINANCE
-    return decode_srgb(values)
+    if encoding.transfer == "sRGB":
+        return decode_srgb(values)
+    return decode_rgb(values, encoding.transfer)
 
 
 def closed_form_values(lab: FloatArray, meaning: IccProfile | Encoding) -> FloatArray | None:
@@ -207,7 +210,7 @@ def closed_form_values(lab: FloatArray, meaning: IccProfile | Encoding) -> Float
         return values
     if meaning.transfer == "PQ":
         return pq_signal(light * DEFAULT_LUMINANCE)
-    return encode_srgb(light)
+    return encode_srgb(light) if meaning.transfer == "sRGB" else encode_rgb(light, "BT709")
 
 
 ACCURACY = 1e-4

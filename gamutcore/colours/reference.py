@@ -7,7 +7,7 @@ optimal colour reflects all light of one band of wavelengths and none of the res
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import isqrt
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
@@ -37,7 +37,7 @@ from gamutcore.colours.sampling import (
 )
 from gamutcore.colours.spaces import DEFAULT_LUMINANCE
 from gamutcore.errors import OptionError
-from gamutcore.references import Reference, parse_definition
+from gamutcore.references import REFERENCES, Reference, parse_definition
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -163,12 +163,25 @@ def reference_lab(
 @device_function
 @dataclass(frozen=True, eq=False)
 class RgbSpace(DeviceFunction):
-    """The primaries, white and curve of an RGB space."""
+    """The primaries, white and curve of an RGB space.
+
+    `reference` has the curve that decodes the values, by default that of displays.
+    """
 
     kind: ClassVar[str] = "rgb"
     reference: Reference
     intent: str
     adaptation: str
+
+    @property
+    def is_for_displays(self) -> bool:
+        """Whether displays decode the values by another curve than that of the definition."""
+        return REFERENCES[self.reference.slug].display is not None
+
+    def with_decoding(self, decode: str) -> Self:
+        """Return the space whose values are decoded by one of `DECODINGS`."""
+        reference = REFERENCES[self.reference.slug].with_decoding(decode)
+        return replace(self, reference=reference)
 
     def lab(self, device: FloatArray) -> FloatArray:
         """Return colours as `reference_lab`."""
@@ -190,7 +203,8 @@ class RgbSpace(DeviceFunction):
     def parts(self) -> tuple[Arrays, dict[str, Any]]:
         """Return the definition of the space."""
         facts = {"intent": self.intent, "adaptation": self.adaptation}
-        return {"definition": np.frombuffer(self.reference.data, np.uint8)}, facts
+        definition = REFERENCES[self.reference.slug].data
+        return {"definition": np.frombuffer(definition, np.uint8)}, facts
 
     @classmethod
     def of(cls, arrays: Arrays, facts: Mapping[str, Any]) -> Self:
@@ -198,7 +212,7 @@ class RgbSpace(DeviceFunction):
         reference = parse_definition(arrays["definition"].tobytes().decode())
         if reference is None:
             raise ValueError("no definition")
-        return cls(reference, str(facts["intent"]), str(facts["adaptation"]))
+        return cls(reference.with_decoding(), str(facts["intent"]), str(facts["adaptation"]))
 
 
 def optimal_colours(illuminant: str, observer: int, count: int) -> FloatArray:
@@ -262,6 +276,15 @@ def _merged_weights(weights: FloatArray, bands: int) -> FloatArray:
     return np.diff(ends, axis=0)
 
 
+def _for_displays(values: FloatArray, reference: Reference) -> FloatArray:
+    """Return values by the curve of displays that have the light of values of the definition."""
+    linear = decode_rgb(values, reference.definition["curve"])
+    encoded = encode_rgb(linear, reference.with_decoding().definition["curve"])
+    ends = (values == 0.0) | (values == 1.0)
+    found: FloatArray = np.where(ends, values, np.clip(encoded, 0.0, 1.0))
+    return found
+
+
 def reference_surface(
     reference: Reference, intent: str, surface_samples: int, adaptation: str
 ) -> SurfaceColours:
@@ -283,10 +306,17 @@ def reference_surface(
         limited = limited_cube(channels, np.zeros(3), np.full(3, top), InkLimits(), inks=False)
         function = RgbSpace(reference, intent, adaptation)
         surface = surface_values(limited, function.lab, surface_samples, nodes)
+        model_for_displays = DeviceModel(
+            channels, False, limited, replace(function, reference=reference.with_decoding())
+        )
         own = device_colours(DeviceModel(channels, False, limited, function), surface)
+        own = own._replace(model=model_for_displays)
         device, density, faces = surface.device, {"density": surface.density}, surface.faces
         xyz = rgb_xyz(reference, device)
         encoding = curve if isinstance(curve, str) else f"γ {curve:g}"
+        if reference.display is not None:  # samples lie by the definition, values are for displays
+            device = _for_displays(device, reference)
+            encoding = reference.with_decoding().decoding
         model = {"name": "primaries and white", "encoding": encoding}
     else:
         if reference.kind == "optimal":

@@ -22,6 +22,7 @@ from gamutcore.characterisation import IccProfile, Samples, read_characterisatio
 from gamutcore.characterisation.icc import looks_like_icc
 from gamutcore.colours import (
     SPACE_PARAMETERS,
+    RgbSpace,
     adaptation_matrix,
     compensate_black,
     consistent_samples,
@@ -443,6 +444,9 @@ def _measurements(content: bytes, samples: Samples, gamut: Gamut) -> str:
 def _title(data: object, gamut: Gamut) -> str:
     facts = gamut.description["provenance"]
     stated = facts.get("conditions", {}).get("DESCRIPTOR") or facts.get("reference")
+    function = gamut.device_model.function
+    if isinstance(function, RgbSpace) and function.is_for_displays:
+        stated = f"{stated}, {function.reference.decoding}"
     if not stated and isinstance(data, str | os.PathLike):
         stated = Path(data).stem
     return " ".join(str(stated or f"gamut {gamut.id[:12]}").split())[:80]

@@ -13,7 +13,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from errno import ENOENT
 from functools import partial
 from itertools import product
@@ -44,6 +44,7 @@ from gamutcore.options import OPTIONS, Options
 from gamutcore.queries import delta_e_2000
 from gamutcore.questions import (
     COMPENSATION,
+    DECODE,
     MAP,
     METHOD,
     PICTURE_SPACE,
@@ -58,7 +59,7 @@ from gamutcore.questions import (
     map_points,
 )
 from gamutcore.recipes import InverseModel
-from gamutcore.references import Reference
+from gamutcore.references import REFERENCES, Reference
 from gamutcore.results import Shown
 from gamutcore.version import __version__
 
@@ -103,6 +104,7 @@ PARAMETERS = (
     ),
     *(each for each in MAP.parameters if each.name == "focus"),
     COMPENSATION,
+    DECODE,
     *(each for each in RECIPES.parameters if each.name == "black"),
     Parameter(
         "preserve",
@@ -139,8 +141,8 @@ _AT_A_TIME = 2**14
 _THREADS = 4
 """Largest number of threads, which bounds the memory."""
 
-_HELD = {"PQ": "high dynamic range", "HLG": "high dynamic range", 1.0: "linear light"}
-"""Transfer curves whose values a table with equal steps from 0 to 1 cannot hold."""
+_HDR = frozenset({"PQ", "HLG"})
+"""Transfer curves of high dynamic range. A source may have them: its steps are nearly even."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -214,6 +216,9 @@ class Link(Shown):
         Whether the black of the source becomes that of the destination.
     preserve : str, optional
         Inks that stay pure.
+    decodings : pair of str, optional
+        By what code values of the source and of the destination become light; None for devices of
+        profiles and measurements, which state it themselves.
     warnings : tuple of str
     """
 
@@ -229,6 +234,7 @@ class Link(Shown):
     table_errors: LinkErrors
     black_point_compensation: bool = False
     preserve: str | None = None
+    decodings: tuple[str | None, str | None] = (None, None)
     warnings: tuple[str, ...] = ()
 
     @property
@@ -250,12 +256,11 @@ class Link(Shown):
         OptionError
             There is no such format, or it cannot hold these channels.
         """
-        title = f"{self.source} to {self.destination}, {self.method}: {self.errors}"
+        names = self.source, self.destination
+        source, destination = map(_named, names, self.decodings)
+        title = f"{source} to {destination}, {self.method}: {self.errors}"
         if check_option("format", format or self.format, FORMAT) == "icc":
-            devices = (
-                (self.source, self.channels),
-                (self.destination, self.destination_channels),
-            )
+            devices = (source, self.channels), (destination, self.destination_channels)
             return device_link_file(title, devices, self.intent, self.table.nodes)
         if self.format != "cube":
             raise OptionError.not_applicable(
@@ -268,6 +273,11 @@ class Link(Shown):
         scaled = "is" if self.black_point_compensation else "is not"
         comments = [
             f"Source: {self.source}. Destination: {self.destination}.",
+            *(
+                f"Code values of the {side} are light by: {_DETAILS.get(decoding, decoding)}."
+                for side, decoding in zip(("source", "destination"), self.decodings, strict=True)
+                if decoding is not None
+            ),
             f"Gamut mapping: {self.method} in {self.space}, intent {self.intent}.",
             f"The black of the source {scaled} compensated.",
             f"Error against the wanted colours: {self.errors}.",
@@ -298,6 +308,24 @@ class Link(Shown):
 
 _RGB = ("R", "G", "B")
 
+_DETAILS = {
+    "BT.1886": "ITU-R BT.1886, exponent 2.4, black 0",
+    "inverse OETF": "the inverse of the curve of cameras, ITU-R BT.709-6, 1.2",
+    "PQ": "ITU-R BT.2100 PQ",
+    "HLG": "ITU-R BT.2100 HLG",
+    "sRGB": "IEC 61966-2-1 (sRGB)",
+}
+"""Decodings as the file states them, by their short names."""
+
+
+def _named(name: str, decoding: str | None) -> str:
+    """Return the name of a device, with the decoding if it is not the only one of the space."""
+    reference = REFERENCES.get(name)
+    if decoding is None or reference is None:
+        return name
+    is_plain = reference.display is None and reference.decoding == decoding
+    return name if is_plain else f"{name} ({decoding})"
+
 
 def check_path(path: Path, suffixes: Sequence[str] = tuple(SUFFIXES)) -> None:
     """Refuse a name with another suffix, or in a folder that does not exist."""
@@ -316,6 +344,7 @@ def link(
     size: int | None = None,
     focus: Colours | Literal["cusp"] | None = None,
     black_point_compensation: bool | None = None,
+    decode: str | None = None,
     black: str | float | ArrayLike | None = None,
     preserve: str | None = None,
     cache: Callable[[Reference, Options, Callable[[], Gamut]], Gamut] | None = None,
@@ -340,6 +369,10 @@ def link(
         Whether the black of the source becomes that of the destination, by scaling in CIEXYZ
         (ISO 18619). By default, it does if colours are relative to white. Not for ``sgck``, which
         maps black itself.
+    decode : {"bt1886", "oetf", "pq", "hlg", "srgb"}, optional
+        How code values of an RGB space as the source become light. By default, spaces are decoded
+        and encoded as their displays do: BT.709 and BT.2020 by ITU-R BT.1886, an exponent of 2.4
+        and a black of 0, and not by the inverse of the curve of cameras (``"oetf"``).
     black : str, float or (n, 2) array_like, optional
         How much black a destination with black ink gets, as for `Gamut.to_device`.
     preserve : {"black", "primaries"}, optional
@@ -386,6 +419,18 @@ def link(
         _side(given, field, options, cache)
         for given, field in ((source, "source"), (destination, "destination"))
     )
+    if decode is not None:
+        decode = str(check_option("decode", decode, DECODE.kind))
+        one = one.with_decoding(decode)
+    _check_device(one.model, "source")
+    _check_device(two.model, "destination")
+    if decode in {"pq", "hlg"} and method == "sgck":
+        raise OptionError.not_applicable(
+            "decode",
+            decode,
+            "sgck maps from the gamut of the source, which ends at its white",
+            "Give a source such as bt2100-pq-1000, or another method.",
+        )
     size = table_size(size, len(one.model.channels))
     if one.options.intent != two.options.intent:
         raise OptionError(
@@ -466,6 +511,7 @@ def link(
         table_errors=LinkErrors.of(inputs, made, two.model.lab(device)),
         black_point_compensation=black_point_compensation,
         preserve=preserve,
+        decodings=(one.decoding, two.decoding),
         warnings=warnings,
     )
 
@@ -492,6 +538,21 @@ class _Side(NamedTuple):
     options: Options
     gamut: Callable[[], Gamut]
     inverse: Callable[[], InverseModel]
+
+    @property
+    def decoding(self) -> str | None:
+        """By what code values of an RGB space become light; None for other devices."""
+        function = self.model.function
+        return function.reference.decoding if isinstance(function, RgbSpace) else None
+
+    def with_decoding(self, decode: str) -> _Side:
+        """Return the source with values that are decoded by one of `DECODE`."""
+        function = self.model.function
+        if not isinstance(function, RgbSpace):
+            why = "the source is no RGB space, and its data states how values become light"
+            raise OptionError.not_applicable("decode", decode, why)
+        model = replace(self.model, function=function.with_decoding(decode))
+        return self._replace(model=model, inverse=partial(InverseModel, model))
 
 
 def _side(
@@ -526,7 +587,6 @@ def _side(
         model = device_model(content, options, Limits())
     if model is None:
         raise _unfit(field, "has no model of a device")
-    _check_device(model, field)
     inverse = partial(InverseModel, model)
     if reference is None:
         name = f"the {field}" if isinstance(given, bytes) else Path(given).name
@@ -541,7 +601,6 @@ def _side_of_gamut(gamut: Gamut, field: str) -> _Side:
         error.where["field"] = field
         raise error
     model = gamut.device_model
-    _check_device(model, field)
     name = gamut.description["provenance"].get("reference") or f"the {field}"
     return _Side(str(name), model, gamut.options, lambda: gamut, lambda: gamut.inverse_model)
 
@@ -552,10 +611,12 @@ def _check_device(model: DeviceModel, field: str) -> None:
         raise _unfit(field, f"has the channels {' '.join(model.channels)}")
     if isinstance(model.function, RgbSpace):
         space = model.function.reference
-        if (curve := space.definition["curve"]) in _HELD:
+        curve = space.definition["curve"]
+        if curve == 1.0 or (curve in _HDR and field != "source"):
+            kind = "linear light or a camera's curve" if curve == 1.0 else "high dynamic range"
             raise OptionError(
-                f"The {field} {space.slug} has values in {_HELD[curve]}, which a table with equal "
-                "steps from 0 to 1 cannot hold.",
+                f"The {field} {space.slug} has values in {kind}, which a table with equal steps "
+                "from 0 to 1 cannot hold.",
                 where={"field": field},
                 remedy="Give a space with a transfer curve for displays, such as bt2020.",
             )

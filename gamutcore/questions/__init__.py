@@ -45,6 +45,7 @@ from gamutcore.questions.picture_mapping import (
     TableError,
     no_picture,
 )
+from gamutcore.questions.picture_targets import DECODE
 from gamutcore.questions.picture_targets import DEVICE as DEVICE_VALUES
 from gamutcore.questions.plotting import (
     MOST_DRAWN_TRIANGLES,
@@ -85,6 +86,7 @@ from gamutcore.questions.shape import (
 __all__ = [
     "COMPARISON",
     "COMPENSATION",
+    "DECODE",
     "DEFAULT_EDGE_WIDTH",
     "DEFAULT_ERROR",
     "DEVICE_VALUES",

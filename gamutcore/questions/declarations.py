@@ -84,7 +84,7 @@ class Answer(NamedTuple):
     offsets: NDArray[np.integer[Any]] | None = None
     channels: tuple[str, ...] = ()
     document: Mapping[str, Any] = {}
-    stated: Mapping[str, float] = {}
+    stated: Mapping[str, float | str] = {}
 
 
 NUMBER = {"type": "number"}
@@ -197,7 +197,9 @@ class Question:
     inputs: tuple[str, ...] = ()
     other: str = ""
     compared: Callable[[Conditions, Conditions], tuple[str, ...]] = comparison_warnings
-    stated: Callable[[AskedGamut, Mapping[str, Any]], dict[str, float]] = lambda _gamut, _values: {}
+    stated: Callable[[AskedGamut, Mapping[str, Any]], Mapping[str, float | str]] = (
+        lambda _gamut, _values: {}
+    )
     picture: Callable[..., bytes] | None = None
     alternatives: tuple[str, ...] = ()
     level: tuple[Parameter, ...] = LEVEL_PARAMETERS

@@ -47,8 +47,8 @@ from gamutcore.questions.picture_mapping import (
     map_picture,
     turns_blue,
 )
+from gamutcore.questions.picture_targets import DECODE, OWN, device_target
 from gamutcore.questions.picture_targets import DEVICE as TO_DEVICE
-from gamutcore.questions.picture_targets import OWN, device_target
 from gamutcore.results import AS_GIVEN, MappedColours
 
 if TYPE_CHECKING:
@@ -432,6 +432,7 @@ PICTURE_PARAMETERS: tuple[Parameter, ...] = (
     ),
     *_ARGUMENTS,
     COMPENSATION,
+    DECODE,
     *_OF_PICTURES,
     *LEVEL_PARAMETERS,
 )
@@ -447,6 +448,7 @@ def map_picture_file(
     focus: Colours | Literal["cusp"] | None = None,
     source: AskedGamut | None = None,
     black_point_compensation: bool | None = None,
+    decode: str | None = None,
     iterations: int | None = None,
     depth: Depth | None = None,
     table: int | None = None,
@@ -518,7 +520,14 @@ def map_picture_file(
     heat_file = None if heat_map is None else Path(heat_map)
     target = device_target(gamut, conversion, black) if to == TO_DEVICE else to
     done = map_picture(
-        data, Path(output), moves_from, depth, table=table, heat_map=heat_file, to=target
+        data,
+        Path(output),
+        moves_from,
+        depth,
+        table=table,
+        heat_map=heat_file,
+        to=target,
+        decode=decode,
     )
     warnings = done.warnings + _distance_warnings(gamut, method)
     if source is not None:

@@ -62,6 +62,7 @@ from gamutcore.questions.picture_targets import (
     OWN,
     DeviceValues,
     blank_samples,
+    decoded_meaning,
     device_raster,
     full_scale,
     space_raster,
@@ -261,6 +262,7 @@ def map_picture(
     table: int | None = None,
     heat_map: Path | None = None,
     to: str | DeviceValues = OWN,
+    decode: str | None = None,
 ) -> MappedPicture:
     """Map the colours of a picture, and write the result.
 
@@ -283,6 +285,8 @@ def map_picture(
         A .png file for the colour difference of each pixel; see `HEAT_MAP`.
     to : str or DeviceValues, optional
         The encoding of the result: ``"picture"``, the slug of an RGB space, or a device.
+    decode : str, optional
+        How values become light, by a name of `gamutcore.references.DECODINGS`.
 
     Raises
     ------
@@ -317,8 +321,12 @@ def map_picture(
                 remedy="Convert it to RGB.",
             )
         assert meaning is not None  # noqa: S101  # only CIELAB has none
+        meaning, more = decoded_meaning(meaning, decode)
+        said += more
         device = to if isinstance(to, DeviceValues) else None
-        result, encoded, lost = _result_of(raster, to, depth, output)
+        result, encoded, lost = _result_of(raster, meaning, to, depth, output)
+        if decode is not None and to == OWN:
+            encoded = meaning
         if table is None:
             table = _default_nodes(raster.width * raster.height, device)
         with ExitStack() as stack:
@@ -367,14 +375,18 @@ def no_picture() -> MalformedFileError:
 
 
 def _result_of(
-    raster: Raster, to: str | DeviceValues, depth: Depth | None, output: Path
+    raster: Raster,
+    meaning: IccProfile | Encoding,
+    to: str | DeviceValues,
+    depth: Depth | None,
+    output: Path,
 ) -> tuple[Raster, IccProfile | Encoding | None, list[str]]:
     """Return how a picture is written, its encoding unless it is its own, and what it loses."""
     if isinstance(to, DeviceValues):
         result = device_raster(raster, depth, to)
         return result, None, result.warnings
     result = with_depth(raster, depth, output)
-    return (result, None, []) if to == OWN else (*space_raster(result, raster, to, output), [])
+    return (result, None, []) if to == OWN else (*space_raster(result, meaning, to, output), [])
 
 
 def _writer(

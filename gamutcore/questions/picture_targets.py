@@ -7,18 +7,21 @@ light and its chromaticities. Device values come from the inverse device model.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
+from gamutcore.arguments import Choice, check_option
+from gamutcore.characterisation import IccProfile
 from gamutcore.characterisation.icc import icc_profile
-from gamutcore.characterisation.pictures import Encoding, chromaticity_encoding, picture_meaning
+from gamutcore.characterisation.pictures import Encoding, chromaticity_encoding
 from gamutcore.errors import OptionError, ReferenceNameError
 from gamutcore.export.picture_file import WRITTEN, in_encoding
 from gamutcore.export.rgb_profile import rgb_profile
 from gamutcore.questions.black_rules import DEFAULT_BLACK, black_rule
+from gamutcore.questions.declarations import Parameter
 from gamutcore.questions.levels import lab_of
-from gamutcore.references import REFERENCES, find_reference
+from gamutcore.references import DECODINGS, REFERENCES, find_reference
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -27,14 +30,33 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from gamutcore.arrays import FloatArray
-    from gamutcore.characterisation import IccProfile
     from gamutcore.characterisation.pictures import Raster
     from gamutcore.colours import DeviceModel
     from gamutcore.colours.spaces import ColourConversion
     from gamutcore.export.picture_file import Depth
     from gamutcore.questions.levels import AskedGamut
 
-__all__ = ["DEVICE", "OWN", "DeviceValues", "device_raster", "device_target", "space_raster"]
+__all__ = [
+    "DECODE",
+    "DEVICE",
+    "OWN",
+    "DeviceValues",
+    "decoded_meaning",
+    "device_raster",
+    "device_target",
+    "space_raster",
+]
+
+DECODE = Parameter(
+    "decode",
+    Annotated[str, Choice(tuple(DECODINGS))],
+    "How the code values of the source become light. `bt1886`: as displays of video do, by an "
+    "exponent of 2.4 and a black of 0 (ITU-R BT.1886). `oetf`: the inverse of the curve of cameras "
+    "(BT.709, 1.2). `pq`, `hlg`: ITU-R BT.2100. `srgb`: IEC 61966-2-1. Default: as displays of the "
+    "space or of the declared encoding do, which is `bt1886` for BT.709 and BT.2020.",
+    example="bt1886",
+)
+"""The decoding of the source of links and pictures."""
 
 OWN, DEVICE = "picture", "device"
 """Names of encodings beside RGB spaces."""
@@ -149,12 +171,32 @@ def device_raster(like: Raster, depth: Depth | None, device: DeviceValues) -> Ra
     return made
 
 
+def decoded_meaning(
+    meaning: IccProfile | Encoding, decode: str | None
+) -> tuple[IccProfile | Encoding, tuple[str, ...]]:
+    """Return what the values of a picture mean by a decoding of `DECODE`, and warnings."""
+    if decode is None:
+        return meaning, ()
+    decode = str(check_option("decode", decode, DECODE.kind))
+    if isinstance(meaning, IccProfile):
+        why = "the embedded profile states how its values become light"
+        raise OptionError.not_applicable("decode", decode, why)
+    if meaning.transfer == "linear":
+        raise OptionError.not_applicable("decode", decode, "the picture has linear light")
+    curve = DECODINGS[decode]
+    made = meaning.with_transfer(curve, decode)
+    if (made.transfer, made.gamma) == (meaning.transfer, meaning.gamma):
+        return meaning, ()
+    return made, (f"The values are decoded by {decode}, as asked, and not as {meaning.name}.",)
+
+
 def space_raster(
-    like: Raster, given: Raster, to: str, output: Path
+    like: Raster, own: IccProfile | Encoding, to: str, output: Path
 ) -> tuple[Raster, IccProfile | Encoding]:
     """Return how a picture is written in an RGB space, and what its values mean.
 
-    `like` has the depth of the result, and `given` is the picture.
+    `like` has the depth of the result, and `own` is what the values of the picture mean. The values
+    of the result are for displays of the space.
     """
     try:
         reference = find_reference(to)
@@ -162,6 +204,7 @@ def space_raster(
         raise _unknown(to, error.remedy) from None
     if reference.kind != "rgb" or reference.peak is not None:
         raise _unknown(to, "These are no RGB spaces relative to their white.")
+    reference = reference.with_decoding()
     curve = reference.definition["curve"]
     primaries: Any = reference.primaries
     meaning: IccProfile | Encoding
@@ -178,7 +221,6 @@ def space_raster(
     else:
         transfer = "linear" if curve == 1.0 else "power"
         meaning = Encoding(reference.name, primaries, reference.white, transfer, float(curve))
-    own, _ = picture_meaning(given)
     if (
         isinstance(meaning, Encoding)
         and isinstance(own, Encoding)

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
     from gamutcore.arrays import BooleanArray, FloatArray
     from gamutcore.colour_rows import Colours
-    from gamutcore.questions.levels import AskedGamut
+    from gamutcore.questions.levels import AskedGamut, IndexedLevel
 
 __all__ = ["CONTAINS", "CROSSINGS", "NEAREST", "crossings", "distance", "nearest", "positions"]
 
@@ -51,6 +51,17 @@ METRIC = Annotated[
     ),
 ]
 """Measures of nearness, named as in colour-science. CIE 1976 is the Euclidean distance."""
+
+_METRIC = Parameter(
+    "metric",
+    METRIC,
+    "Measure of `distance`. `CIE 1976` or `euclidean`: Euclidean, in units of the space. "
+    "`CIE 2000`: the colour difference CIEDE2000, for gamuts in CIELAB. The answer states it.",
+    default="CIE 1976",
+)
+
+DISTANCE = "Least distance from the surface by `metric`"
+"""What `distance` means in all answers."""
 
 TOLERANCE = Annotated[float, Number(0.0, 1e6)]
 """A largest distance from the surface, in units of the space."""
@@ -69,6 +80,7 @@ def positions(
     colours: Colours,
     *,
     distance: bool = False,
+    metric: str = "CIE 1976",
     position: bool = False,
     tolerance: float | None = None,
     edge_width: float | None = None,
@@ -76,7 +88,11 @@ def positions(
     triangles: int | None = None,
     max_error: float | None = None,
 ) -> Positions:
-    """Return where colours are. A tolerance or an edge width implies the position."""
+    """Return where colours are. A tolerance or an edge width implies the position.
+
+    The position is by Euclidean distance, and `distance` by the metric.
+    """
+    name = check_option("metric", metric, METRIC)
     rows, _ = colours_in(gamut, colours, space)
     level = answering_level(gamut, triangles, max_error)
     given = {
@@ -86,16 +102,53 @@ def positions(
     limits = _limits(gamut, {**given, "triangles": level.triangles})
     position = position or tolerance is not None or edge_width is not None
     inside = queries.contains(rows.points, level.index, limits["tolerance"])
-    if not (distance or position):
-        return Positions(rows.in_shape(inside), None, None)
-    away = queries.signed_distance(rows.points, level.index)
+    away, shown = None, None
+    if distance:
+        away = _signed_distance(gamut, rows.points, level, name)
+        shown = rows.in_shape(away)
+    if not position:
+        return Positions(rows.in_shape(inside), shown, None)
+    if away is None or name != "CIE 1976":
+        away = queries.signed_distance(rows.points, level.index)
     far = np.where(away < 0.0, "inside", "outside")
     places = np.where(np.abs(away) <= max(limits.values()), "edge", far)
-    return Positions(
-        rows.in_shape(inside),
-        rows.in_shape(away) if distance else None,
-        rows.in_shape(places) if position else None,
+    return Positions(rows.in_shape(inside), shown, rows.in_shape(places))
+
+
+def _signed_distance(
+    gamut: AskedGamut, points: FloatArray, level: IndexedLevel, metric: str
+) -> FloatArray:
+    """Return the least distances (n,) of points from the surface, negative inside."""
+    if metric == "CIE 1976":
+        return queries.signed_distance(points, level.index)
+    away = _nearest(gamut, points, level, metric).distance
+    return np.where(queries.contains(points, level.index), -away, away)
+
+
+def _nearest(
+    gamut: AskedGamut, points: FloatArray, level: IndexedLevel, metric: str
+) -> queries.SurfacePoints:
+    """Return the nearest points of the surface, and their distances, by a metric."""
+    if metric == "CIE 1976":
+        return queries.nearest(points, level.index)
+    if gamut.colour_space.is_icc_cielab:
+        return queries.nearest_ciede2000(points, level.index)
+    raise OptionError.not_applicable(
+        "metric",
+        metric,
+        f"the gamut is in {gamut.colour_space.name}, and CIE 2000 is defined in CIELAB",
+        "Build the gamut in CIELAB, or give the metric CIE 1976.",
     )
+
+
+def _metric(_gamut: AskedGamut, values: Mapping[str, Any]) -> dict[str, str]:
+    """Return the metric of `distance`, as answers state it."""
+    return {"metric": str(check_option("metric", values["metric"], METRIC))}
+
+
+def _stated(gamut: AskedGamut, values: Mapping[str, Any]) -> dict[str, float | str]:
+    """Return the tolerance, the edge width and the metric, with their defaults."""
+    return {**_limits(gamut, values), **_metric(gamut, values)}
 
 
 def _limits(gamut: AskedGamut, values: Mapping[str, Any]) -> dict[str, float]:
@@ -122,6 +175,7 @@ CONTAINS = Question(
             "Whether to answer with the distances from the surface as well.",
             default=False,
         ),
+        _METRIC,
         Parameter(
             "position",
             Annotated[bool, Boolean()],
@@ -152,8 +206,7 @@ CONTAINS = Question(
         Column("inside", "Whether the colour is in gamut.", BOOLEAN),
         Column(
             "distance",
-            "Distance from the surface in units of the space, negative inside. With "
-            "`distance=true`.",
+            f"{DISTANCE}, negative inside. With `distance=true`.",
             NUMBER,
         ),
         Column(
@@ -169,8 +222,9 @@ CONTAINS = Question(
         "position": ["inside", "outside"],
         "tolerance": 0.5,
         "edge_width": 0.5,
+        "metric": "CIE 1976",
     },
-    stated=_limits,
+    stated=_stated,
 )
 
 
@@ -178,14 +232,16 @@ def distance(
     gamut: AskedGamut,
     colours: Colours,
     *,
+    metric: str = "CIE 1976",
     space: str | None = None,
     triangles: int | None = None,
     max_error: float | None = None,
 ) -> FloatArray:
-    """Return the distances of colours from the surface, negative inside."""
+    """Return the least distances of colours from the surface by a metric, negative inside."""
+    name = check_option("metric", metric, METRIC)
     rows, _ = colours_in(gamut, colours, space)
     level = answering_level(gamut, triangles, max_error)
-    return rows.in_shape(queries.signed_distance(rows.points, level.index))
+    return rows.in_shape(_signed_distance(gamut, rows.points, level, name))
 
 
 def nearest(
@@ -201,24 +257,13 @@ def nearest(
     name = check_option("metric", metric, METRIC)
     rows, conversion = colours_in(gamut, colours, space)
     level = answering_level(gamut, triangles, max_error)
-    if name == "CIE 1976":
-        found = queries.nearest(rows.points, level.index)
-    elif gamut.colour_space.is_icc_cielab:
-        found = queries.nearest_ciede2000(rows.points, level.index)
-    else:
-        raise OptionError.not_applicable(
-            "metric",
-            metric,
-            f"the gamut is in {gamut.colour_space.name}, and CIE 2000 is defined in CIELAB",
-            "Build the gamut in CIELAB, or give the metric CIE 1976.",
-        )
+    found = _nearest(gamut, rows.points, level, name)
     difference = delta_e_2000(lab_of(gamut, rows.points), lab_of(gamut, found.points))
-    away = np.linalg.norm(found.points - rows.points, axis=1)
     return NearestColours(
         points=rows.in_shape(conversion.from_gamut(found.points)),
         space=conversion.name,
         warnings=colour_warnings(gamut.conditions, conversion.name),
-        distance=rows.in_shape(away),
+        distance=rows.in_shape(found.distance),
         delta_e=rows.in_shape(difference),
         **surface_facts(gamut, level, found, rows),
     )
@@ -230,20 +275,19 @@ NEAREST = Question(
     "Find the nearest colours of the surface",
     "For each colour inside or outside, the nearest colour of the gamut's surface.",
     (
-        Parameter(
-            "metric",
-            METRIC,
-            "What nearest means. `CIE 1976` or `euclidean`: the smallest Euclidean distance in the "
-            "space of the gamut.",
-            default="CIE 1976",
+        replace(
+            _METRIC,
+            description="What nearest means, and the measure of `distance`. `CIE 1976` or "
+            "`euclidean`: the smallest Euclidean distance in the space of the gamut. `CIE 2000`: "
+            "the smallest colour difference CIEDE2000, for gamuts in CIELAB. The answer states it.",
         ),
     ),
     nearest,
     inputs=("colours",),
     columns=(
         Column("point", "Nearest colour, in the space of the colours.", COLOUR, "axes", "points"),
-        Column("distance", "Euclidean distance in the space of the gamut.", NUMBER),
-        Column("delta_e_2000", "Colour difference CIEDE2000.", NUMBER, "", "delta_e"),
+        Column("distance", f"{DISTANCE}: that of `point`.", NUMBER),
+        Column("delta_e_2000", "Colour difference CIEDE2000 from `point`.", NUMBER, "", "delta_e"),
         DEVICE,
     ),
     example={"colours": [[50, 90, 0]], "metric": "CIE 1976"},
@@ -252,7 +296,9 @@ NEAREST = Question(
         "distance": [13.2],
         "delta_e_2000": [3.1],
         "device": [[0.0, 1.0, 0.05, 0.0]],
+        "metric": "CIE 1976",
     },
+    stated=_metric,
 )
 
 

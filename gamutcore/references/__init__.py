@@ -7,6 +7,11 @@ in `gamutcore.colours.reference`. See ``docs/decisions/references.md``.
 The primaries, whites and transfer curves of the RGB spaces are in ``rgb_spaces.json``, taken from
 colour-science. They are copied because a definition is a part of a gamut's id, and because the
 service lists them without importing colour-science.
+
+The curves of BT.709, BT.2020 and NTSC there are no curves of displays. The member ``display`` has
+the exponent of the display (ITU-R BT.1886, annex 1, with a black of 0; BT.470-6, table 1, as
+ITU-T H.273, table 3, transfer 4). All device values are for displays. The samples of a gamut lie by
+the curve of the definition, so that its shape does not depend on the display.
 """
 
 from __future__ import annotations
@@ -14,7 +19,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from importlib.resources import files
 from types import MappingProxyType
@@ -24,6 +29,7 @@ from gamutcore.errors import MalformedFileError, ReferenceNameError
 from gamutcore.names import EXACT, folded, print_condition, ranked, similarity
 
 __all__ = [
+    "DECODINGS",
     "NOT_OFFERED",
     "REFERENCES",
     "Reference",
@@ -42,6 +48,28 @@ _OPTIMAL_SOURCE = (
     "colours after D. L. MacAdam, JOSA 25 (1935)"
 )
 _BT2100_SOURCE = "ITU-R BT.2100-2, tables 2, 4 and 5; white level of ITU-R BT.2408-7, 2.2"
+
+DECODINGS: Mapping[str, str | float] = MappingProxyType(
+    {
+        "bt1886": 2.4,  # ITU-R BT.1886, annex 1: L = Lw V^2.4 for a black of 0
+        "oetf": "BT709",  # the inverse of the curve of cameras: ITU-R BT.709-6, 1.2
+        "pq": "PQ",
+        "hlg": "HLG",
+        "srgb": "sRGB",
+    }
+)
+"""Curves from code values to light by name: keys of `gamutcore.colours.RGB_CURVES`, exponents, or
+``"PQ"`` and ``"HLG"`` (ITU-R BT.2100)."""
+
+_CAMERA_CURVES = frozenset({"BT709", "SMPTE240M"})
+_PEAKS = {"PQ": 10_000.0, "HLG": 1000.0}
+_CURVE_NAMES = {
+    2.4: "BT.1886",
+    1.0: "linear light",
+    "BT709": "inverse OETF",
+    "SMPTE240M": "SMPTE 240M",  # its reference reproducer has the inverse of the curve of cameras
+    "ROMM": "ROMM RGB",
+}
 
 _OPTIMAL_WHITES: dict[tuple[str, Literal[2, 10]], tuple[float, float]] = {
     ("D50", 2): (0.34567, 0.35851),
@@ -76,6 +104,8 @@ class Reference:
         Chromaticities x, y of red, green and blue; empty for other kinds.
     aliases : tuple of str
         Further names.
+    display : float, optional
+        Exponent by which displays decode values if the curve of `definition` is another.
     """
 
     slug: str
@@ -88,6 +118,35 @@ class Reference:
     source: str
     primaries: tuple[tuple[float, float], ...] = ()
     aliases: tuple[str, ...] = ()
+    display: float | None = None
+
+    @property
+    def decoding(self) -> str:
+        """Name of the curve from values to light."""
+        curve = self.definition["curve"]
+        return _CURVE_NAMES.get(curve, curve if isinstance(curve, str) else f"gamma {curve:g}")
+
+    def with_decoding(self, decode: str | None = None) -> Reference:
+        """Return this RGB space with a curve of `DECODINGS`, by default with that of displays.
+
+        The name states the curve if it is not that of the definition.
+        """
+        own = self.definition["curve"]
+        if decode is None:
+            curve = own if self.display is None else self.display
+        elif decode == "oetf" and own in _CAMERA_CURVES:
+            curve = own
+        else:
+            curve = DECODINGS[decode]
+        if curve == own and decode is None:
+            return self
+        peak = _PEAKS.get(str(curve))
+        if self.peak is not None and curve == own:
+            peak = self.peak
+        definition = {key: self.definition[key] for key in self.definition if key != "peak"}
+        definition |= {"curve": curve} | ({} if peak is None else {"peak": peak})
+        made = replace(self, definition=definition, display=None)
+        return made if curve == own else replace(made, name=f"{self.name}, {made.decoding}")
 
     @property
     def peak(self) -> float | None:
@@ -130,6 +189,7 @@ def _rgb_space(row: dict[str, Any], source: str) -> Reference:
         source=source,
         primaries=tuple(map(tuple, row["primaries"])),
         aliases=tuple(row.get("aliases", ())),
+        display=row.get("display"),
     )
 
 
@@ -142,7 +202,7 @@ def _bt2100(curve: str, peak: int) -> Reference:
         "aliases": (f"BT.2100 {curve}", f"Rec.2100 {curve} {peak}"),
     }
     bt2020 = next(row for row in _RGB_ROWS if row["slug"] == "bt2020")
-    return _rgb_space(bt2020 | own, _BT2100_SOURCE)
+    return _rgb_space(bt2020 | own | {"display": None}, _BT2100_SOURCE)
 
 
 def _optimal_colours(illuminant: str, observer: Literal[2, 10]) -> Reference:

@@ -179,8 +179,11 @@ def query_response(question: Question) -> dict[str, Any]:
         each.name: described(list_of(each.schema), each.description) for each in question.columns
     }
     stated = {
-        name: described(NUMBER, f"Value of the parameter `{name}`, or its default.")
-        for name in question.answered
+        name: described(
+            {"type": "string"} if isinstance(value, str) else NUMBER,
+            f"Value of the parameter `{name}`, or its default.",
+        )
+        for name, value in question.answered.items()
         if name not in columns
     }
     of_tables = {**_READING, **dict.fromkeys(question.inputs, described(_COLOURS, _OWN_SPACE))}

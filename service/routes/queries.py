@@ -227,7 +227,10 @@ async def _answer(request: Request, gamut_id: str, question: Question) -> Respon
             "Vary": "Accept",
             "Gamut-Triangles": str(level.triangles),
             "Gamut-Max-Error": f"{level.max_error:g}",
-            **{stated_header(name): f"{value:g}" for name, value in stated.items()},
+            **{
+                stated_header(name): value if isinstance(value, str) else f"{value:g}"
+                for name, value in stated.items()
+            },
             **condition_headers([level], warnings),
             **reading_header(body.table),
         }

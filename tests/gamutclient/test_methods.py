@@ -23,6 +23,9 @@ RENAMED = {
 }
 """Parameters that the methods name as colour scientists do, or as Python can."""
 
+OF_DISTANCE = {("contains", "metric")}
+"""Parameters of the method `distance`, which asks another question."""
+
 
 @pytest.mark.parametrize("question", QUESTIONS.values(), ids=QUESTIONS)
 def test_methods_of_the_client_have_the_declared_parameters_and_summaries(question):
@@ -37,6 +40,7 @@ def test_methods_of_the_client_have_the_declared_parameters_and_summaries(questi
         RENAMED.get((question.name, parameter), parameter): default
         for parameter, default in declared.items()
         if parameter not in {*asked.__annotations__, *columns}
+        and (question.name, parameter) not in OF_DISTANCE
     }
     drawn = [f"{name}_svg"] if question.picture is not None else []
     for method in {name, CLASSIFYING.get(name, name), *drawn}:
@@ -46,6 +50,12 @@ def test_methods_of_the_client_have_the_declared_parameters_and_summaries(questi
         assert len(given) == len(expected) or method in CLASSIFYING
         assert rest.annotation == f"Unpack[{asked.__name__}]"
     assert inspect.getdoc(getattr(gamutclient.Gamut, name)).startswith(question.summary)
+
+
+@pytest.mark.parametrize(("question", "parameter"), OF_DISTANCE)
+def test_parameters_of_distance(question, parameter):
+    assert parameter in {each.name for each in QUESTIONS[question].parameters}
+    assert parameter in inspect.signature(gamutclient.Gamut.distance).parameters
 
 
 def test_arguments_of_all_methods_of_the_client_are_declared():

@@ -14,7 +14,7 @@ import re
 import struct
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -53,7 +53,8 @@ class Encoding:
     """A colour encoding of RGB, or of gray on its neutral axis.
 
     `primaries` and `white` are CIE 1931 chromaticities. `transfer` is ``"sRGB"``, ``"power"`` with
-    the exponent `gamma`, ``"linear"``, ``"PQ"`` or ``"HLG"``.
+    the exponent `gamma`, ``"linear"``, ``"PQ"``, ``"HLG"``, or ``"BT709"`` for the inverse of the
+    curve of cameras.
     """
 
     name: str
@@ -61,6 +62,12 @@ class Encoding:
     white: Chromaticity = D65
     transfer: str = "sRGB"
     gamma: float = 1.0
+
+    def with_transfer(self, curve: str | float, name: str) -> Encoding:
+        """Return the same primaries with a transfer function, or an exponent, of a name."""
+        transfer, gamma = (curve, 1.0) if isinstance(curve, str) else ("power", curve)
+        named = f"{self.name.partition(',')[0]}, decoded by {name}"
+        return replace(self, name=named, transfer=transfer, gamma=gamma)
 
 
 _BT709: Primaries = ((0.64, 0.33), (0.30, 0.60), (0.15, 0.06))
@@ -192,7 +199,16 @@ def tristimulus_encoding(white: Chromaticity) -> Encoding:
     return Encoding("CIE XYZ, linear", _XYZ, white, "linear")
 
 
-_DPX_SPACES = {"Linear": "lin_rec709_scene", "ITU-R 709-4": "g24_rec709_display"}
+_DPX_CODE_POINTS = {
+    # SMPTE ST 268-1:2014, table 5A: transfer characteristics by OpenImageIO's names, as ITU-T H.273
+    "Linear": (1, 8),
+    "SMPTE 274M": (1, 1),
+    "ITU-R 709-4": (1, 1),
+    "ITU-R 601-5 system B or G": (5, 6),
+    "ITU-R 601-5 system M": (6, 6),
+    "NTSC composite video": (6, 6),
+    "PAL composite video": (5, 6),
+}
 _EXIF_UNCALIBRATED = 0xFFFF
 _UNSPECIFIED = 2
 """Code point of primaries and transfer functions that are unknown (ITU-T H.273)."""
@@ -237,8 +253,8 @@ def declared_encoding(
     elif file_format == "hdr":
         encoding, more = _hdr_encoding(data)
     elif file_format == "dpx":
-        name = _DPX_SPACES.get(text_attribute(spec, "dpx:Transfer"), "")
-        encoding, more = named_encoding(name), []
+        code_points = _DPX_CODE_POINTS.get(text_attribute(spec, "dpx:Transfer"))
+        encoding, more = code_point_encoding(*code_points) if code_points else None, []
     else:
         encoding, more = _exif_encoding(spec, data), []
     if encoding is None and unsupported:

@@ -40,6 +40,7 @@ def test_the_example_of_the_readme(command, tmp_path, monkeypatch):
     assert worst["name"] in out
     for row, within in zip(after, inside, strict=True):
         assert (float(row["distance"]) <= 0) == within
+        assert (float(row["distance_euclidean"]) <= 0) == within
         near = [float(row[f"nearest_{axis}"]) for axis in "Lab"]
         given = [float(row[axis]) for axis in "Lab"]
         inks = [float(row[ink]) for ink in INKS]  # of the colour, or of the nearest one
@@ -48,8 +49,10 @@ def test_the_example_of_the_readme(command, tmp_path, monkeypatch):
         if within:
             assert near == pytest.approx(given)
         else:
-            assert np.linalg.norm(np.subtract(near, given)) >= float(row["distance"]) - 1e-3
-            assert float(row["delta_e_2000"]) > 0
+            assert np.linalg.norm(np.subtract(near, given)) >= (
+                float(row["distance_euclidean"]) - 1e-3
+            )
+            assert float(row["distance"]) == float(row["delta_e_2000"]) > 0
 
 
 @pytest.mark.slow
@@ -82,6 +85,7 @@ def test_query_of_a_body_whose_answers_are_known(command, cubes, tmp_path):
     middle, far = rows(out, ";")
     assert (middle["in_gamut"], middle["distance"]) == ("true", "-20")
     assert (far["in_gamut"], far["distance"]) == ("false", "15")
+    assert [each["distance_euclidean"] for each in (middle, far)] == ["-20", "15"]
     assert [float(far[f"nearest_{axis}"]) for axis in "Lab"] == pytest.approx([50, 0, 20], abs=1e-3)
     assert "1 of 2" in err
     assert "far" in err
@@ -112,7 +116,9 @@ def test_columns_and_spaces_of_tables(as_json, cubes, monkeypatch, text, argumen
     found = as_json("query", "-", "--gamut", gamut, *arguments)
     colour = (0.05, 0.001, 0.002) if space == "sRGB" else (50, 1, 2)
     expected = Gamut.load(gamut).distance([colour], space=space)
-    assert found["distance"] == pytest.approx(expected)
+    assert found["distance_euclidean"] == pytest.approx(expected)
+    near = Gamut.load(gamut).nearest([colour], space=space, metric="CIE 2000")
+    assert np.abs(found["distance"]) == pytest.approx(near.distance)
 
 
 @pytest.mark.parametrize("encoding", ["cp1252", "utf-16", "utf-16-le", "utf-16-be", "utf-8-sig"])

@@ -19,6 +19,17 @@ from gamutcore.references import REFERENCES
 RGB_SPACES = [each for each in REFERENCES.values() if each.kind == "rgb" and not each.peak]
 
 
+DISPLAYS = {
+    # ITU-R BT.1886, annex 1, with a black of 0: L = Lw V^2.4
+    "bt709": lambda values: values**2.4,
+    "bt2020": lambda values: values**2.4,
+    # ITU-R BT.470-6, table 1, system M; ITU-T H.273, table 3, transfer 4
+    "bt470-525": lambda values: values**2.2,
+    "ntsc-1953": lambda values: values**2.2,
+}
+"""Curves of displays where colour-science has those of cameras, or another number."""
+
+
 def in_xyz(slug, count=1000):
     """Colours of a reference as tristimulus values of its own white."""
     found = surface_colours(REFERENCES[slug], intent="absolute", surface_samples=count)
@@ -38,7 +49,8 @@ def test_colours_of_rgb_spaces_are_those_of_colour_science(reference):
     space.use_derived_matrix_RGB_to_XYZ = True
     found = in_xyz(reference.slug)
     with np.errstate(all="ignore"):
-        linear = np.asarray(space.cctf_decoding(found.device), np.float64)
+        decode = DISPLAYS.get(reference.slug, space.cctf_decoding)
+        linear = np.asarray(decode(found.device), np.float64)
         full = float(space.cctf_decoding(1.0))
     if reference.definition["curve"] == 1.0:
         # linear light, a logarithmic curve, or one that reaches beyond the white

@@ -72,14 +72,28 @@ class TestNearestByCiede2000:
         outside = colours[~cube.contains(colours)]
         best, euclidean = (cube.nearest(outside, metric=m) for m in ("CIE 2000", "CIE 1976"))
         assert (best.delta_e <= euclidean.delta_e + 1e-6).all()
-        assert (best.distance >= euclidean.distance - 1e-6).all()
+        away = np.linalg.norm(best.points - outside, axis=1)
+        assert (away >= euclidean.distance - 1e-6).all()
         assert best.delta_e.mean() < 0.99 * euclidean.delta_e.mean()
         assert np.abs(cube.distance(best.points)).max() < 1e-3
+
+    def test_distance_is_that_of_the_metric_everywhere(self, cube, colours):
+        """CIEDE2000 by colour-science, with the sign of the body."""
+        colour = pytest.importorskip("colour")
+        near = cube.nearest(colours, metric="CIE 2000")
+        expected = colour.delta_E(colours, near.points, method="CIE 2000")
+        np.testing.assert_allclose(near.distance, expected, atol=1e-9)
+        np.testing.assert_array_equal(near.distance, near.delta_e)
+        sign = np.where(box_distance(colours) > 0, 1, -1)
+        found = cube.distance(colours, metric="CIE 2000")
+        np.testing.assert_allclose(found, sign * expected, atol=1e-3)
 
     def test_is_defined_in_cielab(self):
         other = Gamut(CUBE, gamma=1, space="Oklab")
         with pytest.raises(OptionError, match="Oklab"):
             other.nearest((0.5, 0, 0), metric="CIE 2000")
+        with pytest.raises(OptionError, match="Oklab"):
+            other.distance((0.5, 0, 0), metric="CIE 2000")
         assert other.nearest((0.5, 0.3, 0)).delta_e > 0
 
 

@@ -76,7 +76,7 @@ test("a list of colours is checked: three classes, their limits, and the nearest
     ["52 0 −61", "outside"],
   ]);
   const heads = await page.$$eval("#colours-table thead th", (all) => all.map((each) => each.textContent));
-  assert.deepEqual(heads, ["Colour", "Where", "ΔE00", "Distance", "Nearest"]);
+  assert.deepEqual(heads, ["Colour", "Where", "ΔE00", "Euclidean distance", "Nearest"]);
   assert.equal(rows[0][2], "0.00");
   // Distances from a sphere of radius 40, whose triangles are flat between the colours.
   [-40, -0.5, 20].forEach((distance, i) => assert.ok(Math.abs(Number(rows[i][3].replace("−", "-")) - distance) < 2.5, rows[i][3]));

@@ -108,7 +108,7 @@ test("device values of a display are per cent as well, and it has no black", asy
   await check(page, "Olive rgb(120, 130, 40)");
   const [olive] = await withRecipes(page);
   assert.equal(olive["Recipe, %"], "R 47 G 51 B 16");
-  assert.deepEqual(Object.keys(olive), ["Colour", "Where", "ΔE00", "Distance", "Recipe, %", "Recipe ΔE00", "Nearest"]);
+  assert.deepEqual(Object.keys(olive), ["Colour", "Where", "ΔE00", "Euclidean distance", "Recipe, %", "Recipe ΔE00", "Nearest"]);
   await close(page);
 });
 
@@ -116,7 +116,7 @@ test("colours alone have no recipes and no fault, and what fails leaves the list
   let page = await open(browser, `/view#a=${FIRST}`);
   await page.waitForFunction("window.gamutViewer.figures.triangles[0] > 4");
   await check(page, "50,0,0\n50,60,0");
-  assert.deepEqual(Object.keys((await table(page))[0]), ["Colour", "Where", "ΔE00", "Distance", "Nearest"]);
+  assert.deepEqual(Object.keys((await table(page))[0]), ["Colour", "Where", "ΔE00", "Euclidean distance", "Nearest"]);
   assert.equal(await page.$eval("#colours-recipes", (note) => note.textContent), "");
   await close(page);
 

@@ -301,6 +301,17 @@ def test_declared_encodings(written, extension, attributes, transfer, red):
     np.testing.assert_allclose(found.meaning.primaries[0], red, atol=1e-6)
 
 
+@pytest.mark.parametrize(
+    ("code", "red"),  # SMPTE ST 268-1:2014, table 5A
+    [(5, (0.64, 0.33)), (6, (0.64, 0.33)), (7, (0.64, 0.33)), (8, (0.63, 0.34))],
+)
+def test_video_in_dpx_is_decoded_by_bt1886(written, code, red):
+    data = bytearray(written(".dpx", "uint16"))
+    data[801:803] = bytes((code, code))  # transfer and colorimetry of the first image element
+    found = read_characterisation(bytes(data)).meaning
+    assert (found.transfer, found.gamma, found.primaries[0]) == ("power", 2.4, red)
+
+
 def test_scene_linear_light_without_metadata_is_that_of_srgb(written):
     found = read_characterisation(written(".exr", "half"))
     assert found.provenance["encoding"]["from"] == "assumed"

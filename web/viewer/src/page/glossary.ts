@@ -18,7 +18,7 @@ export const TERMS: Record<string, string> = {
   projection: "Perspective makes near things larger, as eyes see them. Orthographic keeps sizes, for measuring by eye.",
   // Titles of the table of colours, or their first words.
   where: "Inside or outside of the gamut, or on the edge: so close to the surface that it may be either, within the accuracy of the data.",
-  distance: "Distance from the surface in the space of the gamut; below 0 inside.",
+  euclidean: "Euclidean distance from the surface in units of the space of the gamut; below 0 inside.",
   recipe: "Device values, such as amounts of ink, that give the colour.",
   "recipe δe00": "CIEDE2000 between the wanted colour and the colour that the recipe gives.",
   possible: "Least and largest amount of black with which the device gives the colour.",

@@ -304,7 +304,7 @@ export class ColourList {
         cell: (row) => element("span", position[row]!, { className: `where-${position[row]!}` }),
       },
       { title: "ΔE00", value: far, cell: (row) => far(row).toFixed(2) },
-      { title: "Distance", value: distance, cell: (row) => distance(row).toFixed(2).replace("-", "−") },
+      { title: "Euclidean distance", value: distance, cell: (row) => distance(row).toFixed(2).replace("-", "−") },
       ...(recipe
         ? [{ title: `${made ? "Recipe" : channels.join(" ")}, ${DEVICE_UNIT}`, value: text }]
         : []),
@@ -325,7 +325,7 @@ export class ColourList {
     const quoted = (text: string) => (/[",\r\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
     const channels = made || near.device ? this.gamut!.channels : [];
     const names = ["c1", "c2", "c3"];
-    const head = ["name", ...names, "position", "inside", "distance", "ΔE00", ...names.map((name) => `nearest ${name}`), ...channels.map((channel) => quoted(`${channel} ${DEVICE_UNIT}`))];
+    const head = ["name", ...names, "position", "inside", "Euclidean distance", "ΔE00", ...names.map((name) => `nearest ${name}`), ...channels.map((channel) => quoted(`${channel} ${DEVICE_UNIT}`))];
     if (made) head.push("recipe ΔE00");
     if (made?.black_least) head.push(`least black ${DEVICE_UNIT}`, `most black ${DEVICE_UNIT}`);
     const rows = colours.map((point, i) => {

@@ -107,7 +107,7 @@ export async function recipeLines(gamut: Gamut, point: number[], signal: AbortSi
 function distanceText(name: string, found: Positions): string {
   const distance = found.distance[0]!;
   const shown = signed(distance, Math.abs(distance) < 0.1 ? 4 : 2);
-  return `${shown} from ${name}: ${found.position[0]!} (${edgeText(found)})`;
+  return `Euclidean distance ${shown} from ${name}: ${found.position[0]!} (${edgeText(found)})`;
 }
 
 function signed(value: number, digits: number): string {
