@@ -110,7 +110,7 @@ class Decimation(NamedTuple):
 
 
 @pytest.fixture(scope="module")
-def begin(bumpy_mesh):
+def begin():
     """Return a function from parameters and a mesh to a decimation that compares all levels."""
 
     def make(mesh, samples=1, wanted=None, **options):
