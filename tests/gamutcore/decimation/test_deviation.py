@@ -134,7 +134,7 @@ def six_volumes(mesh):
 
 
 class TestTaking:
-    @settings(max_examples=20)
+    @settings(max_examples=8)
     @given(seed=SEEDS, wanted=st.integers(1, 3000))
     def test_no_sample_has_much_more_than_the_wanted_share(self, bumpy_mesh, begin, seed, wanted):
         """Each face has a sample. Faces of several shares have about as many samples."""
@@ -177,21 +177,20 @@ class TestTaking:
 class TestCollapses:
     @pytest.mark.parametrize("samples", [1, REFINED])
     @pytest.mark.parametrize("keeps_volume", [False, True])
-    @pytest.mark.parametrize("seed", range(2))
     def test_the_cheapest_edge_changes_the_deviation_by_its_error(
-        self, bumpy_mesh, begin, samples, keeps_volume, seed
+        self, bumpy_mesh, begin, samples, keeps_volume
     ):
         """Each call queues all edges anew, so the error of an edge is that of the present level.
 
         The error has a small penalty for the length of the edge, and the position is rounded. With
         many samples the position is refined: the deviation is less than at the quadric's optimum.
         """
-        mesh = bumpy_mesh(seed, 60)
+        mesh = bumpy_mesh(0, 60)
         decimation = begin(mesh, samples, preserves_volume=keeps_volume)
         whole = six_volumes(mesh).sum()
         _, weights, _ = decimation.samples()
         before, compared, refined = 0.0, 0, 0
-        for number in range(30):
+        for number in range(24):
             old, place = copy_state(decimation.state), np.empty(3)
             edges = decimation.edges()
             decimation = decimation.collapse(number + 1)
@@ -216,7 +215,7 @@ class TestCollapses:
                     assert gain >= -1e-6 * whole
                     refined += gain > 1e-6 * whole
             before = after
-        assert compared > 20
+        assert compared > 15
         assert (refined > 10) == (samples == REFINED)
         assert before > 1e-3 * whole
 
@@ -231,7 +230,7 @@ class TestCollapses:
             assert (shifts > 0) == (moved > 0)
         assert deviations[1] < deviations[0]
 
-    @settings(max_examples=10)
+    @settings(max_examples=5)
     @given(seed=SEEDS, samples=st.sampled_from([1, REFINED]), most=st.integers(1, 8))
     def test_thinned_samples_have_equal_shares(self, bumpy_mesh, begin, seed, samples, most):
         """No weight is lost, and no face gains or loses more than a share."""
