@@ -27,25 +27,6 @@ def test_a_count_has_its_bound_where_it_is_known(gamut):
     assert bound_of(gamut, triangles=gamut.history.triangles) == 0.0
 
 
-def test_a_bound_that_needs_a_comparison_is_kept(gamut):
-    search, history = gamut.search, gamut.history
-    between = next(n for n in range(4, 400, 2) if search.find_error_bound(n) is None)
-    before = search.nbytes
-    bound = search.error_bound(history, between)
-    assert search.find_error_bound(between) == bound > 0.0
-    assert search.nbytes > before
-    # it is no bound of finer levels, so a mesh does not state it
-    assert gamut.mesh(between).max_error is None
-
-
-def test_another_object_of_the_gamut_uses_what_a_search_has_found(gamut):
-    found = gamut.search.find(gamut.history, LevelRequest(max_error=0.8))
-    again = Gamut.from_bytes(gamut.to_bytes(), search=gamut.search, index_bytes=0)
-    assert again.search.find_known(LevelRequest(max_error=0.8)) == found
-    again.contains((50, 0, 0))
-    assert again.levels.nbytes == 0
-
-
 @pytest.mark.parametrize(
     ("request_", "field"),
     [
@@ -71,14 +52,6 @@ def test_a_count_without_a_level(gamut):
         assert gamut.search.find_known(LevelRequest(count)) is None
         with pytest.raises(TriangleCountError):
             gamut.search.find(gamut.history, LevelRequest(count))
-
-
-def test_a_kept_level_is_indexed_once(gamut):
-    first = gamut.levels.level(20)
-    assert gamut.levels.level(20) is first
-    gamut.levels.capacity = 0
-    gamut.levels.level(30)
-    assert gamut.levels.nbytes == first.nbytes
 
 
 def test_threads_share_the_cache(gamut):

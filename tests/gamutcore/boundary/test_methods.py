@@ -1,7 +1,5 @@
 """The table of boundary methods: every entry gives a valid boundary about the same centre."""
 
-import inspect
-
 import numpy as np
 import pytest
 
@@ -9,25 +7,11 @@ from gamutcore.boundary import (
     BOUNDARIES,
     compute_boundary,
     modified_convex_hull,
-    segment_maxima,
-    usv,
     vertex_device_values,
 )
 
 OF_POINTS = [name for name, method in BOUNDARIES.items() if not method.needs_faces]
 """Methods that need nothing but points; the tests of the others make faces."""
-
-
-class TestTable:
-    @pytest.mark.parametrize("name", BOUNDARIES)
-    def test_options_are_the_parameters_of_the_function(self, name):
-        method = BOUNDARIES[name]
-        signature = inspect.signature(method.wrap).parameters
-        faces = {"faces"} if method.needs_faces else set()
-        assert {*method.defaults, *faces, "points", "centre"} == set(signature)
-        if name != "convex-hull":  # whose function is the modified one's
-            for option, default in method.defaults.items():
-                assert default == signature[option].default
 
 
 class TestComputeBoundary:
@@ -38,17 +22,6 @@ class TestComputeBoundary:
         boundary = compute_boundary(points, name)
         np.testing.assert_array_equal(boundary.centre, modified_convex_hull(points).centre)
         assert_decimates(boundary)
-
-    def test_is_what_the_functions_give(self, random_cloud):
-        points = random_cloud(51)
-        for name, parameters, expected in (
-            ("modified-convex-hull", {}, modified_convex_hull(points)),
-            ("modified-convex-hull", {"gamma": 0.4}, modified_convex_hull(points, 0.4)),
-            ("convex-hull", {}, modified_convex_hull(points, 1.0)),
-            ("segment-maxima", {"segments": (5, 7)}, segment_maxima(points, (5, 7))),
-            ("usv", {"basis": "octahedron"}, usv(points, "octahedron")),
-        ):
-            assert compute_boundary(points, name, **parameters).mesh == expected.mesh
 
     @pytest.mark.parametrize("name", OF_POINTS)
     def test_takes_a_centre(self, random_cloud, name):

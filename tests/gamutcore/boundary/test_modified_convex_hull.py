@@ -164,16 +164,6 @@ class TestDefinition:
         for more, fewer in itertools.pairwise(kept):
             assert fewer < more
 
-    def test_near_in_space_is_near_in_memory(self, random_cloud):
-        mesh = modified_convex_hull(random_cloud(13, 3000), 0.05).mesh
-        faces = mesh.faces
-        assert (faces[:, 0] == faces.min(axis=1)).all()
-        np.testing.assert_array_equal(np.lexsort((faces[:, 1], faces[:, 0])), np.arange(len(faces)))
-        # along a curve that fills the sphere, half of all edges join vertices a few places apart;
-        # in an order by chance they are a thousand apart
-        apart = np.abs(faces - np.roll(faces, 1, axis=1))
-        assert np.median(apart) < 40
-
 
 class TestKnownBodies:
     def test_a_sphere(self, assert_every_invariant):

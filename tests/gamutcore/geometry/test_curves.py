@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from gamutcore.geometry import curve_order, curve_positions, grouped, insertion_order
+from gamutcore.geometry import curve_order, curve_positions, grouped
 
 
 def unit_vectors(count, seed):
@@ -30,16 +30,6 @@ def test_the_order_along_the_curve_has_all_points_and_keeps_equal_ones():
     assert curve_order(np.ones((7, 3))).tolist() == list(range(7))
     assert curve_order(np.zeros((0, 3))).tolist() == []
     assert sorted(curve_order(np.array([[-1e60] * 3, [1e60] * 3, [0.0] * 3]))) == [0, 1, 2]
-
-
-def test_points_are_inserted_in_rounds_of_growing_size():
-    positions = curve_positions(unit_vectors(10_000, 2))
-    order = insertion_order(positions)
-    assert sorted(order) == list(range(10_000))
-    falls = np.flatnonzero(np.diff(positions[order]) < 0)
-    sizes = np.diff([-1, *falls, len(order) - 1])
-    assert (sizes[-3:-1] * 3 < sizes[-2:]).all()
-    assert 0.7 < sizes[-1] / len(order) < 0.8
 
 
 def test_groups_hold_their_items_in_ascending_order():

@@ -97,21 +97,6 @@ for decorator in (kernel, leaf_kernel, inlined_kernel):
     subprocess.run([sys.executable, "-c", code], check=True, env={"NUMBA_DISABLE_JIT": "1"})
 
 
-def test_a_subroutine_has_no_machine_code_until_python_calls_it():
-    @leaf_kernel
-    def third(x):
-        return x / 3.0
-
-    @kernel
-    def thirds(x):
-        return third(x) + third(2.0 * x)
-
-    assert thirds(1.0) == 1.0
-    assert not third.overloads
-    assert third(6.0) == 2.0
-    assert third.overloads
-
-
 @pytest.mark.parametrize("changed", [{}, {"error_model": "numpy"}, {"nrt": True}])
 @pytest.mark.parametrize("stated", [{}, {"error_model": "python"}, {"error_model": "numpy"}])
 def test_options_are_compared_as_numba_compares_them(stated, changed):

@@ -103,15 +103,3 @@ def test_marks_of_jobs_that_are_over_or_unknown_are_removed_and_others_stay(outb
     book.request_cancel(JOB)
     assert list(outbox.overdue(10)) == []
     assert outbox.count() == 0
-
-
-def test_a_job_is_not_read_before_it_can_be_overdue(outbox, book, clock, monkeypatch):
-    book.accept(JOB, {})
-    outbox.mark(JOB)
-    reads = []
-    usual = book.read
-    monkeypatch.setattr(book, "read", lambda name: reads.append(name) or usual(name))
-    for _ in range(9):
-        assert list(outbox.overdue(10)) == []
-        clock.seconds += 1
-    assert reads == [JOB]

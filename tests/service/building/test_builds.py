@@ -161,7 +161,6 @@ async def test_silence_is_broken_by_signs_of_life(replica):
         while silence < 2:
             silence += await anext(changes) is None
         await changes.aclose()
-        assert builds._subscriptions == {}
 
 
 @pytest.mark.parametrize("where", ["here", "elsewhere"])

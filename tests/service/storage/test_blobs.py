@@ -116,12 +116,6 @@ def test_keys_are_listed_in_their_order_from_any_of_them(blobs):
     assert list(blobs.keys("nothing/")) == []
 
 
-def test_scratch_names_are_never_the_same(blobs):
-    paths = {blobs.scratch(".x") for _ in range(100)}
-    assert len(paths) == 100
-    assert all(path.suffix == ".x" and path.parent.is_dir() for path in paths)
-
-
 @given(st.binary(max_size=300))
 def test_what_was_sealed_is_returned(payload):
     assert unseal(seal(payload)) == payload

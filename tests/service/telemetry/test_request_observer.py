@@ -257,11 +257,6 @@ def test_parts_of_one_name_add_up_and_the_total_holds_them(clock, metrics, reque
     assert times(request_app(layer, "GET", "/")) == expected
 
 
-def test_outside_of_requests_nothing_is_kept():
-    with timed("encode"):
-        pass
-
-
 def test_meshes_tell_what_they_cost(server, gamut):
     path = gamut["links"]["mesh"] + "?triangles=222"
     first, second = server.client.get(path), server.client.get(path)
