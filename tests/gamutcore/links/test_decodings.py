@@ -4,7 +4,7 @@ import struct
 import zlib
 
 import numpy as np
-import OpenImageIO as oiio
+import OpenImageIO as oiio  # noqa: N813
 import pytest
 
 import gamutcore
