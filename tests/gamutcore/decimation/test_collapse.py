@@ -29,6 +29,7 @@ from gamutcore.decimation.surface_mesh import (
     scale_to_preserve_volume,
     write_edge_link,
 )
+from gamutcore.errors import DecimationError
 from gamutcore.geometry import TriangleMesh
 from gamutcore.history import build_history
 
@@ -536,7 +537,7 @@ class TestLostVolume:
 
 
 class TestSchedule:
-    @settings(max_examples=6)
+    @settings(max_examples=15)
     @given(seed=st.integers(0, 10**6), stops=st.sets(st.integers(5, 60), max_size=4))
     def test_a_decimation_in_phases_is_the_same_as_in_one(self, bumpy_mesh, seed, stops):
         """`quadric` stores its state in vertices only, so nothing is lost between phases."""
@@ -575,6 +576,25 @@ class TestSchedule:
             history = build_history(decimate(mesh, CENTRE, cost))
             levels.append(sorted(history.level(2 * 60 - 4).vertices.tolist()))
         assert levels[0] == levels[1]
+
+    def test_a_trial_that_ends_too_early_is_not_chosen(self, monkeypatch, with_schedule, icosphere):
+        _run_phase = schedule._run_phase
+
+        def ends_early(state, until, counter, **options):
+            perturbed = len(options.get("perturbation", ())) > 0
+            early = "perturbation" in options and perturbed == blocks_perturbed
+            return _run_phase(state, until + 1 if early else until, counter, **options)
+
+        monkeypatch.setattr(schedule, "_run_phase", ends_early)
+        with_schedule(trials=Trials(60, 3, 27))
+        mesh, blocks_perturbed = icosphere(2), True
+        only = decimate(mesh, CENTRE)
+        blocks_perturbed = False
+        with_schedule(trials=Trials(60, 1, 27))
+        with pytest.raises(DecimationError, match="triangles left"):
+            decimate(mesh, CENTRE)
+        monkeypatch.setattr(schedule, "_run_phase", _run_phase)
+        assert_same(only, decimate(mesh, CENTRE))
 
 
 class TestProgress:
