@@ -130,12 +130,12 @@ def _solids(cube: InkCube) -> Iterator[_Solid]:
                 yield _Solid(free, fixed, -1)
     if not cube.cut:
         return
-    for free in combinations(channels, 4):
-        axes = list(free)
+    for first, second, third, last in combinations(channels, 4):
+        axes = [first, second, third, last]
         low, high = float(cube.lowest[axes].sum()), float(cube.highest[axes].sum())
-        for fixed in corners_within(cube, *free):
+        for fixed in corners_within(cube, *axes):
             if low + _TINY < cube.limit - fixed.sum() < high - _TINY:
-                yield _Solid(free[:3], fixed, free[3])
+                yield _Solid((first, second, third), fixed, last)
 
 
 def _values(cube: InkCube, solid: _Solid, places: FloatArray) -> tuple[FloatArray, BooleanArray]:
@@ -165,7 +165,8 @@ def _cells_of(cube: InkCube, solid: _Solid, values: FloatArray, divisions: int) 
     if solid.dependent >= 0:
         near &= values.sum(axis=1) > cube.limit - _NEAR
     places = (values[near][:, axes] - cube.lowest[axes]) / extent[axes]
-    return np.clip((places * divisions).astype(np.int64), 0, divisions - 1)
+    cells: LongArray = np.clip((places * divisions).astype(np.int64), 0, divisions - 1)
+    return cells
 
 
 def _cells_at(nodes: BooleanArray) -> LongArray:
@@ -226,7 +227,8 @@ def _sheets_of(
     points = colours(values)
     one = points[corner[..., 0]]
     first, second, third = (points[corner[..., each]] - one for each in (1, 2, 3))
-    turned = (np.einsum("cti,cti->ct", first, np.cross(second, third)) < 0.0) != _ODD
+    determinants = np.einsum("cti,cti->ct", first, np.cross(second, third))
+    turned = np.not_equal(determinants < 0.0, _ODD)
     # beyond the limit, tetrahedra are flat
     real = inner[corner].any(axis=2)
 

@@ -52,6 +52,7 @@ KNOWN_PARAMETERS = (
     *("method", "focus", "source", "destination", "columns", "table_scale"),
     *("to", "depth", "table", "iterations", "result"),
     *("size", "view", "background", "axes", "black", "black_point_compensation"),
+    *("decode", "preserve"),
 )
 """Query parameters that are logged."""
 
