@@ -70,7 +70,7 @@ def black_rule(black: object = None, model: DeviceModel | None = None) -> BlackR
             f"A rule of black does not apply: none of the inks {', '.join(model.channels)} is "
             "named as black.",
             where={"field": "black"},
-            remedy=f"Name the inks. {naming_remedy(model)}",
+            remedy=naming_remedy(model),
         )
     return rule
 

@@ -1,6 +1,5 @@
 """Ink limits that data states itself."""
 
-import io
 import struct
 
 import numpy as np

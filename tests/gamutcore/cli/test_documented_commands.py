@@ -1,5 +1,6 @@
 """The command lines of the documents: none is refused, and each writes its file."""
 
+import itertools
 import re
 import shlex
 from pathlib import Path
@@ -40,7 +41,7 @@ def coarse(arguments):
         arguments = arguments[:place] + arguments[place + 2 :]
     reads_saved = any(
         argument.endswith(".gamut") and before not in {"-o", "--output"}
-        for before, argument in zip(arguments, arguments[1:], strict=False)
+        for before, argument in itertools.pairwise(arguments)
     )
     has_samples = "--surface-samples" in arguments or arguments[0] == "reference"
     samples = [] if reads_saved or has_samples else ["--surface-samples", "1000"]

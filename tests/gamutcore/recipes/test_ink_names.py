@@ -1,9 +1,13 @@
 """Inks that data only numbers: their names, and rules of black without a black ink."""
 
+from pathlib import Path
+
 import pytest
 
 from gamutcore import Gamut
 from gamutcore.errors import OptionError
+
+ROOT = Path(__file__).parents[3]
 
 SOLIDS = {
     (0, 0, 0, 0): (95, 0, -2),
@@ -86,5 +90,5 @@ def test_names_that_do_not_fit_the_inks(inks):
 
 def test_lights_have_no_inks():
     with pytest.raises(OptionError) as caught:
-        Gamut(numbered().replace(b"4CLR_1", b"RGB_R"), surface_samples=500, inks="C,M,Y,K")
-    assert caught.value.where
+        Gamut(ROOT / "examples" / "Panasonic-TV.icc", surface_samples=500, inks="C,M,Y")
+    assert caught.value.where == {"field": "inks"}
