@@ -10,7 +10,7 @@ import contextlib
 import hashlib
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
 
@@ -29,8 +29,8 @@ from gamutcore.characterisation import (
     Samples,
     embedded_boundary,
     embedded_measurements,
-    ink_limit_warnings,
     read_characterisation,
+    stated_ink_limit,
 )
 from gamutcore.colours import (
     DEFAULT_LUMINANCE,
@@ -43,7 +43,9 @@ from gamutcore.colours import (
     declared_space,
     display_primaries,
     fold_sheets,
+    lacks_black,
     medium_white_lab,
+    naming_remedy,
     own_tristimulus,
     spread_values,
     surface_colours,
@@ -73,6 +75,7 @@ if TYPE_CHECKING:
 
     from gamutcore.arrays import FloatArray
     from gamutcore.boundary import Boundary, Wrapping
+    from gamutcore.characterisation.samples import JSON
     from gamutcore.colours import AbsoluteColours, DeviceColours, DeviceModel, SurfaceColours
     from gamutcore.decimation import Decimation
     from gamutcore.geometry import DeviceValues, TriangleMesh
@@ -241,22 +244,52 @@ def parsed_input(content: bytes, options: Options, limits: Limits) -> Characteri
     with apply_limits(limits):
         parsed = _parsed(content, options)
     options.check_data(_data_kind(parsed))
-    return parsed
+    return parsed if options.inks is None else _with_inks(parsed, options.inks)
+
+
+def _with_inks(parsed: Characterisation, inks: str) -> Characterisation:
+    """Return data with other names of its inks."""
+    assert isinstance(parsed, Samples | IccProfile)  # noqa: S101  # of the option's kinds of data
+    names, channels = tuple(inks.split(",")), parsed.channels
+    if not parsed.inks:
+        why = f"the channels {', '.join(channels)} are not inks"
+        raise OptionError.not_applicable("inks", inks, why)
+    if len(names) != len(channels) or len(set(map(str.lower, names))) < len(names) or "" in names:
+        raise OptionError(
+            f"The inks are named {inks[:80]}, and the device has {len(channels)} inks.",
+            where={"field": "inks"},
+            remedy=f"Give {len(channels)} different names. For one of two devices, name its inks "
+            "in a gamut that is saved first (gamut build --inks).",
+        )
+    provenance: dict[str, JSON] = {**parsed.provenance, "channels": list(names)}
+    named = replace(parsed, channels=names, provenance=provenance)
+    if not named.inks:
+        raise OptionError.not_applicable("inks", inks, "these are names of lights")
+    return named
 
 
 FEWEST_SAMPLES = 8
 """Points at the surface of a device whose model alone is wanted: the corners of RGB's cube."""
 
 
-def device_model(content: bytes, options: Options, limits: Limits) -> DeviceModel | None:
-    """Return the device model of the gamut that `build` makes of some content; None without one."""
+def device_model(
+    content: bytes, options: Options, limits: Limits
+) -> tuple[DeviceModel, tuple[str, ...]] | None:
+    """Return the device model of the gamut that `build` makes of some content; None without one.
+
+    Also return the warnings about the data.
+    """
     parsed = parsed_input(content, options, limits)
     if isinstance(parsed, GamutMesh):
         return None
     found = _input_colours(parsed, options, samples=FEWEST_SAMPLES)
     space = options.colour_space(found.provenance.get("white_luminance"))
     device = colours_in_space(found, space).device_colours
-    return None if device is None else device.model
+    if device is None:
+        return None
+    # the surface is sampled for the model only, so how coarsely does not matter
+    warnings = [str(each) for each in _warnings(found.provenance)]
+    return device.model, tuple(each for each in warnings if "surface_samples" not in each)
 
 
 def _input_colours(
@@ -268,17 +301,67 @@ def _input_colours(
     """
     if isinstance(parsed, Samples):
         check_dimensions(parsed)
-    return surface_colours(
+    limits, limit_warnings = ink_limits(parsed, options)
+    colours = surface_colours(
         parsed,
         intent=options.intent,
         surface_samples=samples or options.surface_samples,
-        limits=InkLimits(options.ink_limit, options.black_limit),
+        limits=limits,
         observer=options.observer,
         illuminant=options.illuminant,
         adaptation=options.adaptation or "Bradford",
         popularity=options.popularity,
         model=options.device_model,
     )
+    warnings = [*_warnings(colours.provenance), *limit_warnings]
+    if colours.device_colours is not None:
+        device = colours.device_colours.model
+        if lacks_black(device.channels, device.inks) and all(map(str.isdigit, device.channels)):
+            warnings.append(
+                "The inks have no names. Black is not known, and greys are made of all inks. "
+                f"{naming_remedy(device)}"
+            )
+    return replace(colours, provenance={**colours.provenance, "warnings": warnings})
+
+
+def _warnings(provenance: dict[str, JSON]) -> list[JSON]:
+    return cast("list[JSON]", provenance["warnings"])
+
+
+IN_PER_CENT = 50.0
+"""Given limits below are likely to be meant as a number of full inks: half of one ink prints
+little."""
+
+ONE_INK = 100.0
+"""Stated limits below are not used: no press has them, and the unit is likely to be another."""
+
+
+def ink_limits(data: Characterisation, options: Options) -> tuple[InkLimits, list[str]]:
+    """Return the ink limits of a gamut and of all its device values, and warnings about them.
+
+    The total is that of the options, else the one that the data states.
+    """
+    total = options.ink_limit
+    if isinstance(total, str):
+        return InkLimits(black=options.black_limit), []
+    if total is not None:
+        warning = (
+            f"The ink limit is {total:g} % of one full ink. ink_limit is in per cent: 300 stands "
+            "for three full inks."
+        )
+        return InkLimits(total, options.black_limit), [warning] * (total < IN_PER_CENT)
+    stated = stated_ink_limit(data)
+    if stated is None:
+        return InkLimits(black=options.black_limit), []
+    states = f"The data states an ink limit of {stated.total:g} % ({stated.source})"
+    if stated.total < ONE_INK:
+        warning = f"{states}, less than one full ink. It is not used; ink_limit gives another."
+        return InkLimits(black=options.black_limit), [warning]
+    warning = (
+        f"{states}, which the gamut and all device values keep. ink_limit (--ink-limit) gives "
+        "another one, or none."
+    )
+    return InkLimits(stated.total, options.black_limit, stated.source), [warning]
 
 
 def _parsed(data: bytes, options: Options) -> Characterisation:
@@ -341,20 +424,14 @@ def _boundary_of_colours(
     if colours.device is not None:
         values = vertex_device_values(boundary, colours.points, colours.device, colours.channels)
     provenance = {**colours.provenance, "boundary": wrapping.choices}
-    given = provenance["warnings"]
-    if isinstance(given, list):
-        stated = ink_limit_warnings(parsed, options.ink_limit)
-        warnings = [*given, *stated, *wrapping.warnings]
-        if (
-            colours.device_colours is not None
-            and missed > LARGE_ERROR / 100.0 * space.white_lightness
-        ):
-            warnings.append(
-                f"Colours of the device, by its model or as measured, are up to "
-                f"{number_text(missed, 3)} outside of the full boundary. The default tolerance "
-                "counts them, and others as near, as in gamut."
-            )
-        provenance["warnings"] = warnings
+    warnings = [*_warnings(colours.provenance), *wrapping.warnings]
+    if colours.device_colours is not None and missed > LARGE_ERROR / 100.0 * space.white_lightness:
+        warnings.append(
+            f"Colours of the device, by its model or as measured, are up to "
+            f"{number_text(missed, 3)} outside of the full boundary. The default tolerance counts "
+            "them, and others as near, as in gamut."
+        )
+    provenance["warnings"] = warnings
     if colours.absolute is not None:
         provenance["white_lab"] = medium_white_lab(colours.absolute)
     return _FullBoundary(

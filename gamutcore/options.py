@@ -151,11 +151,19 @@ def _condition(text: str) -> str:
 
 _CONDITION = Text(80, "the name of a measurement condition, such as 'M1'", _condition)
 _LAYER = Text(255, "the name of a layer of an OpenEXR picture, such as 'ViewLayer.Combined'")
+_INKS = Text(
+    400,
+    "the names of the inks in order, separated by commas, such as 'C,M,Y,K,O,G,V'",
+    lambda text: ",".join(" ".join(name.split()) for name in text.split(",")),
+)
 _FLUORESCENT = {f"f{n}": f"FL{n}" for n in range(1, 13)}
 _OF_BOUNDARY = Option(data=_WRAPPED_DATA, selector="boundary")
 _OF_SPACE = Option(selector="space")
 
 Absent: TypeAlias = SkipJsonSchema[None]
+
+NO_LIMIT = "none"
+"""Value of ``ink_limit`` for all inks in full. ``null`` in JSON and None in Python are the same."""
 
 
 class Options(BaseModel):
@@ -257,12 +265,18 @@ class Options(BaseModel):
         "n-linear and needs a complete grid. `fit` uses radial basis functions.",
     )
     ink_limit: Annotated[
-        float | None,
-        Number(0, 1500, above_least=True, unit="per cent"),
-        Option(data=("profile", "measurements"), unless_given="no limit", common=True),
+        Annotated[float, Number(0, 1500, above_least=True, unit="per cent")]
+        | Annotated[str, Choice((NO_LIMIT,))]
+        | None,
+        Option(
+            data=("profile", "measurements"),
+            unless_given="the limit that the data states, if any",
+            common=True,
+        ),
     ] = Field(
         default=None,
-        description="Largest sum of all inks in per cent, such as 300. For devices with inks only.",
+        description="Largest sum of all inks in per cent, such as 300, or `none`. For devices with "
+        "inks only. The gamut and all device values keep it.",
     )
     black_limit: Annotated[
         float | None,
@@ -272,6 +286,15 @@ class Options(BaseModel):
         default=None,
         description="Largest amount of the black ink in per cent. For devices with a black ink "
         "only.",
+    )
+    inks: Annotated[
+        str | None,
+        _INKS,
+        Option(data=("profile", "measurements"), unless_given="the names in the data"),
+    ] = Field(
+        default=None,
+        description="Names of the inks in order, such as `C,M,Y,K,O,G,V`, for data that only "
+        "numbers them. Rules of black need a black ink, which is named `K` or `Black`.",
     )
     observer: Annotated[
         int | None,
@@ -418,9 +441,9 @@ class Options(BaseModel):
                     where={"field": name},
                     remedy="Give each option once.",
                 )
-            if value is None:  # to the constructor, None means that there is no value
+            values[name] = NO_LIMIT if value is None and name == "ink_limit" else value
+            if values[name] is None:  # to the constructor, None means that there is no value
                 raise OptionError.refusal(name, value, "a value, or leave it out for the default")
-            values[name] = value
         return cls(**values)
 
     def to_mapping(self) -> dict[str, object]:

@@ -228,6 +228,8 @@ class Conditions(Shown):
         False if the gamut does not state it.
     scale : float
         Factor of all coordinates.
+    build_warnings : tuple of str
+        Warnings of the gamut's build. Answers have them among their warnings.
     """
 
     intent: str
@@ -243,6 +245,7 @@ class Conditions(Shown):
     is_print: bool = field(default=False, repr=False)
     inks: bool = field(default=False, repr=False)
     scale: float = field(default=1.0, repr=False)
+    build_warnings: tuple[str, ...] = field(default=(), repr=False, compare=False)
 
     @classmethod
     def from_dict(cls, document: Mapping[str, Any]) -> Conditions:

@@ -37,7 +37,6 @@ if TYPE_CHECKING:
 
 __all__ = [
     "embedded_measurements",
-    "ink_limit_warnings",
     "stated_ink_limit",
 ]
 
@@ -268,9 +267,6 @@ KEYWORD = "TOTAL_INK_LIMIT"
 SEPARATIONS = ("B2A1", "B2A0")
 """Tables from colours to device values, in the order of preference: colorimetric, perceptual."""
 
-IN_PER_CENT = 50.0
-"""Limits below are likely to be meant as a number of full inks: half of one ink prints little."""
-
 _STATED = re.compile(rf'^\s*{KEYWORD}\s+"?(\d{{1,4}}(?:\.\d{{0,6}})?)', re.MULTILINE)
 _PER_CENT = re.compile(r"\d{1,4}(\.\d*)?")
 
@@ -297,25 +293,6 @@ def stated_ink_limit(data: Characterisation) -> StatedLimit | None:
         found = _of_profile(data)
     all_inks = 100.0 * len(data.channels)
     return found if found is not None and 0.0 < found.total < all_inks - 0.5 else None
-
-
-def ink_limit_warnings(data: Characterisation, ink_limit: float | None) -> list[str]:
-    """Return warnings about a given ink limit in per cent, or about a stated one not given."""
-    stated = stated_ink_limit(data) if ink_limit is None else None
-    if stated is not None:
-        warning = (
-            f"The data states an ink limit of {stated.total:g} % ({stated.source}), which is not "
-            f"applied. Give ink_limit {stated.total:g} (--ink-limit {stated.total:g}) for the "
-            "colours that are printed."
-        )
-        return [warning]
-    if ink_limit is not None and ink_limit < IN_PER_CENT:
-        warning = (
-            f"The ink limit is {ink_limit:g} % of one full ink. ink_limit is in per cent: 300 "
-            "stands for three full inks."
-        )
-        return [warning]
-    return []
 
 
 def _of_profile(profile: IccProfile) -> StatedLimit | None:

@@ -296,10 +296,12 @@ def _facts(gamut: Gamut) -> dict[str, Any]:
     if "distinguishable_colours" in description:
         facts["million distinguishable colours"] = description["distinguishable_colours"] / 1e6
     facts |= _chromaticity(description.get("chromaticity"))
-    for name in ("intent", "illuminant", "observer", "ink_limit"):
+    for name in ("intent", "illuminant", "observer"):
         value = description["options"].get(name, provenance.get(name))
         if isinstance(value, str | int | float):
             facts[name] = value
+    if gamut.conditions.ink_limit is not None:
+        facts["ink_limit"] = gamut.conditions.ink_limit
     facts["white"] = gamut.conditions.white
     facts |= _measurement_facts(provenance)
     for number, warning in enumerate(provenance.get("warnings", ()), 1):

@@ -66,13 +66,18 @@ def write_facts(
     write_bytes(text.encode(), output)
 
 
-def state(*gamuts: Conditions, warnings: Sequence[str] = ()) -> dict[str, Any]:
+def state(*gamuts: Conditions, warnings: Sequence[str] | None = None) -> dict[str, Any]:
     """Write the conditions of the gamuts that answer, and warnings, on standard error.
 
+    Without `warnings`, these are those of the builds.
     Return the same as members of JSON: ``gamut``, or ``gamuts`` of two, and ``warnings``.
     """
     for name, gamut in zip("AB" if len(gamuts) > 1 else [""], gamuts, strict=False):
         typer.echo(f"Gamut{name and ' '}{name}: {gamut}", err=True)
+    if warnings is None:
+        from gamutcore.questions import build_warnings  # noqa: PLC0415
+
+        warnings = build_warnings(*gamuts)
     for warning in warnings:
         typer.echo(f"Warning: {warning}", err=True)
     documents = [gamut.to_dict() for gamut in gamuts]

@@ -81,7 +81,7 @@ def rings(
     The result is a table of radii by lightness and hue, or a picture if the output is a .svg file,
     or a .png or .pdf file, which needs matplotlib.
     """
-    from gamutcore.questions import RINGS, comparison_warnings  # noqa: PLC0415
+    from gamutcore.questions import RINGS, build_warnings, comparison_warnings  # noqa: PLC0415
 
     alone = reference is None
     gamut = gamut_of(source, ctx, alone=alone)
@@ -91,7 +91,7 @@ def rings(
         stated = state(gamut.conditions)
     else:
         both = gamut.conditions, other.conditions
-        stated = state(*both, warnings=comparison_warnings(*both))
+        stated = state(*both, warnings=(*build_warnings(*both), *comparison_warnings(*both)))
     if output is not None and output.suffix.lower() == ".svg":
         write_bytes(gamut.rings_svg(other, sectors=sectors, **level), output)
         return

@@ -25,10 +25,16 @@ from gamutcore.colours.gamut_colours import (
     surface_colours,
     volume_description,
 )
-from gamutcore.colours.ink_limits import BLACK_NAMES, InkLimits, spread_values, values_beside
+from gamutcore.colours.ink_limits import (
+    BLACK_NAMES,
+    InkLimits,
+    lacks_black,
+    spread_values,
+    values_beside,
+)
 from gamutcore.colours.lookup import LookupTable, cube_nodes
 from gamutcore.colours.measured import ILLUMINANTS, OBSERVERS, measured_colours
-from gamutcore.colours.models import DeviceModel
+from gamutcore.colours.models import DeviceModel, naming_remedy
 from gamutcore.colours.picture import closed_form_values, find_values, picture_colours
 from gamutcore.colours.reference import RGB_CURVES, RgbSpace, primary_matrix, reference_white
 from gamutcore.colours.repeats import consistent_samples
@@ -101,11 +107,13 @@ __all__ = [
     "find_values",
     "fold_sheets",
     "lab_to_xyz",
+    "lacks_black",
     "linear_srgb",
     "luminance_of_black",
     "measured_colours",
     "measured_luminance",
     "medium_white_lab",
+    "naming_remedy",
     "own_tristimulus",
     "parameter_defaults",
     "picture_colours",

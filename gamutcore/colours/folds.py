@@ -228,7 +228,7 @@ def _sheets_of(
     one = points[corner[..., 0]]
     first, second, third = (points[corner[..., each]] - one for each in (1, 2, 3))
     determinants = np.einsum("cti,cti->ct", first, np.cross(second, third))
-    turned = np.not_equal(determinants < 0.0, _ODD)
+    turned: BooleanArray = np.asarray((determinants < 0.0) != _ODD)
     # beyond the limit, tetrahedra are flat
     real = inner[corner].any(axis=2)
 

@@ -39,18 +39,28 @@ _APART = 1e-6
 class InkLimits:
     """Largest amounts of ink: all inks in per cent of one full ink, and black in per cent.
 
-    None stands for no limit.
+    None stands for no limit. `stated_by` is the part of the data that states the total; it is empty
+    for a total that was given.
     """
 
     total: float | None = None
     black: float | None = None
+    stated_by: str = ""
 
-    def __bool__(self) -> bool:
-        return self.total is not None or self.black is not None
+    @property
+    def given(self) -> bool:
+        """Whether a limit was given, rather than stated by the data."""
+        return self.black is not None or (self.total is not None and not self.stated_by)
+
+    @property
+    def provenance(self) -> dict[str, JSON]:
+        """The limits as the description of a gamut has them."""
+        stated: dict[str, JSON] = {"stated_by": self.stated_by} if self.stated_by else {}
+        return {"ink_limits": {"total": self.total, "black": self.black, **stated}}
 
     def refusal(self, why: str) -> OptionError:
         """Return the error for limits of a device that cannot have them, for the reason `why`."""
-        field = "ink_limit" if self.total is not None else "black_limit"
+        field = "black_limit" if self.total is None or self.stated_by else "ink_limit"
         return OptionError(
             f"{field} does not apply: {why}",
             where={"field": field},
@@ -101,12 +111,10 @@ def limited_cube(
 
     `lowest` and `highest` are the range of each of n channels, 0 to 1.
     """
-    if limits and not inks:
+    if limits.given and not inks:
         raise limits.refusal(f"the channels {', '.join(channels)} are not inks.")
     lowest, highest = np.array(lowest, dtype=np.float64), np.array(highest, dtype=np.float64)
-    provenance: dict[str, JSON] = {}
-    if inks:
-        provenance = {"ink_limits": {"total": limits.total, "black": limits.black}}
+    provenance = limits.provenance if inks else {}
     if limits.black is not None:
         black = _black_channel(channels)
         if limits.black / 100 < lowest[black]:
@@ -117,7 +125,8 @@ def limited_cube(
     if limits.total is not None:
         total = limits.total / 100 - float(lowest[~free].sum())
         if total <= float(lowest[free].sum()) + _APART:
-            raise _nothing_left("ink_limit", limits.total, f"{100 * lowest.sum():.4g}")
+            least = f"{100 * lowest.sum():.4g}"
+            raise _nothing_left("ink_limit", limits.total, least, ", or none")
         # a limit below the range of a single ink shortens that range
         room = total - (float(lowest[free].sum()) - lowest[free])
         highest[free] = np.minimum(highest[free], room)
@@ -125,11 +134,17 @@ def limited_cube(
     return LimitedCube(cube, free, lowest, provenance)
 
 
-def _nothing_left(field: str, value: float, least: str) -> OptionError:
+def lacks_black(channels: Sequence[str], inks: bool) -> bool:
+    """Whether channels are more than three inks, none of which is named as black."""
+    names = {name.strip().lower() for name in channels}
+    return inks and len(channels) > 3 and not names & BLACK_NAMES
+
+
+def _nothing_left(field: str, value: float, least: str, others: str = "") -> OptionError:
     return OptionError(
         f"{field} is {value:g} %, but the lowest amount in the data is {least} %.",
         where={"field": field},
-        remedy=f"Give more than {least} %.",
+        remedy=f"Give more than {least} %{others}.",
     )
 
 
@@ -140,7 +155,7 @@ def _black_channel(channels: Sequence[str]) -> int:
     raise OptionError(
         f"black_limit does not apply: none of the inks {', '.join(channels)} is named as black.",
         where={"field": "black_limit"},
-        remedy="Leave it out, or name the black ink K or Black.",
+        remedy="Leave it out, or name the inks, such as --inks C,M,Y,K,O,G,V.",
     )
 
 

@@ -693,7 +693,7 @@ def sample_surface(
     provenance["model"] = model.provenance
     if model.function is None:
         why = f"no device model can be fitted ({model.degenerate})"
-        if limits:
+        if limits.given:
             raise limits.refusal(f"{why}.")
         if kind is not None:
             raise OptionError.not_applicable("device_model", kind, why, _FIT_REMEDY)

@@ -25,7 +25,14 @@ if TYPE_CHECKING:
 
     from gamutcore.arrays import FloatArray
 
-__all__ = ["Arrays", "DeviceFunction", "DeviceModel", "check_shapes", "device_function"]
+__all__ = [
+    "Arrays",
+    "DeviceFunction",
+    "DeviceModel",
+    "check_shapes",
+    "device_function",
+    "naming_remedy",
+]
 
 Arrays = dict[str, Any]
 
@@ -51,6 +58,18 @@ class DeviceFunction(Protocol):
     @classmethod
     def of(cls, arrays: Arrays, facts: Mapping[str, Any]) -> Self:
         """Return the function of its parts."""
+
+
+SOLIDS = {
+    "C": (55, -37, -50),
+    "M": (48, 74, -3),
+    "Y": (89, -5, 93),
+    "K": (16, 0, 0),
+    "O": (65, 58, 88),
+    "G": (60, -75, 0),
+    "V": (22, 47, -56),
+}
+"""CIELAB of solid inks: ISO 12647-2, coated paper, and the inks of FOGRA55."""
 
 
 FUNCTIONS: dict[str, type[DeviceFunction]] = {}
@@ -186,3 +205,19 @@ _TYPES = {"F64": np.float64, "F32": np.float32, "U8": np.uint8}
 def _array(tensor: Mapping[str, Any]) -> np.ndarray:
     values = np.frombuffer(tensor["data"], _TYPES[tensor["dtype"]])
     return values.reshape(tensor["shape"])
+
+
+def naming_remedy(model: DeviceModel) -> str:
+    """Return how to name the inks of a device, with a guess by the colours of the solid inks."""
+    count = len(model.channels)
+    solids = np.tile(model.limited.base, (count, 1))
+    np.fill_diagonal(solids, 1.0)
+    lab = model.lab(solids)
+    distances = np.linalg.norm(lab[:, np.newaxis] - np.array(list(SOLIDS.values())), axis=2)
+    names = [list(SOLIDS)[place] for place in distances.argmin(axis=1)]
+    darkest = int(lab[:, 0].argmin())
+    if len(set(names)) == count:
+        guess = f"By their colours, they may be {','.join(names)}."
+    else:
+        guess = f"Ink {darkest + 1} is the darkest (L* {lab[darkest, 0]:.0f}): it may be black, K."
+    return f"Give their names in order, such as --inks C,M,Y,K,O,G,V (the option inks). {guess}"

@@ -50,7 +50,7 @@ from gamutcore.limits import Limits
 from gamutcore.links.profile_tables import InverseTables, forward_table
 from gamutcore.links.table import check_path
 from gamutcore.queries import delta_e_2000
-from gamutcore.questions import PICTURE_SPACE, black_rule, map_points
+from gamutcore.questions import PICTURE_SPACE, black_rule, map_points, no_limit_warnings
 from gamutcore.references import Reference
 from gamutcore.results import Shown
 
@@ -260,7 +260,6 @@ def profile(
     """
     version = int(check_option("version", version, PROFILE_VERSION))
     size = int(check_option("size", size, PROFILE_SIZE))
-    rule = black_rule(black)
     if gamut_boundary and version != 5:
         raise OptionError.not_applicable(
             "gamut_boundary", True, f"version {version} has no gamut boundaries", "Give version 5."
@@ -272,6 +271,7 @@ def profile(
     gamut, content = _gamut(data, options)
     level = _in_cielab(gamut, content, options).mesh(triangles) if gamut_boundary else None
     device = _Device.of(gamut)
+    rule = black_rule(black, device.model)
     samples = None if content is None else _samples(content, gamut.options)
     elements, form = None, "tables"
     if device.kind == "mntr" and device.space == "RGB " and version < 5:
@@ -315,7 +315,10 @@ def profile(
         form=cast("Literal['tables', 'matrix']", form),
         forward=forward,
         round_trip=round_trip,
-        warnings=tuple(gamut.description["provenance"]["warnings"]),
+        warnings=(
+            *gamut.conditions.build_warnings,
+            *no_limit_warnings(gamut.options, device.model),
+        ),
         _data=file(f"{title}: {errors}"),
     )
 

@@ -57,6 +57,7 @@ from gamutcore.questions import (
     compensates_black,
     is_as_measured,
     map_points,
+    no_limit_warnings,
 )
 from gamutcore.recipes import InverseModel
 from gamutcore.references import REFERENCES, Reference
@@ -413,7 +414,6 @@ def link(
     True
     """
     method = str(check_option("method", method, METHOD))
-    rule = black_rule(black)
     options = {"space": PICTURE_SPACE, **options}
     one, two = (
         _side(given, field, options, cache)
@@ -432,6 +432,7 @@ def link(
             "Give a source such as bt2100-pq-1000, or another method.",
         )
     size = table_size(size, len(one.model.channels))
+    rule = black_rule(black, two.model)
     if one.options.intent != two.options.intent:
         raise OptionError(
             f"The source has the intent {one.options.intent}, and the destination "
@@ -494,10 +495,13 @@ def link(
         given = xyz_to_lab(compensate_black(lab_to_xyz(given), *blacks))
     stays = into.contains(given, space="CIELAB", max_error=0.0)
     wanted[stays] = given[stays]
-    warnings: tuple[str, ...] = ()
+    # the gamut of the source is built for some methods only
+    warnings = [f"The source: {each}" for each in one.warnings]
+    warnings += [f"The destination: {each}" for each in into.conditions.build_warnings]
+    warnings += no_limit_warnings(into.options, two.model)
     if origin is not None:
         names = "the destination", "the source"
-        warnings = comparison_warnings(into.conditions, origin.conditions, names)
+        warnings += comparison_warnings(into.conditions, origin.conditions, names)
     return Link(
         source=one.name,
         destination=two.name,
@@ -512,7 +516,7 @@ def link(
         black_point_compensation=black_point_compensation,
         preserve=preserve,
         decodings=(one.decoding, two.decoding),
-        warnings=warnings,
+        warnings=tuple(warnings),
     )
 
 
@@ -538,6 +542,7 @@ class _Side(NamedTuple):
     options: Options
     gamut: Callable[[], Gamut]
     inverse: Callable[[], InverseModel]
+    warnings: tuple[str, ...]
 
     @property
     def decoding(self) -> str | None:
@@ -584,15 +589,16 @@ def _side(
             return Gamut(content, options)
 
     with errors_in(given):
-        model = device_model(content, options, Limits())
-    if model is None:
+        made = device_model(content, options, Limits())
+    if made is None:
         raise _unfit(field, "has no model of a device")
+    model, warnings = made
     inverse = partial(InverseModel, model)
     if reference is None:
         name = f"the {field}" if isinstance(given, bytes) else Path(given).name
-        return _Side(name, model, options, build, inverse)
+        return _Side(name, model, options, build, inverse, warnings)
     cached = build if cache is None else partial(cache, reference, options, build)
-    return _Side(reference.slug, model, options, cached, inverse)
+    return _Side(reference.slug, model, options, cached, inverse, warnings)
 
 
 def _side_of_gamut(gamut: Gamut, field: str) -> _Side:
@@ -602,7 +608,10 @@ def _side_of_gamut(gamut: Gamut, field: str) -> _Side:
         raise error
     model = gamut.device_model
     name = gamut.description["provenance"].get("reference") or f"the {field}"
-    return _Side(str(name), model, gamut.options, lambda: gamut, lambda: gamut.inverse_model)
+    warnings = gamut.conditions.build_warnings
+    return _Side(
+        str(name), model, gamut.options, lambda: gamut, lambda: gamut.inverse_model, warnings
+    )
 
 
 def _check_device(model: DeviceModel, field: str) -> None:

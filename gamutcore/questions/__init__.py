@@ -15,7 +15,12 @@ from gamutcore.questions.comparison import (
     compare,
     compared_conditions,
 )
-from gamutcore.questions.conditions import comparison_warnings, conditions_of
+from gamutcore.questions.conditions import (
+    build_warnings,
+    comparison_warnings,
+    conditions_of,
+    no_limit_warnings,
+)
 from gamutcore.questions.declarations import SPACE, Answer, Parameter, Question
 from gamutcore.questions.levels import (
     DEFAULT_EDGE_WIDTH,
@@ -112,6 +117,7 @@ __all__ = [
     "TableError",
     "black_luminance",
     "black_rule",
+    "build_warnings",
     "check_space",
     "chromaticity",
     "colours_in",
@@ -135,6 +141,7 @@ __all__ = [
     "map_points",
     "max_chroma",
     "nearest",
+    "no_limit_warnings",
     "no_picture",
     "notebook_html",
     "picture",

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 
 from gamutcore.arguments import Number, Text, check_option
+from gamutcore.colours import lacks_black, naming_remedy
 from gamutcore.errors import OptionError
 from gamutcore.recipes import GCR, LEAST_INK, SHARE, WANTED, BlackRule
+
+if TYPE_CHECKING:
+    from gamutcore.colours import DeviceModel
 
 __all__ = ["BLACK", "DEFAULT_BLACK", "black_rule"]
 
@@ -46,7 +50,7 @@ BLACK = (
         Text(
             400,
             "one of light, medium, heavy, max, none and least-ink, or pairs of L* and black, such "
-            "as '10:0.9, 50:0.3, 90:0'",
+            "as '10:90, 50:30, 90:0'",
         ),
     ]
     | Annotated[float, Number(0.0, 1.0)]
@@ -54,11 +58,24 @@ BLACK = (
 """How much black a recipe has: a rule, a share of the possible range, or a curve."""
 
 
-def black_rule(black: object = None) -> BlackRule:
+def black_rule(black: object = None, model: DeviceModel | None = None) -> BlackRule:
     """Return the rule that a name, a share or a curve (n, 2) of L* and black stands for.
 
-    None is ``medium``.
+    None is ``medium``. Other rules are refused for the model of a device with more than three inks
+    of which none is named as black. A curve has black in per cent if a value exceeds 1.
     """
+    rule = _rule(black)
+    if model is not None and rule is not DEFAULT_BLACK and lacks_black(model.channels, model.inks):
+        raise OptionError(
+            f"A rule of black does not apply: none of the inks {', '.join(model.channels)} is "
+            "named as black.",
+            where={"field": "black"},
+            remedy=naming_remedy(model),
+        )
+    return rule
+
+
+def _rule(black: object) -> BlackRule:
     if black is None:
         return DEFAULT_BLACK
     if isinstance(black, str | float | int):
@@ -73,6 +90,8 @@ def black_rule(black: object = None) -> BlackRule:
         curve = np.asarray(black, np.float64)
     except (TypeError, ValueError):
         curve = np.empty(0)
+    if curve.ndim == 2 and curve.shape[1:] == (2,) and curve[:, 1].max(initial=0.0) > 1.0:
+        curve = curve / (1.0, 100.0)
     accepted = curve.ndim == 2 and curve.shape[1:] == (2,) and len(curve) > 1
     if not accepted or not (
         np.isfinite(curve).all()
@@ -83,6 +102,7 @@ def black_rule(black: object = None) -> BlackRule:
             "The rule of black is not accepted.",
             where={"field": "black"},
             remedy="Give light, medium, heavy, max, none, least-ink, a share from 0 to 1, or two "
-            "or more pairs of L* and black, with ascending L* and black from 0 to 1.",
+            "or more pairs of L* and black, such as 10:90, 50:30, 90:0, with ascending L* and "
+            "black in per cent or from 0 to 1.",
         )
     return BlackRule(WANTED, curve=curve)

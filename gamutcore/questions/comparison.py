@@ -9,7 +9,7 @@ import numpy as np
 from gamutcore import queries
 from gamutcore.arguments import Boolean, WholeNumber
 from gamutcore.queries import MOST_SECTORS, delta_e_2000
-from gamutcore.questions.conditions import comparison_warnings
+from gamutcore.questions.conditions import build_warnings, comparison_warnings
 from gamutcore.questions.declarations import (
     NULLABLE_NUMBER,
     NUMBER,
@@ -132,7 +132,10 @@ def compare(
         triangles=(levels[0].triangles, levels[1].triangles),
         max_error=(levels[0].max_error, levels[1].max_error),
         gamuts=(gamut.conditions, other.conditions),
-        warnings=compared_conditions(gamut.conditions, other.conditions),
+        warnings=(
+            *build_warnings(gamut.conditions, other.conditions),
+            *compared_conditions(gamut.conditions, other.conditions),
+        ),
         chromaticity=None if one is None or two is None else one.compare(two),
         **losses,
         summary=tuple(words),

@@ -1,6 +1,7 @@
 """Conditions of a gamut: what its colours are relative to, as every answer states it.
 
-Also warnings for answers that are right for another question: colours as measured that meet a gamut
+Also warnings of the builds, which answers pass on, and for answers that are right for another
+question: colours as measured that meet a gamut
 relative to its paper, and comparisons of gamuts with different conditions.
 """
 
@@ -17,7 +18,16 @@ from gamutcore.results import AS_GIVEN, Conditions
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-__all__ = ["colour_warnings", "comparison_warnings", "conditions_of"]
+    from gamutcore.colours import DeviceModel
+    from gamutcore.options import Options
+
+__all__ = [
+    "build_warnings",
+    "colour_warnings",
+    "comparison_warnings",
+    "conditions_of",
+    "no_limit_warnings",
+]
 
 VIEWING = ("luminance", "adapting_luminance", "background", "surround")
 """Parameters of a space that describe how its colours are seen."""
@@ -31,11 +41,11 @@ SAME_WHITE = 0.5
 def conditions_of(description: Mapping[str, Any]) -> Conditions:
     """Return the conditions that the description of a gamut states."""
     provenance, options = description.get("provenance", {}), description["options"]
-    space = provenance.get("colour_space", {})
+    space, limits = provenance.get("colour_space", {}), provenance.get("ink_limits", {})
     intent, white = provenance.get("intent"), provenance.get("white_lab")
     return Conditions(
         intent=intent if intent in INTENTS else AS_GIVEN,
-        ink_limit=options.get("ink_limit"),
+        ink_limit=limits.get("total"),
         black_limit=options.get("black_limit"),
         white=str(space.get("reference_white", AS_GIVEN)),
         white_xyz=tuple(space.get("reference_white_xyz", ())),
@@ -48,7 +58,41 @@ def conditions_of(description: Mapping[str, Any]) -> Conditions:
         or provenance.get("device_class") == "output",
         inks="ink_limits" in provenance,
         scale=space.get("scale", 1.0),
+        build_warnings=tuple(map(str, provenance.get("warnings", ()))),
     )
+
+
+def build_warnings(*gamuts: Conditions, names: tuple[str, ...] = ("A", "B")) -> tuple[str, ...]:
+    """Return the warnings of the builds of one gamut, or of several with their names."""
+    if len(gamuts) == 1:
+        return gamuts[0].build_warnings
+    return tuple(
+        f"{name[:1].upper()}{name[1:]}: {warning}"
+        for name, gamut in zip(names, gamuts, strict=True)
+        for warning in gamut.build_warnings
+    )
+
+
+PRINTABLE = 300.0
+"""Sum of inks in per cent that coated paper takes, and most presses."""
+
+
+def no_limit_warnings(options: Options, model: DeviceModel) -> tuple[str, ...]:
+    """Return a warning about a separation for a press whose sum of inks nothing limits."""
+    if not model.inks or options.ink_limit is not None:
+        return ()
+    limited = model.limited
+    if limited.cube.total is not None:
+        return ()
+    most = 100.0 * float(limited.cube.largest_sum + limited.base[~limited.free].sum())
+    if most <= PRINTABLE + 0.5:
+        return ()
+    warning = (
+        f"The data states no ink limit, and none is given: black has up to {most:.0f} % of ink. "
+        f"Give that of the press, such as --ink-limit {PRINTABLE:.0f} for coated paper or 240 for "
+        "newsprint; none is all inks in full, without this warning."
+    )
+    return (warning,)
 
 
 def _paper_counts_as_white(conditions: Conditions) -> bool:

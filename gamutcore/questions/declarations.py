@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 from gamutcore.arguments import Number, Text, WholeNumber
 from gamutcore.colours import GIVEN_SPACE
-from gamutcore.questions.conditions import colour_warnings, comparison_warnings
+from gamutcore.questions.conditions import build_warnings, colour_warnings, comparison_warnings
 from gamutcore.questions.levels import check_space
 
 if TYPE_CHECKING:
@@ -241,10 +241,12 @@ class Question:
         return named | ({self.other: gamuts[1] if len(gamuts) > 1 else None} if self.other else {})
 
     def warnings(self, gamuts: Sequence[AskedGamut], space: str | None) -> tuple[str, ...]:
-        """Return reasons why the answer may mislead, by the conditions of the gamuts."""
-        own, *others = (each.conditions for each in gamuts)
+        """Return reasons why the answer may mislead: of the builds, and by the conditions."""
+        own, *others = conditions = [each.conditions for each in gamuts]
+        names = ("A", "B") if self.other in {"", "other"} else ("the gamut", f"the {self.other}")
+        found = build_warnings(*conditions, names=names)
         # lines between two colours are no colours that meet a gamut
-        found = colour_warnings(own, space or "") if len(self.inputs) == 1 else ()
+        found += colour_warnings(own, space or "") if len(self.inputs) == 1 else ()
         for other in others:
             found += self.compared(own, other)
         return found

@@ -17,7 +17,7 @@ from gamutcore.errors import OptionError
 from gamutcore.export.picture_file import DEPTHS
 from gamutcore.queries import delta_e_2000
 from gamutcore.questions.black_rules import BLACK
-from gamutcore.questions.conditions import colour_warnings, comparison_warnings
+from gamutcore.questions.conditions import build_warnings, colour_warnings, comparison_warnings
 from gamutcore.questions.declarations import (
     BOOLEAN,
     COLOUR,
@@ -100,7 +100,15 @@ EQUAL_BLACKS = 1e-6
 """Difference of the luminances of two blacks, of that of white, up to which they count as equal:
 L* 0.001."""
 
-_warnings = partial(comparison_warnings, names=("the gamut", "the source"))
+_NAMES = "the gamut", "the source"
+
+_warnings = partial(comparison_warnings, names=_NAMES)
+
+
+def _build_warnings(gamut: AskedGamut, source: AskedGamut | None) -> tuple[str, ...]:
+    if source is None or source is gamut:
+        return build_warnings(gamut.conditions)
+    return build_warnings(gamut.conditions, source.conditions, names=_NAMES)
 
 
 def map_colours(
@@ -128,7 +136,8 @@ def map_colours(
         triangles=triangles,
         max_error=max_error,
     )
-    warnings = colour_warnings(gamut.conditions, conversion.name)
+    warnings = _build_warnings(gamut, source)
+    warnings += colour_warnings(gamut.conditions, conversion.name)
     warnings += _distance_warnings(gamut, rule.method)
     if source is not None:
         warnings += _warnings(gamut.conditions, source.conditions)
@@ -529,7 +538,8 @@ def map_picture_file(
         to=target,
         decode=decode,
     )
-    warnings = done.warnings + _distance_warnings(gamut, method)
+    warnings = _build_warnings(gamut, source) + done.warnings
+    warnings += _distance_warnings(gamut, method)
     if source is not None:
         warnings += _warnings(gamut.conditions, source.conditions)
     if turned:

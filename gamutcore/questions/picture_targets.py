@@ -130,7 +130,8 @@ def device_target(
     black: str | float | ArrayLike | None,
 ) -> DeviceValues:
     """Return the device of a gamut as the encoding of pictures; `black` as for `recipes`."""
-    model, rule = gamut.device_model, black_rule(black)
+    model = gamut.device_model
+    rule = black_rule(black, model)
     inverse = gamut.inverse_model
 
     def recipes(lab: FloatArray) -> tuple[FloatArray, FloatArray]:

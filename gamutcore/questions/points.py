@@ -11,7 +11,7 @@ from gamutcore import queries
 from gamutcore.arguments import Boolean, Choice, Number, check_option
 from gamutcore.errors import OptionError
 from gamutcore.queries import delta_e_2000
-from gamutcore.questions.conditions import colour_warnings
+from gamutcore.questions.conditions import build_warnings, colour_warnings
 from gamutcore.questions.declarations import (
     BOOLEAN,
     COLOUR,
@@ -262,7 +262,10 @@ def nearest(
     return NearestColours(
         points=rows.in_shape(conversion.from_gamut(found.points)),
         space=conversion.name,
-        warnings=colour_warnings(gamut.conditions, conversion.name),
+        warnings=(
+            *build_warnings(gamut.conditions),
+            *colour_warnings(gamut.conditions, conversion.name),
+        ),
         distance=rows.in_shape(found.distance),
         delta_e=rows.in_shape(difference),
         **surface_facts(gamut, level, found, rows),

@@ -12,7 +12,7 @@ from gamutcore.colours import lab_to_xyz
 from gamutcore.errors import InvalidPointsError, OptionError
 from gamutcore.queries import delta_e_2000
 from gamutcore.questions.black_rules import BLACK, black_rule
-from gamutcore.questions.conditions import colour_warnings
+from gamutcore.questions.conditions import build_warnings, colour_warnings
 from gamutcore.questions.declarations import (
     BOOLEAN,
     COLOUR,
@@ -50,7 +50,8 @@ def recipes(
     max_error: float | None = None,
 ) -> ColourRecipes:
     """Return the device values of colours."""
-    model, rule = gamut.device_model, black_rule(black)
+    model = gamut.device_model
+    rule = black_rule(black, model)
     rows, conversion = colours_in(gamut, colours, space)
     level = answering_level(gamut, triangles, max_error)
     inside = queries.contains(rows.points, level.index)
@@ -79,7 +80,10 @@ def recipes(
         triangles=level.triangles,
         max_error=level.max_error,
         gamut=gamut.conditions,
-        warnings=colour_warnings(gamut.conditions, conversion.name),
+        warnings=(
+            *build_warnings(gamut.conditions),
+            *colour_warnings(gamut.conditions, conversion.name),
+        ),
     )
 
 
@@ -154,8 +158,9 @@ RECIPES = Question(
             BLACK,
             "How much black. Presets of gray component replacement: `light`, `medium`, `heavy` and "
             "`max`. `none`: the least possible; a number from 0 to 1: a share of the possible "
-            "range. `least-ink`: the least sum of inks. Pairs such as `10:0.9, 50:0.3, 90:0`: a "
-            "curve of black over L*, which is kept to the possible range. Default: `medium`.",
+            "range. `least-ink`: the least sum of inks. Pairs such as `10:90, 50:30, 90:0`: a "
+            "curve of black over L*, kept to the possible range; in per cent if a value exceeds 1. "
+            "Default: `medium`.",
             example=0.5,
         ),
         Parameter(

@@ -15,7 +15,7 @@ from gamutcore.colour_rows import colour_rows
 from gamutcore.errors import OptionError
 from gamutcore.export import leaf_axes, lightness_axes, plane_axes, rings_svg, section_svg
 from gamutcore.queries import MOST_SECTORS, RING_LIGHTNESSES
-from gamutcore.questions.conditions import comparison_warnings
+from gamutcore.questions.conditions import build_warnings, comparison_warnings
 from gamutcore.questions.declarations import (
     NULLABLE_NUMBER,
     OTHER_GAMUT,
@@ -391,7 +391,9 @@ LEAVES = Question(
 )
 
 
-_warnings = partial(comparison_warnings, names=("the gamut", "the reference"))
+_NAMES = "the gamut", "the reference"
+
+_warnings = partial(comparison_warnings, names=_NAMES)
 
 
 def rings(
@@ -411,11 +413,13 @@ def rings(
         lightness = np.asarray(RING_LIGHTNESSES) / 100.0 * white
     if reference is None:
         found = queries.gamut_rings(level.index, None, lightness, sectors)
-        return replace(found, gamut=gamut.conditions)
+        conditions = gamut.conditions
+        return replace(found, gamut=conditions, warnings=build_warnings(conditions))
     other = answering_level(reference, triangles, max_error)
     found = queries.gamut_rings(level.index, other.index, lightness, sectors)
     one, two = gamut.conditions, reference.conditions
-    return replace(found, gamut=one, reference_gamut=two, warnings=_warnings(one, two))
+    warnings = (*build_warnings(one, two, names=_NAMES), *_warnings(one, two))
+    return replace(found, gamut=one, reference_gamut=two, warnings=warnings)
 
 
 def _rings_answer(found: GamutRings) -> Answer:
@@ -463,11 +467,13 @@ def draw_rings(
 
 
 def rings_caption(found: GamutRings) -> str:
-    """Return the conditions of one or two gamuts, and the warnings about them."""
+    """Return the conditions of one or two gamuts, and the warnings about their comparison."""
     parts = [str(found.gamut)]
-    if found.reference_gamut is not None:
+    warnings: tuple[str, ...] = ()
+    if found.gamut is not None and found.reference_gamut is not None:
         parts.append(f"reference: {found.reference_gamut}")
-    return " ".join(["; ".join(parts), *(f"Warning: {each}" for each in found.warnings)])
+        warnings = _warnings(found.gamut, found.reference_gamut)
+    return " ".join(["; ".join(parts), *(f"Warning: {each}" for each in warnings)])
 
 
 RINGS = Question(

@@ -256,10 +256,10 @@ class Library:
             content = path.read_bytes()
         finally:
             path.unlink(missing_ok=True)
-        model = device_model(content, gamut.options, Limits())
-        if model is None:
+        made = device_model(content, gamut.options, Limits())
+        if made is None:
             raise gamut.no_device_model()
-        return model.to_bytes()
+        return made[0].to_bytes()
 
     def unpacking_cost(self, record: PublishedGamut, triangles: int) -> int:
         """Return the peak memory of opening a gamut and unpacking an existing level."""

@@ -1,14 +1,14 @@
 """Ink limits that data states itself."""
 
-import io
 import struct
 
 import numpy as np
 import pytest
 from PIL import Image, ImageCms
 
-from gamutcore import Gamut
-from gamutcore.characterisation import ink_limit_warnings, read_characterisation
+from gamutcore import Gamut, Options
+from gamutcore.building import ink_limits
+from gamutcore.characterisation import read_characterisation
 from gamutcore.characterisation.embedded import stated_ink_limit
 
 TABLE = """CTI3
@@ -93,30 +93,64 @@ def test_a_real_profile_states_what_a_colour_engine_separates(shared_data):
     assert stated(path.read_bytes()) == 300
 
 
-def test_a_stated_limit_is_named_and_not_applied():
+def test_a_stated_limit_holds_for_the_gamut_and_its_device_values():
     data = target("300").encode()
-    silent = Gamut(TABLE.format("").encode(), surface_samples=500)
     told = Gamut(data, surface_samples=500)
-    (warning,) = set(told.description["provenance"]["warnings"]) - set(
-        silent.description["provenance"]["warnings"]
-    )
-    assert "--ink-limit 300" in warning
-    assert told.volume == silent.volume
-    limited = Gamut(data, surface_samples=500, ink_limit=300)
-    assert not any("--ink-limit" in each for each in limited.description["provenance"]["warnings"])
+    assert [each for each in warnings_of(told) if "ink limit of 300 %" in each]
+    assert told.conditions.ink_limit == 300
+    assert told.description["provenance"]["ink_limits"]["stated_by"] == "TOTAL_INK_LIMIT"
+    assert told.volume == Gamut(data, surface_samples=500, ink_limit=300).volume
+    device = told.nearest([(0, 0, 0), (10, 20, 0)]).device
+    assert device.sum(axis=1).max() <= 3.0005
+
+
+@pytest.mark.parametrize("value", ["none", "None", None])
+def test_none_is_all_inks_in_full(value):
+    data, silent = target("300").encode(), Gamut(TABLE.format("").encode(), surface_samples=500)
+    full = Gamut(data, {"ink_limit": value}, surface_samples=500)
+    assert full.volume == silent.volume
+    assert full.conditions.ink_limit is None
+    assert warnings_of(full) == warnings_of(silent)
+
+
+def test_a_given_limit_comes_before_the_stated_one():
+    limited = Gamut(target("300").encode(), surface_samples=500, ink_limit=250)
+    assert limited.conditions.ink_limit == 250
+    assert not [each for each in warnings_of(limited) if "states" in each]
+
+
+def test_a_stated_limit_below_one_ink_is_not_used():
+    gamut = Gamut(target("3").encode(), surface_samples=500)
+    assert gamut.conditions.ink_limit is None
+    assert [each for each in warnings_of(gamut) if "less than one full ink" in each]
+
+
+def test_answers_pass_on_the_warnings_of_the_build():
+    gamut = Gamut(target("300").encode(), surface_samples=500)
+    (warning,) = [each for each in warnings_of(gamut) if "ink limit of 300 %" in each]
+    assert warning in gamut.nearest((50, 0, 0)).warnings
+    assert warning in gamut.map((50, 0, 0)).warnings
+    assert f"B: {warning}" in gamut.compare(gamut, sectors=1).warnings
+
+
+@pytest.mark.slow
+def test_separations_by_a_real_profile_keep_its_limit(shared_data):
+    """300 % is in the profile's name; without it, black has up to 400 %."""
+    path = shared_data / "press" / "ISOcoated_v2_300_bas.icc"
+    gamut = Gamut(path, surface_samples=1000)
+    dark = [(lightness, 0, 0) for lightness in range(0, 30, 3)]
+    recipes = gamut.to_device(dark)
+    assert recipes.device.sum(axis=1).max() <= 3.0 + 1e-6
+    assert [each for each in recipes.warnings if "ink limit of 300 %" in each]
+    full = Gamut(path, surface_samples=1000, ink_limit="none").to_device(dark)
+    assert full.device.sum(axis=1).max() > 3.2
 
 
 def test_a_limit_that_was_meant_in_full_inks_warns(fogra39):
     data = read_characterisation(fogra39)
-    assert "per cent" in ink_limit_warnings(data, 3)[0]
-    assert ink_limit_warnings(data, 50) == ink_limit_warnings(data, None) == []
+    assert "per cent" in ink_limits(data, Options(ink_limit=3))[1][0]
+    assert ink_limits(data, Options(ink_limit=50))[1] == ink_limits(data, Options())[1] == []
 
 
-def test_other_data_states_nothing():
-    assert ink_limit_warnings(read_characterisation(picture()), None) == []
-
-
-def picture():
-    file = io.BytesIO()
-    Image.new("RGB", (2, 2), (255, 0, 0)).save(file, "PNG")
-    return file.getvalue()
+def warnings_of(gamut):
+    return gamut.description["provenance"]["warnings"]

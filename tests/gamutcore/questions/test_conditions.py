@@ -122,7 +122,8 @@ class TestColoursOfAScreen:
         """sRGB's own D65 is the white of Oklab, and not that of CIELAB with D50."""
         display = reference("srgb", intent="absolute", space=space, surface_samples=2000)
         assert display.contains((1, 1, 1), space="sRGB").item() != warned
-        assert bool(display.nearest((1, 1, 1), space="sRGB").warnings) == warned
+        warnings = display.nearest((1, 1, 1), space="sRGB").warnings
+        assert any("white of a screen" in each for each in warnings) == warned
 
 
 class TestOtherConditions:
@@ -153,8 +154,8 @@ class TestOtherConditions:
 
     def test_bare_colours(self, press, absolute):
         bare = Gamut(spots())
-        assert "as given" in press.compare(bare).warnings[0]
-        assert absolute.compare(bare).warnings == ()
+        assert any("as given" in each for each in press.compare(bare).warnings)
+        assert not any("as given" in each for each in absolute.compare(bare).warnings)
 
 
 class TestPictures:
