@@ -135,8 +135,6 @@ def map_colours(
     level, start = rule.level, rule.start(rows.points)
     found = rule.mapped(start)
     points = found.points
-    kept = rule.kept(start)
-    points[kept] = start[kept]
     difference = delta_e_2000(lab_of(gamut, rows.points), lab_of(gamut, points))
     moved = np.abs(points - rows.points).max(axis=1, initial=0.0)
     return MappedColours(
@@ -217,15 +215,11 @@ class _Rule:
         return space.from_tristimulus(scaled, as_measured=as_measured)[0]
 
     def outside(self, points: FloatArray) -> BooleanArray:
-        """Return which points are out of gamut. The level may miss colours by its error."""
-        return ~queries.contains(points, self.level.index, self._limit)
-
-    def kept(self, start: FloatArray) -> BooleanArray:
-        """Return which points stay."""
-        return np.zeros(len(start), np.bool_) if self.method == "sgck" else ~self.outside(start)
+        """Return which points are out of gamut."""
+        return ~queries.contains(points, self.level.index, self._tolerance)
 
     def mapped(self, start: FloatArray) -> Mapped:
-        """Return the points, mapped into the level."""
+        """Return the points, mapped into the level. Those within the tolerance are in gamut."""
         return queries.map_colours(
             start,
             self.level.index,
@@ -233,21 +227,25 @@ class _Rule:
             focus=self.focus,
             source=self.source,
             white=self.gamut.colour_space.white_lightness,
+            tolerance=self._tolerance,
         )
 
     def moved(self, own: FloatArray) -> tuple[BooleanArray, FloatArray]:
         """Return which points are out of gamut, and all points after mapping."""
-        outside, start = self.outside(own), self.start(own)
-        points = start.copy()
+        mapped = self.mapped(self.start(own))
         is_clipping = self.method != "sgck" and self.blacks is None
-        rest = np.flatnonzero(outside if is_clipping else ~self.kept(start))
-        points[rest] = self.mapped(start[rest]).points
-        return outside, points
+        return mapped.moved if is_clipping else self.outside(own), mapped.points
 
     @cached_property
-    def _limit(self) -> float:
-        known = tolerance_of(self.gamut, self.level.triangles)
-        return min(known, self.gamut.default_error)
+    def _tolerance(self) -> float:
+        """The distance by which the level misses colours of the gamut, at most.
+
+        A coarse level's own error is limited, so that colours far outside do not stay. That of the
+        full boundary is not: those colours are of the gamut.
+        """
+        missed: float = self.gamut.description.get("boundary_error", 0.0)
+        known = tolerance_of(self.gamut, self.level.triangles) - missed
+        return min(known, self.gamut.default_error) + missed
 
 
 def _rule(
