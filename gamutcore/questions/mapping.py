@@ -71,6 +71,7 @@ __all__ = [
     "PICTURE_PARAMETERS",
     "black_luminance",
     "compensates_black",
+    "distance_warnings",
     "map_colours",
     "map_picture_file",
     "map_points",
@@ -129,7 +130,7 @@ def map_colours(
         max_error=max_error,
     )
     warnings = colour_warnings(gamut.conditions, conversion.name)
-    warnings += _distance_warnings(gamut, rule.method)
+    warnings += distance_warnings(gamut, rule.method)
     if source is not None:
         warnings += _warnings(gamut.conditions, source.conditions)
     level, start = rule.level, rule.start(rows.points)
@@ -174,7 +175,7 @@ def map_points(
     return conversion.from_gamut(rule.moved(conversion.to_gamut(lab))[1])
 
 
-def _distance_warnings(gamut: AskedGamut, method: str) -> tuple[str, ...]:
+def distance_warnings(gamut: AskedGamut, method: str) -> tuple[str, ...]:
     """Return a warning if nearest colours are those of a distance that is no colour difference."""
     space = gamut.colour_space
     if method != "clip-nearest" or space.definition.is_uniform:
@@ -518,7 +519,7 @@ def map_picture_file(
     done = map_picture(
         data, Path(output), moves_from, depth, table=table, heat_map=heat_file, to=target
     )
-    warnings = done.warnings + _distance_warnings(gamut, method)
+    warnings = done.warnings + distance_warnings(gamut, method)
     if source is not None:
         warnings += _warnings(gamut.conditions, source.conditions)
     if turned:

@@ -52,3 +52,7 @@ def test_distances_that_are_no_colour_differences_are_told(space, told):
 
     assert warned("clip-nearest") is told
     assert not warned("clip-hue")
+    recipe = gamut.to_device([SRGB_BLUE, (50, 0, 0)], space="CIELAB")
+    assert any("not colour differences" in each for each in recipe.warnings) is told
+    inside = gamut.to_device([(50, 0, 0)], space="CIELAB")
+    assert not any("not colour differences" in each for each in inside.warnings)
