@@ -208,7 +208,8 @@ def tetrahedral(nodes, rgb):
     first = np.minimum((rgb * last).astype(int), last - 1)
     share = rgb * last - first
     result = np.empty_like(rgb)
-    for row, (corner, part) in enumerate(zip(first, share, strict=True)):
+    for row, part in enumerate(share):
+        corner = first[row]
         result[row] = nodes[tuple(corner)]
         for axis in np.argsort(-part, kind="stable"):
             after = corner + np.eye(3, dtype=int)[axis]
