@@ -12,7 +12,12 @@ import numpy as np
 from gamutcore import queries
 from gamutcore.arguments import Boolean, Choice, Coordinates, Text, WholeNumber, check_option
 from gamutcore.colour_rows import colour_rows
-from gamutcore.colours import ICC_D50, ColourConversion, compensate_black, luminance_of_black
+from gamutcore.colours import (
+    ColourConversion,
+    compensate_black,
+    lab_to_xyz,
+    luminance_of_black,
+)
 from gamutcore.errors import OptionError
 from gamutcore.export.picture_file import DEPTHS
 from gamutcore.queries import delta_e_2000
@@ -306,16 +311,19 @@ def compensates_black(gamut: AskedGamut, method: str) -> bool:
 
 
 def _darkest_neutral(gamut: AskedGamut, level: IndexedLevel) -> float | None:
+    """Return the luminance where the greys enter a level; None if they do not.
+
+    Greys are on a curve in spaces with incomplete adaptation, such as CAM16-UCS.
+    """
     space, as_measured = gamut.colour_space, is_as_measured(gamut)
-    ends = np.stack([np.zeros(3), ICC_D50])
-    (black, white), _ = space.from_tristimulus(ends, as_measured=as_measured)
-    found = queries.crossings(black[np.newaxis], white[np.newaxis], level.index, "ray")
+    greys = lab_to_xyz(np.linspace(0.0, 100.0, 101)[:, np.newaxis] * (1.0, 0.0, 0.0))
+    points = space.from_tristimulus(greys, as_measured=as_measured)[0]
+    if queries.contains(points[:1], level.index, ROUNDING * gamut.default_error)[0]:
+        return 0.0
+    found = queries.crossings(points[:-1], points[1:], level.index, "segment")
     if len(found.t) == 0:
         return None
-    if not found.entering[0]:  # black is in gamut
-        return 0.0
-    xyz = space.tristimulus(found.points[:1], as_measured=as_measured)
-    return luminance_of_black(xyz[0])
+    return luminance_of_black(space.tristimulus(found.points[:1], as_measured=as_measured)[0])
 
 
 MAP = Question(
