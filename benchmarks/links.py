@@ -88,7 +88,8 @@ def links(quick: bool) -> Rows:
             path = Path(folder) / "link.icc"
             link(source, destination, surface_samples=20_000).save(path)
             options = {"gamut link": [f"-l{path}"]}
-            peer = _collink(source, destination, Path(folder), quick)
+            # the medium quality takes more than five minutes for four inks
+            peer = _collink(source, destination, Path(folder), quick or channels == 4)
             if peer is not None:
                 options["collink -G"] = [f"-l{peer}"]
             options["transicc"] = [f"-i{source}", f"-o{destination}"]
@@ -206,10 +207,10 @@ def _values(options: list[str], rows: FloatArray) -> FloatArray:
 
 
 def _unit(options: list[str], values: FloatArray) -> float:
-    """Return the device value 1 of transicc: of RGB 1 in links and 255 in profiles; of inks 100."""
-    if values.shape[1] > 3:
-        return 100.0
-    return 1.0 if options[0].startswith("-l") else 255.0
+    """Return the device value 1 of transicc: 1 if a link names its channels, 255 of RGB, or 100."""
+    if options[0].startswith("-l") and b"clrt" in Path(options[0][2:]).read_bytes()[:512]:
+        return 1.0
+    return 100.0 if values.shape[1] > 3 else 255.0
 
 
 def _transicc(options: list[str], rows: FloatArray) -> FloatArray:

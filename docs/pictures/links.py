@@ -17,6 +17,7 @@ import gamutcore as gc
 from gamutcore.arrays import FloatArray
 from gamutcore.colours.spaces import ColourConversion, ColourSpace
 from gamutcore.queries import delta_e_2000
+from gamutcore.questions import PICTURE_SPACE
 
 FOLDER = Path(__file__).parent
 PRESS = FOLDER.parents[1] / "examples" / "FOGRA39L.ti3"
@@ -69,8 +70,10 @@ def draw_patches(rows: dict[str, FloatArray], axes: Any) -> None:  # noqa: ANN40
 
 def make_all() -> None:
     """Compute the links, draw their colours, and print the differences."""
-    press = gc.Gamut(PRESS, space="IPT", ink_limit=300, **SAMPLES)
-    screens = {each: gc.reference(each, space="IPT", **SAMPLES) for each in ("display-p3", "srgb")}
+    press = gc.Gamut(PRESS, space=PICTURE_SPACE, ink_limit=300, **SAMPLES)
+    screens = {
+        each: gc.reference(each, space=PICTURE_SPACE, **SAMPLES) for each in ("display-p3", "srgb")
+    }
     pairs = {
         "sRGB to FOGRA39L": (screens["srgb"], press),
         "Display P3 to sRGB": (screens["display-p3"], screens["srgb"]),

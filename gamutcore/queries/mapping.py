@@ -1,9 +1,9 @@
 """Mapping: colours out of gamut are moved onto a level's surface.
 
 Axis 0 is lightness L, and hue is the angle of the two other coordinates; chroma C is their length.
-All methods but ``clip-nearest`` keep the hue, with a focal point on the axis. Colours in gamut are
-not changed. Results are in gamut: they are moved inwards by at least 2⁻⁴⁵ of the size of the
-gamut, until `contains` is true.
+All methods but ``clip-nearest`` keep the hue, with a focal point on the axis. Colours in gamut, and
+those within a tolerance of it, are not changed. Other results are in gamut: they are moved inwards
+by at least 2⁻⁴⁵ of the size of the gamut, until `contains` is true.
 
 =================  =============================================================================
 method             the colour goes to
@@ -130,6 +130,7 @@ def map_colours(
     focus: ArrayLike | Literal["cusp"] | None = None,
     source: Level | None = None,
     white: float = 100.0,
+    tolerance: float = 0.0,
 ) -> Mapped:
     """Map colours into a level.
 
@@ -146,6 +147,8 @@ def map_colours(
         The gamut that ``sgck`` maps from.
     white : float, optional
         Lightness of white in the space. The constants of ``sgck`` are for 100.
+    tolerance : float, optional
+        Distance up to which colours outside of the level count as in gamut, as for `contains`.
 
     Returns
     -------
@@ -180,12 +183,12 @@ def map_colours(
         )
     found, index = checked_points(points), as_index(level)
     if source is not None:
-        mapped = _compress(found, index, as_index(source), white)
-        result = _clipped(mapped, found, index, NEAREST, None)
+        mapped = _compress(found, index, as_index(source), white, tolerance)
+        result = _clipped(mapped, found, index, NEAREST, None, tolerance)
         rest = np.flatnonzero(
             np.linalg.norm(result.points - mapped, axis=1) > SURFACE_ERROR * white
         )
-        clipped = _clipped(mapped[rest], found[rest], index, HUE, None)
+        clipped = _clipped(mapped[rest], found[rest], index, HUE, None, tolerance)
         result.points[rest], result.moved[rest] = clipped.points, clipped.moved
         result.faces[rest], result.weights[rest] = clipped.faces, clipped.weights
         return result
@@ -194,7 +197,7 @@ def map_colours(
         focal = checked_points(np.reshape(np.asarray(focus), (1, -1)), "focus")[0]
     elif isinstance(focus, str) and focus != "cusp":
         raise OptionError.refusal("focus", focus, "a point or cusp")
-    return _clipped(found, found, index, get_args(MappingMethod).index(method), focal)
+    return _clipped(found, found, index, get_args(MappingMethod).index(method), focal, tolerance)
 
 
 def _clipped(
@@ -203,8 +206,29 @@ def _clipped(
     index: LevelIndex,
     method: int,
     focal: FloatArray | None,
+    tolerance: float,
 ) -> Mapped:
-    """Clip points, and compare them with the given colours."""
+    """Clip points that are out of gamut, and compare all points with the given colours."""
+    result = Mapped(
+        points.copy(),
+        np.full(len(points), -1, np.int32),
+        np.full((len(points), 3), np.nan),
+        np.zeros(len(points), np.bool_),
+    )
+    rows = np.flatnonzero(~contains(points, index, tolerance))
+    if len(rows):
+        clipped = _clipped_outside(points[rows], index, method, focal)
+        result.points[rows], result.faces[rows] = clipped.points, clipped.faces
+        result.weights[rows] = clipped.weights
+    changed = result.points != given
+    result.moved[:] = changed[:, 0] | changed[:, 1] | changed[:, 2]
+    return result
+
+
+def _clipped_outside(
+    points: FloatArray, index: LevelIndex, method: int, focal: FloatArray | None
+) -> Mapped:
+    """Clip points outside of the level."""
     work = LineWorkspace.with_room(len(index.faces))
     axis = np.array([[index.box[0, 0] - 1.0, 0.0, 0.0], [index.box[1, 0] + 1.0, 0.0, 0.0]])
     ends = crossings(axis[:1], axis[1:], index, "line").points[:, 0]
@@ -226,8 +250,6 @@ def _clipped(
         result.weights[rest] = near.weights
         towards = near.points - points[rest]
         _move_inwards(result.points, rest, towards, index, work.terms)
-    changed = result.points != given
-    result.moved[:] = changed[:, 0] | changed[:, 1] | changed[:, 2]
     return result
 
 
@@ -552,7 +574,7 @@ point. Samplings of one surface have gaps that differ by their errors."""
 
 
 def _compress(
-    points: FloatArray, index: LevelIndex, source: LevelIndex, white: float
+    points: FloatArray, index: LevelIndex, source: LevelIndex, white: float, tolerance: float
 ) -> FloatArray:
     """Return colours (n, 3) of `source` compressed into `index` by SGCK, in gamut within rounding.
 
@@ -561,7 +583,7 @@ def _compress(
     after the mapping of lightness. If the centre does not see all of that surface, the knee ends at
     the surface before the mapping.
     """
-    if contains(source.vertices, index, SURFACE_ERROR * white).all():
+    if contains(source.vertices, index, max(SURFACE_ERROR * white, tolerance)).all():
         return points.copy()
     ranges = (*source.box[:, 0].tolist(), *index.box[:, 0].tolist(), white)
     scaled = _with_lightness(points, ranges)

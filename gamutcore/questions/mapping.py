@@ -12,7 +12,12 @@ import numpy as np
 from gamutcore import queries
 from gamutcore.arguments import Boolean, Choice, Coordinates, Text, WholeNumber, check_option
 from gamutcore.colour_rows import colour_rows
-from gamutcore.colours import ICC_D50, ColourConversion, compensate_black, luminance_of_black
+from gamutcore.colours import (
+    ColourConversion,
+    compensate_black,
+    lab_to_xyz,
+    luminance_of_black,
+)
 from gamutcore.errors import OptionError
 from gamutcore.export.picture_file import DEPTHS
 from gamutcore.queries import delta_e_2000
@@ -71,6 +76,7 @@ __all__ = [
     "PICTURE_PARAMETERS",
     "black_luminance",
     "compensates_black",
+    "distance_warnings",
     "map_colours",
     "map_picture_file",
     "map_points",
@@ -138,14 +144,12 @@ def map_colours(
     )
     warnings = _build_warnings(gamut, source)
     warnings += colour_warnings(gamut.conditions, conversion.name)
-    warnings += _distance_warnings(gamut, rule.method)
+    warnings += distance_warnings(gamut, rule.method)
     if source is not None:
         warnings += _warnings(gamut.conditions, source.conditions)
     level, start = rule.level, rule.start(rows.points)
     found = rule.mapped(start)
     points = found.points
-    kept = rule.kept(start)
-    points[kept] = start[kept]
     difference = delta_e_2000(lab_of(gamut, rows.points), lab_of(gamut, points))
     moved = np.abs(points - rows.points).max(axis=1, initial=0.0)
     return MappedColours(
@@ -185,7 +189,7 @@ def map_points(
     return conversion.from_gamut(rule.moved(conversion.to_gamut(lab))[1])
 
 
-def _distance_warnings(gamut: AskedGamut, method: str) -> tuple[str, ...]:
+def distance_warnings(gamut: AskedGamut, method: str) -> tuple[str, ...]:
     """Return a warning if nearest colours are those of a distance that is no colour difference."""
     space = gamut.colour_space
     if method != "clip-nearest" or space.definition.is_uniform:
@@ -226,15 +230,11 @@ class _Rule:
         return space.from_tristimulus(scaled, as_measured=as_measured)[0]
 
     def outside(self, points: FloatArray) -> BooleanArray:
-        """Return which points are out of gamut. The level may miss colours by its error."""
-        return ~queries.contains(points, self.level.index, self._limit)
-
-    def kept(self, start: FloatArray) -> BooleanArray:
-        """Return which points stay."""
-        return np.zeros(len(start), np.bool_) if self.method == "sgck" else ~self.outside(start)
+        """Return which points are out of gamut."""
+        return ~queries.contains(points, self.level.index, self._tolerance)
 
     def mapped(self, start: FloatArray) -> Mapped:
-        """Return the points, mapped into the level."""
+        """Return the points, mapped into the level. Those within the tolerance are in gamut."""
         return queries.map_colours(
             start,
             self.level.index,
@@ -242,21 +242,25 @@ class _Rule:
             focus=self.focus,
             source=self.source,
             white=self.gamut.colour_space.white_lightness,
+            tolerance=self._tolerance,
         )
 
     def moved(self, own: FloatArray) -> tuple[BooleanArray, FloatArray]:
         """Return which points are out of gamut, and all points after mapping."""
-        outside, start = self.outside(own), self.start(own)
-        points = start.copy()
+        mapped = self.mapped(self.start(own))
         is_clipping = self.method != "sgck" and self.blacks is None
-        rest = np.flatnonzero(outside if is_clipping else ~self.kept(start))
-        points[rest] = self.mapped(start[rest]).points
-        return outside, points
+        return mapped.moved if is_clipping else self.outside(own), mapped.points
 
     @cached_property
-    def _limit(self) -> float:
-        known = tolerance_of(self.gamut, self.level.triangles)
-        return min(known, self.gamut.default_error)
+    def _tolerance(self) -> float:
+        """The distance by which the level misses colours of the gamut, at most.
+
+        A coarse level's own error is limited, so that colours far outside do not stay. That of the
+        full boundary is not: those colours are of the gamut.
+        """
+        missed: float = self.gamut.description.get("boundary_error", 0.0)
+        known = tolerance_of(self.gamut, self.level.triangles) - missed
+        return min(known, self.gamut.default_error) + missed
 
 
 def _rule(
@@ -316,16 +320,19 @@ def compensates_black(gamut: AskedGamut, method: str) -> bool:
 
 
 def _darkest_neutral(gamut: AskedGamut, level: IndexedLevel) -> float | None:
+    """Return the luminance where the greys enter a level; None if they do not.
+
+    Greys are on a curve in spaces with incomplete adaptation, such as CAM16-UCS.
+    """
     space, as_measured = gamut.colour_space, is_as_measured(gamut)
-    ends = np.stack([np.zeros(3), ICC_D50])
-    (black, white), _ = space.from_tristimulus(ends, as_measured=as_measured)
-    found = queries.crossings(black[np.newaxis], white[np.newaxis], level.index, "ray")
+    greys = lab_to_xyz(np.linspace(0.0, 100.0, 101)[:, np.newaxis] * (1.0, 0.0, 0.0))
+    points = space.from_tristimulus(greys, as_measured=as_measured)[0]
+    if queries.contains(points[:1], level.index, ROUNDING * gamut.default_error)[0]:
+        return 0.0
+    found = queries.crossings(points[:-1], points[1:], level.index, "segment")
     if len(found.t) == 0:
         return None
-    if not found.entering[0]:  # black is in gamut
-        return 0.0
-    xyz = space.tristimulus(found.points[:1], as_measured=as_measured)
-    return luminance_of_black(xyz[0])
+    return luminance_of_black(space.tristimulus(found.points[:1], as_measured=as_measured)[0])
 
 
 MAP = Question(
@@ -539,7 +546,7 @@ def map_picture_file(
         decode=decode,
     )
     warnings = _build_warnings(gamut, source) + done.warnings
-    warnings += _distance_warnings(gamut, method)
+    warnings += distance_warnings(gamut, method)
     if source is not None:
         warnings += _warnings(gamut.conditions, source.conditions)
     if turned:

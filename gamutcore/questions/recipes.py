@@ -24,7 +24,7 @@ from gamutcore.questions.declarations import (
     list_of,
 )
 from gamutcore.questions.levels import answering_level, colours_in, is_as_measured, lab_of
-from gamutcore.questions.mapping import METHOD, map_colours
+from gamutcore.questions.mapping import METHOD, distance_warnings, map_colours
 from gamutcore.results import ColourRecipes
 
 if TYPE_CHECKING:
@@ -57,6 +57,8 @@ def recipes(
     inside = queries.contains(rows.points, level.index)
     targets = rows.points.copy()
     outside = ~inside
+    warnings = build_warnings(gamut.conditions)
+    warnings += colour_warnings(gamut.conditions, conversion.name)
     if outside.any():
         if check_option("method", method, METHOD) == "sgck":
             raise OptionError.not_applicable("method", method, "it needs another gamut to map from")
@@ -64,6 +66,7 @@ def recipes(
             gamut, rows.points[outside], method, triangles=triangles, max_error=max_error
         )
         targets[outside] = mapped.points
+        warnings += distance_warnings(gamut, method)
     found = gamut.inverse_model.recipes(lab_of(gamut, targets), rule)
     points = _in_space(gamut, found.lab)
     has_black = gamut.inverse_model.black is not None
@@ -80,10 +83,7 @@ def recipes(
         triangles=level.triangles,
         max_error=level.max_error,
         gamut=gamut.conditions,
-        warnings=(
-            *build_warnings(gamut.conditions),
-            *colour_warnings(gamut.conditions, conversion.name),
-        ),
+        warnings=warnings,
     )
 
 

@@ -4,10 +4,12 @@ The figures of other programs are for the same relative colours of sRGB, mapped 
 FOGRA39: ``collink -G -ir`` of Argyll 2.3.1 has a 95th percentile of 13.8 and a worst of 17.8 ΔE00.
 """
 
+import functools
 from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from gamutcore import Gamut, reference
 from gamutcore.questions import PICTURE_SPACE
@@ -52,3 +54,30 @@ def test_distances_that_are_no_colour_differences_are_told(space, told):
 
     assert warned("clip-nearest") is told
     assert not warned("clip-hue")
+    recipe = gamut.to_device([SRGB_BLUE, (50, 0, 0)], space="CIELAB")
+    assert any("not colour differences" in each for each in recipe.warnings) is told
+    inside = gamut.to_device([(50, 0, 0)], space="CIELAB")
+    assert not any("not colour differences" in each for each in inside.warnings)
+
+
+@functools.cache
+def screen(name):
+    return reference(name, space=PICTURE_SPACE, surface_samples=2000)
+
+
+@pytest.mark.parametrize("name", ["srgb", "display-p3"])
+@pytest.mark.parametrize("method", ["clip-hue", "clip-nearest", "sgck", "spatial"])
+def test_a_picture_of_srgb_keeps_its_pixels(tmp_path, name, method):
+    """Near black, the boundary in CAM16-UCS misses colours of the space by up to 1.8."""
+    gamut, srgb = screen(name), screen("srgb")
+    random = np.random.default_rng(46)
+    pixels = random.integers(0, 256, (24, 64, 3))
+    pixels[:8] = random.choice([0, 255], (8, 64, 3))  # corners and edges of the cube
+    pixels[:8, :, 0] = random.integers(0, 256, (8, 64))
+    pixels[8:16] //= 32  # dark
+    path = tmp_path / "picture.png"
+    Image.fromarray(pixels.astype(np.uint8)).save(path)
+    source = {"source": srgb} if method == "sgck" else {}
+    done = gamut.map_picture(path, tmp_path / "mapped.png", method, **source)
+    assert (done.moved, done.missed) == (0, 0)
+    np.testing.assert_array_equal(np.asarray(Image.open(tmp_path / "mapped.png")), pixels)
