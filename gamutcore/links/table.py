@@ -491,9 +491,12 @@ def link(
     made, (device, wanted) = two.model.lab(table.values(inputs)), exact(inputs)
     # colours that both devices have stay, whatever the mapping does
     given = one.model.lab(inputs)
+    xyz = lab_to_xyz(given)
     if black_point_compensation:
-        given = xyz_to_lab(compensate_black(lab_to_xyz(given), *blacks))
-    stays = into.contains(given, space="CIELAB", max_error=0.0)
+        xyz = compensate_black(xyz, *blacks)
+        given = xyz_to_lab(xyz)
+    # some inks are darker than the neutral black: scaled, they are no colours
+    stays = into.contains(given, space="CIELAB", max_error=0.0) & (xyz >= 0.0).all(axis=1)
     wanted[stays] = given[stays]
     # the gamut of the source is built for some methods only
     warnings = [f"The source: {each}" for each in one.warnings]

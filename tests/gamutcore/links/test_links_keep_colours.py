@@ -30,13 +30,17 @@ def device(name):
 
 
 def scaled_black(lab, source, destination):
-    """Return colours with the luminance of black scaled relative to D50 (ISO 18619)."""
+    """Return colours with the luminance of black scaled relative to D50 (ISO 18619).
+
+    Those that are darker than black are no colours then: NaN.
+    """
     white = np.array((0.9642, 1.0, 0.8249))
     f = np.stack([lab[:, 0] / 116 + 16 / 116] * 3, axis=1)
     f += np.stack([lab[:, 1] / 500, np.zeros(len(lab)), -lab[:, 2] / 200], axis=1)
     xyz = white * np.where(f > 6 / 29, f**3, 3 * (6 / 29) ** 2 * (f - 4 / 29))
     scale = (1 - destination) / (1 - source)
     ratio = (scale * xyz + (1 - scale) * white) / white
+    ratio[(ratio < 0).any(axis=1)] = np.nan
     g = np.where(ratio > (6 / 29) ** 3, np.cbrt(ratio), ratio / (3 * (6 / 29) ** 2) + 4 / 29)
     return np.stack(
         [116 * g[:, 1] - 16, 500 * (g[:, 0] - g[:, 1]), 200 * (g[:, 1] - g[:, 2])], axis=1
@@ -56,6 +60,7 @@ def moved(made, source, destination, codes):
     before = source.to_colour(codes, space="CIELAB")
     if made.black_point_compensation:
         before = scaled_black(before, black_of(source), black_of(destination))
+        codes, before = (rows[np.isfinite(before).all(axis=1)] for rows in (codes, before))
     common = destination.contains(before, space="CIELAB", max_error=0, tolerance=0)
     if len(destination.channels) == 3:  # the triangles near black leave the cube by 0.2 ΔE00
         common &= destination.to_device(before, space="CIELAB").delta_e < 0.01
