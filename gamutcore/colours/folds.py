@@ -230,7 +230,7 @@ def _sheets_of(
     determinants = np.einsum("cti,cti->ct", first, np.cross(second, third))
     turned: BooleanArray = np.asarray((determinants < 0.0) != _ODD)
     # beyond the limit, tetrahedra are flat
-    real = inner[corner].any(axis=2)
+    real: BooleanArray = np.asarray(inner[corner].any(axis=2))
 
     pairs = []
     for omitted, turn in ((1, _TURNS[0]), (2, _TURNS[1])):

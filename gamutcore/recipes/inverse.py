@@ -512,8 +512,10 @@ def _set_share(some: _InkSet, trace: _Trace, lightness: FloatArray) -> FloatArra
     """Return the share of a set in recipes, 0 to 1, by the widths of the ranges of black (m,).
 
     A range between two layers of the table may be missed, so the share begins beyond this. Light
-    colours have narrow ranges, which count as wide.
+    colours have narrow ranges, which count as wide. Without black, there is no range.
     """
+    if some.table.layers == 1:
+        return np.zeros(len(lightness))
     low, high = trace.black.T
     width = high - low - np.minimum(low, 1.0 / (some.table.layers - 1))
     wide = np.clip((100.0 - lightness) / 100.0, _WHITE, _WIDE)

@@ -142,7 +142,7 @@ def test_problems_are_documents(service, gamuts):
     assert problem["detail"]
     assert_problem(client.get(f"/v1/gamuts/{'0' * 64}"), 404, "gamut-not-found")
     field = assert_problem(
-        client.get(f"/v1/gamuts/{gamut}/mesh", params={"triangles": 2}), 422, "invalid-option"
+        client.get(f"/v1/gamuts/{gamut}/mesh", params={"triangles": 2}), 422, "triangle-count"
     )
     assert field["where"]["field"] == "triangles"
 

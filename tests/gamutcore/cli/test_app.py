@@ -185,8 +185,9 @@ def test_completion(shell):
 )
 def test_options_of_questions_have_the_declared_descriptions(command, name, question):
     """Also where a level is chosen, and where the option is a flag."""
-    shown = " ".join(command(name, "--help")[0].split())
-    declared = {each.name: each.description for each in QUESTIONS[question].all_parameters}
+    shown = "".join(command(name, "--help")[0].split())  # lines may break at hyphens
+    described = {each.name: each.description for each in QUESTIONS[question].all_parameters}
+    declared = {each: "".join(text.split()) for each, text in described.items()}
     own = {"space", "focus", "source", "reference"}  # what they mean differs in a shell
     assert [text for each, text in declared.items() if each not in own and text not in shown] == []
 

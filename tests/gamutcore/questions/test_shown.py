@@ -55,8 +55,8 @@ def test_ranges_shapes_and_single_values_are_shown(gamuts):
     assert "points 360 × 3, " in repr(one.cusps())
     assert "points 50 20 0, " in repr(one.nearest([50, 90, 0], metric="CIE 1976"))
     assert "moved 1 of 2" in repr(one.map([(50, 90, 0), (50, 0, 0)]))
-    assert repr(one & other) == (
-        "<Intersection: volume 8000, of_first 0.125, of_second 1, jaccard 0.125>"
+    assert repr(one & other).startswith(
+        "<Intersection: volume 8000, of_first 0.125, of_second 1, jaccard 0.125"
     )
     assert (
         "<th style='text-align:left'>volume</th><td style='text-align:left'>8000</td>"

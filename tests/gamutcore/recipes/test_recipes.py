@@ -341,7 +341,7 @@ def test_what_has_no_device_is_refused() -> None:
 
 
 @pytest.mark.parametrize(
-    "black", ["some", -0.1, 1.5, [(10, 0.5)], [(10, 0.5), (5, 0.1)], [(0, 2), (100, 0)], [["a"]]]
+    "black", ["some", -0.1, 1.5, [(10, 0.5)], [(10, 0.5), (5, 0.1)], [(0, 102), (100, 0)], [["a"]]]
 )
 def test_impossible_rules_of_black_are_refused(black: Any) -> None:
     with pytest.raises(OptionError) as caught:
