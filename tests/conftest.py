@@ -49,7 +49,7 @@ LONG_FOLDERS = {"faults", "fuzz"}
 NEEDED_PACKAGES = {
     "celery": ["service/broker"],
     "jsonschema_rs": ["service/openapi/test_openapi.py"],
-    "matplotlib": ["gamutcore/questions/test_drawing.py", "test_recipes.py"],
+    "matplotlib": ["gamutcore/questions/test_drawing.py", "test_concepts.py", "test_recipes.py"],
     "opentelemetry.sdk": ["service/telemetry/test_traces.py"],
     "pygltflib": ["gamutcore/export/test_gltf.py"],
 }

@@ -189,7 +189,10 @@ class TestWorker:
         [
             ("s3://bucket", "", 2, "GAMUT_BROKER"),
             ("var/gamuts", "redis://127.0.0.1:1/0", 2, "must be a bucket"),
-            ("ftp://host/folder", "redis://127.0.0.1:1/0", 1, "s3://bucket/prefix"),
+            pytest.param(  # it needs Celery
+                *("ftp://host/folder", "redis://127.0.0.1:1/0", 1, "s3://bucket/prefix"),
+                marks=pytest.mark.slow,
+            ),
         ],
     )
     def test_it_needs_a_broker_and_a_store_that_is_shared(

@@ -104,6 +104,7 @@ def test_a_stated_limit_holds_for_the_gamut_and_its_device_values():
     assert device.sum(axis=1).max() <= 3.0005
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("value", ["none", "None", None])
 def test_none_is_all_inks_in_full(value):
     data, silent = target("300").encode(), Gamut(TABLE.format("").encode(), surface_samples=500)

@@ -314,6 +314,7 @@ def test_a_picture_is_written_with_another_depth(command, cubes, tmp_path):
     command("map", tmp_path / "table.csv", *arguments[2:], "--depth", "8", status=2)
 
 
+@pytest.mark.slow
 def test_gamuts_for_pictures_have_a_space_of_their_own(command, cubes, tmp_path):
     """Blue keeps its hue: in CIELAB, red is left where green should be."""
     given, mapped, mesh = (tmp_path / name for name in ("given.png", "mapped.png", "press.ply"))

@@ -33,6 +33,7 @@ def test_build_saves_what_info_shows(command, as_json, cube, tmp_path):
     assert "8000" in shown
 
 
+@pytest.mark.slow
 def test_info_states_patches_condition_and_model_error(command, tmp_path):
     levels = np.array(list(product([0, 50, 100], repeat=3)), float)
     lab = levels @ np.array([[-0.2, -0.4, -0.5], [-0.3, 0.7, 0], [-0.1, 0, 0.9]]) + [95, 0, 0]

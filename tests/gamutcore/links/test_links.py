@@ -184,6 +184,7 @@ def test_profiles_give_the_tables_of_their_spaces(srgb, display_p3):
     np.testing.assert_allclose(profiles.table.nodes, spaces.table.nodes, atol=1e-2)
 
 
+@pytest.mark.slow
 def test_black_of_the_source_becomes_that_of_the_destination(srgb):
     rgb = cube_nodes(3)
     light = 0.01 + 0.99 * decode(rgb)  # a display whose black has 1 % of its white
@@ -206,6 +207,7 @@ def test_black_of_the_source_becomes_that_of_the_destination(srgb):
     assert middle[0] + 0.01 < middle[1]  # dark grays are lighter in order to stay apart
 
 
+@pytest.mark.slow
 def test_a_press_gets_separations_within_its_ink_limit(tmp_path):
     path = tmp_path / "press.icc"
     press = Gamut(PRESS, ink_limit=280, **LINKED)
@@ -230,6 +232,7 @@ def test_a_press_gets_separations_within_its_ink_limit(tmp_path):
 
 
 @pytest.mark.skipif(shutil.which("icclu") is None, reason="Argyll CMS is not installed")
+@pytest.mark.slow
 def test_argyll_reads_a_link_from_a_press(srgb, tmp_path):
     path = tmp_path / "proof.icc"
     found = link(PRESS, srgb, method="clip-chroma", size=9, **COARSE)

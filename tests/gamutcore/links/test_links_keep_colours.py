@@ -69,8 +69,9 @@ def moved(made, source, destination, codes):
     return delta_e_2000(before, after)[common]
 
 
-PAIRS = [("srgb", "srgb"), ("srgb", "display-p3"), ("bt2020", "display-p3"), ("srgb", "coated")]
+PAIRS = [("srgb", "srgb"), ("srgb", "display-p3"), ("bt2020", "display-p3")]
 MORE_PAIRS = [
+    ("srgb", "coated"),
     *(("srgb", screen) for screen in SCREENS[2:]),
     *((screen, screen) for screen in SCREENS[1:]),
     ("display-p3", "bt2020"),

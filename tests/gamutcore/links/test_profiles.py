@@ -105,6 +105,7 @@ def test_argyll_gives_the_colours_of_the_model_and_recipes_for_them(path, press,
     assert delta_e_2000(colours_of(press, np.clip(found, 0, 1)), lab).mean() < back.mean() + 0.05
 
 
+@pytest.mark.slow
 def test_measured_patches_have_their_colours(path):
     if shutil.which("profcheck") is None:
         pytest.skip("Argyll CMS is not installed")
@@ -116,6 +117,7 @@ def test_measured_patches_have_their_colours(path):
     assert worst < 0.3
 
 
+@pytest.mark.slow
 def test_white_and_solid_inks_survive(path, press):
     np.testing.assert_allclose(xicclu(path, "-fb", [(100, 0, 0)]), np.zeros((1, 4)), atol=5e-4)
     np.testing.assert_allclose(xicclu(path, "-ff", np.zeros((1, 4))), [(100, 0, 0)], atol=2e-3)
@@ -129,6 +131,7 @@ def test_white_and_solid_inks_survive(path, press):
     assert delta_e_2000(colours_of(press, found), lab).max() < 1.5  # corners between 17 nodes
 
 
+@pytest.mark.slow
 def test_colours_out_of_gamut_are_clipped_to_near_ones(path, press):
     colours = np.random.default_rng(3).random((1000, 3)) * (100, 200, 200) - (0, 100, 100)
     colours = colours[~press.contains(colours, space="CIELAB")]
@@ -151,12 +154,14 @@ def test_every_table_keeps_the_ink_limit(made, fourth, version):
     assert ("bkpt" in read.tags) == (version == 2)
 
 
+@pytest.mark.slow
 def test_the_measurements_are_kept(path, press):
     kept = Gamut(path, source="measurements", space="CAM16-UCS", **COARSE)
     assert kept.volume == pytest.approx(press.volume, rel=1e-9)
 
 
 @pytest.mark.parametrize("version", [2, 4])
+@pytest.mark.slow
 def test_lcms_converts_pictures(made, fourth, press, version, tmp_path):
     path, made = tmp_path / "press.icc", made if version == 2 else fourth
     made.save(path)
@@ -175,6 +180,7 @@ def test_lcms_converts_pictures(made, fourth, press, version, tmp_path):
     assert delta_e_2000(colours_of(press, inks), lab)[inside].mean() < 0.6  # 8 bits
 
 
+@pytest.mark.slow
 def test_the_perceptual_intent_of_version_4_has_the_black_of_the_reference_medium(press, fourth):
     read = read_characterisation(fourth.to_bytes())
     black = press.to_device((0, 0, 0), space="CIELAB").device[np.newaxis]
@@ -204,6 +210,7 @@ def test_version_5_has_the_same_tables_and_a_boundary_with_device_values(fifth, 
     assert np.median(delta_e_2000(colours_of(press, inks), lab)) < 0.1
 
 
+@pytest.mark.slow
 def test_a_boundary_needs_version_5_and_measurements(press):
     for choices, field in (
         ({"gamut_boundary": True}, "gamut_boundary"),
@@ -217,6 +224,7 @@ def test_a_boundary_needs_version_5_and_measurements(press):
         assert refused.value.remedy != "Leave it out."
 
 
+@pytest.mark.slow
 def test_gamt_has_the_size_of_the_other_tables(made):
     read = read_characterisation(made.to_bytes())
     element = read.element("gamt")
@@ -246,6 +254,7 @@ def test_transicc_gives_colours_and_recipes(made, fourth, fifth, press, tmp_path
 
 
 @pytest.mark.skipif(find_spec("iccdev") is None, reason="iccdev is not installed")
+@pytest.mark.slow
 def test_the_reference_implementation_finds_no_fault(made, fourth, fifth):
     iccdev = pytest.importorskip("iccdev")
     for each in (made, fourth, fifth):
@@ -275,6 +284,7 @@ def test_an_additive_display_has_a_matrix_and_another_one_tables(srgb, tmp_path)
     assert printer.device_class == "prtr"
 
 
+@pytest.mark.slow
 def test_equal_inputs_give_equal_bytes(press, srgb):
     one, two = (profile(press, size=9, source_gamut=srgb).to_bytes() for _ in range(2))
     assert one == two

@@ -69,7 +69,10 @@ def test_recipes_of_printable_colours_give_them(black: str | float) -> None:
     np.testing.assert_allclose(found.delta_e[found.inside], errors[found.inside], atol=1e-9)
 
 
-@pytest.mark.parametrize("black", ["medium", "max", "least-ink"])
+@pytest.mark.parametrize(
+    "black",
+    ["medium", *(pytest.param(each, marks=pytest.mark.slow) for each in ("max", "least-ink"))],
+)
 def test_colours_that_nothing_prints_keep_the_limits(black: str) -> None:
     """The inverse model is asked directly, as for nodes of tables: nothing is mapped before."""
     gamut, rule = press(), black_rule(black)

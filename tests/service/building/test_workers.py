@@ -292,6 +292,8 @@ def test_searches_by_ciede2000_compile_when_a_request_waits_and_kernels_are_coun
     async def scenario():
         task = asyncio.create_task(made.prepare())
         assert await made.wait("optional", 600)
+        while made.states["ciede2000"] == "unknown":  # noqa: ASYNC110
+            await asyncio.sleep(0.01)
         assert made.states["ciede2000"] == "on first use"
         assert not await made.wait("ciede2000", 0.01)
         deadline = time.monotonic() + 600
