@@ -52,6 +52,7 @@ from gamutcore.colours import (
     values_beside,
     volume_description,
 )
+from gamutcore.colours.device_model import Fit
 from gamutcore.colours.spaces import ColourSpace
 from gamutcore.decimation import decimate
 from gamutcore.errors import FlatPointsError, OptionError
@@ -495,7 +496,9 @@ def _raised_to_folds(
     error, values = _farthest_values(colours, wrapping.boundary)
     device, threshold, triangles = colours.device_colours, FOLDED * white_lightness / 100.0, 0
     if device is not None and wrapping.choices["method"] == "device-surface":
-        folds = error > max(threshold, FLAT_PIECES * _surface_error(device, wrapping.boundary))
+        folds = _knows_the_inside(device) and error > max(
+            threshold, FLAT_PIECES * _surface_error(device, wrapping.boundary)
+        )
         for number in range(FOLD_ROUNDS if folds else 0):
             outside = _distance_outside(wrapping.boundary)
             known = values[outside(device.points(values)) > threshold]
@@ -526,6 +529,15 @@ def _raised_to_folds(
         measured = _distance_outside(wrapping.boundary)(device.measured)
         error = max(error, round_up(float(measured.max(initial=0.0))))
     return colours, wrapping, error
+
+
+def _knows_the_inside(device: DeviceColours) -> bool:
+    """Return whether colours inside the cube are known. A fit to its faces only guesses them."""
+    function = device.model.function
+    if not isinstance(function, Fit):
+        return True
+    places = function.model.centres
+    return bool(((places > places.min(axis=0)) & (places < places.max(axis=0))).all(axis=1).any())
 
 
 def _surface_error(device: DeviceColours, boundary: Boundary) -> float:

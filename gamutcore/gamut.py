@@ -45,6 +45,7 @@ from gamutcore.questions import (
     INDEX_BYTES,
     SECTORS,
     IndexedLevels,
+    build_warnings,
     check_space,
     chromaticity,
     colours_in,
@@ -1124,7 +1125,8 @@ class Gamut:
 
     def warnings_about(self, other: Gamut) -> tuple[str, ...]:
         """Return reasons why a comparison with another gamut may mislead, as `compare` does."""
-        return compared_conditions(self.conditions, other.conditions)
+        both = self.conditions, other.conditions
+        return (*build_warnings(*both), *compared_conditions(*both))
 
     def __and__(self, other: object) -> Intersection:
         """Return the intersection with another gamut: its volume, and its shares of both.

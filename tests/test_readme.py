@@ -164,7 +164,7 @@ def test_the_query_reports_on_every_spot_colour(folder):
         for path in (ROOT / "examples/spots.csv", folder / "report.csv")
     )
     assert [{name: row[name] for name in given[0]} for row in report] == given
-    added = ["in_gamut", "position", "distance"]
+    added = ["in_gamut", "position", "distance", "distance_euclidean"]
     added += ["nearest_L", "nearest_a", "nearest_b", "delta_e_2000"]
     assert list(report[0])[len(given[0]) :] == [*added, "C", "M", "Y", "K"]
     inside = sum(row["in_gamut"] == "true" for row in report)

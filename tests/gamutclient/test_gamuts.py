@@ -191,7 +191,7 @@ NOT_SENT = {
     "load",
     # conditions beside those in header fields
     *("white_xyz", "viewing_conditions", "medium_white", "illuminant", "observer"),
-    *("is_print", "inks"),
+    *("build_warnings", "is_print", "inks"),
 }
 """Fields of results that the service does not send."""
 

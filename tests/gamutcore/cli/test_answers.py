@@ -61,7 +61,7 @@ def test_colours_as_measured_and_a_relative_gamut(command, as_json, monkeypatch,
     press = tmp_path / "press.gamut"
     command("build", "examples/FOGRA39L.ti3", "--ink-limit", 300, "-o", press)
     out, err = command("query", "examples/spots.csv", "--gamut", press, "-o", tmp_path / "r.csv")
-    assert "18 of 40 colours are in gamut." in out
+    assert "19 of 40 colours are in gamut." in out
     assert "Gamut: relative intent, ink limit 300 %, white D50, CIELAB\n" in err
     assert "--intent absolute" in err
     answer = as_json("map", "examples/spots.csv", "--gamut", press)

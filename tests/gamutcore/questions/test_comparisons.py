@@ -196,5 +196,5 @@ def test_two_papers_that_both_count_as_white_have_a_warning(fogra39):
     relative, absolute = (
         Gamut(fogra39, surface_samples=500, intent=intent) for intent in ("relative", "absolute")
     )
-    assert "absolute" in relative.compare(relative).warnings[0]
-    assert absolute.compare(absolute).warnings == ()
+    assert any("absolute" in each for each in relative.compare(relative).warnings)
+    assert not any("intent" in each for each in absolute.compare(absolute).warnings)

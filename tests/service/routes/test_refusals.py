@@ -54,8 +54,6 @@ BARE = ("L a b", [row[3:] for row in PLANE])
 @pytest.mark.parametrize(
     ("data", "options", "said"),
     [
-        (("R G B L a b", PLANE[9:10]), {"device_model": "fit"}, "one distinct device value"),
-        (("R G B L a b", PLANE), {"device_model": "fit"}, "the device values lie in a plane"),
         (BARE, {"device_model": "fit"}, "without device values"),
         (BARE, {"popularity": 0.1}, ""),
         (BARE, {"observer": 10}, "the data has no spectra"),
