@@ -620,7 +620,8 @@ class Gamut:
         ----------
         picture : path or bytes
             A file of gray or RGB. An embedded profile, or the encoding that the file declares,
-            gives the colours, relative to its white; sRGB is assumed without one.
+            gives the colours, relative to its white; sRGB is assumed without one. Or a file of
+            CMYK with an embedded profile, for a soft proof.
         output : path
             A .png, .tif, .exr or .jpg file. It has the encoding, the depth, the profile and the
             alpha of the picture, unless `to` or `depth` names others.
@@ -650,8 +651,9 @@ class Gamut:
             A .png file with the colour difference of each pixel and its mapped colour: ΔE00 in
             steps of 0.05, rounded up, black where nothing changed.
         to : str, optional
-            The encoding of the output: ``"picture"``, that of the picture; the slug of an RGB
-            space such as ``"display-p3"``, with its profile, or in OpenEXR in linear light; or
+            The encoding of the output: ``"picture"``, that of the picture, which is sRGB
+            for CMYK; the slug of an RGB space such as ``"display-p3"``, with its profile, or in
+            OpenEXR in linear light; or
             ``"device"``, values of the device of the gamut as TIFF with 8 or 16 bits, such as CMYK,
             with the profile that the gamut was built from. Ink limits are kept.
         black : str, float or (n, 2) array, optional
@@ -669,8 +671,8 @@ class Gamut:
         Raises
         ------
         GamutError
-            The picture cannot be read, or is neither gray nor RGB; the output cannot store it; or
-            as for `map`.
+            The picture cannot be read, or is not gray, RGB or CMYK with a profile; the output
+            cannot store it; or as for `map`.
         OSError
             A file cannot be read or written.
 

@@ -9,6 +9,8 @@ Large pictures are mapped through a table of nodes in the encoding of the pictur
 corners all stay keeps its colours. A cell whose corners all move is interpolated. Colours of the
 other cells, at the boundary of the gamut, are mapped exactly: there the mapping has an edge.
 
+Pictures of CMYK become light first, and the result has an RGB space (a soft proof).
+
 Spatial mapping reads the picture twice: for the lines on which its pixels move, and to move them.
 """
 
@@ -18,7 +20,7 @@ import os
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import AbstractContextManager, ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -27,6 +29,7 @@ import numpy as np
 from gamutcore.characterisation.icc import IccProfile
 from gamutcore.characterisation.pictures import (
     LARGEST_LIGHT,
+    LINEAR,
     Encoding,
     Picture,
     divided_by_alpha,
@@ -66,6 +69,12 @@ from gamutcore.questions.picture_targets import (
     device_raster,
     full_scale,
     space_raster,
+)
+from gamutcore.questions.soft_proof import (
+    PROOF_SPACE,
+    PROOF_SPACE_CHOSEN,
+    black_of_press,
+    light_raster,
 )
 from gamutcore.results import Shown
 
@@ -269,7 +278,7 @@ def map_picture(
     Parameters
     ----------
     data : bytes
-        A file of gray or RGB.
+        A file of gray or RGB, or of CMYK with an embedded profile.
     output : Path
         A .png, .tif, .exr or .jpg file.
     moves_from : callable
@@ -285,6 +294,7 @@ def map_picture(
         A .png file for the colour difference of each pixel; see `HEAT_MAP`.
     to : str or DeviceValues, optional
         The encoding of the result: ``"picture"``, the slug of an RGB space, or a device.
+        ``"picture"`` is sRGB for CMYK.
     decode : str, optional
         How values become light, by a name of `gamutcore.references.DECODINGS`.
 
@@ -295,8 +305,8 @@ def map_picture(
     InvalidPointsError
         A value is not finite, or linear light is too bright.
     UnsupportedPictureError
-        The picture is CMYK, CIELAB or has a profile of one channel; or the output cannot store the
-        depth, alpha or encoding.
+        The picture is CMYK without a profile, CIELAB or has a profile of one channel; or
+        the output cannot store the depth, alpha or encoding.
     OptionError
         There is no such depth or table, or the heat map is no PNG file beside the output.
     OSError
@@ -309,22 +319,16 @@ def map_picture(
     file_format = picture_format(data)
     if file_format is None:
         raise no_picture()
-    with open_raster(data, file_format) as raster:
-        meaning, said = picture_meaning(raster)
-        if raster.model not in {"RGB", "gray"} or (
-            isinstance(meaning, IccProfile) and len(meaning.channels) != 3
-        ):
-            raise UnsupportedPictureError(
-                f"The picture is {raster.model}"
-                f"{' with a profile of one channel' if raster.model == 'gray' else ''}.",
-                where={"field": "channels"},
-                remedy="Convert it to RGB.",
-            )
-        assert meaning is not None  # noqa: S101  # only CIELAB has none
+    with open_raster(data, file_format) as opened:
+        meaning, said = _meaning_of(opened)
         meaning, more = decoded_meaning(meaning, decode)
         said += more
         device = to if isinstance(to, DeviceValues) else None
-        result, encoded, lost = _result_of(raster, meaning, to, depth, output)
+        result, encoded, lost = _result_of(opened, meaning, to, depth, output)
+        raster, black = opened, None
+        press = meaning if opened.model == "CMYK" and isinstance(meaning, IccProfile) else None
+        if press is not None:
+            raster, meaning, black = light_raster(opened, press), LINEAR, black_of_press(press)
         if decode is not None and to == OWN:
             encoded = meaning
         if table is None:
@@ -335,9 +339,12 @@ def map_picture(
             writing = stack.enter_context(ThreadPoolExecutor(1))
             threads = min(THREADS, os.cpu_count() or 1)
             workers = stack.enter_context(ThreadPoolExecutor(threads))
-            pixels = _Pixels(raster, meaning, result, encoded, device, moves_from, workers, table)
+            pixels = _Pixels(
+                raster, meaning, result, encoded, device, moves_from, workers, table, black
+            )
             if pixels.spatial is not None:
-                pixels.find_shifts(stack.enter_context(open_raster(data, file_format)))
+                again = stack.enter_context(open_raster(data, file_format))
+                pixels.find_shifts(again if press is None else light_raster(again, press))
             if heat_file is not None:
                 pixels.heat = np.zeros(raster.height * raster.width, np.uint8)
             # a band is read, and another one written, while a third is mapped
@@ -365,6 +372,20 @@ def map_picture(
     )
 
 
+def _meaning_of(raster: Raster) -> tuple[IccProfile | Encoding, list[str]]:
+    """Return what `picture_meaning` does, of a picture that can be mapped."""
+    meaning, said = picture_meaning(raster)
+    is_gray_profile = isinstance(meaning, IccProfile) and len(meaning.channels) == 1
+    if meaning is None or raster.model not in {"RGB", "gray", "CMYK"} or is_gray_profile:
+        raise UnsupportedPictureError(
+            f"The picture is {raster.model}"
+            f"{' with a profile of one channel' if raster.model == 'gray' else ''}.",
+            where={"field": "channels"},
+            remedy="Convert it to RGB.",
+        )
+    return meaning, said
+
+
 def no_picture() -> MalformedFileError:
     """Return the error of a file that is not a picture."""
     return MalformedFileError(
@@ -375,18 +396,23 @@ def no_picture() -> MalformedFileError:
 
 
 def _result_of(
-    raster: Raster,
+    like: Raster,
     meaning: IccProfile | Encoding,
     to: str | DeviceValues,
     depth: Depth | None,
     output: Path,
 ) -> tuple[Raster, IccProfile | Encoding | None, list[str]]:
     """Return how a picture is written, its encoding unless it is its own, and what it loses."""
+    lost = []
+    if like.model == "CMYK":
+        like = replace(like, premultiplied=False)  # as its light
+        if to == OWN:
+            to, lost = PROOF_SPACE, [PROOF_SPACE_CHOSEN]
     if isinstance(to, DeviceValues):
-        result = device_raster(raster, depth, to)
+        result = device_raster(like, depth, to)
         return result, None, result.warnings
-    result = with_depth(raster, depth, output)
-    return (result, None, []) if to == OWN else (*space_raster(result, meaning, to, output), [])
+    result = with_depth(like, depth, output)
+    return (result, None, lost) if to == OWN else (*space_raster(result, meaning, to, output), lost)
 
 
 def _writer(
@@ -447,6 +473,7 @@ class _Pixels:
         moves_from: Callable[[float], Moves | SpatialMoves],
         workers: ThreadPoolExecutor,
         table: int,
+        black: float | None,
     ) -> None:
         self._raster, self._meaning, self._workers = raster, meaning, workers
         self._result, self._encoded = result, encoded or result.encoding or meaning
@@ -457,7 +484,8 @@ class _Pixels:
         self._channels = 3 if device is None else len(device.model.channels)
         linear = isinstance(self._encoded, Encoding) and self._encoded.transfer == "linear"
         self._wide = linear and result.dtype.kind == "f"
-        black = luminance_of_black(lab_to_xyz(self._colours(np.zeros((1, 3)), meaning))[0])
+        if black is None:
+            black = luminance_of_black(lab_to_xyz(self._colours(np.zeros((1, 3)), meaning))[0])
         moves = moves_from(black)
         self.spatial = moves if isinstance(moves, SpatialMoves) else None
         self._moves = None if isinstance(moves, SpatialMoves) else moves

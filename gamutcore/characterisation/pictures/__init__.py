@@ -5,7 +5,12 @@ the distinct values of its pixels, their counts, and a profile or `Encoding`. `o
 the pixels themselves, and `picture_meaning` what they mean. OpenImageIO and Pillow decode.
 """
 
-from gamutcore.characterisation.pictures.encoding import SRGB, Encoding, chromaticity_encoding
+from gamutcore.characterisation.pictures.encoding import (
+    LINEAR,
+    SRGB,
+    Encoding,
+    chromaticity_encoding,
+)
 from gamutcore.characterisation.pictures.picture import (
     LARGEST_LIGHT,
     Picture,
@@ -27,6 +32,7 @@ from gamutcore.characterisation.pictures.raster import (
 __all__ = [
     "EXTENSIONS",
     "LARGEST_LIGHT",
+    "LINEAR",
     "MODELS",
     "SRGB",
     "Encoding",

@@ -197,7 +197,7 @@ class Raster:
     ``uint16`` (full scale 65535) or a float type. Integer Lab has L* 100 at 255 or 65280, and a*
     and b* with an offset of half the range (ICC.1:2001-04, annex A). In the file, a channel has
     `bits` bits, and `stored` is OpenImageIO's name of the type, such as ``"half"``. `header` is an
-    ImageSpec, made from Pillow's metadata if Pillow decodes. CMYK JPEG has neither of the two.
+    ImageSpec, made from Pillow's metadata if Pillow decodes. That of CMYK JPEG is empty.
     """
 
     format: str
@@ -753,6 +753,8 @@ def _cmyk_jpeg(data: bytes, spec: Any) -> Raster:  # noqa: ANN401 (an ImageSpec)
         _pillow_bands(decoded),
         profile=embedded_profile(spec, data, "jpeg"),
         warnings=said,
+        stored="uint8",
+        header=openimageio().ImageSpec(),
     )
 
 
