@@ -110,11 +110,14 @@ endif
 .PHONY: test
 test: ## run the tests that need no other program, or some: make test T=tests/gamutcore/test_mesh.py, make test K=volume
 
-# Two processes per core: many tests wait for servers, browsers and brokers.
+# Two processes per core: many tests wait for servers, browsers and brokers. After `make test`, the rest
+# is GROUP='slow and not long'.
+GROUP := not long
+
 .PHONY: test-all
 test-all: .venv/.installed-test-all $(node_packages) ## also the tests with servers, Redis, S3, a browser, Node.js, plain Python
 	$(python) -m gamutcore.warm
-	$(pytest) -n $$((2 * $$(getconf _NPROCESSORS_ONLN))) -m 'not long'
+	$(pytest) -n $$((2 * $$(getconf _NPROCESSORS_ONLN))) -m '$(GROUP)'
 
 .PHONY: test-long
 test-long: .venv/.installed-test-all $(node_packages) ## faults, fuzzing, more emulators, accuracy, chart, generated clients, random examples

@@ -38,8 +38,9 @@ SLOW_FIXTURES = {
     *("browser", "cluster", "gltf_report", "guarded_server", "javascript_levels"),
     *("observed_server", "proxy", "s3", "server", "services", "small_server", "start_server"),
     *("typescript_program", "viewgam"),
+    *("fogra39_gamut", "fogra39_boundary", "fogra39_finest", "fogra39_quadric"),
 }
-"""Fixtures that start a server, a broker or a browser, or need an npm package."""
+"""Fixtures that start a server, a broker or a browser, need an npm package, or take seconds."""
 
 LONG_FIXTURES = {"azure", "gcs", "rabbitmq"}
 """Fixtures of emulators and brokers that only `make test-long` needs."""

@@ -197,6 +197,12 @@ def srgb_gamut() -> Gamut:
 
 
 @pytest.fixture(scope="session")
+def press_gamut(fogra39: bytes) -> Gamut:
+    """Return the gamut of FOGRA39L with fewer samples and the limit of its printers, 300 %."""
+    return Gamut(fogra39, surface_samples=5000, ink_limit=300)
+
+
+@pytest.fixture(scope="session")
 def fogra39_gamut(fogra39: bytes) -> Gamut:
     """Return the gamut of FOGRA39L with default options."""
     return Gamut(fogra39)

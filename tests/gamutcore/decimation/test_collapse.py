@@ -537,20 +537,6 @@ class TestLostVolume:
 
 
 class TestSchedule:
-    @settings(max_examples=15)
-    @given(seed=st.integers(0, 10**6), stops=st.sets(st.integers(5, 60), max_size=4))
-    def test_a_decimation_in_phases_is_the_same_as_in_one(self, bumpy_mesh, seed, stops):
-        """`quadric` stores its state in vertices only, so nothing is lost between phases."""
-        mesh = TriangleMesh(*bumpy_mesh(seed, 80))
-        whole = build_history(decimate(mesh, CENTRE, "quadric"))
-        in_phases = cost_named("quadric")._replace(compacted=tuple(sorted(stops)[::-1]))
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(schedule, "cost_named", lambda _: in_phases)
-            parts = build_history(decimate(mesh, CENTRE, "quadric"))
-        for one, other in zip(whole.levels(), parts.levels(), strict=True):
-            assert sorted(one.vertices.tolist()) == sorted(other.vertices.tolist())
-            assert one.volume == pytest.approx(other.volume, rel=1e-12)
-
     @pytest.mark.parametrize("cost", ["volume", "finest"])
     @pytest.mark.slow
     def test_the_best_of_many_trials_is_better_on_average(self, with_schedule, random_cloud, cost):

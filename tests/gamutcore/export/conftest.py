@@ -16,6 +16,6 @@ def provenance():
 
 
 @pytest.fixture(scope="session", params=[4, 10, 1000])
-def level(request, fogra39_gamut):
+def level(request, press_gamut):
     """Return a level of a real press."""
-    return fogra39_gamut.history.level(request.param)
+    return press_gamut.history.level(request.param)

@@ -93,8 +93,8 @@ def _on_face(axis, end, u, v):
     return tuple(point)
 
 
-def test_other_channels_are_refused(fogra39_gamut, small_gamut):
+def test_other_channels_are_refused(press_gamut, small_gamut):
     with pytest.raises(OptionError, match="C M Y K"):
-        fogra39_gamut.mesh(100).to_bytes("cge")
+        press_gamut.mesh(100).to_bytes("cge")
     with pytest.raises(OptionError, match="no device values"):
         small_gamut.mesh(100).to_bytes("cge")

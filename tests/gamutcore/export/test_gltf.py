@@ -91,8 +91,8 @@ class TestProvenance:
 class TestDeviceValues:
     """Each channel is a 32-bit scalar attribute, named in the extras of the mesh."""
 
-    def test_are_attributes(self, fogra39_gamut, kind, provenance, gltf_accessor):
-        level = fogra39_gamut.level(1000)
+    def test_are_attributes(self, press_gamut, kind, provenance, gltf_accessor):
+        level = press_gamut.level(1000)
         document = tree_of(mesh_file(level, kind, provenance), kind)
         asset = asset_of(mesh_file(level, kind, provenance), kind)
         (mesh,) = document["meshes"]
@@ -109,8 +109,8 @@ class TestDeviceValues:
             assert accessor["max"] == [values.max()]
 
     @pytest.mark.parametrize("triangles", [4, 1000])
-    def test_are_valid(self, gltf_report, fogra39_gamut, kind, triangles):
-        issues = gltf_report(mesh_file(fogra39_gamut.level(triangles), kind))["issues"]
+    def test_are_valid(self, gltf_report, press_gamut, kind, triangles):
+        issues = gltf_report(mesh_file(press_gamut.level(triangles), kind))["issues"]
         assert issues["numErrors"] == issues["numWarnings"] == 0, issues["messages"]
 
     def test_of_strange_and_of_many_channels(self, gltf_report, level, kind):
@@ -136,9 +136,9 @@ def tree_of(data, kind):
 
 @pytest.mark.parametrize("name", SPACES)
 def test_every_space_shows_lightness_upwards_and_the_same_colours(
-    fogra39_gamut, kind, name, gltf_accessor, displayed
+    press_gamut, kind, name, gltf_accessor, displayed
 ):
-    level = fogra39_gamut.history.level(1000)  # coarser ones have vertices of imaginary colours
+    level = press_gamut.history.level(1000)  # coarser ones have vertices of imaginary colours
     space = ColourSpace(name)
     positions, _ = space.coordinates(np.asarray(level.vertices, np.float64))
     mesh = TriangleMesh(positions.astype(np.float32), level.faces)

@@ -66,8 +66,8 @@ class TestComments:
 class TestDeviceValues:
     """Each channel is a float property after the colours, with its name in a comment."""
 
-    def test_are_properties(self, fogra39_gamut, provenance):
-        level = fogra39_gamut.level(1000)
+    def test_are_properties(self, press_gamut, provenance):
+        level = press_gamut.level(1000)
         written = mesh_file(level, "ply", provenance)
         lines = header_lines(written)
         names = [f"device_{ink}" for ink in "CMYK"]

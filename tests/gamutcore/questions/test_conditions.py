@@ -14,8 +14,8 @@ ROOT = Path(__file__).parents[3]
 
 
 @pytest.fixture(scope="module")
-def press(fogra39):
-    return Gamut(fogra39, surface_samples=5000, ink_limit=300)
+def press(press_gamut):
+    return press_gamut
 
 
 @pytest.fixture(scope="module")
@@ -30,17 +30,31 @@ def srgb():
 
 def spots():
     with (ROOT / "examples" / "spots.csv").open(encoding="utf-8") as file:
-        return np.array([[float(row[axis]) for axis in "Lab"] for row in csv.DictReader(file)])
+        return [(row["name"], [float(row[axis]) for axis in "Lab"]) for row in csv.DictReader(file)]
+
+
+PRINTABLE = {
+    *("Harbour Blue", "Meadow", "Brick", "Copper Brown", "Graphite", "Sand", "Olive", "Warm Grey"),
+    *("Pine", "Plum", "Denim", "Moss", "Cocoa", "Lagoon", "Silver Birch", "Ink"),
+}
+"""Spot colours that ISO Coated v2 300 % (ECI), a profile of the same data, prints as they are
+measured. Argyll's xicclu inverts its A2B table (-fif -ia) and gives them back exactly; the others
+miss by 1.7 and more."""
 
 
 @pytest.mark.slow
 def test_spot_colours_as_measured_need_the_absolute_gamut(fogra39):
-    """19 of 40 seem printable where paper counts as white, and 16 are."""
+    """With white paper (-ir) there are two more, and Apricot misses by 0.13; others by 2.1."""
     relative, absolute = (Gamut(fogra39, intent=each) for each in ("relative", "absolute"))
-    assert int(relative.contains(spots()).sum()) == 19
-    assert int(absolute.contains(spots()).sum()) == 16
-    assert relative.nearest(spots()).warnings
-    assert absolute.nearest(spots()).warnings == ()
+    names = np.array([name for name, _ in spots()])
+    lab = np.array([values for _, values in spots()])
+    assert set(names[absolute.contains(lab)]) == PRINTABLE
+    more = {"Lemon Zest", "Rose Petal"}
+    assert set(names[relative.contains(lab)]) - {"Apricot"} == PRINTABLE | more
+    apricot = lab[names == "Apricot"]
+    assert relative.nearest(apricot).distance[0] < 0.3
+    assert relative.nearest(lab).warnings
+    assert absolute.nearest(lab).warnings == ()
 
 
 def test_in_one_line(press, absolute):
@@ -153,7 +167,7 @@ class TestOtherConditions:
         assert press.coverage_of(srgb) < 0.6  # a warning would be an error
 
     def test_bare_colours(self, press, absolute):
-        bare = Gamut(spots())
+        bare = Gamut([values for _, values in spots()])
         assert any("as given" in each for each in press.compare(bare).warnings)
         assert not any("as given" in each for each in absolute.compare(bare).warnings)
 

@@ -12,14 +12,13 @@ from gamutcore import Gamut, reference
 from gamutcore.errors import DeviceModelError, OptionError, UnsupportedPictureError
 from gamutcore.queries import delta_e_2000
 
-FOGRA39 = "examples/FOGRA39L.ti3"
-SMOOTH = np.stack(np.meshgrid(np.linspace(0, 1, 40), np.linspace(0, 1, 50)), axis=-1)
+SMOOTH = np.stack(np.meshgrid(np.linspace(0, 1, 20), np.linspace(0, 1, 25)), axis=-1)
 PIXELS = np.round(255 * np.dstack([SMOOTH, (SMOOTH[..., :1] + 1 - SMOOTH[..., 1:]) / 2]))
 
 
 @pytest.fixture(scope="module")
-def press():
-    return Gamut(FOGRA39, surface_samples=1000, ink_limit=280)
+def press(press_gamut):
+    return press_gamut
 
 
 @pytest.fixture
@@ -87,7 +86,7 @@ def test_device_values_give_the_mapped_colours(press, photo, tmp_path, depth, ta
     source = oiio.ImageInput.open(str(tmp_path / "press.tif"), config)
     codes = np.asarray(source.read_image(f"uint{depth}")).reshape(-1, 4).astype(float)
     full = 2.0 ** int(depth) - 1
-    assert codes.sum(axis=1).max() <= 2.8 * full
+    assert codes.sum(axis=1).max() <= 3.0 * full
     given = press.convert(PIXELS.reshape(-1, 3) / 255, "sRGB")
     wanted = press.map(given, max_error=0, black_point_compensation=True).points
     reached = press.to_device(wanted, max_error=0).points  # triangles reach beyond the model

@@ -56,7 +56,7 @@ def printable(count: int, channels: int, limit: float = LIMIT) -> FloatArray:
 @pytest.mark.parametrize("black", ["light", "medium", "heavy", "max", "none", "least-ink", 0.3])
 def test_recipes_of_printable_colours_give_them(black: str | float) -> None:
     gamut = press()
-    colours = gamut.to_colour(printable(500, 4))
+    colours = gamut.to_colour(printable(250, 4))
     found = gamut.to_device(colours, black=black)
     errors = delta_e_2000(colours, gamut.to_colour(found.device))
     assert np.median(errors) <= 0.01
@@ -76,7 +76,7 @@ def test_recipes_of_printable_colours_give_them(black: str | float) -> None:
 def test_colours_that_nothing_prints_keep_the_limits(black: str) -> None:
     """The inverse model is asked directly, as for nodes of tables: nothing is mapped before."""
     gamut, rule = press(), black_rule(black)
-    lab = np.random.default_rng(0).uniform((0, -100, -100), (100, 100, 100), (5000, 3))
+    lab = np.random.default_rng(0).uniform((0, -100, -100), (100, 100, 100), (1000, 3))
     device = gamut.inverse_model.recipes(lab, rule).device
     assert device.min() >= 0.0
     assert device.max() <= 1.0
@@ -84,7 +84,7 @@ def test_colours_that_nothing_prints_keep_the_limits(black: str) -> None:
 
 
 def test_the_range_of_black_contains_what_made_the_colour() -> None:
-    gamut, device = press(), printable(500, 4)
+    gamut, device = press(), printable(250, 4)
     found = gamut.to_device(gamut.to_colour(device))
     assert found.black_least is not None
     assert found.black_most is not None
@@ -122,7 +122,7 @@ def test_no_recipe_exists_outside_of_the_range_of_black(colour: tuple[float, ...
 
 def test_rules_of_black_are_kept() -> None:
     gamut = press()
-    colours = gamut.to_colour(printable(500, 4))
+    colours = gamut.to_colour(printable(250, 4))
     rules: dict[str, Any] = {
         "none": "none", "half": 0.5, "maximum": "max", "least": "least-ink",
         "curve": [(0, 0.9), (40, 0.2), (100, 0.0)],
@@ -176,7 +176,7 @@ def test_greys_and_skin_have_the_black_of_eci(colour: tuple[float, ...], black: 
 
 
 def test_presets_are_ordered_by_their_black() -> None:
-    colours = press().to_colour(printable(500, 4))
+    colours = press().to_colour(printable(250, 4))
     black = [
         press().to_device(colours, black=preset).device[:, 3]
         for preset in ("none", "light", "medium", "heavy", "max")

@@ -220,7 +220,7 @@ for (const [pointer, sizes] of Object.entries(SIZES)) {
     await page.waitForFunction("window.gamutViewer.figures.triangles.every((count) => count > 4)");
     await page.click("#view");
     for (const [width, height] of sizes) {
-      await page.setViewport({ width, height, hasTouch: isTouch, isMobile: isTouch });
+      await page.setViewport({ ...page.viewport(), width, height });
       for (const kind of ["off", "lightness"]) {
         await page.select("#slice-kind", kind);
         await page.waitForSelector(kind === "off" ? "#section[hidden]" : "#section-chart svg");
@@ -228,7 +228,8 @@ for (const [pointer, sizes] of Object.entries(SIZES)) {
           await page.emulateMediaFeatures([{ name: "prefers-color-scheme", value: scheme }]);
           // The view follows the window at the next picture.
           await page.waitForFunction(
-            (wide) => innerWidth === wide && ((canvas) => canvas.width === canvas.clientWidth && canvas.height === canvas.clientHeight)(window.gamutViewer.canvas),
+            (wide) => innerWidth === wide && (({ width, height, clientWidth, clientHeight }) =>
+              width === Math.floor(clientWidth * devicePixelRatio) && height === Math.floor(clientHeight * devicePixelRatio))(window.gamutViewer.canvas),
             {},
             width,
           );

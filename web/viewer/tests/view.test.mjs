@@ -220,7 +220,7 @@ const PICTURES = {
 test("pages look like the stored pictures", async () => {
   const seen = [];
   for (const [name, [hash, given]] of Object.entries(PICTURES)) {
-    const page = await open(browser, `/view${hash}`, given);
+    const page = await open(browser, `/view${hash}`, { scale: 1, ...given });
     await drawn(page, hash.includes("triangles=400") ? 400 : FINEST);
     await page.waitForSelector("#chips:not([hidden])");
     if (/lightness|hue/.test(hash)) await page.waitForSelector("#section-chart svg");
