@@ -55,7 +55,7 @@ from gamutcore.colours import (
 from gamutcore.colours.device_model import Fit
 from gamutcore.colours.spaces import ColourSpace
 from gamutcore.decimation import decimate
-from gamutcore.errors import FlatPointsError, OptionError
+from gamutcore.errors import BoundaryError, FlatPointsError, OptionError
 from gamutcore.history import MINIMUM_TRIANGLES, build_history
 from gamutcore.levels import curve_counts, error_curve, round_up
 from gamutcore.limits import Limits, apply_limits
@@ -507,19 +507,22 @@ def _raised_to_folds(
             if sheets is None or colours.faces is None or colours.device is None:
                 break
             faces, first = colours.faces, len(colours.points)
-            triangles += len(sheets.corners)
             faces = SurfaceFaces(
                 np.concatenate([faces.corners, sheets.corners + np.int32(first)]),
                 np.append(faces.labels, np.full(len(sheets.corners), FOLD, np.int32)),
                 closed=False,
             )
-            colours = replace(
+            with_folds = replace(
                 colours,
                 points=np.concatenate([colours.points, sheets.points]),
                 device=np.concatenate([colours.device, device.model.limited.device(sheets.values)]),
                 faces=faces,
             )
-            wrapping = raise_wrapping(wrapping, colours.points, faces)
+            try:
+                wrapping = raise_wrapping(wrapping, with_folds.points, faces)
+            except BoundaryError:  # crumpled: spaces turn imaginary colours inside out
+                break
+            colours, triangles = with_folds, triangles + len(sheets.corners)
             error, values = _farthest_values(colours, wrapping.boundary)
             if error <= threshold:
                 break

@@ -27,6 +27,7 @@ import numpy as np
 
 from gamutcore.arrays import BooleanArray, FloatArray, IndexArray, LongArray
 from gamutcore.boundary.radial_hull import radial_hull
+from gamutcore.errors import BoundaryError
 from gamutcore.geometry import (
     Vector,
     add_cells,
@@ -67,6 +68,10 @@ MOST_CELLS = 400
 RIM = 1e-12
 """Distance from a triangle, as a share of the largest possible, that counts as within it."""
 
+MOST_CROSSINGS = 50
+"""Largest mean number of triangles that an examined edge passes through. Presses of seven inks have
+6. A sheet that is crumpled into a point has 560, which would take many minutes."""
+
 MOST_CROSSED = 256
 """Largest number of edges between the vertices of a pair. Pairs are edges of similar meshes, and
 cross few."""
@@ -91,7 +96,8 @@ def radial_envelope(position: FloatArray, corners: IndexArray, step: float) -> E
     """Return the outermost surface of triangles (m, 3), of any orientation, around the origin.
 
     Points (n, 3) are relative to the centre, on a grid with the given step. The envelope has no
-    faces if the triangles do not surround the centre.
+    faces if the triangles do not surround the centre. Raise `BoundaryError` if they are crumpled:
+    `MOST_CROSSINGS`.
     """
     if radial_volume(position, corners, np.zeros(3), COARSE).uncovered:
         return Envelope(position, np.empty((0, 3), np.int32), *_no_cuts(len(position)))
@@ -162,10 +168,15 @@ def _outermost_crossings(sheets: _Sheets, edges: IndexArray, seen: BooleanArray)
     near = np.zeros(len(seen), bool)
     near[sheets.corner[(count > 0) & (count < 3)]] = True
     examined = np.flatnonzero(near[edges].all(axis=1)).astype(np.int32)
-    room = len(examined)
-    found, crossings = _edge_crossings(sheets, edges[examined], room)
+    room, most = len(examined), MOST_CROSSINGS * (len(examined) + 1000)
+    found, crossings = _edge_crossings(sheets, edges[examined], room, most)
+    if found > most:
+        raise BoundaryError(
+            "The device's surface passes through itself too often.",
+            remedy="Ask for another colour space, or the modified convex hull.",
+        )
     if found > room:
-        _, crossings = _edge_crossings(sheets, edges[examined], found)
+        _, crossings = _edge_crossings(sheets, edges[examined], found, most)
     crossings = _EdgeCrossings(examined[crossings.edge], crossings.triangle, crossings.share)
     kept = np.flatnonzero(~_is_hidden(sheets, _points_on(sheets.position, edges, crossings)))
     kept = kept[np.lexsort((crossings.share[kept], crossings.edge[kept]))]
@@ -316,8 +327,13 @@ def _is_within(sheets: _Sheets, face: int, point: Vector) -> bool:
 
 
 @kernel
-def _edge_crossings(sheets: _Sheets, edges: IndexArray, room: int) -> tuple[int, _EdgeCrossings]:
-    """Return the number of crossings of edges and triangles, and the first `room` crossings."""
+def _edge_crossings(
+    sheets: _Sheets, edges: IndexArray, room: int, most: int
+) -> tuple[int, _EdgeCrossings]:
+    """Return the number of crossings of edges and triangles, and the first `room` crossings.
+
+    Counting ends after the edge with which there are more than `most`.
+    """
     position, plane = sheets.position, sheets.plane
     found_edge, found_face = np.empty(room, np.int32), np.empty(room, np.int32)
     found_share, count = np.empty(room), 0
@@ -329,6 +345,8 @@ def _edge_crossings(sheets: _Sheets, edges: IndexArray, room: int) -> tuple[int,
         share = min(max(-dot(a, along) / dot(along, along), 0.0), 1.0)
         closest = plus(a, scaled(share, along))
         nearest = np.sqrt(dot(closest, closest))
+        if count > most:
+            break
         for cell in cells[: add_cells(a, b, b, sheets.cells, cells, 0)]:
             for entry in range(sheets.start[cell], sheets.start[cell + 1]):
                 face = sheets.listed[entry]

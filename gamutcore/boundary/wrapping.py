@@ -117,7 +117,7 @@ def raise_wrapping(wrapping: Wrapping, points: FloatArray, faces: SurfaceFaces) 
     Raises
     ------
     BoundaryError
-        The surface is not valid, which is a fault of the program.
+        The folds pass through each other too often.
     """
     middle = wrapping.boundary.centre
     boundary = compute_boundary(points, "device-surface", middle, faces)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from gamutcore import Gamut
+from gamutcore import Gamut, reference
 
 if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
@@ -84,3 +84,13 @@ def test_measured_patches_are_in_gamut() -> None:
     residual = gamut.description["provenance"]["model"]["residual"]
     assert 0.05 < residual["mean"] < residual["largest"]
     assert gamut.distance(noisy, max_error=0).max() <= residual["largest"]
+
+
+def test_sheets_that_are_crumpled_are_not_raised() -> None:
+    """CAM16-UCS turns the imaginary colours of ProPhoto near black inside out: 16 million crossings.
+
+    The boundary stays as it is without folds, with an error that is said.
+    """
+    gamut = reference("prophoto-rgb", space="CAM16-UCS", surface_samples=2000)
+    assert gamut.description["boundary_error"] > 1.0
+    assert any("outside of the full" in each for each in gamut.conditions.build_warnings)
