@@ -297,13 +297,6 @@ class Settings(BaseSettings):
     """Largest number of rows of queries under way; more are answered with 429. A row takes up to 90
     bytes."""
 
-    max_batch_meshes: int = Field(default=100, ge=1, le=10_000)
-    """Largest number of meshes in one request."""
-
-    # As OBJ, this many triangles have less than 4 GiB, the limit of a zip archive.
-    max_batch_triangles: int = Field(default=10_000_000, ge=4, le=40_000_000)
-    """Largest number of triangles of all meshes in one request."""
-
     max_page_size: int = Field(default=100, ge=1, le=1000)
     """Largest number of entries on a page of a list."""
 

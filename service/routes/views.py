@@ -171,9 +171,9 @@ def named_gamut(name: str) -> dict[str, object]:
 async def compare_gamuts(request: Request) -> Response:
     """Compare two gamuts."""
     items = NamedGamuts.of(request).items
-    ids = [await checked_gamut(request, only(items, name), "query", name) for name in "ab"]
-    others = [item for item in items if item[0] not in {"a", "b"}]
-    values = _values(COMPARISON, others)
+    values = _values(COMPARISON, [item for item in items if item[0] not in {"a", "b"}])
+    names = {name: only(items, name) for name in "ab"}
+    ids = [await checked_gamut(request, names[name], "query", name) for name in names]
     return await _answer(request, COMPARISON, ids, values, _accepted_form(request))
 
 
