@@ -251,9 +251,10 @@ class _Line:
 class Admission:
     """The one door of the service. See the module's description.
 
-    `budget` is in bytes. A client has at most `most_waiting` requests waiting. `trim` gives free
-    memory back to the system. `running` counts places and `granted` bytes by class; `held` counts
-    bytes of values by kind, and `refused` the requests that were refused.
+    `budget` is in bytes, beside those of the `process` itself. A client has at most `most_waiting`
+    requests waiting. `trim` gives free memory back to the system. `running` counts places and
+    `granted` bytes by class; `held` counts bytes of values by kind, and `refused` the requests that
+    were refused.
     """
 
     def __init__(
@@ -261,6 +262,7 @@ class Admission:
         budget: int,
         *,
         most_waiting: int,
+        process: int = 0,
         patience: float = _PATIENCE,
         trim: Callable[[], None] | None = None,
     ) -> None:
@@ -276,6 +278,7 @@ class Admission:
         self.held: Counter[str] = Counter()
         self.refused = 0
         self._most_waiting = most_waiting
+        self._process = process
         self._patience = patience
         self._trim = trim
         self._caches: list[_Cache] = []
@@ -512,7 +515,12 @@ class Admission:
         if work is not Work.SMALL and nbytes > most:
             self.refused += 1
             detail = f"The request needs {nbytes} bytes of memory; the service has {most}."
-            raise ProblemError(Problem("memory-exceeded", detail))
+            setting = self._process + math.ceil(nbytes / (1 - _RESERVE))
+            remedy = (
+                "Ask for fewer triangles, pixels or rows, or ask the operator to set "
+                f"GAMUT_MEMORY_BYTES to {setting} or more."
+            )
+            raise ProblemError(Problem("memory-exceeded", detail, remedy=remedy))
         return work, nbytes
 
     def _is_free(self, work: Work, client: str) -> bool:

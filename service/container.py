@@ -85,6 +85,7 @@ class ServiceContainer:
         self.admission = Admission(
             memory_budget(settings) - PROCESS_BYTES,
             most_waiting=settings.client_requests,
+            process=PROCESS_BYTES,
             trim=return_free_pages,
         )
         self.library = Library(

@@ -4,6 +4,7 @@ import asyncio
 import contextlib
 import gc
 import itertools
+import re
 
 import pytest
 from hypothesis import given, settings
@@ -402,13 +403,16 @@ def test_turns_of_an_answer_in_pieces_pass_requests_that_wait_for_its_bytes():
 
 def test_what_never_fits_is_refused_at_once():
     async def scenario():
-        admission = Admission(BUDGET, most_waiting=9)
+        admission = Admission(BUDGET, most_waiting=9, process=10**6)
         with pytest.raises(ProblemError) as caught:
             await admission.enter(Work.VIEW, "a", lambda: MOST * UNIT + 1)
         problem = caught.value.problem
         assert (problem.code, problem.kind.status) == ("memory-exceeded", 422)
-        assert "GAMUT_MEMORY_BYTES" in problem.document()["remedy"]
         assert admission.refused == 1
+        # with the setting that the remedy states, it fits
+        (setting,) = re.findall(r"GAMUT_MEMORY_BYTES to (\d+) or more", problem.remedy)
+        larger = Admission(int(setting) - 10**6, most_waiting=9)
+        (await larger.enter(Work.VIEW, "a", lambda: MOST * UNIT + 1)).leave()
 
     run(scenario)
 
