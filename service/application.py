@@ -24,7 +24,6 @@ from service.http.requests import ControlCharacters, HeadAsGet
 from service.openapi.document import APP_METADATA, openapi_document
 from service.problems.handlers import add_exception_handlers, answer_exception
 from service.routes import (
-    batch,
     gamuts,
     jobs,
     links,
@@ -48,7 +47,7 @@ __all__ = ["access_rules", "create_app"]
 
 _ROUTERS = (
     queries.router,  # the router tries routes in turn, and single colours are asked for most often
-    *(gamuts.router, names.router, meshes.router, batch.router, references.router, jobs.router),
+    *(gamuts.router, names.router, meshes.router, references.router, jobs.router),
     *views.routers,
     links.router,
     *(state.router, metrics.router, pages.router, viewer.router),

@@ -6,11 +6,9 @@ Everything here belongs to the event loop's thread.
 from __future__ import annotations
 
 import asyncio
-import contextlib
-import heapq
-import itertools
 from concurrent.futures import ThreadPoolExecutor
 from contextvars import copy_context
+from functools import partial
 from typing import TYPE_CHECKING, Any, Generic, ParamSpec, TypeVar
 
 if TYPE_CHECKING:
@@ -62,58 +60,20 @@ class SingleFlight(Generic[Key, Value]):
 
 
 class Threads:
-    """A pool of threads for tasks, the earliest deadline first.
-
-    A task's deadline is its arrival plus a patience. A patience in proportion to the task's size
-    lets small tasks pass large ones, and no stream of small tasks delays a large one for ever.
-    """
+    """A pool of threads for work that has been admitted."""
 
     def __init__(self, threads: int, name: str) -> None:
         self._pool = ThreadPoolExecutor(threads, thread_name_prefix=name)
-        self._free = threads
-        self._waiting: list[tuple[float, int, asyncio.Future[None]]] = []
-        self._numbers = itertools.count()
 
-    async def run(
-        self, patience: float, function: Callable[P, T], *args: P.args, **kwargs: P.kwargs
-    ) -> T:
-        """Return the result of a function, which runs in a thread when it is its turn.
+    async def run(self, function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
+        """Return the result of a function that is too slow for the event loop.
 
-        `patience` is in seconds. The function is called in the context of the caller, so that
-        times measured in the thread belong to the request.
+        The function is called in the context of the caller, so that times measured in the thread
+        belong to the request.
         """
-        loop = asyncio.get_running_loop()
-        if self._free:
-            self._free -= 1
-        else:
-            turn = loop.create_future()
-            heapq.heappush(self._waiting, (loop.time() + patience, next(self._numbers), turn))
-            try:
-                await turn
-            except asyncio.CancelledError:
-                if not turn.cancelled():
-                    self._release()
-                raise
-        context = copy_context()
-        work = self._pool.submit(lambda: context.run(function, *args, **kwargs))
-
-        def release(_: object) -> None:
-            with contextlib.suppress(RuntimeError):  # the loop is closed
-                loop.call_soon_threadsafe(self._release)
-
-        # Not when the caller is cancelled: the thread goes on until the function returns.
-        work.add_done_callback(release)
-        return await asyncio.wrap_future(work)
+        work = partial(copy_context().run, function, *args, **kwargs)
+        return await asyncio.get_running_loop().run_in_executor(self._pool, work)
 
     def close(self) -> None:
         """End the threads."""
         self._pool.shutdown(wait=False, cancel_futures=True)
-
-    def _release(self) -> None:
-        """Pass a thread to the next task that still waits."""
-        while self._waiting:
-            turn = heapq.heappop(self._waiting)[2]
-            if not turn.done():
-                turn.set_result(None)
-                return
-        self._free += 1

@@ -13,15 +13,21 @@ from pathlib import Path
 
 from fastapi import Request
 
+from service.admission import Admission
 from service.building.builds import Builds
 from service.building.embedded import EmbeddedEngine
 from service.building.engine import BuildReport, Engine
 from service.building.kernels import Kernels
-from service.concurrency import Threads
 from service.http.bodies import Spool
 from service.jobs.book import JobBook
 from service.jobs.events import EventStreams
-from service.library import PROCESS_BYTES, Ledger, Library, keep_heap_small, memory_budget
+from service.library import (
+    PROCESS_BYTES,
+    Library,
+    keep_heap_small,
+    memory_budget,
+    return_free_pages,
+)
 from service.queries.pictures import Pictures
 from service.queries.queries import Queries
 from service.readiness import service_readiness
@@ -76,27 +82,27 @@ class ServiceContainer:
             settings.store_reserve_bytes,
             keep_inputs=settings.keep_inputs,
         )
-        memory = Ledger(memory_budget(settings) - PROCESS_BYTES)
+        self.admission = Admission(
+            memory_budget(settings) - PROCESS_BYTES,
+            most_waiting=settings.client_requests,
+            process=PROCESS_BYTES,
+            trim=return_free_pages,
+        )
         self.library = Library(
             self.store,
-            memory,
+            self.admission,
             settings.history_cache_bytes,
             settings.mesh_cache_bytes,
             settings.query_index_bytes,
         )
-        self.queries = Queries(
-            self.metrics.queries, most_rows=settings.query_rows, client_share=settings.client_share
-        )
-        self.pictures = Pictures(settings, memory)
-        # a link takes seconds of all cores, and must not hold a thread that others wait for
-        self.links = Threads(1, "links")
+        self.queries = Queries(self.metrics.queries, self.library)
+        self.pictures = Pictures(settings)
         self.spool = Spool(
             lambda: self.scratch_directory,
             most_body=settings.max_body_bytes,
             most_bodies=settings.arriving_bodies,
             most_bytes=max(settings.spool_bytes, settings.max_body_bytes),
             most_decoded=_LARGE_BODIES * settings.max_body_bytes,
-            share=settings.client_share,
         )
         book = JobBook.of_store(self.store, settings.build_attempts)
         observer = BuildObserver(self.metrics.builds, self.traces)
@@ -137,8 +143,6 @@ class ServiceContainer:
             await asyncio.gather(*background, return_exceptions=True)
             await self.builds.stop()
             await self.pictures.close()
-            self.links.close()
-            self.queries.close()
             self.library.close()
             # Closing joins threads, so it must not block the event loop.
             await asyncio.to_thread(self.store.close)

@@ -206,10 +206,9 @@ class Settings(BaseSettings):
     is slower, the newest with 503. Beyond 64 KiB each, bodies are on the disk: in `temporary/` of a
     store directory, in `/tmp` with a bucket."""
 
-    client_share: float = Field(default=0.25, gt=0, le=1)
-    """Part of `GAMUT_ARRIVING_BODIES`, `GAMUT_SPOOL_BYTES` and `GAMUT_QUERY_ROWS` that one key, or
-    one address without a key, has in any case. A client may use more while this part remains for
-    others; beyond that, its requests are answered with 429. A single request is always admitted."""
+    client_requests: PositiveInt = 64
+    """Largest number of requests of one key, or of one address without a key, that wait to be
+    computed; more are answered with 429. Clients take turns."""
 
     write_timeout: PositiveFloat = 30.0
     """Seconds after which a client that reads nothing of its answer is disconnected."""
@@ -277,10 +276,12 @@ class Settings(BaseSettings):
     """Largest number of clients that follow jobs by server-sent events."""
 
     memory_bytes: Annotated[NonNegativeInt, _memory_or("a share of the memory")] = 0
-    """Memory of the API process in bytes. Work that needs more waits, and is answered with 503 in
-    the end. 0: 60 % of the memory of the container or computer, less `GAMUT_BUILD_MEMORY_BYTES` for
-    each worker of this process, and at least 469762048 (448 MiB); otherwise at least 268435456
-    (256 MiB). The process takes 224 MiB of it, and the full boundary of a press 90 MB."""
+    """Memory of the API process in bytes. Work waits for its memory; a request that needs more than
+    seven eighths of it, less 224 MiB for the process, is answered with 422. 0: 60 % of the memory
+    of the container or computer, less `GAMUT_BUILD_MEMORY_BYTES` for each worker of this process,
+    and at least 469762048 (448 MiB); otherwise at least 268435456 (256 MiB). The full boundary of a
+    press takes 100 MB, a link between two presses 0.5 GB, and a mapped picture of 6 megapixels
+    0.5 GB."""
 
     history_cache_bytes: NonNegativeInt = 512 * _MEBIBYTE
     """Memory for open histories in bytes; the least recently used are removed."""
@@ -292,17 +293,6 @@ class Settings(BaseSettings):
     """Memory for indexes of the levels of one gamut in bytes; the least recently used are removed.
     They count for `GAMUT_HISTORY_CACHE_BYTES` as well. A level of 1,000 triangles takes 0.2 MB, a
     full boundary of 150,000 about 50 MB."""
-
-    query_rows: PositiveInt = 2_000_000
-    """Largest number of rows of queries under way; more are answered with 429. A row takes up to 90
-    bytes."""
-
-    max_batch_meshes: int = Field(default=100, ge=1, le=10_000)
-    """Largest number of meshes in one request."""
-
-    # As OBJ, this many triangles have less than 4 GiB, the limit of a zip archive.
-    max_batch_triangles: int = Field(default=10_000_000, ge=4, le=40_000_000)
-    """Largest number of triangles of all meshes in one request."""
 
     max_page_size: int = Field(default=100, ge=1, le=1000)
     """Largest number of entries on a page of a list."""

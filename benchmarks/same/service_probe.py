@@ -45,7 +45,6 @@ STRICT = {
     "max_body_bytes": "100000",
     "max_head_bytes": "4096",
     "max_inline_bytes": "2000",
-    "max_batch_meshes": "2",
     "max_page_size": "2",
     "max_surface_samples": "100000",
     "build_queue": "1",
@@ -101,9 +100,7 @@ mesh.icc?triangles=60 mesh.cge?triangles=60 mesh.fbx mesh?format=fbx mesh?format
 OTHERS = """/v1/gamuts/srgb /v1/gamuts/sRGB /v1/gamuts/srgbb /v1/gamuts/srgb?surface_samples=2000
 /v1/gamuts/srgb/mesh?triangles=50&space=Oklab&surface_samples=2000 /v1/gamuts/srgb?gamma=7
 /v1/gamuts/pointer/slice?lightness=40 /v1/comparisons?a=srgb&b={press}&sectors=4 /v1/comparisons
-/v1/comparisons?a=srgb /v1/comparisons?a={oklab}&b={press} /v1/comparisons?a=x&b=y /v1/meshes
-/v1/meshes?gamuts={press},srgb&triangles=20,50 /v1/meshes?gamuts={press},x&triangles=20
-/v1/meshes?gamuts={press}&max_error=2&format=ply /v1/meshes?gamuts=x&triangles=9"""
+/v1/comparisons?a=srgb /v1/comparisons?a={oklab}&b={press} /v1/comparisons?a=x&b=y"""
 
 QUERIES = """contains contains?distance=true contains?tolerance=2 contains?triangles=100
 contains?x=1 contains?max_error=0 contains?space=LCHab contains?space=x nearest
@@ -431,9 +428,6 @@ def _read_all(server: Server, ids: dict[str, str]) -> None:
     server.ask(f"/v1/gamuts/{ids['display']}/mesh.cge")
     for path in OTHERS.split():
         server.ask(path.format(**ids))
-    server.ask(
-        f"/v1/meshes?gamuts={ids['press']}&triangles=9", headers={"Accept": "multipart/mixed"}
-    )
     for path in (press, f"{press}/mesh?triangles=200", f"{press}/history", f"{press}/cusps?hues=4"):
         tag = server.ask(path, "HEAD").field("etag")
         for condition in CONDITIONS.split():
@@ -503,8 +497,7 @@ def _ask_strict(server: Server, inputs: Path) -> None:
             headers = {"Origin": origin, "Access-Control-Request-Method": "POST"}
             server.ask("/v1/references", method, headers)
     server.build(inputs / "files" / "FOGRA39L.ti3")
-    for path in ("/v1/gamuts?limit=9", "/v1/meshes?gamuts=srgb&triangles=10,20,30,40"):
-        server.ask(path)
+    server.ask("/v1/gamuts?limit=9")
     server.ask("/v1/gamuts/srgb?surface_samples=200000")
     server.ask("/v1/gamuts", headers={"X": "x" * 5000})
 

@@ -39,14 +39,15 @@ __all__ = [
     "IN_MEMORY",
     "Body",
     "Part",
-    "Refused",
-    "SharedAmount",
     "Spool",
     "check_head",
     "decoded",
     "parse_json",
     "read_form",
 ]
+
+SHARE = 0.25
+"""Part of the arriving bodies, and of their bytes, that a client has in any case."""
 
 IN_MEMORY = 64 * 1024
 """Bytes of a body that stay in memory, like the server's own buffer of a connection."""
@@ -280,13 +281,12 @@ class Spool:
         most_bodies: int,
         most_bytes: int,
         most_decoded: int,
-        share: float,
     ) -> None:
         self.folder = folder
         self.most_body = most_body
         self._arriving: set[Body] = set()
-        self._places = SharedAmount(most_bodies, share)
-        self._bytes = SharedAmount(most_bytes, share)
+        self._places = SharedAmount(most_bodies, SHARE)
+        self._bytes = SharedAmount(most_bytes, SHARE)
         self._most_decoded = most_decoded
         self._decoded = 0
         self._turn = asyncio.Lock()

@@ -32,7 +32,6 @@ EXPOSED_FIELDS = (
     "ETag",
     "Gamut-Edge-Width",
     "Gamut-Conditions",
-    "Gamut-Failures",
     "Gamut-Max-Error",
     "Gamut-Max-Mismatch",
     "Gamut-Reading",

@@ -1,5 +1,6 @@
 """Everything in memory that is made of gamuts: open gamuts, levels and encoded answers."""
 
+from service.library.cache import ByteBoundedCache
 from service.library.encoding import (
     MEDIA_TYPES,
     SUFFIXES,
@@ -8,15 +9,11 @@ from service.library.encoding import (
     PictureOptions,
 )
 from service.library.library import Library, OpenGamut, QueryLevel
-from service.library.memory import (
+from service.library.process_memory import (
     PROCESS_BYTES,
-    ByteBoundedCache,
-    Charge,
-    ChargedResponse,
-    Cost,
-    Ledger,
     keep_heap_small,
     memory_budget,
+    return_free_pages,
 )
 
 __all__ = [
@@ -24,16 +21,13 @@ __all__ = [
     "PROCESS_BYTES",
     "SUFFIXES",
     "ByteBoundedCache",
-    "Charge",
-    "ChargedResponse",
-    "Cost",
     "EncodedLevel",
     "EncodedResponse",
-    "Ledger",
     "Library",
     "OpenGamut",
     "PictureOptions",
     "QueryLevel",
     "keep_heap_small",
     "memory_budget",
+    "return_free_pages",
 ]

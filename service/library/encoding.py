@@ -26,11 +26,10 @@ from service.http.representations import (
     matches,
 )
 from service.http.request_context import timed
-from service.library.memory import Cost
 
 if TYPE_CHECKING:
+    from service.admission import Holding
     from service.library.library import OpenGamut
-    from service.library.memory import Charge
 
 __all__ = [
     "INLINE_TRIANGLES",
@@ -41,7 +40,6 @@ __all__ = [
     "EncodedResponse",
     "PictureOptions",
     "encode_level",
-    "encoding_cost",
 ]
 
 MEDIA_TYPES = {
@@ -91,14 +89,14 @@ class EncodedKey(NamedTuple):
 class EncodedLevel:
     """The representation of a mesh in a response: body, strong entity tag and header fields.
 
-    The entity tag is the digest of the body, and the header fields are for a 200 response. `charge`
-    covers the body's memory while the body is kept or being sent.
+    The entity tag is the digest of the body, and the header fields are for a 200 response.
+    `holding` counts the body's memory while the body is kept or being sent.
     """
 
     body: bytes = field(repr=False)
     etag: str
     headers: list[tuple[bytes, bytes]] = field(repr=False)
-    charge: Charge | None = field(default=None, repr=False, compare=False)
+    holding: Holding | None = field(default=None, repr=False, compare=False)
 
     @classmethod
     def of(
@@ -153,20 +151,13 @@ class EncodedLevel:
 
 
 class EncodedResponse(Response):
-    """The answer with a mesh, whose memory stays charged until it is sent."""
+    """The answer with a mesh, whose memory counts until it is sent."""
 
     def __init__(self, mesh: EncodedLevel, if_none_match: str | None) -> None:
         status, headers, body = mesh.response(if_none_match)
         super().__init__(body, status)
         self.raw_headers = headers
         self.mesh = mesh
-
-
-def encoding_cost(form: str | PictureOptions, triangles: int) -> int:
-    """Return the peak memory of encoding a level with the largest content coding."""
-    if isinstance(form, PictureOptions):
-        return Cost.PICTURE * triangles + Cost.PIXEL * form.size**2
-    return (Cost.FORMAT[form] + Cost.CODING) * triangles
 
 
 def encode_level(

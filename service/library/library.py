@@ -1,14 +1,13 @@
 """The library: open gamuts, and the levels, indexes and encoded answers that are made of them.
 
 `Library` opens a gamut, finds the level of a request, indexes or encodes it, and keeps what it made
-in caches that are bounded in bytes. Simultaneous requests for the same work share it. The memory
-for a whole request is charged first, see `service.library.memory`.
+in caches that are bounded in bytes. Simultaneous requests for the same work share it. Whoever asks
+holds a place with the bytes that `need` returns; see `service.admission`.
 
 Opening blocks on the store, unpacking takes up to tens of milliseconds, and a search for a limit
-0.02 to 0.5 s (seconds for more than a million triangles). All this runs in a few threads, and one
-search at a time, so that other requests keep the other threads and cores. Small levels that are
-unpacked are encoded on the event loop in about a millisecond. Everything here belongs to the event
-loop's thread.
+0.02 to 0.5 s (seconds for more than a million triangles). All this runs in threads. Small levels
+that are unpacked are encoded on the event loop in about a millisecond. Everything here belongs to
+the event loop's thread.
 """
 
 from __future__ import annotations
@@ -31,18 +30,18 @@ from gamutcore.history import MINIMUM_TRIANGLES
 from gamutcore.levels import BoundedLevel, LevelRequest, LevelSearch
 from gamutcore.limits import Limits
 from gamutcore.questions import INDEX_BYTES, black_rule
+from service.admission import Admission, Holding, Work, needed_bytes
 from service.concurrency import SingleFlight, Threads
 from service.http.representations import IDENTITY
 from service.http.request_context import timed
+from service.library.cache import ByteBoundedCache
 from service.library.encoding import (
     INLINE_TRIANGLES,
     EncodedKey,
     EncodedLevel,
     PictureOptions,
     encode_level,
-    encoding_cost,
 )
-from service.library.memory import ByteBoundedCache, Charge, Cost
 from service.storage.blobs import BlobNotFoundError, StoreFullError, StoreUnavailableError
 from service.storage.names import display_name
 
@@ -50,7 +49,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Hashable, Sequence
 
     from gamutcore.levels import LevelError, Side
-    from service.library.memory import Ledger
     from service.storage.gamuts import GamutStore
     from service.storage.published import PublishedGamut
 
@@ -66,14 +64,27 @@ histories, which are a hundred times as large, leave the memory."""
 _ENTRY_BYTES = 1024
 """Approximate memory of an encoded level besides the content: key, header fields, bookkeeping."""
 
-_THREADS = 2
-"""Number of histories that are opened or unpacked, and large levels that are encoded, at the same
-time."""
+_OPENED = 1 / 16
+"""Opening a gamut, as a part of unpacking all of it: the file, and a copy while the digest is
+checked."""
+
+_SIDED = 0.75
+"""Finding or making a level on one side, per triangle of the full boundary, in indexes."""
+
+_ENCODED = 2.0
+"""Encoding a level in the largest format (3MF, 690 bytes a triangle) and compressing it, in indexes
+of the level."""
+
+_DRAWN_PIXELS = 4 / 3
+"""Memory of a drawn pixel, in pixels that are mapped."""
+
+_FITTED = 1 / 2
+"""Fitting a device model, per square of the number of patches, in pixels: a matrix, two copies."""
 
 
 @dataclass(frozen=True)
 class OpenGamut:
-    """A gamut in memory, with its record, history and charge.
+    """A gamut in memory, with its record and history.
 
     A newer gamut with another record may have the same id. `provenance` is for mesh files, `space`
     is the space of the coordinates, and `name` is for the names of files.
@@ -84,20 +95,20 @@ class OpenGamut:
     provenance: dict[str, str]
     space: ColourSpace
     name: str
-    charge: Charge = field(repr=False)
+    holding: Holding = field(repr=False)
 
 
 class QueryLevel(NamedTuple):
     """A level that is ready for queries: the gamut has it indexed.
 
     `max_error` is an upper bound of the distance from the full boundary, in units of the space. The
-    gamut's `charge` keeps its memory charged as long as the level is in use.
+    gamut's `holding` counts its memory as long as the level is in use.
     """
 
     gamut: Gamut
     triangles: int
     max_error: float
-    charge: Charge
+    holding: Holding | None = None
 
     @property
     def axes(self) -> tuple[str, str, str]:
@@ -108,34 +119,33 @@ class QueryLevel(NamedTuple):
 class Library:
     """The gamuts of a store, and what is made of them.
 
-    `memory` accounts for everything. The caches have open gamuts with the indexes of their levels
-    (up to `gamut_bytes`, of which `index_bytes` are for the indexes of one gamut), encoded levels
-    (up to `mesh_bytes`), and the searches for levels, also of closed gamuts. `searching` counts
-    the searches under way: one that runs, and those that wait for it.
+    The caches have open gamuts with the indexes of their levels (up to `gamut_bytes`, of which
+    `index_bytes` are for the indexes of one gamut), encoded levels (up to `mesh_bytes`), and the
+    searches for levels, also of closed gamuts.
     """
 
     def __init__(
         self,
         store: GamutStore,
-        memory: Ledger,
+        admission: Admission,
         gamut_bytes: int,
         mesh_bytes: int,
         index_bytes: int = INDEX_BYTES,
     ) -> None:
-        self.memory = memory
-        self.searching = 0
+        self.admission = admission
         self._store = store
         self._index_bytes = index_bytes
         self._open: ByteBoundedCache[str, OpenGamut] = ByteBoundedCache(gamut_bytes)
         self._encoded: ByteBoundedCache[EncodedKey, EncodedLevel] = ByteBoundedCache(mesh_bytes)
         self._searches: ByteBoundedCache[str, LevelSearch] = ByteBoundedCache(_SEARCH_BYTES)
-        memory.add(self._open)
-        memory.add(self._encoded)
+        admission.add(self._open)
+        admission.add(self._encoded)
         # Also those in use that have left the cache: opening them again would double their memory.
         self._used: WeakValueDictionary[str, OpenGamut] = WeakValueDictionary()
         self._flights: SingleFlight[tuple[Hashable, ...], Any] = SingleFlight()
-        self._threads = Threads(_THREADS, "library")
-        self._turn = asyncio.Semaphore(1)
+        # one for every place, so that whoever holds a place has a thread
+        places = (*admission.places.values(), *admission.first_places.values())
+        self._threads = Threads(sum(places), "work")
 
     @property
     def caches(self) -> dict[str, ByteBoundedCache[Any, Any]]:
@@ -144,7 +154,7 @@ class Library:
 
     async def in_thread(self, function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
         """Return the result of a function that is too slow for the event loop."""
-        return await self._threads.run(0.0, function, *args, **kwargs)
+        return await self._threads.run(function, *args, **kwargs)
 
     async def rename(self, gamut_id: str) -> None:
         """Read the name of a gamut again, and give its files the new name from now on."""
@@ -182,47 +192,68 @@ class Library:
         found = self._open.get(gamut_id)
         if found is None:
             found = self._used.get(gamut_id)
-            if found is not None and not self.memory.waiting:
+            if found is not None:
                 # It had to give way while it was in use.
                 self._keep(found)
         if found is not None:
             self._store.mark_used(gamut_id)
         return found
 
-    async def gamut(self, gamut_id: str, charge: Charge | None = None) -> OpenGamut:
-        """Return a gamut, after opening it if needed.
+    async def gamut(self, gamut_id: str, client: str) -> OpenGamut:
+        """Return a gamut, after opening it in a place of its own if needed.
 
-        A given `charge` includes `unpacking_cost`; otherwise the memory for opening is charged.
+        Raise `GamutNotStoredError` if the gamut is missing or damaged.
+        """
+        opened = self.find_open(gamut_id)
+        if opened is not None:
+            return opened
+        full = _full_count(await self.record(gamut_id))
+
+        def need() -> int:
+            return 0 if gamut_id in self._used else needed_bytes(unpacked=_OPENED * full)
+
+        async with self.admission.place(Work.SMALL, client, need):
+            return await self.open(gamut_id)
+
+    async def open(self, gamut_id: str) -> OpenGamut:
+        """Return a gamut, after opening it if needed. The caller holds the bytes; see `need`.
+
         Raise `GamutNotStoredError` if the gamut is missing or damaged.
         """
         found: OpenGamut | None = self.find_open(gamut_id)
         if found is None:
             found = await self._flights.value(
-                (gamut_id, "open"), lambda: self._open_and_keep(gamut_id, charge)
+                (gamut_id, "open"), lambda: self._open_and_keep(gamut_id)
             )
         return found
+
+    def model_need(self, record: PublishedGamut) -> int:
+        """Return the bytes for `load_device_model`."""
+        opened = self._used.get(record.id)
+        if opened is not None and opened.gamut.has_inverse:
+            return 0
+        patches = record.description["provenance"].get("patches", {}).get("used", 0)
+        return needed_bytes(models=1, pixels=_FITTED * patches**2)
 
     async def load_device_model(self, gamut_id: str) -> OpenGamut:
         """Return a gamut with its device model and the inverse, from the store or from the input.
 
-        The object stays the one in use while the caller keeps it.
+        The object stays the one in use while the caller keeps it. The caller holds the bytes; see
+        `model_need`.
 
         Raise `DeviceModelError` if the gamut is of colours only, or its input is gone, and
         `GamutNotStoredError` if the gamut is missing.
         """
-        opened = await self.gamut(gamut_id)
+        opened = await self.open(gamut_id)
         if opened.gamut.has_inverse:
             return opened
         if not opened.gamut.is_of_device:
             raise opened.gamut.no_device_model()
-        patches = opened.gamut.description["provenance"].get("patches", {}).get("used", 0)
-        cost = Cost.MODEL + Cost.PATCHES * patches**2
 
         async def load() -> None:
-            with await self.memory.charge("work", lambda: cost) as charge:
-                with timed("model"):
-                    await self.in_thread(self._prepare_recipes, opened)
-                self.settle(opened, charge)
+            with timed("model"):
+                await self.in_thread(self._prepare_recipes, opened)
+            self.settle(opened)
 
         await self._flights.value((gamut_id, "model"), load)
         return opened
@@ -261,20 +292,20 @@ class Library:
             raise gamut.no_device_model()
         return made[0].to_bytes()
 
-    def unpacking_cost(self, record: PublishedGamut, triangles: int) -> int:
-        """Return the peak memory of opening a gamut and unpacking an existing level."""
+    def unpacked(self, record: PublishedGamut, triangles: float) -> float:
+        """Return the triangles to unpack for an existing level of a gamut, after opening it."""
         opened = self._used.get(record.id)
-        if opened is not None and opened.gamut.history.is_unpacked(triangles):
-            return 0
+        full = _full_count(record)
+        if opened is None:
+            return min(full, 2 * triangles) + _OPENED * full
         # Groups of splits double in size, and a level needs all of its last group.
-        unpacked = min(_full_count(record), 2 * triangles)
-        return Cost.UNPACK * unpacked + (0 if opened else Cost.FILE_BYTE * record.nbytes)
+        return 0 if opened.gamut.history.is_unpacked(int(triangles)) else min(full, 2 * triangles)
 
     async def unpack(self, opened: OpenGamut, triangles: int) -> None:
         """Unpack an existing level of an open gamut, so that it can be read.
 
-        The caller has charged `unpacking_cost`, and calls `settle` in the end. Raise
-        `GamutDamagedError` if the history file is damaged.
+        The caller calls `settle` in the end. Raise `GamutDamagedError` if the history file is
+        damaged.
         """
         record, history = opened.record, opened.gamut.history
         if history.is_unpacked(triangles):
@@ -292,34 +323,24 @@ class Library:
                 reason = str(error)
                 raise await self.in_thread(self._store.set_aside, record, reason) from error
 
-    def settle(self, opened: OpenGamut, charge: Charge) -> None:
-        """Give a gamut the memory that it has grown by, out of the charge of the work on it."""
-        gamut_id, nbytes, search = opened.record.id, opened.gamut.nbytes, opened.gamut.search
-        opened.charge.shrink(nbytes)
-        has_room = self.memory.raise_to(opened.charge, nbytes, charge)
+    def settle(self, opened: OpenGamut) -> None:
+        """Count what a gamut has grown by, after work on it."""
+        gamut_id, search = opened.record.id, opened.gamut.search
+        opened.holding.resize(opened.gamut.nbytes)
         # Nothing is kept of a gamut that was deleted or renamed meanwhile.
-        if self._used.get(gamut_id) is not opened:
-            return
-        if not has_room:
-            self._open.discard(gamut_id)
-        elif gamut_id in self._open or not self.memory.waiting:
+        if self._used.get(gamut_id) is opened:
             self._keep(opened)
-        self._searches.put(gamut_id, search, search.nbytes)
+            self._searches.put(gamut_id, search, search.nbytes)
 
     def _keep(self, opened: OpenGamut) -> None:
         self._used[opened.record.id] = opened
         self._open.put(opened.record.id, opened, opened.gamut.nbytes)
 
-    async def _open_and_keep(self, gamut_id: str, charge: Charge | None) -> OpenGamut:
-        if charge is None:
-            record = await self.record(gamut_id)
-            cost = Cost.FILE_BYTE * record.nbytes
-            with await self.memory.charge("work", lambda: cost) as own:
-                return await self._open_and_keep(gamut_id, own)
+    async def _open_and_keep(self, gamut_id: str) -> OpenGamut:
         with timed("open"):
             search = self._searches.get(gamut_id)
             opened = await self.in_thread(self._open_from_store, gamut_id, search)
-        self.settle(opened, charge)
+        opened.holding.resize(opened.gamut.nbytes)
         # A gamut that was deleted while it was opened is returned but not kept.
         if self._flights.is_current((gamut_id, "open")):
             self._keep(opened)
@@ -333,8 +354,8 @@ class Library:
             raise self._store.set_aside(record, str(error)) from error
         provenance = mesh_provenance(gamut.description)
         name = display_name(record, self._store.names.read(gamut_id))
-        charge = Charge(self.memory, "gamuts", 0)
-        return OpenGamut(record, gamut, provenance, gamut.colour_space, name, charge)
+        holding = self.admission.hold("gamuts", 0)
+        return OpenGamut(record, gamut, provenance, gamut.colour_space, name, holding)
 
     # --- levels -----------------------------------------------------------------------------------
 
@@ -355,54 +376,50 @@ class Library:
         search = self._search_of(record.id) or LevelSearch(record.description["levels"])
         return search.largest_count(request)
 
-    def finding_cost(self, record: PublishedGamut, request: LevelRequest) -> int:
-        """Return the peak memory of opening a gamut, and of finding and unpacking a level."""
+    def _find_need(self, record: PublishedGamut, request: LevelRequest) -> int:
+        """Return the bytes for opening a gamut, and for finding and unpacking a level."""
         full = _full_count(record)
         if request.side != "both":
-            return self.unpacking_cost(record, full) + Cost.SIDE * full
+            return needed_bytes(unpacked=self.unpacked(record, full), prepared=_SIDED * full)
         if request.limits is None or self.find_known(record.id, request):
             triangles = max(MINIMUM_TRIANGLES, min(full, self.largest_count(record, request)))
-            return self.unpacking_cost(record, triangles)
-        return self.unpacking_cost(record, full) + Cost.SEARCH * full
+            return needed_bytes(unpacked=self.unpacked(record, triangles))
+        # A search is a part of unpacking.
+        return needed_bytes(unpacked=max(self.unpacked(record, full), full / 3))
 
     async def find(self, opened: OpenGamut, request: LevelRequest) -> BoundedLevel:
         """Return a level, as `LevelSearch.find` does.
 
         Raise `TriangleCountError` if the gamut has no such level, and `GamutDamagedError` if the
-        history file is damaged. The caller has charged `finding_cost`.
+        history file is damaged.
         """
         search, history = opened.gamut.search, opened.gamut.history
         known = search.find_known(request)
         if known is not None or request.limits is None:
             return known or search.find(history, request)
-        return await self._search(
-            opened,
-            request,
-            lambda: search.find_known(request),
-            lambda: search.find(history, request),
-        )
+        return await self._search(opened, request, lambda: search.find(history, request))
 
-    async def curve(self, opened: OpenGamut, side: Side) -> list[LevelError]:
+    async def curve(self, gamut_id: str, side: Side, client: str) -> list[LevelError]:
         """Return the error curve of one side, `inside` or `outside`.
 
         Raise `GamutDamagedError` if the history file is damaged.
         """
-        search, history = opened.gamut.search, opened.gamut.history
-        known = search.known_curve(side)
-        if known is not None:
-            return known
+        record = await self.record(gamut_id)
         request = LevelRequest(max_error=0.0, side=side)
-        with await self.memory.charge(
-            "work", lambda: self.finding_cost(opened.record, request)
-        ) as charge:
-            curve = await self._search(
-                opened,
-                side,
-                lambda: search.known_curve(side),
-                lambda: search.curve(history, side),
-            )
-            self.settle(opened, charge)
-        return curve
+
+        def need() -> int:
+            search = self._search_of(gamut_id)
+            is_known = search is not None and search.known_curve(side) is not None
+            return 0 if is_known else self._find_need(record, request)
+
+        async with self.admission.place(Work.VIEW, client, need, need()):
+            opened = await self.open(gamut_id)
+            search, history = opened.gamut.search, opened.gamut.history
+            known = search.known_curve(side)
+            if known is None:
+                known = await self._search(opened, side, lambda: search.curve(history, side))
+                self.settle(opened)
+            return known
 
     def _search_of(self, gamut_id: str) -> LevelSearch | None:
         """Return the search for levels of a gamut that is or was open; else None."""
@@ -412,71 +429,47 @@ class Library:
         return search
 
     async def _search(
-        self,
-        opened: OpenGamut,
-        wanted: LevelRequest | Side,
-        find_known: Callable[[], T | None],
-        find: Callable[[], T],
+        self, opened: OpenGamut, wanted: LevelRequest | Side, find: Callable[[], T]
     ) -> T:
-        """Find a result in a thread, after the other searches."""
+        """Find a result in a thread, once for all that want it."""
 
-        async def find_in_turn() -> T:
-            self.searching += 1
-            try:
-                with timed("wait"):
-                    await self._turn.acquire()
-                try:
-                    result = find_known()  # the searches before this one may have found it
-                    if result is None:
-                        await self.unpack(opened, opened.gamut.history.triangles)
-                        with timed("choose"):
-                            result = await self.in_thread(find)
-                finally:
-                    self._turn.release()
-            finally:
-                self.searching -= 1
-            return result
+        async def unpack_and_find() -> T:
+            await self.unpack(opened, opened.gamut.history.triangles)
+            with timed("choose"):
+                return await self.in_thread(find)
 
         key = opened.record.id, "search", wanted
-        found: T = await self._flights.value(key, find_in_turn)
+        found: T = await self._flights.value(key, unpack_and_find)
         return found
 
     # --- indexed levels ---------------------------------------------------------------------------
 
+    def need(self, wanted: Sequence[tuple[PublishedGamut, LevelRequest]]) -> int:
+        """Return the bytes for `levels`."""
+        return sum(0 if self._is_indexed(*each) else self._index_need(*each) for each in wanted)
+
+    def largest_counts(self, wanted: Sequence[tuple[PublishedGamut, LevelRequest]]) -> int:
+        """Return an upper bound of the triangles of `levels`."""
+        return sum(min(_full_count(each[0]), self.largest_count(*each)) for each in wanted)
+
     async def levels(
-        self,
-        wanted: Sequence[tuple[PublishedGamut, LevelRequest]],
-        answer_bytes: Callable[[int], int],
-    ) -> tuple[list[QueryLevel], Charge]:
-        """Return one level per gamut, indexed, and the charge of the memory for the answer.
+        self, wanted: Sequence[tuple[PublishedGamut, LevelRequest]]
+    ) -> list[QueryLevel]:
+        """Return one level per gamut, indexed. The caller holds the bytes; see `need`.
 
-        `answer_bytes` gives the memory of the answer by the number of triangles of all levels.
-        Raise `TriangleCountError` if a gamut has no such level, `GamutDamagedError` if a history
-        file is damaged, and `ProblemError` if there is no memory.
+        Raise `TriangleCountError` if a gamut has no such level, and `GamutDamagedError` if a
+        history file is damaged.
         """
-        counts = [min(_full_count(each[0]), self.largest_count(*each)) for each in wanted]
-        answer = answer_bytes(sum(counts))
-        costs = [
-            self._indexing_cost(*each, count) for each, count in zip(wanted, counts, strict=True)
-        ]
+        return [await self._indexed(*each) for each in wanted]
 
-        def need() -> int:
-            made = zip(wanted, costs, strict=True)
-            return answer + sum(0 if self._is_indexed(*each) else cost for each, cost in made)
-
-        charge = await self.memory.charge("work", need)
-        levels = [await self._indexed(*each, charge) for each in wanted]
-        charge.shrink(answer)
-        return levels, charge
-
-    def _indexing_cost(self, record: PublishedGamut, request: LevelRequest, triangles: int) -> int:
-        """Return the peak memory of making an indexed level of at most so many triangles."""
-        finding = self.finding_cost(record, request)
+    def _index_need(self, record: PublishedGamut, request: LevelRequest) -> int:
+        full = _full_count(record)
+        triangles = min(full, self.largest_count(record, request))
+        finding = self._find_need(record, request)
         if all(level["triangles"] != triangles for level in record.description["levels"]):
             # its error bound needs a comparison with the full boundary
-            full = _full_count(record)
-            finding = max(finding, self.unpacking_cost(record, full) + Cost.SEARCH * full)
-        return finding + Cost.INDEX * triangles
+            finding = max(finding, needed_bytes(unpacked=self.unpacked(record, full)))
+        return finding + needed_bytes(prepared=triangles)
 
     def _is_indexed(self, record: PublishedGamut, request: LevelRequest) -> bool:
         """Return whether a level is there, or others make it."""
@@ -485,22 +478,18 @@ class Library:
         opened = self._used.get(record.id)
         return opened is not None and _find_indexed(opened, request) is not None
 
-    async def _indexed(
-        self, record: PublishedGamut, request: LevelRequest, charge: Charge
-    ) -> QueryLevel:
+    async def _indexed(self, record: PublishedGamut, request: LevelRequest) -> QueryLevel:
         opened = self.find_open(record.id)
         ready = None if opened is None else _find_indexed(opened, request)
         if ready is not None:
             return ready
         made: QueryLevel = await self._flights.value(
-            (record.id, "index", request), lambda: self._index(record, request, charge)
+            (record.id, "index", request), lambda: self._index(record, request)
         )
         return made
 
-    async def _index(
-        self, record: PublishedGamut, request: LevelRequest, charge: Charge
-    ) -> QueryLevel:
-        opened = await self.gamut(record.id, charge)
+    async def _index(self, record: PublishedGamut, request: LevelRequest) -> QueryLevel:
+        opened = await self.open(record.id)
         triangles, _ = await self.find(opened, request)
         search, history = opened.gamut.search, opened.gamut.history
         # The error bound may need a comparison with the full boundary.
@@ -509,8 +498,8 @@ class Library:
         with timed("index"):
             await self.in_thread(opened.gamut.levels.level, triangles)
             max_error = await self.in_thread(search.error_bound, history, triangles)
-        self.settle(opened, charge)
-        return QueryLevel(opened.gamut, triangles, max_error, opened.charge)
+        self.settle(opened)
+        return QueryLevel(opened.gamut, triangles, max_error, opened.holding)
 
     # --- encoded levels ---------------------------------------------------------------------------
 
@@ -535,12 +524,18 @@ class Library:
                 return None
             made = encode_level(opened, key, self._encoded.get(key.plain))
             mesh = self._keep_encoded(made, opened)[key]
+            self.admission.shrink_caches()
         return mesh if request.limits is None else mesh.with_bounds(level.bounds)
 
     async def mesh(
-        self, gamut_id: str, request: LevelRequest, format_name: str, coding: str = IDENTITY
+        self,
+        gamut_id: str,
+        request: LevelRequest,
+        format_name: str,
+        coding: str = IDENTITY,
+        client: str = "",
     ) -> EncodedLevel:
-        """Return a mesh; parameters as for `find_mesh`.
+        """Return a mesh for a client; other parameters as for `find_mesh`.
 
         Raise `GamutNotStoredError` if the gamut is missing or damaged, and `TriangleCountError` if
         it has no such level.
@@ -554,20 +549,19 @@ class Library:
         def need() -> int:
             if self.find_mesh(gamut_id, request, format_name, coding) is not None:
                 return 0
-            triangles = min(full, self.largest_count(record, request))
-            side = 0 if request.side == "both" else Cost.SIDE * full
-            encoding = encoding_cost(format_name, triangles)
-            return self.finding_cost(record, request) + encoding + side
+            triangles = _ENCODED * min(full, self.largest_count(record, request))
+            triangles += 0 if request.side == "both" else _SIDED * full
+            return self._find_need(record, request) + needed_bytes(prepared=triangles)
 
-        with await self.memory.charge("work", need) as charge:
-            opened = await self.gamut(gamut_id, charge)
+        async with self.admission.place(Work.VIEW, client, need, need()):
+            opened = await self.open(gamut_id)
             triangles, bounds = await self.find(opened, request)
             key = EncodedKey(gamut_id, triangles, format_name, coding, request.side)
-            mesh = await self._encode(opened, key, charge)
+            mesh = await self._encode(opened, key)
         return mesh if request.limits is None else mesh.with_bounds(bounds)
 
     async def picture(
-        self, gamut_id: str, request: LevelRequest, options: PictureOptions, most: int
+        self, gamut_id: str, request: LevelRequest, options: PictureOptions, most: int, client: str
     ) -> EncodedLevel:
         """Return a picture of a level of at most `most` triangles; raises as `mesh` does."""
         record = await self.record(gamut_id)
@@ -577,10 +571,11 @@ class Library:
             triangles = min(most, self.largest_count(record, request))
             if self._encoded.get(EncodedKey(gamut_id, triangles, options)) is not None:
                 return 0
-            return self.finding_cost(record, request) + encoding_cost(options, triangles)
+            drawing = needed_bytes(prepared=triangles, pixels=_DRAWN_PIXELS * options.size**2)
+            return self._find_need(record, request) + drawing
 
-        with await self.memory.charge("work", need) as charge:
-            opened = await self.gamut(gamut_id, charge)
+        async with self.admission.place(Work.VIEW, client, need, need()):
+            opened = await self.open(gamut_id)
             count, _ = await self.find(opened, request)
             if count > most:
                 raise TriangleCountError(
@@ -588,9 +583,9 @@ class Library:
                     where={"field": "max_error"},
                     remedy=f"Give a larger limit, or up to {most} triangles.",
                 )
-            return await self._encode(opened, EncodedKey(gamut_id, count, options), charge)
+            return await self._encode(opened, EncodedKey(gamut_id, count, options))
 
-    async def _encode(self, opened: OpenGamut, key: EncodedKey, charge: Charge) -> EncodedLevel:
+    async def _encode(self, opened: OpenGamut, key: EncodedKey) -> EncodedLevel:
         """Return an encoded level from the cache, or make and keep it."""
 
         async def encode() -> EncodedLevel:
@@ -601,28 +596,23 @@ class Library:
             needed = key.triangles if key.side == "both" else opened.gamut.history.triangles
             await self.unpack(opened, needed)
             made = await self.in_thread(encode_level, opened, key, plain)
-            return self._keep_encoded(made, opened, charge)[key]
+            return self._keep_encoded(made, opened)[key]
 
         encoded = self._encoded.get(key)
         if encoded is None:
             encoded = await self._flights.value(key, encode)
-        self.settle(opened, charge)
+        self.settle(opened)
         return encoded
 
     def _keep_encoded(
-        self,
-        made: dict[EncodedKey, EncodedLevel],
-        opened: OpenGamut,
-        charge: Charge | None = None,
+        self, made: dict[EncodedKey, EncodedLevel], opened: OpenGamut
     ) -> dict[EncodedKey, EncodedLevel]:
-        """Charge encoded levels; keep them unless the gamut was deleted or renamed meanwhile."""
+        """Count encoded levels; keep them unless the gamut was deleted or renamed meanwhile."""
         kept = {}
         for key, level in made.items():
             nbytes = len(level.body) + _ENTRY_BYTES
-            own = Charge(self.memory, "meshes", 0)
-            has_room = self.memory.raise_to(own, nbytes, charge)
-            kept[key] = replace(level, charge=own)
-            if has_room and self._used.get(key.gamut_id) is opened:
+            kept[key] = replace(level, holding=self.admission.hold("meshes", nbytes))
+            if self._used.get(key.gamut_id) is opened:
                 self._encoded.put(key, kept[key], nbytes)
         return kept
 
@@ -642,4 +632,4 @@ def _find_indexed(opened: OpenGamut, request: LevelRequest) -> QueryLevel | None
     max_error = gamut.search.find_error_bound(known.triangles)
     if max_error is None:
         return None
-    return QueryLevel(gamut, known.triangles, max_error, opened.charge)
+    return QueryLevel(gamut, known.triangles, max_error, opened.holding)

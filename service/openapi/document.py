@@ -162,4 +162,4 @@ def _with_named_schemas(node: Any, schemas: dict[str, Any]) -> Any:  # noqa: ANN
 
 def _takes_slugs(path: str) -> bool:
     """Return whether an operation takes slugs of reference gamuts in place of ids."""
-    return path.startswith("/v1/gamuts/{gamut_id}") or path == "/v1/meshes"
+    return path.startswith("/v1/gamuts/{gamut_id}")

@@ -13,7 +13,6 @@ from service.problems.kinds import KINDS
 from service.problems.problem import MEDIA_TYPE, Problem
 
 __all__ = [
-    "BATCH_RESPONSE",
     "EXAMPLE_GAMUT",
     "EXAMPLE_ID",
     "EXAMPLE_JOB",
@@ -244,10 +243,6 @@ def gamut_links(expression: str) -> dict[str, Any]:
             "deleteGamut",
         )
     }
-    links["downloadMeshes"] = {
-        "operationId": "downloadMeshes",
-        "parameters": {"gamuts": expression},
-    }
     return links | job_links(expression)
 
 
@@ -301,34 +296,6 @@ MESH_HEADERS: dict[str, Any] = {
         'inline; filename="Coated offset-510.glb"',
     ),
     "Vary": header("Request fields that select the content.", "Accept, Accept-Encoding"),
-}
-
-
-BATCH_RESPONSE: dict[str, Any] = {
-    "description": "The meshes.",
-    "headers": {
-        "Gamut-Failures": header("Number of missing meshes.", 0),
-        "ETag": header(
-            "Strong entity tag: SHA-256 of the body. Streamed answers have none.",
-            f'"{EXAMPLE_ID}"',
-        ),
-        "Cache-Control": header(
-            "The content is immutable. `no-store` if meshes are missing.",
-            IMMUTABLE,
-        ),
-        "Content-Disposition": header(
-            "File name of a zip archive. It starts with the first 12 characters of the gamut's id "
-            "if all meshes are of one gamut.",
-            f'attachment; filename="{EXAMPLE_ID[:12]}-meshes.zip"',
-        ),
-        "Vary": header("Request fields that select the content.", "Accept"),
-    },
-    "content": binary_content(
-        {
-            "application/zip": "GAMUT/TRIANGLES.SUFFIX for each mesh, and index.json",
-            "multipart/mixed": "One part for each mesh or problem",
-        }
-    ),
 }
 
 

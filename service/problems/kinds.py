@@ -250,9 +250,9 @@ _TABLE = {
         {"limit": 10000},
     ),
     "queries-busy": Kind(
-        "Too many rows are being answered",
-        "Try again after the time in Retry-After.",
-        "2000000 rows are being answered.",
+        "The client has too many requests waiting",
+        "Wait for answers before sending more, or try again after the time in Retry-After.",
+        "The client has 64 requests waiting.",
         status=429,
     ),
     "share-exceeded": Kind(
@@ -262,16 +262,15 @@ _TABLE = {
         status=429,
     ),
     "memory-busy": Kind(
-        "The memory is in use",
+        "The request has waited too long",
         "Try again after the time in Retry-After.",
-        "500000000 of 500000000 bytes are in use, and 12 requests wait.",
+        "The request waited for 300 s.",
         status=503,
     ),
     "memory-exceeded": Kind(
         "The request needs more memory than there is",
-        "Ask for fewer triangles, pixels or rows, or raise GAMUT_MEMORY_BYTES.",
+        "Ask for fewer triangles, pixels or rows. The operator can raise GAMUT_MEMORY_BYTES.",
         "The request needs 700000000 bytes of memory; the service has 500000000.",
-        status=503,
     ),
     "invalid-name": Kind(
         "The name is not valid",
@@ -516,7 +515,10 @@ KINDS: Mapping[str, Kind] = {code: replace(kind, code=code) for code, kind in _T
 """All kinds of problems by code."""
 
 _NOT_OF_BUILDS = frozenset(
-    {"invalid-body", "invalid-name", "invalid-parameter", "too-many-rows", "triangle-count"}
+    {
+        *("invalid-body", "invalid-name", "invalid-parameter", "memory-exceeded"),
+        *("too-many-rows", "triangle-count"),
+    }
 )
 
 BUILD_PROBLEMS = tuple(

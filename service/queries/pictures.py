@@ -3,28 +3,26 @@
 Decoders of pictures are native code, and a hostile file may take them over, so the API process
 decodes none. The process is the worker of builds (`service.building.worker`), which is started for
 the first picture and ended when no picture has come for a while. A picture is measured first. Its
-memory is then charged, and is the limit of the process.
+memory is then added to its place (`service.admission`), and is the limit of the process.
 """
 
 from __future__ import annotations
 
 import asyncio
-import contextlib
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from service.admission import MODEL_BYTES, needed_bytes
 from service.building.process import WORKER_COMMAND, BuildProcess, ProcessDiedError, private_bytes
-from service.http.bodies import Refused, SharedAmount
 from service.http.request_context import timed
-from service.library import Cost
 from service.problems.problem import Problem, ProblemError, sentence
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Sequence
     from pathlib import Path
 
-    from service.library import Charge, Ledger
+    from service.admission import Place
     from service.settings import Settings
 
 __all__ = ["MOST_PIXELS", "MappingRequest", "Pictures", "report_header"]
@@ -33,14 +31,19 @@ MOST_PIXELS = 24_000_000
 """Pixels of the largest picture: that of most cameras, which takes 10 s. A proxy gives up after a
 minute."""
 
-MOST_WAITING = 8
-"""Pictures under way: one that is mapped, and those that wait for it."""
-
 IDLE_SECONDS = 60.0
 """Time without pictures after which the process ends."""
 
 _FIRST_PIXELS = 8_000_000
-"""Pixels that are charged in full."""
+"""Pixels whose colours are distinct. There are at most 16.8 million distinct colours of 8 bits, so
+further pixels take half as much."""
+
+_SPATIAL = 2
+"""Memory that the spatial mapping adds, as a multiple of that of the pixels."""
+
+_MAPPING_MODELS = 2
+"""Memory of the process beside the pixels, in device models: a full boundary with its index, and
+the tables of recipes."""
 
 _COMMAND_LINE = "Send a smaller picture, or map it on your computer with `gamut map`."
 
@@ -69,55 +72,31 @@ class MappingRequest:
 class Pictures:
     """The mapping of pictures. Belongs to the event loop's thread, unless stated otherwise."""
 
-    def __init__(
-        self, settings: Settings, memory: Ledger, command: Sequence[str] = WORKER_COMMAND
-    ) -> None:
-        self._settings, self._memory, self._command = settings, memory, command
-        self._places = SharedAmount(MOST_WAITING, settings.client_share)
-        self._turn = asyncio.Lock()
+    def __init__(self, settings: Settings, command: Sequence[str] = WORKER_COMMAND) -> None:
+        self._settings, self._command = settings, command
+        self._is_mapping = False
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="pictures")
         self._process: BuildProcess | None = None
         self._idle: asyncio.TimerHandle | None = None
         self._closing = False
 
-    @contextlib.contextmanager
-    def place(self, client: str) -> Iterator[None]:
-        """Take a place for a picture until the end of the context, or raise ``queries-busy``."""
-        if refused := self._places.refusal(client, 1):
-            detail = f"{self._places.used} pictures are being mapped."
-            if refused is Refused.SHARE:
-                detail = f"{detail} The client would have more than its share of them."
-            remedy, headers = "Try again after the time in Retry-After.", {"Retry-After": "10"}
-            raise ProblemError(Problem("queries-busy", detail, remedy=remedy, headers=headers))
-        self._places.take(client, 1)
-        try:
-            yield
-        finally:
-            self._places.take(client, -1)
-
-    async def mapped(self, request: MappingRequest) -> tuple[dict[str, Any], Charge]:
-        """Map a picture; return the report, and the charge of the memory for the result.
+    async def mapped(self, request: MappingRequest, place: Place) -> dict[str, Any]:
+        """Map a picture in the place of its class, which holds no bytes; return the report.
 
         Raise `ProblemError` for whatever is wrong with the picture, the arguments or the limits.
         """
-        async with self._turn:
-            limits = {"pixels": min(MOST_PIXELS, self._settings.max_pixels)}
-            measure = {"picture": str(request.picture), "limits": limits}
-            pixels = (await self._result(measure, 0))["pixels"]
-            further = max(0, pixels - _FIRST_PIXELS)
-            nbytes = Cost.MAPPING + Cost.MAPPED_PIXEL * (pixels - further)
-            nbytes += Cost.FURTHER_PIXEL * further
-            if request.arguments.get("method") == "spatial":
-                nbytes += Cost.SPATIAL_PIXEL * pixels
-            charge = await self._memory.charge("work", lambda: nbytes)
-            try:
-                with timed("query"):
-                    document = {**request.document(), "limits": limits}
-                    report: dict[str, Any] = (await self._result(document, nbytes))["report"]
-            except BaseException:
-                charge.release()
-                raise
-            return report, charge
+        limits = {"pixels": min(MOST_PIXELS, self._settings.max_pixels)}
+        measure = {"picture": str(request.picture), "limits": limits}
+        pixels = (await self._result(measure, 0))["pixels"]
+        counted = (pixels + min(pixels, _FIRST_PIXELS)) / 2
+        if request.arguments.get("method") == "spatial":
+            counted += _SPATIAL * pixels
+        nbytes = needed_bytes(models=_MAPPING_MODELS, pixels=counted)
+        await place.grow(nbytes)
+        with timed("query"):
+            document = {**request.document(), "limits": limits}
+            report: dict[str, Any] = (await self._result(document, nbytes))["report"]
+        return report
 
     async def close(self) -> None:
         """End the process."""
@@ -132,6 +111,7 @@ class Pictures:
         """Return the outcome of the worker, or raise its problem."""
         if self._idle is not None:
             self._idle.cancel()
+        self._is_mapping = True
         loop = asyncio.get_running_loop()
         work = loop.run_in_executor(self._thread, self._run, document, nbytes)
         try:
@@ -140,6 +120,7 @@ class Pictures:
             await asyncio.wait([work])  # the next picture needs the process
             raise
         finally:
+            self._is_mapping = False
             self._idle = loop.call_later(IDLE_SECONDS, self._end_idle)
         problem = self._problem(event)
         if problem is not None:
@@ -157,7 +138,7 @@ class Pictures:
         except ProcessDiedError as error:
             return {"event": "unstarted", "message": str(error)}
         try:
-            memory = (private_bytes(process.pid) or 0) + (nbytes or Cost.MAPPING)
+            memory = (private_bytes(process.pid) or 0) + (nbytes or _MAPPING_MODELS * MODEL_BYTES)
             request = {**document, "memory": memory, "seconds": self._settings.build_timeout}
             return process.result(request, progress=_ignore, check=self._check)
         except ProcessDiedError as error:
@@ -168,7 +149,7 @@ class Pictures:
             raise ProcessDiedError("the service is stopping")
 
     def _end_idle(self) -> None:
-        if self._process is None or self._turn.locked() or self._closing:
+        if self._process is None or self._is_mapping or self._closing:
             return
         process, self._process = self._process, None
         self._thread.submit(process.kill)

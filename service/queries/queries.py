@@ -1,4 +1,4 @@
-"""Execution of queries: admission by rows, threads, and answers piece by piece.
+"""Execution of queries: answers in threads, piece by piece.
 
 Kernels release the interpreter lock, so threads use all cores and the event loop stays free. A few
 rows on a level in memory are answered on the event loop, because passing them to a thread takes
@@ -8,41 +8,36 @@ longer. See ``docs/decisions/queries-over-http.md``.
 from __future__ import annotations
 
 import asyncio
-import contextlib
-import os
 import time
 from collections import deque
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from gamutcore.errors import InvalidPointsError
-from service.concurrency import Threads
-from service.http.bodies import Refused, SharedAmount
+from service.admission import Work, needed_bytes
 from service.http.request_context import timed
-from service.library import Cost
 from service.problems.problem import Problem, ProblemError
 from service.queries.answers import WRITERS, level_document, shape_file
 from service.queries.bodies import CSV, FORMS, JSON, SVG, parse_body
 from service.queries.parameters import check_alternatives
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Callable, Iterator, Mapping, Sequence
+    from collections.abc import AsyncIterator, Mapping, Sequence
 
     from gamutcore.arrays import FloatArray
     from gamutcore.colours.spaces import ColourSpace
     from gamutcore.questions import Answer, Question
+    from gamutcore.tables import ColourTable
+    from service.admission import Place
     from service.http.bodies import Body as Sent
-    from service.library import QueryLevel
+    from service.library import Library, QueryLevel
     from service.queries.answers import Writer
     from service.queries.bodies import Body
     from service.telemetry.metrics import QueryMetrics
 
-__all__ = ["Queries", "Query", "level_values"]
+__all__ = ["Queries", "Query", "answer_bytes", "is_inline", "level_values", "work_of"]
 
 PIECE = 65_536
 """Rows that are answered at once: tens of milliseconds, and some megabytes."""
-
-VIEW_ROWS = 10_000
-"""Rows that a view counts as."""
 
 INLINE_ROWS = 16
 """Largest number of rows that are answered on the event loop, in less than a millisecond."""
@@ -51,64 +46,27 @@ INLINE_BYTES = 2048
 """Largest body that is parsed on the event loop."""
 
 
-_SMALL_ROWS = 1000
-"""Queries of at most so many rows need no share. They are answered within milliseconds."""
+SMALL_ROWS = 1000
+"""Tables of at most so many rows are small work. They are answered within milliseconds."""
 
-_FOR_SMALL = 1 / 20
-"""The part of all rows that large queries leave to small ones."""
-
-_PATIENCE = 50e-6
-"""Seconds of patience per row, ten times as long as a row of the slowest operation takes. So small
-queries pass large ones in the threads."""
+_TEXT_ROWS = {JSON: 5, CSV: 2}
+"""Memory of a row by media type, in rows of numbers. JSON of a table has labels and lines."""
 
 
-class Admission:
-    """The rows under way, which clients share. Belongs to the event loop's thread.
+def work_of(rows: int) -> Work:
+    """Return the class of a table."""
+    return Work.SMALL if rows <= SMALL_ROWS else Work.VIEW
 
-    Rows are counted from the moment when a body has arrived to the end of the answer, which bounds
-    the memory of all queries. Several queries have `most` rows at most, of which a `share` belongs
-    to one client if others compete. A single query is always admitted.
-    """
 
-    def __init__(self, most: int, share: float) -> None:
-        self._rows = SharedAmount(most, share)
+def answer_bytes(rows: int, media_type: str, *, ahead: int = 1) -> int:
+    """Return the memory of the part of an answer that is not sent: pieces, and those ahead."""
+    return needed_bytes(rows=_TEXT_ROWS.get(media_type, 1) * min(rows, (1 + ahead) * PIECE))
 
-    @property
-    def rows(self) -> int:
-        """Rows under way."""
-        return self._rows.used
 
-    @contextlib.contextmanager
-    def held(self, client: str, estimate: int) -> Iterator[Callable[[int], None]]:
-        """Count rows until the end of the context, which gets a function to correct the number.
-
-        Raise the problem ``queries-busy`` if too many rows are under way.
-        """
-        if refused := self._refusal(client, estimate):
-            detail, remedy = f"{self.rows} rows are being answered.", ""
-            if refused is Refused.SHARE:
-                detail = f"{detail} The client would have more than its share of them."
-                remedy = "Wait for the answers to other queries, or try again after Retry-After."
-            headers = {"Retry-After": "1"}
-            raise ProblemError(Problem("queries-busy", detail, remedy=remedy, headers=headers))
-        counted = estimate
-        self._rows.take(client, counted)
-
-        def correct(rows: int) -> None:
-            nonlocal counted
-            self._rows.take(client, rows - counted)
-            counted = rows
-
-        try:
-            yield correct
-        finally:
-            self._rows.take(client, -counted)
-
-    def _refusal(self, client: str, rows: int) -> Refused | None:
-        most = self._rows.most
-        if rows > _SMALL_ROWS:
-            return self._rows.refusal(client, rows + int(_FOR_SMALL * most))
-        return Refused.FULL if self.rows and self.rows + rows > most else None
+def is_inline(rows: int, table: ColourTable | None) -> bool:
+    """Return whether rows are answered on the event loop."""
+    # A table of a few colours may have any number of other rows and cells.
+    return rows <= INLINE_ROWS and table is None
 
 
 class Query(NamedTuple):
@@ -138,14 +96,14 @@ def level_values(levels: Sequence[QueryLevel], values: Mapping[str, Any]) -> dic
 class Queries:
     """Answers queries about levels.
 
-    `metrics` counts rows and seconds. `most_rows` and `client_share` are limits of `Admission`.
+    `metrics` counts rows and seconds. `library` has the threads. `ahead` is the number of pieces of
+    an answer that are computed while an earlier one is sent.
     """
 
-    def __init__(self, metrics: QueryMetrics, *, most_rows: int, client_share: float) -> None:
-        self.admission = Admission(most_rows, client_share)
+    def __init__(self, metrics: QueryMetrics, library: Library) -> None:
+        self.ahead = library.admission.places[Work.VIEW]
         self._metrics = metrics
-        self._ahead = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 2
-        self._threads = Threads(self._ahead, "queries")
+        self._in_thread = library.in_thread
 
     async def parse(
         self,
@@ -156,10 +114,7 @@ class Queries:
         width: int,
         given: Mapping[str, Any],
     ) -> Body:
-        """Return the content of a body that has arrived; see `parse_body`.
-
-        Only as many large bodies as threads are in memory.
-        """
+        """Return the content of a body that has arrived; see `parse_body`."""
 
         def parse() -> Body:
             # The text of a table is kept for its answer, so it is read as bytes at once.
@@ -169,17 +124,14 @@ class Queries:
         with timed("body"):
             if media_type == JSON and sent.size <= INLINE_BYTES:
                 return parse()
-            rows = sent.size // FORMS[media_type].row_bytes
-            return await self._threads.run(_PATIENCE * rows, parse)
+            return await self._in_thread(parse)
 
-    def answer_bytes(self, body: Body, media_type: str) -> Callable[[int], int]:
-        """Return the memory of an answer, as `Library.levels` takes it."""
-        ahead = 1 if body.table is not None else self._ahead
-        rows = min(body.rows, (1 + ahead) * PIECE)
-        return lambda _triangles: rows * Cost.ROW[media_type]
-
-    async def answer(self, query: Query) -> tuple[bytes, AsyncIterator[bytes] | None]:
+    async def answer(
+        self, query: Query, place: Place | None
+    ) -> tuple[bytes, AsyncIterator[bytes] | None]:
         """Return the first part of an answer, and the others if there are any.
+
+        The others take turns of the `place`, which has their bytes.
 
         Raise ``too-many-rows`` if the answer would be JSON, and `GamutError` if a row cannot be
         answered. Only the first part can raise it.
@@ -194,11 +146,12 @@ class Queries:
         writer = WRITERS[query.media_type](
             query.question, query.levels[0], query.body, query.warnings
         )
-        # A table of a few colours may have any number of other rows and cells.
-        if rows <= INLINE_ROWS and query.body.table is None:
+        if is_inline(rows, query.body.table):
             return self._first(query, writer), None
-        first = await self._threads.run(_PATIENCE * rows, self._first, query, writer)
-        return first, self._others(query, writer) if rows > PIECE else None
+        first = await self._in_thread(self._first, query, writer)
+        if rows <= PIECE or place is None:
+            return first, None
+        return first, self._others(query, writer, place)
 
     async def shape(
         self,
@@ -206,12 +159,9 @@ class Queries:
         levels: list[QueryLevel],
         values: Mapping[str, Any],
         media_type: str,
-        client: str,
     ) -> bytes:
         """Return the answer to a question about the shape of gamuts as a file."""
-        with self.admission.held(client, VIEW_ROWS):
-            arguments = question, levels, values, media_type
-            return await self._threads.run(_PATIENCE * VIEW_ROWS, self._shape_file, *arguments)
+        return await self._in_thread(self._shape_file, question, levels, values, media_type)
 
     def _shape_file(
         self,
@@ -246,10 +196,6 @@ class Queries:
         with timed("encode"):
             return shape_file(media_type, named, answer, levels[0].axes)
 
-    def close(self) -> None:
-        """End the threads."""
-        self._threads.close()
-
     def _first(self, query: Query, writer: Writer) -> bytes:
         result = self._result(query, 0)
         entries = query.body.rows
@@ -276,15 +222,18 @@ class Queries:
             _shift_row(error, start)
             raise
 
-    async def _others(self, query: Query, writer: Writer) -> AsyncIterator[bytes]:
-        # The cells of a client's table are read in order; other pieces use all threads.
-        ahead = self._ahead if query.body.table is None else 1
+    async def _others(self, query: Query, writer: Writer, place: Place) -> AsyncIterator[bytes]:
+        # The cells of a client's table are read in order; other pieces use all cores.
+        ahead = self.ahead if query.body.table is None else 1
         pieces: deque[asyncio.Task[bytes]] = deque()
+
+        async def compute(start: int) -> bytes:
+            async with place.turn():
+                return await self._in_thread(self._piece, query, writer, start)
+
         try:
             for start in range(PIECE, query.body.rows, PIECE):
-                patience = _PATIENCE * query.body.rows
-                work = self._threads.run(patience, self._piece, query, writer, start)
-                pieces.append(asyncio.create_task(work))
+                pieces.append(asyncio.create_task(compute(start)))
                 if len(pieces) == ahead:
                     yield await pieces.popleft()
             while pieces:

@@ -57,7 +57,6 @@ _SHORT_LIVED = f"public, max-age={CACHE_SECONDS}".encode()
 _ID = re.compile(ID_PATTERN + r"\Z")
 
 _NAMING = {
-    "/v1/meshes": ("gamuts",),
     "/v1/comparisons": ("a", "b"),
     "/v1/links": ("source", "destination"),
     "/v1/gamuts/{gamut_id}/viewer.html": ("with",),
@@ -65,7 +64,7 @@ _NAMING = {
 """Query parameters that name gamuts, by path. Others have `reference` and `source`."""
 
 _MOST_NAMES = 400
-"""Largest number of slugs and ids in a batch."""
+"""Largest number of slugs and ids in a list."""
 
 
 class NamedGamuts:

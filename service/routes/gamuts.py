@@ -394,6 +394,9 @@ async def delete_gamut(request: Request, gamut_id: GamutId) -> Response:
             "gamut-rebuilding",
             "precondition-failed",
             "invalid-parameter",
+            "queries-busy",
+            "memory-busy",
+            "memory-exceeded",
             "store-unavailable",
         ),
     },
@@ -405,8 +408,7 @@ async def describe_levels(request: Request, gamut_id: GamutId, side: SideName = 
         record = await service.library.record(gamut_id)
         levels = record.description["levels"]
     else:
-        opened = await service.library.gamut(gamut_id)
-        curve = await service.library.curve(opened, side)
+        curve = await service.library.curve(gamut_id, side, client_of(request.scope))
         levels = [level.to_mapping() for level in curve]
     document = {"id": gamut_id, "levels": levels}
     return _conditional(request, JsonResponse(document, headers={"Cache-Control": IMMUTABLE}))

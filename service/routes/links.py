@@ -9,14 +9,14 @@ from fastapi.responses import Response
 
 from gamutcore.links import PARAMETERS, link, table_size
 from service.access.rate_limits import client_of
+from service.admission import MODEL_BYTES, Work, needed_bytes
 from service.container import service_of
 from service.http.representations import IMMUTABLE, conditional, content_disposition
-from service.library import ChargedResponse, Cost
 from service.openapi.documentation import binary_content, header, problems
 from service.queries.answers import condition_headers
 from service.queries.parameters import documentation, query_values, values_of
 from service.routes.dependencies import GamutRoute, NamedGamuts, checked_gamut
-from service.routes.queries import levels_of, wait_for_kernels
+from service.routes.queries import wait_for_kernels, wanted_levels
 from service.routes.views import NOT_MODIFIED, named_gamut, only
 
 if TYPE_CHECKING:
@@ -26,6 +26,15 @@ __all__ = ["router"]
 
 MOST_NODES = 65**3
 """Largest number of nodes of a table: of presses it takes about ten seconds of two cores."""
+
+_LINK_MODELS = 2 / 3
+"""Computing a link: the colours that threads map at once, 64 MB, in device models."""
+
+_NODE_PIXELS = 5
+"""Computing a link, per node of its table, with the file: 250 bytes, in pixels that are mapped."""
+
+_NODE_EFFORT = 10_000
+"""Effort of a node: as long as preparing so many bytes."""
 
 MEDIA_TYPES = {"cube": "text/plain; charset=us-ascii", "icc": "application/vnd.iccprofile"}
 """Media types by format. There is none for ``.cube`` files."""
@@ -96,18 +105,33 @@ async def download_link(request: Request) -> Response:
     others = [item for item in items if item[0] not in _SIDES]
     values = values_of(PARAMETERS, query_values(PARAMETERS, others), {})
     await wait_for_kernels(service)
-    # both stay in use until the levels keep them
-    prepared = [await service.library.load_device_model(each) for each in ids]
-    channels = len(prepared[0].gamut.channels)
-    size = values.pop("size")
-    values["size"] = table_size(size, channels, MOST_NODES)
+    library, client = service.library, client_of(request.scope)
+    gamuts = [(await library.gamut(each, client)).gamut for each in ids]
+    for gamut in gamuts:
+        if not gamut.is_of_device:
+            raise gamut.no_device_model()
+    channels = len(gamuts[0].channels)
+    del gamuts, gamut  # they may go while the link waits for memory
+    values["size"] = table_size(values["size"], channels, MOST_NODES)
     nodes = values["size"] ** channels
-    with service.queries.admission.held(client_of(request.scope), nodes):
-        work = Cost.LINK + Cost.NODE * nodes
-        levels, charge = await levels_of(service, ids, {"max_error": 0.0}, lambda _: work)
+    wanted = await wanted_levels(service, ids, {"max_error": 0.0}, client)
+    work = needed_bytes(models=_LINK_MODELS, pixels=_NODE_PIXELS * nodes)
+
+    def need() -> int:
+        models = {record.id: library.model_need(record) for record, _ in wanted}.values()
+        tables = sum(min(each, MODEL_BYTES) for each in models)
+        # models are fitted one by one, before the levels are made
+        fit = max(each - MODEL_BYTES for each in models)
+        return tables + max(fit, work + library.need(wanted))
+
+    chosen = values.pop("format")
+    async with service.admission.place(Work.HEAVY, client, need, _NODE_EFFORT * nodes):
+        # both stay in use until the levels keep them
+        prepared = [await library.load_device_model(each) for each in ids]
+        levels = await library.levels(wanted)
         del prepared
-        chosen = values.pop("format")
-        data, headers, found = await service.links.run(0.0, _file, levels, values, chosen)
+        data, headers, found = await library.in_thread(_file, levels, values, chosen)
+        levels.clear()
     name = "-to-".join(each[:12] for each in names)
     headers |= {
         "Cache-Control": IMMUTABLE,
@@ -115,7 +139,7 @@ async def download_link(request: Request) -> Response:
         "X-Content-Type-Options": "nosniff",
     }
     answer = Response(data, 200, headers, MEDIA_TYPES[found])
-    return ChargedResponse(conditional(answer, request.headers), charge)
+    return service.admission.hold_response(conditional(answer, request.headers))
 
 
 def _file(

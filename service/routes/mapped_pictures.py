@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import tempfile
-from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -17,10 +16,10 @@ from gamutcore.characterisation.pictures import picture_format
 from gamutcore.questions import DEVICE_VALUES as DEVICE
 from gamutcore.questions import PICTURE_PARAMETERS, Parameter
 from service.access.rate_limits import client_of
+from service.admission import Work
 from service.container import service_of
 from service.http.representations import preferred_media_type
 from service.http.request_context import timed
-from service.library import ChargedResponse
 from service.openapi.documentation import binary_content, header
 from service.problems.problem import JsonResponse, Problem, ProblemError
 from service.queries.answers import warning_header
@@ -72,46 +71,53 @@ async def answer_picture(request: Request, gamut_id: str) -> Response:
     answer, source = values.pop("result"), values.pop("source")
     if source is not None:
         source = await checked_gamut(request, source, "query", "source")
-    client = client_of(request.scope)
-    with ExitStack() as held:
-        held.enter_context(service.pictures.place(client))
-        files = held.enter_context(_files(service))
-        with service.spool.body(request, client) as arriving:
-            with timed("body"):
-                await arriving.receive(service.settings.max_body_bytes)
-            media_type = _media_type(request, arriving.read(0, 64), answer, values["to"])
-            picture = files.folder / "given"
-            await asyncio.to_thread(_copy, arriving, picture)
-        model, profile = await files.device(gamut_id) if values["to"] == DEVICE else (None, None)
-        history, conditions = await files.history(gamut_id, "gamut")
-        other = None if source is None else (await files.history(source, "source"))[0]
-        suffix = "tif" if values["to"] == DEVICE else PICTURES.get(media_type, "png")
-        mapping = MappingRequest(
-            picture,
-            files.folder / f"mapped.{suffix}",
-            history,
-            {name: value for name, value in values.items() if value is not None},
-            model,
-            profile,
-            other,
-            files.folder / "heat-map.png" if answer == "heat-map" else None,
-        )
-        report, charge = await service.pictures.mapped(mapping)
-        fields = {
-            "Cache-Control": "no-store",
-            "Vary": "Accept",
-            "Gamut-Mapped": report_header(report),
-            "Gamut-Conditions": conditions,
-            **warning_header(report["warnings"]),
-        }
-        with ExitStack() as failing:
-            failing.callback(charge.release)
-            response: Response = JsonResponse(report, 200, fields)
-            if answer != "report":
+    client, library = client_of(request.scope), service.library
+    with service.spool.body(request, client) as arriving:
+        with timed("body"):
+            await arriving.receive(service.settings.max_body_bytes)
+        media_type = _media_type(request, arriving.read(0, 64), answer, values["to"])
+        of_device = values["to"] == DEVICE
+        ids = [gamut_id] if source is None else [gamut_id, source]
+        gamuts = [await library.gamut(each, client) for each in ids]
+        conditions, record = gamuts[0].gamut.conditions.header, gamuts[0].record
+        gamuts.clear()  # they may go while the picture waits
+
+        def need() -> int:
+            return library.model_need(record) if of_device else 0
+
+        effort = _BYTE_EFFORT * arriving.size
+        place = library.admission.place(Work.HEAVY, client, need, effort)
+        async with place as taken:
+            with _files(service) as files:
+                picture = files.folder / "given"
+                await asyncio.to_thread(_copy, arriving, picture)
+                arriving.close()
+                model, profile = await files.device(gamut_id) if of_device else (None, None)
+                taken.shrink(0)
+                histories = [await files.history(each) for each in ids]
+                suffix = "tif" if of_device else PICTURES.get(media_type, "png")
+                mapping = MappingRequest(
+                    picture,
+                    files.folder / f"mapped.{suffix}",
+                    histories[0],
+                    {name: value for name, value in values.items() if value is not None},
+                    model,
+                    profile,
+                    None if source is None else histories[1],
+                    files.folder / "heat-map.png" if answer == "heat-map" else None,
+                )
+                report = await service.pictures.mapped(mapping, taken)
+                fields = {
+                    "Cache-Control": "no-store",
+                    "Vary": "Accept",
+                    "Gamut-Mapped": report_header(report),
+                    "Gamut-Conditions": conditions,
+                    **warning_header(report["warnings"]),
+                }
+                if answer == "report":
+                    return JsonResponse(report, 200, fields)
                 content = await asyncio.to_thread((mapping.heat_map or mapping.output).read_bytes)
-                response = Response(content, 200, fields, media_type)
-            failing.pop_all()
-        return ChargedResponse(response, charge)
+                return library.admission.hold_response(Response(content, 200, fields, media_type))
 
 
 def _copy(body: Body, path: Path) -> None:
@@ -120,6 +126,9 @@ def _copy(body: Body, path: Path) -> None:
         for start in range(0, body.size, _PIECE):
             file.write(body.read(start, _PIECE))
 
+
+_BYTE_EFFORT = 100
+"""Effort of a byte of a picture: as long as preparing so many bytes."""
 
 _PIECE = 1 << 20
 """Bytes that are copied at a time."""
@@ -131,18 +140,18 @@ class _Files:
     def __init__(self, service: ServiceContainer, folder: Path) -> None:
         self.service, self.folder = service, folder
 
-    async def history(self, gamut_id: str, name: str) -> tuple[Path, str]:
-        """Write a history file; return its path, and the conditions of the gamut."""
-        opened = await self.service.library.gamut(gamut_id)
-        conditions, path = opened.gamut.conditions.header, self.folder / name
+    async def history(self, gamut_id: str) -> Path:
+        """Write the history file of a gamut, and return its path."""
+        path = self.folder / f"{gamut_id}.gamut"
         _, content = await asyncio.to_thread(self.service.store.content, gamut_id)
         await asyncio.to_thread(path.write_bytes, content)
-        return path, conditions
+        return path
 
     async def device(self, gamut_id: str) -> tuple[Path, Path | None]:
         """Write the device model of a gamut, and the profile that it was built from if it is kept.
 
-        Raise `DeviceModelError` if there is no model.
+        The caller holds the bytes; see `Library.model_need`. Raise `DeviceModelError` if there is
+        no model.
         """
         opened = await self.service.library.load_device_model(gamut_id)
         path = self.folder / "model"

@@ -13,6 +13,7 @@ from starlette.types import Receive, Scope, Send
 
 from gamutcore.export import FORMATS
 from gamutcore.levels import DEFAULT_TRIANGLES, LevelRequest
+from service.access.rate_limits import client_of
 from service.container import service_of
 from service.http.representations import check_if_match, preferred_coding, preferred_media_type
 from service.http.requests import (
@@ -44,6 +45,7 @@ _PROBLEMS = (
     "triangle-count",
     "invalid-option",
     "invalid-parameter",
+    "queries-busy",
     "memory-busy",
     "memory-exceeded",
     "store-unavailable",
@@ -201,7 +203,8 @@ async def download_mesh(
     request: Request, gamut_id: GamutId, wanted: Annotated[MeshRequest, Depends(_requested)]
 ) -> Response:
     """Download a mesh in the negotiated format."""
-    mesh = await service_of(request).library.mesh(gamut_id, *wanted)
+    client = client_of(request.scope)
+    mesh = await service_of(request).library.mesh(gamut_id, *wanted, client)
     check_if_match(request.headers.getlist("if-match"), mesh.etag)
     known = request.headers.getlist("if-none-match")
     return EncodedResponse(mesh, ",".join(known) or None)
@@ -255,7 +258,7 @@ class ReadyMeshRoute(BaseRoute):
             return Match.NONE, {}
         known = fields[b"if-none-match"].decode("latin-1")
         route = _ROUTE if suffix is None else _FILE_ROUTE
-        # The mesh itself, because its memory stays charged as long as it is in use.
+        # The mesh itself, because its memory counts as long as it is in use.
         return Match.FULL, {"route": route, "mesh": mesh, "known": known or None}
 
     async def handle(self, scope: Scope, receive: Receive, send: Send) -> None:  # noqa: ARG002

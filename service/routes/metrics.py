@@ -11,6 +11,7 @@ from fastapi import APIRouter, Request
 from fastapi.responses import Response
 from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, Metric
 
+from service.admission import Work
 from service.building.engine import EngineFacts
 from service.container import ServiceContainer, service_of
 from service.library import ByteBoundedCache
@@ -78,34 +79,32 @@ async def read_metrics(request: Request) -> Response:
 def state_families(service: ServiceContainer) -> Iterator[Metric]:
     """Return the metrics that are read from the state of a service."""
     gauge, counter = GaugeMetricFamily, CounterMetricFamily
-    yield gauge(
-        "gamut_query_rows_in_progress",
-        "Rows of queries under way.",
-        service.queries.admission.rows,
-    )
     yield from _engine_families(service.builds.facts())
     yield gauge("gamut_http_bodies_arriving", "Bodies that are arriving.", service.spool.arriving)
     yield gauge("gamut_spool_bytes", "Bytes of bodies that are not parsed.", service.spool.nbytes)
     yield gauge("gamut_event_streams", "Open event streams of jobs.", service.events.count)
-    yield gauge(
-        "gamut_level_searches",
-        "Level searches, of which all but one wait.",
-        service.library.searching,
-    )
     library = service.library
     yield from _cache_families(library.caches)
-    memory = library.memory
-    yield gauge("gamut_memory_budget_bytes", "Largest sum of all charges.", memory.budget)
+    admission = service.admission
+    yield _labelled(
+        gauge("gamut_work_running", "Requests that are computed, by class.", labels=("work",)),
+        {work.value: admission.running[work] for work in Work},
+    )
+    yield _labelled(
+        gauge("gamut_work_waiting", "Requests that wait, by class.", labels=("work",)),
+        {work.value: count for work, count in admission.waiting.items()},
+    )
+    meaning = "Requests refused because their client has too many waiting, or for lack of memory."
+    yield counter("gamut_work_refusals", meaning, admission.refused)
+    yield gauge("gamut_memory_budget_bytes", "Largest memory beside the process.", admission.budget)
     yield _labelled(
         gauge(
             "gamut_memory_charged_bytes",
-            "Memory of open gamuts, encoded meshes, and work and answers under way, by kind.",
+            "Memory of open gamuts, encoded meshes, answers that are sent, and work, by kind.",
             labels=("kind",),
         ),
-        dict(sorted(memory.charged.items())),
+        {**dict(sorted(admission.held.items())), "work": admission.granted.total()},
     )
-    yield gauge("gamut_memory_waiting", "Requests that wait for memory.", memory.waiting)
-    yield counter("gamut_memory_refusals", "Requests refused for lack of memory.", memory.refused)
     yield from _store_families(service.store)
     yield _labelled(
         gauge(

@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import AsyncIterator, Callable, Coroutine, Iterable, Mapping, Sequence
-from contextlib import ExitStack
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from fastapi import APIRouter, Request
 from fastapi.responses import Response
@@ -18,17 +17,17 @@ from fastapi.routing import APIRoute
 from gamutcore.colours.spaces import ColourConversion
 from gamutcore.questions import QUESTIONS, Question
 from service.access.rate_limits import client_of
+from service.admission import FREE_BYTES, ROW_BYTES
 from service.container import ServiceContainer, service_of
 from service.http.representations import OCTET_STREAM, preferred_media_type
 from service.http.request_context import timed
-from service.library import ChargedResponse
 from service.openapi.documentation import problems
 from service.problems.problem import Problem, ProblemError
 from service.queries.answers import condition_headers, reading_header
 from service.queries.bodies import CSV, FORMS, JSON, NPY, TABLE_PARAMETERS, TABLES
 from service.queries.documentation import query_response, request_body, stated_header
 from service.queries.parameters import documentation, query_values, refuse, values_of
-from service.queries.queries import Query, level_values
+from service.queries.queries import Query, answer_bytes, is_inline, level_values, work_of
 from service.routes.dependencies import (
     GamutId,
     NamedGamuts,
@@ -42,9 +41,14 @@ from service.routes.mapped_pictures import answer_picture, document_pictures, is
 if TYPE_CHECKING:
     from starlette.types import Receive, Scope, Send
 
-    from service.library import Charge, QueryLevel
+    from gamutcore.colours.spaces import ColourSpace
+    from gamutcore.levels import LevelRequest
+    from service.admission import Place
+    from service.http.bodies import Body
+    from service.queries.bodies import Body as Rows
+    from service.storage.published import PublishedGamut
 
-__all__ = ["READING_POSTS", "QueryRoute", "levels_of", "router", "wait_for_kernels"]
+__all__ = ["READING_POSTS", "QueryRoute", "router", "wait_for_kernels", "wanted_levels"]
 
 MAP = QUESTIONS["map"]
 _POSTED = {question.name: question for question in QUESTIONS.values() if question.inputs}
@@ -147,24 +151,27 @@ for _question in _POSTED.values():
 
 
 class _Answer(Response):
-    """An answer in several pieces, which are computed while it is sent."""
+    """An answer in several pieces, which are computed while it is sent.
+
+    `place` has the bytes of the pieces and of the levels.
+    """
 
     def __init__(
         self,
         first: bytes,
         others: AsyncIterator[bytes],
         request: Request,
-        held: ExitStack,
+        place: Place,
         headers: dict[str, str],
         media_type: str,
     ) -> None:
         super().__init__(None, 200, headers, media_type)
         del self.headers["content-length"]
         self._first, self._others = first, others
-        self._request, self._held = request, held
+        self._request, self._place = request, place
 
     async def __call__(self, _scope: Scope, _receive: Receive, send: Send) -> None:
-        with self._held:
+        try:
             start = {"type": "http.response.start", "status": 200, "headers": self.raw_headers}
             await send(start)
             await send({"type": "http.response.body", "body": self._first, "more_body": True})
@@ -173,88 +180,150 @@ class _Answer(Response):
                     return
                 await send({"type": "http.response.body", "body": piece, "more_body": True})
             await send({"type": "http.response.body", "body": b""})
+        finally:
+            self._place.leave()
 
 
 async def _answer(request: Request, gamut_id: str, question: Question) -> Response:
     service = service_of(request)
-    queries = service.queries
     tables = () if question.of_device else TABLE_PARAMETERS
     parameters = (*question.all_parameters, *tables)
     given = query_values(parameters, NamedGamuts.of(request).items)
     sent = _sent_form(request, (*FORMS, *TABLES) if tables else (JSON, NPY))
     _check_table_parameters(given, sent)
     accepted = _accepted_form(request, sent)
-    with ExitStack() as held:
-        form, client = FORMS[sent], client_of(request.scope)
-        with service.spool.body(request, client) as arriving:
-            with timed("body"):
-                await arriving.receive(form.most_bytes)
-            estimate = min(arriving.size // form.row_bytes + 1, form.most_rows)
-            correct = held.enter_context(queries.admission.held(client, estimate))
-            await wait_for_kernels(service)
-            opened = service.library.find_open(gamut_id) or await service.library.gamut(gamut_id)
-            if question.needs_model and not opened.gamut.is_of_device:
-                raise opened.gamut.no_device_model()
-            width = len(opened.gamut.channels) if question.of_device else 3
-            body = await queries.parse(arriving, sent, question, opened.space, width, given)
-        correct(body.rows)
-        values = values_of(parameters, given, body.members)
+    form, client = FORMS[sent], client_of(request.scope)
+    with service.spool.body(request, client) as arriving:
+        with timed("body"):
+            await arriving.receive(form.most_bytes)
+        await wait_for_kernels(service)
+        opened = await service.library.gamut(gamut_id, client)
+        if question.needs_model and not opened.gamut.is_of_device:
+            raise opened.gamut.no_device_model()
+        width = len(opened.gamut.channels) if question.of_device else 3
+        posted = _Posted(request, question, arriving, sent, accepted, opened.space, width, given)
+        # JSON names the level, so it is parsed before the memory for the level is known.
+        body = await posted.parse() if sent == JSON else None
+        values = values_of(parameters, given, {} if body is None else body.members)
         if values.get("metric") == "CIE 2000":
             await wait_for_kernels(service, "ciede2000")
-        if body.table is not None and (values["space"] or opened.space.name) != body.table.space:
-            values["space"] = body.table.space
-        body = body._replace(axes=ColourConversion(values["space"], opened.space).axes)
-        del opened  # it may go while the question waits for memory
-        prepared = None
-        if question.needs_model:
-            prepared = await service.library.load_device_model(gamut_id)
         ids = [gamut_id]
         if values.get("source") is not None:
-            place = "body" if "source" in body.members else "query"
+            place = "body" if body is not None and "source" in body.members else "query"
             ids.append(await checked_gamut(request, values["source"], place, "source"))
-        answer_bytes = queries.answer_bytes(body, accepted)
-        levels, charge = await levels_of(service, ids, values, answer_bytes)
-        del prepared  # the level keeps the gamut now
-        values = level_values(levels, values)
-        level, gamuts = levels[0], [each.gamut for each in levels]
-        warnings = question.warnings(gamuts, values["space"])
-        stated = question.stated(level.gamut, values)
-        del gamuts
-        query = Query(question, levels, body, values, accepted, warnings)
-        first, others = await queries.answer(query)
-        headers = {
-            "Cache-Control": "no-store",
-            "Vary": "Accept",
-            "Gamut-Triangles": str(level.triangles),
-            "Gamut-Max-Error": f"{level.max_error:g}",
-            **{
-                stated_header(name): value if isinstance(value, str) else f"{value:g}"
-                for name, value in stated.items()
-            },
-            **condition_headers([level], warnings),
-            **reading_header(body.table),
-        }
-        if others is None:
-            return ChargedResponse(Response(first, 200, headers, accepted), charge)
-        held.enter_context(charge)
-        held.callback(levels.clear)  # their memory stays charged until then
-        return _Answer(first, others, request, held.pop_all(), headers, accepted)
+        wanted = await wanted_levels(service, ids, values, client)
+        record = opened.record
+        del opened  # it may go while the question waits for memory
+        rows = posted.most_rows if body is None else body.rows
+        text = 0 if body is not None else 2 * arriving.size
+        answer = text + answer_bytes(rows, accepted, ahead=service.queries.ahead)
+
+        def need() -> int:
+            model = service.library.model_need(record) if question.needs_model else 0
+            return model + service.library.need(wanted) + answer
+
+        if body is not None and is_inline(rows, None) and need() <= FREE_BYTES:
+            return await _answer_rows(posted, wanted, body, values, None)
+        effort = need() + ROW_BYTES * rows
+        admitted = await service.admission.enter(work_of(rows), client, need, effort)
+        is_sent_later = False
+        in_use = []  # until the level keeps it
+        try:
+            if question.needs_model:
+                in_use.append(await service.library.load_device_model(gamut_id))
+            if body is None:
+                body = await posted.parse()
+            response = await _answer_rows(posted, wanted, body, values, admitted)
+            is_sent_later = isinstance(response, _Answer)
+            if is_sent_later:
+                admitted.give_back(
+                    text + answer_bytes(body.rows, accepted, ahead=posted.ahead(body))
+                )
+            return response
+        finally:
+            if not is_sent_later:
+                admitted.leave()
 
 
-async def levels_of(
-    service: ServiceContainer,
-    ids: Sequence[str],
-    values: Mapping[str, Any],
-    answer_bytes: Callable[[int], int],
-) -> tuple[list[QueryLevel], Charge]:
-    """Return the levels that the parameters of a query ask for; see `Library.levels`."""
+class _Posted(NamedTuple):
+    """A question whose body has arrived."""
+
+    request: Request
+    question: Question
+    arriving: Body
+    sent: str
+    accepted: str
+    space: ColourSpace
+    width: int
+    given: Mapping[str, Any]
+
+    @property
+    def most_rows(self) -> int:
+        """Upper bound of the number of rows."""
+        form = FORMS[self.sent]
+        return min(self.arriving.size // form.row_bytes + 1, form.most_rows)
+
+    async def parse(self) -> Rows:
+        """Return the content of the body."""
+        queries = service_of(self.request).queries
+        body = await queries.parse(
+            self.arriving, self.sent, self.question, self.space, self.width, self.given
+        )
+        self.arriving.close()
+        return body
+
+    def ahead(self, body: Rows) -> int:
+        """Return how many pieces are computed ahead of the one that is sent."""
+        return 1 if body.table is not None else service_of(self.request).queries.ahead
+
+
+async def _answer_rows(
+    posted: _Posted,
+    wanted: Sequence[tuple[PublishedGamut, LevelRequest]],
+    body: Rows,
+    values: dict[str, Any],
+    place: Place | None,
+) -> Response:
+    """Return the answer for the rows of a body."""
+    service, question = service_of(posted.request), posted.question
+    if body.table is not None and (values["space"] or posted.space.name) != body.table.space:
+        values["space"] = body.table.space
+    body = body._replace(axes=ColourConversion(values["space"], posted.space).axes)
+    levels = await service.library.levels(wanted)
+    values = level_values(levels, values)
+    level, gamuts = levels[0], [each.gamut for each in levels]
+    warnings = question.warnings(gamuts, values["space"])
+    stated = question.stated(level.gamut, values)
+    query = Query(question, levels, body, values, posted.accepted, warnings)
+    first, others = await service.queries.answer(query, place)
+    headers = {
+        "Cache-Control": "no-store",
+        "Vary": "Accept",
+        "Gamut-Triangles": str(level.triangles),
+        "Gamut-Max-Error": f"{level.max_error:g}",
+        **{
+            stated_header(name): value if isinstance(value, str) else f"{value:g}"
+            for name, value in stated.items()
+        },
+        **condition_headers([level], warnings),
+        **reading_header(body.table),
+    }
+    if others is None or place is None:
+        response = Response(first, 200, headers, posted.accepted)
+        return service.admission.hold_response(response)
+    return _Answer(first, others, posted.request, place, headers, posted.accepted)
+
+
+async def wanted_levels(
+    service: ServiceContainer, ids: Sequence[str], values: Mapping[str, Any], client: str
+) -> list[tuple[PublishedGamut, LevelRequest]]:
+    """Return the levels that the parameters of a query ask for, as `Library.levels` takes them."""
     request, wanted = level_request(values.get("triangles"), values.get("max_error")), []
     for gamut_id in ids:
-        opened = await service.library.gamut(gamut_id)
+        opened = await service.library.gamut(gamut_id, client)
         level = request.or_default(max_error=opened.gamut.default_error)
         wanted.append((opened.record, level))
-        del opened
-    return await service.library.levels(wanted, answer_bytes)
+    return wanted
 
 
 async def wait_for_kernels(service: ServiceContainer, group: str = "optional") -> None:

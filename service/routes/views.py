@@ -5,7 +5,6 @@ The answers are immutable, except the page, which has the name of the gamut.
 
 from __future__ import annotations
 
-import asyncio
 import math
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -22,6 +21,7 @@ from gamutcore.questions import (
     check_space,
 )
 from service.access.rate_limits import client_of
+from service.admission import Work, needed_bytes
 from service.container import service_of
 from service.http.representations import (
     IMMUTABLE,
@@ -33,7 +33,7 @@ from service.http.representations import (
     preferred_media_type,
 )
 from service.http.requests import GAMUT_IDS, GAMUT_PATTERN
-from service.library import ChargedResponse, Cost, EncodedResponse, PictureOptions
+from service.library import EncodedResponse, PictureOptions
 from service.openapi.documentation import (
     EXAMPLE_ID,
     MESH_HEADERS,
@@ -43,9 +43,10 @@ from service.openapi.documentation import (
 )
 from service.problems.problem import Problem, ProblemError
 from service.queries.answers import condition_headers
-from service.queries.bodies import FORMS, NPY, SVG
+from service.queries.bodies import FORMS, JSON, NPY, SVG
 from service.queries.documentation import picture_response, view_response
 from service.queries.parameters import documentation, query_values, refuse, values_of
+from service.queries.queries import answer_bytes
 from service.routes.dependencies import (
     GamutId,
     GamutRoute,
@@ -55,10 +56,12 @@ from service.routes.dependencies import (
     level_request,
 )
 from service.routes.names import named
-from service.routes.queries import QueryRoute, levels_of, wait_for_kernels
+from service.routes.queries import QueryRoute, wait_for_kernels, wanted_levels
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
+
+    from service.library import OpenGamut
 
 __all__ = ["NOT_MODIFIED", "named_gamut", "only", "routers"]
 
@@ -79,8 +82,12 @@ _PROBLEMS = (
 
 NOT_MODIFIED = {"description": "The client has the current content (If-None-Match)."}
 
-ROWS_PER_PIXEL = 1 / 100
-"""Rows of queries that a pixel counts as, among the rows under way."""
+_COMPARED = 0.1
+"""Comparing gamuts, per triangle of both levels, also with colours lost, in indexes of them."""
+
+_PAGE, _PAGE_SHARE = 0.4, 0.1
+"""Encoding the history of a page, per triangle of the largest full boundary, because one follows
+the other. And writing the page, per triangle of all, with copies in Base64. In indexes."""
 
 router = APIRouter(prefix="/v1/gamuts", tags=["queries"], route_class=QueryRoute)
 
@@ -171,9 +178,9 @@ def named_gamut(name: str) -> dict[str, object]:
 async def compare_gamuts(request: Request) -> Response:
     """Compare two gamuts."""
     items = NamedGamuts.of(request).items
-    ids = [await checked_gamut(request, only(items, name), "query", name) for name in "ab"]
-    others = [item for item in items if item[0] not in {"a", "b"}]
-    values = _values(COMPARISON, others)
+    values = _values(COMPARISON, [item for item in items if item[0] not in {"a", "b"}])
+    names = {name: only(items, name) for name in "ab"}
+    ids = [await checked_gamut(request, names[name], "query", name) for name in names]
     return await _answer(request, COMPARISON, ids, values, _accepted_form(request))
 
 
@@ -219,9 +226,9 @@ async def draw_gamut(request: Request, gamut_id: GamutId) -> Response:
     options = PictureOptions(**values)
     service = service_of(request)
     await wait_for_kernels(service)
-    rows = int(options.size**2 * ROWS_PER_PIXEL) + 1
-    with service.queries.admission.held(client_of(request.scope), rows):
-        picture = await service.library.picture(gamut_id, level, options, MOST_DRAWN_TRIANGLES)
+    picture = await service.library.picture(
+        gamut_id, level, options, MOST_DRAWN_TRIANGLES, client_of(request.scope)
+    )
     check_if_match(request.headers.getlist("if-match"), picture.etag)
     known = request.headers.getlist("if-none-match")
     return EncodedResponse(picture, ",".join(known) or None)
@@ -258,6 +265,7 @@ async def draw_gamut(request: Request, gamut_id: GamutId) -> Response:
             "precondition-failed",
             "invalid-option",
             "invalid-parameter",
+            "queries-busy",
             "memory-busy",
             "memory-exceeded",
             "store-unavailable",
@@ -290,19 +298,12 @@ async def download_page(
     found = [await NamedGamuts.of(request).id_of(name) for name in names]
     records = [await library.record(each) for each in dict.fromkeys([gamut_id, *found])]
     full = {record.id: record.description["counts"]["triangles"] for record in records}
-    shares = Cost.PAGE_SHARE * sum(full.values())
-    page_bytes = Cost.PAGE_BASE + shares + Cost.PAGE * max(full.values())
-    charge = await library.memory.charge(
-        "work",
-        lambda: page_bytes + sum(library.unpacking_cost(each, full[each.id]) for each in records),
-    )
-    opened = []
-    for record in records:
-        gamut = await library.gamut(record.id, charge)
-        opened.append(gamut)
-        check_space(opened[0].gamut, gamut.gamut)
-        await library.unpack(gamut, full[record.id])
-        library.settle(gamut, charge)
+    page_triangles = _PAGE * max(full.values()) + _PAGE_SHARE * sum(full.values())
+
+    def need() -> int:
+        unpacked = sum(library.unpacked(each, full[each.id]) for each in records)
+        return needed_bytes(unpacked=unpacked, prepared=page_triangles)
+
     accepted = request.headers.getlist("accept-encoding")
 
     def answer() -> Response:
@@ -320,8 +321,18 @@ async def download_page(
         }
         return compress_response(Response(viewer_page(shown), 200, headers, MEDIA_TYPE), accepted)
 
-    page = await library.in_thread(answer)
-    return ChargedResponse(conditional(page, request.headers), charge)
+    opened: list[OpenGamut] = []
+    client = client_of(request.scope)
+    async with service.admission.place(Work.VIEW, client, need, need()):
+        for record in records:
+            gamut = await library.open(record.id)
+            opened.append(gamut)
+            check_space(opened[0].gamut, gamut.gamut)
+            await library.unpack(gamut, full[record.id])
+            library.settle(gamut)
+        page = conditional(await library.in_thread(answer), request.headers)
+        opened.clear()
+        return service.admission.hold_response(page)
 
 
 def only(items: Sequence[tuple[str, str]], name: str) -> str:
@@ -348,27 +359,29 @@ async def _answer(
     if values.get("reference") is not None:
         ids = [*ids, await checked_gamut(request, values["reference"], "query", "reference")]
     await wait_for_kernels(service)
-    levels, charge = await levels_of(
-        service,
-        ids,
-        values,
-        lambda triangles: Cost.COMPARISON * triangles + Cost.CELL * _cells(values),
-    )
-    body = await service.queries.shape(
-        question, levels, values, media_type, client_of(request.scope)
-    )
-    headers = {
-        "Cache-Control": IMMUTABLE,
-        "Vary": "Accept",
-        "X-Content-Type-Options": "nosniff",
-        "Gamut-Triangles": ", ".join(str(level.triangles) for level in levels),
-        "Gamut-Max-Error": ", ".join(f"{level.max_error:g}" for level in levels),
-        **condition_headers(levels, question.warnings([level.gamut for level in levels], None)),
-    }
-    answer = Response(body, 200, headers, media_type)
-    accepted = request.headers.getlist("accept-encoding")
-    answer = await asyncio.to_thread(compress_response, answer, accepted)
-    return ChargedResponse(conditional(answer, request.headers), charge)
+    library, client = service.library, client_of(request.scope)
+    wanted = await wanted_levels(service, ids, values, client)
+    compared = _COMPARED * library.largest_counts(wanted)
+    answer_need = needed_bytes(prepared=compared) + answer_bytes(_cells(values), JSON)
+
+    def need() -> int:
+        return library.need(wanted) + answer_need
+
+    async with service.admission.place(Work.VIEW, client, need, need()):
+        levels = await library.levels(wanted)
+        body = await service.queries.shape(question, levels, values, media_type)
+        headers = {
+            "Cache-Control": IMMUTABLE,
+            "Vary": "Accept",
+            "X-Content-Type-Options": "nosniff",
+            "Gamut-Triangles": ", ".join(str(level.triangles) for level in levels),
+            "Gamut-Max-Error": ", ".join(f"{level.max_error:g}" for level in levels),
+            **condition_headers(levels, question.warnings([level.gamut for level in levels], None)),
+        }
+        answer = Response(body, 200, headers, media_type)
+        accepted = request.headers.getlist("accept-encoding")
+        answer = await library.in_thread(compress_response, answer, accepted)
+        return service.admission.hold_response(conditional(answer, request.headers))
 
 
 def _cells(values: Mapping[str, Any]) -> int:

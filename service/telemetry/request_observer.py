@@ -40,7 +40,6 @@ KNOWN_PARAMETERS = (
     "max_mismatch",
     "side",
     "format",
-    "gamuts",
     "limit",
     "lost",
     "after",

@@ -47,12 +47,3 @@ export async function mesh(gamut_id: string): Promise<ArrayBuffer> {
   if (error !== undefined) throw new Error(error.code);
   return data;
 }
-
-export async function archive(gamuts: string[]): Promise<Blob> {
-  const { data, error } = await client.GET("/v1/meshes", {
-    params: { query: { gamuts: gamuts.join(","), triangles: "10,100", side: "outside" } },
-    parseAs: "blob",
-  });
-  if (error !== undefined) throw new Error(error.code);
-  return data;
-}

@@ -37,7 +37,6 @@ def labels(tmp_path_factory):
     service.metrics.requests.count_answer("GET", "/", 200, 0.1)
     service.metrics.builds.count_build("succeeded", {"boundary": 0.5, "total": 1.0})
     service.metrics.queries.count("contains", 1, 0.1)
-    service.library.memory.charged["work"] = 1
     asyncio.run(service.readiness.report())
     body, _ = exposition(service.metrics.registry, "")
     service.store.close()

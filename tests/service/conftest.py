@@ -180,7 +180,7 @@ def small_server(start_server, page_origins):
         build_queue=1,
         max_event_streams=1,
         max_page_size=2,
-        query_rows=1000,
+        client_requests=1,
         cors_origins=page_origins[0].url,
     )
     started.wait_ready()

@@ -11,7 +11,7 @@ import numpy as np
 from gamutcore import Gamut
 from gamutcore.questions import QUESTIONS
 from gamutcore.tables import read_table
-from service.library import Charge, Ledger, QueryLevel
+from service.library import QueryLevel
 from service.problems.problem import ProblemError
 from service.queries.answers import WRITERS
 from service.queries.bodies import CSV, JSON, NPY, parse_body
@@ -158,7 +158,7 @@ _CXF_TOKENS = [
 
 
 CUBE = Gamut((2.0 * np.array(list(np.ndindex(2, 2, 2))) - 1) * 20 + (50, 0, 0), gamma=1)
-LEVEL = QueryLevel(CUBE, CUBE.history.triangles, 0.0, Charge(Ledger(2**30), "gamuts", 0))
+LEVEL = QueryLevel(CUBE, CUBE.history.triangles, 0.0)
 
 
 def npy(array):

@@ -231,11 +231,8 @@ def test_bodies_that_wait_for_memory_are_bounded_in_bytes(tmp_path, monkeypatch,
     store = GamutStore(LocalBlobs(tmp_path))
     store.open()
     store.close()
-    app = create_app(
-        Settings(
-            store=str(tmp_path), max_body_bytes=2_100_000, spool_bytes=4_200_000, client_share=0.5
-        )
-    )
+    monkeypatch.setattr(bodies, "SHARE", 0.5)
+    app = create_app(Settings(store=str(tmp_path), max_body_bytes=2_100_000, spool_bytes=4_200_000))
 
     async def post(number, size):
         transport = httpx.ASGITransport(app, client=(f"192.0.2.{number}", 1))

@@ -82,8 +82,8 @@ def test_decimals_of_the_usual_forms_are_taken(server, gamut):
         ("/v1/gamuts?limit=0", "query", "limit", "0"),
         ("/v1/jobs?limit=000", "query", "limit", "000"),
         ("/v1/jobs?limit=x", "query", "limit", "x"),
-        ("/v1/meshes?gamuts=abc&triangles=10", "query", "gamuts", "abc"),
-        (f"/v1/meshes?gamuts={ID},&triangles=10", "query", "gamuts", ID[:40]),
+        (f"/v1/gamuts/{ID}/viewer.html?with=abc", "query", "with", "abc"),
+        (f"/v1/gamuts/{ID}/viewer.html?with={ID},", "query", "with", ID[:40]),
     ],
 )
 def test_what_is_no_id_or_no_count_is_shown_with_what_would_be_right(
@@ -99,11 +99,3 @@ def test_a_path_out_of_the_gamuts_leads_nowhere(server, assert_problem):
     for below in ("", "/levels", "/history", "/mesh", "/mesh.ply"):
         answer = server.client.get(f"/v1/gamuts/..%2f..{below}")
         assert_problem(answer, 404, "not-found")
-
-
-def test_a_parameter_that_is_needed_is_asked_for(server, assert_problem):
-    answer = server.client.get("/v1/meshes?triangles=10")
-    document = assert_problem(answer, 422, "invalid-parameter")
-    assert document["where"] == {"in": "query", "field": "gamuts"}
-    assert document["detail"] == "The parameter 'gamuts' is missing."
-    assert document["remedy"] == "Give gamuts."

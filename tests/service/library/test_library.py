@@ -4,7 +4,8 @@ import hashlib
 import pytest
 
 from gamutcore.history import split_codec
-from service.library import Ledger, Library
+from service.admission import Admission
+from service.library import Library
 from service.storage.gamuts import GamutDamagedError, GamutNotStoredError
 from service.storage.published import PublishedGamut
 
@@ -35,11 +36,11 @@ def of_a_damaged_stream(gamut):
 
 def test_a_file_that_is_no_history_is_set_aside(filled_store):
     record = published(filled_store, b"intact, but of another kind")
-    library = Library(filled_store, Ledger(10**9), 10**9, 10**9)
+    library = Library(filled_store, Admission(10**9, most_waiting=9), 10**9, 10**9)
 
     async def scenario():
         with pytest.raises(GamutNotStoredError):
-            await library.gamut(record.id)
+            await library.open(record.id)
         assert list(filled_store.blobs.keys("quarantine/"))
 
     run(library, scenario())
@@ -48,11 +49,11 @@ def test_a_file_that_is_no_history_is_set_aside(filled_store):
 def test_a_file_with_a_damaged_stream_is_set_aside_when_that_is_asked_for(filled_store, built):
     """Its digest is right: it was written like that."""
     record = published(filled_store, of_a_damaged_stream(built[0]), built[0].description)
-    library = Library(filled_store, Ledger(10**9), 10**9, 10**9)
+    library = Library(filled_store, Admission(10**9, most_waiting=9), 10**9, 10**9)
     triangles = built[0].history.triangles
 
     async def scenario():
-        opened = await library.gamut(record.id)
+        opened = await library.open(record.id)
         await library.unpack(opened, 10)
         assert opened.gamut.level(10) == built[0].level(10)
         wanted = (library.unpack(opened, triangles) for _ in range(3))
@@ -61,7 +62,7 @@ def test_a_file_with_a_damaged_stream_is_set_aside_when_that_is_asked_for(filled
         assert library.find_open(record.id) is None
         assert list(filled_store.blobs.keys("quarantine/"))
         with pytest.raises(GamutNotStoredError):
-            await library.gamut(record.id)
+            await library.open(record.id)
 
     run(library, scenario())
 
@@ -69,15 +70,15 @@ def test_a_file_with_a_damaged_stream_is_set_aside_when_that_is_asked_for(filled
 def test_a_reader_of_a_damaged_gamut_leaves_the_one_that_replaced_it(filled_store, built):
     """Two requests hold it; by the time of the second it has been set aside, mended and opened."""
     published(filled_store, of_a_damaged_stream(built[0]))
-    library = Library(filled_store, Ledger(10**9), 10**9, 10**9)
+    library = Library(filled_store, Admission(10**9, most_waiting=9), 10**9, 10**9)
     triangles = built[0].history.triangles
 
     async def scenario():
-        damaged = await library.gamut(NAME)
+        damaged = await library.open(NAME)
         with pytest.raises(GamutDamagedError):
             await library.unpack(damaged, triangles)
         record = published(filled_store, built[0].to_bytes())
-        mended = await library.gamut(NAME)
+        mended = await library.open(NAME)
         with pytest.raises(GamutDamagedError):
             await library.unpack(damaged, triangles)
         assert library.find_open(NAME) is mended
@@ -94,7 +95,7 @@ def test_what_replaced_a_file_that_is_no_history_while_it_was_read_stays(
 ):
     published(filled_store, b"intact, but of another kind")
     library, content, mended = (
-        Library(filled_store, Ledger(10**9), 10**9, 10**9),
+        Library(filled_store, Admission(10**9, most_waiting=9), 10**9, 10**9),
         filled_store.content,
         [],
     )
@@ -109,28 +110,28 @@ def test_what_replaced_a_file_that_is_no_history_while_it_was_read_stays(
         with monkeypatch.context() as patch:
             patch.setattr(filled_store, "content", replaced_when_read)
             with pytest.raises(GamutDamagedError):
-                await library.gamut(NAME)
+                await library.open(NAME)
         assert [filled_store.record(NAME)] == mended
         assert filled_store.corruptions == 0
-        assert (await library.gamut(NAME)).record == mended[0]
+        assert (await library.open(NAME)).record == mended[0]
 
     run(library, scenario())
 
 
 def test_a_gamut_that_could_not_be_unpacked_is_opened_anew(filled_store, built, monkeypatch):
-    library = Library(filled_store, Ledger(10**9), 10**9, 10**9)
+    library = Library(filled_store, Admission(10**9, most_waiting=9), 10**9, 10**9)
     triangles = built[0].history.triangles
 
     def no_memory(*_):
         raise MemoryError
 
     async def scenario():
-        opened = await library.gamut(built[0].id)
+        opened = await library.open(built[0].id)
         monkeypatch.setattr(split_codec, "read_group", no_memory)
         with pytest.raises(MemoryError):
             await library.unpack(opened, triangles)
         monkeypatch.undo()
-        again = await library.gamut(built[0].id)
+        again = await library.open(built[0].id)
         await library.unpack(again, triangles)
         assert again.gamut.history.full() == built[0].history.full()
         assert not list(filled_store.blobs.keys("quarantine/"))

@@ -1,8 +1,7 @@
-"""Memory is charged before it is allocated, and never more than the budget."""
+"""The caches, the default of the budget, and the memory of simultaneous requests."""
 
 import asyncio
 import contextlib
-import gc
 import hashlib
 from pathlib import Path
 
@@ -12,27 +11,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gamutcore import Gamut
-from gamutcore.export import FORMATS
 from service.application import create_app
-from service.library import PROCESS_BYTES, ByteBoundedCache, Charge, Cost, Ledger, memory_budget
-from service.library.memory import FREE_BYTES
-from service.problems.problem import ProblemError
+from service.library import PROCESS_BYTES, ByteBoundedCache, memory_budget
 from service.settings import Settings
 from service.storage.published import PublishedGamut
 
-UNIT = 10 * FREE_BYTES
-BUDGET = 50 * UNIT
 MEBIBYTE = 1024 * 1024
-STEPS = st.lists(
-    st.one_of(
-        st.tuples(st.just("ask"), st.integers(0, 60)),
-        st.tuples(st.just("keep"), st.integers(0, 60)),
-        st.tuples(st.sampled_from(["release", "drop", "cancel"]), st.integers(0, 5)),
-    ),
-    max_size=40,
-)
-
-
 CAPACITY = 50
 KEYS = st.integers(0, 7)
 SIZES = st.integers(0, 60)
@@ -73,119 +57,6 @@ def test_a_cache_keeps_what_was_used_last_up_to_its_bytes(steps):
             expected.pop(0)
         assert cache.nbytes == sum(entry[2] for entry in expected) <= CAPACITY
         assert (cache.hits, cache.misses, len(cache)) == (hits, added, len(expected))
-
-
-@given(STEPS)
-def test_charges_stay_within_the_budget_and_everybody_is_answered(steps):
-    async def scenario():
-        ledger, cache = Ledger(BUDGET, patience=0.0, most_waiting=4), ByteBoundedCache(BUDGET)
-        ledger.add(cache)
-        asked, held = [], []
-        for number, (name, size) in enumerate(steps):
-            if name == "ask":
-                asked.append(asyncio.create_task(ledger.charge("work", lambda n=size: n * UNIT)))
-            elif name == "keep":
-                kept = Charge(ledger, "kept", 0)
-                source = held[0] if held else None
-                if ledger.raise_to(kept, size * UNIT, source):
-                    cache.put(number, kept, size * UNIT)
-                del kept, source
-            elif name == "cancel" and asked:
-                asked[size % len(asked)].cancel()
-            elif held:
-                charge = held.pop(size % len(held))
-                if name == "release":
-                    charge.release()
-                    charge.release()
-                del charge
-            await asyncio.sleep(0)
-            for task in [task for task in asked if task.done()]:
-                asked.remove(task)
-                if not task.cancelled() and task.exception() is None:
-                    held.append(task.result())
-            task = None
-            assert 0 <= ledger.total <= BUDGET
-            assert all(nbytes >= 0 for nbytes in ledger.charged.values())
-            assert ledger.waiting <= 4
-        answers = await asyncio.gather(*asked, return_exceptions=True)
-        assert all(
-            isinstance(each, Charge | ProblemError | asyncio.CancelledError) for each in answers
-        )
-        assert not ledger.waiting
-        del answers
-        asked.clear()
-        held.clear()
-        while len(cache):
-            cache.evict()
-        gc.collect(1)  # the whole heap of the test session takes long
-        with await ledger.charge("work", lambda: BUDGET):  # all of it is free again
-            assert ledger.total == BUDGET
-        assert ledger.total == 0
-
-    asyncio.run(scenario())
-
-
-def test_work_waits_until_there_is_room_in_the_order_of_arrival():
-    async def scenario():
-        ledger, order = Ledger(BUDGET), []
-        first = await ledger.charge("work", lambda: BUDGET)
-
-        async def work(number):
-            with await ledger.charge("work", lambda: BUDGET):
-                order.append(number)
-
-        tasks = [asyncio.create_task(work(number)) for number in range(3)]
-        await asyncio.sleep(0)
-        assert ledger.waiting == 3
-        first.release()
-        await asyncio.gather(*tasks)
-        assert order == [0, 1, 2]
-
-    asyncio.run(scenario())
-
-
-def test_memory_that_nobody_refers_to_is_free_without_another_request():
-    async def scenario():
-        ledger = Ledger(BUDGET)
-        charge = await ledger.charge("work", lambda: BUDGET)
-        del charge
-        gc.collect(1)  # the whole heap of the test session takes long
-        for _ in range(3):  # turns of the event loop
-            await asyncio.sleep(0)
-        assert ledger.total == 0
-
-    asyncio.run(scenario())
-
-
-def test_what_exceeds_the_budget_is_refused_at_once_and_small_work_never_waits():
-    async def scenario():
-        ledger = Ledger(BUDGET)
-        with await ledger.charge("work", lambda: BUDGET):
-            (await ledger.charge("work", lambda: FREE_BYTES)).release()
-            with pytest.raises(ProblemError) as caught:
-                await ledger.charge("work", lambda: BUDGET + 1)
-        assert caught.value.problem.code == "memory-exceeded"
-        assert ledger.refused == 1
-
-    asyncio.run(scenario())
-
-
-def test_the_least_recently_used_value_of_all_caches_gives_way_first():
-    async def scenario():
-        ledger = Ledger(BUDGET)
-        caches = [ByteBoundedCache(BUDGET), ByteBoundedCache(BUDGET)]
-        for number in range(4):
-            charge = Charge(ledger, "kept", 0)
-            assert ledger.raise_to(charge, BUDGET // 4)
-            caches[number % 2].put(number, charge, charge.nbytes)
-            del charge
-        for cache in caches:
-            ledger.add(cache)
-        caches[0].get(0)
-        with await ledger.charge("work", lambda: BUDGET // 2):
-            assert [key for key in range(4) if caches[key % 2].get(key)] == [0, 3]
-
-    asyncio.run(scenario())
 
 
 def fake_system(root, files):
@@ -265,12 +136,12 @@ def test_simultaneous_full_boundaries_stay_within_the_budget(presses, filled_sto
     filled_store.close()
     budget = PROCESS_BYTES + 40 * MEBIBYTE
     settings = Settings(
-        store=str(filled_store.blobs.directory), memory_bytes=budget, query_rows=10**9
+        store=str(filled_store.blobs.directory), memory_bytes=budget, client_requests=99
     )
 
     async def scenario():
         app = create_app(settings)
-        ledger, most, statuses = app.state.service.library.memory, [], []
+        admission, most, statuses = app.state.service.admission, [], []
         transport = httpx.ASGITransport(app)
         async with httpx.AsyncClient(transport=transport, base_url="http://localhost") as client:
 
@@ -289,7 +160,7 @@ def test_simultaneous_full_boundaries_stay_within_the_budget(presses, filled_sto
 
             async def watch():
                 while True:
-                    most.append(ledger.total)
+                    most.append(admission.granted.total())
                     await asyncio.sleep(0)
 
             async with app.router.lifespan_context(app):
@@ -299,9 +170,9 @@ def test_simultaneous_full_boundaries_stay_within_the_budget(presses, filled_sto
                 with contextlib.suppress(asyncio.CancelledError):
                     await watching
                 metrics = (await client.get("/metrics")).text
-        assert set(statuses) <= {200, 429, 503}
-        assert 200 in statuses
-        assert 20 * MEBIBYTE < max(most) <= ledger.budget == 40 * MEBIBYTE
+        assert set(statuses) == {200}
+        assert 10 * MEBIBYTE < max(most) <= admission.budget == 40 * MEBIBYTE
+        assert admission.total <= admission.budget
         assert "gamut_memory_budget_bytes 4.194304e+07" in metrics
         assert 'gamut_memory_charged_bytes{kind="work"} 0.0' in metrics
 
@@ -321,8 +192,3 @@ def published(filled_store):
         return filled_store.publish(record, path).id
 
     return publish
-
-
-def test_every_mesh_format_has_its_memory():
-    unknown = set(FORMATS) - set(Cost.FORMAT)
-    assert not unknown, f"measure the bytes per triangle of {unknown} for `Cost.FORMAT`"

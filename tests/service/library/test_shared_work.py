@@ -2,6 +2,7 @@
 
 import asyncio
 import hashlib
+import os
 import threading
 
 import httpx
@@ -118,7 +119,7 @@ def test_processes_find_the_same_level_whatever_they_were_asked_before(app, requ
     assert len(found) == 1
 
 
-def test_one_level_is_searched_at_a_time_while_others_are_served(meanwhile, gate, built):
+def test_levels_are_searched_in_few_places_while_others_are_served(meanwhile, gate, built):
     searches = gate(LevelSearch, "find")
     one, other = (f"/v1/gamuts/{gamut.id}/mesh" for gamut in built)
 
@@ -136,12 +137,12 @@ def test_one_level_is_searched_at_a_time_while_others_are_served(meanwhile, gate
         answers = await asyncio.gather(*asked)
         assert {answer.status_code for answer in answers} == {200}
         assert all(float(answer.headers["gamut-max-error"]) <= 0.6 for answer in answers)
-        # whoever waits for the searches of others is told so
+        # whoever waits for a place is told so
         timings = [answer.headers["server-timing"] for answer in answers]
         assert any("wait;" in timing and "choose;" in timing for timing in timings)
 
     meanwhile(scenario)
-    assert searches.most == 1
+    assert 1 <= searches.most <= len(os.sched_getaffinity(0))
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ import pytest
 from PIL import Image
 
 from gamutcore import Gamut
-from service.library import Ledger
+from service.admission import Admission, Work
 from service.problems.problem import ProblemError
 from service.queries import pictures
 from service.settings import Settings
@@ -197,20 +197,21 @@ sys.stdin.readline()
 time.sleep(60)
 """
     settings = Settings(build_timeout=1.0, store=str(tmp_path))
-    ledger = Ledger(1 << 30)
+    admission = Admission(1 << 30, most_waiting=9)
     asked = pictures.MappingRequest(tmp_path / "a", tmp_path / "b.png", tmp_path / "c")
 
     async def ask():
-        mapping = pictures.Pictures(settings, ledger, (sys.executable, "-c", script))
+        mapping = pictures.Pictures(settings, (sys.executable, "-c", script))
         try:
             with pytest.raises(ProblemError) as caught:
-                await mapping.mapped(asked)
+                async with admission.place(Work.HEAVY, "", int) as place:
+                    await mapping.mapped(asked, place)
         finally:
             await mapping.close()
         return caught.value.problem
 
     assert asyncio.run(ask()).code == code
-    assert ledger.total == 0
+    assert admission.total == 0
 
 
 def test_gamuts_of_colours_have_no_device(server, gamut, assert_problem):

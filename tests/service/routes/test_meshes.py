@@ -338,11 +338,6 @@ def test_an_envelope_is_of_the_full_boundary_and_for_three_channels(server, asse
         document = assert_problem(server.client.get(address), 422, "invalid-option")
         assert document["where"] == {"field": "format"}
         assert "no device values" in document["detail"]
-    batch = {"gamuts": f"srgb,{gamut['id']}", "triangles": 100, "format": "cge"}
-    answer = server.client.get("/v1/meshes", params=batch)
-    assert answer.status_code == 200
-    assert answer.headers["gamut-failures"] == "1"
-    assert answer.headers["cache-control"] == "no-store"
 
 
 def test_formats_in_cielab_are_refused_for_other_spaces(server, assert_problem, sphere):
@@ -456,15 +451,14 @@ def test_a_download_has_a_file_name_from_the_cache_too(mesh, gamut, name):
             assert answer.headers["content-disposition"] == expected
 
 
-@pytest.mark.parametrize("link", ["mesh", "history", "batch", "picture"])
+@pytest.mark.parametrize("link", ["mesh", "history", "picture"])
 def test_curl_saves_a_download_under_its_name(server, gamut, tmp_path, link):
     if shutil.which("curl") is None:
         pytest.skip("curl is not installed")
-    start, name, own = gamut["id"][:12], gamut["name"], gamut["links"]["self"]
+    name, own = gamut["name"], gamut["links"]["self"]
     path, name, begin = {
         "mesh": (f"{own}/mesh.ply?triangles=50", f"{name}-50.ply", b"ply"),
         "history": (gamut["links"]["history"], f"{name}.gamut", b""),
-        "batch": (f"/v1/meshes?gamuts={gamut['id']}&triangles=50", f"{start}-meshes.zip", b"PK"),
         "picture": (f"{own}/picture.png?size=32", f"{name}.png", b"\x89PNG"),
     }[link]
     subprocess.run(["curl", "-sSOJ", server.url + path], cwd=tmp_path, check=True)

@@ -14,6 +14,7 @@ from prometheus_client.openmetrics.parser import (
 from prometheus_client.parser import text_string_to_metric_families as text_families
 
 from gamutcore.levels import LevelRequest
+from service.admission import Work
 from service.application import create_app
 from service.settings import Settings
 from service.telemetry.metrics import Metrics, exposition, serve_metrics
@@ -130,26 +131,27 @@ def test_the_caches_and_the_store_tell_what_happened(filled, built):
     assert found["gamut_store_corruptions_total", ()] == 0
 
 
-def test_searches_for_levels_that_keep_limits_are_told_of(filled, built):
+def test_work_that_waits_is_told_of(filled, built):
     mesh = filled.library.mesh
 
     async def asked():
-        wanted = [LevelRequest(max_error=error, max_mismatch=0.02) for error in (0.7, 0.6, 0.5)]
-        name = built[0].id
-        await mesh(name, LevelRequest(100), "ply")
-        meshes = [asyncio.create_task(mesh(name, one, "ply")) for one in wanted]
-        most = 0
+        wanted = [LevelRequest(max_error=0.5 + 0.02 * place) for place in range(8)]
+        meshes = [asyncio.create_task(mesh(built[0].id, one, "obj")) for one in wanted]
+        most = running = 0
         while not all(each.done() for each in meshes):
-            most = max(most, read(filled)["gamut_level_searches", ()])
+            found = read(filled)
+            most = max(most, found["gamut_work_waiting", (("work", "view"),)])
+            running = max(running, found["gamut_work_running", (("work", "view"),)])
             await asyncio.sleep(0)
         await asyncio.gather(*meshes)
-        assert most == len(wanted)
-        for one in wanted:
-            await mesh(name, one, "ply")
+        assert running == filled.admission.places[Work.VIEW]
+        assert most == len(wanted) - running
 
     asyncio.run(asked())
     found = read(filled)
-    assert found["gamut_level_searches", ()] == 0
+    assert found["gamut_work_waiting", (("work", "view"),)] == 0
+    assert found["gamut_memory_charged_bytes", (("kind", "work"),)] == 0
+    assert found["gamut_memory_charged_bytes", (("kind", "gamuts"),)] > 1000
     assert found["gamut_cache_bytes", (("cache", "tables"),)] > 1000
 
 
