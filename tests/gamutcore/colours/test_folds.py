@@ -87,7 +87,7 @@ def test_measured_patches_are_in_gamut() -> None:
 
 
 def test_sheets_that_are_crumpled_are_not_raised() -> None:
-    """CAM16-UCS turns the imaginary colours of ProPhoto near black inside out: 16 million crossings.
+    """CAM16-UCS turns imaginary colours of ProPhoto near black inside out: 16 million crossings.
 
     The boundary stays as it is without folds, with an error that is said.
     """
