@@ -49,6 +49,7 @@ from gamutcore.colours import (
     lab_to_xyz,
     luminance_of_black,
     picture_colours,
+    profile_warnings,
 )
 from gamutcore.errors import MalformedFileError, OptionError, UnsupportedPictureError
 from gamutcore.export.picture_file import (
@@ -323,6 +324,8 @@ def map_picture(
         meaning, said = _meaning_of(opened)
         meaning, more = decoded_meaning(meaning, decode)
         said += more
+        if isinstance(meaning, IccProfile):
+            said += profile_warnings(meaning, "relative")
         device = to if isinstance(to, DeviceValues) else None
         result, encoded, lost = _result_of(opened, meaning, to, depth, output)
         raster, black = opened, None
