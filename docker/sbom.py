@@ -4,8 +4,8 @@ It runs inside the image, with the Python whose packages it lists. Debian's pack
 database of dpkg. Libraries inside wheels, such as decoders of pictures, are components of their
 package. They come from the wheel's own bills (PEP 770), from its list of files, and from
 OpenImageIO itself, whose wheel has no bill. Hashes of packages are those of the lock file, one for
-each architecture; pip has verified one of them. The document has neither a time nor a serial number: equal images have equal
-documents.
+each architecture; pip has verified one of them. The document has neither a time nor a serial
+number: equal images have equal documents.
 """
 
 from __future__ import annotations

@@ -123,6 +123,7 @@ __all__ = [
     "parameter_defaults",
     "picture_colours",
     "primary_matrix",
+    "profile_warnings",
     "reference_white",
     "space_parameters",
     "spread_values",

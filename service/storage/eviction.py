@@ -2,8 +2,8 @@
 
 Nothing is evicted unless the operator has set a size limit. Inputs of finished gamuts go first,
 because only the repair of damaged gamuts and recipes need them. Quarantined blobs and then gamuts
-follow. Inputs and gamuts go in the order of the last use of their gamut. Inputs of unfinished jobs, jobs, and gamuts that are
-being published are never removed.
+follow. Inputs and gamuts go in the order of the last use of their gamut. Inputs of unfinished jobs,
+jobs, and gamuts that are being published are never removed.
 
 A store may have a million files. It is scanned for the first eviction, and the least recently used
 gamuts are kept in memory. The store reports later gamuts (`Eviction.note`). So another scan is

@@ -150,9 +150,7 @@ def _is_emoji(character: str) -> bool:
 
 def _is_visible(text: str) -> bool:
     """Return whether a text has a letter, number, punctuation mark or symbol."""
-    return any(
-        unicodedata.category(each)[0] in "LNPS" and each != _BRAILLE_BLANK for each in text
-    )
+    return any(unicodedata.category(each)[0] in "LNPS" and each != _BRAILLE_BLANK for each in text)
 
 
 class Names:

@@ -8,6 +8,7 @@ import pytest
 from PIL import Image
 
 from gamutcore import Gamut
+
 DATA = Path(__file__).parents[2] / "data"
 
 PROFILE = (DATA / "DisplayP3-v4.icc").read_bytes()

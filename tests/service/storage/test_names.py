@@ -113,9 +113,11 @@ def test_no_name_has_an_invisible_character(character):
     assert cleaned_name(f"a{character}b") in {"ab", "a b"}
 
 
-@pytest.mark.parametrize("text", ["\u2800", "\ufe0f", "\u034f", "\u3000", "\u2800 \u180b"], ids=ascii)
+@pytest.mark.parametrize(
+    "text", ["\u2800", "\ufe0f", "\u034f", "\u3000", "\u2800 \u180b"], ids=ascii
+)
 def test_a_name_is_visible(text):
-    with pytest.raises(InvalidNameError, match="characters; it needs|no visible character"):
+    with pytest.raises(InvalidNameError, match=r"characters; it needs|no visible character"):
         checked_name(text)
     assert cleaned_name(text) == ""
 

@@ -52,7 +52,9 @@ def test_builds_of_an_earlier_algorithm_are_done_by_this_one(upgraded):
         (kept,) = (upgraded.data / "inputs").rglob(f"{described['id']}.input")
         _, head, data = kept.read_bytes().split(b"\n", 2)
         options = json.loads(head)["options"]
-        posted = client.post("/v1/gamuts", files={"file": data}, data={"options": json.dumps(options)})
+        posted = client.post(
+            "/v1/gamuts", files={"file": data}, data={"options": json.dumps(options)}
+        )
         assert (posted.status_code, posted.json()["id"]) == (200, described["id"])
         assert not list((upgraded.data / "inputs").rglob(f"{job}.input"))
         assert client.get(f"/v1/gamuts/{job}").status_code == 404
