@@ -2,7 +2,9 @@
 # docs/decisions/container-image.md why it is built this way.
 
 # Both stages use one base. It must have python3 with its venv module. CI passes another name here,
-# because its machine has no registry to take this image from.
+# because its machine has no registry to take this image from. A tag moves with security updates. To
+# build from one image for ever, give its digest: --build-arg BASE=python@sha256:..., which
+# `docker buildx imagetools inspect python:3.11.15-slim-bookworm` prints.
 ARG BASE=python:3.11.15-slim-bookworm
 
 

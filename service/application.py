@@ -22,7 +22,7 @@ from service.container import ServiceContainer
 from service.http.cors import Cors, origins
 from service.http.requests import ControlCharacters, HeadAsGet
 from service.openapi.document import APP_METADATA, openapi_document
-from service.problems.handlers import add_exception_handlers, answer_exception
+from service.problems.handlers import AnswerStopped, add_exception_handlers, answer_exception
 from service.routes import (
     gamuts,
     jobs,
@@ -120,6 +120,8 @@ def _layers(service: ServiceContainer, rules: AccessRules) -> list[Middleware]:
             access_log=settings.access_log,
             traces=service.traces,
         ),
+        # requests that the server cancels when it stops
+        Middleware(AnswerStopped, lambda: service.stopping),
         # browsers must be able to read every answer, refusals and defects included
         *([Middleware(Cors, allowed)] if allowed else []),
         # Starlette has one outside of all middleware, whose answers would have no id

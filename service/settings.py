@@ -96,7 +96,7 @@ class Settings(BaseSettings):
 
     store_bytes: NonNegativeInt = 0
     """Size limit of a store directory in bytes. The least recently used gamuts are removed for new
-    ones. 0: no limit, and no gamut is removed."""
+    ones. 0: no limit, and nothing is removed."""
 
     store_reserve_bytes: NonNegativeInt = 64 * _MEBIBYTE
     """Free bytes that are kept on the file system of a store directory. A new gamut that would use

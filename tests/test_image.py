@@ -3,6 +3,7 @@
 ``make image-check`` builds and runs the image itself.
 """
 
+import hashlib
 import importlib.metadata
 import json
 import os
@@ -13,10 +14,12 @@ import sys
 import tomllib
 from pathlib import Path
 
+import OpenImageIO as oiio  # noqa: N813
 import pytest
 import yaml
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
+from PIL import features
 
 from gamutcore.version import __version__
 
@@ -148,6 +151,48 @@ def test_the_bill_of_materials_lists_what_is_installed():
         (part,) = [part for part in parts if part["bom-ref"].startswith(f"pkg:pypi/{name}@")]
         assert (part["version"], part["purl"]) == (version, f"pkg:pypi/{name}@{version}")
         assert part["licenses"]
+
+
+@pytest.fixture(scope="module")
+def bill():
+    program = [sys.executable, str(ROOT / "docker" / "sbom.py")]
+    printed = subprocess.run(program, capture_output=True, text=True, check=True).stdout
+    return json.loads(printed)
+
+
+def test_what_the_image_installs_has_a_licence_and_the_hashes_of_the_lock(bill):
+    text = (ROOT / "docker" / "requirements.txt").read_text().replace("\\\n", " ")
+    parts = {part["bom-ref"]: part for part in bill["components"]}
+    for line in text.splitlines():
+        if line.startswith("#"):
+            continue
+        pin, *hashes = line.split()
+        name, version = pin.split("==")
+        part = parts.get(f"pkg:pypi/{canonicalize_name(name)}@{version}")
+        if part is not None:  # otherwise this environment has another version, or none
+            assert part["licenses"], name
+            assert {f"--hash=sha256:{each['content']}" for each in part["hashes"]} == set(hashes)
+
+
+def test_decoders_inside_wheels_are_listed(bill):
+    """With the versions that the libraries state themselves."""
+    wheels = {part["name"]: part.get("components", []) for part in bill["components"]}
+    named = {(part["name"].lower(), part.get("version")) for part in wheels["pillow"]}
+    for feature, name in (("webp", "libwebp"), ("libtiff", "libtiff")):
+        assert (name, features.version(feature)) in named, sorted(named)
+    linked = {part["name"]: part["version"] for part in wheels["openimageio"] if "version" in part}
+    states = oiio.get_string_attribute("library_list")
+    for name, library in (("PNG", "libpng"), ("OpenJPEG", "OpenJpeg"), ("OpenEXR", "OpenEXR")):
+        assert f"{library} {linked[name]}" in states
+    for wheel, parts in wheels.items():
+        for part in parts:
+            if part["type"] == "file" and ".libs/" in part["name"]:
+                path = importlib.metadata.distribution(wheel).locate_file(part["name"])
+                digest = hashlib.sha256(path.read_bytes()).hexdigest()
+                assert part["hashes"] == [{"alg": "SHA-256", "content": digest}]
+    references = [part["bom-ref"] for part in bill["components"]]
+    references += [part["bom-ref"] for parts in wheels.values() for part in parts]
+    assert len(set(references)) == len(references)
 
 
 def test_compose_and_the_chart_name_the_image_that_is_built():

@@ -35,7 +35,12 @@ from gamutcore.colours.ink_limits import (
 from gamutcore.colours.lookup import LookupTable, cube_nodes
 from gamutcore.colours.measured import ILLUMINANTS, OBSERVERS, measured_colours
 from gamutcore.colours.models import DeviceModel, naming_remedy
-from gamutcore.colours.picture import closed_form_values, find_values, picture_colours
+from gamutcore.colours.picture import (
+    closed_form_values,
+    find_values,
+    picture_colours,
+    profile_warnings,
+)
 from gamutcore.colours.reference import RGB_CURVES, RgbSpace, primary_matrix, reference_white
 from gamutcore.colours.repeats import consistent_samples
 from gamutcore.colours.sampling import (
@@ -118,6 +123,7 @@ __all__ = [
     "parameter_defaults",
     "picture_colours",
     "primary_matrix",
+    "profile_warnings",
     "reference_white",
     "space_parameters",
     "spread_values",

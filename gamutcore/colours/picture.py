@@ -142,16 +142,21 @@ def _by_profile(
         found = profile_colours(profile, np.ascontiguousarray(device), intent)
         lab[start : start + len(values)] = found.lab
     assert found is not None  # noqa: S101 (a picture has at least one colour)
-    warnings = [*found.warnings]
+    warnings = profile_warnings(profile, intent)
     outside = ((picture.values < 0) | (picture.values > 1)).any(axis=1)
     if outside.any() and found.kind != "mpet":
         warnings.append(
             f"{int(outside.sum())} of {len(picture)} colours have values outside 0 to 1. The "
             "profile's transform clips them."
         )
-    white, white_warnings = declared_white(profile)
+    white, _ = declared_white(profile)
     how: dict[str, JSON] = {"white": white, "adaptation": found.adaptation, "transform": found.tag}
-    return lab, how, (*warnings, *white_warnings)
+    return lab, how, tuple(warnings)
+
+
+def profile_warnings(profile: IccProfile, intent: str) -> list[str]:
+    """Return what is wrong with the transform of a picture's profile, and with its white."""
+    return [*profile.transform(intent)[1], *declared_white(profile)[1]]
 
 
 def _by_encoding(

@@ -49,6 +49,7 @@ from gamutcore.colours import (
     lab_to_xyz,
     luminance_of_black,
     picture_colours,
+    profile_warnings,
 )
 from gamutcore.errors import MalformedFileError, OptionError, UnsupportedPictureError
 from gamutcore.export.picture_file import (
@@ -320,9 +321,7 @@ def map_picture(
     if file_format is None:
         raise no_picture()
     with open_raster(data, file_format) as opened:
-        meaning, said = _meaning_of(opened)
-        meaning, more = decoded_meaning(meaning, decode)
-        said += more
+        meaning, said = _meaning_of(opened, decode)
         device = to if isinstance(to, DeviceValues) else None
         result, encoded, lost = _result_of(opened, meaning, to, depth, output)
         raster, black = opened, None
@@ -372,8 +371,8 @@ def map_picture(
     )
 
 
-def _meaning_of(raster: Raster) -> tuple[IccProfile | Encoding, list[str]]:
-    """Return what `picture_meaning` does, of a picture that can be mapped."""
+def _meaning_of(raster: Raster, decode: str | None) -> tuple[IccProfile | Encoding, list[str]]:
+    """Return what `picture_meaning` does, of a picture that can be mapped, or a decoding."""
     meaning, said = picture_meaning(raster)
     is_gray_profile = isinstance(meaning, IccProfile) and len(meaning.channels) == 1
     if meaning is None or raster.model not in {"RGB", "gray", "CMYK"} or is_gray_profile:
@@ -383,6 +382,10 @@ def _meaning_of(raster: Raster) -> tuple[IccProfile | Encoding, list[str]]:
             where={"field": "channels"},
             remedy="Convert it to RGB.",
         )
+    meaning, more = decoded_meaning(meaning, decode)
+    said += more
+    if isinstance(meaning, IccProfile):
+        said += profile_warnings(meaning, "relative")
     return meaning, said
 
 

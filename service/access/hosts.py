@@ -3,7 +3,7 @@
 A service without keys on a loopback address trusts everybody who reaches it. A browser reaches it
 on behalf of any page. The page's own name may resolve to 127.0.0.1 (DNS rebinding), or the page may
 send a request across sites. So such a service answers requests for its own names only, and pages of
-other origins change nothing. See ``docs/decisions/hosts.md``.
+other origins neither change nor compute anything. See ``docs/decisions/hosts.md``.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from starlette.types import Scope
 
-__all__ = ["Hosts", "host_names", "is_loopback"]
+__all__ = ["Hosts", "follows_link", "host_names", "is_loopback"]
 
 _PROBES = frozenset({"/livez", "/readyz", "/metrics"})
 """Paths of balancers and monitors, which address the service by any name."""
@@ -103,7 +103,7 @@ class Hosts:
         )
 
     def foreign(self, scope: Scope) -> Problem | None:
-        """Return the problem of changes by a page of another origin; None for other requests."""
+        """Return the problem of requests by a page of another origin; None for other requests."""
         if not self._trusting or scope["path"] in _PROBES:
             return None
         fields = dict(scope["headers"])
@@ -113,12 +113,25 @@ class Hosts:
         if origin:
             if "*" in self._origins or origin in self._origins or _is_origin_of(origin, host):
                 return None
-            detail = f"A page of {origin[:80]} may change nothing here."
+            detail = f"A page of {origin[:80]} may not use this service."
             return Problem("origin-not-allowed", detail, {"header": "Origin"})
         if site in {"none", "same-origin"} or "*" in self._origins:
             return None
-        detail = "A page of another origin may change nothing here."
+        detail = "A page of another origin may not use this service."
         return Problem("origin-not-allowed", detail, {"header": "Sec-Fetch-Site"})
+
+
+def follows_link(scope: Scope) -> bool:
+    """Return whether a person follows a link, or a page of the same site shows a picture.
+
+    Both are GET without ``Origin``, and differ from a page that makes the service work unseen.
+    """
+    fields = dict(scope["headers"])
+    if scope["method"] != "GET" or b"origin" in fields:
+        return False
+    navigates = fields.get(b"sec-fetch-mode") == b"navigate"
+    shown = navigates and fields.get(b"sec-fetch-dest") == b"document"
+    return shown or fields.get(b"sec-fetch-site") == b"same-site"
 
 
 def _is_origin_of(origin: str, host: str) -> bool:

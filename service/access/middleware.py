@@ -15,6 +15,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from service.access.api_keys import BUILD, READ, WRITE, ApiKey, ApiKeys
+from service.access.hosts import follows_link
 from service.access.rate_limits import Allowance, TokenBuckets, client_of
 from service.problems.problem import Problem, ProblemError, problem_response
 
@@ -52,6 +53,10 @@ ANONYMOUS_SCOPES = {
 }
 """Scopes of requests without a key, by the value of the setting."""
 
+WRONG_KEY_RATE, WRONG_KEY_BURST = 1.0, 20
+"""Requests per second, and at once, with wrong keys from one address. A program with an expired key
+that tries again after the time in ``Retry-After`` is told the reason."""
+
 _BEARER = b"bearer "
 
 _STATE = "api_key"
@@ -66,8 +71,9 @@ class OpenToAllError(ValueError):
 class AccessRules:
     """Keys, anonymous scopes and limits.
 
-    `requests` limits all requests, `builds` those that build; None is no limit. `clock` gives
-    seconds since 1970, for the expiry of keys.
+    `requests` limits all requests, `builds` those that build; None is no limit. `wrong_keys` limits
+    the requests of an address whose keys are unknown or expired; a valid key is not affected.
+    `clock` gives seconds since 1970, for the expiry of keys.
     """
 
     keys: ApiKeys
@@ -75,6 +81,9 @@ class AccessRules:
     requests: TokenBuckets | None
     builds: TokenBuckets | None
     clock: Callable[[], float] = field(default=time.time)
+    wrong_keys: TokenBuckets = field(
+        default_factory=lambda: TokenBuckets(WRONG_KEY_RATE, WRONG_KEY_BURST)
+    )
 
     @property
     def limiting(self) -> bool:
@@ -132,7 +141,8 @@ class Access:
         self._hosts.check_name(scope)
         foreign = self._hosts.foreign(scope)
         if foreign is not None:
-            if not self._reads(scope):
+            # The browser hides an answer from the page, but the work would be done.
+            if not (_is_open(scope["path"]) or follows_link(scope)):
                 raise ProblemError(foreign)
             # With options, an address of a reference gamut builds another gamut.
             scope["refuse_build"] = lambda is_write: foreign if is_write else None
@@ -171,6 +181,9 @@ class Access:
             detail = f"The API key {key.name} expired at {key.expiry}."
         else:
             detail = "The API key is not known to this service."
+        left = self.rules.wrong_keys.take(client_of(scope))
+        if not left.granted:
+            raise ProblemError(_too_often("wrong keys", self.rules.wrong_keys, left))
         challenge = {"WWW-Authenticate": 'Bearer realm="gamut", error="invalid_token"'}
         raise ProblemError(Problem("api-key-required", detail, headers=challenge))
 

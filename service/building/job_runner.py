@@ -101,6 +101,8 @@ class _HeldClaim:
         self._interruption = interruption
         self._changed = changed
         self._stage, self._fraction = claim.document.stage, claim.document.fraction
+        self.gamut = ""
+        """Id of the gamut that was built, if it is not that of the job."""
         self._lost: LeaseLostError | None = None
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._renew, name="lease renewer", daemon=True)
@@ -241,7 +243,8 @@ class JobRunner:
         try:
             with held:
                 problem, stages = self._build(held)
-            return self._finish(held.claim, problem, stages, time.monotonic() - clock)
+            seconds = time.monotonic() - clock
+            return self._finish(held.claim, problem, stages, seconds, held.gamut)
         except Interrupted:
             logger.info("build of %s is given back", document.id)
             return self._give_back(held.claim, None)
@@ -270,6 +273,8 @@ class JobRunner:
         """Build a claimed job and publish the gamut.
 
         Return the problem, if any, and the seconds by stage: None if the gamut was stored already.
+        A job of another version of the algorithm gets the gamut of this version, whose id
+        `held.gamut` is then.
         """
         job_id = held.document.id
         scratch: list[Path] = []
@@ -302,9 +307,12 @@ class JobRunner:
                 held.check()
                 description = event["description"]
                 StoredDescription.model_validate(description)
+                held.gamut = event.get("id", "")
                 record = PublishedGamut(
-                    job_id, event["sha256"], event["nbytes"], now(), description
+                    held.gamut or job_id, event["sha256"], event["nbytes"], now(), description
                 )
+                if held.gamut:
+                    self._store.copy_submission(job_id, held.gamut)
                 self._store.publish(record, output)
             return problem, event.get("seconds", {})
         except (Interrupted, LeaseLostError, ProcessDiedError, StoreUnavailableError):
@@ -332,6 +340,7 @@ class JobRunner:
         problem: Problem | None,
         stages: dict[str, float] | None,
         seconds: float,
+        gamut: str,
     ) -> Outcome:
         """Store the result of a build that ended by itself, and return the outcome."""
         job_id = claim.document.id
@@ -348,7 +357,9 @@ class JobRunner:
                 # If the data is not at fault, another attempt with the same data may succeed.
                 if not _is_service_fault(problem):
                     self._store.drop_input(job_id)
-            document = self._book.finish(claim, state, problem)
+            document = self._book.finish(claim, state, problem, gamut)
+            if gamut:
+                self._store.drop_submission(job_id)
         except (OSError, StoreUnavailableError) as error:
             return self._unwritten(claim, problem, error)
         return Outcome(state, document, problem is None and stages is not None)
@@ -415,11 +426,6 @@ def _build_problems(settings: Settings) -> dict[str, Problem]:
             "The build was ended because it used more than "
             f"{settings.build_memory_bytes} bytes of memory.",
             {"field": "surface_samples"},
-        ),
-        "outdated": Problem(
-            "build-outdated",
-            "The job was accepted under another version of the algorithm, whose gamuts this "
-            "version cannot build.",
         ),
     }
 

@@ -7,7 +7,7 @@ outlives the service.
 
 A request has the members:
 
-- ``id``: the id that the gamut must get.
+- ``id``: the id of the job.
 - ``input``, ``output``: paths of the data and of the history file.
 - ``options``, ``limits``: options of the gamut, and members of `Limits`.
 - ``memory``: memory limit in bytes; 0 for none.
@@ -16,9 +16,9 @@ A request has the members:
 ``progress`` events name a stage of `gamutcore.building.STAGES`, or ``encoding`` while the history
 file is written. The last event has ``seconds`` by stage, and ``last`` if the process ends:
 
-- ``built``: the history file is written.
+- ``built``: the history file is written. ``id`` is that of the gamut, if another version of the
+  algorithm accepted the job.
 - ``refused``: the input or an option is at fault.
-- ``outdated``: the job has the id of another version of the algorithm.
 - ``exhausted``: memory.
 - ``failed``: the system, or a defect.
 
@@ -150,19 +150,18 @@ def build(request: dict[str, Any], events: Events) -> None:
             data = Path(request["input"]).read_bytes()
             limits = Limits(**request.get("limits", {}), overtime=end)
             gamut = Gamut(data, options, progress=progress, limits=limits)
-            if gamut.id == request["id"]:
-                progress("encoding", 0.0)
-                content = gamut.to_bytes()
-                Path(request["output"]).write_bytes(content)
-                result = {
-                    "event": "built",
-                    "sha256": hashlib.sha256(content).hexdigest(),
-                    "nbytes": len(content),
-                    "description": gamut.description,
-                }
-            else:
+            progress("encoding", 0.0)
+            content = gamut.to_bytes()
+            Path(request["output"]).write_bytes(content)
+            result = {
+                "event": "built",
+                "sha256": hashlib.sha256(content).hexdigest(),
+                "nbytes": len(content),
+                "description": gamut.description,
+            }
+            if gamut.id != request["id"]:
                 # Accepted before an upgrade: the id promises what another version would build.
-                result = {"event": "outdated"}
+                result["id"] = gamut.id
     except GamutError as error:
         result = _refusal(error)
     except MemoryError:

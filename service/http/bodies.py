@@ -450,8 +450,8 @@ async def read_form(
     reader = _FormReader(charset, most_fields, check)
     names = (name for name in dir(reader) if name.startswith("on_"))
     callbacks: Any = {name: getattr(reader, name) for name in names}
-    parser = MultipartParser(boundary, callbacks)
     try:
+        parser = MultipartParser(boundary, callbacks)  # refuses long boundaries
         async for piece in body.pieces(most):
             parser.write(piece)
             if reader.content:

@@ -121,6 +121,13 @@ class JobDocument:
     """Header fields that carry the trace of the first request."""
     client: str = ""
     """`client_mark` of the first request's client; empty if it is unknown."""
+    gamut: str = ""
+    """Id of the gamut, if another version of the algorithm accepted the job; otherwise empty."""
+
+    @property
+    def gamut_id(self) -> str:
+        """Id of the gamut that the job builds."""
+        return self.gamut or self.id
 
     @property
     def final(self) -> bool:
@@ -274,10 +281,18 @@ class JobBook:
         return self._change(claim, progress)
 
     def finish(
-        self, claim: Claim, state: Literal["succeeded", "failed"], problem: Problem | None = None
+        self,
+        claim: Claim,
+        state: Literal["succeeded", "failed"],
+        problem: Problem | None = None,
+        gamut: str = "",
     ) -> JobDocument:
-        """End a job and return it; raises `LeaseLostError` if the claim was lost."""
-        return self._change(claim, self._end(claim.document, state, problem)).document
+        """End a job and return it; raises `LeaseLostError` if the claim was lost.
+
+        `gamut` is the id of the gamut, if it is not that of the job.
+        """
+        ended = replace(self._end(claim.document, state, problem), gamut=gamut)
+        return self._change(claim, ended).document
 
     def record_crash(self, claim: Claim, problem: Problem) -> JobDocument:
         """Queue a job again whose process died, or fail it after the last attempt.

@@ -372,7 +372,8 @@ class JobDescription(Model):
     """A build."""
 
     id: str
-    """Id of the gamut."""
+    """Id of the gamut that was asked for. A version of the service with another algorithm gives the
+    gamut another id; `links.gamut` is always right."""
     state: Literal["queued", "running", "succeeded", "failed", "cancelled"]
     stage: str
     """Stage of a running build."""

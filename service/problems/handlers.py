@@ -25,10 +25,13 @@ from service.storage.blobs import StoreUnavailableError
 from service.storage.gamuts import GamutDamagedError, GamutNotStoredError
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from fastapi import FastAPI
     from starlette.requests import Request
+    from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-__all__ = ["add_exception_handlers", "answer_exception"]
+__all__ = ["AnswerStopped", "add_exception_handlers", "answer_exception"]
 
 logger = logging.getLogger(__name__)
 
@@ -49,6 +52,39 @@ def add_exception_handlers(app: FastAPI) -> None:
     """
     for kind in _EXPECTED:
         app.add_exception_handler(kind, answer_exception)
+
+
+class AnswerStopped:
+    """ASGI middleware that answers requests which the server cancels when it stops.
+
+    The server cancels what is unfinished `GAMUT_DRAIN_SECONDS` after the signal to stop, and would
+    log the cancellation as a defect. An answer that has begun is cut off. `is_stopping` tells
+    cancellations of the server from others.
+    """
+
+    def __init__(self, app: ASGIApp, is_stopping: Callable[[], bool]) -> None:
+        self.app = app
+        self._is_stopping = is_stopping
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass the request on, or answer with the problem ``shutting-down``."""
+        began = False
+
+        async def observing_send(message: Message) -> None:
+            nonlocal began
+            began = True
+            await send(message)
+
+        try:
+            await self.app(scope, receive, observing_send)
+        except asyncio.CancelledError:
+            if scope["type"] != "http" or not self._is_stopping():
+                raise
+            if not began:
+                detail = "The service is stopping, and the request was not finished in time."
+                headers = {"Retry-After": "5", "Connection": "close"}
+                problem = Problem("shutting-down", detail, headers=headers)
+                await problem_response(problem)(scope, receive, send)
 
 
 async def answer_exception(request: Request, error: Exception) -> Response:

@@ -274,7 +274,7 @@ _TABLE = {
     ),
     "invalid-name": Kind(
         "The name is not valid",
-        "Give 1 to 200 characters without control characters.",
+        "Give 1 to 200 characters, without control characters and invisible characters.",
         "The name has 0 characters; it needs 1 to 200.",
         {"field": "name"},
     ),
@@ -313,9 +313,9 @@ _TABLE = {
         status=403,
     ),
     "origin-not-allowed": Kind(
-        "Pages of this origin may change nothing",
+        "Pages of this origin may not use the service",
         "List the origin in GAMUT_CORS_ORIGINS, or list the name of the service in GAMUT_HOSTS.",
-        "A page of https://example.org may change nothing here.",
+        "A page of https://example.org may not use this service.",
         {"header": "Origin"},
         status=403,
     ),

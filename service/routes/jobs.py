@@ -196,7 +196,7 @@ async def cancel_job(request: Request, job_id: JobId) -> Response:
 def job_description(document: JobDocument) -> JobDescription:
     """Return a job as clients see it. The model leaves out what is not for them."""
     problem = document.problem
-    gamut = f"/v1/gamuts/{document.id}" if document.state == "succeeded" else None
+    gamut = f"/v1/gamuts/{document.gamut_id}" if document.state == "succeeded" else None
     return JobDescription.model_validate(
         {
             **vars(document),
@@ -214,7 +214,7 @@ async def _read_job(service: ServiceContainer, job_id: str) -> JobDocument:
         return document
     # The store decides whether a build has succeeded: the gamut may be deleted.
     try:
-        record = await service.library.record(job_id)
+        record = await service.library.record(job_id if document is None else document.gamut_id)
     except GamutDamagedError:
         raise
     except GamutNotStoredError:

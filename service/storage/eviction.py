@@ -1,9 +1,9 @@
 """What a local store removes by itself: blobs when it is full, and histories without a record.
 
-Inputs of finished gamuts are evicted first, because only the repair of damaged gamuts needs them.
-If the operator has set a size limit, quarantined blobs and then gamuts follow. Inputs and gamuts go
-in the order of the last use of their gamut. Inputs of unfinished jobs, jobs, and gamuts that are
-being published are never removed.
+Nothing is evicted unless the operator has set a size limit. Inputs of finished gamuts go first,
+because only the repair of damaged gamuts and recipes need them. Quarantined blobs and then gamuts
+follow. Inputs and gamuts go in the order of the last use of their gamut. Inputs of unfinished jobs,
+jobs, and gamuts that are being published are never removed.
 
 A store may have a million files. It is scanned for the first eviction, and the least recently used
 gamuts are kept in memory. The store reports later gamuts (`Eviction.note`). So another scan is
@@ -90,7 +90,12 @@ class Eviction:
             self._noted.append(gamut_id)
 
     def make_room(self, nbytes: int) -> bool:
-        """Free at least `nbytes` bytes if possible; return whether any were freed."""
+        """Free at least `nbytes` bytes if possible; return whether any were freed.
+
+        A store without a size limit frees none.
+        """
+        if not self._blobs.limit:
+            return False
         with self._lock:
             if self._evicting:
                 # Quarantine of a damaged candidate writes its reason, for which there is no space.
@@ -117,8 +122,6 @@ class Eviction:
             self._take_noted()
             if (gamut_id := self._oldest(self._inputs)) is not None:
                 freed += self._drop(blob_key(gamut_id, "input"))
-            elif not self._blobs.limit:
-                break
             elif (key := self._next_in_quarantine()) is not None:
                 freed += self._drop(key)
             elif (gamut_id := self._oldest(self._gamuts)) is not None:
@@ -148,8 +151,7 @@ class Eviction:
         self._outdated = False
         self._noted.clear()
         self._inputs.fill(self._uses("inputs/", ".input"))
-        if self._blobs.limit:
-            self._gamuts.fill(self._uses("published/", ".record"))
+        self._gamuts.fill(self._uses("published/", ".record"))
 
     def _uses(self, prefix: str, suffix: str) -> Iterator[tuple[float, str]]:
         """Iterate over last use and id of the published gamuts that have such a blob."""

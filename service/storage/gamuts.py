@@ -333,6 +333,27 @@ class GamutStore:
             raise StoreUnavailableError(message)
         self._note(gamut_id)
 
+    def copy_submission(self, gamut_id: str, to: str) -> None:
+        """Give another gamut the input, names and owner that were sent for a gamut."""
+        path = self.input_path(gamut_id)
+        try:
+            self.keep_input(to, path.read_bytes(), self.input_options(gamut_id))
+        finally:
+            path.unlink(missing_ok=True)
+        name, owner = self.names.read(gamut_id), self.owners.read(gamut_id)
+        if name.file:
+            self.names.keep_file(to, name.file)
+        if name.given and not self.names.read(to).given:
+            self.names.give(to, name.given)
+        if owner:
+            self.owners.claim(to, owner)
+
+    def drop_submission(self, gamut_id: str) -> None:
+        """Remove the input, names and owner that were sent for a gamut."""
+        self.drop_input(gamut_id)
+        self.names.drop(gamut_id)
+        self.owners.drop(gamut_id)
+
     def input_path(self, gamut_id: str) -> Path:
         """Return a new scratch file with the verified input of a gamut; the caller removes it.
 

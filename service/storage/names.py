@@ -43,11 +43,25 @@ LONGEST_NAME = 200
 _ATTEMPTS = 50
 """Number of attempts to replace a document while others replace it."""
 
-_FORBIDDEN = frozenset({"Cc", "Cn", "Cs", "Zl", "Zp"})
-"""Unicode categories that no name contains: controls, unassigned, surrogates, line separators."""
+_FORBIDDEN = frozenset({"Cc", "Cf", "Cn", "Co", "Cs", "Zl", "Zp"})
+"""Unicode categories that no name contains, because they are invisible or disguise other text:
+controls, formats, unassigned, private use, surrogates, line separators. Joiners are an exception.
+"""
 
-_BIDI_CONTROLS = frozenset("\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069")
-"""Embeddings and overrides of the direction, which can disguise the text around a name."""
+_FILLERS = frozenset("\u115f\u1160\u3164\uffa0")
+"""Letters of Hangul that are invisible."""
+
+_BRAILLE_BLANK = "\u2800"
+
+_JOINERS = frozenset("\u200c\u200d")
+
+_EMOJI_PRESENTATION = "\ufe0f"
+
+_VIRAMA = 9
+"""Canonical combining class of viramas, after which a joiner selects a form (RFC 5892, A.1)."""
+
+_JOINING_SCRIPTS = frozenset({"ARABIC", "MANDAIC", "MONGOLIAN", "NKO", "PHAGS-PA", "SYRIAC"})
+"""First words of the names of letters that connect, as joiners decide (RFC 5892, A.1)."""
 
 
 class InvalidNameError(ValueError):
@@ -74,25 +88,69 @@ def checked_name(text: object) -> str:
     if not isinstance(text, str):
         message = "The name is not a text."
         raise InvalidNameError(message)
-    bad = next((each for each in text.strip() if _is_forbidden(each)), None)
+    stripped = text.strip()
+    bad = next((place for place in range(len(stripped)) if _is_forbidden(stripped, place)), None)
     if bad is not None:
-        message = f"The name contains the character U+{ord(bad):04X}, which no name may contain."
+        message = (
+            f"The name contains the character U+{ord(stripped[bad]):04X} at position {bad + 1}, "
+            "which is invisible there."
+        )
         raise InvalidNameError(message)
-    name = unicodedata.normalize("NFC", text).strip()
+    name = unicodedata.normalize("NFC", stripped)
     if not name or len(name) > LONGEST_NAME:
         message = f"The name has {len(name)} characters; it needs 1 to {LONGEST_NAME}."
+        raise InvalidNameError(message)
+    if not _is_visible(name):
+        message = "The name has no visible character."
         raise InvalidNameError(message)
     return name
 
 
 def cleaned_name(text: str) -> str:
-    """Return a text from a file as a name: without forbidden characters, not too long."""
-    kept = "".join(" " if _is_forbidden(each) else each for each in text)
-    return unicodedata.normalize("NFC", " ".join(kept.split()))[:LONGEST_NAME].strip()
+    """Return a text from a file as a name: without forbidden characters, not too long.
+
+    The result is empty if nothing of the text is visible.
+    """
+    name = "".join(
+        _replacement(character) if _is_forbidden(text, place) else character
+        for place, character in enumerate(text)
+    )
+    name = unicodedata.normalize("NFC", " ".join(name.split()))[:LONGEST_NAME].strip()
+    return name if _is_visible(name) else ""
 
 
-def _is_forbidden(character: str) -> bool:
-    return character in _BIDI_CONTROLS or unicodedata.category(character) in _FORBIDDEN
+def _replacement(character: str) -> str:
+    """Return what takes the place of a forbidden character: formats have no width."""
+    return "" if unicodedata.category(character) == "Cf" else " "
+
+
+def _is_forbidden(text: str, place: int) -> bool:
+    character = text[place]
+    if character in _JOINERS:
+        return not _joins(text[:place], text[place + 1 :])
+    return character in _FILLERS or unicodedata.category(character) in _FORBIDDEN
+
+
+def _joins(before: str, after: str) -> bool:
+    """Return whether a joiner has an effect between two texts: in Indic, Arabic, emoji."""
+    if not before:
+        return False
+    if unicodedata.combining(before[-1]) == _VIRAMA:
+        return True
+    neighbours = before[-1] + after[:1]
+    return len(neighbours) == 2 and (
+        all(_is_emoji(each) for each in neighbours)
+        or all(unicodedata.name(each, "").split(" ")[0] in _JOINING_SCRIPTS for each in neighbours)
+    )
+
+
+def _is_emoji(character: str) -> bool:
+    return character == _EMOJI_PRESENTATION or unicodedata.category(character) in {"So", "Sk"}
+
+
+def _is_visible(text: str) -> bool:
+    """Return whether a text has a letter, number, punctuation mark or symbol."""
+    return any(unicodedata.category(each)[0] in "LNPS" and each != _BRAILLE_BLANK for each in text)
 
 
 class Names:

@@ -1,7 +1,9 @@
 """The compose file as Docker Compose resolves it, without an engine."""
 
+import concurrent.futures
 import contextlib
 import http.server
+import ipaddress
 import json
 import os
 import re
@@ -10,6 +12,7 @@ import socket
 import subprocess
 import sys
 import threading
+import time
 from pathlib import Path
 
 import httpx
@@ -75,6 +78,49 @@ def test_nothing_but_the_proxy_is_published_and_that_on_loopback(services):
     assert {port["host_ip"] for port in published["proxy"]} == {"127.0.0.1"}
 
 
+def test_replicas_know_the_clients_of_the_proxy():
+    """The network has a fixed subnet, whose members the replicas trust."""
+    answer = compose({**PASSWORDS, "GAMUT_SUBNET": "10.9.8.0/24"})
+    assert answer.returncode == 0, answer.stderr
+    document = json.loads(answer.stdout)
+    (pool,) = document["networks"]["default"]["ipam"]["config"]
+    assert pool["subnet"] == "10.9.8.0/24"
+    trusted = document["services"]["api"]["environment"]["GAMUT_TRUSTED_PROXIES"]
+    assert ipaddress.ip_network(trusted) == ipaddress.ip_network(pool["subnet"])
+
+
+PASSED_ON = {
+    "GAMUT_HOSTS": "gamut.example.org",
+    "GAMUT_CORS_ORIGINS": "https://example.org",
+    "GAMUT_RATE_LIMIT": "7",
+    "GAMUT_RATE_BURST": "8",
+    "GAMUT_BUILD_RATE_LIMIT": "9",
+    "GAMUT_BUILD_RATE_BURST": "10",
+    "GAMUT_API_KEYS": "someone:read:" + "0" * 64,
+    "GAMUT_ALLOW_ANONYMOUS": "read",
+}
+
+
+def test_settings_of_access_are_passed_on(services, tmp_path, monkeypatch):
+    keys = tmp_path / "keys"
+    answer = compose({**PASSWORDS, **PASSED_ON, "GAMUT_API_KEYS_FILE": str(keys)})
+    assert answer.returncode == 0, answer.stderr
+    document = json.loads(answer.stdout)
+    environment = document["services"]["api"]["environment"]
+    assert PASSED_ON.items() <= environment.items()
+    assert document["secrets"]["api-keys"]["file"] == str(keys)
+    (secret,) = document["services"]["api"]["secrets"]
+    inside = secret.get("target") or secret["source"]
+    assert environment["GAMUT_API_KEYS_FILE"] == f"/run/secrets/{Path(inside).name}"
+    # Without variables, the service starts with the same values as without compose.
+    for name, value in services["api"]["environment"].items():
+        if name in PASSED_ON or name == "GAMUT_API_KEYS_FILE":
+            monkeypatch.setenv(name, value)
+    settings, defaults = Settings(), Settings.model_construct()
+    for name in ("hosts", "cors_origins", "rate_limit", "rate_burst", "api_keys_file"):
+        assert getattr(settings, name) == getattr(defaults, name)
+
+
 def test_prometheus_in_the_network_reaches_the_figures_of_either(services):
     worker = services["worker"]
     port = worker["environment"]["GAMUT_WORKER_METRICS_PORT"]
@@ -115,6 +161,8 @@ class Replica(http.server.BaseHTTPRequestHandler):
     protocol_version = "HTTP/1.1"
     how = "answers"
     asked: list[str]
+    forwarded: list[list[str]]
+    released: threading.Event
 
     def do(self):
         self.rfile.read(int(self.headers.get("Content-Length") or 0))
@@ -124,7 +172,11 @@ class Replica(http.server.BaseHTTPRequestHandler):
         if self.how == "ends" and not ready:
             self.close_connection = True
             return
-        self.send_response(200 if ready or self.how == "answers" else 503)
+        if not ready:
+            self.forwarded.append(self.headers.get_all("X-Forwarded-For"))
+        if self.how == "waits" and not ready:
+            self.released.wait(30)
+        self.send_response(503 if self.how == "is unable" and not ready else 200)
         self.send_header("Content-Length", "0")
         self.end_headers()
 
@@ -140,7 +192,8 @@ def replicas():
     found = {}
     with contextlib.ExitStack() as stack:
         for _ in range(2):
-            handler = type("Replica", (Replica,), {"asked": []})
+            lists = {"asked": [], "forwarded": [], "released": threading.Event()}
+            handler = type("Replica", (Replica,), lists)
             server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler)
             server.daemon_threads = True
             stack.callback(server.server_close)
@@ -151,7 +204,7 @@ def replicas():
 
 
 @pytest.fixture
-def proxy(replicas, tmp_path):
+def proxy(replicas, tmp_path, request):
     """HAProxy with the configuration, in front of the replicas: a client, and the log."""
     if shutil.which("haproxy") is None:
         missing("HAProxy is not installed")
@@ -168,7 +221,10 @@ def proxy(replicas, tmp_path):
     with (
         log.open("wb") as stdout,
         subprocess.Popen(
-            ["haproxy", "-f", configuration], stdout=stdout, stderr=subprocess.STDOUT
+            ["haproxy", "-f", configuration],
+            env={**os.environ, "GAMUT_FRONT_PROXIES": getattr(request, "param", "")},
+            stdout=stdout,
+            stderr=subprocess.STDOUT,
         ) as process,
     ):
         try:
@@ -187,11 +243,65 @@ def proxy(replicas, tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("how", ["ends", "is unable"])
-def test_a_read_that_a_replica_does_not_answer_is_sent_to_another(proxy, replicas, how):
+def test_a_refusal_of_a_replica_is_the_answer(proxy, replicas):
+    """Another replica would refuse it as well, after another wait in its queue."""
+    client, _ = proxy
+    for replica in replicas.values():
+        replica.how = "is unable"
+    assert client.get("/read").status_code == 503
+    assert sum(len(replica.asked) for replica in replicas.values()) == 1
+
+
+def refused(answer):
+    """Whether an answer refuses a connection, with the problem of the service."""
+    if answer.status_code == 429:
+        document = answer.json()
+        assert (document["code"], document["where"]) == ("rate-limited", {"limit": "connections"})
+        assert int(answer.headers["retry-after"]) > 0
+    return answer.status_code == 429
+
+
+@pytest.mark.slow
+def test_a_client_has_ten_connections(proxy):
+    first, _ = proxy
+    with contextlib.ExitStack() as stack:
+        clients = [stack.enter_context(httpx.Client(base_url=first.base_url)) for _ in range(12)]
+        answers = [client.get("/read") for client in clients]
+        assert [refused(answer) for answer in answers] == [False] * 10 + [True] * 2
+        assert answers[-1].headers["connection"] == "close"
+        assert not refused(clients[0].get("/read"))  # excess connections cost others nothing
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("proxy", ["192.0.2.9 127.0.0.0/8"], indirect=True)
+def test_clients_of_a_proxy_in_front_have_ten_requests_under_way(proxy, replicas):
+    """The last address is stated by the proxy; a client may have made up the others."""
+    client, _ = proxy
+    for replica in replicas.values():
+        replica.how = "waits"
+
+    def ask(address):
+        fields = {"X-Forwarded-For": f"203.0.113.1, {address}"}
+        return httpx.get(f"{client.base_url}/read", headers=fields, timeout=60)
+
+    with concurrent.futures.ThreadPoolExecutor(16) as threads:
+        waiting = [threads.submit(ask, "198.51.100.7") for _ in range(10)]
+        while sum(len(replica.asked) for replica in replicas.values()) < 10:
+            time.sleep(0.01)
+        assert refused(ask("198.51.100.7"))
+        other = threads.submit(ask, "198.51.100.8")
+        for replica in replicas.values():
+            replica.released.set()
+        assert not any(refused(answer.result()) for answer in [*waiting, other])
+    stated = [fields[-1] for replica in replicas.values() for fields in replica.forwarded]
+    assert sorted(stated) == ["198.51.100.7"] * 10 + ["198.51.100.8"]
+
+
+@pytest.mark.slow
+def test_a_read_that_a_replica_does_not_answer_is_sent_to_another(proxy, replicas):
     client, log = proxy
     first, second = replicas.values()
-    first.how = how
+    first.how = "ends"
     for number in range(4):
         assert client.get(f"/read/{number}").status_code == 200
     assert any(line.startswith("GET /read") for line in first.asked)

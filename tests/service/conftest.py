@@ -295,8 +295,6 @@ for line in sys.stdin:
         send(event="refused", code="missing-column", message="m", where={"column": "L"}, remedy=".")
     elif word == "exhaust":
         send(event="exhausted")
-    elif word == "outdate":
-        send(event="outdated")
     elif word == "full":
         send(event="failed", errno=28)
     elif word == "defect":

@@ -236,9 +236,7 @@ def open_raster(data: bytes, file_format: str, layer: str | None = None) -> Iter
         _check_scans(data)
     with _TimeLimit() as time_limit:
         if file_format in _BY_PILLOW:
-            image = _pillow_image(data, file_format)
-            time_limit.set_pixels(image.width * image.height)
-            yield _pillow_raster(image, data, file_format)
+            yield _pillow_raster(data, file_format, time_limit)
         else:
             with _openimageio_raster(data, file_format, time_limit, layer) as raster:
                 if has_gain_map(data, file_format):
@@ -738,10 +736,9 @@ def _cmyk_jpeg(data: bytes, spec: Any) -> Raster:  # noqa: ANN401 (an ImageSpec)
 
     # The class does not warn of large pictures, as PIL.Image.open does.
     with _pillow_faults():
-        decoded: Any = JpegImageFile(io.BytesIO(data))
-        decoded.load()
+        image: Any = JpegImageFile(io.BytesIO(data))
     said = []
-    if "adobe" not in decoded.info:
+    if "adobe" not in image.info:
         said.append("CMYK without Adobe's marker: 0 is assumed to be full ink, as Adobe writes it.")
     return Raster(
         "jpeg",
@@ -750,7 +747,7 @@ def _cmyk_jpeg(data: bytes, spec: Any) -> Raster:  # noqa: ANN401 (an ImageSpec)
         spec.height,
         np.dtype(np.uint8),
         8,
-        _pillow_bands(decoded),
+        _bands_of(image),
         profile=embedded_profile(spec, data, "jpeg"),
         warnings=said,
         stored="uint8",
@@ -813,8 +810,10 @@ def _stated_size(data: bytes, file_format: str) -> tuple[int, int]:
     return width & 0x3FFF, height & 0x3FFF
 
 
-def _pillow_raster(image: Any, data: bytes, file_format: str) -> Raster:  # noqa: ANN401
-    """Return the raster of the first frame of an opened picture."""
+def _pillow_raster(data: bytes, file_format: str, time_limit: _TimeLimit) -> Raster:
+    """Return the raster of the first frame of a picture, which is decoded when bands are read."""
+    image = _pillow_image(data, file_format)
+    time_limit.set_pixels(image.width * image.height)
     gray = image.mode in {"1", "L", "LA"}
     has_alpha = image.has_transparency_data
     names = [*("Y" if gray else "RGB"), *("A" if has_alpha else "")]
@@ -822,8 +821,6 @@ def _pillow_raster(image: Any, data: bytes, file_format: str) -> Raster:  # noqa
     spec.channelnames = names
     said = []
     with _pillow_faults():
-        mode = "".join(names).replace("Y", "L")
-        first = image.convert(mode)  # a copy: the search for a second frame changes the image
         profile = image.info.get("icc_profile") or b""
         space = exif_colour_space(image.getexif()) if file_format == "webp" else 0
         if getattr(image, "is_animated", False):
@@ -835,11 +832,11 @@ def _pillow_raster(image: Any, data: bytes, file_format: str) -> Raster:  # noqa
     raster = Raster(
         file_format,
         "gray" if gray else "RGB",
-        first.width,
-        first.height,
+        image.width,
+        image.height,
         np.dtype(np.uint8),
         8,
-        _pillow_bands(first, has_alpha=has_alpha),
+        _pillow_bands(data, file_format, "".join(names).replace("Y", "L")),
         profile=profile,
         warnings=said,
         has_alpha=has_alpha,
@@ -850,14 +847,39 @@ def _pillow_raster(image: Any, data: bytes, file_format: str) -> Raster:  # noqa
     return raster
 
 
-def _pillow_bands(image: Any, *, has_alpha: bool = False) -> Iterator[Band]:  # noqa: ANN401
-    """Yield the pixels of a decoded picture. Alpha, if any, is the last channel."""
+def _pillow_bands(data: bytes, file_format: str, mode: str) -> Iterator[Band]:
+    """Yield the pixels of the first frame in a mode of Pillow; A is alpha.
+
+    The decoder of WebP takes up to 20 bytes per pixel. The pixels are stored in a file, so that the
+    rest of the picture is read, as that of JPEG, with the memory of a band.
+    """
+    has_alpha = mode.endswith("A")
+    with tempfile.SpooledTemporaryFile(BAND_BYTES) as pixels:
+        with _pillow_faults():
+            image = _pillow_image(data, file_format)
+            if image.mode != mode:
+                image = image.convert(mode)
+        width, height = image.size
+        for _, samples, _ in _bands_of(image):
+            pixels.write(samples.tobytes())
+        del image
+        pixels.seek(0)
+        rows = max(1, BAND_BYTES // (len(mode) * width))
+        for top in range(0, height, rows):
+            content = pixels.read((min(top + rows, height) - top) * width * len(mode))
+            samples = np.frombuffer(content, np.uint8).reshape(-1, len(mode))
+            if has_alpha:
+                yield top, samples[:, :-1], samples[:, -1]
+            else:
+                yield top, samples, None
+
+
+def _bands_of(image: Any) -> Iterator[Band]:  # noqa: ANN401 (a PIL.Image.Image)
+    """Yield the pixels of a picture, which is decoded first, with all its channels as colours."""
+    with _pillow_faults():
+        image.load()
     channels = len(image.getbands())
     rows = max(1, BAND_BYTES // (channels * image.width))
     for top in range(0, image.height, rows):
         box = (0, top, image.width, min(top + rows, image.height))
-        samples = np.asarray(image.crop(box)).reshape(-1, channels)
-        if has_alpha:
-            yield top, samples[:, :-1], samples[:, -1]
-        else:
-            yield top, samples, None
+        yield top, np.asarray(image.crop(box)).reshape(-1, channels), None

@@ -135,6 +135,37 @@ class TestWhoIsLetInBySettings:
             assert not is_loopback(host), host
 
 
+class TestWrongKeys:
+    """Without a setting, an address has 20 wrong keys at once, and one more each second."""
+
+    @pytest.mark.parametrize("key", ["wrong", READER[:-1], "gamut_nobody_x", ""])
+    def test_they_are_limited_by_address(self, ask, assert_problem, key):
+        for _ in range(20):
+            assert_problem(ask(X_Api_Key=key), 401, "api-key-required")
+        answer = ask(X_Api_Key=key)
+        assert assert_problem(answer, 429, "rate-limited")["where"] == {"limit": "wrong keys"}
+        assert answer.headers["retry-after"] == "1"
+        assert_problem(ask(Authorization="Bearer other"), 429, "rate-limited")
+        assert ask(X_Api_Key=key, address="192.0.2.2").status_code == 401
+
+    def test_a_valid_key_is_not_affected(self, ask):
+        for _ in range(25):
+            ask(X_Api_Key="wrong")
+        assert ask(X_Api_Key=READER).text == "let in"
+        assert ask().status_code == 401
+
+    def test_expired_keys_are_wrong(self, guarded, assert_problem):
+        key, entry = new_key("old", frozenset({"read"}), "2020-01-01")
+        ask = guarded(api_keys=entry.entry)
+        answers = [ask(X_Api_Key=key) for _ in range(21)]
+        assert_problem(answers[0], 401, "api-key-required")
+        assert_problem(answers[-1], 429, "rate-limited")
+
+    def test_requests_that_read_for_free_are_not_counted(self, guarded):
+        ask = guarded(api_keys=KEYS, allow_anonymous="read")
+        assert {ask().status_code for _ in range(30)} == {200}
+
+
 class TestRateLimits:
     def test_beyond_the_burst_it_is_too_often(self, guarded, assert_problem):
         ask = guarded(rate_limit=0.01, rate_burst=2)

@@ -1,6 +1,7 @@
 """A service without keys on a loopback address answers to its own names and own pages only."""
 
 import asyncio
+import functools
 
 import pytest
 from hypothesis import given
@@ -21,8 +22,12 @@ KEY = new_key("someone", frozenset({"read", "write"}))
 def ask(request_app, tmp_path_factory):
     store = str(tmp_path_factory.mktemp("hosts") / "data")
 
+    @functools.cache
+    def app_with(**settings):
+        return create_app(Settings(store=store, **settings))
+
     def send(method="GET", path="/", name=OWN, fields=(), **settings):
-        app = create_app(Settings(store=store, **settings))
+        app = app_with(**settings)
         return request_app(app, method, path, headers={"Host": name, **dict(fields)})
 
     return send
@@ -142,10 +147,47 @@ def test_the_default_port_is_the_same_host(ask):
     assert answer.status_code == 403
 
 
-def test_pages_of_other_origins_may_be_led_here_and_ask(ask):
-    fields = {"Origin": ORIGIN, "Sec-Fetch-Site": "cross-site"}
-    assert ask(path="/view", fields=fields).status_code == 200
-    assert ask("POST", f"{GAMUTS}/{'a' * 64}/contains", fields=fields).status_code != 403
+NOT_STORED = f"{GAMUTS}/{'a' * 64}"
+COMPUTING = (
+    *(("GET", path) for path in (f"{NOT_STORED}/mesh", f"{NOT_STORED}/slice", GAMUTS)),
+    *(("POST", f"{NOT_STORED}/{name}") for name in ("contains", "map", "nearest", "recipes")),
+    *(("HEAD", f"{NOT_STORED}/mesh"), ("POST", f"{NOT_STORED}/link"), ("POST", "/v1/meshes")),
+)
+
+
+@pytest.mark.parametrize(("method", "path"), COMPUTING)
+def test_pages_of_other_origins_compute_nothing(ask, assert_problem, method, path):
+    """The media type text/plain needs no preflight, so a browser sends such a request at once."""
+    for fields in (
+        {"Origin": ORIGIN},
+        {"Origin": ORIGIN, "Sec-Fetch-Site": "cross-site"},
+        {"Origin": "null"},
+        {"Sec-Fetch-Site": "cross-site", "Sec-Fetch-Mode": "no-cors"},
+        {"Sec-Fetch-Site": "cross-site", "Sec-Fetch-Mode": "navigate", "Sec-Fetch-Dest": "iframe"},
+    ):
+        answer = ask(method, path, fields={"Content-Type": "text/plain", **fields})
+        assert answer.status_code == 403
+        if method != "HEAD":
+            assert_problem(answer, 403, "origin-not-allowed")
+    for fields in ({}, {"Origin": f"http://{OWN}"}, {"Sec-Fetch-Site": "same-origin"}):
+        assert ask(method, path, fields=fields).status_code != 403
+    for origins in (ORIGIN, "*"):
+        fields = {"Origin": ORIGIN, "Sec-Fetch-Site": "cross-site"}
+        assert ask(method, path, fields=fields, cors_origins=origins).status_code != 403
+
+
+LINK = {"Sec-Fetch-Site": "cross-site", "Sec-Fetch-Mode": "navigate", "Sec-Fetch-Dest": "document"}
+
+
+def test_pages_of_other_origins_may_lead_here(ask, assert_problem):
+    assert ask(path="/view", fields={"Origin": ORIGIN}).status_code == 200
+    assert ask(path="/view", fields=LINK).status_code == 200
+    assert ask(path=NOT_STORED, fields=LINK).status_code != 403
+    # Pictures in pages of other programs on this machine, such as a notebook.
+    assert ask(path=NOT_STORED, fields={"Sec-Fetch-Site": "same-site"}).status_code != 403
+    for fields in (LINK, {"Sec-Fetch-Site": "same-site"}):
+        answer = ask(path=f"{GAMUTS}/srgb?surface_samples=3000", fields=fields)
+        assert_problem(answer, 403, "origin-not-allowed")
 
 
 def status_of(app, headers, version="1.1"):

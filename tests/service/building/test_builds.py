@@ -379,7 +379,6 @@ async def test_an_input_that_cannot_be_stored_is_no_job(
         ("defect", "build-failed", 1, 1, ""),
         ("misdescribe", "build-failed", 1, 1, ""),
         ("exhaust", "build-out-of-memory", 1, 1, "268435456 bytes"),
-        ("outdate", "build-outdated", 1, 1, ""),
         ("hang", "build-timeout", 1, 2, "120 s"),
         ("hang, stopped", "build-timeout", 1, 2, "120 s"),
         ("die", "build-crashed", 3, 4, "exit status 3"),

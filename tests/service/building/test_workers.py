@@ -77,10 +77,12 @@ def test_an_error_of_gamutcore_is_passed_on_whole(result):
     assert refused["message"]
 
 
-def test_a_job_of_another_version_is_not_published_under_its_id(result, sphere, tmp_path):
-    *_, outdated = result(document(sphere()), {}, job="0" * 64)
-    assert outdated["event"] == "outdated"
-    assert not (tmp_path / "history").exists()
+def test_a_job_of_another_version_gets_the_gamut_of_this_one(result, sphere):
+    content = document(sphere())
+    *_, built = result(content, {}, job="0" * 64)
+    assert (built["event"], built["id"]) == ("built", Gamut(content).id)
+    *_, built = result(content, {}, job=Gamut(content).id)
+    assert "id" not in built
 
 
 def test_an_option_of_another_version_is_refused(result, sphere):

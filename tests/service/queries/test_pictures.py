@@ -95,6 +95,16 @@ def test_accept_decides_the_format(server, press, accept, kind):
     assert found.info["icc_profile"]
 
 
+@pytest.mark.parametrize("kind", ["JPEG", "WEBP", "GIF"])
+def test_the_largest_picture_is_mapped_whatever_its_format(server, press, kind):
+    """Pillow decodes some formats at once; only a header is read to learn the size."""
+    side = np.array(Image.fromarray(PIXELS).quantize(16).convert("RGB"))
+    given = file_of(side.repeat(200, axis=0).repeat(100, axis=1), kind)  # 24 megapixels
+    answer = post(server, press, given, f"image/{kind.lower()}", result="report", max_error=0.5)
+    assert answer.status_code == 200, answer.text
+    assert answer.json()["pixels"] == 6000 * 4000
+
+
 def test_device_values_are_cmyk(server, press, here, tmp_path):
     given = file_of(PIXELS[:8], "jpeg")
     here.map_picture(given, tmp_path / "here.tif", to="device", black=0.5)

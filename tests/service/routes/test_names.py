@@ -143,6 +143,8 @@ def test_another_kind_of_match_is_refused(server, assert_problem):
         ({"name": "x" * 201}, "invalid-name"),
         ({"name": "a\nb"}, "invalid-name"),
         ({"name": "\ud800"}, "invalid-name"),
+        ({"name": "\u200b"}, "invalid-name"),
+        ({"name": "a\u2028b"}, "invalid-name"),
         ({"name": 5}, "invalid-name"),
         ({"name": "a", "more": 1}, "invalid-body"),
         ({}, "invalid-body"),

@@ -71,7 +71,15 @@ def test_a_damaged_name_counts_as_none_and_can_be_replaced(blobs, damage):
 
 
 @pytest.mark.parametrize(
-    "text", ["FOGRA39", "印刷機", "Mère", "👩‍🔬", "x" * LONGEST_NAME, " a  b "]
+    "text",
+    [
+        *("FOGRA39", "印刷機", "Mère", "👩‍🔬", "x" * LONGEST_NAME, " a  b "),
+        # Joiners where they decide the form (RFC 5892, appendix A): Persian, Hindi, Sinhala,
+        # Malayalam at the end, and emoji with a skin tone and with a presentation selector.
+        *("\u0645\u06cc\u200c\u062e\u0648\u0627\u0647\u0645", "\u0915\u094d\u200d\u0937"),
+        *("\u0dc1\u0dca\u200d\u0dbb\u0dd3", "\u0d28\u0d4d\u200d"),
+        *("\U0001f469\U0001f3fd\u200d\U0001f52c", "\u2764\ufe0f\u200d\U0001f525"),
+    ],
 )
 def test_names_of_all_scripts_are_taken(text):
     assert checked_name(text) == unicodedata.normalize("NFC", text).strip()
@@ -84,6 +92,34 @@ def test_names_of_all_scripts_are_taken(text):
 def test_other_texts_are_refused_with_the_reason(text):
     with pytest.raises(InvalidNameError, match=r"\.$"):
         checked_name(text)
+
+
+INVISIBLE = (
+    # Cc, Cf, Co, Cs, Cn, Zl and Zp of the Unicode Character Database
+    *("\x07", "\x9f", "\xad", "\u061c", "\u200b", "\u200e", "\u2060", "\u2064", "\ufeff"),
+    *("\ufff9", "\U000e0041", "\ue000", "\U0010fffd", "\udfff", "\u0378", "\uffff", "\u2028"),
+    *("\u2029", "\u115f", "\u1160", "\u3164", "\uffa0", "\u200c", "\u200d"),
+)
+
+
+@pytest.mark.parametrize("character", INVISIBLE, ids=ascii)
+def test_no_name_has_an_invisible_character(character):
+    for text in (character, f"a{character}b", f"{character}a", f"a{character}"):
+        if text.strip() == "a":
+            continue  # white space at the ends does not count
+        with pytest.raises(InvalidNameError, match=r"\.$"):
+            checked_name(text)
+    assert cleaned_name(character) == ""
+    assert cleaned_name(f"a{character}b") in {"ab", "a b"}
+
+
+@pytest.mark.parametrize(
+    "text", ["\u2800", "\ufe0f", "\u034f", "\u3000", "\u2800 \u180b"], ids=ascii
+)
+def test_a_name_is_visible(text):
+    with pytest.raises(InvalidNameError, match=r"characters; it needs|no visible character"):
+        checked_name(text)
+    assert cleaned_name(text) == ""
 
 
 def test_equal_names_have_one_form():

@@ -38,9 +38,23 @@ def test_gamuts_names_and_jobs_of_an_earlier_revision_are_read(upgraded):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("job", [RUNNING, WAITING])
-def test_a_build_of_an_earlier_algorithm_ends_with_a_remedy(upgraded, job):
-    ended = upgraded.finished_job(f"/v1/jobs/{job}")
-    assert ended["state"] == "failed"
-    assert ended["problem"]["code"] == "build-outdated"
-    assert "again" in ended["problem"]["remedy"]
+def test_builds_of_an_earlier_algorithm_are_done_by_this_one(upgraded):
+    """The job points to the gamut, which has the id that a new post gives."""
+    client = upgraded.client
+    for job in (RUNNING, WAITING):
+        ended = upgraded.finished_job(f"/v1/jobs/{job}")
+        assert (ended["id"], ended["state"], ended["problem"]) == (job, "succeeded", None)
+        address = ended["links"]["gamut"]
+        assert address != f"/v1/gamuts/{job}"
+        described = client.get(address).json()
+        assert address == f"/v1/gamuts/{described['id']}"
+        # The data was copied under the new id: the same post finds the gamut, and repair has it.
+        (kept,) = (upgraded.data / "inputs").rglob(f"{described['id']}.input")
+        _, head, data = kept.read_bytes().split(b"\n", 2)
+        options = json.loads(head)["options"]
+        posted = client.post(
+            "/v1/gamuts", files={"file": data}, data={"options": json.dumps(options)}
+        )
+        assert (posted.status_code, posted.json()["id"]) == (200, described["id"])
+        assert not list((upgraded.data / "inputs").rglob(f"{job}.input"))
+        assert client.get(f"/v1/gamuts/{job}").status_code == 404
