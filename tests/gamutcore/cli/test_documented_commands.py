@@ -44,7 +44,7 @@ def coarse(arguments):
         for before, argument in itertools.pairwise(arguments)
     )
     has_samples = "--surface-samples" in arguments or arguments[0] == "reference"
-    samples = [] if reads_saved or has_samples else ["--surface-samples", "1000"]
+    samples = [] if reads_saved or has_samples else ["--surface-samples", "3000"]
     return [*arguments, *sizes, *samples]
 
 

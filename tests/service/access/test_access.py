@@ -138,7 +138,9 @@ class TestWhoIsLetInBySettings:
 class TestWrongKeys:
     """Without a setting, an address has 20 wrong keys at once, and one more each second."""
 
-    @pytest.mark.parametrize("key", ["wrong", READER[:-1], "gamut_nobody_x", ""])
+    @pytest.mark.parametrize(
+        "key", ["wrong", READER[:-1], "gamut_nobody_x", ""], ids=["word", "cut", "other", "empty"]
+    )
     def test_they_are_limited_by_address(self, ask, assert_problem, key):
         for _ in range(20):
             assert_problem(ask(X_Api_Key=key), 401, "api-key-required")

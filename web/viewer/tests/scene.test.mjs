@@ -178,7 +178,7 @@ test("views turn smoothly, and the view spins until it is touched, unless less m
 
 test("colours are exact on screens of both kinds, and marked where a screen cannot show them", async () => {
   for (const gamut of ["srgb", "p3"]) {
-    const page = await open(browser, "/view#a=display-p3&axes=off", { gamut });
+    const page = await open(browser, "/view#a=display-p3&axes=off", { gamut, scale: 1 });
     await page.waitForFunction("window.gamutViewer.figures.triangles[0] > 4");
     const read = () =>
       page.evaluate(async (colorSpace) => {
@@ -254,7 +254,7 @@ async function saved(page, kind, fields = {}) {
 }
 
 test("pictures are saved in a chosen size with legend and labels: PNG, and SVG with text", async () => {
-  const page = await open(browser, `/view#a=${FIRST}&b=${SECOND}`);
+  const page = await open(browser, `/view#a=${FIRST}&b=${SECOND}`, { scale: 1 });
   await drawn(page, FINEST);
   // The legend has two lines then, for which the view makes room.
   await page.waitForFunction("window.gamutViewer.figures.triangles[1] > 4");
