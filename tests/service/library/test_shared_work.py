@@ -1,6 +1,7 @@
 """Open gamuts, levels and meshes in memory: bounded, shared, and gone with the gamut."""
 
 import asyncio
+import contextlib
 import hashlib
 import os
 import threading
@@ -30,15 +31,20 @@ def app(filled_store):
 
 @pytest.fixture
 def meanwhile(app):
-    """Run a coroutine function with a client of an app, and end it if it hangs."""
+    """Run a coroutine function with clients of an app, and end it if it hangs."""
 
-    def run(scenario, **settings):
-        async def with_client():
-            transport = httpx.ASGITransport(app(**settings))
-            async with httpx.AsyncClient(transport=transport, base_url="http://[::1]") as client:
-                return await asyncio.wait_for(scenario(client), HANG)
+    def run(scenario, addresses=("127.0.0.1",), **settings):
+        async def with_clients():
+            made = app(**settings)
+            async with contextlib.AsyncExitStack() as stack:
+                clients = []
+                for address in addresses:
+                    transport = httpx.ASGITransport(made, client=(address, 1))
+                    client = httpx.AsyncClient(transport=transport, base_url="http://[::1]")
+                    clients.append(await stack.enter_async_context(client))
+                return await asyncio.wait_for(scenario(*clients), HANG)
 
-        return asyncio.run(with_client())
+        return asyncio.run(with_clients())
 
     return run
 
@@ -123,7 +129,7 @@ def test_levels_are_searched_in_few_places_while_others_are_served(meanwhile, ga
     searches = gate(LevelSearch, "find")
     one, other = (f"/v1/gamuts/{gamut.id}/mesh" for gamut in built)
 
-    async def scenario(client):
+    async def scenario(client, another):
         queries = [f"max_error={0.5 + 0.02 * place}" for place in range(6)]
         asked = [
             asyncio.create_task(client.get(f"{mesh}?{query}"))
@@ -132,7 +138,7 @@ def test_levels_are_searched_in_few_places_while_others_are_served(meanwhile, ga
         ]
         await asyncio.to_thread(searches.entered.wait, HANG)
         for query in ("", "?triangles=100", f"?triangles={built[1].history.triangles}"):
-            assert (await client.get(other + query)).status_code == 200
+            assert (await another.get(other + query)).status_code == 200
         searches.opened.set()
         answers = await asyncio.gather(*asked)
         assert {answer.status_code for answer in answers} == {200}
@@ -141,7 +147,7 @@ def test_levels_are_searched_in_few_places_while_others_are_served(meanwhile, ga
         timings = [answer.headers["server-timing"] for answer in answers]
         assert any("wait;" in timing and "choose;" in timing for timing in timings)
 
-    meanwhile(scenario)
+    meanwhile(scenario, addresses=("192.0.2.1", "192.0.2.2"))
     assert 1 <= searches.most <= len(os.sched_getaffinity(0))
 
 
