@@ -32,15 +32,15 @@ def startup(quick: bool) -> Rows:
             subprocess.run(["git", "clone", "-q", str(ROOT), str(clone)], check=True)
             start = time.monotonic()
             with server(pin=False, command=["make", "serve"], folder=clone) as fresh:
-                add("`make serve` in a fresh clone to ready, s", fresh.ready, "≤ 60")
+                add("`make serve` in a fresh clone to ready, s", fresh.ready, "≤ 50")
                 posted = fresh.post({}).elapsed.total_seconds()
-                add("`POST examples/FOGRA39L.ti3` at once after that, s", posted)
+                add("`POST examples/FOGRA39L.ti3` at once after that, s", posted, "≤ 2")
                 while "optional: compiled" not in fresh.client.get("/readyz").text:
                     time.sleep(0.05)
                 compiled = time.monotonic() - start
                 add("`make serve` to all optional kernels compiled, s", compiled)
             seconds, size = compilation(clone)
-            add("processor time to compile all kernels, s", seconds, "≤ 100")
+            add("processor time to compile all kernels, s", seconds, "≤ 65")
             add("machine code of all kernels, MB", size / 1e6, "≤ 15")
             warm = restarts(clone, [str(clone / ".venv/bin/gamut"), "serve"])
         else:
