@@ -12,7 +12,6 @@ import pytest
 
 from service.application import create_app
 from service.http import request_context
-from service.http.protocol import Refusal
 from service.http.request_context import timed
 from service.settings import Settings
 from service.telemetry import request_observer
