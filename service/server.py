@@ -150,7 +150,7 @@ def server_config(app: FastAPI, settings: Settings) -> uvicorn.Config:
         # httptools is twice as fast, and has no limit for a head. A proxy has one.
         http="httptools" if settings.trusted_proxies or is_loopback(settings.host) else "h11",
         h11_max_incomplete_event_size=settings.max_head_bytes,
-        limit_concurrency=settings.max_connections,
+        limit_concurrency=settings.max_connections + 1,  # counts the new one
         ws="none",
         # Off by default: otherwise any local client could choose the address it is counted under.
         proxy_headers=bool(settings.trusted_proxies),

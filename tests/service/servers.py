@@ -20,7 +20,7 @@ from service.access.api_keys import new_key
 PATIENCE = 600
 """Seconds that end a test that hangs. No test of a sound service comes near."""
 
-READY = re.compile(r"Uvicorn running on (http://127\.0\.0\.1:\d+)")
+READY = re.compile(r"Uvicorn running on http://(?:127\.0\.0\.1|0\.0\.0\.0):(\d+)")
 WARM = re.compile(r"build worker (\d+) is warm")
 
 UNHURRIED = {
@@ -60,7 +60,7 @@ class Server:
                 stdout=output,
                 stderr=subprocess.STDOUT,
             )
-        self.url = self.logged(READY)
+        self.url = f"http://127.0.0.1:{self.logged(READY)}"
         # Without a content coding, so that digests are those of what a test sees.
         fields = {"Accept-Encoding": "identity"}
         self.client = httpx.Client(base_url=self.url, timeout=PATIENCE, headers=fields)
