@@ -98,7 +98,6 @@ class RequestMetrics:
         self._answers.labels(method if method in _METHODS else "other", route, status).inc()
         self._seconds.labels(route).observe(seconds)
         self._sent_bytes.inc(nbytes)
-        self._sent_bytes.inc(nbytes)
 
 
 class BuildMetrics:
