@@ -9,6 +9,7 @@ import logging
 import os
 import resource
 import sys
+import tempfile
 from collections.abc import Callable
 from typing import Any
 
@@ -220,6 +221,9 @@ def serve(overrides: dict[str, Any]) -> int:
         store: GamutStore = app.state.service.store
         # Errors in the lifespan would give a traceback; here they give a sentence.
         store.open()
+        if not store.blobs.remote:
+            # Bodies are on the file system of the store, which has room for their gamuts.
+            tempfile.tempdir = str(app.state.service.scratch_directory)
         store.close()
         sockets = bind_sockets(settings.host, settings.port)
     except (KeyFileError, OpenToAllError) as error:

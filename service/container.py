@@ -18,7 +18,7 @@ from service.building.builds import Builds
 from service.building.embedded import EmbeddedEngine
 from service.building.engine import BuildReport, Engine
 from service.building.kernels import Kernels
-from service.http.bodies import Spool
+from service.http.bodies import Bodies
 from service.jobs.book import JobBook
 from service.jobs.events import EventStreams
 from service.library import (
@@ -42,10 +42,6 @@ from service.telemetry.traces import traces_of
 __all__ = ["MISSING_BROKER_EXTRA", "EngineMissingError", "ServiceContainer", "service_of"]
 
 logger = logging.getLogger(__name__)
-
-_LARGE_BODIES = 2
-"""Number of bodies of the largest size that are in memory at the same time, each until its build is
-accepted. Further bodies wait on the disk."""
 
 _DELETIONS_SECONDS = 10.0
 """Interval of asking a bucket for deletions by other replicas. With the time of two listings, a
@@ -97,12 +93,11 @@ class ServiceContainer:
         )
         self.queries = Queries(self.metrics.queries, self.library)
         self.pictures = Pictures(settings)
-        self.spool = Spool(
-            lambda: self.scratch_directory,
+        self.bodies = Bodies(
             most_body=settings.max_body_bytes,
-            most_bodies=settings.arriving_bodies,
-            most_bytes=max(settings.spool_bytes, settings.max_body_bytes),
-            most_decoded=_LARGE_BODIES * settings.max_body_bytes,
+            most_large=settings.large_bodies,
+            most_of_client=settings.client_bodies,
+            seconds=settings.body_timeout,
         )
         book = JobBook.of_store(self.store, settings.build_attempts)
         observer = BuildObserver(self.metrics.builds, self.traces)
@@ -119,7 +114,7 @@ class ServiceContainer:
 
     @property
     def scratch_directory(self) -> Path:
-        """Directory for unnamed temporary files, such as bodies that are arriving."""
+        """Directory for temporary files, on the file system of a store directory."""
         return self.store.scratch("").parent
 
     @contextlib.asynccontextmanager

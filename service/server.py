@@ -1,4 +1,4 @@
-"""The HTTP server of one process: uvicorn with connection limits and an early signal to stop.
+"""The HTTP server of one process: uvicorn with an early signal to stop.
 
 `bind_sockets` takes the port before the app starts, so a busy port is reported before any work. At
 SIGTERM, ``/readyz`` answers 503 first, and the server goes on for ``GAMUT_STOP_DELAY``, until load
@@ -20,8 +20,7 @@ from typing import TYPE_CHECKING
 import uvicorn
 
 from service.access.api_keys import KeyFileError
-from service.http.protocol import ConnectionLimits, limited_protocol
-from service.telemetry.request_observer import Refusals
+from service.access.hosts import is_loopback
 
 if TYPE_CHECKING:
     from types import FrameType
@@ -44,8 +43,7 @@ logger = logging.getLogger(__name__)
 _KEEP_ALIVE_SECONDS = 75
 """How long an idle connection stays open between requests, as for nginx. Clients and proxies that
 reuse connections give them up earlier: httpx after 5, load balancers after 60 seconds. If both
-sides waited equally long, a request could meet the end of its connection. An idle connection is
-closed before a new one is refused."""
+sides waited equally long, a request could meet the end of its connection."""
 
 _REMEDIES = {
     errno.EADDRINUSE: "Stop the program that uses the port, or choose another port with --port or "
@@ -142,15 +140,6 @@ async def _bind(host: str, port: int) -> list[socket.socket]:
 
 def server_config(app: FastAPI, settings: Settings) -> uvicorn.Config:
     """Return uvicorn's configuration for an app of `create_app`."""
-    limits = ConnectionLimits(
-        settings.max_connections,
-        settings.max_head_bytes,
-        settings.head_timeout,
-        settings.body_timeout,
-        settings.min_body_rate,
-        settings.write_timeout,
-    )
-    refusals = Refusals(app.state.service.metrics.requests, access_log=settings.access_log)
     return uvicorn.Config(
         app,
         host=settings.host,
@@ -158,7 +147,10 @@ def server_config(app: FastAPI, settings: Settings) -> uvicorn.Config:
         log_config=None,
         log_level=settings.log_level,
         access_log=False,  # `service.telemetry.request_observer` writes the access log
-        http=limited_protocol(limits, refusals),
+        # httptools is twice as fast, and has no limit for a head. A proxy has one.
+        http="httptools" if settings.trusted_proxies or is_loopback(settings.host) else "h11",
+        h11_max_incomplete_event_size=settings.max_head_bytes,
+        limit_concurrency=settings.max_connections + 1,  # counts the new one
         ws="none",
         # Off by default: otherwise any local client could choose the address it is counted under.
         proxy_headers=bool(settings.trusted_proxies),

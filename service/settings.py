@@ -179,39 +179,28 @@ class Settings(BaseSettings):
     has up to 144 MB."""
 
     max_head_bytes: int = Field(default=32 * 1024, ge=1024)
-    """Largest request target and header fields in bytes; more are answered with 431."""
+    """Largest request target and header fields in bytes; more are answered with 400. With
+    `GAMUT_TRUSTED_PROXIES`, and on a loopback address, the parser is faster and has no limit."""
 
     max_connections: PositiveInt = 1024
-    """Largest number of open connections. For a new one, the connection that has been idle longest
-    is closed; if none is idle, the answer is 503."""
+    """Largest number of open connections, idle ones included. Requests on further ones are answered
+    with 503."""
 
-    head_timeout: PositiveFloat = 10.0
-    """Seconds within which the request target and the header fields must arrive; later ones are
-    answered with 408."""
+    body_timeout: PositiveFloat = 120.0
+    """Seconds for the arrival of a body; slower ones are answered with 408."""
 
-    body_timeout: PositiveFloat = 20.0
-    """Seconds for a body, in addition to the time that its size allows; slower ones are answered
-    with 408."""
+    large_bodies: PositiveInt = 32
+    """Largest number of bodies over 64 KiB that arrive, or wait to be computed. They are on the
+    disk: in `temporary/` of a store directory, in `/tmp` with a bucket. Further ones wait, and are
+    answered with 503 after `GAMUT_BODY_TIMEOUT`."""
 
-    min_body_rate: PositiveInt = 4096
-    """Smallest rate of a body in bytes per second, after `GAMUT_BODY_TIMEOUT`."""
-
-    arriving_bodies: PositiveInt = 512
-    """Largest number of bodies that arrive at the same time. For a new one, the slowest is answered
-    with 408. Each takes up to 64 KiB of memory. The default is half of `GAMUT_MAX_CONNECTIONS`."""
-
-    spool_bytes: int = Field(default=512 * _MEBIBYTE, ge=1024)
-    """Largest size of all bodies together in bytes, from their arrival until they are parsed; at
-    least `GAMUT_MAX_BODY_BYTES`. For more, the slowest arriving body is answered with 408; if none
-    is slower, the newest with 503. Beyond 64 KiB each, bodies are on the disk: in `temporary/` of a
-    store directory, in `/tmp` with a bucket."""
+    client_bodies: PositiveInt = 8
+    """Largest number of such bodies of one key, or of one address without a key; more are answered
+    with 429."""
 
     client_requests: PositiveInt = 64
     """Largest number of requests of one key, or of one address without a key, that wait to be
     computed; more are answered with 429. Clients take turns."""
-
-    write_timeout: PositiveFloat = 30.0
-    """Seconds after which a client that reads nothing of its answer is disconnected."""
 
     max_inline_bytes: int = Field(default=_MEBIBYTE, ge=1024)
     """Largest JSON body with inline samples in bytes; larger data must be sent as a file. Decoding

@@ -1,10 +1,9 @@
 """Bodies of requests: receiving them within limits, forms, and strict JSON.
 
-Nothing is admitted by what a client declares. A body takes part in a few amounts that all bodies
-share: the number of bodies that are arriving, and the bytes that have arrived. Its first 64 KiB are
-in memory, the rest is in an unnamed file in the store's folder for scratch files. When an amount is
-used up, the slowest arriving body is cut; if none is slower, the newcomer is refused. One client
-has at most a share of each amount while others compete. See ``docs/decisions/bodies.md``.
+Nothing is admitted by what a client declares. The first 64 KiB of a body are in memory, as in the
+server's own buffer of the connection. A larger body needs one of a few places, goes to an unnamed
+file, and keeps the place until its content is forgotten. A client has a part of the places, and
+every body has the same time to arrive. See ``docs/decisions/bodies.md``.
 """
 
 from __future__ import annotations
@@ -15,45 +14,30 @@ import contextlib
 import errno
 import json
 import tempfile
-import time
 from collections import Counter
-from enum import Enum
 from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
-from python_multipart.exceptions import FormParserError
-from python_multipart.multipart import MultipartParser, parse_options_header
-from starlette.requests import ClientDisconnect
+from python_multipart.multipart import parse_options_header
+from starlette.datastructures import Headers, UploadFile
+from starlette.formparsers import MultiPartException, MultiPartParser
 
 from service.problems.problem import Problem, ProblemError
 
 if TYPE_CHECKING:
-    import io
-    from collections.abc import AsyncIterator, Callable, Iterator
-    from pathlib import Path
+    from collections.abc import AsyncGenerator, Iterator
 
     from starlette.requests import Request
-    from starlette.types import Message, Receive
 
-__all__ = [
-    "FIELD_BYTES",
-    "IN_MEMORY",
-    "Body",
-    "Part",
-    "Spool",
-    "check_head",
-    "decoded",
-    "parse_json",
-    "read_form",
-]
-
-SHARE = 0.25
-"""Part of the arriving bodies, and of their bytes, that a client has in any case."""
+__all__ = ["FIELD_BYTES", "IN_MEMORY", "Bodies", "Body", "Part", "check_head", "parse_json"]
 
 IN_MEMORY = 64 * 1024
-"""Bytes of a body that stay in memory, like the server's own buffer of a connection."""
+"""Bytes of a body, or of a file in a form, that stay in memory."""
 
 FIELD_BYTES = 64 * 1024
 """Largest size of a field of a form, a hundred times that of all options."""
+
+_MOST_FILES = 3
+"""Files in a form. `file`, `options` and `name` may be files; others are refused by their names."""
 
 _TEXTS = frozenset({"utf-8", "ascii", "iso8859-1", "cp1252"})
 """Python's names of the accepted charsets. Many other codecs of Python are no charsets, or raise
@@ -88,397 +72,228 @@ def _is_text(charset: str) -> bool:
         return False
 
 
-class Refused(Enum):
-    """Why a client cannot have more of an amount."""
+class Bodies:
+    """The bodies of all requests. One per app; belongs to the event loop's thread.
 
-    FULL = "full"
-    SHARE = "share"
-
-
-class SharedAmount:
-    """An amount that clients take parts of. Belongs to the event loop's thread.
-
-    A client may exceed its `share`, a part of `most`, as long as a share remains for others. So a
-    single client can use most of the amount, and another client always finds some. What is taken
-    alone always fits.
-    """
-
-    def __init__(self, most: int, share: float) -> None:
-        self.most = most
-        self.used = 0
-        self._share = int(most * share)
-        self._of: Counter[str] = Counter()
-
-    def refusal(self, client: str, amount: int, own: int = 0) -> Refused | None:
-        """Return why an amount cannot be taken; None if it can.
-
-        `own` is what the same request has taken already.
-        """
-        if self.used == own:
-            return None
-        after = self.used + amount
-        exceeds_share = self._of[client] + amount > self._share
-        if exceeds_share and after > self.most - self._share:
-            return Refused.SHARE
-        return Refused.FULL if after > self.most else None
-
-    def take(self, client: str, amount: int) -> None:
-        """Take an amount, or give it back if it is negative."""
-        self.used += amount
-        self._of[client] += amount
-        if not self._of[client]:
-            del self._of[client]
-
-
-class Body:
-    """A body that arrives, or has arrived. `Spool.body` makes it; `size` is what `write` kept."""
-
-    def __init__(self, spool: Spool, receive: Receive, client: str) -> None:
-        self.size = 0
-        self.client = client
-        self._spool = spool
-        self._receive = receive
-        self._since = time.monotonic()
-        self._arrived = 0
-        self._charged = 0
-        self._is_cut = False
-        self._wait: asyncio.Timeout | None = None
-        self._buffer = bytearray()
-        self._file: io.BufferedRandom | None = None
-
-    async def receive(self, most: int, remedy: str = "") -> None:
-        """Keep all of the body; see `pieces`."""
-        async for piece in self.pieces(most, remedy):
-            await self.write(piece)
-
-    async def pieces(self, most: int, remedy: str = "") -> AsyncIterator[bytes]:
-        """Iterate over the body as it arrives, without keeping it.
-
-        Raise ``body-too-large`` after `most` bytes, and ``request-timeout`` if the body is cut.
-        """
-        if most >= self._spool.most_body:
-            most, remedy = self._spool.most_body, ""
-        more = True
-        while more:
-            message = await self._next()
-            if message["type"] == "http.disconnect":
-                raise ClientDisconnect
-            more = message.get("more_body", False)
-            piece: bytes = message.get("body", b"")
-            self._arrived += len(piece)
-            if self._arrived > most:
-                detail = f"The body is larger than {most} bytes."
-                raise ProblemError(Problem("body-too-large", detail, {"limit": most}, remedy))
-            if not more:
-                self._spool.end_wait(self)
-            if piece:
-                yield piece
-
-    async def write(self, data: bytes) -> None:
-        """Keep some bytes: in memory, or on the disk if they are more than a few.
-
-        Raise ``spool-full``, ``share-exceeded`` or ``scratch-full`` if there is no room.
-        """
-        self._spool.charge(self, len(data), self._charged)
-        self._charged += len(data)
-        self.size += len(data)
-        self._buffer += data
-        if len(self._buffer) > IN_MEMORY:
-            await asyncio.to_thread(self._flush)
-
-    @property
-    def in_memory(self) -> bool:
-        """Whether nothing is on the disk."""
-        return self._file is None
-
-    def content(self) -> bytearray:
-        """Return all bytes that were kept; a copy only if some are on the disk."""
-        if self._file is None:
-            return self._buffer
-        content = bytearray(self.size)
-        self._flush()
-        self._file.seek(0)
-        self._file.readinto(content)  # all of it, because it is buffered
-        return content
-
-    def read(self, start: int, size: int) -> bytes:
-        """Return some of the bytes that were kept."""
-        if self._file is None:
-            return bytes(memoryview(self._buffer)[start : start + size])
-        self._flush()
-        self._file.seek(start)
-        return self._file.read(size)
-
-    @property
-    def rate(self) -> float:
-        """Bytes per second so far. A body that has just begun is not slow."""
-        return (self._arrived + IN_MEMORY) / max(time.monotonic() - self._since, 1e-6)
-
-    def cut(self) -> None:
-        """End the wait for the body, and give back what it has taken."""
-        self._is_cut = True
-        self._spool.end_wait(self)
-        self._give_back()
-        if self._wait is not None:
-            self._wait.reschedule(asyncio.get_running_loop().time())
-
-    def close(self) -> None:
-        """Forget the content."""
-        self._spool.end_wait(self)
-        self._give_back()
-        if self._file is not None:
-            with contextlib.suppress(OSError):  # a full disk, which the last bytes did not fit on
-                self._file.close()
-
-    async def _next(self) -> Message:
-        """Return the next message of the server, unless the body is cut meanwhile."""
-        # A request is waited for by its own task, so a timeout of that task can end the wait.
-        with contextlib.suppress(TimeoutError):
-            if not self._is_cut:
-                async with asyncio.timeout(None) as wait:
-                    self._wait = wait
-                    try:
-                        return await self._receive()
-                    finally:
-                        self._wait = None
-        detail = f"{self._arrived} bytes of the body arrived, more slowly than those of others."
-        remedy = "Try again after the time in Retry-After, and send the body faster."
-        headers = {"Retry-After": "5"}
-        raise ProblemError(Problem("request-timeout", detail, remedy=remedy, headers=headers))
-
-    def _give_back(self) -> None:
-        self._spool.give_back(self, self._charged)
-        self._charged = 0
-
-    def _flush(self) -> None:
-        """Move the bytes in memory to the disk."""
-        try:
-            if self._file is None:
-                self._file = tempfile.TemporaryFile(dir=self._spool.folder())  # noqa: SIM115
-            self._file.write(self._buffer)
-            self._file.flush()
-        except OSError as error:
-            if error.errno in {errno.ENOSPC, errno.EDQUOT}:
-                detail = "There is no space left for bodies that are arriving."
-                raise ProblemError(Problem("scratch-full", detail)) from error
-            raise
-        self._buffer = bytearray()
-
-
-class Spool:
-    """The bodies that are arriving, or have arrived and are not parsed. One per app.
-
-    Belongs to the event loop's thread. `folder` returns the folder of scratch files, `most_body` is
-    the largest size of a body, and `most_bytes` that of all. `most_decoded` is the memory for
-    bodies that are decoded and for what is made of them, which a single body may exceed.
+    `most_body` is the largest size of a body, and `seconds` the time for its arrival. `most_large`
+    bodies may be larger than `IN_MEMORY` at the same time, `most_of_client` of one client. Their
+    files are in Python's folder for temporary files, the only one that Starlette's parser has.
     """
 
     def __init__(
-        self,
-        folder: Callable[[], Path],
-        *,
-        most_body: int,
-        most_bodies: int,
-        most_bytes: int,
-        most_decoded: int,
+        self, *, most_body: int, most_large: int, most_of_client: int, seconds: float
     ) -> None:
-        self.folder = folder
         self.most_body = most_body
-        self._arriving: set[Body] = set()
-        self._places = SharedAmount(most_bodies, SHARE)
-        self._bytes = SharedAmount(most_bytes, SHARE)
-        self._most_decoded = most_decoded
-        self._decoded = 0
-        self._turn = asyncio.Lock()
-        self._freed = asyncio.Event()
+        self.most_of_client = most_of_client
+        self.seconds = seconds
+        self.places = asyncio.Semaphore(most_large)
+        self.large_of: Counter[str] = Counter()
+        """Large bodies of each client that are arriving, are kept, or wait for a place."""
 
     @property
-    def arriving(self) -> int:
-        """Number of arriving bodies."""
-        return self._places.used
-
-    @property
-    def nbytes(self) -> int:
-        """Bytes of all bodies."""
-        return self._bytes.used
+    def large(self) -> int:
+        """Number of large bodies, those that wait for a place included."""
+        return self.large_of.total()
 
     @contextlib.contextmanager
     def body(self, request: Request, client: str) -> Iterator[Body]:
-        """Yield the body of a request, which is forgotten at the end of the context.
-
-        Raise ``share-exceeded`` if too many bodies of the client are arriving.
-        """
-        body = Body(self, request.receive, client)
-        match self._places.refusal(client, 1):
-            case Refused.SHARE:
-                raise _exceeded("bodies that are arriving")
-            case Refused.FULL:
-                min(self._arriving, key=lambda each: each.rate).cut()
-        self._places.take(client, 1)
-        self._arriving.add(body)
+        """Yield the body of a request, which is forgotten at the end of the context."""
+        body = Body(self, request, client)
         try:
             yield body
         finally:
             body.close()
 
-    def end_wait(self, body: Body) -> None:
-        """Give the place of an arriving body to others. May be called again."""
-        if body in self._arriving:
-            self._arriving.remove(body)
-            self._places.take(body.client, -1)
 
-    def charge(self, body: Body, nbytes: int, own: int) -> None:
-        """Count bytes of a body that has `own` so far. Slower bodies make room for them.
+class Body:
+    """A body of `Bodies`. `size` is the number of bytes that have arrived."""
 
-        Raise ``share-exceeded`` or ``spool-full``.
+    def __init__(self, bodies: Bodies, request: Request, client: str) -> None:
+        self.size = 0
+        self._bodies = bodies
+        self._request = request
+        self._client = client
+        self._waits = False
+        self._held = contextlib.ExitStack()
+        """The place of a large body, and the files."""
+        self._file = self._held.enter_context(tempfile.SpooledTemporaryFile(IN_MEMORY))  # noqa: SIM115 - it is one
+
+    @property
+    def in_memory(self) -> bool:
+        """Whether nothing is on the disk."""
+        return self.size <= IN_MEMORY
+
+    async def receive(self, most: int, remedy: str = "") -> None:
+        """Keep all of the body. Raise the problems of `form` but ``malformed-body``."""
+        with _scratch():
+            async with self._deadline():
+                async for piece in self._pieces(most, remedy):
+                    if self.in_memory:
+                        self._file.write(piece)
+                    else:
+                        await asyncio.to_thread(self._file.write, piece)
+
+    async def form(self, most: int, most_fields: int) -> list[Part]:
+        """Return the parts of a form in order.
+
+        Raise ``body-too-large`` after `most` bytes, ``request-timeout`` if the body is slow,
+        ``queries-busy`` or ``overloaded`` if there is no place, ``scratch-full`` if the disk is
+        full, and ``malformed-body`` for whatever the parser refuses.
         """
-        while refused := self._bytes.refusal(body.client, nbytes, own):
-            if refused is Refused.SHARE:
-                raise _exceeded("bytes of bodies")
-            slowest = min(self._arriving, key=lambda each: each.rate, default=body)
-            if slowest is body or slowest.rate > body.rate:
-                detail = f"The bodies of other requests take {self._bytes.used - own} bytes."
-                raise ProblemError(Problem("spool-full", detail, headers={"Retry-After": "5"}))
-            slowest.cut()
-        self._bytes.take(body.client, nbytes)
+        pieces = self._pieces(most, "")
+        content_type = self._request.headers.get("content-type", "")
+        parser = _FormParser(
+            # The last charset counts. This one keeps the bytes of texts, in which a file may be.
+            Headers({"content-type": f"{content_type}; charset=latin-1"}),
+            pieces,
+            max_files=_MOST_FILES,
+            max_fields=most_fields,
+            max_part_size=FIELD_BYTES,
+        )
+        try:
+            with _scratch():
+                async with self._deadline(), contextlib.aclosing(pieces):
+                    items = (await parser.parse()).multi_items()
+            self._held.callback(_close_files, [part for _, part in items])
+            _, parameters = parse_options_header(content_type)
+            charset = parameters.get(b"charset", b"utf-8").decode("latin-1")
+            return [_part(name, part, charset) for name, part in items]
+        except MultiPartException as error:
+            raise _form_problem(error.message, most_fields) from error
+        except (ValueError, LookupError) as error:  # of fields that the parser does not foresee
+            raise _form_problem("Invalid multipart data.", most_fields) from error
 
-    def give_back(self, body: Body, nbytes: int) -> None:
-        """Give bytes of a body to others."""
-        self._bytes.take(body.client, -nbytes)
+    def content(self) -> bytearray:
+        """Return a copy of all bytes that were received."""
+        content = bytearray(self.size)
+        self._file.seek(0)
+        self._file.readinto(content)  # all of it, because it is buffered
+        return content
+
+    def read(self, start: int, size: int) -> bytes:
+        """Return some of the bytes that were received."""
+        self._file.seek(start)
+        return self._file.read(size)
+
+    def close(self) -> None:
+        """Forget the content. May be called again."""
+        with contextlib.suppress(OSError):  # a full disk, which the last bytes did not fit on
+            self._held.close()
+
+    async def _pieces(self, most: int, remedy: str) -> AsyncGenerator[bytes, None]:
+        """Iterate over the body as it arrives."""
+        if most >= self._bodies.most_body:
+            most, remedy = self._bodies.most_body, ""
+        async for piece in self._request.stream():
+            was_in_memory = self.in_memory
+            self.size += len(piece)
+            if self.size > most:
+                detail = f"The body is larger than {most} bytes."
+                raise ProblemError(Problem("body-too-large", detail, {"limit": most}, remedy))
+            if was_in_memory and not self.in_memory:
+                await self._take_place()
+            yield piece
+
+    async def _take_place(self) -> None:
+        bodies, client = self._bodies, self._client
+        if bodies.large_of[client] >= bodies.most_of_client:
+            detail = f"The client has {bodies.most_of_client} large bodies that are not answered."
+            raise ProblemError(Problem("queries-busy", detail, headers={"Retry-After": "2"}))
+        bodies.large_of[client] += 1
+        self._held.callback(self._uncount)
+        self._waits = True
+        await bodies.places.acquire()
+        self._waits = False
+        self._held.callback(bodies.places.release)
+
+    def _uncount(self) -> None:
+        large_of = self._bodies.large_of
+        large_of[self._client] -= 1
+        if not large_of[self._client]:
+            del large_of[self._client]
 
     @contextlib.asynccontextmanager
-    async def decoding(self, nbytes: int) -> AsyncIterator[None]:
-        """Hold memory for a body that is decoded, in the order of the requests."""
-        async with self._turn:
-            while self._decoded and self._decoded + nbytes > self._most_decoded:
-                self._freed.clear()
-                await self._freed.wait()
-            self._decoded += nbytes
+    async def _deadline(self) -> AsyncGenerator[None, None]:
+        """End the body if it does not arrive in time."""
         try:
-            yield
-        finally:
-            self._decoded -= nbytes
-            self._freed.set()
-
-
-def _exceeded(what: str) -> ProblemError:
-    detail = f"The client has more than its share of the {what}."
-    return ProblemError(Problem("share-exceeded", detail, headers={"Retry-After": "1"}))
+            async with asyncio.timeout(self._bodies.seconds) as limit:
+                yield
+        except TimeoutError:
+            if not limit.expired():
+                raise
+            seconds = f"{self._bodies.seconds:g} s"
+            if self._waits:
+                detail = f"No large body of another request ended within {seconds}."
+                remedy = "Try again after the time in Retry-After."
+                fields = {"Retry-After": "5"}
+                problem = Problem("overloaded", detail, remedy=remedy, headers=fields)
+            else:
+                detail = f"{self.size} bytes of the body arrived within {seconds}."
+                # Otherwise the server would wait for the rest on the same connection.
+                problem = Problem("request-timeout", detail, headers={"Connection": "close"})
+            raise ProblemError(problem) from None
 
 
 class Part(NamedTuple):
-    """A part of a form, and where its content is in the body. `file` is None for a field."""
+    """A part of a form: the content of a field, or a file on the disk with its name."""
 
     name: str
-    file: str | None
-    start: int
-    size: int
+    content: bytes
+    text: str
+    file: UploadFile | None = None
+    file_name: str = ""
 
 
-class _FormReader:
-    """Receives the events of the parser."""
+def _part(name: str, value: str | UploadFile, charset: str) -> Part:
+    """Return a part whose texts were decoded as ISO-8859-1."""
 
-    def __init__(self, charset: str, most_fields: int, check: Callable[[str], None]) -> None:
-        self.parts: list[Part] = []
-        self._part = Part("", None, 0, 0)
-        self.content = bytearray()
-        """What the parser has found and nobody has kept yet."""
-        self._kept = 0
-        self._charset = charset
-        self._fields_left = self._most_fields = most_fields
-        self._check = check
-        self._headers: list[tuple[bytes, bytes]] = []
-        self._name = self._value = b""
+    def decoded(text: str) -> str:
+        content = text.encode("latin-1")
+        try:
+            return content.decode(charset)
+        except UnicodeDecodeError:
+            return text
 
-    def take(self) -> bytes:
-        """Return the content of parts since the last call."""
-        content = bytes(self.content)
-        self._kept += len(content)
-        self.content.clear()
-        return content
-
-    def on_header_field(self, data: bytes, start: int, end: int) -> None:
-        self._name += data[start:end]
-
-    def on_header_value(self, data: bytes, start: int, end: int) -> None:
-        self._value += data[start:end]
-
-    def on_header_end(self) -> None:
-        self._headers.append((self._name.lower(), self._value))
-        self._name = self._value = b""
-
-    def on_headers_finished(self) -> None:
-        _, options = parse_options_header(dict(self._headers).get(b"content-disposition", b""))
-        self._headers.clear()
-        if b"name" not in options:
-            _refuse_form('The Content-Disposition header field "name" must be provided.')
-        name, file = decoded(options[b"name"], self._charset), None
-        if b"filename" in options:
-            file = decoded(options[b"filename"], self._charset)
-        elif not self._fields_left:
-            most = self._most_fields
-            raise _too_large(f"Too many fields. Maximum number of fields is {most}.", most)
-        else:
-            self._fields_left -= 1
-        self._check(name)
-        self._part = Part(name, file, self._kept + len(self.content), 0)
-
-    def on_part_data(self, data: bytes, start: int, end: int) -> None:
-        part = self._part = self._part._replace(size=self._part.size + end - start)
-        if part.file is None and part.size > FIELD_BYTES:
-            detail = f"Part exceeded maximum size of {FIELD_BYTES // 1024}KB."
-            raise _too_large(detail, FIELD_BYTES)
-        self.content += memoryview(data)[start:end]
-
-    def on_part_end(self) -> None:
-        self.parts.append(self._part)
+    if isinstance(value, UploadFile):
+        return Part(decoded(name), b"", "", value, decoded(value.filename or ""))
+    return Part(decoded(name), value.encode("latin-1"), decoded(value))
 
 
-async def read_form(
-    body: Body, content_type: str, *, most: int, most_fields: int, check: Callable[[str], None]
-) -> tuple[list[Part], str]:
-    """Keep the content of a form's parts in its body; return the parts and the charset of texts.
+def _close_files(parts: list[str | UploadFile]) -> None:
+    for part in parts:
+        if isinstance(part, UploadFile):
+            part.file.close()
 
-    `most` limits the bytes. `check` is called with the name of every part when its header has
-    arrived, so a part that nobody wants ends the request there. Starlette's parser reads all of it.
-    """
-    _, parameters = parse_options_header(content_type)
-    boundary = parameters.get(b"boundary")
-    if not boundary:
-        _refuse_form("Missing boundary in multipart.")
-    charset = parameters.get(b"charset", b"utf-8").decode("latin-1")
-    reader = _FormReader(charset, most_fields, check)
-    names = (name for name in dir(reader) if name.startswith("on_"))
-    callbacks: Any = {name: getattr(reader, name) for name in names}
+
+class _FormParser(MultiPartParser):
+    """Starlette's parser, with less of a file in memory."""
+
+    spool_max_size = IN_MEMORY
+
+
+def _form_problem(message: str, most_fields: int) -> ProblemError:
+    """Return the problem of whatever Starlette's parser refuses."""
+    limits = {"Part": FIELD_BYTES, "Too many fields": most_fields, "Too many files": _MOST_FILES}
+    for start, limit in limits.items():
+        if message.startswith(start):
+            detail = f"The form is too large: {message}"
+            remedy = "Send the data as the part `file` with a file name, and options as fields."
+            return ProblemError(Problem("body-too-large", detail, {"limit": limit}, remedy))
+    return ProblemError(
+        Problem("malformed-body", f"The multipart body cannot be parsed: {message}")
+    )
+
+
+@contextlib.contextmanager
+def _scratch() -> Iterator[None]:
+    """Raise ``scratch-full`` if there is no space for a body."""
     try:
-        parser = MultipartParser(boundary, callbacks)  # refuses long boundaries
-        async for piece in body.pieces(most):
-            parser.write(piece)
-            if reader.content:
-                await body.write(reader.take())
-        parser.finalize()
-    except FormParserError:
-        _refuse_form("Invalid multipart data.")
-    return reader.parts, charset
-
-
-def decoded(text: bytes, charset: str) -> str:
-    """Return a text of a form, in a charset that `check_head` accepts."""
-    try:
-        return text.decode(charset)
-    except UnicodeDecodeError:
-        return text.decode("latin-1")
-
-
-def _too_large(detail: str, limit: int) -> ProblemError:
-    remedy = "Send the data as the part `file` with a file name, and options as fields."
-    detail = f"The form is too large: {detail}"
-    return ProblemError(Problem("body-too-large", detail, {"limit": limit}, remedy))
-
-
-def _refuse_form(detail: str) -> NoReturn:
-    detail = f"The multipart body cannot be parsed: {detail}"
-    raise ProblemError(Problem("malformed-body", detail))
+        yield
+    except OSError as error:
+        if error.errno in {errno.ENOSPC, errno.EDQUOT}:
+            detail = "There is no space left for bodies that are arriving."
+            raise ProblemError(Problem("scratch-full", detail)) from error
+        raise
 
 
 def parse_json(text: bytes | bytearray, place: dict[str, Any] | None = None) -> Any:  # noqa: ANN401 - JSON before its shape is known

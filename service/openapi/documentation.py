@@ -326,7 +326,6 @@ _EVERYWHERE = (
     "host-not-allowed",
     "origin-not-allowed",
     "rate-limited",
-    "head-too-large",
 )
 """Problems of every operation that may need a key."""
 

@@ -255,12 +255,6 @@ _TABLE = {
         "The client has 64 requests waiting.",
         status=429,
     ),
-    "share-exceeded": Kind(
-        "The client uses more than its share",
-        "Send fewer requests at once, or try again after the time in Retry-After.",
-        "The client has more than its share of the bytes of bodies.",
-        status=429,
-    ),
     "memory-busy": Kind(
         "The request has waited too long",
         "Try again after the time in Retry-After.",
@@ -390,15 +384,8 @@ _TABLE = {
     "request-timeout": Kind(
         "The request arrived too slowly",
         "Send the request faster, or send less data.",
-        "4096 bytes of the body arrived within 21 s.",
+        "4096 bytes of the body arrived within 120 s.",
         status=408,
-    ),
-    "head-too-large": Kind(
-        "The request target and header fields are too large",
-        "Send a shorter request target, and fewer or shorter header fields.",
-        "The request target and the header fields are larger than 32768 bytes.",
-        {"limit": 32768},
-        status=431,
     ),
     "unsupported-media-type": Kind(
         "The body's media type is not accepted",
@@ -462,7 +449,7 @@ _TABLE = {
     ),
     "overloaded": Kind(
         "The service is overloaded",
-        "Try again after the time in Retry-After, with fewer simultaneous connections.",
+        "Try again after the time in Retry-After, with fewer simultaneous requests.",
         "Too many files and connections are open.",
         status=503,
     ),
@@ -484,12 +471,6 @@ _TABLE = {
         "Send the request again. A build continues, and its job can be read.",
         "A replica did not answer within 330 s.",
         status=504,
-    ),
-    "spool-full": Kind(
-        "Too many bytes of bodies are waiting",
-        "Try again after the time in Retry-After.",
-        "The bodies of other requests take 536870912 bytes.",
-        status=503,
     ),
     "store-unavailable": Kind(
         "The store is unavailable",

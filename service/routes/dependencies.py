@@ -249,7 +249,7 @@ async def checked_gamut(request: Request, name: str, place: str, field: str) -> 
 
 async def check_request(request: Request) -> None:
     """Refuse what no operation accepts; see `check_head`."""
-    check_head(request, service_of(request).spool.most_body)
+    check_head(request, service_of(request).bodies.most_body)
 
 
 async def check_gamut_query(request: Request) -> None:

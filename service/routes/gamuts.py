@@ -154,8 +154,8 @@ router = APIRouter(
             "shutting-down",
             "broker-unavailable",
             "overloaded",
-            "share-exceeded",
-            "spool-full",
+            "queries-busy",
+            "memory-busy",
             "scratch-full",
             "store-unavailable",
             "storage-full",
@@ -181,9 +181,8 @@ router = APIRouter(
 async def create_gamut(request: Request) -> Response:
     """Build a gamut, or return the existing one."""
     service = service_of(request)
-    settings = service.settings
     await _check_admission_of_large(request, service)
-    async with submission(request, settings, service.spool) as posted:
+    async with submission(request, service) as posted:
         gamut_id = posted.gamut_id
         found = await service.builds.submit(
             gamut_id,

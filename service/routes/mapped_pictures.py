@@ -72,7 +72,7 @@ async def answer_picture(request: Request, gamut_id: str) -> Response:
     if source is not None:
         source = await checked_gamut(request, source, "query", "source")
     client, library = client_of(request.scope), service.library
-    with service.spool.body(request, client) as arriving:
+    with service.bodies.body(request, client) as arriving:
         with timed("body"):
             await arriving.receive(service.settings.max_body_bytes)
         media_type = _media_type(request, arriving.read(0, 64), answer, values["to"])

@@ -80,8 +80,9 @@ def state_families(service: ServiceContainer) -> Iterator[Metric]:
     """Return the metrics that are read from the state of a service."""
     gauge, counter = GaugeMetricFamily, CounterMetricFamily
     yield from _engine_families(service.builds.facts())
-    yield gauge("gamut_http_bodies_arriving", "Bodies that are arriving.", service.spool.arriving)
-    yield gauge("gamut_spool_bytes", "Bytes of bodies that are not parsed.", service.spool.nbytes)
+    yield gauge(
+        "gamut_large_bodies", "Bodies over 64 KiB that are not parsed.", service.bodies.large
+    )
     yield gauge("gamut_event_streams", "Open event streams of jobs.", service.events.count)
     library = service.library
     yield from _cache_families(library.caches)

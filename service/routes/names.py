@@ -69,9 +69,6 @@ router = APIRouter(
             "reference-read-only",
             "built-by-another",
             "invalid-parameter",
-            "share-exceeded",
-            "spool-full",
-            "scratch-full",
             "store-unavailable",
             "storage-full",
         ),
@@ -81,7 +78,7 @@ router = APIRouter(
 async def name_gamut(request: Request, gamut_id: GamutId) -> Response:
     """Name a gamut."""
     service = service_of(request)
-    name = await submitted_name(request, service.spool)
+    name = await submitted_name(request, service.bodies)
     refuse_reference(await service.library.record(gamut_id))
     await check_owner(request, service.store, gamut_id)
     await asyncio.to_thread(service.store.names.give, gamut_id, name)

@@ -70,8 +70,7 @@ _PROBLEMS = (
     "gamut-not-found",
     "gamut-rebuilding",
     "queries-busy",
-    "share-exceeded",
-    "spool-full",
+    "overloaded",
     "scratch-full",
     "memory-busy",
     "memory-exceeded",
@@ -81,7 +80,6 @@ _PROBLEMS = (
 
 
 _PICTURE_PROBLEMS = (
-    "overloaded",
     "shutting-down",
     "malformed-file",
     "malformed-profile",
@@ -193,7 +191,7 @@ async def _answer(request: Request, gamut_id: str, question: Question) -> Respon
     _check_table_parameters(given, sent)
     accepted = _accepted_form(request, sent)
     form, client = FORMS[sent], client_of(request.scope)
-    with service.spool.body(request, client) as arriving:
+    with service.bodies.body(request, client) as arriving:
         with timed("body"):
             await arriving.receive(form.most_bytes)
         await wait_for_kernels(service)

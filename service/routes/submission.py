@@ -23,7 +23,8 @@ from gamutcore.errors import OptionError
 from gamutcore.options import OPTIONS, Options, option_name, option_value
 from gamutcore.references import find_reference, parse_definition
 from service.access.rate_limits import client_of
-from service.http.bodies import FIELD_BYTES, IN_MEMORY, decoded, parse_json, read_form
+from service.admission import Work
+from service.http.bodies import FIELD_BYTES, IN_MEMORY, parse_json
 from service.http.request_context import timed
 from service.problems.problem import Problem, ProblemError
 from service.storage.names import InvalidNameError, checked_name
@@ -33,7 +34,8 @@ if TYPE_CHECKING:
 
     from fastapi import Request
 
-    from service.http.bodies import Body, Part, Spool
+    from service.container import ServiceContainer
+    from service.http.bodies import Bodies, Body, Part
     from service.settings import Settings
 
 __all__ = ["Submission", "check_surface_samples", "submission", "submitted_name"]
@@ -95,9 +97,7 @@ _Hold: TypeAlias = "Callable[[int], Awaitable[None]]"
 
 
 @contextlib.asynccontextmanager
-async def submission(
-    request: Request, settings: Settings, spool: Spool
-) -> AsyncIterator[Submission]:
+async def submission(request: Request, service: ServiceContainer) -> AsyncIterator[Submission]:
     """Yield the characterisation data and the options of a request.
 
     Memory for the data is held until the end of the context. So many clients may send large data at
@@ -105,14 +105,19 @@ async def submission(
     `OptionError` for an option, and `GamutError` for a few inline samples that are invalid. Large
     data is validated by the build.
     """
+    client, admission = client_of(request.scope), service.admission
     async with contextlib.AsyncExitStack() as held:
 
         async def hold(nbytes: int) -> None:
             if nbytes > IN_MEMORY:
-                await held.enter_async_context(spool.decoding(nbytes))
+                # A single body may exceed the budget.
+                nbytes = min(nbytes, admission.budget - admission.reserve)
+                place = await admission.enter(Work.VIEW, client, lambda: nbytes, nbytes)
+                held.callback(place.leave)
+                place.give_back(nbytes)  # a slow store stops no other work
 
-        with timed("body"), spool.body(request, client_of(request.scope)) as body:
-            posted = await _read_submission(request, settings, body, hold)
+        with service.bodies.body(request, client) as body:
+            posted = await _read_submission(request, service.settings, body, hold)
         yield posted
 
 
@@ -134,9 +139,10 @@ async def _read_submission(
     content_type = request.headers.get("content-type", "")
     media_type = content_type.partition(";")[0].strip().lower()
     if media_type == "multipart/form-data":
-        sent = await _multipart(content_type, settings, body, hold)
+        sent = await _multipart(settings, body, hold)
     elif media_type == "application/json":
-        await body.receive(settings.max_inline_bytes, _AS_FILE)
+        with timed("body"):
+            await body.receive(settings.max_inline_bytes, _AS_FILE)
         if not body.in_memory:
             await hold(body.size * _DECODED_SIZE)
         sent = await asyncio.to_thread(lambda: _inline(body.content()))
@@ -165,7 +171,7 @@ def check_surface_samples(options: Options, settings: Settings) -> None:
         )
 
 
-async def submitted_name(request: Request, spool: Spool) -> str:
+async def submitted_name(request: Request, bodies: Bodies) -> str:
     """Return the name in the body of a request, an object with the member ``name``."""
     media_type = request.headers.get("content-type", "").partition(";")[0].strip().lower()
     if media_type != "application/json":
@@ -173,7 +179,7 @@ async def submitted_name(request: Request, spool: Spool) -> str:
         remedy = 'Send application/json, such as {"name": "Coated offset"}.'
         where = {"header": "Content-Type"}
         raise ProblemError(Problem("unsupported-media-type", detail, where, remedy))
-    with spool.body(request, client_of(request.scope)) as body:
+    with bodies.body(request, client_of(request.scope)) as body:
         await body.receive(_NAME_BYTES)
         document = _parse_json(body.content())
     if not isinstance(document, dict) or set(document) != {"name"}:
@@ -188,53 +194,45 @@ async def submitted_name(request: Request, spool: Spool) -> str:
     return _name_or_problem(document["name"])
 
 
-async def _multipart(content_type: str, settings: Settings, body: Body, hold: _Hold) -> _Sent:
-    names: set[str] = set()
-
-    def check(name: str) -> None:
-        if name in names:
-            _refuse(f"There is more than one part named {name}.", name)
-        if name in _SINGLE:
-            names.add(name)
-        else:
-            _form_option(name)
-
-    most, most_fields = settings.max_body_bytes, settings.max_form_parts
-    parts, charset = await read_form(
-        body, content_type, most=most, most_fields=most_fields, check=check
-    )
-    single = {part.name: part for part in parts if part.name in _SINGLE}
-
-    def text(part: Part) -> str:
-        return decoded(body.read(part.start, part.size), charset)
-
-    def given_options() -> list[tuple[str, object]]:
-        options = b"{}"
-        if "options" in single:
-            options = text(single["options"]).encode()
-        mapping = _options(_parse_json(options, "options"))
-        given = [(option_name(name), value) for name, value in mapping.items()]
-        for part in parts:
-            if part.name not in _SINGLE:
-                name = _form_option(part.name)
-                if part.file is not None:
-                    _refuse(f"The part {name} is a file.", name)
-                given.append((name, option_value(name, text(part))))
-        return given
-
+async def _multipart(settings: Settings, body: Body, hold: _Hold) -> _Sent:
+    with timed("body"):
+        parts = await body.form(settings.max_body_bytes, settings.max_form_parts)
+    single: dict[str, Part] = {}
+    fields: list[tuple[str, str]] = []
+    for part in parts:
+        if part.name in single:
+            _refuse(f"There is more than one part named {part.name}.", part.name)
+        if part.name in _SINGLE:
+            single[part.name] = part
+            continue
+        option = _form_option(part.name)
+        if part.file is not None:
+            _refuse(f"The part {option} is a file.", option)
+        fields.append((option, part.text))
     if "file" not in single:
         _refuse("There is no part named file.", "file")
-    if "options" in single and single["options"].size > FIELD_BYTES:
-        _refuse(f"The options are larger than {FIELD_BYTES} bytes.", "options")
+    content = b"{}"
+    if "options" in single:
+        content = single["options"].text.encode()
+        if single["options"].file is not None:
+            content = await single["options"].file.read(FIELD_BYTES + 1)
+        if len(content) > FIELD_BYTES:
+            _refuse(f"The options are larger than {FIELD_BYTES} bytes.", "options")
+
+    def given_options() -> list[tuple[str, object]]:
+        mapping = _options(_parse_json(content, "options"))
+        options = [(option_name(name), value) for name, value in mapping.items()]
+        return options + [(name, option_value(name, text)) for name, text in fields]
+
     options = _merge_options(await asyncio.to_thread(given_options))
-    named = None
+    name = None
     if "name" in single:
-        is_field = single["name"].file is None
-        named = _name_or_problem(text(single["name"]) if is_field else None)
-    file = single["file"]
-    await hold(file.size)
-    data = await asyncio.to_thread(body.read, file.start, file.size)
-    return _Sent(data, options, named, file.file or "")
+        name = _name_or_problem(None if single["name"].file is not None else single["name"].text)
+    data, file = single["file"].content, single["file"].file
+    if file is not None:
+        await hold(file.size or 0)
+        data = await file.read()
+    return _Sent(data, options, name, single["file"].file_name)
 
 
 def _merge_options(given: Iterable[tuple[str, object]]) -> dict[str, object]:

@@ -67,7 +67,7 @@ class RequestMetrics:
     """Requests by method, route and status; seconds until the response starts, by route.
 
     A route is the template of the path, such as ``/v1/gamuts/{gamut_id}/mesh``, so clients cannot
-    create new series. Refusals are the server's answers without the app.
+    create new series.
     """
 
     def __init__(self, registry: CollectorRegistry) -> None:
@@ -75,12 +75,6 @@ class RequestMetrics:
             "gamut_http_requests",
             "Answered requests by method, route template and status.",
             ("method", "route", "status"),
-            registry=registry,
-        )
-        self._refusals = Counter(
-            "gamut_http_refusals",
-            "Answers of the server without the app, by code of the problem.",
-            ("problem",),
             registry=registry,
         )
         self._seconds = Histogram(
@@ -103,11 +97,6 @@ class RequestMetrics:
         """Count a request."""
         self._answers.labels(method if method in _METHODS else "other", route, status).inc()
         self._seconds.labels(route).observe(seconds)
-        self._sent_bytes.inc(nbytes)
-
-    def count_refusal(self, problem: str, nbytes: int) -> None:
-        """Count an answer of the server without the app."""
-        self._refusals.labels(problem).inc()
         self._sent_bytes.inc(nbytes)
 
 

@@ -1,7 +1,7 @@
 """Request observer: request ids, ``Server-Timing``, metrics, access log and spans.
 
 The ASGI middleware is outside everything else. So it also sees the answers of other middleware, and
-the answers to defects. Answers below the app go to `Refusals`. Queries are logged only if they
+the answers to defects. Queries are logged only if they
 consist of known parameters, because others may contain credentials.
 """
 
@@ -20,11 +20,10 @@ from service.http.request_context import REQUEST_ID, RequestContext, current_req
 if TYPE_CHECKING:
     from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-    from service.http.protocol import Refusal
     from service.telemetry.metrics import RequestMetrics
     from service.telemetry.traces import Traces
 
-__all__ = ["KNOWN_PARAMETERS", "UNMATCHED", "MatchedRoute", "Refusals", "RequestObserver"]
+__all__ = ["KNOWN_PARAMETERS", "UNMATCHED", "MatchedRoute", "RequestObserver"]
 
 logger = logging.getLogger("service.access")
 
@@ -152,36 +151,6 @@ class RequestObserver:
             if self.access_log:
                 _log(scope, status, nbytes, seconds)
         return status
-
-
-class Refusals:
-    """Counts and logs the answers that the server gives below the app."""
-
-    def __init__(self, metrics: RequestMetrics, *, access_log: bool) -> None:
-        self.metrics = metrics
-        self.access_log = access_log
-
-    def __call__(self, refusal: Refusal) -> None:
-        """Record an answer. The request is unknown or unfit for the log."""
-        self.metrics.count_refusal(refusal.problem, refusal.nbytes)
-        if self.access_log:
-            milliseconds = round(1000 * refusal.seconds, 3)
-            logger.info(
-                "- - %d %s, %d bytes, %s ms, %s",
-                refusal.status,
-                refusal.problem,
-                refusal.nbytes,
-                milliseconds,
-                refusal.client,
-                extra={
-                    "status": refusal.status,
-                    "problem": refusal.problem,
-                    "bytes": refusal.nbytes,
-                    "milliseconds": milliseconds,
-                    "client": refusal.client,
-                    "request_id": refusal.request_id,
-                },
-            )
 
 
 def _identifier(scope: Scope) -> bytes:

@@ -45,12 +45,12 @@ CLAIM = 32_000_000
 COLOURS = json.dumps({"colours": [[50, 0, 0]] * 20})
 """More rows than are answered on the event loop."""
 
-ARRIVING = 64
-"""Limit of arriving bodies: each takes up to 0.6 MB for a moment, when all of it comes at once."""
+LARGE = 64
+"""Limit of large bodies: each takes up to 0.6 MB for a moment, when all of it comes at once."""
 
 SECONDS = 1.0
-"""Time limit for a head, a body and an answer of the server that slow clients attack. The other
-server has none that a busy machine could reach."""
+"""Time limit for a body of the server that slow clients attack. The other server has none that a
+busy machine could reach. Slow heads, silent clients and slow readers are the task of a proxy."""
 
 FORM = "Content-Type: multipart/form-data; boundary=hostile\r\n"
 PART = '--hostile\r\nContent-Disposition: form-data; name="{}"\r\n\r\n'
@@ -173,12 +173,10 @@ def attacks(mesh, *, full):
     picture = FILE + png_bomb() + END
     fields = b"".join(f"{PART.format(n)}x\r\n".encode() for n in range(100_000)) + END
     get = f"GET {mesh} HTTP/1.1\r\nHost: localhost\r\n"
-    meshes = 30 * (get.replace("triangles=1000", "max_error=0") + "\r\n")
     ahead = 2000 * f"{get}\r\n"
     distance = "contains?distance=true"
     ignored = {"clients": FEW, "reads": False}
     counted = itertools.count()
-    crowd = 2000 if full else 250
     megabyte = b'{"samples": [' + b"[50,0,0]," * 110_000
     burst = {"clients": 600, "most_growth": BURST_GROWTH} if full else {"clients": 40}
     nearly = bytes((1 << 20) - 100) + b"\r\n"
@@ -218,8 +216,8 @@ def attacks(mesh, *, full):
         never_ends("endless preamble", {400, 413}, FORM, b""),
         whole("compressed body", {415}, JSON + "Content-Encoding: gzip\r\n", bomb),
         whole("picture that unpacks to 30 GB", {422}, FORM, picture),
-        whole("form of 100,000 fields", {422}, FORM, fields, clients=4),
-        forty("forty parts of 1 MiB that nobody knows", {422}, unknown),
+        whole("form of 100,000 fields", {413}, FORM, fields, clients=4),
+        forty("forty parts of 1 MiB that nobody knows", {413}, unknown),
         forty("forty times options of 1 MiB", {413}, options),
         whole(
             "crowd of JSON bodies of 1 MB",
@@ -230,7 +228,7 @@ def attacks(mesh, *, full):
             **burst,
         ),
         Attack("declared body of 10 GB", {413}, body_of_10_gb, lambda: once(FILE)),
-        Attack("endless head", {431}, get + "A: ", lambda: repeated(block, size >> 20), 4),
+        Attack("endless head", {0, 400}, get + "A: ", lambda: repeated(block, size >> 20), 4),
         Attack(
             "limits to the error that nobody asked for before",
             {200, 429},  # beyond the requests of a client that may wait
@@ -253,7 +251,6 @@ def attacks(mesh, *, full):
         whole("crowd of large queries", {200, 429}, NPY, many, "map", clients=FEW),
     ]
     slow = [
-        Attack("head by the byte", {0, 408}, "", lambda: drops(get.encode() * 50), CONNECTIONS * 2),
         Attack(
             "body by the byte", {408, 429, 503}, body_by_the_byte, lambda: drops(bytes(1000)), FEW
         ),
@@ -265,8 +262,6 @@ def attacks(mesh, *, full):
             strangers=True,
             **burst,
         ),
-        Attack("crowd that says nothing", {0}, "", lambda: silence(SECONDS + 0.7), crowd),
-        Attack("no answer is taken", {0}, meshes, lambda: silence(SECONDS + 1.2), **ignored),
         whole("crowd of queries whose answer nobody takes", {0}, NPY, many, distance, **ignored),
         Attack("thousands of requests ahead", {0}, ahead, lambda: silence(1), **ignored),
     ]
@@ -354,14 +349,13 @@ def attacked(*, full, slow):
     Returns the good client, the results of the attacks, and the log of the server.
     """
     seconds = SECONDS if slow else PATIENCE
-    limits = dict.fromkeys(("head_timeout", "body_timeout", "write_timeout"), seconds)
     directions = np.random.default_rng(0).normal(size=(2000, 3))
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     body = {"samples": (40 * directions + (50, 0, 0)).tolist()}
-    if slow:
-        # Otherwise a body that comes at once may take minutes for its last byte.
-        limits["min_body_rate"] = 1 << 20
-    with serving(**limits, max_connections=CONNECTIONS, arriving_bodies=ARRIVING) as server:
+    # An open port, whose parser limits heads.
+    access = {"host": "0.0.0.0", "allow_anonymous": "all"}  # noqa: S104 - of this machine
+    limits = {"max_connections": CONNECTIONS, "large_bodies": LARGE}
+    with serving(body_timeout=seconds, **limits, **access) as server:
         gamut = server.client.post("/v1/gamuts", json=body, headers={"Prefer": "wait=300"}).json()
         for path in ("map", "nearest", "contains?distance=true"):  # loads kernels
             answer = server.client.post(

@@ -20,13 +20,13 @@ from service.access.api_keys import new_key
 PATIENCE = 600
 """Seconds that end a test that hangs. No test of a sound service comes near."""
 
-READY = re.compile(r"Uvicorn running on (http://127\.0\.0\.1:\d+)")
+READY = re.compile(r"Uvicorn running on http://(?:127\.0\.0\.1|0\.0\.0\.0):(\d+)")
 WARM = re.compile(r"build worker (\d+) is warm")
 
 UNHURRIED = {
     "build_timeout": 3600,
     "client_wait": 300,
-    **dict.fromkeys(("head_timeout", "body_timeout", "write_timeout"), PATIENCE),
+    "body_timeout": PATIENCE,
 }
 """Settings of servers whose test is not about time: a slow machine cannot reach them."""
 
@@ -60,7 +60,7 @@ class Server:
                 stdout=output,
                 stderr=subprocess.STDOUT,
             )
-        self.url = self.logged(READY)
+        self.url = f"http://127.0.0.1:{self.logged(READY)}"
         # Without a content coding, so that digests are those of what a test sees.
         fields = {"Accept-Encoding": "identity"}
         self.client = httpx.Client(base_url=self.url, timeout=PATIENCE, headers=fields)

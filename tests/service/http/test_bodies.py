@@ -1,11 +1,12 @@
-"""Bodies while they arrive: what they take, who gives way, and what is said about it."""
+"""Bodies while they arrive: their limits, what they take, and what is said about it."""
 
 import asyncio
 import contextlib
 import json
 import re
 import socket
-import threading
+import tempfile
+import time
 from pathlib import Path
 
 import httpx
@@ -22,6 +23,7 @@ MEBIBYTE = 2**20
 JSON, CSV = "application/json", "text/csv"
 FORM = "multipart/form-data; boundary=x"
 PROXY = "127.0.0.1"
+LARGE = b"[" + b" " * 100_000
 
 
 @pytest.fixture(scope="module")
@@ -34,13 +36,13 @@ def default_server(start_server):
 
 @pytest.fixture(scope="module")
 def tight_server(start_server):
-    """A server for eight arriving bodies, two for each client if others compete, and 1 MB."""
+    """A server for four large bodies, two for each client."""
     started = start_server(
         trusted_proxies=PROXY,
-        arriving_bodies=8,
-        spool_bytes=1_000_000,
-        max_body_bytes=1_000_000,
-        max_inline_bytes=1_000_000,
+        large_bodies=4,
+        client_bodies=2,
+        max_body_bytes=4 * MEBIBYTE,
+        max_inline_bytes=MEBIBYTE,
     )
     started.wait_ready()
     return started
@@ -90,19 +92,28 @@ def post():
         yield begin
     for server in servers:
         wait_for_bodies(server, 0)
-        server.wait_for(lambda server=server: gauge(server, "gamut_spool_bytes") == 0)
-
-
-def gauge(server, name):
-    return float(re.search(rf"(?m)^{name} (\S+)", server.client.get("/metrics").text)[1])
+        server.wait_for(lambda server=server: not unnamed_files(server))
+        assert list((server.data / "temporary").iterdir()) == []
 
 
 def wait_for_bodies(server, count):
-    server.wait_for(lambda: gauge(server, "gamut_http_bodies_arriving") == count)
+    """Wait for a number of large bodies."""
+    server.wait_for(lambda: large_bodies(server) == count)
 
 
-def wait_for_bytes(server, count):
-    server.wait_for(lambda: gauge(server, "gamut_spool_bytes") >= count)
+def large_bodies(server):
+    return float(re.search(r"(?m)^gamut_large_bodies (\S+)", server.client.get("/metrics").text)[1])
+
+
+def unnamed_files(server):
+    """Sizes of the unnamed files that the server has in the store's folder for scratch files."""
+    sizes = []
+    for path in Path(f"/proc/{server.process.pid}/fd").iterdir():
+        with contextlib.suppress(OSError):
+            name = str(path.readlink())
+            if name.startswith(str(server.data / "temporary")) and name.endswith("(deleted)"):
+                sizes.append(path.stat().st_size)
+    return sizes
 
 
 def contains(server, sphere):
@@ -112,9 +123,11 @@ def contains(server, sphere):
 
 def test_slow_bodies_that_declare_much_stop_no_queries(default_server, sphere, post):
     path = contains(default_server, sphere)
-    for _ in range(2):
+    for _ in range(20):
         post(default_server, path, CSV, 160_000_000).send(b"L,a,b\n" + b"50,0,0\n" * 700)
-    wait_for_bodies(default_server, 2)
+    for _ in range(8):
+        post(default_server, path, CSV, 160_000_000).send(b"L,a,b\n" + b"50,0,0\n" * 20_000)
+    wait_for_bodies(default_server, 8)
     for media_type, body in ((JSON, b'{"colours": [[50, 0, 0]]}'), (CSV, b"L,a,b\n50,0,0\n")):
         fields = {"Content-Type": media_type}
         answer = default_server.client.post(path, content=body, headers=fields)
@@ -135,17 +148,24 @@ BODIES = {
 
 
 @pytest.mark.parametrize("kind", BODIES)
-def test_the_memory_of_arriving_bodies_is_bounded(default_server, post, kind):
-    """Today's attacks: hundreds of bodies of about a megabyte, none of them complete."""
+def test_the_memory_of_arriving_bodies_is_bounded(tight_server, post, kind):
+    """Hundreds of bodies of about a megabyte, none of them complete."""
     media_type, body = BODIES[kind]
     count = 150_000_000 // len(body)
-    before = resident(default_server)
+    before = resident(tight_server)
+    unsent = {}
     for number in range(count):
-        begun = post(default_server, "/v1/gamuts", media_type, len(body) + 10, f"192.0.2.{number}")
-        begun.send(body)
-    wait_for_bytes(default_server, count * (len(body) - 10_000))
+        begun = post(tight_server, "/v1/gamuts", media_type, len(body) + 10, f"192.0.2.{number}")
+        begun.connection.setblocking(False)
+        unsent[begun.connection] = body
+    deadline = time.monotonic() + HANG
+    while large_bodies(tight_server) < count:
+        assert time.monotonic() < deadline, large_bodies(tight_server)
+        for connection, rest in unsent.items():
+            with contextlib.suppress(BlockingIOError):
+                unsent[connection] = rest[connection.send(rest) :]
     # 64 KiB of each body, and as much in the buffer of its connection
-    assert resident(default_server) - before < 2 * count * bodies.IN_MEMORY + 64 * MEBIBYTE
+    assert resident(tight_server) - before < 2 * count * bodies.IN_MEMORY + 64 * MEBIBYTE
 
 
 def resident(server):
@@ -153,121 +173,250 @@ def resident(server):
     return int(re.search(r"VmRSS:\s+(\d+)", status)[1]) * 1024
 
 
-@pytest.mark.parametrize(
-    ("parts", "field"),
-    [
-        (part("other", b"", file=True), "other"),
-        (part("file", b"x", file=True) + part("file", b"", file=True), "file"),
-    ],
-)
-def test_parts_that_nobody_wants_are_refused_as_they_arrive(tight_server, post, parts, field):
-    begun = post(tight_server, "/v1/gamuts", FORM, 900_000)
-    begun.send(parts)
-    status, _, document = begun.answer()
-    assert (status, document["code"]) == (422, "invalid-body")
-    assert document["where"] == {"field": field}
-
-
-def test_the_slowest_body_gives_way_when_too_many_arrive(tight_server, post):
-    slow = post(tight_server, "/v1/gamuts", JSON, 900_000, "192.0.2.0")
-    wait_for_bodies(tight_server, 1)
-    others = []
-    for number in range(7):
-        others.append(post(tight_server, "/v1/gamuts", JSON, 100_000, f"192.0.2.{number}"))
-        others[-1].send(b"[" + b" " * 80_000)
-        wait_for_bytes(tight_server, (number + 1) * 80_000)
-    newcomer = post(tight_server, "/v1/gamuts", JSON, 2, "192.0.2.8")
-    status, fields, document = slow.answer()
-    assert (status, document["code"]) == (408, "request-timeout")
-    assert int(fields["retry-after"]) > 0
-    newcomer.send(b"[]")
-    assert newcomer.answer()[0] == 422
-    for other in others:
-        other.send(b" " * 19_998 + b"]")
-        assert other.answer()[2]["code"] == "invalid-body"
-
-
-def test_one_client_leaves_a_share_of_the_places_to_others(tight_server, post):
-    for number in range(6):
-        post(tight_server, "/v1/gamuts", JSON, 2, "192.0.2.1")
+def test_a_client_has_a_part_of_the_places(tight_server, post):
+    for number in range(2):
+        post(tight_server, "/v1/gamuts", JSON, 200_000).send(LARGE)
         wait_for_bodies(tight_server, number + 1)
-    status, fields, document = post(tight_server, "/v1/gamuts", JSON, 2, "192.0.2.1").answer()
-    assert (status, document["code"]) == (429, "share-exceeded")
+    refused = post(tight_server, "/v1/gamuts", JSON, 200_000)
+    refused.send(LARGE)
+    status, fields, document = refused.answer()
+    assert (status, document["code"]) == (429, "queries-busy")
     assert int(fields["retry-after"]) > 0
-    other = post(tight_server, "/v1/gamuts", JSON, 2, "192.0.2.2")
-    wait_for_bodies(tight_server, 7)
-    other.send(b"[]")
-    assert other.answer()[0] == 422
+    small = post(tight_server, "/v1/gamuts", JSON, 2)
+    other = post(tight_server, "/v1/gamuts", JSON, len(LARGE) + 1, "192.0.2.2")
+    small.send(b"[]")
+    other.send(LARGE + b"]")
+    for each in (small, other):
+        assert each.answer()[2]["code"] == "invalid-body"
 
 
-def test_the_slowest_body_gives_way_to_the_bytes_of_others(tight_server, post):
-    begun = []
-    for number in range(4):
-        begun.append(post(tight_server, "/v1/gamuts", JSON, 250_000, f"192.0.2.{number}"))
-        begun[-1].send(b"[" + b" " * 239_999)
-        wait_for_bytes(tight_server, (number + 1) * 240_000)
-    greedy = post(tight_server, "/v1/gamuts", JSON, 250_000, "192.0.2.3")
-    greedy.send(b"[" + b" " * 100_000)
-    status, fields, document = greedy.answer()
-    assert (status, document["code"]) == (429, "share-exceeded")
-    assert int(fields["retry-after"]) > 0
-    newcomer = post(tight_server, "/v1/gamuts", JSON, 100_000, "192.0.2.9")
-    newcomer.send(b"[" + b" " * 99_998 + b"]")
-    assert newcomer.answer()[2]["code"] == "invalid-body"
-    status, _, document = begun[0].answer()  # all have the same size, so the oldest is the slowest
-    assert (status, document["code"]) == (408, "request-timeout")
+def test_a_large_body_waits_for_the_place_of_another(tight_server, post):
+    posts = []
+    for number in range(5):
+        posts.append(post(tight_server, "/v1/gamuts", JSON, len(LARGE) + 1, f"192.0.2.{number}"))
+        posts[-1].send(LARGE)
+        wait_for_bodies(tight_server, number + 1)
+    # The fifth has not arrived as far as its place would let it.
+    tight_server.wait_for(lambda: len(unnamed_files(tight_server)) == 4)
+    posts[4].send(b"]")
+    posts[0].send(b"]")
+    for each in (posts[0], posts[4]):
+        assert each.answer()[2]["code"] == "invalid-body"
 
 
-def test_bodies_that_wait_for_memory_are_bounded_in_bytes(tmp_path, monkeypatch, assert_problem):
-    """The store keeps no file until the end: two files are in memory, two more fill the spool."""
-    gate, entered, keep = threading.Event(), threading.Semaphore(0), GamutStore.keep_input
+def test_large_files_are_in_the_folder_of_the_store(tight_server, post):
+    begun = post(tight_server, "/v1/gamuts", FORM, MEBIBYTE)
+    begun.send(part("file", bytes(500_000), file=True)[:-2])
+    tight_server.wait_for(lambda: sum(unnamed_files(tight_server)) > 400_000)
+    begun.close()  # the fixture waits for the end of the file
 
-    def keep_behind_the_gate(*arguments):
-        entered.release()
-        assert gate.wait(HANG)
-        return keep(*arguments)
 
-    monkeypatch.setattr(GamutStore, "keep_input", keep_behind_the_gate)
+# --- without a server ---------------------------------------------------------------------------
+
+
+@pytest.fixture
+def app(tmp_path):
+    """Return a function that makes an app with settings."""
     store = GamutStore(LocalBlobs(tmp_path))
     store.open()
     store.close()
-    monkeypatch.setattr(bodies, "SHARE", 0.5)
-    app = create_app(Settings(store=str(tmp_path), max_body_bytes=2_100_000, spool_bytes=4_200_000))
 
-    async def post(number, size):
-        transport = httpx.ASGITransport(app, client=(f"192.0.2.{number}", 1))
-        async with httpx.AsyncClient(transport=transport, base_url="http://localhost") as client:
-            fields = {"Prefer": "respond-async"}
-            return await client.post("/v1/gamuts", files={"file": bytes(size)}, headers=fields)
+    def make(**settings):
+        return create_app(Settings(store=str(tmp_path), **settings))
+
+    return make
+
+
+async def send(app, *pieces, media_type=JSON, client="192.0.2.1"):
+    """Post pieces of a body, which may be bytes or events that the client waits for."""
+
+    async def body():
+        for piece in pieces:
+            if isinstance(piece, asyncio.Event):
+                await piece.wait()
+            else:
+                yield piece
+
+    transport = httpx.ASGITransport(app, client=(client, 1))
+    async with httpx.AsyncClient(transport=transport, base_url="http://localhost") as browser:
+        fields = {"Content-Type": media_type, "Prefer": "respond-async"}
+        return await browser.post("/v1/gamuts", content=body(), headers=fields)
+
+
+@pytest.mark.parametrize(
+    ("media_type", "pieces"),
+    [
+        (JSON, [b"["]),
+        (JSON, [LARGE]),
+        (FORM, [part("file", b"x", file=True)]),
+        (FORM, [part("file", bytes(200_000), file=True)]),
+    ],
+)
+def test_a_body_has_a_time_to_arrive(app, assert_problem, media_type, pieces):
+    made = app(body_timeout=0.2)
 
     async def scenario():
-        posts = []
-        for number in range(2):
-            posts.append(asyncio.create_task(post(number, 2_000_000 + number)))
-            assert await asyncio.to_thread(entered.acquire, timeout=HANG)
-        posts += [asyncio.create_task(post(number, 2_000_000 + number)) for number in (2, 3)]
-        spooled = app.state.service.spool
-        while spooled.nbytes < 4_000_000 or spooled.arriving:  # noqa: ASYNC110 - no event says so
-            await asyncio.sleep(0.01)
-        refused = await post(9, 1_000_000)
-        gate.set()
-        return refused, await asyncio.gather(*posts)
+        return await send(made, *pieces, asyncio.Event(), media_type=media_type)
 
-    refused, others = asyncio.run(asyncio.wait_for(scenario(), HANG))
-    assert_problem(refused, 503, "spool-full")
-    assert int(refused.headers["retry-after"]) > 0
-    assert {answer.status_code for answer in others} == {202}
+    answer = asyncio.run(asyncio.wait_for(scenario(), HANG))
+    document = assert_problem(answer, 408, "request-timeout")
+    assert f"{sum(map(len, pieces))} bytes" in document["detail"]
+    assert answer.headers["connection"] == "close"
+    assert made.state.service.bodies.large == 0
 
 
-def test_a_full_scratch_folder_is_called_that(request_app, tmp_path, monkeypatch, assert_problem):
-    app = create_app(Settings(store=str(tmp_path)))
-    monkeypatch.setattr(
-        bodies.tempfile,
-        "TemporaryFile",
-        lambda **_: Path("/dev/full").open("w+b"),  # noqa: SIM115
-    )
-    answer = request_app(app, "POST", "/v1/gamuts", files={"file": bytes(100_000)})
-    document = assert_problem(answer, 507, "scratch-full")
+def test_a_body_that_finds_no_place_in_time_may_come_again(app, assert_problem):
+    made = app(body_timeout=0.5, large_bodies=1)
+
+    async def scenario():
+        slow = asyncio.create_task(send(made, LARGE, asyncio.Event()))
+        await asyncio.sleep(0.2)
+        other = await send(made, LARGE, b"]", client="192.0.2.2")
+        return await slow, other
+
+    slow, waiting = asyncio.run(asyncio.wait_for(scenario(), HANG))
+    assert_problem(slow, 408, "request-timeout")
+    # It got the place of the slow one, in the time that remained.
+    assert_problem(waiting, 422, "invalid-body")
+
+
+def test_a_body_that_never_finds_a_place_is_told_so(app, assert_problem):
+    made = app(body_timeout=0.2, large_bodies=1)
+
+    async def scenario():
+        async with made.state.service.bodies.places:
+            return await send(made, LARGE, b"]")
+
+    answer = asyncio.run(asyncio.wait_for(scenario(), HANG))
+    assert_problem(answer, 503, "overloaded")
+    assert int(answer.headers["retry-after"]) > 0
+    assert made.state.service.bodies.large == 0
+    assert_problem(asyncio.run(send(made, LARGE, b"]")), 422, "invalid-body")
+
+
+@pytest.mark.parametrize("media_type", [JSON, FORM])
+def test_what_is_larger_than_the_limit_is_refused_as_it_arrives(app, assert_problem, media_type):
+    made = app(max_body_bytes=100_000)
+    pieces = [part("file", b"", file=True)[:-2], *[bytes(20_000)] * 6, asyncio.Event()]
+
+    async def scenario():
+        return await send(made, *pieces, media_type=media_type)
+
+    answer = asyncio.run(asyncio.wait_for(scenario(), HANG))
+    document = assert_problem(answer, 413, "body-too-large")
+    assert document["where"] == {"limit": 100_000}
+
+
+@pytest.mark.parametrize("body", [{"json": [0] * 100_000}, {"files": {"file": bytes(100_000)}}])
+def test_a_full_scratch_folder_is_called_that(app, request_app, monkeypatch, assert_problem, body):
+    made = app()
+    full = lambda **_: Path("/dev/full").open("w+b")  # noqa: E731, SIM115
+    monkeypatch.setattr(tempfile, "TemporaryFile", full)
+    document = assert_problem(request_app(made, "POST", "/v1/gamuts", **body), 507, "scratch-full")
     assert "scratch" in document["title"]
-    few = request_app(app, "POST", "/v1/gamuts", json=[])
+    few = request_app(made, "POST", "/v1/gamuts", json=[])
     assert few.status_code == 422
+
+
+END = b"--x--\r\n"
+GAMMA = part("gamma", b"0.5")
+FILE = part("file", b"0,0,0", file=True)
+
+
+@pytest.mark.parametrize(
+    "content",
+    [FILE + GAMMA, GAMMA + FILE, part("file", b"0,0,0") + GAMMA, GAMMA + FILE + GAMMA],
+)
+def test_parts_come_in_any_order_and_alike_ones_again(app, content):
+    answer = asyncio.run(send(app(), content + END, media_type=FORM))
+    assert answer.status_code == 202, answer.text
+
+
+def test_a_file_without_a_file_name_keeps_its_bytes(app):
+    """A text that is no UTF-8 must not be decoded and encoded again."""
+    content = "L,a,b,name\n50,0,0,grün\n".encode("latin-1") + bytes(range(256))
+    ids = set()
+    for named in (True, False):
+        body = part("file", content, file=named) + END
+        for media_type in (FORM, f"{FORM}; charset=latin-1"):
+            ids.add(asyncio.run(send(app(), body, media_type=media_type)).json()["id"])
+    assert len(ids) == 1
+
+
+@pytest.mark.parametrize(
+    ("content", "field"),
+    [
+        (FILE + part("other", b"", file=True), "other"),
+        (FILE + part("other", b""), "other"),
+        (FILE + FILE, "file"),
+        (FILE + part("gamma", b"0.5", file=True), "gamma"),
+        (FILE + GAMMA + part("gamma", b"0.6"), "gamma"),
+        (GAMMA, "file"),
+        (END, "file"),
+    ],
+)
+def test_parts_that_nobody_wants_are_refused(app, assert_problem, content, field):
+    answer = asyncio.run(send(app(), content + END, media_type=FORM))
+    assert assert_problem(answer, 422, "invalid-body")["where"] == {"field": field}
+
+
+@pytest.mark.parametrize(
+    ("content", "limit"),
+    [
+        (FILE + part("gamma", b"0" * 70_000), bodies.FIELD_BYTES),
+        (FILE + GAMMA * 1000, Settings().max_form_parts),
+        (FILE * 9, 3),
+    ],
+)
+def test_forms_have_limits(app, assert_problem, content, limit):
+    answer = asyncio.run(send(app(), content + END, media_type=FORM))
+    assert assert_problem(answer, 413, "body-too-large")["where"] == {"limit": limit}
+
+
+@pytest.mark.parametrize(
+    ("media_type", "content"),
+    [
+        ("multipart/form-data", FILE),
+        ("multipart/form-data; boundary=", FILE),
+        ("multipart/form-data; boundary=" + "x" * 300, FILE),
+        ('multipart/form-data; boundary="x', FILE),
+        ("multipart/form-data; boundary*=utf-8''x", FILE),
+        (FORM, b""),
+        (FORM, FILE),  # without an end; Starlette's parser leaves the file to the collector
+        (FORM, b"--y\r\n\r\n"),
+        (FORM, b"--x\r\n\r\nx\r\n" + END),
+        (FORM, b'--x\r\nContent-Disposition: form-data; name="file\r\n\r\nx\r\n--x'),
+        (FORM, b"--x\r\nContent-Disposition: form-data\r\n\r\nx\r\n" + END),
+        (FORM, b"--x\r\n" + b"A: b\r\n" * 10_000 + b"\r\n" + END),
+        (FORM, b"--x\r\nA: " + b"b" * 100_000 + b"\r\n\r\n" + END),
+        (FORM, b"--x\r\n\xff: b\r\n\r\n" + END),
+        (FORM, b"--x\r\nContent Disposition: b\r\n\r\n" + END),
+        (
+            FORM,
+            part('\xff"; filename="\udcff'.encode("utf-8", "surrogatepass").decode("latin-1"), b"")
+            + END,
+        ),
+        (JSON, b""),
+        (JSON, b"\xff"),
+        (JSON, b"[" * 100_000),
+        (JSON, b"[1" + b"0" * 5000 + b"]"),
+        (JSON, b'{"samples": [[NaN, 0, 0]]}'),
+        (JSON, b'{"samples": "\\ud800"}'),
+        ("application/x-www-form-urlencoded", b"file=%ff&&;=&"),
+    ],
+)
+@pytest.mark.filterwarnings("ignore:Unclosed file:ResourceWarning")
+def test_what_no_parser_can_read_is_an_error_of_the_client(
+    app, assert_problem, media_type, content
+):
+    answer = asyncio.run(send(app(), content, media_type=media_type))
+    assert 400 <= answer.status_code < 500, answer.text
+    assert_problem(answer, answer.status_code, answer.json()["code"])
+
+
+@pytest.mark.parametrize(
+    "query", ["%", "a=%ff", "&&=", "a" * 9000, "triangles=%00", "triangles=" + "9" * 5000, "=%zz;"]
+)
+def test_queries_that_no_parser_can_read_are_errors_of_the_client(app, request_app, query):
+    for path in ("/v1/gamuts", f"/v1/gamuts/{'0' * 64}/mesh", "/v1/gamuts/srgb"):
+        assert 400 <= request_app(app(), "GET", f"{path}?{query}").status_code < 500

@@ -69,7 +69,7 @@ def test_a_file_is_passed_on_byte_for_byte_and_leaves_nothing_on_the_disk(post, 
 
 
 def test_few_large_files_are_in_memory_at_a_time(store, monkeypatch):
-    """As many as two of the largest. The store keeps none until all have been sent."""
+    """Two fit into the budget of 28 MiB. The store keeps none until all have been sent."""
     gate, entered, keep = threading.Event(), threading.Semaphore(0), GamutStore.keep_input
     inside, most = set(), []
 
@@ -88,7 +88,7 @@ def test_few_large_files_are_in_memory_at_a_time(store, monkeypatch):
     async def scenario():
         sent = asyncio.Semaphore(0)
         transport = httpx.ASGITransport(
-            create_app(Settings(store=str(store), max_body_bytes=2_100_000))
+            create_app(Settings(store=str(store), memory_bytes=256 << 20))
         )
         async with httpx.AsyncClient(transport=transport, base_url="http://localhost") as client:
 
@@ -102,7 +102,7 @@ def test_few_large_files_are_in_memory_at_a_time(store, monkeypatch):
                 fields = {"Content-Type": form.headers["content-type"], "Prefer": "respond-async"}
                 return await client.post("/v1/gamuts", content=body(), headers=fields)
 
-            large = [asyncio.create_task(post(bytes(2_000_000 + n))) for n in range(5)]
+            large = [asyncio.create_task(post(bytes(12_000_000 + n))) for n in range(5)]
             for _ in large:
                 await sent.acquire()
             for _ in range(2):

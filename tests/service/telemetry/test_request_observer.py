@@ -4,15 +4,12 @@ import asyncio
 import json
 import logging
 import re
-import socket
 from types import SimpleNamespace
-from urllib.parse import urlsplit
 
 import pytest
 
 from service.application import create_app
 from service.http import request_context
-from service.http.protocol import Refusal
 from service.http.request_context import timed
 from service.settings import Settings
 from service.telemetry import request_observer
@@ -22,7 +19,6 @@ from service.telemetry.request_observer import (
     KNOWN_PARAMETERS,
     UNMATCHED,
     MatchedRoute,
-    Refusals,
     RequestObserver,
 )
 
@@ -157,38 +153,6 @@ class TestLog:
         (line,) = lines()
         assert line["path"].startswith("/a%0A2026%20INFO")
         assert len(line["path"]) < 600
-
-
-REFUSAL = Refusal("head-too-large", 431, 200, 0.25, "192.0.2.1", "0" * 32)
-
-
-class TestRefusals:
-    def test_they_are_counted_by_their_problem_and_logged_if_wanted(self, metrics, lines):
-        for access_log in (False, True):
-            assert lines() == []
-            Refusals(metrics.requests, access_log=access_log)(REFUSAL)
-        value = metrics.registry.get_sample_value
-        assert value("gamut_http_refusals_total", {"problem": "head-too-large"}) == 2
-        assert value("gamut_http_sent_bytes_total") == 400
-        assert answers(metrics) == {}
-        (line,) = lines()
-        assert line["message"] == "- - 431 head-too-large, 200 bytes, 250.0 ms, 192.0.2.1"
-        assert (line["status"], line["bytes"], line["problem"]) == (431, 200, "head-too-large")
-        assert (line["client"], line["request_id"]) == ("192.0.2.1", "0" * 32)
-
-    def test_a_real_server_tells_them(self, observed_server):
-        address = urlsplit(observed_server.url)
-        with socket.create_connection((address.hostname, address.port)) as connection:
-            connection.sendall(b"GET\r\n\r\n")
-            answered = b""
-            while part := connection.recv(65536):
-                answered += part
-        (request_id,) = re.findall(rb"(?i)x-request-id: ([0-9a-f]{32})", answered)
-        counted = 'gamut_http_refusals_total{problem="bad-request"} 1.0'
-        assert counted in observed_server.client.get("/metrics").text
-        records = [json.loads(line) for line in observed_server.log().splitlines()]
-        (line,) = [each for each in records if each.get("request_id") == request_id.decode()]
-        assert (line["logger"], line["status"]) == ("service.access", 400)
 
 
 class TestApp:
