@@ -142,6 +142,9 @@ class Body:
         """
         pieces = self._pieces(most, "")
         content_type = self._request.headers.get("content-type", "")
+        _, parameters = parse_options_header(content_type)
+        if not parameters.get(b"boundary"):  # the parser takes an empty one
+            raise _form_problem("Missing boundary in multipart.", most_fields)
         parser = _FormParser(
             # The last charset counts. This one keeps the bytes of texts, in which a file may be.
             Headers({"content-type": f"{content_type}; charset=latin-1"}),
@@ -155,7 +158,6 @@ class Body:
                 async with self._deadline(), contextlib.aclosing(pieces):
                     items = (await parser.parse()).multi_items()
             self._held.callback(_close_files, [part for _, part in items])
-            _, parameters = parse_options_header(content_type)
             charset = parameters.get(b"charset", b"utf-8").decode("latin-1")
             return [_part(name, part, charset) for name, part in items]
         except MultiPartException as error:
