@@ -78,6 +78,7 @@ def test_nothing_but_the_proxy_is_published_and_that_on_loopback(services):
     assert {port["host_ip"] for port in published["proxy"]} == {"127.0.0.1"}
 
 
+@pytest.mark.slow
 def test_replicas_know_the_clients_of_the_proxy():
     """The network has a fixed subnet, whose members the replicas trust."""
     answer = compose({**PASSWORDS, "GAMUT_SUBNET": "10.9.8.0/24"})

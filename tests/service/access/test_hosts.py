@@ -149,7 +149,7 @@ def test_the_default_port_is_the_same_host(ask):
 
 NOT_STORED = f"{GAMUTS}/{'a' * 64}"
 COMPUTING = (
-    *(("GET", path) for path in (f"{NOT_STORED}/mesh", f"{NOT_STORED}/slice", GAMUTS)),
+    *(("GET", path) for path in (f"{NOT_STORED}/mesh", f"{NOT_STORED}/levels", GAMUTS)),
     *(("POST", f"{NOT_STORED}/{name}") for name in ("contains", "map", "nearest", "recipes")),
     *(("HEAD", f"{NOT_STORED}/mesh"), ("POST", f"{NOT_STORED}/link"), ("POST", "/v1/meshes")),
 )
