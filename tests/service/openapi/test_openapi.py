@@ -217,7 +217,6 @@ def test_every_line_of_the_page_works(server, tmp_path):
     for name, begin in (
         ("display-p3.glb", b"glTF"),
         ("srgb-dim.ply", b"ply"),
-        ("references.zip", b"PK"),
         ("FOGRA39L.glb", b"glTF"),
         ("FOGRA39L.ply", b"ply"),
         ("FOGRA39L-half-a-unit.glb", b"glTF"),
