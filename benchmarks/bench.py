@@ -11,6 +11,7 @@ import argparse
 import functools
 import io
 import json
+import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
@@ -176,6 +177,35 @@ def meshes(quick: bool) -> Rows:
     return rows
 
 
+def plain_fastapi(quick: bool) -> Rows:
+    """Rates of a repeated mesh beside those of a plain FastAPI application, in turns."""
+    requests, runs = (2000, 3) if quick else (10_000, 7)
+    ratios, rates = [], []
+    with tempfile.NamedTemporaryFile() as file, server() as found:
+        path = f"/v1/gamuts/{found.build()['id']}/mesh?triangles=1000"
+        file.write(found.client.get(path).content)
+        file.flush()
+        command = (sys.executable, "-m", "benchmarks.plain_fastapi", file.name)
+        with server(command=command) as plain:
+            for _ in range(runs):
+                ours, theirs = (
+                    load(each.port, [message(path)], requests)["requests/s"]
+                    for each in (found, plain)
+                )
+                ratios.append(ours / theirs)
+                rates.append((ours, theirs))
+    ours, theirs = np.median(rates, axis=0)
+    return [
+        {
+            "request": "repeated, 1000 triangles",
+            "requests/s": ours,
+            "plain FastAPI, requests/s": theirs,
+            "ratio": float(np.median(ratios)),
+            "goal": 1.2,
+        }
+    ]
+
+
 def http_queries(quick: bool) -> Rows:
     """Time and memory of queries about FOGRA39L and its default level, with the goals."""
     rows: Rows = []
@@ -235,6 +265,7 @@ MEASUREMENTS: dict[str, Callable[[bool], Rows]] = {
     "machine": lambda _: [machine("scipy", "trimesh", "uvicorn")],
     "inputs": inputs,
     "meshes": meshes,
+    "plain-fastapi": plain_fastapi,
     "queries-http": http_queries,
     "startup": startup,
     "viewer": viewer,
@@ -248,7 +279,7 @@ MEASUREMENTS: dict[str, Callable[[bool], Rows]] = {
     "clips": clips,
     "levels": levels,
 }
-DEFAULT = ("machine", "inputs", "meshes", "queries-http", "levels")
+DEFAULT = ("machine", "inputs", "meshes", "plain-fastapi", "queries-http", "levels")
 
 if __name__ == "__main__":
     main()
