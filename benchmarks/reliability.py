@@ -52,7 +52,18 @@ class Promise(NamedTuple):
 
 JOBS = (
     "tests/faults/job_faults.py",
-    *("--worker-kills", 100, "--service-kills", 15, "--clients", 200, "--damaged", 25),
+    *(
+        "--worker-kills",
+        30,
+        "--service-kills",
+        30,
+        "--both-kills",
+        30,
+        "--clients",
+        200,
+        "--damaged",
+        25,
+    ),
 )
 CLUSTER = "tests/faults/cluster.py"
 CLUSTER_TARGET = "one build of identical requests, identical bytes, every accepted build succeeds"
@@ -103,7 +114,8 @@ PROMISES = {
         r"^\d+ identical requests.*",
     ),
     "faults-service-kills": Promise(
-        "SIGKILL and SIGTERM of the service in turn, with builds running and waiting",
+        "SIGKILL and SIGTERM of the service, and SIGKILL of the service with its worker, while "
+        "builds run and wait",
         "every accepted build (202) succeeds after a restart",
         JOBS,
         r"^\d+ kills and stops.*",

@@ -53,22 +53,43 @@ def come_to(server, address, moment, attempts=0):
     return server.wait_for(found)
 
 
-def accepted_jobs_finish(start_server, slow_build, *, kills, stops, jobs=2, seed=0):
+def kill_worker(server):
+    """Kill the build worker that the log names last, if there is one."""
+    with contextlib.suppress(ProcessLookupError):
+        for worker in _WARM.findall(server.log())[-1:]:
+            os.kill(int(worker), signal.SIGKILL)
+
+
+def kill_both(server):
+    """Kill the build worker and the service at the same time."""
+    kill_worker(server)
+    server.kill()
+
+
+def accepted_jobs_finish(start_server, slow_build, *, kills, stops, both=0, jobs=2, seed=0):
     """Kill and stop services while builds run and wait; the last service must finish all builds.
 
-    Kills and stops alternate. Each kill during a build costs that build one attempt, so the number
-    of attempts must exceed the number of kills.
+    Kills and stops alternate, then services and their workers are killed at once. `jobs` builds
+    wait or run at any time. A build is allowed to end after four kills, because its attempts are
+    limited.
     """
     chance = random.Random(seed)  # noqa: S311  # reproducible
-    server = start_server(build_attempts=10, drain_seconds=1)
-    addresses = [accepted(server, slow_build(40_000 + 1000 * number)) for number in range(jobs)]
+    settings = {"build_attempts": 10, "drain_seconds": 1}
+    server = start_server(**settings)
     ends = [how for pair in zip(["kill"] * kills, ["stop"] * stops, strict=False) for how in pair]
-    ends += ["kill"] * (kills - stops) + ["stop"] * (stops - kills)
+    ends += ["kill"] * (kills - stops) + ["stop"] * (stops - kills) + ["both"] * both
+    waiting, addresses, attempts, hits = [], [], 0, 0
     for how in ends:
-        unfinished = [each for each in addresses if not server.client.get(each).json()["finished"]]
-        come_to(server, (unfinished or addresses)[0], random_moment(chance))
-        getattr(server, how)()
-        server = start_server(server.data, build_attempts=10, drain_seconds=1)
+        while len(waiting) < jobs:
+            waiting.append(accepted(server, slow_build(40_000 + 100 * len(addresses))))
+            addresses.append(waiting[-1])
+        job = come_to(server, waiting[0], random_moment(chance), attempts)
+        attempts, hits = job["attempts"], hits + 1
+        kill_both(server) if how == "both" else getattr(server, how)()
+        server = start_server(server.data, **settings)
+        if job["finished"] or hits == 4:
+            server.finished_job(waiting.pop(0))
+            attempts, hits = 0, 0
     for address in addresses:
         job = server.finished_job(address)
         assert job["state"] == "succeeded", job
@@ -96,8 +117,7 @@ def killed_workers_cost_time_only(start_server, slow_build, *, kills, per_job=2,
             job = come_to(server, address, random_moment(chance), attempts)
             if job["finished"]:
                 break
-            with contextlib.suppress(ProcessLookupError):
-                os.kill(int(_WARM.findall(server.log())[-1]), signal.SIGKILL)
+            kill_worker(server)
             killed += 1
             attempts = job["attempts"]
         job = server.finished_job(address)
@@ -152,6 +172,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--worker-kills", type=int, default=100)
     parser.add_argument("--service-kills", type=int, default=5)
+    parser.add_argument("--both-kills", type=int, default=30)
     parser.add_argument("--clients", type=int, default=200)
     parser.add_argument("--damaged", type=int, default=25, help="gamuts; 4 files of each")
     parser.add_argument("--seed", type=int, default=0)
@@ -184,10 +205,14 @@ def main():
             start,
             slow_build,
             kills=wanted.service_kills,
-            stops=wanted.service_kills,
+            stops=wanted.service_kills // 2,
+            both=wanted.both_kills,
             seed=wanted.seed,
         )
-        print(f"{ends} kills and stops of the service: all accepted jobs completed")
+        print(
+            f"{ends} kills and stops of the service, {wanted.both_kills} of them with its worker: "
+            "all accepted jobs completed"
+        )
         server = start()
         identical_requests_are_one_build(server, slow_build(50_000), clients=wanted.clients)
         server.stop()
