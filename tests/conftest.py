@@ -91,7 +91,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Mark tests by what they use, and let long files begin."""
     for item in items:
         parameters = getattr(getattr(item, "callspec", None), "params", {}).values()
-        fixtures = {*getattr(item, "fixturenames", ()), *map(str, parameters)}
+        names = (value for value in parameters if isinstance(value, str))
+        fixtures = {*getattr(item, "fixturenames", ()), *names}
         if fixtures & LONG_FIXTURES or item.path.parent.name in LONG_FOLDERS:
             item.add_marker(pytest.mark.long)
         elif fixtures & SLOW_FIXTURES:

@@ -20,7 +20,7 @@ def press(press_gamut):
 
 @pytest.fixture(scope="module")
 def absolute(few_patches):
-    return Gamut(few_patches, surface_samples=1000, ink_limit=300, intent="absolute")
+    return Gamut(few_patches, surface_samples=2000, ink_limit=300, intent="absolute")
 
 
 @pytest.fixture(scope="module")
