@@ -43,7 +43,7 @@ def surface_of_cube(half, steps):
 def test_colours_lost_are_those_of_a_search_of_all_pairs():
     one, two = cube(20), cube(10)
     found = one.compare(two, sectors=1, lost=True)
-    given, others = surface_of_cube(20, 6), surface_of_cube(10, 20)
+    given, others = surface_of_cube(20, 8), surface_of_cube(10, 20)
     pairs = colour.difference.delta_E_CIE2000(given[:, np.newaxis], others[np.newaxis])
     nearest = pairs.min(axis=1)
     assert found.lost_a.mean == pytest.approx(nearest.mean(), rel=0.02)
