@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import importlib.util
 import json
 import os
@@ -12,16 +13,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+import typer
 from hypothesis import settings
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
 VALIDATOR = Path(__file__).parent / "gltf"
 WEB = Path(__file__).parents[1] / "web"
 
 # The same examples in every run, so that a failure in CI repeats at a desk. Tests are not timed.
-settings.register_profile("repository", derandomize=True, deadline=None)
+settings.register_profile("repository", max_examples=50, derandomize=True, deadline=None)
 settings.load_profile("repository")
 # Other examples in every run, and more of them: `make test-long`.
 settings.register_profile("long", max_examples=1000, deadline=None, print_blob=True)
@@ -89,13 +91,22 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Mark tests by what they use, and let long files begin."""
     for item in items:
         parameters = getattr(getattr(item, "callspec", None), "params", {}).values()
-        fixtures = {*getattr(item, "fixturenames", ()), *map(str, parameters)}
+        names = (value for value in parameters if isinstance(value, str))
+        fixtures = {*getattr(item, "fixturenames", ()), *names}
         if fixtures & LONG_FIXTURES or item.path.parent.name in LONG_FOLDERS:
             item.add_marker(pytest.mark.long)
         elif fixtures & SLOW_FIXTURES:
             item.add_marker(pytest.mark.slow)
     place = {Path(__file__).parent / name: number for number, name in enumerate(FIRST_FILES)}
     items.sort(key=lambda item: place.get(item.path, len(place)))
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _commands_once() -> Iterator[None]:
+    """Put a command line together once, which takes 40 ms, and not in every call of a test."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(typer.main, "get_command", functools.cache(typer.main.get_command))
+        yield
 
 
 def missing(what: str) -> None:

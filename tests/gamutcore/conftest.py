@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import io
 import struct
 from pathlib import Path
@@ -12,7 +13,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from gamutcore import Gamut, Options
+from gamutcore import Gamut, Options, reference
 from gamutcore.boundary import Boundary, modified_convex_hull, wrap_colours
 from gamutcore.characterisation import read_characterisation
 from gamutcore.colours import ICC_D50, surface_colours
@@ -44,6 +45,16 @@ def shared_data() -> Path:
 def fogra39() -> bytes:
     """FOGRA39L, a real press: 1617 CMYK patches with XYZ and Lab."""
     return (ROOT / "examples" / "FOGRA39L.ti3").read_bytes()
+
+
+@pytest.fixture(scope="session")
+def few_patches(fogra39: bytes) -> bytes:
+    """FOGRA39L with those 90 patches whose inks are 0, 40 or 100 %."""
+    lines = fogra39.decode().splitlines()
+    start = lines.index("BEGIN_DATA") + 1
+    rows = [row for row in lines[start:-1] if {*map(float, row.split()[1:5])} <= {0, 40, 100}]
+    head = [line.replace("SETS 1617", f"SETS {len(rows)}") for line in lines[:start]]
+    return "\n".join([*head, *rows, "END_DATA\n"]).encode()
 
 
 @pytest.fixture(scope="session")
@@ -194,6 +205,14 @@ def small_gamut() -> Gamut:
 def srgb_gamut() -> Gamut:
     """Return the reference gamut sRGB with fewer samples."""
     return Gamut(find_reference("srgb").data, surface_samples=10_000)
+
+
+@pytest.fixture(scope="session")
+def screen() -> Callable[..., Gamut]:
+    """Return a function from a name and options to a reference gamut of few samples, built once."""
+    return functools.cache(
+        lambda name, **options: reference(name, **{"surface_samples": 2000, **options})
+    )
 
 
 @pytest.fixture(scope="session")

@@ -49,11 +49,14 @@ def _remedies(path):
 
     What a text is composed of is shown as "{}".
     """
-    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+    text = path.read_text("utf-8")
+    if "remedy" not in text.lower():
+        return
+    for node in ast.walk(ast.parse(text)):
         names = []
         if isinstance(node, ast.keyword):
             names = [node.arg]
-        elif isinstance(node, ast.Assign):
+        elif isinstance(node, ast.Assign) and isinstance(node.value, ast.Constant | ast.JoinedStr):
             names = [ast.unparse(target) for target in node.targets]
         if not any(name and "remedy" in name.lower() for name in names):
             continue

@@ -151,16 +151,16 @@ def folded(device):
 
 @pytest.mark.parametrize("centre", ["auto", (25.0, 50.0, 50.0)])
 def test_a_surface_that_is_no_boundary_leaves_the_hull_to_auto(centre):
-    found = wrapped(folded, centre=centre, method="auto")
+    found = wrapped(folded, 500, centre=centre, method="auto")
     assert found.choices["method"] == "modified-convex-hull"
     mesh = found.boundary.mesh
     np.testing.assert_allclose(mesh.bounds, [(0, 0, 0), (50, 100, 100)], atol=1e-3)
     assert mesh.triangles == 2 * len(mesh.vertices) - 4
     assert "the device's surface cannot be the boundary: The centre [" in found.warnings[0]
     with pytest.raises(CentreError):
-        wrapped(folded, centre=centre, method="device-surface")
+        wrapped(folded, 500, centre=centre, method="device-surface")
 
 
 def test_a_centre_outside_of_the_hull_as_well_is_refused():
     with pytest.raises(CentreError, match="is not"):
-        wrapped(folded, centre=(60.0, 50.0, 50.0), method="auto")
+        wrapped(folded, 500, centre=(60.0, 50.0, 50.0), method="auto")

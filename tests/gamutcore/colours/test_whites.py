@@ -63,7 +63,7 @@ class TestOwnWhiteOfADisplay:
         gamut = Gamut(
             REPORTS / "display-profile-v2-with-its-own-white.icc",
             intent="absolute",
-            surface_samples=5000,
+            surface_samples=3000,
         )
         assert gamut.description["device_surface_volume"] == pytest.approx(897_948, rel=1e-3)
         (relative,) = (gamut.description["volumes"]["relative"]["volume"],)

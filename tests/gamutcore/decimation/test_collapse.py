@@ -596,7 +596,7 @@ class TestProgress:
                 raise OSError("nobody listens")
 
         with pytest.raises(OSError, match="nobody listens"):
-            decimate(icosphere(3), CENTRE, "finest", progress=report)
+            decimate(icosphere(2), CENTRE, "finest", progress=report)
         assert parts == sorted(parts)
         assert 0 <= parts[0] <= parts[-1] <= 1
         assert not any(thread.name == "progress" for thread in threading.enumerate())
@@ -604,6 +604,6 @@ class TestProgress:
     def test_changes_nothing(self, monkeypatch, icosphere):
         monkeypatch.setattr(schedule, "_INTERVAL", 0.001)
         parts = []
-        decimation = decimate(icosphere(3), CENTRE, progress=parts.append)
-        assert_same(decimation, decimate(icosphere(3), CENTRE))
+        decimation = decimate(icosphere(2), CENTRE, progress=parts.append)
+        assert_same(decimation, decimate(icosphere(2), CENTRE))
         assert parts == sorted(parts)

@@ -143,8 +143,8 @@ def test_a_boundary_is_embedded_and_all_else_is_kept(host, iccdev, intent, tag):
     assert level.to_bytes("icc", into=data) == data  # replaced
 
 
-def test_a_profile_with_xyz_and_an_abstract_one_get_a_boundary(made_profile):
-    level = gamutcore.reference("srgb", surface_samples=1000).mesh(100)
+def test_a_profile_with_xyz_and_an_abstract_one_get_a_boundary(screen, made_profile):
+    level = screen("srgb").mesh(100)
     rgb = made_profile({"A2B0": b"mft2" + bytes(60)}, pcs="XYZ ", kind="mntr", version=5)
     abstract = level.to_bytes("icc")
     for data, inks in ((rgb, 3), (abstract, 0)):

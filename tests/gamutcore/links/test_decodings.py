@@ -7,7 +7,6 @@ import numpy as np
 import OpenImageIO as oiio  # noqa: N813
 import pytest
 
-import gamutcore
 from gamutcore import Gamut, link
 from gamutcore.errors import OptionError
 
@@ -16,8 +15,8 @@ GREYS = (0.25, 0.5, 0.75)
 
 
 @pytest.fixture(scope="module")
-def cinema():
-    return gamutcore.reference("p3-d65", space="IPT", **FEW)
+def cinema(screen):
+    return screen("p3-d65", space="IPT")
 
 
 def greys(made, codes=GREYS):
@@ -69,9 +68,9 @@ def test_a_destination_is_encoded_for_its_display(cinema):
 
 
 @pytest.mark.parametrize("space", ["bt709", "bt2020", "ntsc-1953", "bt470-525"])
-def test_device_values_of_a_gamut_are_for_displays(space):
+def test_device_values_of_a_gamut_are_for_displays(screen, space):
     exponent = 2.4 if space.startswith(("bt7", "bt2")) else 2.2
-    gamut = gamutcore.reference(space, **FEW)
+    gamut = screen(space)
     y = np.array(GREYS) ** exponent
     colours = gamut.to_colour(np.repeat(np.array(GREYS)[:, np.newaxis], 3, axis=1))
     np.testing.assert_allclose(colours[:, 0], 116 * np.cbrt(y) - 16, atol=1e-9)
@@ -82,9 +81,9 @@ def test_device_values_of_a_gamut_are_for_displays(space):
 
 
 @pytest.mark.parametrize("space", ["bt2020", "ntsc-1953", "prophoto-rgb"])
-def test_values_of_the_surface_have_its_colours(space):
+def test_values_of_the_surface_have_its_colours(screen, space):
     """Stored values are rounded; those of another curve would miss by 5 or more."""
-    gamut = gamutcore.reference(space, **FEW)
+    gamut = screen(space)
     mesh = gamut.mesh(max_error=0.0)
     found = gamut.to_colour(mesh.device.values)
     np.testing.assert_allclose(found, mesh.vertices, atol=0.1)

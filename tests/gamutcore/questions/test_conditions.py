@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from gamutcore import Gamut, reference
+from gamutcore import Gamut
 
 ROOT = Path(__file__).parents[3]
 
@@ -19,13 +19,18 @@ def press(press_gamut):
 
 
 @pytest.fixture(scope="module")
-def absolute(fogra39):
-    return Gamut(fogra39, surface_samples=5000, ink_limit=300, intent="absolute")
+def absolute(few_patches):
+    return Gamut(few_patches, surface_samples=2000, ink_limit=300, intent="absolute")
 
 
 @pytest.fixture(scope="module")
-def srgb():
-    return reference("srgb", surface_samples=2000)
+def srgb(screen):
+    return screen("srgb")
+
+
+@pytest.fixture(scope="module")
+def absolute_srgb(screen):
+    return screen("srgb", intent="absolute")
 
 
 def spots():
@@ -132,9 +137,9 @@ class TestColoursOfAScreen:
             assert gamut.nearest((1, 1, 1), space="sRGB").warnings == ()
 
     @pytest.mark.parametrize(("space", "warned"), [("CIELAB", True), ("Oklab", False)])
-    def test_meet_a_display_with_another_white_than_the_space(self, space, warned):
+    def test_meet_a_display_with_another_white_than_the_space(self, screen, space, warned):
         """sRGB's own D65 is the white of Oklab, and not that of CIELAB with D50."""
-        display = reference("srgb", intent="absolute", space=space, surface_samples=2000)
+        display = screen("srgb", intent="absolute", **({} if warned else {"space": space}))
         assert display.contains((1, 1, 1), space="sRGB").item() != warned
         warnings = display.nearest((1, 1, 1), space="sRGB").warnings
         assert any("white of a screen" in each for each in warnings) == warned
@@ -149,16 +154,14 @@ class TestOtherConditions:
             with pytest.warns(UserWarning, match="intents differ"):
                 one.coverage_of(two)
 
-    def test_a_source_of_a_mapping(self, press, srgb):
-        other = reference("srgb", intent="absolute", surface_samples=2000)
+    def test_a_source_of_a_mapping(self, press, srgb, absolute_srgb):
         colour = (50, 90, 0)
         assert press.map(colour, "sgck", source=srgb, space="sRGB").warnings == ()
-        (warning,) = press.map(colour, "sgck", source=other, space="sRGB").warnings
+        (warning,) = press.map(colour, "sgck", source=absolute_srgb, space="sRGB").warnings
         assert "intents differ" in warning
 
-    def test_lights_with_another_white(self, absolute):
-        other = reference("srgb", intent="absolute", surface_samples=2000)
-        (warning,) = absolute.compare(other).warnings
+    def test_lights_with_another_white(self, absolute, absolute_srgb):
+        (warning,) = absolute.compare(absolute_srgb).warnings
         assert "whites differ" in warning
 
     def test_the_same(self, press, absolute, srgb):

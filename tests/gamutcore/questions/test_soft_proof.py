@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from PIL import Image, ImageCms
 
-from gamutcore import reference
 from gamutcore.errors import UnsupportedPictureError
 
 INKS = np.array(
@@ -26,8 +25,8 @@ differ by 3 to 6 codes."""
 
 
 @pytest.fixture(scope="module")
-def display():
-    return reference("srgb", surface_samples=1000)
+def display(screen):
+    return screen("srgb")
 
 
 @pytest.fixture(scope="module")

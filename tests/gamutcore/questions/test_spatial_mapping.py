@@ -4,7 +4,7 @@ import numpy as np
 import OpenImageIO as oiio  # noqa: N813
 import pytest
 
-from gamutcore import Gamut, reference
+from gamutcore import Gamut
 from gamutcore.errors import OptionError
 from gamutcore.export.picture_file import png
 
@@ -74,7 +74,7 @@ def test_no_pixel_is_outside_and_hues_stay(press, texture, tmp_path):
 
 
 def test_differences_between_neighbours_are_kept_better_than_pixel_by_pixel(
-    press, texture, tmp_path
+    screen, press, texture, tmp_path
 ):
     before = points(press, texture)
 
@@ -83,10 +83,9 @@ def test_differences_between_neighbours_are_kept_better_than_pixel_by_pixel(
         return sum(np.abs(np.diff(shift, axis=axis)).mean() for axis in (0, 1))
 
     spatial, clipping = loss("spatial"), loss("spatial", iterations=0)
-    screen = reference("srgb", space="IPT", surface_samples=2000)
     assert spatial < loss("spatial", iterations=3) < clipping
     assert spatial < 0.6 * loss("clip-hue")
-    assert spatial < 0.6 * loss("sgck", source=screen)
+    assert spatial < 0.6 * loss("sgck", source=screen("srgb", space="IPT"))
 
 
 def test_a_picture_in_gamut_stays_and_a_uniform_one_is_clipped(press, texture, tmp_path):

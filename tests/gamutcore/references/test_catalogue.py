@@ -271,8 +271,8 @@ def test_the_id_is_that_of_the_definition_and_the_options():
     assert provenance["reference"] == "srgb"
 
 
-def test_device_values_are_the_encoded_rgb_values():
-    level = gamutcore.reference("srgb", surface_samples=2000).level(2000)
+def test_device_values_are_the_encoded_rgb_values(screen):
+    level = screen("srgb").level(2000)
     assert level.device.channels == ("R", "G", "B")
     assert 0 <= level.device.values.min() <= level.device.values.max() <= 1
 

@@ -96,7 +96,7 @@ def test_packages_packed_otherwise_and_with_wrong_sums_are_refused():
 
 def test_what_unpacks_to_too_much_is_refused_before_it_is_all_unpacked(monkeypatch):
     monkeypatch.setattr(triangle_files, "MAX_MODEL_BYTES", 3 * 2**20)
-    data = package_of(THEIRS + " " * 2**26)
+    data = package_of(THEIRS + " " * 2**24)
     assert len(data) < 2**17
     with pytest.raises(SampleLimitError, match="unpacked"):
         read_characterisation(data)
