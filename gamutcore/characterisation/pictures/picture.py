@@ -377,10 +377,9 @@ def _distinct_of_one_channel(bands: Iterable[npt.NDArray[Any]], bits: int) -> Di
 
 def _spread_bits(channels: int, bits: int, kind: _Key) -> npt.NDArray[Any]:
     """Return every channel value with its bits `channels` places apart."""
-    values = np.arange(2**bits, dtype=kind)
-    spread = np.zeros(2**bits, kind)
+    spread = np.zeros(1, kind)
     for bit in range(bits):
-        spread |= ((values >> kind(bit)) & kind(1)) << kind(bit * channels)
+        spread = np.concatenate([spread, spread | kind(1) << kind(bit * channels)])
     return spread
 
 
