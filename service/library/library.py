@@ -339,14 +339,17 @@ class Library:
     async def _open_and_keep(self, gamut_id: str) -> OpenGamut:
         with timed("open"):
             search = self._searches.get(gamut_id)
-            opened = await self.in_thread(self._open_from_store, gamut_id, search)
+            holding = self.admission.hold("gamuts", 0)
+            opened = await self.in_thread(self._open_from_store, gamut_id, search, holding)
         opened.holding.resize(opened.gamut.nbytes)
         # A gamut that was deleted while it was opened is returned but not kept.
         if self._flights.is_current((gamut_id, "open")):
             self._keep(opened)
         return opened
 
-    def _open_from_store(self, gamut_id: str, search: LevelSearch | None) -> OpenGamut:
+    def _open_from_store(
+        self, gamut_id: str, search: LevelSearch | None, holding: Holding
+    ) -> OpenGamut:
         record, content = self._store.content(gamut_id)
         try:
             gamut = Gamut.from_bytes(content, search=search, index_bytes=self._index_bytes)
@@ -354,7 +357,6 @@ class Library:
             raise self._store.set_aside(record, str(error)) from error
         provenance = mesh_provenance(gamut.description)
         name = display_name(record, self._store.names.read(gamut_id))
-        holding = self.admission.hold("gamuts", 0)
         return OpenGamut(record, gamut, provenance, gamut.colour_space, name, holding)
 
     # --- levels -----------------------------------------------------------------------------------

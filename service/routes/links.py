@@ -139,7 +139,7 @@ async def download_link(request: Request) -> Response:
         "X-Content-Type-Options": "nosniff",
     }
     answer = Response(data, 200, headers, MEDIA_TYPES[found])
-    return service.admission.hold_response(conditional(answer, request.headers))
+    return service.admission.hold_response(conditional(answer, request.headers), client)
 
 
 def _file(

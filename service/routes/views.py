@@ -332,7 +332,7 @@ async def download_page(
             library.settle(gamut)
         page = conditional(await library.in_thread(answer), request.headers)
         opened.clear()
-        return service.admission.hold_response(page)
+        return service.admission.hold_response(page, client)
 
 
 def only(items: Sequence[tuple[str, str]], name: str) -> str:
@@ -381,7 +381,7 @@ async def _answer(
         answer = Response(body, 200, headers, media_type)
         accepted = request.headers.getlist("accept-encoding")
         answer = await library.in_thread(compress_response, answer, accepted)
-        return service.admission.hold_response(conditional(answer, request.headers))
+        return service.admission.hold_response(conditional(answer, request.headers), client)
 
 
 def _cells(values: Mapping[str, Any]) -> int:

@@ -30,7 +30,7 @@ STEPS = st.lists(
     st.one_of(
         st.tuples(st.just("ask"), CLIENTS, WORKS, SIZES),
         st.tuples(st.just("keep"), CLIENTS, WORKS, SIZES),
-        st.tuples(st.sampled_from(["leave", "give_back", "cancel", "grow"]), CLIENTS, WORKS, SIZES),
+        st.tuples(st.sampled_from(["leave", "send", "read", "cancel"]), CLIENTS, WORKS, SIZES),
     ),
     max_size=40,
 )
@@ -76,7 +76,7 @@ class Schedule:
         self.admission = Admission(BUDGET, most_waiting=4)
         self.cache = ByteBoundedCache(BUDGET)
         self.admission.add(self.cache)
-        self.tasks, self.places = [], []
+        self.tasks, self.places, self.answers = [], [], []
 
     def ask(self, client, work, units):
         need = self.admission.enter(work, client, lambda: units * UNIT, units)
@@ -97,18 +97,16 @@ class Schedule:
             place.leave()
             place.leave()
 
-    def give_back(self, _client, _work, units):
+    def send(self, client, _work, units):
+        """Leave a place, and hold a part of its bytes for an answer."""
         if self.places:
-            place = self.places[units % len(self.places)]
-            place.give_back(place.nbytes // 2)
+            place = self.places.pop(units % len(self.places))
+            self.answers.append(self.admission.hold("answers", place.nbytes // 2, client))
+            place.leave()
 
-    def grow(self, _client, _work, units):
-        for place in self.places:
-            if place.is_taken and place.work is Work.HEAVY:
-                self.places.remove(place)
-                place.shrink(0)
-                self.tasks.append(asyncio.create_task(grown(place, units * UNIT)))
-                return
+    def read(self, _client, _work, units):
+        if self.answers:
+            self.answers.pop(units % len(self.answers)).resize(0)
 
     async def collect(self):
         """Take the places that were given."""
@@ -131,15 +129,6 @@ class Schedule:
         assert all(count >= 0 for count in admission.held.values())
 
 
-async def grown(place, nbytes):
-    try:
-        await place.grow(nbytes)
-    except BaseException:
-        place.leave()
-        raise
-    return place
-
-
 @settings(max_examples=100, deadline=None)
 @given(STEPS)
 def test_places_and_bytes_are_never_exceeded_and_everybody_is_answered(steps):
@@ -150,6 +139,7 @@ def test_places_and_bytes_are_never_exceeded_and_everybody_is_answered(steps):
             await schedule.collect()
             schedule.check()
         schedule.cache.discard_where(lambda _: True)
+        schedule.answers.clear()
         while schedule.tasks or schedule.places:
             while schedule.places:
                 schedule.places.pop().leave()
@@ -160,6 +150,7 @@ def test_places_and_bytes_are_never_exceeded_and_everybody_is_answered(steps):
         assert not sum(admission.waiting.values())
         assert admission.total == 0
         assert not +admission.running
+        assert not admission.sent
         for work in Work:  # everything is free again
             units = RESERVE if work is Work.SMALL else BUDGET - RESERVE
             async with admission.place(work, "a", lambda n=units: n):
@@ -330,8 +321,8 @@ def test_small_work_has_places_and_bytes_of_its_own():
             for number in range(20):
                 requests.ask((work, number), work=work, units=MOST - 1)
         await settle()
-        async with admission.place(Work.SMALL, "b", lambda: RESERVE) as place:
-            assert place.nbytes == RESERVE
+        async with admission.place(Work.SMALL, "b", lambda: RESERVE):
+            assert admission.granted[Work.SMALL] == RESERVE
             async with admission.place(Work.SMALL, "b", lambda: FREE_BYTES):
                 pass  # no bytes are needed, so none are waited for
             # what needs more than the reserve is not small
@@ -384,19 +375,99 @@ def test_heavy_work_gets_its_bytes_among_views_that_never_end():
     run(scenario)
 
 
-def test_turns_of_an_answer_in_pieces_pass_requests_that_wait_for_its_bytes():
+def test_an_answer_in_pieces_goes_on_before_requests_that_wait_for_its_bytes():
     async def scenario():
         admission = Admission(BUDGET, most_waiting=1)
-        answer = await admission.enter(Work.VIEW, "a", lambda: MOST * UNIT)
-        answer.give_back(40 * UNIT)
+        answer = admission.hold("answers", 10 * UNIT, "a")
         blocked = asyncio.create_task(admission.enter(Work.VIEW, "a", lambda: MOST * UNIT))
         await settle()
         for _ in range(3):
-            async with asyncio.timeout(10), answer.turn():
+            async with asyncio.timeout(10), admission.place(Work.VIEW, "a", int, goes_on=True):
                 assert admission.running[Work.VIEW] == 1
         assert not blocked.done()
-        answer.leave()
+        answer.resize(0)
         (await blocked).leave()
+
+    run(scenario)
+
+
+def test_answers_that_a_client_does_not_read_stop_its_own_work_alone():
+    async def scenario():
+        admission = Admission(BUDGET, most_waiting=99)
+        answers = [admission.hold("answers", 10 * UNIT, "slow") for _ in range(2)]
+        requests = Requests(admission)
+        for number in range(3):
+            requests.ask(number, "slow", Work.VIEW, 1)
+        requests.ask("small", "slow", Work.SMALL, 1)
+        requests.ask("view", "other", Work.VIEW, MOST - 20)
+        await settle()
+        assert set(requests.order) == {"small", "view"}
+        requests.places.pop("view").leave()
+        requests.ask("heavy", "other", Work.HEAVY, MOST - 20)  # nobody else has a claim
+        await settle()
+        assert "heavy" in requests.order
+        answers.pop().resize(0)
+        requests.places.pop("heavy").leave()
+        await settle()
+        assert 0 in requests.order
+        await requests.finish()
+
+    run(scenario)
+
+
+def test_a_link_is_not_passed_for_ever_by_pictures_that_are_measured_first():
+    """Pictures need no bytes before they are measured; views and pictures together fill memory."""
+
+    async def scenario():
+        admission = Admission(BUDGET, most_waiting=99)
+
+        async def views():
+            while True:
+                async with admission.place(Work.VIEW, "v", lambda: 30 * UNIT):
+                    await asyncio.sleep(0.001)
+
+        async def pictures(client):
+            while True:
+                async with admission.place(Work.HEAVY, client, int):
+                    await asyncio.sleep(0)
+                async with admission.place(Work.HEAVY, client, lambda: 50 * UNIT, goes_on=True):
+                    await asyncio.sleep(0.005)
+
+        others = [asyncio.create_task(each) for each in (views(), views(), pictures("p"))]
+        others.append(asyncio.create_task(pictures("q")))
+        await asyncio.sleep(0.02)
+        async with asyncio.timeout(5), admission.place(Work.HEAVY, "l", lambda: 65 * UNIT):
+            pass
+        for each in others:
+            each.cancel()
+        await asyncio.gather(*others, return_exceptions=True)
+        assert admission.total == 0
+
+    run(scenario)
+
+
+def test_a_small_picture_waits_for_one_large_one():
+    """Each is measured in one turn, and mapped in the next."""
+
+    async def scenario():
+        admission, order = Admission(BUDGET, most_waiting=99), []
+
+        async def mapped(client, name, end):
+            async with admission.place(Work.HEAVY, client, int, HOUR):
+                await asyncio.sleep(0)
+            async with admission.place(Work.HEAVY, client, lambda: 40 * UNIT, goes_on=True):
+                order.append(name)
+                await end
+
+        end = asyncio.get_running_loop().create_future()
+        large = [asyncio.create_task(mapped("a", number, end)) for number in range(6)]
+        await settle()
+        small = asyncio.create_task(mapped("b", "small", end))
+        await settle()
+        assert order == [0]
+        end.set_result(None)
+        await asyncio.gather(*large, small)
+        assert order.index("small") == 1
 
     run(scenario)
 
@@ -437,5 +508,22 @@ def test_a_fault_of_one_request_that_waits_is_its_own():
         with pytest.raises(OSError):  # noqa: PT011 - it has no text
             await task
         assert requests.order == ["first", "third"]
+
+    run(scenario)
+
+
+def test_a_fault_at_the_end_of_the_wait_keeps_no_place():
+    async def scenario():
+        admission, needs = Admission(BUDGET, most_waiting=9), iter([UNIT, UNIT])
+        requests = Requests(admission)
+        requests.ask("first")
+        await settle()
+        task = asyncio.create_task(admission.enter(Work.HEAVY, "b", lambda: next(needs)))
+        requests.ask("third", "c", units=MOST)
+        await requests.finish()
+        with pytest.raises(RuntimeError):
+            await task
+        assert "third" in requests.order
+        assert admission.total == 0
 
     run(scenario)
