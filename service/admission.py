@@ -30,6 +30,7 @@ from typing import TYPE_CHECKING, Protocol
 
 from starlette.responses import Response
 
+from service.http.representations import send_content
 from service.http.request_context import timed
 from service.problems.problem import Problem, ProblemError
 
@@ -79,12 +80,12 @@ _PATIENCE = 300.0
 """Seconds after which waiting work is refused, before the proxy in ``deploy/`` gives up. Clients
 take turns, so a client reaches them by much work of its own."""
 
+_BEFORE_ALL = -2
+"""Turn of a client that goes before clients without a turn, which have -1."""
+
 _SENT_PART = 1 / 4
 """Part of the budget of views and heavy work after which a client's answers that are not sent yet
 delay its other work."""
-
-_PIECE = 256 * 1024
-"""Bytes of an answer that are sent at once."""
 
 _REMEMBERED_CLIENTS = 4096
 """Clients whose last turn is remembered."""
@@ -175,6 +176,10 @@ class Place:
         if self.is_taken:
             self.is_taken = False
             self.admission.release(self)
+
+    async def exchange(self, nbytes: int) -> None:
+        """Take other bytes, before all other requests of the class. Raise as `enter` does."""
+        await self.admission.exchange(self, nbytes)
 
 
 @dataclass(order=True)
@@ -299,11 +304,11 @@ class Admission:
         effort: float = 0.0,
         *,
         goes_on: bool = False,
-    ) -> AsyncIterator[None]:
+    ) -> AsyncIterator[Place]:
         """Take a place and bytes until the end of the context; see `enter`."""
         place = await self.enter(work, client, need, effort, goes_on=goes_on)
         try:
-            yield
+            yield place
         finally:
             place.leave()
 
@@ -355,13 +360,30 @@ class Admission:
                 return place
             work = place.work
 
+    async def exchange(self, place: Place, nbytes: int) -> None:
+        """Exchange a place for one with other bytes; called by the place."""
+        line = self._lines[place.work]
+        place.is_taken = False
+        self._take_back(place)
+        line.turns[place.client] = _BEFORE_ALL  # nobody is served meanwhile
+        try:
+            other = await self.enter(place.work, place.client, lambda: nbytes, goes_on=True)
+        except BaseException:
+            line.count_turn(place.client, next(self._numbers))
+            self._serve()
+            raise
+        place.work, place.nbytes, place.is_taken = other.work, other.nbytes, True
+
     def release(self, place: Place) -> None:
         """Release what a place holds; called by the place."""
+        self._take_back(place)
+        self.shrink_caches()
+        self._serve()
+
+    def _take_back(self, place: Place) -> None:
         self.granted[place.work] -= place.nbytes
         self.freed += place.nbytes
         self._count_running(place.work, place.client, -1)
-        self.shrink_caches()
-        self._serve()
 
     def shrink_caches(self) -> None:
         """Let the caches give up what is beyond the budget, after values were added or grew."""
@@ -566,13 +588,8 @@ class _HeldResponse(Response):
         self._holding = admission.hold("answers", len(response.body), client)
 
     async def __call__(self, _scope: Scope, _receive: Receive, send: Send) -> None:
-        """Send the content in pieces, between which the server waits for a slow client."""
+        """Send the content."""
         try:
-            head = {"status": self.status_code, "headers": self.raw_headers}
-            await send({"type": "http.response.start", **head})
-            for start in range(0, len(self.body), _PIECE):
-                piece = self.body[start : start + _PIECE]
-                await send({"type": "http.response.body", "body": piece, "more_body": True})
-            await send({"type": "http.response.body", "body": b""})
+            await send_content(send, self.status_code, self.raw_headers, bytes(self.body))
         finally:
             self._holding.resize(0)

@@ -3,7 +3,8 @@
 Decoders of pictures are native code, and a hostile file may take them over, so the API process
 decodes none. The process is the worker of builds (`service.building.worker`), which is started for
 the first picture and ended when no picture has come for a while. A picture is measured first. Its
-memory is then admitted (`service.admission`), and is the limit of the process.
+place is then exchanged for one with its memory (`service.admission`), which is the limit of the
+process.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
+    from service.admission import Place
     from service.settings import Settings
 
 __all__ = ["MOST_PIXELS", "MappingRequest", "Pictures", "report_header"]
@@ -79,29 +81,21 @@ class Pictures:
         self._idle: asyncio.TimerHandle | None = None
         self._closing = False
 
-    @property
-    def _limits(self) -> dict[str, int]:
-        return {"pixels": min(MOST_PIXELS, self._settings.max_pixels)}
+    async def mapped(self, request: MappingRequest, place: Place) -> dict[str, Any]:
+        """Map a picture in the place of its class, and return the report.
 
-    async def needed_bytes(self, request: MappingRequest) -> int:
-        """Return the memory for mapping a picture, after a look at the picture.
-
-        The caller holds a place. Raise `ProblemError` if it is none, or too large.
+        Raise `ProblemError` for whatever is wrong with the picture, the arguments or the limits.
         """
-        measure = {"picture": str(request.picture), "limits": self._limits}
+        limits = {"pixels": min(MOST_PIXELS, self._settings.max_pixels)}
+        measure = {"picture": str(request.picture), "limits": limits}
         pixels = (await self._result(measure, 0))["pixels"]
         counted = (pixels + min(pixels, _FIRST_PIXELS)) / 2
         if request.arguments.get("method") == "spatial":
             counted += _SPATIAL * pixels
-        return needed_bytes(models=_MAPPING_MODELS, pixels=counted)
-
-    async def mapped(self, request: MappingRequest, nbytes: int) -> dict[str, Any]:
-        """Map a picture in that much memory, and return the report. The caller holds a place.
-
-        Raise `ProblemError` for whatever is wrong with the picture, the arguments or the limits.
-        """
+        nbytes = needed_bytes(models=_MAPPING_MODELS, pixels=counted)
+        await place.exchange(nbytes)
         with timed("query"):
-            document = {**request.document(), "limits": self._limits}
+            document = {**request.document(), "limits": limits}
             report: dict[str, Any] = (await self._result(document, nbytes))["report"]
         return report
 

@@ -85,11 +85,13 @@ async def answer_picture(request: Request, gamut_id: str) -> Response:
         def need() -> int:
             return library.model_need(record) if of_device else 0
 
-        effort, admission = _BYTE_EFFORT * arriving.size, library.admission
-        with _files(service) as files:
-            async with admission.place(Work.HEAVY, client, need, effort):
+        effort = _BYTE_EFFORT * arriving.size
+        place = library.admission.place(Work.HEAVY, client, need, effort)
+        async with place as taken:
+            with _files(service) as files:
                 picture = files.folder / "given"
                 await asyncio.to_thread(_copy, arriving, picture)
+                arriving.close()
                 model, profile = await files.device(gamut_id) if of_device else (None, None)
                 histories = [await files.history(each) for each in ids]
                 suffix = "tif" if of_device else PICTURES.get(media_type, "png")
@@ -103,10 +105,7 @@ async def answer_picture(request: Request, gamut_id: str) -> Response:
                     None if source is None else histories[1],
                     files.folder / "heat-map.png" if answer == "heat-map" else None,
                 )
-                nbytes = await service.pictures.needed_bytes(mapping)
-            async with admission.place(Work.HEAVY, client, lambda: nbytes, goes_on=True):
-                arriving.close()  # not before: its place bounds the copies on the disk
-                report = await service.pictures.mapped(mapping, nbytes)
+                report = await service.pictures.mapped(mapping, taken)
                 fields = {
                     "Cache-Control": "no-store",
                     "Vary": "Accept",
@@ -118,7 +117,7 @@ async def answer_picture(request: Request, gamut_id: str) -> Response:
                     return JsonResponse(report, 200, fields)
                 content = await asyncio.to_thread((mapping.heat_map or mapping.output).read_bytes)
                 response = Response(content, 200, fields, media_type)
-                return admission.hold_response(response, client)
+                return library.admission.hold_response(response, client)
 
 
 def _copy(body: Body, path: Path) -> None:

@@ -30,7 +30,9 @@ STEPS = st.lists(
     st.one_of(
         st.tuples(st.just("ask"), CLIENTS, WORKS, SIZES),
         st.tuples(st.just("keep"), CLIENTS, WORKS, SIZES),
-        st.tuples(st.sampled_from(["leave", "send", "read", "cancel"]), CLIENTS, WORKS, SIZES),
+        st.tuples(
+            st.sampled_from(["leave", "send", "read", "cancel", "exchange"]), CLIENTS, WORKS, SIZES
+        ),
     ),
     max_size=40,
 )
@@ -108,6 +110,11 @@ class Schedule:
         if self.answers:
             self.answers.pop(units % len(self.answers)).resize(0)
 
+    def exchange(self, _client, _work, units):
+        if self.places:
+            place = self.places.pop(units % len(self.places))
+            self.tasks.append(asyncio.create_task(exchanged(place, units * UNIT)))
+
     async def collect(self):
         """Take the places that were given."""
         await settle()
@@ -127,6 +134,11 @@ class Schedule:
         assert others <= BUDGET - RESERVE
         assert admission.total <= BUDGET
         assert all(count >= 0 for count in admission.held.values())
+
+
+async def exchanged(place, nbytes):
+    await place.exchange(nbytes)
+    return place
 
 
 @settings(max_examples=100, deadline=None)
@@ -428,9 +440,9 @@ def test_a_link_is_not_passed_for_ever_by_pictures_that_are_measured_first():
 
         async def pictures(client):
             while True:
-                async with admission.place(Work.HEAVY, client, int):
+                async with admission.place(Work.HEAVY, client, int) as place:
                     await asyncio.sleep(0)
-                async with admission.place(Work.HEAVY, client, lambda: 50 * UNIT, goes_on=True):
+                    await place.exchange(50 * UNIT)
                     await asyncio.sleep(0.005)
 
         others = [asyncio.create_task(each) for each in (views(), views(), pictures("p"))]
@@ -447,15 +459,15 @@ def test_a_link_is_not_passed_for_ever_by_pictures_that_are_measured_first():
 
 
 def test_a_small_picture_waits_for_one_large_one():
-    """Each is measured in one turn, and mapped in the next."""
+    """Each is measured in its place before its bytes are known."""
 
     async def scenario():
         admission, order = Admission(BUDGET, most_waiting=99), []
 
         async def mapped(client, name, end):
-            async with admission.place(Work.HEAVY, client, int, HOUR):
+            async with admission.place(Work.HEAVY, client, int, HOUR) as place:
                 await asyncio.sleep(0)
-            async with admission.place(Work.HEAVY, client, lambda: 40 * UNIT, goes_on=True):
+                await place.exchange(40 * UNIT)
                 order.append(name)
                 await end
 

@@ -214,8 +214,8 @@ time.sleep(60)
         mapping = pictures.Pictures(settings, (sys.executable, "-c", script))
         try:
             with pytest.raises(ProblemError) as caught:
-                async with admission.place(Work.HEAVY, "", int):
-                    await mapping.mapped(asked, await mapping.needed_bytes(asked))
+                async with admission.place(Work.HEAVY, "", int) as place:
+                    await mapping.mapped(asked, place)
         finally:
             await mapping.close()
         return caught.value.problem
