@@ -458,6 +458,32 @@ def test_a_link_is_not_passed_for_ever_by_pictures_that_are_measured_first():
     run(scenario)
 
 
+def test_a_client_that_asks_for_too_much_after_its_place_is_not_preferred():
+    async def scenario():
+        admission, order = Admission(BUDGET, most_waiting=99), []
+
+        async def too_large(number):
+            async with admission.place(Work.HEAVY, "a", int) as place:
+                order.append(number)
+                await place.exchange((MOST + 1) * UNIT)
+
+        first = await admission.enter(Work.HEAVY, "c", int)
+        tasks = [asyncio.create_task(too_large(number)) for number in range(5)]
+        await settle()
+        requests = Requests(admission)
+        requests.ask("other", "b")
+        await settle()
+        first.leave()
+        await settle()
+        assert len(order) == 1
+        assert "other" in requests.order
+        await requests.finish()
+        outcomes = await asyncio.gather(*tasks, return_exceptions=True)
+        assert {outcome.problem.code for outcome in outcomes} == {"memory-exceeded"}
+
+    run(scenario)
+
+
 def test_a_small_picture_waits_for_one_large_one():
     """Each is measured in its place before its bytes are known."""
 
