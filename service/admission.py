@@ -26,7 +26,7 @@ import os
 from collections import Counter, OrderedDict, deque
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Protocol, Self
 
 from starlette.responses import Response
 
@@ -35,7 +35,7 @@ from service.http.request_context import timed
 from service.problems.problem import Problem, ProblemError
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Callable
+    from collections.abc import Callable
 
     from starlette.types import Receive, Scope, Send
 
@@ -163,13 +163,19 @@ class Holding:
 
 @dataclass(eq=False)
 class Place:
-    """A place of a class, and bytes. `Admission.enter` gives it."""
+    """A place of a class, and bytes, until the end of a context. `Admission.place` gives it."""
 
     admission: Admission
     work: Work
     client: str
     nbytes: int
     is_taken: bool = True
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.leave()
 
     def leave(self) -> None:
         """Release the place and the bytes. May be called again."""
@@ -178,7 +184,7 @@ class Place:
             self.admission.release(self)
 
     async def exchange(self, nbytes: int) -> None:
-        """Take other bytes, before all other requests of the class. Raise as `enter` does."""
+        """Take other bytes, before all other requests of the class. Raise as `place` does."""
         await self.admission.exchange(self, nbytes)
 
 
@@ -192,41 +198,6 @@ class _Waiter:
     client: str = field(compare=False)
     need: Callable[[], int] = field(compare=False)
     granted: asyncio.Future[Place] = field(compare=False)
-
-
-class _Line:
-    """The requests of a class that wait. `turns` has the numbers of the last turns of clients."""
-
-    def __init__(self) -> None:
-        self.clients: dict[str, list[_Waiter]] = {}
-        self.turns: OrderedDict[str, int] = OrderedDict()
-
-    def __len__(self) -> int:
-        return sum(map(len, self.clients.values()))
-
-    def add(self, waiter: _Waiter) -> None:
-        """Add a request."""
-        self.clients.setdefault(waiter.client, []).append(waiter)
-
-    def heads(self) -> list[_Waiter]:
-        """Return the next request of each client, the client that has waited longest first."""
-        clients = sorted(self.clients, key=lambda client: self.turns.get(client, -1))
-        return [min(self.clients[client]) for client in clients]
-
-    def remove(self, waiter: _Waiter) -> None:
-        """Remove a request if it is there."""
-        requests = self.clients.get(waiter.client, [])
-        if waiter in requests:
-            requests.remove(waiter)
-        if not requests:
-            self.clients.pop(waiter.client, None)
-
-    def count_turn(self, client: str, number: int) -> None:
-        """Remember that a client had its turn."""
-        self.turns[client] = number
-        self.turns.move_to_end(client)
-        if len(self.turns) > _REMEMBERED_CLIENTS:
-            self.turns.popitem(last=False)
 
 
 class Admission:
@@ -257,7 +228,9 @@ class Admission:
         self._process = process
         self._patience = patience
         self._caches: list[_Cache] = []
-        self._lines = {work: _Line() for work in Work}
+        self._lines: dict[Work, list[_Waiter]] = {work: [] for work in Work}
+        # Numbers of the last turns of clients.
+        self._turns = {work: OrderedDict[str, int]() for work in Work}
         self._waiting: Counter[str] = Counter()
         self._claim: _Waiter | None = None  # has waited longest for bytes, of views and heavy work
         self._numbers = itertools.count()
@@ -295,7 +268,6 @@ class Admission:
         nbytes = len(response.body)
         return response if nbytes <= FREE_BYTES else _HeldResponse(response, self, client)
 
-    @contextlib.asynccontextmanager
     async def place(
         self,
         work: Work,
@@ -304,24 +276,8 @@ class Admission:
         effort: float = 0.0,
         *,
         goes_on: bool = False,
-    ) -> AsyncIterator[Place]:
-        """Take a place and bytes until the end of the context; see `enter`."""
-        place = await self.enter(work, client, need, effort, goes_on=goes_on)
-        try:
-            yield place
-        finally:
-            place.leave()
-
-    async def enter(
-        self,
-        work: Work,
-        client: str,
-        need: Callable[[], int],
-        effort: float = 0.0,
-        *,
-        goes_on: bool = False,
     ) -> Place:
-        """Take a place and bytes, after waiting for them if needed.
+        """Return a place with bytes, after waiting for them if needed. It is a context.
 
         `need` returns the bytes, and is called again at the end of the wait, because others may
         have done a part of the work. `effort` is in bytes as well: work that takes as long as
@@ -334,13 +290,12 @@ class Admission:
         """
         nbytes = need()
         work = self._class_of(work, nbytes)
-        line = self._lines[work]
-        may_start = (not line.clients or _passes(work, nbytes)) and self._is_free(work, client)
+        may_start = (not self._lines[work] or _passes(work, nbytes)) and self._is_free(work, client)
         if may_start and self._reads(work, client, nbytes) and self._has_room(work, nbytes):
-            line.count_turn(client, next(self._numbers))
             return self._grant(work, client, nbytes)
         if not goes_on and self._waiting[client] >= self._most_waiting:
-            raise self._too_many()
+            detail = f"The client has {self._most_waiting} requests waiting."
+            raise self._refusal("queries-busy", detail, 2)
         self._loop = asyncio.get_running_loop()
         deadline = self._loop.time() + _PATIENCE_PER_BYTE * effort
         if goes_on:
@@ -362,14 +317,13 @@ class Admission:
 
     async def exchange(self, place: Place, nbytes: int) -> None:
         """Exchange a place for one with other bytes; called by the place."""
-        line = self._lines[place.work]
         place.is_taken = False
         self._take_back(place)
-        line.turns[place.client] = _BEFORE_ALL  # nobody is served meanwhile
+        self._turns[place.work][place.client] = _BEFORE_ALL  # nobody is served meanwhile
         try:
-            other = await self.enter(place.work, place.client, lambda: nbytes, goes_on=True)
+            other = await self.place(place.work, place.client, lambda: nbytes, goes_on=True)
         except BaseException:
-            line.count_turn(place.client, next(self._numbers))
+            self._count_turn(place.work, place.client)
             self._serve()
             raise
         place.work, place.nbytes, place.is_taken = other.work, other.nbytes, True
@@ -407,7 +361,7 @@ class Admission:
     # --- waiting ----------------------------------------------------------------------------------
 
     async def _wait(self, waiter: _Waiter) -> Place:
-        self._lines[waiter.work].add(waiter)
+        self._lines[waiter.work].append(waiter)
         self._waiting[waiter.client] += 1
         granted = waiter.granted
         try:
@@ -419,16 +373,30 @@ class Admission:
             if granted.done() and not granted.cancelled() and granted.exception() is None:
                 granted.result().leave()
             if isinstance(error, TimeoutError):
-                raise self._too_slow() from None
+                detail = f"The request waited for {self._patience:g} s."
+                raise self._refusal("memory-busy", detail, 5) from None
             raise
         finally:
-            self._lines[waiter.work].remove(waiter)
-            if self._claim is waiter:
-                self._claim = None
+            self._remove(waiter)
             self._waiting[waiter.client] -= 1
             if not self._waiting[waiter.client]:
                 del self._waiting[waiter.client]
             self._serve()
+
+    def _remove(self, waiter: _Waiter) -> None:
+        """Remove a request from its line, if it is there."""
+        if waiter in self._lines[waiter.work]:
+            self._lines[waiter.work].remove(waiter)
+        if self._claim is waiter:
+            self._claim = None
+
+    def _heads(self, work: Work) -> list[_Waiter]:
+        """Return the next request of each client, the client that has waited longest first."""
+        heads: dict[str, _Waiter] = {}
+        for waiter in sorted(self._lines[work]):
+            heads.setdefault(waiter.client, waiter)
+        turns = self._turns[work]
+        return sorted(heads.values(), key=lambda waiter: turns.get(waiter.client, -1))
 
     def _serve(self) -> None:
         """Give places and bytes to whoever can have them now."""
@@ -443,12 +411,11 @@ class Admission:
 
     def _serve_one(self, work: Work) -> bool:
         """Take one request out of a line; return whether there was one that can go on."""
-        line = self._lines[work]
         is_blocked = False
-        for waiter in line.heads():
+        for waiter in self._heads(work):
             client, granted = waiter.client, waiter.granted
             if granted.done():
-                line.remove(waiter)
+                self._remove(waiter)
                 return True
             if not self._is_free(work, client):
                 continue
@@ -457,12 +424,12 @@ class Admission:
                 rightful = self._class_of(work, nbytes)
             except Exception as error:  # noqa: BLE001 - belongs to the work that waits
                 granted.set_exception(error)
-                line.remove(waiter)
+                self._remove(waiter)
                 return True
             if rightful is not work:
-                line.remove(waiter)
+                self._remove(waiter)
                 waiter.work = rightful
-                self._lines[rightful].add(waiter)
+                self._lines[rightful].append(waiter)
                 return True
             reads = self._reads(work, client, nbytes)
             if self._claim is waiter and not reads:
@@ -470,10 +437,7 @@ class Admission:
             if not reads or (is_blocked and not _passes(work, nbytes)):
                 continue
             if self._has_room(work, nbytes):
-                line.count_turn(client, next(self._numbers))
-                line.remove(waiter)
-                if self._claim is waiter:
-                    self._claim = None
+                self._remove(waiter)
                 granted.set_result(self._grant(work, client, nbytes))
                 return True
             is_blocked = True
@@ -514,7 +478,15 @@ class Admission:
         if not self._running_of[work, client]:
             del self._running_of[work, client]
 
+    def _count_turn(self, work: Work, client: str) -> None:
+        turns = self._turns[work]
+        turns[client] = next(self._numbers)
+        turns.move_to_end(client)
+        if len(turns) > _REMEMBERED_CLIENTS:
+            turns.popitem(last=False)
+
     def _grant(self, work: Work, client: str, nbytes: int) -> Place:
+        self._count_turn(work, client)
         nbytes = 0 if nbytes <= FREE_BYTES else nbytes
         self._count_running(work, client, 1)
         self.granted[work] += nbytes
@@ -560,15 +532,9 @@ class Admission:
             if not self.sent[client]:
                 del self.sent[client]
 
-    def _too_many(self) -> ProblemError:
+    def _refusal(self, code: str, detail: str, seconds: int) -> ProblemError:
         self.refused += 1
-        detail = f"The client has {self._most_waiting} requests waiting."
-        return ProblemError(Problem("queries-busy", detail, headers={"Retry-After": "2"}))
-
-    def _too_slow(self) -> ProblemError:
-        self.refused += 1
-        detail = f"The request waited for {self._patience:g} s."
-        return ProblemError(Problem("memory-busy", detail, headers={"Retry-After": "5"}))
+        return ProblemError(Problem(code, detail, headers={"Retry-After": str(seconds)}))
 
 
 def _passes(work: Work, nbytes: int) -> bool:

@@ -212,7 +212,7 @@ class Library:
         def need() -> int:
             return 0 if gamut_id in self._used else needed_bytes(unpacked=_OPENED * full)
 
-        async with self.admission.place(Work.SMALL, client, need):
+        with await self.admission.place(Work.SMALL, client, need):
             return await self.open(gamut_id)
 
     async def open(self, gamut_id: str) -> OpenGamut:
@@ -414,7 +414,7 @@ class Library:
             is_known = search is not None and search.known_curve(side) is not None
             return 0 if is_known else self._find_need(record, request)
 
-        async with self.admission.place(Work.VIEW, client, need, need()):
+        with await self.admission.place(Work.VIEW, client, need, need()):
             opened = await self.open(gamut_id)
             search, history = opened.gamut.search, opened.gamut.history
             known = search.known_curve(side)
@@ -555,7 +555,7 @@ class Library:
             triangles += 0 if request.side == "both" else _SIDED * full
             return self._find_need(record, request) + needed_bytes(prepared=triangles)
 
-        async with self.admission.place(Work.VIEW, client, need, need()):
+        with await self.admission.place(Work.VIEW, client, need, need()):
             opened = await self.open(gamut_id)
             triangles, bounds = await self.find(opened, request)
             key = EncodedKey(gamut_id, triangles, format_name, coding, request.side)
@@ -576,7 +576,7 @@ class Library:
             drawing = needed_bytes(prepared=triangles, pixels=_DRAWN_PIXELS * options.size**2)
             return self._find_need(record, request) + drawing
 
-        async with self.admission.place(Work.VIEW, client, need, need()):
+        with await self.admission.place(Work.VIEW, client, need, need()):
             opened = await self.open(gamut_id)
             count, _ = await self.find(opened, request)
             if count > most:

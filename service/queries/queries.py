@@ -229,7 +229,7 @@ class Queries:
 
         async def compute(start: int) -> bytes:
             # First of the client, whose other requests may wait for the bytes of this answer.
-            async with self._admission.place(Work.VIEW, client, int, goes_on=True):
+            with await self._admission.place(Work.VIEW, client, int, goes_on=True):
                 return await self._in_thread(self._piece, query, writer, start)
 
         try:

@@ -225,7 +225,7 @@ async def _answer(request: Request, gamut_id: str, question: Question) -> Respon
             return await _answer_rows(posted, wanted, body, values)
         effort = need() + ROW_BYTES * rows
         in_use = []  # until the level keeps it
-        async with service.admission.place(work_of(rows), client, need, effort):
+        with await service.admission.place(work_of(rows), client, need, effort):
             if question.needs_model:
                 in_use.append(await service.library.load_device_model(gamut_id))
             if body is None:

@@ -111,7 +111,7 @@ async def submission(request: Request, service: ServiceContainer) -> AsyncIterat
     async def hold(nbytes: int) -> None:
         if nbytes > IN_MEMORY:
             nbytes = min(nbytes, admission.most)  # a single body may exceed the budget
-            async with admission.place(Work.VIEW, client, lambda: nbytes, nbytes):
+            with await admission.place(Work.VIEW, client, lambda: nbytes, nbytes):
                 data.resize(nbytes)  # without a place, so that a slow store stops no other work
 
     try:

@@ -323,7 +323,7 @@ async def download_page(
 
     opened: list[OpenGamut] = []
     client = client_of(request.scope)
-    async with service.admission.place(Work.VIEW, client, need, need()):
+    with await service.admission.place(Work.VIEW, client, need, need()):
         for record in records:
             gamut = await library.open(record.id)
             opened.append(gamut)
@@ -367,7 +367,7 @@ async def _answer(
     def need() -> int:
         return library.need(wanted) + answer_need
 
-    async with service.admission.place(Work.VIEW, client, need, need()):
+    with await service.admission.place(Work.VIEW, client, need, need()):
         levels = await library.levels(wanted)
         body = await service.queries.shape(question, levels, values, media_type)
         headers = {

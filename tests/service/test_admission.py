@@ -56,7 +56,7 @@ class Requests:
 
     def ask(self, name, client="a", work=Work.HEAVY, units=0, effort=0.0):
         async def wait():
-            place = await self.admission.enter(work, client, lambda: units * UNIT, HOUR * effort)
+            place = await self.admission.place(work, client, lambda: units * UNIT, HOUR * effort)
             self.order.append(name)
             self.places[name] = place
 
@@ -81,7 +81,7 @@ class Schedule:
         self.tasks, self.places, self.answers = [], [], []
 
     def ask(self, client, work, units):
-        need = self.admission.enter(work, client, lambda: units * UNIT, units)
+        need = self.admission.place(work, client, lambda: units * UNIT, units)
         self.tasks.append(asyncio.create_task(need))
 
     def keep(self, _client, _work, units):
@@ -165,7 +165,7 @@ def test_places_and_bytes_are_never_exceeded_and_everybody_is_answered(steps):
         assert not admission.sent
         for work in Work:  # everything is free again
             units = RESERVE if work is Work.SMALL else BUDGET - RESERVE
-            async with admission.place(work, "a", lambda n=units: n):
+            with await admission.place(work, "a", lambda n=units: n):
                 assert admission.total == units
 
     run(scenario)
@@ -292,11 +292,11 @@ def test_caches_give_way_before_anyone_waits_the_least_recently_used_first():
         for cache in caches:
             admission.add(cache)
         caches[0].get(0)
-        async with admission.place(Work.VIEW, "a", lambda: 40 * UNIT):
+        with await admission.place(Work.VIEW, "a", lambda: 40 * UNIT):
             assert [key for key in range(7) if caches[key % 2].get(key)] == [0, 5, 6]
         # what is used elsewhere cannot give way, so nothing is given up for it in vain
         in_use = admission.hold("used", 40 * UNIT)
-        waiting = asyncio.create_task(admission.enter(Work.VIEW, "a", lambda: 65 * UNIT))
+        waiting = asyncio.create_task(admission.place(Work.VIEW, "a", lambda: 65 * UNIT))
         await settle()
         assert not waiting.done()
         assert [key for key in range(7) if caches[key % 2].get(key)] == [0, 5, 6]
@@ -312,9 +312,9 @@ def test_the_need_is_asked_for_again_at_the_end_of_the_wait():
     async def scenario():
         admission = Admission(BUDGET, most_waiting=9)
         needs = {"units": MOST}
-        async with admission.place(Work.VIEW, "a", lambda: UNIT):
+        with await admission.place(Work.VIEW, "a", lambda: UNIT):
             task = asyncio.create_task(
-                admission.enter(Work.VIEW, "b", lambda: needs["units"] * UNIT)
+                admission.place(Work.VIEW, "b", lambda: needs["units"] * UNIT)
             )
             await settle()
             assert not task.done()
@@ -333,12 +333,12 @@ def test_small_work_has_places_and_bytes_of_its_own():
             for number in range(20):
                 requests.ask((work, number), work=work, units=MOST - 1)
         await settle()
-        async with admission.place(Work.SMALL, "b", lambda: RESERVE):
+        with await admission.place(Work.SMALL, "b", lambda: RESERVE):
             assert admission.granted[Work.SMALL] == RESERVE
-            async with admission.place(Work.SMALL, "b", lambda: FREE_BYTES):
+            with await admission.place(Work.SMALL, "b", lambda: FREE_BYTES):
                 pass  # no bytes are needed, so none are waited for
             # what needs more than the reserve is not small
-            task = asyncio.create_task(admission.enter(Work.SMALL, "b", lambda: RESERVE + 1))
+            task = asyncio.create_task(admission.place(Work.SMALL, "b", lambda: RESERVE + 1))
             await settle()
             assert not task.done()
         requests.tasks["small"] = asyncio.create_task(leave(task))
@@ -391,11 +391,12 @@ def test_an_answer_in_pieces_goes_on_before_requests_that_wait_for_its_bytes():
     async def scenario():
         admission = Admission(BUDGET, most_waiting=1)
         answer = admission.hold("answers", 10 * UNIT, "a")
-        blocked = asyncio.create_task(admission.enter(Work.VIEW, "a", lambda: MOST * UNIT))
+        blocked = asyncio.create_task(admission.place(Work.VIEW, "a", lambda: MOST * UNIT))
         await settle()
         for _ in range(3):
-            async with asyncio.timeout(10), admission.place(Work.VIEW, "a", int, goes_on=True):
-                assert admission.running[Work.VIEW] == 1
+            async with asyncio.timeout(10):
+                with await admission.place(Work.VIEW, "a", int, goes_on=True):
+                    assert admission.running[Work.VIEW] == 1
         assert not blocked.done()
         answer.resize(0)
         (await blocked).leave()
@@ -435,12 +436,12 @@ def test_a_link_is_not_passed_for_ever_by_pictures_that_are_measured_first():
 
         async def views():
             while True:
-                async with admission.place(Work.VIEW, "v", lambda: 30 * UNIT):
+                with await admission.place(Work.VIEW, "v", lambda: 30 * UNIT):
                     await asyncio.sleep(0.001)
 
         async def pictures(client):
             while True:
-                async with admission.place(Work.HEAVY, client, int) as place:
+                with await admission.place(Work.HEAVY, client, int) as place:
                     await asyncio.sleep(0)
                     await place.exchange(50 * UNIT)
                     await asyncio.sleep(0.005)
@@ -448,8 +449,9 @@ def test_a_link_is_not_passed_for_ever_by_pictures_that_are_measured_first():
         others = [asyncio.create_task(each) for each in (views(), views(), pictures("p"))]
         others.append(asyncio.create_task(pictures("q")))
         await asyncio.sleep(0.02)
-        async with asyncio.timeout(5), admission.place(Work.HEAVY, "l", lambda: 65 * UNIT):
-            pass
+        async with asyncio.timeout(5):
+            with await admission.place(Work.HEAVY, "l", lambda: 65 * UNIT):
+                pass
         for each in others:
             each.cancel()
         await asyncio.gather(*others, return_exceptions=True)
@@ -463,11 +465,11 @@ def test_a_client_that_asks_for_too_much_after_its_place_is_not_preferred():
         admission, order = Admission(BUDGET, most_waiting=99), []
 
         async def too_large(number):
-            async with admission.place(Work.HEAVY, "a", int) as place:
+            with await admission.place(Work.HEAVY, "a", int) as place:
                 order.append(number)
                 await place.exchange((MOST + 1) * UNIT)
 
-        first = await admission.enter(Work.HEAVY, "c", int)
+        first = await admission.place(Work.HEAVY, "c", int)
         tasks = [asyncio.create_task(too_large(number)) for number in range(5)]
         await settle()
         requests = Requests(admission)
@@ -491,7 +493,7 @@ def test_a_small_picture_waits_for_one_large_one():
         admission, order = Admission(BUDGET, most_waiting=99), []
 
         async def mapped(client, name, end):
-            async with admission.place(Work.HEAVY, client, int, HOUR) as place:
+            with await admission.place(Work.HEAVY, client, int, HOUR) as place:
                 await asyncio.sleep(0)
                 await place.exchange(40 * UNIT)
                 order.append(name)
@@ -514,14 +516,14 @@ def test_what_never_fits_is_refused_at_once():
     async def scenario():
         admission = Admission(BUDGET, most_waiting=9, process=10**6)
         with pytest.raises(ProblemError) as caught:
-            await admission.enter(Work.VIEW, "a", lambda: MOST * UNIT + 1)
+            await admission.place(Work.VIEW, "a", lambda: MOST * UNIT + 1)
         problem = caught.value.problem
         assert (problem.code, problem.kind.status) == ("memory-exceeded", 422)
         assert admission.refused == 1
         # with the setting that the remedy states, it fits
         (setting,) = re.findall(r"GAMUT_MEMORY_BYTES to (\d+) or more", problem.remedy)
         larger = Admission(int(setting) - 10**6, most_waiting=9)
-        (await larger.enter(Work.VIEW, "a", lambda: MOST * UNIT + 1)).leave()
+        (await larger.place(Work.VIEW, "a", lambda: MOST * UNIT + 1)).leave()
 
     run(scenario)
 
@@ -538,7 +540,7 @@ def test_a_fault_of_one_request_that_waits_is_its_own():
         requests = Requests(admission)
         requests.ask("first")
         await settle()
-        task = asyncio.create_task(admission.enter(Work.HEAVY, "b", need))
+        task = asyncio.create_task(admission.place(Work.HEAVY, "b", need))
         requests.ask("third", "c")
         await settle()
         broken["yes"] = True
@@ -556,7 +558,7 @@ def test_a_fault_at_the_end_of_the_wait_keeps_no_place():
         requests = Requests(admission)
         requests.ask("first")
         await settle()
-        task = asyncio.create_task(admission.enter(Work.HEAVY, "b", lambda: next(needs)))
+        task = asyncio.create_task(admission.place(Work.HEAVY, "b", lambda: next(needs)))
         requests.ask("third", "c", units=MOST)
         await requests.finish()
         with pytest.raises(RuntimeError):
