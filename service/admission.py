@@ -5,13 +5,12 @@ Answers that are in memory already are not admitted. Whoever waits stands in the
 and clients take turns. Of one client, the request with the earliest deadline goes first: its
 arrival and a patience in proportion to its effort. So little effort passes much.
 
-Bytes are a budget. They are those of the work in progress, and those of the open gamuts and answers
-that anybody still uses. Before anyone waits for bytes, the caches give up what was used least
-recently. Small work has places and a reserve of bytes of its own. Of the other classes, the one
-that has waited longer for bytes gets them first.
+Bytes are a budget. They are those of the work in progress, and those of the gamuts and answers that
+anybody still uses. Before anyone waits for bytes, the caches give up what was used least recently.
+Small work has places and a reserve of bytes of its own. Of the other classes, the one that has
+waited longer for bytes gets them first.
 
-A request that holds a place never waits for another place, and a request that waits for bytes holds
-none. So no two requests wait for each other.
+A request that waits holds neither place nor work's bytes. So no two requests wait for each other.
 
 Everything here belongs to the event loop's thread, unless stated otherwise. See
 ``docs/decisions/admission.md``.
@@ -21,22 +20,24 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import heapq
 import itertools
 import math
 import os
 from collections import Counter, OrderedDict, deque
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Protocol, Self
 
 from starlette.responses import Response
 
+from service.http.representations import send_content
 from service.http.request_context import timed
 from service.problems.problem import Problem, ProblemError
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Callable
+    from collections.abc import Callable
+
+    from starlette.types import Receive, Scope, Send
 
 __all__ = [
     "FREE_BYTES",
@@ -76,13 +77,15 @@ _PATIENCE_PER_BYTE = 1e-7
 """Seconds of patience for a byte of effort, ten times as long as it takes to prepare a level."""
 
 _PATIENCE = 300.0
-"""Seconds after which waiting work is refused. Only a fault in the service reaches them."""
+"""Seconds after which waiting work is refused, before the proxy in ``deploy/`` gives up. Clients
+take turns, so a client reaches them by much work of its own."""
 
-_TRIM_BYTES = 32 * 2**20
-"""Released bytes after which free pages go back to the system."""
+_BEFORE_ALL = -2
+"""Turn of a client that goes before clients without a turn, which have -1."""
 
-_TRIM_SECONDS = 1.0
-"""Delay after such a release, so that a burst of releases is followed by one trim."""
+_SENT_PART = 1 / 4
+"""Part of the budget of views and heavy work after which a client's answers that are not sent yet
+delay its other work."""
 
 _REMEMBERED_CLIENTS = 4096
 """Clients whose last turn is remembered."""
@@ -138,133 +141,76 @@ class _Cache(Protocol):
 
 
 class Holding:
-    """Memory of a value. It counts as long as anybody refers to this object."""
+    """Memory of a value. It counts as long as anybody refers to this object.
 
-    def __init__(self, admission: Admission, kind: str, nbytes: int) -> None:
+    `client` is the one that an answer is sent to; empty for other values.
+    """
+
+    def __init__(self, admission: Admission, kind: str, nbytes: int, client: str) -> None:
         self._admission = admission
-        self.kind = kind
+        self.kind, self.client = kind, client
         self.nbytes = 0
         self.resize(nbytes)
 
     def resize(self, nbytes: int) -> None:
         """Count that many bytes."""
-        self._admission.held[self.kind] += nbytes - self.nbytes
+        self._admission.count_held(self.kind, self.client, nbytes - self.nbytes)
         self.nbytes = nbytes
 
     def __del__(self) -> None:
-        self._admission.forget(self.kind, self.nbytes)
-
-
-class Place:
-    """A place of a class, and bytes. `Admission.place` gives it."""
-
-    def __init__(self, admission: Admission, work: Work, client: str, nbytes: int) -> None:
-        self._admission = admission
-        self.work = work
-        self.client = client
-        self.nbytes = nbytes
-        self.is_taken = True
-
-    def shrink(self, nbytes: int) -> None:
-        """Release all but some bytes."""
-        self._admission.release(self, nbytes, keeps_place=self.is_taken)
-
-    def give_back(self, nbytes: int) -> None:
-        """Release the place, and all but some bytes, which the answer needs while it is sent."""
-        self._admission.release(self, nbytes, keeps_place=False)
-
-    def leave(self) -> None:
-        """Release the place and all bytes. May be called again."""
-        self._admission.release(self, 0, keeps_place=False)
-
-    async def grow(self, nbytes: int) -> None:
-        """Take more bytes for the same place, before other work. The place must hold none."""
-        await self._admission.grow(self, nbytes)
-
-    @contextlib.asynccontextmanager
-    async def turn(self) -> AsyncIterator[None]:
-        """Take a place for a piece of the answer whose bytes this one holds."""
-        # First of its client, whose other requests may wait for the bytes of this answer.
-        turn = await self._admission.enter(
-            self.work, self.client, _nothing, -math.inf, is_limited=False
-        )
-        try:
-            yield
-        finally:
-            turn.leave()
+        self._admission.forget(self.kind, self.client, self.nbytes)
 
 
 @dataclass(eq=False)
-class _Waiter:
-    """A request that waits. `place` is the place that it holds already; None if it needs one."""
+class Place:
+    """A place of a class, and bytes, until the end of a context. `Admission.place` gives it."""
 
+    admission: Admission
     work: Work
     client: str
-    need: Callable[[], int]
+    nbytes: int
+    is_taken: bool = True
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.leave()
+
+    def leave(self) -> None:
+        """Release the place and the bytes. May be called again."""
+        if self.is_taken:
+            self.is_taken = False
+            self.admission.release(self)
+
+    async def exchange(self, nbytes: int) -> None:
+        """Take other bytes, before all other requests of the class. Raise as `place` does."""
+        await self.admission.exchange(self, nbytes)
+
+
+@dataclass(order=True)
+class _Waiter:
+    """A request that waits. The least one of a client goes first."""
+
     deadline: float
     number: int
-    granted: asyncio.Future[Place]
-    place: Place | None = None
-
-
-@dataclass
-class _Line:
-    """The requests of a class that wait."""
-
-    clients: dict[str, list[tuple[float, int, _Waiter]]] = field(default_factory=dict)
-    turns: OrderedDict[str, int] = field(default_factory=OrderedDict)
-    """Numbers of the last turns of clients."""
-
-    def __len__(self) -> int:
-        return sum(map(len, self.clients.values()))
-
-    def add(self, waiter: _Waiter) -> None:
-        """Add a request."""
-        entry = (waiter.deadline, waiter.number, waiter)
-        heapq.heappush(self.clients.setdefault(waiter.client, []), entry)
-
-    def heads(self) -> list[_Waiter]:
-        """Return the next request of each client, the client that has waited longest first."""
-        clients = sorted(self.clients, key=lambda client: self.turns.get(client, -1))
-        return [self.clients[client][0][2] for client in clients]
-
-    def remove(self, waiter: _Waiter) -> bool:
-        """Remove a request; return whether it was there."""
-        requests = self.clients.get(waiter.client, [])
-        entry = (waiter.deadline, waiter.number, waiter)
-        if entry not in requests:
-            return False
-        requests.remove(entry)
-        heapq.heapify(requests)
-        if not requests:
-            del self.clients[waiter.client]
-        return True
-
-    def count_turn(self, client: str, number: int) -> None:
-        """Remember that a client had its turn."""
-        self.turns[client] = number
-        self.turns.move_to_end(client)
-        if len(self.turns) > _REMEMBERED_CLIENTS:
-            self.turns.popitem(last=False)
+    work: Work = field(compare=False)
+    client: str = field(compare=False)
+    need: Callable[[], int] = field(compare=False)
+    granted: asyncio.Future[Place] = field(compare=False)
 
 
 class Admission:
     """The one door of the service. See the module's description.
 
     `budget` is in bytes, beside those of the `process` itself. A client has at most `most_waiting`
-    requests waiting. `trim` gives free memory back to the system. `running` counts places and
-    `granted` bytes by class; `held` counts bytes of values by kind, and `refused` the requests that
-    were refused.
+    requests waiting. `running` counts places and `granted` bytes by class; `held` counts bytes of
+    values by kind, `sent` those of answers by client, `refused` the requests that were refused, and
+    `freed` the bytes that were released since it was last set to 0.
     """
 
     def __init__(
-        self,
-        budget: int,
-        *,
-        most_waiting: int,
-        process: int = 0,
-        patience: float = _PATIENCE,
-        trim: Callable[[], None] | None = None,
+        self, budget: int, *, most_waiting: int, process: int = 0, patience: float = _PATIENCE
     ) -> None:
         cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 2
         self.places = {Work.SMALL: 4 * cores, Work.VIEW: cores, Work.HEAVY: 1}
@@ -276,23 +222,27 @@ class Admission:
         self._running_of: Counter[tuple[Work, str]] = Counter()
         self.granted: Counter[Work] = Counter()
         self.held: Counter[str] = Counter()
-        self.refused = 0
+        self.sent: Counter[str] = Counter()
+        self.refused = self.freed = 0
         self._most_waiting = most_waiting
         self._process = process
         self._patience = patience
-        self._trim = trim
         self._caches: list[_Cache] = []
-        self._lines = {work: _Line() for work in Work}
-        self._growing: deque[_Waiter] = deque()
+        self._lines: dict[Work, list[_Waiter]] = {work: [] for work in Work}
+        # Numbers of the last turns of clients.
+        self._turns = {work: OrderedDict[str, int]() for work in Work}
         self._waiting: Counter[str] = Counter()
-        self._claim: Work | None = None
+        self._claim: _Waiter | None = None  # has waited longest for bytes, of views and heavy work
         self._numbers = itertools.count()
         self._loop: asyncio.AbstractEventLoop | None = None
         self._is_scheduled = False
-        self._freed = 0
-        self._trimming: asyncio.TimerHandle | None = None
         # Appended to by any thread, and in the midst of anything: whoever drops the last reference.
-        self._forgotten: deque[tuple[str, int]] = deque()
+        self._forgotten: deque[tuple[str, str, int]] = deque()
+
+    @property
+    def most(self) -> int:
+        """Bytes that views and heavy work have."""
+        return self.budget - self.reserve
 
     @property
     def total(self) -> int:
@@ -303,108 +253,106 @@ class Admission:
     @property
     def waiting(self) -> dict[Work, int]:
         """Numbers of waiting requests by class."""
-        counts = {work: len(line) for work, line in self._lines.items()}
-        counts[Work.HEAVY] += len(self._growing)
-        return counts
+        return {work: len(line) for work, line in self._lines.items()}
 
     def add(self, cache: _Cache) -> None:
         """Let a cache give way to work. Its values have holdings."""
         self._caches.append(cache)
 
-    def hold(self, kind: str, nbytes: int) -> Holding:
-        """Count bytes as long as the returned object lives."""
-        return Holding(self, kind, nbytes)
+    def hold(self, kind: str, nbytes: int, client: str = "") -> Holding:
+        """Count bytes as long as the returned object lives; see `Holding`."""
+        return Holding(self, kind, nbytes, client)
 
-    def hold_response(self, response: Response) -> Response:
+    def hold_response(self, response: Response, client: str) -> Response:
         """Return a complete response whose content counts until it is sent."""
         nbytes = len(response.body)
-        return response if nbytes <= FREE_BYTES else _HeldResponse(response, self)
+        return response if nbytes <= FREE_BYTES else _HeldResponse(response, self, client)
 
-    @contextlib.asynccontextmanager
     async def place(
-        self, work: Work, client: str, need: Callable[[], int], effort: float = 0.0
-    ) -> AsyncIterator[Place]:
-        """Take a place and bytes until the end of the context; see `enter`."""
-        place = await self.enter(work, client, need, effort)
-        try:
-            yield place
-        finally:
-            place.leave()
-
-    async def enter(
         self,
         work: Work,
         client: str,
         need: Callable[[], int],
         effort: float = 0.0,
         *,
-        is_limited: bool = True,
+        goes_on: bool = False,
     ) -> Place:
-        """Take a place and bytes, after waiting for them if needed.
+        """Return a place with bytes, after waiting for them if needed. It is a context.
 
         `need` returns the bytes, and is called again at the end of the wait, because others may
         have done a part of the work. `effort` is in bytes as well: work that takes as long as
-        preparing so many. Small work that needs more than the reserve counts as `VIEW`.
+        preparing so many. A request that `goes_on` had a place before: it is the first of its
+        client, and never one too many. Small work that needs more than the reserve counts as
+        `VIEW`.
+
         Raise `ProblemError`: ``queries-busy`` if the client has too many requests waiting, and
         ``memory-exceeded`` if the work is larger than the budget.
         """
-        work, nbytes = self._class_of(work, need())
-        line = self._lines[work]
-        may_pass = nbytes <= FREE_BYTES or not line.clients
-        if self._is_free(work, client) and may_pass and self._has_room(work, nbytes):
-            line.count_turn(client, next(self._numbers))
+        nbytes = need()
+        work = self._class_of(work, nbytes)
+        may_start = (not self._lines[work] or _passes(work, nbytes)) and self._is_free(work, client)
+        if may_start and self._reads(work, client, nbytes) and self._has_room(work, nbytes):
             return self._grant(work, client, nbytes)
-        if is_limited and self._waiting[client] >= self._most_waiting:
-            raise self._too_many()
+        if not goes_on and self._waiting[client] >= self._most_waiting:
+            detail = f"The client has {self._most_waiting} requests waiting."
+            raise self._refusal("queries-busy", detail, 2)
         self._loop = asyncio.get_running_loop()
         deadline = self._loop.time() + _PATIENCE_PER_BYTE * effort
+        if goes_on:
+            deadline = -math.inf
         while True:
-            waiter = _Waiter(work, client, need, deadline, next(self._numbers), self._new_future())
-            self._lines[work].add(waiter)
+            granted: asyncio.Future[Place] = self._loop.create_future()
+            waiter = _Waiter(deadline, next(self._numbers), work, client, need, granted)
             place = await self._wait(waiter)
-            # Another may have lost meanwhile what the work counted on.
-            if need() <= max(place.nbytes, FREE_BYTES):
+            is_enough = False
+            try:
+                # Another may have lost meanwhile what the work counted on.
+                is_enough = need() <= max(place.nbytes, FREE_BYTES)
+            finally:
+                if not is_enough:
+                    place.leave()
+            if is_enough:
                 return place
             work = place.work
-            place.leave()
 
-    async def grow(self, place: Place, nbytes: int) -> None:
-        """Take bytes for a place that has none; called by the place."""
-        assert place.is_taken  # noqa: S101 - otherwise others could wait for it
-        assert not place.nbytes  # noqa: S101
-        self._class_of(place.work, nbytes)
-        if not self._growing and self._has_room(place.work, nbytes):
-            self.granted[place.work] += nbytes
-            place.nbytes = nbytes
-            return
-        self._loop = asyncio.get_running_loop()
-        number, granted = next(self._numbers), self._new_future()
-        waiter = _Waiter(place.work, place.client, lambda: nbytes, 0.0, number, granted, place)
-        self._growing.append(waiter)
-        await self._wait(waiter)
-
-    def release(self, place: Place, nbytes: int, *, keeps_place: bool) -> None:
-        """Release what a place holds; called by the place."""
-        freed = max(0, place.nbytes - nbytes)
-        place.nbytes -= freed
-        self.granted[place.work] -= freed
-        self._count_freed(freed)
-        if place.is_taken and not keeps_place:
-            place.is_taken = False
-            self._count_running(place.work, place.client, -1)
-        self.shrink_caches()
-        if self._waiting:
+    async def exchange(self, place: Place, nbytes: int) -> None:
+        """Exchange a place for one with other bytes; called by the place."""
+        place.is_taken = False
+        self._take_back(place)
+        self._turns[place.work][place.client] = _BEFORE_ALL  # nobody is served meanwhile
+        try:
+            other = await self.place(place.work, place.client, lambda: nbytes, goes_on=True)
+        except BaseException:
+            self._count_turn(place.work, place.client)
             self._serve()
+            raise
+        place.work, place.nbytes, place.is_taken = other.work, other.nbytes, True
+
+    def release(self, place: Place) -> None:
+        """Release what a place holds; called by the place."""
+        self._take_back(place)
+        self.shrink_caches()
+        self._serve()
+
+    def _take_back(self, place: Place) -> None:
+        self.granted[place.work] -= place.nbytes
+        self.freed += place.nbytes
+        self._count_running(place.work, place.client, -1)
 
     def shrink_caches(self) -> None:
         """Let the caches give up what is beyond the budget, after values were added or grew."""
         self._collect()
-        granted = self.granted[Work.VIEW] + self.granted[Work.HEAVY]
-        self._evict(granted, self.budget - self.reserve)
+        self._evict(self.granted[Work.VIEW] + self.granted[Work.HEAVY], self.most)
 
-    def forget(self, kind: str, nbytes: int) -> None:
+    def count_held(self, kind: str, client: str, nbytes: int) -> None:
+        """Count bytes of a value; called by its holding."""
+        self._count(kind, client, nbytes)
+        if nbytes < 0:
+            self._serve()
+
+    def forget(self, kind: str, client: str, nbytes: int) -> None:
         """Release the memory of a value that nobody refers to any more. Any thread may call it."""
-        self._forgotten.append((kind, nbytes))
+        self._forgotten.append((kind, client, nbytes))
         if self._waiting and self._loop is not None and not self._is_scheduled:
             self._is_scheduled = True
             with contextlib.suppress(RuntimeError):  # the loop is closed
@@ -412,121 +360,117 @@ class Admission:
 
     # --- waiting ----------------------------------------------------------------------------------
 
-    def _new_future(self) -> asyncio.Future[Place]:
-        return asyncio.get_running_loop().create_future()
-
     async def _wait(self, waiter: _Waiter) -> Place:
+        self._lines[waiter.work].append(waiter)
         self._waiting[waiter.client] += 1
+        granted = waiter.granted
         try:
             self._serve()
             with timed("wait"):
                 async with asyncio.timeout(self._patience):
-                    return await waiter.granted
+                    return await granted
         except BaseException as error:
-            granted = waiter.granted
             if granted.done() and not granted.cancelled() and granted.exception() is None:
                 granted.result().leave()
             if isinstance(error, TimeoutError):
-                raise self._too_slow() from None
+                detail = f"The request waited for {self._patience:g} s."
+                raise self._refusal("memory-busy", detail, 5) from None
             raise
         finally:
             self._remove(waiter)
             self._waiting[waiter.client] -= 1
             if not self._waiting[waiter.client]:
                 del self._waiting[waiter.client]
-            if self._waiting:
-                self._serve()
+            self._serve()
 
     def _remove(self, waiter: _Waiter) -> None:
-        if waiter.place is None:
+        """Remove a request from its line, if it is there."""
+        if waiter in self._lines[waiter.work]:
             self._lines[waiter.work].remove(waiter)
-        else:
-            with contextlib.suppress(ValueError):
-                self._growing.remove(waiter)
+        if self._claim is waiter:
+            self._claim = None
+
+    def _heads(self, work: Work) -> list[_Waiter]:
+        """Return the next request of each client, the client that has waited longest first."""
+        heads: dict[str, _Waiter] = {}
+        for waiter in sorted(self._lines[work]):
+            heads.setdefault(waiter.client, waiter)
+        turns = self._turns[work]
+        return sorted(heads.values(), key=lambda waiter: turns.get(waiter.client, -1))
 
     def _serve(self) -> None:
         """Give places and bytes to whoever can have them now."""
         self._is_scheduled = False
-        for work in sorted(Work, key=lambda each: each is not self._claim):
-            if work is Work.HEAVY and self._growing:
-                self._serve_growing()
+        if not self._waiting:
+            return
+        self._collect()
+        first = None if self._claim is None else self._claim.work
+        for work in sorted(Work, key=lambda work: work is not first):
             while self._serve_one(work):
                 pass
-            if self._claim is work and not (
-                self._lines[work].clients or (work is Work.HEAVY and self._growing)
-            ):
-                self._claim = None
-
-    def _serve_growing(self) -> None:
-        waiter = self._growing[0]
-        nbytes, place = waiter.need(), waiter.place
-        assert place is not None  # noqa: S101 - whoever grows has one
-        if waiter.granted.done():
-            self._growing.popleft()
-        elif self._has_room(waiter.work, nbytes):
-            self._growing.popleft()
-            self._claim = None
-            self.granted[waiter.work] += nbytes
-            place.nbytes = nbytes
-            waiter.granted.set_result(place)
-        elif self._claim is None:
-            self._claim = waiter.work
 
     def _serve_one(self, work: Work) -> bool:
         """Take one request out of a line; return whether there was one that can go on."""
-        line = self._lines[work]
         is_blocked = False
-        for waiter in line.heads():
-            if waiter.granted.done():
-                return line.remove(waiter)
-            if not self._is_free(work, waiter.client):
+        for waiter in self._heads(work):
+            client, granted = waiter.client, waiter.granted
+            if granted.done():
+                self._remove(waiter)
+                return True
+            if not self._is_free(work, client):
                 continue
             try:
-                rightful, nbytes = self._class_of(work, waiter.need())
+                nbytes = waiter.need()
+                rightful = self._class_of(work, nbytes)
             except Exception as error:  # noqa: BLE001 - belongs to the work that waits
-                waiter.granted.set_exception(error)
-                return line.remove(waiter)
-            if rightful is not work:
-                line.remove(waiter)
-                waiter.work = rightful
-                self._lines[rightful].add(waiter)
+                granted.set_exception(error)
+                self._remove(waiter)
                 return True
-            # Behind a request that waits for bytes, only those that need none go on.
-            if is_blocked and nbytes > FREE_BYTES:
+            if rightful is not work:
+                self._remove(waiter)
+                waiter.work = rightful
+                self._lines[rightful].append(waiter)
+                return True
+            reads = self._reads(work, client, nbytes)
+            if self._claim is waiter and not reads:
+                self._claim = None
+            if not reads or (is_blocked and not _passes(work, nbytes)):
                 continue
             if self._has_room(work, nbytes):
-                if not is_blocked and self._claim is work:
-                    self._claim = None
-                line.count_turn(waiter.client, next(self._numbers))
-                waiter.granted.set_result(self._grant(work, waiter.client, nbytes))
-                return line.remove(waiter)
+                self._remove(waiter)
+                granted.set_result(self._grant(work, client, nbytes))
+                return True
             is_blocked = True
             if self._claim is None and work is not Work.SMALL:
-                self._claim = work
+                self._claim = waiter
         return False
 
     # --- places and bytes -------------------------------------------------------------------------
 
-    def _class_of(self, work: Work, nbytes: int) -> tuple[Work, int]:
+    def _class_of(self, work: Work, nbytes: int) -> Work:
         """Return the class by the bytes that are needed; raise if they are more than there are."""
         if work is Work.SMALL and nbytes > self.reserve:
             work = Work.VIEW
-        most = self.budget - self.reserve
-        if work is not Work.SMALL and nbytes > most:
+        if work is not Work.SMALL and nbytes > max(self.most, FREE_BYTES):
             self.refused += 1
-            detail = f"The request needs {nbytes} bytes of memory; the service has {most}."
+            detail = f"The request needs {nbytes} bytes of memory; the service has {self.most}."
             setting = self._process + math.ceil(nbytes / (1 - _RESERVE))
             remedy = (
                 "Ask for fewer triangles, pixels or rows, or ask the operator to set "
                 f"GAMUT_MEMORY_BYTES to {setting} or more."
             )
             raise ProblemError(Problem("memory-exceeded", detail, remedy=remedy))
-        return work, nbytes
+        return work
 
     def _is_free(self, work: Work, client: str) -> bool:
         """Return whether there is a place for a client."""
         first = 0 if self._running_of[work, client] else self.first_places[work]
         return self.running[work] < self.places[work] + first
+
+    def _reads(self, work: Work, client: str, nbytes: int) -> bool:
+        """Return whether a client that wants more bytes has read most of its answers."""
+        is_large = nbytes > FREE_BYTES and work is not Work.SMALL
+        return not is_large or self.sent[client] <= _SENT_PART * self.most
 
     def _count_running(self, work: Work, client: str, number: int) -> None:
         self.running[work] += number
@@ -534,7 +478,15 @@ class Admission:
         if not self._running_of[work, client]:
             del self._running_of[work, client]
 
+    def _count_turn(self, work: Work, client: str) -> None:
+        turns = self._turns[work]
+        turns[client] = next(self._numbers)
+        turns.move_to_end(client)
+        if len(turns) > _REMEMBERED_CLIENTS:
+            turns.popitem(last=False)
+
     def _grant(self, work: Work, client: str, nbytes: int) -> Place:
+        self._count_turn(work, client)
         nbytes = 0 if nbytes <= FREE_BYTES else nbytes
         self._count_running(work, client, 1)
         self.granted[work] += nbytes
@@ -544,18 +496,16 @@ class Admission:
         """Return whether bytes fit into the budget, after the caches gave way if needed."""
         if nbytes <= FREE_BYTES:
             return True
-        others = self.granted[Work.VIEW] + self.granted[Work.HEAVY] + nbytes
-        most = self.budget - self.reserve
+        others, most = self.granted[Work.VIEW] + self.granted[Work.HEAVY] + nbytes, self.most
         if work is Work.SMALL:
             if self.granted[Work.SMALL] + nbytes > self.reserve:
                 return False
             others, most = others + self.granted[Work.SMALL], self.budget
-        elif self._claim not in {None, work}:
+        elif self._claim is not None and self._claim.work is not work:
             return False
         self._collect()
-        excess = others + self.held.total() - most
         # Nothing is given up in vain.
-        if excess > sum(cache.nbytes for cache in self._caches):
+        if others + self.held.total() - most > sum(cache.nbytes for cache in self._caches):
             return False
         return self._evict(others, most)
 
@@ -571,41 +521,41 @@ class Admission:
 
     def _collect(self) -> None:
         while self._forgotten:
-            kind, nbytes = self._forgotten.popleft()
-            self.held[kind] -= nbytes
-            self._count_freed(nbytes)
+            kind, client, nbytes = self._forgotten.popleft()
+            self._count(kind, client, -nbytes)
 
-    def _count_freed(self, nbytes: int) -> None:
-        self._freed += nbytes
-        if self._trim is None or self._freed < _TRIM_BYTES or self._trimming is not None:
-            return
-        with contextlib.suppress(RuntimeError):  # no loop runs
-            loop = asyncio.get_running_loop()
-            self._trimming = loop.call_later(_TRIM_SECONDS, self._trim_now, self._trim)
+    def _count(self, kind: str, client: str, nbytes: int) -> None:
+        self.held[kind] += nbytes
+        self.freed -= min(0, nbytes)
+        if client:
+            self.sent[client] += nbytes
+            if not self.sent[client]:
+                del self.sent[client]
 
-    def _trim_now(self, trim: Callable[[], None]) -> None:
-        self._freed, self._trimming = 0, None
-        trim()
-
-    def _too_many(self) -> ProblemError:
+    def _refusal(self, code: str, detail: str, seconds: int) -> ProblemError:
         self.refused += 1
-        detail = f"The client has {self._most_waiting} requests waiting."
-        return ProblemError(Problem("queries-busy", detail, headers={"Retry-After": "2"}))
+        return ProblemError(Problem(code, detail, headers={"Retry-After": str(seconds)}))
 
-    def _too_slow(self) -> ProblemError:
-        self.refused += 1
-        detail = f"The request waited for {self._patience:g} s."
-        return ProblemError(Problem("memory-busy", detail, headers={"Retry-After": "5"}))
+
+def _passes(work: Work, nbytes: int) -> bool:
+    """Return whether a request may pass those that wait for bytes, because it needs none.
+
+    Not in the line of heavy work, whose one place the others would lose for seconds.
+    """
+    return nbytes <= FREE_BYTES and work is not Work.HEAVY
 
 
 class _HeldResponse(Response):
-    """A complete response whose content counts as long as it is in use."""
+    """A complete response whose content counts until it is sent."""
 
-    def __init__(self, response: Response, admission: Admission) -> None:
+    def __init__(self, response: Response, admission: Admission, client: str) -> None:
         super().__init__(response.body, response.status_code)
         self.raw_headers = response.raw_headers
-        self.holding = admission.hold("answers", len(response.body))
+        self._holding = admission.hold("answers", len(response.body), client)
 
-
-def _nothing() -> int:
-    return 0
+    async def __call__(self, _scope: Scope, _receive: Receive, send: Send) -> None:
+        """Send the content."""
+        try:
+            await send_content(send, self.status_code, self.raw_headers, bytes(self.body))
+        finally:
+            self._holding.resize(0)

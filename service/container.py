@@ -47,6 +47,9 @@ _DELETIONS_SECONDS = 10.0
 """Interval of asking a bucket for deletions by other replicas. With the time of two listings, a
 deletion reaches every replica within 30 s."""
 
+_TRIM_SECONDS, _TRIM_BYTES = 1.0, 32 * 2**20
+"""Interval of giving free pages of the heap back to the system, if so many bytes were released."""
+
 _REMOTE_CALLS = 32
 """Number of simultaneous calls to a bucket. The calls wait for the network and do not compute, so
 asyncio's default (cores + 4) would be too low."""
@@ -82,7 +85,6 @@ class ServiceContainer:
             memory_budget(settings) - PROCESS_BYTES,
             most_waiting=settings.client_requests,
             process=PROCESS_BYTES,
-            trim=return_free_pages,
         )
         self.library = Library(
             self.store,
@@ -128,6 +130,7 @@ class ServiceContainer:
         await asyncio.to_thread(self.store.open)
         await self.builds.start()
         background = [asyncio.create_task(self.kernels.prepare())]
+        background.append(asyncio.create_task(self._trim()))
         if self.store.blobs.remote:
             background.append(asyncio.create_task(self._follow_deletions()))
         try:
@@ -150,6 +153,14 @@ class ServiceContainer:
         if self._loop is not None:
             with contextlib.suppress(RuntimeError):
                 self._loop.call_soon_threadsafe(self.builds.drain)
+
+    async def _trim(self) -> None:
+        """Give free pages back to the system. Never returns."""
+        while True:
+            await asyncio.sleep(_TRIM_SECONDS)
+            if self.admission.freed >= _TRIM_BYTES:
+                self.admission.freed = 0
+                await asyncio.to_thread(return_free_pages)
 
     async def _follow_deletions(self) -> None:
         """Forget gamuts that other replicas delete. Never returns."""

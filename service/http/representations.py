@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from starlette.datastructures import Headers
+    from starlette.types import Send
 
 __all__ = [
     "CODINGS",
@@ -52,7 +53,11 @@ __all__ = [
     "preference",
     "preferred_coding",
     "preferred_media_type",
+    "send_content",
 ]
+
+_PIECE = 256 * 1024
+"""Bytes of content that are sent at once."""
 
 OCTET_STREAM = "application/octet-stream"
 """Media type of bytes whose format is not named (RFC 2046, section 4.5.1)."""
@@ -312,3 +317,19 @@ def _cleaned(name: str) -> str:
     kept = _FORBIDDEN.sub("_", name).strip().lstrip(".")
     short = kept.encode("utf-8", "replace")[:_LONGEST].decode("utf-8", "ignore").strip()
     return short or "gamut"
+
+
+async def send_content(
+    send: Send, status: int, headers: list[tuple[bytes, bytes]], body: bytes
+) -> None:
+    """Send an answer in pieces, between which the server waits for a slow client.
+
+    It would take all at once, and keep what the client does not read. So the caller returns when
+    most of the content is sent.
+    """
+    await send({"type": "http.response.start", "status": status, "headers": headers})
+    last = max(0, len(body) - 1) // _PIECE * _PIECE
+    for start in range(0, last, _PIECE):
+        piece = body[start : start + _PIECE]
+        await send({"type": "http.response.body", "body": piece, "more_body": True})
+    await send({"type": "http.response.body", "body": body[last:]})

@@ -24,10 +24,13 @@ from service.http.representations import (
     content_disposition,
     entity_tag,
     matches,
+    send_content,
 )
 from service.http.request_context import timed
 
 if TYPE_CHECKING:
+    from starlette.types import Receive, Scope, Send
+
     from service.admission import Holding
     from service.library.library import OpenGamut
 
@@ -158,6 +161,10 @@ class EncodedResponse(Response):
         super().__init__(body, status)
         self.raw_headers = headers
         self.mesh = mesh
+
+    async def __call__(self, _scope: Scope, _receive: Receive, send: Send) -> None:
+        """Send the mesh."""
+        await send_content(send, self.status_code, self.raw_headers, bytes(self.body))
 
 
 def encode_level(

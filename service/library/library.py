@@ -212,7 +212,7 @@ class Library:
         def need() -> int:
             return 0 if gamut_id in self._used else needed_bytes(unpacked=_OPENED * full)
 
-        async with self.admission.place(Work.SMALL, client, need):
+        with await self.admission.place(Work.SMALL, client, need):
             return await self.open(gamut_id)
 
     async def open(self, gamut_id: str) -> OpenGamut:
@@ -339,14 +339,17 @@ class Library:
     async def _open_and_keep(self, gamut_id: str) -> OpenGamut:
         with timed("open"):
             search = self._searches.get(gamut_id)
-            opened = await self.in_thread(self._open_from_store, gamut_id, search)
+            holding = self.admission.hold("gamuts", 0)
+            opened = await self.in_thread(self._open_from_store, gamut_id, search, holding)
         opened.holding.resize(opened.gamut.nbytes)
         # A gamut that was deleted while it was opened is returned but not kept.
         if self._flights.is_current((gamut_id, "open")):
             self._keep(opened)
         return opened
 
-    def _open_from_store(self, gamut_id: str, search: LevelSearch | None) -> OpenGamut:
+    def _open_from_store(
+        self, gamut_id: str, search: LevelSearch | None, holding: Holding
+    ) -> OpenGamut:
         record, content = self._store.content(gamut_id)
         try:
             gamut = Gamut.from_bytes(content, search=search, index_bytes=self._index_bytes)
@@ -354,7 +357,6 @@ class Library:
             raise self._store.set_aside(record, str(error)) from error
         provenance = mesh_provenance(gamut.description)
         name = display_name(record, self._store.names.read(gamut_id))
-        holding = self.admission.hold("gamuts", 0)
         return OpenGamut(record, gamut, provenance, gamut.colour_space, name, holding)
 
     # --- levels -----------------------------------------------------------------------------------
@@ -412,7 +414,7 @@ class Library:
             is_known = search is not None and search.known_curve(side) is not None
             return 0 if is_known else self._find_need(record, request)
 
-        async with self.admission.place(Work.VIEW, client, need, need()):
+        with await self.admission.place(Work.VIEW, client, need, need()):
             opened = await self.open(gamut_id)
             search, history = opened.gamut.search, opened.gamut.history
             known = search.known_curve(side)
@@ -553,7 +555,7 @@ class Library:
             triangles += 0 if request.side == "both" else _SIDED * full
             return self._find_need(record, request) + needed_bytes(prepared=triangles)
 
-        async with self.admission.place(Work.VIEW, client, need, need()):
+        with await self.admission.place(Work.VIEW, client, need, need()):
             opened = await self.open(gamut_id)
             triangles, bounds = await self.find(opened, request)
             key = EncodedKey(gamut_id, triangles, format_name, coding, request.side)
@@ -574,7 +576,7 @@ class Library:
             drawing = needed_bytes(prepared=triangles, pixels=_DRAWN_PIXELS * options.size**2)
             return self._find_need(record, request) + drawing
 
-        async with self.admission.place(Work.VIEW, client, need, need()):
+        with await self.admission.place(Work.VIEW, client, need, need()):
             opened = await self.open(gamut_id)
             count, _ = await self.find(opened, request)
             if count > most:

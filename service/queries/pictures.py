@@ -3,7 +3,8 @@
 Decoders of pictures are native code, and a hostile file may take them over, so the API process
 decodes none. The process is the worker of builds (`service.building.worker`), which is started for
 the first picture and ended when no picture has come for a while. A picture is measured first. Its
-memory is then added to its place (`service.admission`), and is the limit of the process.
+place is then exchanged for one with its memory (`service.admission`), which is the limit of the
+process.
 """
 
 from __future__ import annotations
@@ -81,7 +82,7 @@ class Pictures:
         self._closing = False
 
     async def mapped(self, request: MappingRequest, place: Place) -> dict[str, Any]:
-        """Map a picture in the place of its class, which holds no bytes; return the report.
+        """Map a picture in the place of its class, and return the report.
 
         Raise `ProblemError` for whatever is wrong with the picture, the arguments or the limits.
         """
@@ -92,7 +93,7 @@ class Pictures:
         if request.arguments.get("method") == "spatial":
             counted += _SPATIAL * pixels
         nbytes = needed_bytes(models=_MAPPING_MODELS, pixels=counted)
-        await place.grow(nbytes)
+        await place.exchange(nbytes)
         with timed("query"):
             document = {**request.document(), "limits": limits}
             report: dict[str, Any] = (await self._result(document, nbytes))["report"]

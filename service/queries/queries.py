@@ -21,13 +21,12 @@ from service.queries.bodies import CSV, FORMS, JSON, SVG, parse_body
 from service.queries.parameters import check_alternatives
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Mapping, Sequence
+    from collections.abc import AsyncGenerator, Mapping, Sequence
 
     from gamutcore.arrays import FloatArray
     from gamutcore.colours.spaces import ColourSpace
     from gamutcore.questions import Answer, Question
     from gamutcore.tables import ColourTable
-    from service.admission import Place
     from service.http.bodies import Body as Sent
     from service.library import Library, QueryLevel
     from service.queries.answers import Writer
@@ -101,6 +100,7 @@ class Queries:
     """
 
     def __init__(self, metrics: QueryMetrics, library: Library) -> None:
+        self._admission = library.admission
         self.ahead = library.admission.places[Work.VIEW]
         self._metrics = metrics
         self._in_thread = library.in_thread
@@ -127,11 +127,11 @@ class Queries:
             return await self._in_thread(parse)
 
     async def answer(
-        self, query: Query, place: Place | None
-    ) -> tuple[bytes, AsyncIterator[bytes] | None]:
+        self, query: Query, client: str
+    ) -> tuple[bytes, AsyncGenerator[bytes, None] | None]:
         """Return the first part of an answer, and the others if there are any.
 
-        The others take turns of the `place`, which has their bytes.
+        The others take turns of the client, and the caller holds their bytes.
 
         Raise ``too-many-rows`` if the answer would be JSON, and `GamutError` if a row cannot be
         answered. Only the first part can raise it.
@@ -149,9 +149,7 @@ class Queries:
         if is_inline(rows, query.body.table):
             return self._first(query, writer), None
         first = await self._in_thread(self._first, query, writer)
-        if rows <= PIECE or place is None:
-            return first, None
-        return first, self._others(query, writer, place)
+        return first, self._others(query, writer, client) if rows > PIECE else None
 
     async def shape(
         self,
@@ -222,13 +220,16 @@ class Queries:
             _shift_row(error, start)
             raise
 
-    async def _others(self, query: Query, writer: Writer, place: Place) -> AsyncIterator[bytes]:
+    async def _others(
+        self, query: Query, writer: Writer, client: str
+    ) -> AsyncGenerator[bytes, None]:
         # The cells of a client's table are read in order; other pieces use all cores.
         ahead = self.ahead if query.body.table is None else 1
         pieces: deque[asyncio.Task[bytes]] = deque()
 
         async def compute(start: int) -> bytes:
-            async with place.turn():
+            # First of the client, whose other requests may wait for the bytes of this answer.
+            with await self._admission.place(Work.VIEW, client, int, goes_on=True):
                 return await self._in_thread(self._piece, query, writer, start)
 
         try:

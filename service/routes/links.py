@@ -125,7 +125,7 @@ async def download_link(request: Request) -> Response:
         return tables + max(fit, work + library.need(wanted))
 
     chosen = values.pop("format")
-    async with service.admission.place(Work.HEAVY, client, need, _NODE_EFFORT * nodes):
+    with await service.admission.place(Work.HEAVY, client, need, _NODE_EFFORT * nodes):
         # both stay in use until the levels keep them
         prepared = [await library.load_device_model(each) for each in ids]
         levels = await library.levels(wanted)
@@ -139,7 +139,7 @@ async def download_link(request: Request) -> Response:
         "X-Content-Type-Options": "nosniff",
     }
     answer = Response(data, 200, headers, MEDIA_TYPES[found])
-    return service.admission.hold_response(conditional(answer, request.headers))
+    return service.admission.hold_response(conditional(answer, request.headers), client)
 
 
 def _file(

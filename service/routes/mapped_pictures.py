@@ -87,37 +87,36 @@ async def answer_picture(request: Request, gamut_id: str) -> Response:
 
         effort = _BYTE_EFFORT * arriving.size
         place = library.admission.place(Work.HEAVY, client, need, effort)
-        async with place as taken:
-            with _files(service) as files:
-                picture = files.folder / "given"
-                await asyncio.to_thread(_copy, arriving, picture)
-                arriving.close()
-                model, profile = await files.device(gamut_id) if of_device else (None, None)
-                taken.shrink(0)
-                histories = [await files.history(each) for each in ids]
-                suffix = "tif" if of_device else PICTURES.get(media_type, "png")
-                mapping = MappingRequest(
-                    picture,
-                    files.folder / f"mapped.{suffix}",
-                    histories[0],
-                    {name: value for name, value in values.items() if value is not None},
-                    model,
-                    profile,
-                    None if source is None else histories[1],
-                    files.folder / "heat-map.png" if answer == "heat-map" else None,
-                )
-                report = await service.pictures.mapped(mapping, taken)
-                fields = {
-                    "Cache-Control": "no-store",
-                    "Vary": "Accept",
-                    "Gamut-Mapped": report_header(report),
-                    "Gamut-Conditions": conditions,
-                    **warning_header(report["warnings"]),
-                }
-                if answer == "report":
-                    return JsonResponse(report, 200, fields)
-                content = await asyncio.to_thread((mapping.heat_map or mapping.output).read_bytes)
-                return library.admission.hold_response(Response(content, 200, fields, media_type))
+        with await place as taken, _files(service) as files:
+            picture = files.folder / "given"
+            await asyncio.to_thread(_copy, arriving, picture)
+            arriving.close()
+            model, profile = await files.device(gamut_id) if of_device else (None, None)
+            histories = [await files.history(each) for each in ids]
+            suffix = "tif" if of_device else PICTURES.get(media_type, "png")
+            mapping = MappingRequest(
+                picture,
+                files.folder / f"mapped.{suffix}",
+                histories[0],
+                {name: value for name, value in values.items() if value is not None},
+                model,
+                profile,
+                None if source is None else histories[1],
+                files.folder / "heat-map.png" if answer == "heat-map" else None,
+            )
+            report = await service.pictures.mapped(mapping, taken)
+            fields = {
+                "Cache-Control": "no-store",
+                "Vary": "Accept",
+                "Gamut-Mapped": report_header(report),
+                "Gamut-Conditions": conditions,
+                **warning_header(report["warnings"]),
+            }
+            if answer == "report":
+                return JsonResponse(report, 200, fields)
+            content = await asyncio.to_thread((mapping.heat_map or mapping.output).read_bytes)
+            response = Response(content, 200, fields, media_type)
+            return library.admission.hold_response(response, client)
 
 
 def _copy(body: Body, path: Path) -> None:

@@ -15,7 +15,12 @@ from gamutcore.export import FORMATS
 from gamutcore.levels import DEFAULT_TRIANGLES, LevelRequest
 from service.access.rate_limits import client_of
 from service.container import service_of
-from service.http.representations import check_if_match, preferred_coding, preferred_media_type
+from service.http.representations import (
+    check_if_match,
+    preferred_coding,
+    preferred_media_type,
+    send_content,
+)
 from service.http.requests import (
     DECIMAL_NUMBER,
     ID_PATTERN,
@@ -263,9 +268,7 @@ class ReadyMeshRoute(BaseRoute):
 
     async def handle(self, scope: Scope, receive: Receive, send: Send) -> None:  # noqa: ARG002
         """Send the mesh."""
-        status, headers, body = scope["mesh"].response(scope["known"])
-        await send({"type": "http.response.start", "status": status, "headers": headers})
-        await send({"type": "http.response.body", "body": body})
+        await send_content(send, *scope["mesh"].response(scope["known"]))
 
 
 @lru_cache(maxsize=256)

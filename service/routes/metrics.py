@@ -101,7 +101,7 @@ def state_families(service: ServiceContainer) -> Iterator[Metric]:
     yield _labelled(
         gauge(
             "gamut_memory_charged_bytes",
-            "Memory of open gamuts, encoded meshes, answers that are sent, and work, by kind.",
+            "Memory of open gamuts, encoded meshes, answers that are not read, and work, by kind.",
             labels=("kind",),
         ),
         {**dict(sorted(admission.held.items())), "work": admission.granted.total()},

@@ -6,8 +6,9 @@ parameters would take longer than the answer to a single colour.
 
 from __future__ import annotations
 
+import contextlib
 import re
-from collections.abc import AsyncIterator, Callable, Coroutine, Iterable, Mapping, Sequence
+from collections.abc import AsyncGenerator, Callable, Coroutine, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from fastapi import APIRouter, Request
@@ -43,7 +44,7 @@ if TYPE_CHECKING:
 
     from gamutcore.colours.spaces import ColourSpace
     from gamutcore.levels import LevelRequest
-    from service.admission import Place
+    from service.admission import Holding
     from service.http.bodies import Body
     from service.queries.bodies import Body as Rows
     from service.storage.published import PublishedGamut
@@ -151,35 +152,36 @@ for _question in _POSTED.values():
 class _Answer(Response):
     """An answer in several pieces, which are computed while it is sent.
 
-    `place` has the bytes of the pieces and of the levels.
+    `holding` counts the bytes of the pieces and of the table until then.
     """
 
     def __init__(
         self,
         first: bytes,
-        others: AsyncIterator[bytes],
+        others: AsyncGenerator[bytes, None],
         request: Request,
-        place: Place,
+        holding: Holding,
         headers: dict[str, str],
         media_type: str,
     ) -> None:
         super().__init__(None, 200, headers, media_type)
         del self.headers["content-length"]
         self._first, self._others = first, others
-        self._request, self._place = request, place
+        self._request, self._holding = request, holding
 
     async def __call__(self, _scope: Scope, _receive: Receive, send: Send) -> None:
         try:
             start = {"type": "http.response.start", "status": 200, "headers": self.raw_headers}
             await send(start)
             await send({"type": "http.response.body", "body": self._first, "more_body": True})
-            async for piece in self._others:
-                if await self._request.is_disconnected():
-                    return
-                await send({"type": "http.response.body", "body": piece, "more_body": True})
+            async with contextlib.aclosing(self._others) as others:
+                async for piece in others:
+                    if await self._request.is_disconnected():
+                        return
+                    await send({"type": "http.response.body", "body": piece, "more_body": True})
             await send({"type": "http.response.body", "body": b""})
         finally:
-            self._place.leave()
+            self._holding.resize(0)
 
 
 async def _answer(request: Request, gamut_id: str, question: Question) -> Response:
@@ -213,34 +215,22 @@ async def _answer(request: Request, gamut_id: str, question: Question) -> Respon
         record = opened.record
         del opened  # it may go while the question waits for memory
         rows = posted.most_rows if body is None else body.rows
-        text = 0 if body is not None else 2 * arriving.size
-        answer = text + answer_bytes(rows, accepted, ahead=service.queries.ahead)
+        answer = posted.text_bytes + answer_bytes(rows, accepted, ahead=service.queries.ahead)
 
         def need() -> int:
             model = service.library.model_need(record) if question.needs_model else 0
             return model + service.library.need(wanted) + answer
 
         if body is not None and is_inline(rows, None) and need() <= FREE_BYTES:
-            return await _answer_rows(posted, wanted, body, values, None)
+            return await _answer_rows(posted, wanted, body, values)
         effort = need() + ROW_BYTES * rows
-        admitted = await service.admission.enter(work_of(rows), client, need, effort)
-        is_sent_later = False
         in_use = []  # until the level keeps it
-        try:
+        with await service.admission.place(work_of(rows), client, need, effort):
             if question.needs_model:
                 in_use.append(await service.library.load_device_model(gamut_id))
             if body is None:
                 body = await posted.parse()
-            response = await _answer_rows(posted, wanted, body, values, admitted)
-            is_sent_later = isinstance(response, _Answer)
-            if is_sent_later:
-                admitted.give_back(
-                    text + answer_bytes(body.rows, accepted, ahead=posted.ahead(body))
-                )
-            return response
-        finally:
-            if not is_sent_later:
-                admitted.leave()
+            return await _answer_rows(posted, wanted, body, values)
 
 
 class _Posted(NamedTuple):
@@ -261,6 +251,11 @@ class _Posted(NamedTuple):
         form = FORMS[self.sent]
         return min(self.arriving.size // form.row_bytes + 1, form.most_rows)
 
+    @property
+    def text_bytes(self) -> int:
+        """Memory of a table's text, which stays for the answer."""
+        return 0 if self.sent == JSON else 2 * self.arriving.size
+
     async def parse(self) -> Rows:
         """Return the content of the body."""
         queries = service_of(self.request).queries
@@ -270,9 +265,12 @@ class _Posted(NamedTuple):
         self.arriving.close()
         return body
 
-    def ahead(self, body: Rows) -> int:
-        """Return how many pieces are computed ahead of the one that is sent."""
-        return 1 if body.table is not None else service_of(self.request).queries.ahead
+    def hold_pieces(self, body: Rows) -> Holding:
+        """Count the memory of an answer in pieces until it is sent."""
+        service = service_of(self.request)
+        ahead = 1 if body.table is not None else service.queries.ahead
+        nbytes = self.text_bytes + answer_bytes(body.rows, self.accepted, ahead=ahead)
+        return service.admission.hold("answers", nbytes, client_of(self.request.scope))
 
 
 async def _answer_rows(
@@ -280,10 +278,10 @@ async def _answer_rows(
     wanted: Sequence[tuple[PublishedGamut, LevelRequest]],
     body: Rows,
     values: dict[str, Any],
-    place: Place | None,
 ) -> Response:
     """Return the answer for the rows of a body."""
     service, question = service_of(posted.request), posted.question
+    client = client_of(posted.request.scope)
     if body.table is not None and (values["space"] or posted.space.name) != body.table.space:
         values["space"] = body.table.space
     body = body._replace(axes=ColourConversion(values["space"], posted.space).axes)
@@ -293,7 +291,7 @@ async def _answer_rows(
     warnings = question.warnings(gamuts, values["space"])
     stated = question.stated(level.gamut, values)
     query = Query(question, levels, body, values, posted.accepted, warnings)
-    first, others = await service.queries.answer(query, place)
+    first, others = await service.queries.answer(query, client)
     headers = {
         "Cache-Control": "no-store",
         "Vary": "Accept",
@@ -306,10 +304,11 @@ async def _answer_rows(
         **condition_headers([level], warnings),
         **reading_header(body.table),
     }
-    if others is None or place is None:
+    if others is None:
         response = Response(first, 200, headers, posted.accepted)
-        return service.admission.hold_response(response)
-    return _Answer(first, others, posted.request, place, headers, posted.accepted)
+        return service.admission.hold_response(response, client)
+    holding = posted.hold_pieces(body)
+    return _Answer(first, others, posted.request, holding, headers, posted.accepted)
 
 
 async def wanted_levels(

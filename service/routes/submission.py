@@ -106,19 +106,20 @@ async def submission(request: Request, service: ServiceContainer) -> AsyncIterat
     data is validated by the build.
     """
     client, admission = client_of(request.scope), service.admission
-    async with contextlib.AsyncExitStack() as held:
+    data = admission.hold("answers", 0, client)
 
-        async def hold(nbytes: int) -> None:
-            if nbytes > IN_MEMORY:
-                # A single body may exceed the budget.
-                nbytes = min(nbytes, admission.budget - admission.reserve)
-                place = await admission.enter(Work.VIEW, client, lambda: nbytes, nbytes)
-                held.callback(place.leave)
-                place.give_back(nbytes)  # a slow store stops no other work
+    async def hold(nbytes: int) -> None:
+        if nbytes > IN_MEMORY:
+            nbytes = min(nbytes, admission.most)  # a single body may exceed the budget
+            with await admission.place(Work.VIEW, client, lambda: nbytes, nbytes):
+                data.resize(nbytes)  # without a place, so that a slow store stops no other work
 
+    try:
         with service.bodies.body(request, client) as body:
             posted = await _read_submission(request, service.settings, body, hold)
         yield posted
+    finally:
+        data.resize(0)
 
 
 async def _read_submission(

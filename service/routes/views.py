@@ -323,7 +323,7 @@ async def download_page(
 
     opened: list[OpenGamut] = []
     client = client_of(request.scope)
-    async with service.admission.place(Work.VIEW, client, need, need()):
+    with await service.admission.place(Work.VIEW, client, need, need()):
         for record in records:
             gamut = await library.open(record.id)
             opened.append(gamut)
@@ -332,7 +332,7 @@ async def download_page(
             library.settle(gamut)
         page = conditional(await library.in_thread(answer), request.headers)
         opened.clear()
-        return service.admission.hold_response(page)
+        return service.admission.hold_response(page, client)
 
 
 def only(items: Sequence[tuple[str, str]], name: str) -> str:
@@ -367,7 +367,7 @@ async def _answer(
     def need() -> int:
         return library.need(wanted) + answer_need
 
-    async with service.admission.place(Work.VIEW, client, need, need()):
+    with await service.admission.place(Work.VIEW, client, need, need()):
         levels = await library.levels(wanted)
         body = await service.queries.shape(question, levels, values, media_type)
         headers = {
@@ -381,7 +381,7 @@ async def _answer(
         answer = Response(body, 200, headers, media_type)
         accepted = request.headers.getlist("accept-encoding")
         answer = await library.in_thread(compress_response, answer, accepted)
-        return service.admission.hold_response(conditional(answer, request.headers))
+        return service.admission.hold_response(conditional(answer, request.headers), client)
 
 
 def _cells(values: Mapping[str, Any]) -> int:

@@ -99,6 +99,7 @@ PASSED_ON = {
     "GAMUT_BUILD_RATE_BURST": "10",
     "GAMUT_API_KEYS": "someone:read:" + "0" * 64,
     "GAMUT_ALLOW_ANONYMOUS": "read",
+    "GAMUT_MEMORY_BYTES": "1073741824",
 }
 
 

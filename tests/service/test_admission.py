@@ -30,7 +30,9 @@ STEPS = st.lists(
     st.one_of(
         st.tuples(st.just("ask"), CLIENTS, WORKS, SIZES),
         st.tuples(st.just("keep"), CLIENTS, WORKS, SIZES),
-        st.tuples(st.sampled_from(["leave", "give_back", "cancel", "grow"]), CLIENTS, WORKS, SIZES),
+        st.tuples(
+            st.sampled_from(["leave", "send", "read", "cancel", "exchange"]), CLIENTS, WORKS, SIZES
+        ),
     ),
     max_size=40,
 )
@@ -54,7 +56,7 @@ class Requests:
 
     def ask(self, name, client="a", work=Work.HEAVY, units=0, effort=0.0):
         async def wait():
-            place = await self.admission.enter(work, client, lambda: units * UNIT, HOUR * effort)
+            place = await self.admission.place(work, client, lambda: units * UNIT, HOUR * effort)
             self.order.append(name)
             self.places[name] = place
 
@@ -76,10 +78,10 @@ class Schedule:
         self.admission = Admission(BUDGET, most_waiting=4)
         self.cache = ByteBoundedCache(BUDGET)
         self.admission.add(self.cache)
-        self.tasks, self.places = [], []
+        self.tasks, self.places, self.answers = [], [], []
 
     def ask(self, client, work, units):
-        need = self.admission.enter(work, client, lambda: units * UNIT, units)
+        need = self.admission.place(work, client, lambda: units * UNIT, units)
         self.tasks.append(asyncio.create_task(need))
 
     def keep(self, _client, _work, units):
@@ -97,18 +99,21 @@ class Schedule:
             place.leave()
             place.leave()
 
-    def give_back(self, _client, _work, units):
+    def send(self, client, _work, units):
+        """Leave a place, and hold a part of its bytes for an answer."""
         if self.places:
-            place = self.places[units % len(self.places)]
-            place.give_back(place.nbytes // 2)
+            place = self.places.pop(units % len(self.places))
+            self.answers.append(self.admission.hold("answers", place.nbytes // 2, client))
+            place.leave()
 
-    def grow(self, _client, _work, units):
-        for place in self.places:
-            if place.is_taken and place.work is Work.HEAVY:
-                self.places.remove(place)
-                place.shrink(0)
-                self.tasks.append(asyncio.create_task(grown(place, units * UNIT)))
-                return
+    def read(self, _client, _work, units):
+        if self.answers:
+            self.answers.pop(units % len(self.answers)).resize(0)
+
+    def exchange(self, _client, _work, units):
+        if self.places:
+            place = self.places.pop(units % len(self.places))
+            self.tasks.append(asyncio.create_task(exchanged(place, units * UNIT)))
 
     async def collect(self):
         """Take the places that were given."""
@@ -131,12 +136,8 @@ class Schedule:
         assert all(count >= 0 for count in admission.held.values())
 
 
-async def grown(place, nbytes):
-    try:
-        await place.grow(nbytes)
-    except BaseException:
-        place.leave()
-        raise
+async def exchanged(place, nbytes):
+    await place.exchange(nbytes)
     return place
 
 
@@ -150,6 +151,7 @@ def test_places_and_bytes_are_never_exceeded_and_everybody_is_answered(steps):
             await schedule.collect()
             schedule.check()
         schedule.cache.discard_where(lambda _: True)
+        schedule.answers.clear()
         while schedule.tasks or schedule.places:
             while schedule.places:
                 schedule.places.pop().leave()
@@ -160,9 +162,10 @@ def test_places_and_bytes_are_never_exceeded_and_everybody_is_answered(steps):
         assert not sum(admission.waiting.values())
         assert admission.total == 0
         assert not +admission.running
+        assert not admission.sent
         for work in Work:  # everything is free again
             units = RESERVE if work is Work.SMALL else BUDGET - RESERVE
-            async with admission.place(work, "a", lambda n=units: n):
+            with await admission.place(work, "a", lambda n=units: n):
                 assert admission.total == units
 
     run(scenario)
@@ -289,11 +292,11 @@ def test_caches_give_way_before_anyone_waits_the_least_recently_used_first():
         for cache in caches:
             admission.add(cache)
         caches[0].get(0)
-        async with admission.place(Work.VIEW, "a", lambda: 40 * UNIT):
+        with await admission.place(Work.VIEW, "a", lambda: 40 * UNIT):
             assert [key for key in range(7) if caches[key % 2].get(key)] == [0, 5, 6]
         # what is used elsewhere cannot give way, so nothing is given up for it in vain
         in_use = admission.hold("used", 40 * UNIT)
-        waiting = asyncio.create_task(admission.enter(Work.VIEW, "a", lambda: 65 * UNIT))
+        waiting = asyncio.create_task(admission.place(Work.VIEW, "a", lambda: 65 * UNIT))
         await settle()
         assert not waiting.done()
         assert [key for key in range(7) if caches[key % 2].get(key)] == [0, 5, 6]
@@ -309,9 +312,9 @@ def test_the_need_is_asked_for_again_at_the_end_of_the_wait():
     async def scenario():
         admission = Admission(BUDGET, most_waiting=9)
         needs = {"units": MOST}
-        async with admission.place(Work.VIEW, "a", lambda: UNIT):
+        with await admission.place(Work.VIEW, "a", lambda: UNIT):
             task = asyncio.create_task(
-                admission.enter(Work.VIEW, "b", lambda: needs["units"] * UNIT)
+                admission.place(Work.VIEW, "b", lambda: needs["units"] * UNIT)
             )
             await settle()
             assert not task.done()
@@ -330,12 +333,12 @@ def test_small_work_has_places_and_bytes_of_its_own():
             for number in range(20):
                 requests.ask((work, number), work=work, units=MOST - 1)
         await settle()
-        async with admission.place(Work.SMALL, "b", lambda: RESERVE) as place:
-            assert place.nbytes == RESERVE
-            async with admission.place(Work.SMALL, "b", lambda: FREE_BYTES):
+        with await admission.place(Work.SMALL, "b", lambda: RESERVE):
+            assert admission.granted[Work.SMALL] == RESERVE
+            with await admission.place(Work.SMALL, "b", lambda: FREE_BYTES):
                 pass  # no bytes are needed, so none are waited for
             # what needs more than the reserve is not small
-            task = asyncio.create_task(admission.enter(Work.SMALL, "b", lambda: RESERVE + 1))
+            task = asyncio.create_task(admission.place(Work.SMALL, "b", lambda: RESERVE + 1))
             await settle()
             assert not task.done()
         requests.tasks["small"] = asyncio.create_task(leave(task))
@@ -384,19 +387,127 @@ def test_heavy_work_gets_its_bytes_among_views_that_never_end():
     run(scenario)
 
 
-def test_turns_of_an_answer_in_pieces_pass_requests_that_wait_for_its_bytes():
+def test_an_answer_in_pieces_goes_on_before_requests_that_wait_for_its_bytes():
     async def scenario():
         admission = Admission(BUDGET, most_waiting=1)
-        answer = await admission.enter(Work.VIEW, "a", lambda: MOST * UNIT)
-        answer.give_back(40 * UNIT)
-        blocked = asyncio.create_task(admission.enter(Work.VIEW, "a", lambda: MOST * UNIT))
+        answer = admission.hold("answers", 10 * UNIT, "a")
+        blocked = asyncio.create_task(admission.place(Work.VIEW, "a", lambda: MOST * UNIT))
         await settle()
         for _ in range(3):
-            async with asyncio.timeout(10), answer.turn():
-                assert admission.running[Work.VIEW] == 1
+            async with asyncio.timeout(10):
+                with await admission.place(Work.VIEW, "a", int, goes_on=True):
+                    assert admission.running[Work.VIEW] == 1
         assert not blocked.done()
-        answer.leave()
+        answer.resize(0)
         (await blocked).leave()
+
+    run(scenario)
+
+
+def test_answers_that_a_client_does_not_read_stop_its_own_work_alone():
+    async def scenario():
+        admission = Admission(BUDGET, most_waiting=99)
+        answers = [admission.hold("answers", 10 * UNIT, "slow") for _ in range(2)]
+        requests = Requests(admission)
+        for number in range(3):
+            requests.ask(number, "slow", Work.VIEW, 1)
+        requests.ask("small", "slow", Work.SMALL, 1)
+        requests.ask("view", "other", Work.VIEW, MOST - 20)
+        await settle()
+        assert set(requests.order) == {"small", "view"}
+        requests.places.pop("view").leave()
+        requests.ask("heavy", "other", Work.HEAVY, MOST - 20)  # nobody else has a claim
+        await settle()
+        assert "heavy" in requests.order
+        answers.pop().resize(0)
+        requests.places.pop("heavy").leave()
+        await settle()
+        assert 0 in requests.order
+        await requests.finish()
+
+    run(scenario)
+
+
+def test_a_link_is_not_passed_for_ever_by_pictures_that_are_measured_first():
+    """Pictures need no bytes before they are measured; views and pictures together fill memory."""
+
+    async def scenario():
+        admission = Admission(BUDGET, most_waiting=99)
+
+        async def views():
+            while True:
+                with await admission.place(Work.VIEW, "v", lambda: 30 * UNIT):
+                    await asyncio.sleep(0.001)
+
+        async def pictures(client):
+            while True:
+                with await admission.place(Work.HEAVY, client, int) as place:
+                    await asyncio.sleep(0)
+                    await place.exchange(50 * UNIT)
+                    await asyncio.sleep(0.005)
+
+        others = [asyncio.create_task(each) for each in (views(), views(), pictures("p"))]
+        others.append(asyncio.create_task(pictures("q")))
+        await asyncio.sleep(0.02)
+        async with asyncio.timeout(5):
+            with await admission.place(Work.HEAVY, "l", lambda: 65 * UNIT):
+                pass
+        for each in others:
+            each.cancel()
+        await asyncio.gather(*others, return_exceptions=True)
+        assert admission.total == 0
+
+    run(scenario)
+
+
+def test_a_client_that_asks_for_too_much_after_its_place_is_not_preferred():
+    async def scenario():
+        admission, order = Admission(BUDGET, most_waiting=99), []
+
+        async def too_large(number):
+            with await admission.place(Work.HEAVY, "a", int) as place:
+                order.append(number)
+                await place.exchange((MOST + 1) * UNIT)
+
+        first = await admission.place(Work.HEAVY, "c", int)
+        tasks = [asyncio.create_task(too_large(number)) for number in range(5)]
+        await settle()
+        requests = Requests(admission)
+        requests.ask("other", "b")
+        await settle()
+        first.leave()
+        await settle()
+        assert len(order) == 1
+        assert "other" in requests.order
+        await requests.finish()
+        outcomes = await asyncio.gather(*tasks, return_exceptions=True)
+        assert {outcome.problem.code for outcome in outcomes} == {"memory-exceeded"}
+
+    run(scenario)
+
+
+def test_a_small_picture_waits_for_one_large_one():
+    """Each is measured in its place before its bytes are known."""
+
+    async def scenario():
+        admission, order = Admission(BUDGET, most_waiting=99), []
+
+        async def mapped(client, name, end):
+            with await admission.place(Work.HEAVY, client, int, HOUR) as place:
+                await asyncio.sleep(0)
+                await place.exchange(40 * UNIT)
+                order.append(name)
+                await end
+
+        end = asyncio.get_running_loop().create_future()
+        large = [asyncio.create_task(mapped("a", number, end)) for number in range(6)]
+        await settle()
+        small = asyncio.create_task(mapped("b", "small", end))
+        await settle()
+        assert order == [0]
+        end.set_result(None)
+        await asyncio.gather(*large, small)
+        assert order.index("small") == 1
 
     run(scenario)
 
@@ -405,14 +516,14 @@ def test_what_never_fits_is_refused_at_once():
     async def scenario():
         admission = Admission(BUDGET, most_waiting=9, process=10**6)
         with pytest.raises(ProblemError) as caught:
-            await admission.enter(Work.VIEW, "a", lambda: MOST * UNIT + 1)
+            await admission.place(Work.VIEW, "a", lambda: MOST * UNIT + 1)
         problem = caught.value.problem
         assert (problem.code, problem.kind.status) == ("memory-exceeded", 422)
         assert admission.refused == 1
         # with the setting that the remedy states, it fits
         (setting,) = re.findall(r"GAMUT_MEMORY_BYTES to (\d+) or more", problem.remedy)
         larger = Admission(int(setting) - 10**6, most_waiting=9)
-        (await larger.enter(Work.VIEW, "a", lambda: MOST * UNIT + 1)).leave()
+        (await larger.place(Work.VIEW, "a", lambda: MOST * UNIT + 1)).leave()
 
     run(scenario)
 
@@ -429,7 +540,7 @@ def test_a_fault_of_one_request_that_waits_is_its_own():
         requests = Requests(admission)
         requests.ask("first")
         await settle()
-        task = asyncio.create_task(admission.enter(Work.HEAVY, "b", need))
+        task = asyncio.create_task(admission.place(Work.HEAVY, "b", need))
         requests.ask("third", "c")
         await settle()
         broken["yes"] = True
@@ -437,5 +548,22 @@ def test_a_fault_of_one_request_that_waits_is_its_own():
         with pytest.raises(OSError):  # noqa: PT011 - it has no text
             await task
         assert requests.order == ["first", "third"]
+
+    run(scenario)
+
+
+def test_a_fault_at_the_end_of_the_wait_keeps_no_place():
+    async def scenario():
+        admission, needs = Admission(BUDGET, most_waiting=9), iter([UNIT, UNIT])
+        requests = Requests(admission)
+        requests.ask("first")
+        await settle()
+        task = asyncio.create_task(admission.place(Work.HEAVY, "b", lambda: next(needs)))
+        requests.ask("third", "c", units=MOST)
+        await requests.finish()
+        with pytest.raises(RuntimeError):
+            await task
+        assert "third" in requests.order
+        assert admission.total == 0
 
     run(scenario)

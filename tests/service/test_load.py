@@ -4,8 +4,11 @@ Bounds are multiples of the time of one request of the attack, so they hold on a
 attacker's requests one after the other would exceed them.
 """
 
+import contextlib
 import io
 import json
+import re
+import socket
 import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -109,3 +112,58 @@ def test_tables_of_recipes_leave_turns_for_single_colours(loaded, attack):
         6, table, [(("POST", f"{loaded.gamuts[1]}/contains"), {"json": COLOURS})]
     )
     assert single <= alone
+
+
+@pytest.fixture(scope="module")
+def small_server(start_server, sphere):
+    """A server with the smallest default of the budget, and the address of a gamut."""
+    server = start_server(trusted_proxies="127.0.0.1", memory_bytes=448 * 2**20)
+    server.wait_ready()
+    created = server.client.post("/v1/gamuts", json={"samples": sphere(seed=79)}).json()
+    server.gamut = created["links"]["self"]
+    return server
+
+
+@pytest.fixture
+def unread(small_server):
+    """Post tables whose answers a client does not read until the test ends."""
+    with contextlib.ExitStack() as connections:
+
+        def post(rows):
+            address = small_server.url.removeprefix("http://").split(":")
+            connection = connections.enter_context(socket.socket())
+            connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+            connection.connect((address[0], int(address[1])))
+            body = b"L,a,b\n" + b"50.5,1.25,-3.75\n" * rows
+            head = (
+                f"POST {small_server.gamut}/nearest HTTP/1.1\r\nHost: localhost\r\n"
+                f"X-Forwarded-For: {ATTACKER}\r\nContent-Type: text/csv\r\n"
+                f"Content-Length: {len(body)}\r\n\r\n"
+            )
+            connection.sendall(head.encode() + body)
+
+        yield post
+    small_server.wait_for(lambda: unsent(small_server) == 0)
+
+
+def unsent(server):
+    """Bytes of answers that are not sent."""
+    text = server.client.get("/metrics").text
+    counted = re.search(r'(?m)^gamut_memory_charged_bytes\{kind="answers"\} (\S+)', text)
+    return float(counted[1]) if counted else 0.0
+
+
+def test_answers_that_one_client_does_not_read_stop_no_other_client(small_server, unread):
+    """An answer in pieces takes half of the budget; the second of the client has to wait."""
+    for _ in range(4):
+        unread(200_000)
+    small_server.wait_for(lambda: unsent(small_server) > 50e6)
+    for lightness in range(40, 50):
+        fields = {"X-Forwarded-For": OTHER}
+        address = f"{small_server.url}{small_server.gamut}/slice?lightness={lightness}"
+        assert httpx.get(address, headers=fields, timeout=10).status_code == 200
+
+
+def test_a_complete_answer_counts_until_it_is_read(small_server, unread):
+    unread(60_000)  # more than the buffers of the system take
+    small_server.wait_for(lambda: unsent(small_server) > 5e6)

@@ -1,5 +1,7 @@
 import asyncio
 import hashlib
+import threading
+from collections import Counter
 
 import pytest
 
@@ -135,5 +137,25 @@ def test_a_gamut_that_could_not_be_unpacked_is_opened_anew(filled_store, built, 
         await library.unpack(again, triangles)
         assert again.gamut.history.full() == built[0].history.full()
         assert not list(filled_store.blobs.keys("quarantine/"))
+
+    run(library, scenario())
+
+
+class CounterOfOneThread(Counter):
+    """A count that is changed in the main thread alone, because adding is not atomic."""
+
+    def __setitem__(self, key, value):
+        assert threading.current_thread() is threading.main_thread()
+        super().__setitem__(key, value)
+
+
+def test_memory_is_counted_in_the_thread_of_the_loop(filled_store, built):
+    admission = Admission(10**9, most_waiting=9)
+    admission.held = CounterOfOneThread()
+    library = Library(filled_store, admission, 10**9, 10**9)
+
+    async def scenario():
+        opened = await library.open(built[0].id)
+        assert admission.held["gamuts"] == opened.gamut.nbytes > 0
 
     run(library, scenario())

@@ -213,9 +213,9 @@ time.sleep(60)
     async def ask():
         mapping = pictures.Pictures(settings, (sys.executable, "-c", script))
         try:
-            with pytest.raises(ProblemError) as caught:
-                async with admission.place(Work.HEAVY, "", int) as place:
-                    await mapping.mapped(asked, place)
+            place = await admission.place(Work.HEAVY, "", int)
+            with place, pytest.raises(ProblemError) as caught:
+                await mapping.mapped(asked, place)
         finally:
             await mapping.close()
         return caught.value.problem
