@@ -72,3 +72,7 @@ def _end(history: bytes) -> int:
     begin = 8 + int.from_bytes(history[:4], "little")
     groups = json.loads(history[8:begin])["groups"]
     return begin + sum(group["bytes"] for group in groups[:GROUPS])
+
+
+if __name__ == "__main__":
+    make_examples()
