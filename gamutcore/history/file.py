@@ -273,10 +273,12 @@ def _parse_header(data: bytes) -> tuple[dict[str, Any], int]:
             remedy=remedy,
         )
     text = data[PREFIX.size : begin]
+    if text.startswith(b'{"__metadata__"'):
+        message = f"the history has version 2; this reader knows version {VERSION}"
+        raise _field_error("version", message, "Build the gamut again from its data.")
     if zlib.crc32(text) != crc32:
         raise HistoryFileError(
-            "the header is damaged, or this is not a history file of this version: its CRC-32 is"
-            " not the one that is stated",
+            "the header is damaged: its CRC-32 is not the one that is stated",
             where={"field": "header"},
             remedy=remedy,
         )
