@@ -126,7 +126,7 @@ class StoredGroups:
         """
         group = self._groups[number]
         columns = _inflate_columns(group, self._contents[number], values.shape[1])
-        start = np.rint(level.vertices.astype(np.float64) / step).astype(np.int64)
+        start = (level.vertices.astype(np.float64) / step).astype(np.int64)
         splits, device = _read_group(group, columns, start, level.faces, values, centre / step)
         for array in device:
             if array.size and not 0 <= array.min() <= array.max() <= self._scale:
@@ -261,9 +261,10 @@ def _read_group(
     connectivity = _read_connectivity(group, columns, faces)
     writes = _slot_writes(group, connectivity)
     nodes = _summed(group, writes, level, [columns[n] for n in ("middle", "edge", "shift")])
-    far: NDArray[Any] = np.abs(nodes).max(axis=1) > LARGEST_COORDINATE
-    _refuse_first(group, far, writes.time, "a coordinate is beyond 2^24 steps")
-    _test_stars(group, connectivity, writes, nodes - centre)
+    x, y, z = np.abs(nodes[group.start :].T) > LARGEST_COORDINATE
+    message = "a coordinate is beyond 2^24 steps"
+    _refuse_first(group, x | y | z, writes.time[group.start :], message)
+    _test_stars(group, faces, connectivity, writes, nodes - centre)
     splits, start, end = len(connectivity.parent), group.start, group.end
     coarse = nodes[writes.before]
     # nodes are the start level, then fine and added positions of all splits, then shifted ones
@@ -330,10 +331,10 @@ def _refuse_first(group: Group, faulty: NDArray[Any], time: Numbers, message: st
 
 
 class _Connectivity(NamedTuple):
-    """Splits of a group without positions, and the states of all faces.
+    """Splits of a group without positions.
 
-    The rows of the table are sorted by face and time. Time i + 1 is split i of the group, and 0 is
-    the level before it.
+    Time i + 1 is split i of the group, and 0 is the level before it. The states of faces with
+    moved corners are rows of a table, sorted by face and time.
     """
 
     parent: Numbers
@@ -342,9 +343,9 @@ class _Connectivity(NamedTuple):
     shifted: Numbers
     shifted_split: Numbers
     sides: Numbers  # (n, 2) slots left and right
-    corners: Numbers  # (3, rows) slots from this time on
-    birth: Numbers  # row of each face
     move: Numbers  # row of each moved corner
+    first_move: Numbers  # row of the first move of each face; `rows` without one
+    rows: int
 
 
 def _read_connectivity(
@@ -373,17 +374,15 @@ def _read_connectivity(
     message = "the neighbours that move do not exist, or are not ascending"
     _refuse_first(group, disorder, shifted_split + 1, message)
 
-    # One row for each face of the level, each new face and each moved corner, by face and time.
-    # Slots that are not known yet are negative: −1 − 2i is left of split i, and −2 − 2i is right.
+    # One row for each face with moved corners, and one for each of these, by face and time. Slots
+    # that are not known yet are negative: −1 − 2i is left of split i, and −2 − 2i is right.
     old, new = len(faces), 2 * splits
     moves = np.bincount(moved_face, minlength=old + new)
-    birth = np.arange(old + new) + moves.cumsum() - moves
+    changed = np.flatnonzero(moves)
+    birth = np.arange(len(changed)) + moves[changed].cumsum() - moves[changed]
     order = np.argsort(moved_face.astype(np.int64) * (splits + 1) + split)
     move = np.empty_like(order)
-    move[order] = np.arange(1, len(order) + 1) + moved_face[order]
-    time = np.zeros(old + new + len(moved), np.int32)
-    time[birth[old:]] = np.repeat(index + 1, 2)
-    time[move] = split + 1
+    move[order] = np.arange(len(order)) + np.repeat(np.arange(1, len(changed) + 1), moves[changed])
     twice = np.append(False, (np.diff(moved_face[order]) == 0) & (np.diff(split[order]) == 0))
     _refuse_first(group, twice, split[order] + 1, "a face moves two corners")
     born = (
@@ -393,16 +392,19 @@ def _read_connectivity(
     )
     # Each place of a face has the slot of the last row that sets it.
     moved_place = moved - 3 * moved_face
-    corners = np.empty((3, len(time)), np.int32)
+    corners = np.empty((3, len(changed) + len(moved)), np.int32)
+    first_new = int(np.searchsorted(changed, old))
     for place in range(3):
-        last = np.zeros(len(time), np.int32)
+        last = np.zeros(corners.shape[1], np.int32)
         last[birth] = birth
-        corners[place, birth[:old]] = faces[:, place]
-        corners[place, birth[old:]] = born[place]
+        corners[place, birth[:first_new]] = faces[changed[:first_new], place]
+        corners[place, birth[first_new:]] = born[place][changed[first_new:] - old]
         here = moved_place == place
         last[move[here]] = move[here]
         corners[place, move[here]] = slots[split[here]]
         corners[place] = corners[place].take(np.maximum.accumulate(last))
+    first_move = np.full(old + new, corners.shape[1])
+    first_move[changed] = birth + 1
 
     following, preceding = (moved_place + 1) % 3, (moved_place + 2) % 3
     ends = counts.cumsum()
@@ -426,7 +428,15 @@ def _read_connectivity(
     message = "the corners that move are no fan around the parent"
     _refuse_first(group, wrong, split + 1, message)
     return _Connectivity(
-        parent, moved, split, shifted, shifted_split, sides.reshape(-1, 2), corners, birth, move
+        parent,
+        moved,
+        split,
+        shifted,
+        shifted_split,
+        sides.reshape(-1, 2),
+        move,
+        first_move,
+        corners.shape[1],
     )
 
 
@@ -481,7 +491,11 @@ def _summed(group: Group, writes: _Writes, level: NDArray[Any], columns: list[Nu
 
 
 def _test_stars(
-    group: Group, splits: _Connectivity, writes: _Writes, positions: FloatArray
+    group: Group,
+    faces: IndexArray,
+    splits: _Connectivity,
+    writes: _Writes,
+    positions: FloatArray,
 ) -> None:
     """Refuse the group unless every face has the centre on its inner side in every state.
 
@@ -496,8 +510,8 @@ def _test_stars(
     times, slots = writes.time[writes.order].astype(np.int32), writes.slot[writes.order]
     rewritten = np.where(np.append(slots[1:] == slots[:-1], False), np.append(times[1:], 0), never)
     rewritten = rewritten.astype(np.int32)
-    # moves of each face follow its begin in the table
-    moving = np.full(splits.corners.shape[1] + 1, never)
+    # rows of the table; the last one stands for no move
+    moving = np.full(splits.rows + 1, never)
     moving[splits.move] = splits.moved_split + 1
     moved_place = np.zeros(len(moving), np.int8)
     moved_place[splits.move] = splits.moved % 3
@@ -515,15 +529,21 @@ def _test_stars(
         message = "a face does not see the centre from inside"
         _refuse_first(group, ~(volume > 0), time, message)
 
-    old, born = 2 * start - 4, np.repeat(np.arange(1, width, dtype=np.int32), 2)
-    current = np.empty((old + 2 * count, 3), np.int32)
-    current[:old] = rank[splits.corners[:, splits.birth[:old]]].T
-    current[old::2, 0] = current[old + 1 :: 2, 1] = fine
-    current[old::2, 1] = current[old + 1 :: 2, 0] = added
+    # Faces of the level take part if one of their slots is written, or a corner moves.
+    old, born = len(faces), np.repeat(np.arange(1, width, dtype=np.int32), 2)
+    is_written = rewritten[rank[:start]] < never
+    moves_corner = splits.first_move[:old] < splits.rows
+    a, b, c = faces.T
+    changed = np.flatnonzero(is_written[a] | is_written[b] | is_written[c] | moves_corner)
+    current = np.empty((2 * count, 3), np.int32)
+    current[::2, 0] = current[1::2, 1] = fine
+    current[::2, 1] = current[1::2, 0] = added
     keys = splits.sides.reshape(-1).astype(np.int64) * width + born
-    current[old:, 2] = np.searchsorted(writes.keys, keys, "right") - 1
-    test(current[old:], born)
-    following, work = splits.birth + 1, 0
+    current[:, 2] = np.searchsorted(writes.keys, keys, "right") - 1
+    test(current, born)
+    current = np.concatenate([rank[faces[changed]], current])
+    following = np.concatenate([splits.first_move[changed], splits.first_move[old:]])
+    work = 0
     while True:
         written, move = rewritten.take(current), moving.take(following)
         time = np.minimum(np.minimum(written[:, 0], written[:, 1]), np.minimum(written[:, 2], move))
