@@ -21,13 +21,13 @@ from gamutcore.references import Reference, find_reference
 
 __all__ = ["content_of", "gamut_source", "is_saved_gamut"]
 
-_SAVED = b'{"__metadata__":{'
-"""First bytes of a saved gamut's header, after eight bytes with its length."""
+_SAVED = (b'{"format":"gamut-history"', b'{"__metadata__":{')
+"""First bytes of a saved gamut's header, after eight bytes. The second is that of version 2."""
 
 
 def is_saved_gamut(data: bytes) -> bool:
     """Return whether a file is a saved gamut."""
-    return data[8 : 8 + len(_SAVED)] == _SAVED
+    return data[8:64].startswith(_SAVED)
 
 
 def gamut_source(given: str | os.PathLike[str]) -> bytes | Reference:

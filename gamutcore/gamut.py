@@ -7,7 +7,6 @@ of a build.
 
 from __future__ import annotations
 
-import json
 import os
 import threading
 import warnings
@@ -30,8 +29,8 @@ from gamutcore.export.viewer_page import HTML_SUFFIXES, PageGamut, viewer_page
 from gamutcore.history import (
     History,
     history_bytes,
+    history_description,
     history_from_bytes,
-    history_metadata,
     history_section,
 )
 from gamutcore.level_mesh import LevelMesh
@@ -1607,18 +1606,17 @@ class Gamut:
         return gamut
 
     def to_bytes(self, *, device_model: bool = False) -> bytes:
-        """Return the gamut as a history file with the description in its metadata.
+        """Return the gamut as a history file with the description in its header.
 
         Parameters
         ----------
         device_model : bool, optional
             Whether the file has the device model as well, if the gamut has one.
         """
-        text = json.dumps(self.description, separators=(",", ":"), allow_nan=False)
         sections = {}
         if device_model and self.has_device_model:
             sections[DEVICE_MODEL] = self.device_model.to_bytes()
-        return history_bytes(self.history, {DESCRIPTION: text}, sections)
+        return history_bytes(self.history, self.description, sections)
 
     @classmethod
     def from_bytes(
@@ -1642,12 +1640,12 @@ class Gamut:
         ------
         HistoryFileError
             The file is damaged, or its history has no description of a gamut. Damage within a
-            stream is noticed when a level needs the stream.
+            group of splits is noticed when a level needs the group.
         """
-        history, metadata = history_from_bytes(data)
+        history, description = history_from_bytes(data)
         gamut = cls.__new__(cls)
         model = history_section(data, DEVICE_MODEL)
-        gamut._hold(_description(metadata), history, model, search, index_bytes)  # noqa: SLF001  # a constructor
+        gamut._hold(_description(description), history, model, search, index_bytes)  # noqa: SLF001  # a constructor
         return gamut
 
 
@@ -1674,7 +1672,7 @@ def read_description(path: Path) -> dict[str, Any]:
     OSError
         The file cannot be read.
     """
-    return _description(history_metadata(path))
+    return _description(history_description(path))
 
 
 def _chosen_options(given: object, choices: Mapping[str, object]) -> Options:
@@ -1698,9 +1696,9 @@ def _colour_space(description: dict[str, Any]) -> ColourSpace:
     return options.colour_space(description.get("provenance", {}).get("white_luminance"))
 
 
-def _description(metadata: dict[str, str]) -> dict[str, Any]:
+def _description(stored: dict[str, Any] | None) -> dict[str, Any]:
     try:
-        description = dict(json.loads(metadata[DESCRIPTION]))
+        description = dict(stored or {})
         bytes.fromhex(description["id"])
         _colour_space(description)
         LevelSearch(description["levels"])

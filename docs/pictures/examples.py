@@ -17,7 +17,6 @@ from PIL import Image
 
 from gamutcore import Gamut
 from gamutcore.export.viewer_page import EXAMPLE_FILES, PageGamut
-from gamutcore.history.bit_codes import stream_name
 from gamutcore.references import REFERENCES
 
 PRESS = Path(__file__).parents[2] / "examples" / "FOGRA39L.ti3"
@@ -70,14 +69,9 @@ def _write_compressed(name: str, content: bytes) -> None:
 
 def _end(history: bytes) -> int:
     """Return where the last group ends (docs/history-format.md)."""
-    begin = 8 + int.from_bytes(history[:8], "little")
-    arrays = json.loads(history[8:begin])
-    ends = [
-        arrays[name]["data_offsets"][1]
-        for name in (stream_name(group) for group in range(GROUPS))
-        if name in arrays
-    ]
-    return begin + max(ends)
+    begin = 8 + int.from_bytes(history[:4], "little")
+    groups = json.loads(history[8:begin])["groups"]
+    return begin + sum(group["bytes"] for group in groups[:GROUPS])
 
 
 if __name__ == "__main__":

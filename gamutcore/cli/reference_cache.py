@@ -64,7 +64,7 @@ def _read(path: Path) -> Gamut | None:
 
     try:
         gamut = Gamut.load(path)
-        gamut.history.level(gamut.history.triangles)  # reads all streams, so damage is found
+        gamut.history.level(gamut.history.triangles)  # reads all groups, so damage is found
     except (OSError, HistoryFileError):
         return None
     with suppress(OSError):

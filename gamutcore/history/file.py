@@ -1,61 +1,63 @@
 """The history file: self-describing, free of pickles, compact, coarse levels first.
 
-A history file is a safetensors file: an 8-byte length, a JSON header with the type, shape and
-offset of every array, then the little-endian bytes of the arrays. ``docs/history-format.md`` is the
-full specification. The splits are stored in groups that double the number of vertices, one stream
-of bits each. A prefix of the file that ends with a group is a complete history of the coarser
-levels. Device values are optional and come last, in the same groups.
+A file begins with the length and the CRC-32 of a JSON header. The header describes the gamut, the
+coarsest level and the columns, and has one line for each group of splits. The groups follow, each
+deflated, with a CRC-32 in its line. A group doubles the number of vertices, so the file up to the
+end of any group is a complete history of the coarser levels. Named sections come last.
+``docs/history-format.md`` is the full specification.
 
-Reading never trusts the file. Everything outside the streams is checked at once. A stream is
-checked when a level first needs it, by replaying its splits.
+Reading never trusts the file. The header is tested at once, and a group when a level first needs
+it (`columns`).
 """
 
 from __future__ import annotations
 
 import json
 import math
+import operator
 import struct
-from typing import TYPE_CHECKING, Any, cast
+import zlib
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from safetensors import SafetensorError, deserialize
 
-from gamutcore.errors import HistoryFileError
-from gamutcore.geometry import opposite_corners
-from gamutcore.history.bit_codes import DAMAGE_REMEDY, DEVICE, SPLITS, stream_name
-from gamutcore.history.device import (
-    DeviceHistory,
-    device_streams,
-    open_device_history,
-    parse_device_section,
-)
-from gamutcore.history.history import History
-from gamutcore.history.split_codec import (
+from gamutcore.errors import HistoryFileError, NeighbourLimitError
+from gamutcore.history.columns import (
+    CORNERS_PER_VERTEX,
+    DAMAGE_REMEDY,
     LARGEST_COORDINATE,
-    MINIMUM_SPLIT_BITS,
-    PackedSplits,
-    split_streams,
-    splits_in_steps,
+    LARGEST_WORK,
+    Group,
+    StoredGroups,
+    columns_of,
+    group_name,
+    pack_group,
+    star_test_work,
 )
-from gamutcore.history.splits import group_count, group_ranges
+from gamutcore.history.device import DeviceHistory, SplitValues, parse_device_section
+from gamutcore.history.history import History
+from gamutcore.history.splits import group_ranges, no_splits
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Mapping
     from pathlib import Path
 
-    from numpy.typing import NDArray
+    from gamutcore.arrays import FloatArray, IndexArray
+    from gamutcore.history.splits import Splits
 
-    from gamutcore.arrays import ByteArray, FloatArray, IndexArray
-
-    Tensor = Mapping[str, Any]
-    """An array as safetensors has it: ``dtype`` and ``shape`` as in the header, and ``data``."""
-
-__all__ = ["FORMAT", "VERSION", "history_bytes", "history_from_bytes", "history_metadata"]
+__all__ = [
+    "FORMAT",
+    "VERSION",
+    "history_bytes",
+    "history_description",
+    "history_from_bytes",
+    "history_section",
+]
 
 FORMAT = "gamut-history"
-"""Value of ``format`` in the metadata of every history file."""
+"""Value of ``format`` in the header of every history file."""
 
-VERSION = "2"
+VERSION = 3
 """Value of ``version``; changes when readers of this version could not read the file."""
 
 LARGEST_HEADER = 16 * 1024 * 1024
@@ -67,16 +69,16 @@ LARGEST_VERTICES = 2**25
 SMALLEST_STEP, LARGEST_STEP = 2.0**-149, 2.0**103
 """Between these, integers up to 2²⁴ times the step are exact in float32."""
 
-TYPES: dict[str, np.dtype[Any]] = {
-    "F64": np.dtype("<f8"),
-    "I32": np.dtype("<i4"),
-    "U8": np.dtype("u1"),
-}
+LARGEST_PART = 2**62
+"""In bytes: no group or section of a file is larger."""
+
+PREFIX = struct.Struct("<II")
+"""The begin of a file: length and CRC-32 of the header."""
 
 
 def history_bytes(
     history: History,
-    metadata: Mapping[str, str] | None = None,
+    description: Mapping[str, Any] | None = None,
     sections: Mapping[str, bytes] | None = None,
 ) -> bytes:
     """Write a history to bytes.
@@ -84,11 +86,10 @@ def history_bytes(
     Parameters
     ----------
     history : History
-    metadata : mapping of str to str, optional
-        Texts for the header, beside ``format``, ``version``, ``vertices`` and ``device`` of the
-        format itself.
+    description : mapping, optional
+        Description of the gamut for the header, as JSON has it.
     sections : mapping of str to bytes, optional
-        Further content by the name of its array, at the end of the file. Readers ignore it.
+        Further content by name, at the end of the file. Readers of levels ignore it.
 
     Returns
     -------
@@ -97,102 +98,130 @@ def history_bytes(
     Raises
     ------
     HistoryFileError
-        If positions are not on the grid, or the splits are not in the canonical order of
-        `build_history`.
+        If positions are not on the grid.
     NeighbourLimitError
         If readers would refuse the file because reading it could take minutes.
     """
-    splits = splits_in_steps(history.splits, history.step)
-    arrays: list[tuple[str, NDArray[np.generic]]] = [
-        ("centre", np.asarray(history.centre, "<f8")),
-        ("step", np.array([history.step], "<f8")),
-        ("base.positions", np.asarray(splits.base_positions, "<i4")),
-        ("base.faces", np.asarray(splits.base_faces, "<i4")),
-        *_named_streams(SPLITS, split_streams(splits)),
-    ]
-    described = {**(metadata or {}), "format": FORMAT, "version": VERSION}
-    described["vertices"] = str(splits.vertices)
-    described.pop(DEVICE, None)
-    if history.device is not None:
-        described[DEVICE] = history.device.section.to_json()
-        arrays.append(("device.base", history.device.base.astype("<i4")))
-        streams = device_streams(history.device, history.splits, history.step)
-        arrays += _named_streams(DEVICE, streams)
-    for name, content in (sections or {}).items():
-        arrays.append((name, np.frombuffer(content, np.uint8)))
-    names = {kind: name for name, kind in TYPES.items()}
-    header: dict[str, object] = {"__metadata__": described}
-    offset = 0
-    for name, array in arrays:
-        header[name] = {
-            "dtype": names[array.dtype],
-            "shape": list(array.shape),
-            "data_offsets": [offset, offset + array.nbytes],
+    splits = _splits_in_steps(history.splits, history.step)
+    _refuse_much_work(splits)
+    device = history.device
+    values = () if device is None else device.splits
+    groups, contents = [], []
+    for number, (start, end) in enumerate(group_ranges(splits.vertices)):
+        group, content = pack_group(splits, values, number, start, end)
+        groups.append(group)
+        contents.append(content)
+    channels = 0 if device is None else len(device.section.channels)
+    header: dict[str, object] = {
+        "format": FORMAT,
+        "version": VERSION,
+        "vertices": splits.vertices,
+        "centre": np.asarray(history.centre, np.float64).tolist(),
+        "step": history.step,
+        "base": {
+            "positions": splits.base_positions.tolist(),
+            "faces": splits.base_faces.tolist(),
+        },
+        "columns": [column._asdict() for column in columns_of(channels)],
+        "groups": [dict(zip(LINE, group[2:], strict=True)) for group in groups],
+    }
+    if device is not None:
+        header["device"] = {
+            "channels": device.section.channels,
+            "steps": device.section.scale,
+            "base": device.base.tolist(),
         }
-        offset += array.nbytes
-    return _assemble(header, b"".join(array.tobytes() for _, array in arrays))
+    if description is not None:
+        header["gamut"] = description
+    if sections:
+        header["sections"] = [
+            {"name": name, "bytes": len(content), "crc32": zlib.crc32(content)}
+            for name, content in sections.items()
+        ]
+        contents += sections.values()
+    text = json.dumps(header, separators=(",", ":"), ensure_ascii=False, allow_nan=False).encode()
+    return b"".join([PREFIX.pack(len(text), zlib.crc32(text)), text, *contents])
 
 
-def history_from_bytes(data: bytes, *, partial: bool = False) -> tuple[History, dict[str, str]]:
-    """Read a history. Levels are unpacked and checked when they are first asked for.
+def history_from_bytes(
+    data: bytes, *, partial: bool = False
+) -> tuple[History, dict[str, Any] | None]:
+    """Read a history. Groups of splits are read and tested when a level first needs them.
 
     Parameters
     ----------
     data : bytes
         A whole history file.
     partial : bool, optional
-        Whether the file may be cut off anywhere behind the coarsest level. The history then has
-        the levels whose groups are complete. It has device values if all of theirs are there.
+        Whether the file may be cut off anywhere behind the header. The history then has the levels
+        whose groups are complete.
 
     Returns
     -------
     history : History
-    metadata : dict of str to str
+    description : dict or None
+        Description of the gamut; None if the file has none.
 
     Raises
     ------
     HistoryFileError
-        If the file is damaged. Damage in a stream is found when a level first needs the stream;
-        `History.unpack` checks all streams.
+        If the file is damaged. Damage of a group is found when a level first needs the group;
+        `History.unpack` tests all groups.
     """
-    metadata = _parse_metadata(data)
-    vertices = _vertex_count(metadata)
+    header, begin = _parse_header(data)
+    vertices = _vertex_count(header)
+    centre, step = _centre_and_step(header)
+    positions, faces = _base(header, centre, step)
+    section = None
+    if "device" in header:
+        section, base = parse_device_section(header["device"])
+    channels = 0 if section is None else len(section.channels)
+    if header.get("columns") != [column._asdict() for column in columns_of(channels)]:
+        raise _field_error("columns", "the columns are not those of this version")
+    groups = _groups(header, vertices)
+    parts = [group.nbytes for group in groups] + [part.nbytes for part in _sections(header)]
+    ends = np.add.accumulate([begin, *parts]) if parts else [begin]
     if partial:
-        data, groups = _without_cut_arrays(data)
-        vertices = min(vertices, 4 * 2**groups)
-    try:
-        # arrays of other names may have any type; they are ignored
-        arrays = dict(deserialize(data))
-    except SafetensorError as cause:
-        raise HistoryFileError(
-            f"the history file is damaged: {cause}", where={"byte": 8}, remedy=DAMAGE_REMEDY
-        ) from cause
-    centre = cast("FloatArray", _array(arrays, "centre", "F64", (3,))).astype(np.float64)
-    step = float(cast("FloatArray", _array(arrays, "step", "F64", (1,)))[0])
-    if not np.isfinite(centre).all():
-        raise _field_error("centre", "the centre is not finite", "finite numbers")
-    if not (SMALLEST_STEP <= step <= LARGEST_STEP and math.frexp(step)[0] == 0.5):
-        message = f"the step of the grid is {step!r}"
-        raise _field_error("step", message, "a power of two from 2^-149 to 2^103")
-    positions, faces = _base(arrays, centre, step)
-    streams = _streams(arrays, SPLITS, vertices, MINIMUM_SPLIT_BITS, 1)
-    splits = PackedSplits(streams, positions, faces, vertices, centre, step)
-    device = _device(arrays, metadata, vertices, step, partial=partial)
-    return History(splits, centre, step, device), metadata
+        complete = sum(int(end) <= len(data) for end in ends[1 : len(groups) + 1])
+        groups = groups[:complete]
+        vertices = groups[-1].end if groups else 4
+    elif ends[-1] != len(data):
+        number = int(np.searchsorted(ends, len(data), "right")) - 1
+        names = [group_name(group.number) for group in groups] + ["sections"]
+        message = f"the file has {len(data)} bytes, not {ends[-1]}"
+        raise _field_error(names[min(number, len(groups))], message)
+    contents = [data[ends[group.number] : ends[group.number + 1]] for group in groups]
+    device = None
+    if section is not None:
+        none = np.empty((5, 0, channels), np.int16)
+        device = DeviceHistory(section, [base], SplitValues(*none))
+    stored = StoredGroups(groups, contents, 0 if section is None else section.scale)
+    splits = no_splits((positions * step).astype(np.float32), faces)
+    history = History(splits, centre, step, device, stored, vertices)
+    description = header.get("gamut")
+    return history, description if isinstance(description, dict) else None
 
 
 def history_section(data: bytes, name: str) -> bytes | None:
-    """Return the content of an array that `history_bytes` wrote for a section; None without it."""
-    size = 8 + struct.unpack("<Q", data[:8])[0]
-    entry = json.loads(data[8:size]).get(name)
-    if entry is None:
-        return None
-    start, end = entry["data_offsets"]
-    return data[size + start : size + end]
+    """Return the content of a section that `history_bytes` wrote; None without it.
+
+    Damage raises a `HistoryFileError`.
+    """
+    header, begin = _parse_header(data)
+    start = begin + sum(group.nbytes for group in _groups(header, _vertex_count(header)))
+    for section in _sections(header):
+        if section.name == name:
+            content = data[start : start + section.nbytes]
+            if len(content) != section.nbytes or zlib.crc32(content) != section.crc32:
+                message = f"section {name!r} does not have the CRC-32 that the header states"
+                raise _field_error(name, message)
+            return content
+        start += section.nbytes
+    return None
 
 
-def history_metadata(path: Path) -> dict[str, str]:
-    """Read the metadata of a history file without its arrays.
+def history_description(path: Path) -> dict[str, Any] | None:
+    """Read the description of a gamut from a history file without the groups.
 
     Parameters
     ----------
@@ -200,7 +229,8 @@ def history_metadata(path: Path) -> dict[str, str]:
 
     Returns
     -------
-    dict of str to str
+    dict or None
+        None if the file has no description.
 
     Raises
     ------
@@ -210,169 +240,194 @@ def history_metadata(path: Path) -> dict[str, str]:
         If the file cannot be read.
     """
     with path.open("rb") as file:
-        length = file.read(8)
-        size = struct.unpack("<Q", length)[0] if len(length) == 8 else 0
-        return _parse_metadata(length + file.read(min(size, LARGEST_HEADER)))
+        begin = file.read(PREFIX.size)
+        size = PREFIX.unpack(begin)[0] if len(begin) == PREFIX.size else 0
+        header, _ = _parse_header(begin + file.read(min(size, LARGEST_HEADER)))
+    description = header.get("gamut")
+    return description if isinstance(description, dict) else None
+
+
+LINE = ("vertices", "moved", "shifted", "bytes", "crc32")
+"""Keys of the line of a group: the fields of `Group` from `end` on."""
+
+
+class _Section(NamedTuple):
+    name: str
+    nbytes: int
+    crc32: int
 
 
 def _field_error(field: str, message: str, remedy: str = DAMAGE_REMEDY) -> HistoryFileError:
     return HistoryFileError(message, where={"field": field}, remedy=remedy)
 
 
-def _named_streams(kind: str, streams: Iterable[ByteArray]) -> list[tuple[str, ByteArray]]:
-    return [(stream_name(number, kind), stream) for number, stream in enumerate(streams)]
-
-
-def _assemble(header: Mapping[str, object], body: bytes) -> bytes:
-    text = json.dumps(header, separators=(",", ":"), ensure_ascii=False).encode()
-    text += b" " * (-len(text) % 8)
-    return b"".join([struct.pack("<Q", len(text)), text, body])
-
-
-def _without_cut_arrays(data: bytes) -> tuple[bytes, int]:
-    """Return a file with the complete arrays only, and the number of complete groups."""
-    size = 8 + struct.unpack("<Q", data[:8])[0]
-    header = json.loads(data[8:size])
-    # unknown arrays are kept: safetensors refuses gaps between arrays
-    names = [name for name in header if name != "__metadata__"]
-    try:
-        ends = {name: int(header[name]["data_offsets"][1]) for name in names}
-    except (KeyError, TypeError, ValueError, IndexError, OverflowError) as cause:
-        raise HistoryFileError(
-            "the header does not say where the arrays are", where={"byte": 8}, remedy=DAMAGE_REMEDY
-        ) from cause
-    complete = {name: header[name] for name, end in ends.items() if end <= len(data) - size}
-    groups = 0
-    while stream_name(groups) in complete:
-        groups += 1
-    body = data[size : size + max((ends[name] for name in complete), default=0)]
-    return _assemble(complete, body), groups
-
-
-def _parse_metadata(data: bytes) -> dict[str, str]:
+def _parse_header(data: bytes) -> tuple[dict[str, Any], int]:
+    """Return the header and where the groups begin."""
     remedy = "Give a file as delivered under /history."
-    size = struct.unpack("<Q", data[:8])[0] if len(data) >= 8 else 0
-    if not 2 <= size <= LARGEST_HEADER or len(data) < 8 + size:
+    size, crc32 = PREFIX.unpack(data[: PREFIX.size]) if len(data) >= PREFIX.size else (0, 0)
+    begin = PREFIX.size + size
+    if not 2 <= size <= LARGEST_HEADER or len(data) < begin:
         raise HistoryFileError(
             "this is not a history file: it does not begin with the length of a header",
             where={"byte": 0},
             remedy=remedy,
         )
+    text = data[PREFIX.size : begin]
+    if text.startswith(b'{"__metadata__"'):
+        message = f"the history has version 2; this reader knows version {VERSION}"
+        raise _field_error("version", message, "Build the gamut again from its data.")
+    if zlib.crc32(text) != crc32:
+        raise HistoryFileError(
+            "the header is damaged: its CRC-32 is not the one that is stated",
+            where={"field": "header"},
+            remedy=remedy,
+        )
     try:
-        header = json.loads(data[8 : 8 + size])
-        metadata = header["__metadata__"]
-        kind, version = metadata["format"], metadata["version"]
+        header = json.loads(text)
+        kind, version = header["format"], header["version"]
     except (ValueError, KeyError, TypeError, RecursionError) as cause:
         raise HistoryFileError(
             "this is not a history file: its header is not the JSON of one",
-            where={"byte": 8},
+            where={"byte": PREFIX.size},
             remedy=remedy,
         ) from cause
-    if kind != FORMAT or not all(isinstance(value, str) for value in metadata.values()):
-        raise _field_error("format", f"the file is of the format {kind!r}", FORMAT)
+    if kind != FORMAT:
+        raise _field_error("format", f"the file is of the format {str(kind)[:40]!r}", FORMAT)
     if version != VERSION:
         message = f"the history has the version {version!r}; this reader knows version {VERSION}"
         raise _field_error("version", message, "a reader as new as the file, or a new build")
-    return dict(metadata)
+    return header, begin
 
 
-def _vertex_count(metadata: Mapping[str, str]) -> int:
-    text = metadata.get("vertices", "")
-    count = int(text) if text.isascii() and text.isdecimal() and len(text) < 12 else 0
-    if not 4 <= count <= LARGEST_VERTICES:
-        message = f"the history says it has {text[:20]!r} vertices"
+def _vertex_count(header: Mapping[str, Any]) -> int:
+    count = header.get("vertices")
+    if type(count) is not int or not 4 <= count <= LARGEST_VERTICES:
+        message = f"the history says it has {str(count)[:20]} vertices"
         raise _field_error("vertices", message, f"a number from 4 to {LARGEST_VERTICES}")
     return count
 
 
-def _array(
-    arrays: Mapping[str, Tensor], name: str, kind: str, shape: tuple[int | None, ...]
-) -> NDArray[np.generic]:
-    """Return an array with a given type and shape (None: any length)."""
-    tensor = arrays.get(name)
-    actual = () if tensor is None else tuple(tensor["shape"])
-    if (
-        tensor is None
-        or tensor["dtype"] != kind
-        or len(actual) != len(shape)
-        or any(want not in (None, size) for size, want in zip(actual, shape, strict=True))
-    ):
-        what = "missing" if tensor is None else f"{tensor['dtype']} of the shape {actual}"
-        raise _field_error(name, f"array {name!r} is {what}", f"{kind} of the shape {shape}")
-    array: NDArray[np.generic] = np.frombuffer(tensor["data"], TYPES[kind])
-    return array.reshape(actual)
-
-
-def _streams(
-    arrays: Mapping[str, Tensor], kind: str, vertices: int, split_bits: int, group_bits: int
-) -> list[ByteArray]:
-    """Return the streams of all groups, which must have a minimum of bits per split and group.
-
-    The check keeps a short file from claiming memory for many splits.
-    """
-    streams = []
-    for number, (start, end) in enumerate(group_ranges(vertices)):
-        name = stream_name(number, kind)
-        stream = cast("ByteArray", _array(arrays, name, "U8", (None,)))
-        if 8 * stream.size < group_bits + split_bits * (end - start):
-            raise _field_error(
-                name,
-                f"{stream.size} bytes are too few for the splits that add slots {start} to"
-                f" {end - 1}",
-            )
-        streams.append(stream)
-    return streams
-
-
-def _device(
-    arrays: Mapping[str, Tensor],
-    metadata: Mapping[str, str],
-    vertices: int,
-    step: float,
-    *,
-    partial: bool,
-) -> DeviceHistory | None:
-    """Return the device values, if the file has them; no stream is unpacked."""
-    if DEVICE not in metadata:
+def _numbers(value: object, shape: tuple[int, ...], *, whole: bool) -> FloatArray | None:
+    """Return numbers of a header in a given shape as float64; None if they are none."""
+    try:
+        array = np.array(value)
+    except (ValueError, OverflowError):
         return None
-    section = parse_device_section(metadata[DEVICE])
-    channels, scale, _ = section
-    names = [stream_name(number, DEVICE) for number in range(group_count(vertices))]
-    if partial and any(name not in arrays for name in ["device.base", *names]):
+    if array.shape != shape or array.dtype.kind not in ("i" if whole else "if"):
         return None
-    base = _array(arrays, "device.base", "I32", (4, len(channels))).astype(np.int32)
-    if base.min() < 0 or base.max() > scale:
-        message = "the coarsest level has device values beyond full scale"
-        raise _field_error("device.base", message, f"numbers from 0 to {scale}")
-    streams = _streams(arrays, DEVICE, vertices, len(channels), 0)
-    return open_device_history(section, base.astype(np.int16), streams, vertices, step)
+    return array.astype(np.float64)
+
+
+def _centre_and_step(header: Mapping[str, Any]) -> tuple[FloatArray, float]:
+    centre = _numbers(header.get("centre"), (3,), whole=False)
+    if centre is None or not np.isfinite(centre).all():
+        raise _field_error("centre", "the centre is not a point", "three finite numbers")
+    number = _numbers(header.get("step"), (), whole=False)
+    step = math.nan if number is None else float(number)
+    if not (SMALLEST_STEP <= step <= LARGEST_STEP and math.frexp(step)[0] == 0.5):
+        message = f"the step of the grid is {str(header.get('step'))[:20]}"
+        raise _field_error("step", message, "a power of two from 2^-149 to 2^103")
+    return centre, step
 
 
 def _base(
-    arrays: Mapping[str, Tensor], centre: FloatArray, step: float
-) -> tuple[IndexArray, IndexArray]:
+    header: Mapping[str, Any], centre: FloatArray, step: float
+) -> tuple[FloatArray, IndexArray]:
     """Return the coarsest level in steps, which must be a tetrahedron around the centre."""
-    positions = _array(arrays, "base.positions", "I32", (4, 3)).astype(np.int32)
-    faces = _array(arrays, "base.faces", "I32", (4, 3)).astype(np.int32)
-    if (np.abs(positions.astype(np.int64)) > LARGEST_COORDINATE).any():
+    base = header.get("base")
+    mapping = base if isinstance(base, dict) else {}
+    positions = _numbers(mapping.get("positions"), (4, 3), whole=True)
+    if positions is None or (np.abs(positions) > LARGEST_COORDINATE).any():
         raise _field_error(
             "base.positions",
-            "the coarsest level has coordinates beyond 2^24 steps",
-            f"numbers from {-LARGEST_COORDINATE} to {LARGEST_COORDINATE}",
+            "the coarsest level does not have four positions",
+            f"four times three numbers from {-LARGEST_COORDINATE} to {LARGEST_COORDINATE}",
         )
-    if (
-        faces.min() < 0
-        or faces.max() > 3
-        or any(len(set(face)) != 3 for face in faces.tolist())
-        or (opposite_corners(faces, 4) < 0).any()
-    ):
+    corners = _numbers(mapping.get("faces"), (4, 3), whole=True)
+    # a tetrahedron has all twelve directed edges between four slots
+    pairs = (
+        set()
+        if corners is None
+        else {(int(face[place]), int(face[place - 2])) for face in corners for place in range(3)}
+    )
+    if pairs != {(one, other) for one in range(4) for other in range(4) if one != other}:
         raise _field_error(
             "base.faces",
             "the coarsest level is not closed",
             "the four faces of a tetrahedron, counter-clockwise from outside",
         )
+    faces = np.array(mapping["faces"], np.int32)
     one, two, three = np.moveaxis((positions * step - centre)[faces], 1, 0)
     if not ((one * np.cross(two, three)).sum(axis=1) > 0).all():
         message = "a face of the coarsest level does not see the centre from inside"
         raise _field_error("base.positions", message)
     return positions, faces
+
+
+def _groups(header: Mapping[str, Any], vertices: int) -> list[Group]:
+    lines = header.get("groups")
+    ranges = group_ranges(vertices)
+    if not isinstance(lines, list) or len(lines) != len(ranges):
+        raise _field_error("groups", f"there are not {len(ranges)} groups")
+    groups = []
+    for number, (line, (start, end)) in enumerate(zip(lines, ranges, strict=True)):
+        values = [line.get(name) if isinstance(line, dict) else None for name in LINE]
+        numbers = [value for value in values if type(value) is int and value >= 0]
+        most = CORNERS_PER_VERTEX * end
+        limits = (end, most, most, LARGEST_PART, 2**32 - 1)
+        if len(numbers) < len(LINE) or numbers[0] != end or any(map(operator.gt, numbers, limits)):
+            message = f"the line of group {number} is {str(line)[:100]}"
+            raise _field_error(group_name(number), message)
+        groups.append(Group(number, start, *numbers))
+    return groups
+
+
+def _sections(header: Mapping[str, Any]) -> list[_Section]:
+    lines = header.get("sections", [])
+    sections = []
+    for line in lines if isinstance(lines, list) else [None]:
+        values = line if isinstance(line, dict) else {}
+        name, size, crc32 = values.get("name"), values.get("bytes"), values.get("crc32")
+        if (
+            not isinstance(name, str)
+            or type(size) is not int
+            or type(crc32) is not int
+            or not 0 <= size <= LARGEST_PART
+        ):
+            raise _field_error("sections", f"the line of a section is {str(line)[:100]}")
+        sections.append(_Section(name, size, crc32))
+    return sections
+
+
+def _splits_in_steps(splits: Splits, step: float) -> Splits:
+    """Return the splits with positions as int32 in steps, or raise a `HistoryFileError`."""
+    whole: dict[str, Any] = {}
+    for name, array in splits._asdict().items():
+        if array.dtype != np.float32:
+            continue
+        steps = np.rint(array.astype(np.float64) / step)
+        if not (np.abs(steps) <= LARGEST_COORDINATE).all() or (steps * step != array).any():
+            message = f"positions in {name!r} are not on the grid of the step {step!r}"
+            remedy = f"Give multiples of the step, at most {LARGEST_COORDINATE} times it."
+            raise HistoryFileError(message, where={"field": name}, remedy=remedy)
+        whole[name] = steps.astype(np.int32)
+    return splits._replace(**whole)
+
+
+def _refuse_much_work(splits: Splits) -> None:
+    """Refuse what readers would refuse, because a test of a group would take too long."""
+    work, most = star_test_work(splits)
+    elements = max(
+        (
+            count / end
+            for _, end in group_ranges(splits.vertices)
+            for count in (splits.moved_end[end - 5], splits.shifted_end[end - 5])
+        ),
+        default=0,
+    )
+    if work > LARGEST_WORK or elements > CORNERS_PER_VERTEX:
+        raise NeighbourLimitError(
+            f"Up to {most} triangles meet at a vertex, and levels would take too long to read.",
+            where={"neighbours": most},
+            remedy="Divide the surface so that fewer triangles meet at a vertex.",
+        )

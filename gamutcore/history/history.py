@@ -5,8 +5,8 @@ boundary. A level is read from the smallest snapshot that is not coarser. Its po
 of the snapshot, with the splits in between undone. Its faces are the first faces of the snapshot,
 where each corner follows the parents of its slot to a slot of the level. This touches less than
 twice the vertices and faces of the level, whatever the size of the full boundary. All snapshots
-together hold less than three times the full boundary. A history from a file unpacks its splits
-and makes its snapshots on request, so the first level is fast as well. A `LevelCursor` steps
+together hold less than three times the full boundary. A history from a file reads groups of
+splits and makes its snapshots on request, so the first level is fast as well. A `LevelCursor` steps
 through neighbouring levels in place.
 """
 
@@ -22,13 +22,13 @@ from gamutcore.arrays import Float32Array, IndexArray
 from gamutcore.errors import TriangleCountError
 from gamutcore.geometry import TriangleMesh
 from gamutcore.history.device import build_device_history
-from gamutcore.history.split_codec import PackedSplits
 from gamutcore.history.splits import (
     apply_splits,
     extended_copy,
     fine_columns,
     group_count,
     group_ranges,
+    joined_splits,
     part_begin,
     prefix_order_splits,
     refine,
@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
     from gamutcore.decimation import Decimation
     from gamutcore.geometry import DeviceValues
+    from gamutcore.history.columns import StoredGroups
     from gamutcore.history.device import DeviceHistory
     from gamutcore.history.splits import Splits
 
@@ -61,14 +62,19 @@ class History:
 
     Parameters
     ----------
-    splits : Splits or PackedSplits
-        In prefix order and consistent, as `build_history` and history files provide them.
+    splits : Splits
+        In prefix order and consistent, as `build_history` provides them; of a file, those that are
+        read already.
     centre : (3,) float64
         Every level is star-shaped about this point.
     step : float
         Step of the grid of all positions, a power of two.
     device : DeviceHistory, optional
         Device values of all levels; None if the gamut has colours only.
+    stored : StoredGroups, optional
+        Groups of splits of a file, to be read.
+    vertices : int, optional
+        Vertices of the full boundary, if groups are stored.
 
     Attributes
     ----------
@@ -80,23 +86,23 @@ class History:
 
     def __init__(
         self,
-        splits: Splits | PackedSplits,
+        splits: Splits,
         centre: FloatArray,
         step: float,
         device: DeviceHistory | None = None,
+        stored: StoredGroups | None = None,
+        vertices: int | None = None,
     ) -> None:
         self.centre = centre
         self.step = step
-        self._packed = splits if isinstance(splits, PackedSplits) else None
-        self._splits = splits.splits if isinstance(splits, PackedSplits) else splits
-        self.vertices = (
-            self._splits.vertices if self._packed is None else self._packed.streams.vertices
-        )
+        self._splits = splits
+        self._stored = stored
+        self.vertices = splits.vertices if vertices is None else vertices
         self._device = device
         self._groups = group_ranges(self.vertices)
-        self._snapshots = [TriangleMesh(self._splits.base_positions, self._splits.base_faces)]
+        self._snapshots = [TriangleMesh(splits.base_positions, splits.base_faces)]
         self._lock = threading.Lock()
-        if self._packed is None:
+        if stored is None:
             self._make_snapshots(len(self._groups))
 
     @property
@@ -107,7 +113,7 @@ class History:
     @property
     def nbytes(self) -> int:
         """Memory in bytes. It grows while levels of a file are unpacked."""
-        parts = (self._packed or self._splits, self._device)
+        parts = (self._splits, self._stored, self._device)
         held = sum(part.nbytes for part in parts if part is not None)
         snapshots = list(self._snapshots)
         return held + sum(mesh.vertices.nbytes + mesh.faces.nbytes for mesh in snapshots)
@@ -121,16 +127,12 @@ class History:
     @property
     def device(self) -> DeviceHistory | None:
         """Device values of all levels; None if the gamut has colours only."""
-        if self._device is not None:
-            self._unpack_device(self._device, len(self._groups))
+        self._make_snapshots(len(self._groups))
         return self._device
 
     def is_unpacked(self, triangles: int) -> bool:
         """Whether a level and its device values can be read without unpacking more of a file."""
-        unpacked = len(self._snapshots) - 1
-        if self._device is not None:
-            unpacked = min(unpacked, self._device.unpacked)
-        return group_count(self._level_vertices(triangles)) <= unpacked
+        return group_count(self._level_vertices(triangles)) < len(self._snapshots)
 
     def unpack(self, triangles: int | None = None) -> None:
         """Unpack and check everything that a level and its device values need.
@@ -138,10 +140,7 @@ class History:
         The level is the full boundary by default.
         """
         count = self.triangles if triangles is None else triangles
-        groups = group_count(self._level_vertices(count))
-        self._make_snapshots(groups)
-        if self._device is not None:
-            self._unpack_device(self._device, groups)
+        self._make_snapshots(group_count(self._level_vertices(count)))
 
     def level_triangles(self, triangles: int) -> int:
         """Return the triangle count of the mesh that `level` returns."""
@@ -200,8 +199,8 @@ class History:
         vertices = self._level_vertices(triangles)
         if self._device is None:
             return None
-        self._unpack_device(self._device, group_count(vertices))
-        return self._device.level(vertices)
+        self._make_snapshots(group_count(vertices))
+        return self._device.level(vertices, self._splits)
 
     def full(self) -> TriangleMesh:
         """Return the full boundary."""
@@ -226,26 +225,26 @@ class History:
 
     def _make_next_snapshot(self) -> None:
         done = len(self._snapshots) - 1
-        if self._packed is not None:
-            if self._packed.streams.unpacked == done:
-                self._packed.unpack()
-            self._splits = self._packed.splits
         start, end = self._groups[done]
+        if self._stored is not None:
+            self._read_group(self._stored, done)
         positions = extended_copy(self._snapshots[done].vertices, end)
         faces = extended_copy(self._snapshots[done].faces, 2 * end - 4)
         refine(self._splits, positions, faces.reshape(-1), start, end)
         if end == self.vertices:
-            self._packed = None
+            self._stored = None
         self._snapshots.append(TriangleMesh(positions, faces))
 
-    def _unpack_device(self, device: DeviceHistory, groups: int) -> None:
-        """Unpack the device values of so many groups."""
-        if groups <= device.unpacked:
-            return
-        self._make_snapshots(groups)
-        with self._lock:
-            while device.unpacked < groups:
-                device.unpack(self._splits)
+    def _read_group(self, stored: StoredGroups, number: int) -> None:
+        """Append the splits of a group to those that are read."""
+        device = self._device
+        values = np.empty((0, 0), np.int16) if device is None else device.snapshots[number]
+        rows, columns = stored.read(number, self._snapshots[number], values, self.centre, self.step)
+        splits = joined_splits(self._splits, rows)
+        if device is not None:
+            device.append(columns, splits)
+        self._splits = splits
+        stored.release(number)
 
     def _level_vertices(self, triangles: int) -> int:
         is_whole = isinstance(triangles, int | np.integer) and not isinstance(triangles, bool)

@@ -6,7 +6,7 @@ to k + 1 vertices. The level with v vertices is slots [0, v) and faces [0, 2v �
 
 A vertex is renumbered once, from the boundary's order to its slot (`vertex_slots`). A corner is
 renumbered once, from 3 · boundary face + place to 3 · face + place. Each face begins with its
-oldest corner. Everything after this module (streams, device values, levels) uses these numbers.
+oldest corner. Everything after this module (columns, device values, levels) uses these numbers.
 Within a split, `moved` is in the order of the ring and `shifted` is ascending.
 
 A split writes the new positions of the parent and of neighbours that move, and the position of the
@@ -34,11 +34,12 @@ __all__ = [
     "apply_splits",
     "ascending_order",
     "copy_row",
-    "empty_splits",
     "extended_copy",
     "fine_columns",
     "group_count",
     "group_ranges",
+    "joined_splits",
+    "no_splits",
     "part_begin",
     "prefix_order_splits",
     "refine",
@@ -53,7 +54,7 @@ Scalar = TypeVar("Scalar", bound="np.generic[Any]")
 class Splits(NamedTuple):
     """A history as the splits that lead from four triangles to the full boundary.
 
-    While a file is written or read, positions are int32, in steps of the grid.
+    While a file is written, positions are int32, in steps of the grid.
 
     Row i of `parent`, `coarse`, `fine`, `added`, `faces` and of both `…_end` arrays belongs to the
     split that adds slot k = i + 4.
@@ -111,36 +112,42 @@ class Splits(NamedTuple):
         return sum(array.nbytes for array in self)
 
 
-def empty_splits(base_positions: NDArray[Any], base_faces: IndexArray, splits: int) -> Splits:
-    """Return rows for so many splits, not initialised, and no moved corners or neighbours.
-
-    All positions have the type of the base positions.
-    """
-    positions: NDArray[Any] = np.empty((3, splits, 3), base_positions.dtype)
-    shifted: NDArray[Any] = np.empty((2, 0, 3), base_positions.dtype)
-    numbers, none = np.empty((3, splits), np.int32), np.empty(0, np.int32)
+def no_splits(base_positions: Float32Array, base_faces: IndexArray) -> Splits:
+    """Return the history of the coarsest level alone."""
+    numbers = np.empty(0, np.int32)
+    positions = np.empty((0, 3), np.float32)
     return Splits(
         base_positions=base_positions,
         base_faces=base_faces,
-        parent=numbers[0],
-        coarse=positions[0],
-        fine=positions[1],
-        added=positions[2],
-        faces=np.empty((splits, 2, 3), np.int32),
-        moved_end=numbers[1],
-        moved=none,
-        shifted_end=numbers[2],
-        shifted=none,
-        shifted_coarse=shifted[0],
-        shifted_fine=shifted[1],
+        parent=numbers,
+        coarse=positions,
+        fine=positions,
+        added=positions,
+        faces=np.empty((0, 2, 3), np.int32),
+        moved_end=numbers,
+        moved=numbers,
+        shifted_end=numbers,
+        shifted=numbers,
+        shifted_coarse=positions,
+        shifted_fine=positions,
     )
+
+
+def joined_splits(splits: Splits, rows: Splits) -> Splits:
+    """Return splits and the next ones, whose ends of parts count from their own begin."""
+    rows = rows._replace(
+        moved_end=rows.moved_end + np.int32(len(splits.moved)),
+        shifted_end=rows.shifted_end + np.int32(len(splits.shifted)),
+    )
+    pairs: Any = zip(splits[2:], rows[2:], strict=True)
+    columns: list[Any] = [np.concatenate(pair) for pair in pairs]
+    return Splits(splits.base_positions, splits.base_faces, *columns)
 
 
 def group_ranges(vertices: int) -> list[tuple[int, int]]:
     """Return the first slot and the end of each group of splits: (4, 8), (8, 16), and so on.
 
-    Each group doubles the number of vertices. A history file has one stream per group, and a
-    history keeps one snapshot per group.
+    Each group doubles the number of vertices. A history keeps one snapshot per group.
     """
     starts = [4 << number for number in range(group_count(vertices))]
     return [(start, min(2 * start, vertices)) for start in starts]

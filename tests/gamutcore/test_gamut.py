@@ -67,35 +67,32 @@ class TestFile:
         assert read.to_bytes() == fogra39_gamut.to_bytes()
 
     @pytest.mark.parametrize(
-        "metadata",
+        "description",
         [
+            None,
+            "",
+            [],
             {},
-            {"gamut": ""},
-            {"gamut": "null"},
-            {"gamut": "[]"},
-            {"gamut": "{}"},
-            {"gamut": '{"id": 5, "options": {}}'},
-            {"gamut": '{"id": "00"}'},
-            {"gamut": '{"id": "00", "options": null}'},
-            {"gamut": '{"id": "00", "options": []}'},
-            {"gamut": '{"id": "00", "options": {"gamma": 7}}'},
-            {"gamut": '{"id": "00", "options": {"5": 7}}'},
-            {"gamut": "[" * 100_000},
+            {"id": 5, "options": {}},
+            {"id": "00"},
+            *({"id": "00", "options": options} for options in (None, [], {"gamma": 7}, {"5": 7})),
+            {"id": "00", "options": {}},
             *(
-                {"gamut": '{"id": "00", "options": {}' + levels + "}"}
+                {"id": "00", "options": {}, "levels": levels}
                 for levels in (
-                    "",
-                    ', "levels": []',
-                    ', "levels": [{}]',
-                    ', "levels": [5]',
-                    ', "levels": [{"triangles": "many"}]',
-                    ', "levels": [{"triangles": 4, "distance_bound": []}, {"triangles": 6}]',
+                    [],
+                    [{}],
+                    [5],
+                    [{"triangles": "many"}],
+                    [{"triangles": 4, "distance_bound": []}, {"triangles": 6}],
                 )
             ),
         ],
     )
-    def test_a_history_that_describes_no_gamut_is_refused(self, small_history, metadata, tmp_path):
-        data = history_bytes(small_history, metadata)
+    def test_a_history_that_describes_no_gamut_is_refused(
+        self, small_history, description, tmp_path
+    ):
+        data = history_bytes(small_history, description)
         with pytest.raises(HistoryFileError):
             Gamut.from_bytes(data)
         path = tmp_path / "gamut"
@@ -106,14 +103,10 @@ class TestFile:
     @settings(max_examples=150)
     @given(place=st.floats(0, 1, exclude_max=True), flip=st.integers(1, 255))
     @pytest.mark.slow
-    def test_a_changed_byte_of_the_header_is_refused_or_read(self, small_gamut, place, flip):
+    def test_a_changed_byte_of_the_header_is_refused(self, small_gamut, place, flip):
         data = bytearray(small_gamut.to_bytes())
-        data[int(place * (8 + int.from_bytes(data[:8], "little")))] ^= flip
-        outcome = attempt(lambda: Gamut.from_bytes(bytes(data)))
-        if isinstance(outcome, Gamut):
-            assert outcome.history.full() == small_gamut.history.full()
-        else:
-            assert isinstance(outcome, HistoryFileError)
+        data[int(place * (8 + int.from_bytes(data[:4], "little")))] ^= flip
+        assert isinstance(attempt(lambda: Gamut.from_bytes(bytes(data))), HistoryFileError)
 
     def test_save_and_load(self, small_gamut, tmp_path):
         small_gamut.save(tmp_path / "small.gamut")

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import json
+import struct
+import zlib
+from types import SimpleNamespace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,11 +16,12 @@ from gamutcore.history import History, history_bytes
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from typing import Any
 
 
 @pytest.fixture(scope="session")
 def note() -> dict[str, str]:
-    """Return metadata of the caller with characters beyond ASCII."""
+    """Return a description of the caller with characters beyond ASCII."""
     return {"note": "größer\nals 🎨"}
 
 
@@ -99,3 +104,89 @@ def double_pyramid() -> Callable[[int], TriangleMesh]:
         )
 
     return body
+
+
+def _parts(data: bytes) -> tuple[dict[str, Any], list[bytes]]:
+    """Return the header and the bytes of each group of a file; sections are left out."""
+    size, _ = struct.unpack("<II", data[:8])
+    header, begin, groups = json.loads(data[8 : 8 + size]), 8 + size, []
+    for group in header["groups"]:
+        groups.append(data[begin : begin + group["bytes"]])
+        begin += group["bytes"]
+    return header, groups
+
+
+def _assembled(header: dict[str, Any], groups: list[bytes]) -> bytes:
+    """Return the file of a header and groups."""
+    text = json.dumps(header).encode()
+    return struct.pack("<II", len(text), zlib.crc32(text)) + text + b"".join(groups)
+
+
+def _with_header(data: bytes, **changes: object) -> bytes:
+    """Return a file with other values in its header, whose checksum is right; None removes one."""
+    header, groups = _parts(data)
+    header |= changes
+    return _assembled({key: value for key, value in header.items() if value is not None}, groups)
+
+
+def _column_layout(header: dict[str, Any], number: int) -> list[tuple[str, str, int, int]]:
+    group = header["groups"][number]
+    splits = group["vertices"] - 4 * 2**number
+    rows = {"splits": splits, "moved": group["moved"], "shifted": group["shifted"]}
+    return [(c["name"], "<" + c["dtype"], c["width"], rows[c["rows"]]) for c in header["columns"]]
+
+
+def _columns(data: bytes, number: int) -> dict[str, np.ndarray]:
+    """Return the columns of a group by name, (rows, width)."""
+    header, groups = _parts(data)
+    content, begin, arrays = zlib.decompress(groups[number]), 0, {}
+    for name, dtype, width, rows in _column_layout(header, number):
+        size = rows * width * np.dtype(dtype).itemsize
+        planes = np.frombuffer(content[begin : begin + size], np.uint8)
+        planes = planes.reshape(width * np.dtype(dtype).itemsize, rows)
+        arrays[name] = planes.T.copy().view(dtype).reshape(rows, width)
+        begin += size
+    return arrays
+
+
+def _with_columns(data: bytes, number: int, arrays: dict[str, np.ndarray]) -> bytes:
+    """Return a file with other columns in a group; lengths and checksums are right."""
+    header, groups = _parts(data)
+    group = header["groups"][number]
+    group["moved"], group["shifted"] = len(arrays["moved"]), len(arrays["shifted"])
+    content = b"".join(
+        np.ascontiguousarray(arrays[name], dtype).view(np.uint8).reshape(rows, -1).T.tobytes()
+        for name, dtype, _, rows in _column_layout(header, number)
+        if rows
+    )
+    return _with_group(_assembled(header, groups), number, zlib.compress(content))
+
+
+def _with_group(data: bytes, number: int, content: bytes) -> bytes:
+    """Return a file with other bytes in a group; lengths and checksums are right."""
+    header, groups = _parts(data)
+    groups[number] = content
+    header["groups"][number] |= {"bytes": len(content), "crc32": zlib.crc32(content)}
+    return _assembled(header, groups)
+
+
+def _group_end(data: bytes, number: int) -> int:
+    """Return where a group ends in the file."""
+    _, groups = _parts(data)
+    return 8 + struct.unpack("<I", data[:4])[0] + sum(map(len, groups[: number + 1]))
+
+
+@pytest.fixture(scope="session")
+def layout() -> SimpleNamespace:
+    """Return functions that take a history file apart and put it together, checksums and all.
+
+    They were written from docs/history-format.md.
+    """
+    return SimpleNamespace(
+        parts=_parts,
+        with_header=_with_header,
+        columns=_columns,
+        with_columns=_with_columns,
+        with_group=_with_group,
+        group_end=_group_end,
+    )

@@ -84,7 +84,7 @@ class TestDamage:
         for _ in range(2):
             with pytest.raises(HistoryFileError) as caught:
                 history.full()
-            assert caught.value.where["field"] == f"splits.{group:02d}"
+            assert caught.value.where["field"] == f"groups.{group:02d}"
             assert history.level(good) == small_history.level(good)
             with pytest.raises(HistoryFileError):
                 _ = history.splits
@@ -94,15 +94,12 @@ class TestDamage:
 
 
 @pytest.fixture
-def damaged(file):
-    """Return a file with wrong last bytes in one stream, and the number of that stream."""
+def damaged(file, layout):
+    """Return a file with wrong last bytes in one group, and the number of that group."""
     group = 3
     data = bytearray(file)
-    place = bytes(file).index(b'"splits.03"')
-    text = file[place : file.index(b"}", place)]
-    end = int(text.rsplit(b",", 1)[1].strip(b"]"))
-    begin = 8 + int.from_bytes(file[:8], "little")
-    for place in range(begin + end - 8, begin + end):
+    end = layout.group_end(file, group)
+    for place in range(end - 8, end):
         data[place] ^= 255
     return bytes(data), group
 

@@ -299,10 +299,14 @@ def test_the_model_is_a_small_part_of_a_saved_press() -> None:
 
 
 def test_another_reader_evaluates_a_saved_model_by_its_specification(tmp_path: Path) -> None:
-    """Only docs/history-format.md, safetensors and numpy: the kind `fit`."""
+    """Only docs/device-model-format.md, safetensors and numpy: the kind `fit`."""
     path = tmp_path / "press.gamut"
     press().save(path)
-    model = load(load(path.read_bytes())["device_model"].tobytes())
+    data = path.read_bytes()
+    header = json.loads(data[8 : 8 + int.from_bytes(data[:4], "little")])
+    (section,) = header["sections"]
+    assert section["name"] == "device_model"
+    model = load(data[-section["bytes"] :])
     device = printable(300, 4)
     distances = np.linalg.norm(device[:, None] - model["centres"], axis=2)
     colours = model["linear"][0] + device @ model["linear"][1:] + distances**3 @ model["weights"]

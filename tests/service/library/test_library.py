@@ -5,7 +5,7 @@ from collections import Counter
 
 import pytest
 
-from gamutcore.history import split_codec
+from gamutcore.history import columns
 from service.admission import Admission
 from service.library import Library
 from service.storage.gamuts import GamutDamagedError, GamutNotStoredError
@@ -129,7 +129,7 @@ def test_a_gamut_that_could_not_be_unpacked_is_opened_anew(filled_store, built, 
 
     async def scenario():
         opened = await library.open(built[0].id)
-        monkeypatch.setattr(split_codec, "read_group", no_memory)
+        monkeypatch.setattr(columns, "_inflate_columns", no_memory)
         with pytest.raises(MemoryError):
             await library.unpack(opened, triangles)
         monkeypatch.undo()

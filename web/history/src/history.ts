@@ -1,20 +1,11 @@
 // Levels of a history: splits are read once, then undone and applied in place
-// (docs/history-format.md, "How is a split read?").
-import { BitReader, CLASSES, Contexts } from "./bits.js";
-import { DeviceValues } from "./device.js";
+// (docs/history-format.md, "Groups").
+import { GroupColumns } from "./columns.js";
 import { HistoryError } from "./errors.js";
-import { type Header, HistoryFile } from "./file.js";
+import { type Group, type Header, HistoryFile } from "./file.js";
 import { Timeline, grown } from "./timeline.js";
 
 const LARGEST_COORDINATE = 2 ** 24;
-const KINDS = 7;
-const KEPT = 0;
-const PARENT_ALONG = CLASSES;
-const PARENT_OFF = 2 * CLASSES;
-const ADDED_ALONG = 3 * CLASSES;
-const ADDED_OFF = 4 * CLASSES;
-const SHIFTED_ALONG = 5 * CLASSES;
-const SHIFTED_OFF = 6 * CLASSES;
 
 /** A triangle mesh: x, y, z of each vertex, and three vertices for each face. */
 export interface Level {
@@ -26,24 +17,30 @@ export interface Level {
  * A gamut boundary at any number of triangles, from a growing prefix of its history file.
  *
  * `append` takes the bytes of the file in order. `refineTo` moves to a level that the prefix
- * holds, finer or coarser than the present one. The first visit of a level reads the file. Later
+ * holds, finer or coarser than the present one. The first visit of a level reads its splits. Later
  * visits take time proportional to the difference of the levels.
  */
 export class History {
   private readonly file = new HistoryFile();
   private opened: Opened | null = null;
+  private received: Promise<void> = Promise.resolve();
 
-  /** @param bytes The beginning of the file, of any length. */
-  constructor(bytes?: Uint8Array) {
-    if (bytes !== undefined) this.append(bytes);
+  /** The history of a file, or of its beginning. */
+  static async from(bytes: Uint8Array): Promise<History> {
+    const history = new History();
+    await history.append(bytes);
+    return history;
   }
 
-  /** Append the bytes of the file that follow. */
-  append(chunk: Uint8Array): void {
-    this.file.append(chunk);
-    const { header } = this.file;
-    if (this.opened === null && header !== null) this.opened = new Opened(this.file, header);
-    this.opened?.receive();
+  /**
+   * Append the bytes of the file that follow, and inflate the groups that are complete.
+   *
+   * Damage rejects this and all later calls. The levels before it remain.
+   */
+  append(chunk: Uint8Array): Promise<void> {
+    const bytes = chunk.slice(); // the caller may reuse its buffer meanwhile
+    this.received = this.received.then(() => this.receive(bytes));
+    return this.received;
   }
 
   /** Whether the prefix holds the coarsest level. */
@@ -87,19 +84,29 @@ export class History {
     return { positions: scaled, faces: corners.slice(0, 6 * count - 12) };
   }
 
-  /**
-   * Device values of the present level in 0 to 1, slot by slot.
-   *
-   * Null if the gamut has none, or if the prefix does not hold those of this level. They are at
-   * the end of the file.
-   */
+  /** Device values of the present level in 0 to 1, slot by slot; null if the gamut has none. */
   get deviceValues(): Float32Array | null {
-    return this.open.deviceValues();
+    const { device, count, header } = this.open;
+    if (device === null) return null;
+    const scale = header.device!.steps;
+    return Float32Array.from(device.values.subarray(0, device.width * count), (v) => v / scale);
   }
 
   private get open(): Opened {
     if (this.opened === null) throw new HistoryError("the coarsest level is not there yet");
     return this.opened;
+  }
+
+  private async receive(bytes: Uint8Array): Promise<void> {
+    this.file.append(bytes);
+    const { header } = this.file;
+    if (header === null) return;
+    this.opened ??= new Opened(header);
+    for (;;) {
+      const next = await this.file.nextGroup();
+      if (next === null) return;
+      this.opened.receive(next.group, next.content);
+    }
   }
 }
 
@@ -112,57 +119,28 @@ class Opened {
   /** The slot at each corner. */
   corners: Int32Array<ArrayBuffer>;
   readonly positions: Timeline;
-  private device: DeviceValues | null = null;
+  readonly device: Timeline | null;
   /** Vertices of the finest level that was read. */
   private decoded = 4;
-  private group = 0;
-  private reader: BitReader | null = null;
-  private groupShifts = false;
-  private readonly contexts = new Contexts(KINDS * CLASSES, (context) =>
-    Math.floor(2 ** (context % CLASSES) / 2),
-  );
-  /** The next corner around the slot of each corner, counter-clockwise. */
-  private around: Int32Array<ArrayBuffer>;
-  /** One corner at each slot. */
-  private anyCorner = new Int32Array(4);
-  /** By split: the parent, and the corners at it where ring faces 0 and n begin. */
+  /** Groups that were inflated and not read. */
+  private readonly inflated: { group: Group; content: Uint8Array }[] = [];
+  private reader: GroupReader | null = null;
+  /** By split: the parent, and the end of its part of the moved corners. */
   private parents = new Int32Array(0);
-  private firsts = new Int32Array(0);
-  private cuts = new Int32Array(0);
-  /** The ring of the parent: corners at the parent, and neighbours relative to it. */
-  private ring = new Int32Array(16);
-  private dx = new Float64Array(16);
-  private dy = new Float64Array(16);
-  private dz = new Float64Array(16);
+  private ends = new Int32Array(1);
+  private moved = new Int32Array(0);
 
-  constructor(
-    private readonly file: HistoryFile,
-    readonly header: Header,
-  ) {
+  constructor(readonly header: Header) {
     this.positions = new Timeline(3, header.positions);
     this.corners = Int32Array.from(header.faces);
-    this.around = new Int32Array(12);
-    const byEdge = new Map<number, number>();
-    for (let corner = 0; corner < 12; corner++) {
-      const slot = this.corners[corner]!;
-      this.anyCorner[slot] = corner;
-      byEdge.set(4 * slot + this.corners[following(corner)]!, corner);
-    }
-    for (let corner = 0; corner < 12; corner++) {
-      const edge = 4 * this.corners[corner]! + this.corners[preceding(corner)]!;
-      this.around[corner] = byEdge.get(edge)!;
-    }
+    const { device } = header;
+    this.device = device === null ? null : new Timeline(device.channels.length, device.base);
   }
 
-  /** Find how far the prefix reaches. */
-  receive(): void {
-    while (this.group < this.header.groups && this.file.stream("splits", this.group) !== null) {
-      this.available = Math.min(this.header.vertices, 4 * 2 ** ++this.group);
-    }
-    if (this.device === null && this.header.device !== null) {
-      const base = this.file.deviceBase;
-      if (base !== null) this.device = new DeviceValues(this.header.device, base);
-    }
+  receive(group: Group, content: Uint8Array): void {
+    if (this.available < group.start) return; // behind a split that is not valid
+    this.inflated.push({ group, content });
+    this.available = group.end;
   }
 
   moveTo(count: number): void {
@@ -170,288 +148,208 @@ class Opened {
     while (this.count > count) this.coarsen();
   }
 
-  deviceValues(): Float32Array | null {
-    const { device, count } = this;
-    if (device === null) return null;
-    if (device.decoded < count && (!isPowerOfTwo(device.decoded) || this.deviceStream() !== null)) {
-      // They are read along the positions, so the level is passed again.
-      this.moveTo(device.decoded);
-      this.moveTo(count);
-    }
-    return device.decoded < count ? null : device.level(count);
-  }
-
   private refine(): void {
     const slot = this.count;
     const split = slot - 4;
     if (slot === this.decoded) {
-      this.readSplit(slot);
-      this.decoded += 1;
+      try {
+        this.readSplit(slot);
+      } catch (error) {
+        this.cancel(slot);
+        throw error;
+      }
     } else {
       this.positions.apply(split);
+      this.device?.apply(split);
+      for (let i = this.ends[split]!; i < this.ends[split + 1]!; i++) {
+        this.corners[this.moved[i]!] = slot;
+      }
     }
-    if (this.device !== null) this.refineDevice(this.device, slot);
-    this.connect(slot, this.parents[split]!, this.firsts[split]!, this.cuts[split]!);
+    this.addFaces(slot);
     this.count += 1;
   }
 
-  private refineDevice(device: DeviceValues, slot: number): void {
-    if (slot < device.decoded) {
-      device.timeline.apply(slot - 4);
-      return;
+  /** Return to the level before a split that is not valid, which is then the finest one. */
+  private cancel(slot: number): void {
+    const split = slot - 4;
+    for (let corner = 0; corner < 6 * slot - 12; corner++) {
+      if (this.corners[corner] === slot) this.corners[corner] = this.parents[split]!;
     }
-    if (slot > device.decoded) return;
-    if (isPowerOfTwo(slot)) {
-      const stream = this.deviceStream();
-      if (stream === null) return;
-      device.begin(stream, Math.min(2 * slot, this.header.vertices));
-    }
-    device.read(slot, this.positions);
-  }
-
-  /** The stream of the next device values if they begin a group; null if it is not there. */
-  private deviceStream(): Uint8Array | null {
-    return this.file.stream("device", Math.log2(this.device!.decoded) - 2);
+    this.positions.cancel(split);
+    this.device?.cancel(split);
+    this.available = slot;
   }
 
   private coarsen(): void {
     const slot = --this.count;
     const split = slot - 4;
-    this.disconnect(slot, this.parents[split]!, this.firsts[split]!, this.cuts[split]!);
+    for (let i = this.ends[split]!; i < this.ends[split + 1]!; i++) {
+      this.corners[this.moved[i]!] = this.parents[split]!;
+    }
     this.positions.undo(split);
-    if (this.device !== null && slot < this.device.decoded) this.device.timeline.undo(split);
+    this.device?.undo(split);
   }
 
-  private reserve(slots: number): void {
-    this.positions.reserve(slots);
-    this.corners = grown(this.corners, 6 * slots - 12);
-    this.around = grown(this.around, 6 * slots - 12);
-    this.anyCorner = grown(this.anyCorner, slots);
-    this.parents = grown(this.parents, slots - 4);
-    this.firsts = grown(this.firsts, slots - 4);
-    this.cuts = grown(this.cuts, slots - 4);
+  private addFaces(slot: number): void {
+    const { corners, moved, ends } = this;
+    const split = slot - 4;
+    const parent = this.parents[split]!;
+    const left = corners[previousCorner(moved[ends[split + 1]! - 1]!)]!;
+    const right = corners[nextCorner(moved[ends[split]!]!)]!;
+    corners.set([parent, slot, left, slot, parent, right], 6 * slot - 12);
   }
 
+  /** Read a split, check it, and apply it to all but the new faces. */
   private readSplit(slot: number): void {
-    if (isPowerOfTwo(slot)) {
-      this.reader = new BitReader(this.file.stream("splits", Math.log2(slot) - 2)!);
-      this.groupShifts = this.reader.bits(1) === 1;
-      this.reserve(Math.min(2 * slot, this.header.vertices));
-    }
+    const split = slot - 4;
+    if (this.reader === null || this.reader.group.end === slot) this.openGroup();
     const reader = this.reader!;
-    const split = slot - 4;
-    const parent = reader.below(slot);
-    const degree = this.readRing(reader, parent);
-    const code = reader.adaptive(this.contexts, KEPT);
-    if (code > degree - 2) throw new HistoryError("the parent keeps more faces than it has");
-    const half = Math.ceil(degree / 2);
-    const kept = half + code < degree ? half + code : degree - 1 - code;
-    this.readPositions(reader, parent, slot, degree, kept);
+    const row = slot - reader.group.start;
+    const parent = reader.parent[row]!;
+    if (parent < 0 || parent >= slot) throw new HistoryError("a parent does not exist");
     this.parents[split] = parent;
-    this.firsts[split] = this.ring[0]!;
-    this.cuts[split] = this.ring[kept]!;
-    if (isPowerOfTwo(slot + 1) || slot + 1 === this.header.vertices) reader.finish();
-  }
-
-  /** Read where the ring of a parent starts, and put it into `ring`. Return the degree. */
-  private readRing(reader: BitReader, parent: number): number {
-    const { around } = this;
-    const begin = this.anyCorner[parent]!;
-    let first = begin;
-    let degree = 0;
-    let corner = begin;
-    do {
-      if (corner < first) first = corner; // a slot has one corner in a face
-      degree += 1;
-      corner = around[corner]!;
-    } while (corner !== begin);
-    corner = first;
-    for (let turn = reader.below(degree); turn > 0; turn--) corner = around[corner]!;
-    if (degree > this.ring.length) {
-      this.ring = new Int32Array(2 * degree);
-      [this.dx, this.dy, this.dz] = [0, 1, 2].map(() => new Float64Array(2 * degree)) as Triple;
+    this.readFan(reader, row, slot, parent);
+    const shifted = reader.shiftedOf(row);
+    shifted.forEach((neighbour, i) => {
+      const before = i > 0 ? shifted[i - 1]! : -1;
+      if (neighbour <= before || neighbour >= slot || neighbour === parent) {
+        throw new HistoryError("a neighbour that moves does not exist");
+      }
+    });
+    const first = reader.shiftedEnd - shifted.length;
+    const far = LARGEST_COORDINATE;
+    write(this.positions, reader.positions, row, split, parent, shifted, first, -far, far);
+    if (this.device !== null) {
+      const most = this.header.device!.steps;
+      write(this.device, reader.device!, row, split, parent, shifted, first, 0, most);
     }
-    for (let i = 0; i < degree; i++, corner = around[corner]!) this.ring[i] = corner;
-    return degree;
+    this.decoded += 1;
   }
 
-  private readPositions(
-    reader: BitReader,
-    parent: number,
-    slot: number,
-    degree: number,
-    kept: number,
-  ): void {
-    const { contexts, corners, positions, ring, dx, dy, dz } = this;
+  /** Give the corners of a split that move to the new slot; they must be a fan of the parent. */
+  private readFan(reader: GroupReader, row: number, slot: number, parent: number): void {
+    const { corners, ends } = this;
     const split = slot - 4;
-    const { values } = positions;
-    const here: [number, number, number] = [
-      values[3 * parent]!,
-      values[3 * parent + 1]!,
-      values[3 * parent + 2]!,
-    ];
-    for (let i = 0; i < degree; i++) {
-      const at = 3 * corners[following(ring[i]!)]!;
-      dx[i] = values[at]! - here[0];
-      dy[i] = values[at + 1]! - here[1];
-      dz[i] = values[at + 2]! - here[2];
-    }
-    let nx = 0;
-    let ny = 0;
-    let nz = 0;
-    let distance = 0;
-    for (let i = 0; i < degree; i++) {
-      const j = i + 1 === degree ? 0 : i + 1;
-      nx += dy[i]! * dz[j]! - dz[i]! * dy[j]!;
-      ny += dz[i]! * dx[j]! - dx[i]! * dz[j]!;
-      nz += dx[i]! * dy[j]! - dy[i]! * dx[j]!;
-      distance += Math.abs(dx[i]!) + Math.abs(dy[i]!) + Math.abs(dz[i]!);
-    }
-    const normal = [nx, ny, nz];
-    let w = Math.abs(ny) > Math.abs(nx) ? 1 : 0;
-    if (Math.abs(nz) > Math.abs(normal[w]!)) w = 2;
-    const u = (w + 1) % 3;
-    const v = (w + 2) % 3;
-    const flat = normal[w] === 0;
-    const slopeU = flat ? 0 : -normal[u]! / normal[w]!;
-    const slopeV = flat ? 0 : -normal[v]! / normal[w]!;
-    const relative = [dx, dy, dz];
-    const du = relative[u]!;
-    const dv = relative[v]!;
-    const dw = relative[w]!;
-    let off = 0;
-    for (let i = 0; i < degree; i++) {
-      off += Math.abs(dw[i]! - (slopeU * du[i]! + slopeV * dv[i]!));
-    }
-    const size = lengthClass(distance, degree);
-    const height = lengthClass(off, degree);
-
-    const plane = (along: number, across: number) =>
-      Math.floor(slopeU * along + slopeV * across + 0.5);
-    const put = (whose: number, x: number, y: number, z: number, a: number, b: number, c: number) => {
-      const from = [x, y, z];
-      from[u]! += a;
-      from[v]! += b;
-      from[w]! += c;
-      for (let axis = 0; axis < 3; axis++) {
-        const value = from[axis]!;
-        if (Math.abs(value) > LARGEST_COORDINATE) throw new HistoryError("a position is too large");
-        values[3 * whose + axis] = value;
+    const begin = ends[split]!;
+    const fan = reader.movedOf(row);
+    let last = -1;
+    for (const corner of fan) {
+      // a corner that has moved is no longer at the parent, so none moves twice
+      if (corner < 0 || corner >= 6 * slot - 12 || corners[corner] !== parent) {
+        throw new HistoryError("a corner that moves is not at the parent");
       }
-    };
-
-    positions.remember(parent);
-    const a = ahead(du, degree, kept) + reader.signed(contexts, PARENT_ALONG + size);
-    const b = ahead(dv, degree, kept) + reader.signed(contexts, PARENT_ALONG + size);
-    const c = plane(a, b) + reader.signed(contexts, PARENT_OFF + height);
-    put(parent, ...here, a, b, c);
-    const a2 = -a + reader.signed(contexts, ADDED_ALONG + height);
-    const b2 = -b + reader.signed(contexts, ADDED_ALONG + height);
-    const c2 = plane(a2, b2) + reader.signed(contexts, ADDED_OFF + height);
-    put(slot, ...here, a2, b2, c2);
-
-    if (this.groupShifts && reader.bits(1) === 1) {
-      for (let i = 0; i < degree; i++) {
-        if (reader.bits(1) === 0) continue;
-        const s = reader.signed(contexts, SHIFTED_ALONG + size);
-        const t = reader.signed(contexts, SHIFTED_ALONG + size);
-        const q = plane(s, t) + reader.signed(contexts, SHIFTED_OFF + height);
-        const moved = corners[following(ring[i]!)]!;
-        positions.remember(moved);
-        const at = 3 * moved;
-        put(moved, values[at]!, values[at + 1]!, values[at + 2]!, s, t, q);
+      if (last >= 0 && corners[previousCorner(last)] !== corners[nextCorner(corner)]) {
+        throw new HistoryError("the corners that move are no fan");
       }
+      corners[corner] = slot;
+      last = corner;
     }
-    positions.close(split);
+    const left = corners[previousCorner(last)];
+    if (fan.length === 0 || left === corners[nextCorner(fan[0]!)]) {
+      throw new HistoryError("the parent keeps no face, or all");
+    }
+    this.moved = grown(this.moved, begin + fan.length, true);
+    this.moved.set(fan, begin);
+    ends[split + 1] = begin + fan.length;
   }
 
-  /** Give ring faces n to D − 1 to the new slot, and add its two faces. */
-  private connect(slot: number, parent: number, first: number, cut: number): void {
-    const { corners, around } = this;
-    const one = 6 * slot - 12;
-    const two = one + 3;
-    const left = corners[following(first)]!;
-    const right = corners[following(cut)]!;
-    let lastKept = first;
-    while (around[lastKept] !== cut) lastKept = around[lastKept]!;
-    let last = cut;
-    corners[cut] = slot;
-    while (around[last] !== first) {
-      last = around[last]!;
-      corners[last] = slot;
-    }
-    corners[one] = parent;
-    corners[one + 1] = slot;
-    corners[one + 2] = left;
-    corners[two] = slot;
-    corners[two + 1] = parent;
-    corners[two + 2] = right;
-    around[lastKept] = two + 1;
-    around[two + 1] = one;
-    around[one] = first;
-    around[last] = one + 1;
-    around[one + 1] = two;
-    around[two] = cut;
-    around[following(first)] = one + 2;
-    around[one + 2] = preceding(last);
-    around[following(cut)] = two + 2;
-    around[two + 2] = preceding(lastKept);
-    this.anyCorner[parent] = first;
-    this.anyCorner[slot] = cut;
-  }
-
-  /** Undo `connect`. */
-  private disconnect(slot: number, parent: number, first: number, cut: number): void {
-    const { corners, around } = this;
-    const one = 6 * slot - 12;
-    const two = one + 3;
-    let lastKept = first;
-    while (around[lastKept] !== two + 1) lastKept = around[lastKept]!;
-    let last = cut;
-    corners[cut] = parent;
-    while (around[last] !== one + 1) {
-      last = around[last]!;
-      corners[last] = parent;
-    }
-    around[lastKept] = cut;
-    around[last] = first;
-    around[following(first)] = preceding(last);
-    around[following(cut)] = preceding(lastKept);
-    this.anyCorner[parent] = first;
-    this.anyCorner[corners[following(first)]!] = following(first);
-    this.anyCorner[corners[following(cut)]!] = following(cut);
+  private openGroup(): void {
+    const { group, content } = this.inflated.shift()!;
+    this.reader = new GroupReader(group, new GroupColumns(this.header.columns, group, content));
+    this.positions.reserve(group.end);
+    this.device?.reserve(group.end);
+    this.corners = grown(this.corners, 6 * group.end - 12);
+    this.parents = grown(this.parents, group.end - 4);
+    this.ends = grown(this.ends, group.end - 3);
   }
 }
 
-type Triple = [Float64Array<ArrayBuffer>, Float64Array<ArrayBuffer>, Float64Array<ArrayBuffer>];
+/** Columns of values at slots: positions or device values. */
+interface ValueColumns {
+  middle: Int32Array;
+  edge: Int32Array;
+  shift: Int32Array;
+}
+
+/** Reads the splits of a group in order. */
+class GroupReader {
+  readonly parent: Int32Array;
+  readonly positions: ValueColumns;
+  readonly device: ValueColumns | null;
+  /** End of the rows of neighbours that were read. */
+  shiftedEnd = 0;
+  private movedEnd = 0;
+
+  constructor(
+    readonly group: Group,
+    private readonly columns: GroupColumns,
+  ) {
+    this.parent = columns.of("parent");
+    const values = (kind: string) => ({
+      middle: columns.of(`${kind}middle`),
+      edge: columns.of(`${kind}edge`),
+      shift: columns.of(`${kind}shift`),
+    });
+    this.positions = values("");
+    this.device = columns.of("device_edge") === undefined ? null : values("device_");
+    for (const name of ["moved", "shifted"] as const) {
+      const sum = columns.of(`${name}_count`).reduce((total, count) => total + count, 0);
+      if (sum !== group[name]) throw new HistoryError("the counts are not those of the rows");
+    }
+  }
+
+  movedOf(row: number): Int32Array {
+    const begin = this.movedEnd;
+    this.movedEnd += this.columns.of("moved_count")[row]!;
+    return this.columns.of("moved").subarray(begin, Math.max(begin, this.movedEnd));
+  }
+
+  shiftedOf(row: number): Int32Array {
+    const begin = this.shiftedEnd;
+    this.shiftedEnd += this.columns.of("shifted_count")[row]!;
+    return this.columns.of("shifted").subarray(begin, Math.max(begin, this.shiftedEnd));
+  }
+}
+
+/** Write and record the values of a split. */
+function write(
+  timeline: Timeline,
+  { middle, edge, shift }: ValueColumns,
+  row: number,
+  split: number,
+  parent: number,
+  shifted: Int32Array,
+  first: number,
+  least: number,
+  most: number,
+): void {
+  const { values, width } = timeline;
+  const put = (slot: number, place: number, value: number) => {
+    if (value < least || value > most) throw new HistoryError("a value is out of range");
+    values[width * slot + place] = value;
+  };
+  timeline.remember(parent);
+  for (let place = 0; place < width; place++) {
+    const long = edge[width * row + place]!;
+    const fine = values[width * parent + place]! + middle[width * row + place]! - (long >> 1);
+    put(parent, place, fine);
+    put(split + 4, place, fine + long);
+  }
+  shifted.forEach((slot, i) => {
+    timeline.remember(slot);
+    for (let place = 0; place < width; place++) {
+      put(slot, place, values[width * slot + place]! + shift[width * (first + i) + place]!);
+    }
+  });
+  timeline.close(split);
+}
 
 /** The next corner of the face of a corner. */
-function following(corner: number): number {
+function nextCorner(corner: number): number {
   return corner % 3 === 2 ? corner - 2 : corner + 1;
 }
 
 /** The corner before a corner in its face. */
-function preceding(corner: number): number {
+function previousCorner(corner: number): number {
   return corner % 3 === 0 ? corner + 2 : corner - 1;
-}
-
-function isPowerOfTwo(value: number): boolean {
-  return (value & (value - 1)) === 0;
-}
-
-/** The smallest class with `total` < degree · 2^class, at most the last. */
-function lengthClass(total: number, degree: number): number {
-  let found = 0;
-  while (found < CLASSES - 1 && !(total < degree * 2 ** found)) found++;
-  return found;
-}
-
-/** Predicted movement of the parent along one axis. */
-function ahead(d: Float64Array, degree: number, kept: number): number {
-  let near = 0;
-  for (let i = 0; i <= kept; i++) near += d[i]!;
-  let far = 0;
-  for (let i = kept; i < degree; i++) far += d[i]!;
-  far += d[0]!;
-  return Math.floor((2 * (near / (kept + 1)) - far / (degree - kept + 1)) / 5 + 0.5);
 }

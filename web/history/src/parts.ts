@@ -2,7 +2,7 @@
 import { HistoryError } from "./errors.js";
 
 /** Bytes of the first part: about 2,000 triangles. */
-const FIRST_PART = 32 * 1024;
+const FIRST_PART = 48 * 1024;
 const GROWTH = 4;
 const LARGEST_PART = 1 << 20;
 

@@ -4,7 +4,7 @@
  * Integers of all slots at the present level, with a record of their changes.
  *
  * A split changes its parent and may change neighbours. The record keeps both values of each
- * change, so that the splits can be undone and applied again without reading the stream.
+ * change, so that the splits can be undone and applied again without reading the file.
  */
 export class Timeline {
   /** `width` integers per slot. Those of slots beyond the level are those of their birth. */
@@ -49,6 +49,14 @@ export class Timeline {
     this.ends[split + 1] = this.changes;
   }
 
+  /** Undo what was remembered of a split that is not complete. */
+  cancel(split: number): void {
+    for (let i = this.ends[split]!; i < this.changes; i++) {
+      this.copy(this.before, i, this.values, this.slots[i]!);
+    }
+    this.changes = this.ends[split]!;
+  }
+
   apply(split: number): void {
     for (let i = this.ends[split]!; i < this.ends[split + 1]!; i++) {
       this.copy(this.after, i, this.values, this.slots[i]!);
@@ -61,27 +69,20 @@ export class Timeline {
     }
   }
 
-  /** Slots that a split changes: the parent, then the neighbours that move. */
-  changed(split: number): Int32Array {
-    return this.slots.subarray(this.ends[split], this.ends[split + 1]);
-  }
-
-  /** Values of the parent before a split. */
-  parentBefore(split: number): Int32Array {
-    const first = this.ends[split]! * this.width;
-    return this.before.subarray(first, first + this.width);
-  }
-
   private copy(source: Int32Array, from: number, target: Int32Array, to: number): void {
     const { width } = this;
     for (let i = 0; i < width; i++) target[width * to + i] = source[width * from + i]!;
   }
 }
 
-/** The array with at least so many elements. */
-export function grown(array: Int32Array<ArrayBuffer>, length: number): Int32Array<ArrayBuffer> {
+/** The array with at least so many elements, or twice as many as before if it grows often. */
+export function grown(
+  array: Int32Array<ArrayBuffer>,
+  length: number,
+  often = false,
+): Int32Array<ArrayBuffer> {
   if (array.length >= length) return array;
-  const larger = new Int32Array(length);
+  const larger = new Int32Array(often ? Math.max(length, 2 * array.length) : length);
   larger.set(array);
   return larger;
 }

@@ -10,7 +10,7 @@ import { History } from "../src/index.js";
 
 const device = process.argv[2] === "--device";
 const [file, ...counts] = process.argv.slice(device ? 3 : 2);
-const history = new History(new Uint8Array(readFileSync(file!)));
+const history = await History.from(new Uint8Array(readFileSync(file!)));
 const all = Array.from({ length: history.vertices - 3 }, (_, i) => 4 + 2 * i);
 
 /** Write all of it: a pipe takes what fits. */

@@ -25,10 +25,10 @@ self.onmessage = ({ data: order }: MessageEvent<Order>) => {
 
 async function load(source: Source): Promise<void> {
   if ("bytes" in source) {
-    history.append(source.bytes);
+    await history.append(source.bytes);
   } else {
     for await (const { bytes, total } of parts(source.address, { headers: source.headers, ...(source.isShort ? { first: SHORT } : {}) })) {
-      history.append(bytes);
+      await history.append(bytes);
       if (!history.ready) continue;
       const available = 2 * history.vertices - 4;
       report({ kind: "received", bytes: history.size, total, available, complete: false });
