@@ -4,5 +4,5 @@ __all__ = ["ALGORITHM_VERSION", "__version__"]
 
 __version__ = "0.1.0"
 
-ALGORITHM_VERSION = 22
+ALGORITHM_VERSION = 23
 """Raised whenever the same input and options would give another history; part of every gamut id."""
