@@ -144,13 +144,11 @@ class TestBuilds:
         np.testing.assert_array_equal(parts[1].t, whole[1].t)
 
 
-@pytest.mark.slow
-def test_api_keys(guarded_server):
-    server = guarded_server
-    with gamutclient.Client(server.url, api_key=servers.READER[0]) as client:
+def test_api_keys(guarded_app):
+    with gamutclient.Client(guarded_app, api_key=servers.READER[0]) as client:
         assert len(client.references()) > 50
     with (
-        gamutclient.Client(server.url) as client,
+        gamutclient.Client(guarded_app) as client,
         pytest.raises(gamutclient.ServiceError) as caught,
     ):
         client.references()

@@ -1,7 +1,8 @@
 """One client with much work does not keep another one waiting.
 
-Bounds are multiples of the time of one request of the attack, so they hold on any machine. The
-attacker's requests one after the other would exceed them.
+Bounds are multiples of the time of one request of the attack, alone or as one of many, so they hold
+on any machine, and while others use it. The attacker's requests one after the other would exceed
+them.
 """
 
 import contextlib
@@ -47,7 +48,7 @@ def loaded(start_server):
 def attack(loaded):
     """Send many requests of one client at once, and meanwhile ask questions of another one.
 
-    Return the seconds of one request of the attack alone, and of the slowest answer by question.
+    Return the seconds of one request of the attack, and of the slowest answer by question.
     """
 
     def send(client, method, path, **arguments):
@@ -62,6 +63,7 @@ def attack(loaded):
             send(OTHER, *question[0], **question[1])
         send(ATTACKER, *request[0], **request[1])
         alone = send(ATTACKER, *request[0], **request[1])
+        start = time.perf_counter()
         slowest = [0.0] * len(questions)
         with ThreadPoolExecutor(count) as threads:
             attacks = [
@@ -73,7 +75,8 @@ def attack(loaded):
                     seconds = send(OTHER, *question[0], **question[1])
                     slowest[number] = max(slowest[number], seconds)
             assert [each.result() for each in attacks]
-        return alone, slowest
+        # other programs may have had more of the machine than before
+        return max(alone, (time.perf_counter() - start) / count), slowest
 
     return run
 
@@ -161,7 +164,7 @@ def test_answers_that_one_client_does_not_read_stop_no_other_client(small_server
     for lightness in range(40, 50):
         fields = {"X-Forwarded-For": OTHER}
         address = f"{small_server.url}{small_server.gamut}/slice?lightness={lightness}"
-        assert httpx.get(address, headers=fields, timeout=10).status_code == 200
+        assert httpx.get(address, headers=fields, timeout=HANG).status_code == 200
 
 
 def test_a_complete_answer_counts_until_it_is_read(small_server, unread):
