@@ -13,7 +13,6 @@ from gamutcore import Gamut
 
 ROOT = Path(__file__).parents[3]
 INKS = ["C", "M", "Y", "K"]
-CUBE = "L,a,b\n" + "".join(f"{L},{a},{b}\n" for L in (20, 80) for a in (-30, 30) for b in (-30, 30))
 FEW = ("--surface-samples", "20000")
 
 
@@ -338,10 +337,9 @@ def test_gamuts_for_pictures_have_a_space_of_their_own(command, cubes, tmp_path)
     assert (red < green, built, purple) == (False, False, True)
     assert blue(cubes / "small.gamut")[1:] == (False, True)
     assert blue(mesh)[1:] == (False, True)
-    (tmp_path / "source.csv").write_text(CUBE)
-    sources = ("--method", "sgck", "--from", tmp_path / "source.csv")
-    assert blue(*press, *sources)[1]
-    assert not blue(cubes / "small.gamut", *sources)[1]
+    sources = ("--method", "sgck", "--from")
+    assert blue(*press, *sources, "sRGB")[1]
+    assert not blue(cubes / "small.gamut", *sources, cubes / "large.gamut")[1]
     (tmp_path / "table.csv").write_text("L,a,b\n30,20,-90\n")
     _, told = command("map", tmp_path / "table.csv", "--gamut", *press)
     assert "CAM16-UCS" not in told

@@ -136,15 +136,15 @@ def test_the_measurements_within_a_profile_have_its_gamut(shared_data, file, tag
 
 
 @pytest.mark.slow
-def test_an_ink_limit_takes_a_part_of_the_gamut_away(fogra39):
+def test_an_ink_limit_takes_a_part_of_the_gamut_away(few_patches):
     volumes = [
-        Gamut(fogra39, surface_samples=4000, **options).description["volume"]
+        Gamut(few_patches, surface_samples=4000, **options).description["volume"]
         for options in ({"ink_limit": 150}, {"ink_limit": 240}, {"ink_limit": 320}, {})
     ]
     assert volumes == sorted(volumes)
     assert volumes[0] < 0.9 * volumes[3]
     # K = 0 alone loses 20 % of the volume (reference/characterisation.md, what users expect).
-    without_black = Gamut(fogra39, surface_samples=4000, black_limit=0)
+    without_black = Gamut(few_patches, surface_samples=4000, black_limit=0)
     assert 0.75 < without_black.description["volume"] / volumes[3] < 0.85
 
 

@@ -229,14 +229,16 @@ class TestFile:
         history, _ = history_from_bytes(file, partial=True)
         assert history.device_values(30) == inked[0].device_values(30)
 
-    def test_a_press_takes_less_than_24_bits_for_each_vertex(self, fogra39_gamut):
-        header, _ = header_of(fogra39_gamut.to_bytes())
+    @pytest.mark.long  # of default size: smaller ones take more bits
+    def test_a_press_takes_less_than_24_bits_for_each_vertex(self, fogra39):
+        gamut = Gamut(fogra39)
+        header, _ = header_of(gamut.to_bytes())
         sizes = [
             entry["data_offsets"][1] - entry["data_offsets"][0]
             for name, entry in header.items()
             if name.startswith("device.")
         ]
-        assert 8 * sum(sizes) < 24 * fogra39_gamut.history.vertices
+        assert 8 * sum(sizes) < 24 * gamut.history.vertices
 
 
 class TestReaderInJavaScript:

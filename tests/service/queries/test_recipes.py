@@ -93,14 +93,17 @@ def test_device_values_have_the_colours_of_the_package(server, press):
     ],
 )
 def test_other_device_values_are_refused(server, path, body, status, code):
-    answer = server.client.post(f"/v1/gamuts/{path}/colours", json=body)
+    address = f"/v1/gamuts/{path}/colours"
+    answer = server.client.post(address, params={"surface_samples": 2000}, json=body)
     assert (answer.status_code, answer.json()["code"]) == (status, code)
     assert answer.json()["remedy"]
 
 
 def test_tables_of_device_values_are_refused(server):
     answer = server.client.post(
-        "/v1/gamuts/srgb/colours", content="R,G,B\n0,0,0\n", headers={"Content-Type": "text/csv"}
+        "/v1/gamuts/srgb/colours?surface_samples=2000",
+        content="R,G,B\n0,0,0\n",
+        headers={"Content-Type": "text/csv"},
     )
     assert answer.status_code == 415
     assert "application/json" in answer.json()["remedy"]
