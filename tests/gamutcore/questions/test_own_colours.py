@@ -66,7 +66,8 @@ def test_samples_are_outside_by_the_misfit_of_the_model_at_most(
     name: str, limit: int | None
 ) -> None:
     data = (ROOT / "examples" / name).read_bytes()
-    gamut = Gamut(data) if limit is None else Gamut(data, ink_limit=limit)
+    limits = {} if limit is None else {"ink_limit": limit}
+    gamut = Gamut(data, surface_samples=20_000, **limits)
     samples = read_characterisation(data)
     assert isinstance(samples, Samples)
     assert samples.device is not None
