@@ -18,7 +18,7 @@ from service.settings import Settings
 from service.storage.gamuts import GamutStore
 from service.storage.local import LocalBlobs
 
-HANG = 120
+HANG = 600
 MEBIBYTE = 2**20
 JSON, CSV = "application/json", "text/csv"
 FORM = "multipart/form-data; boundary=x"

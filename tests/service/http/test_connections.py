@@ -11,7 +11,7 @@ from service.server import server_config
 from service.settings import Settings
 
 HEAD = b"GET /livez HTTP/1.1\r\nHost: localhost\r\n"
-HANG = 120
+HANG = 600
 
 
 @pytest.fixture
