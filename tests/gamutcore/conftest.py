@@ -221,8 +221,8 @@ def press_gamut(fogra39: bytes) -> Gamut:
     return Gamut(fogra39, surface_samples=5000, ink_limit=300)
 
 
-LARGE_SAMPLES = 30_000
-"""Samples of the large gamuts of FOGRA39L: a third of the default, for a third of the time."""
+LARGE_SAMPLES = 40_000
+"""Samples of the large gamuts of FOGRA39L, which have 58,000 triangles."""
 
 
 @pytest.fixture(scope="session")

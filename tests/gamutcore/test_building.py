@@ -52,7 +52,7 @@ class TestId:
 
 class TestDescription:
     def test_says_what_went_in(self, fogra39_gamut, fogra39):
-        description, options = fogra39_gamut.description, Options(surface_samples=30_000)
+        description, options = fogra39_gamut.description, Options(surface_samples=40_000)
         digest = hashlib.sha256(fogra39).hexdigest()
         assert description["id"] == fogra39_gamut.id == gamut_id(options, digest)
         assert description["options"] == options.to_mapping()
