@@ -79,8 +79,10 @@ FIRST_FILES = (
     "service/broker/test_celery_worker.py",
     "service/building/test_builds.py",
     "service/routes/test_failures.py",
+    "service/routes/test_jobs.py",
+    "service/test_load.py",
+    "gamutcore/cli/test_documented_commands.py",
     "gamutcore/decimation/test_decimation.py",
-    "gamutcore/decimation/test_plain_python.py",
     "gamutcore/test_warm.py",
     "service/test_end_to_end.py",
 )
