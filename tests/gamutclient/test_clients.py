@@ -130,7 +130,7 @@ class TestBuilds:
         assert built.id not in {each["id"] for each in client.gamuts("FOGRA51")}
 
     def test_ids_stay_in_their_place_of_the_address(self, client):
-        for gamut_id in ("../references", "srgb/mesh", "srgb?space=Oklab", ""):
+        for gamut_id in ("../references", "pointer/mesh", "pointer?space=Oklab", ""):
             with pytest.raises(gamutclient.ServiceError):
                 client.gamut(gamut_id)
 
