@@ -37,7 +37,7 @@ os.environ["GAMUTCORE_CACHE_DIR"] = ""
 # What a test uses marks it as well:
 
 SLOW_FIXTURES = {
-    *("browser", "cluster", "gltf_report", "guarded_server", "javascript_levels"),
+    *("browser", "cluster", "gltf_report", "javascript_levels"),
     *("observed_server", "proxy", "s3", "server", "services", "small_server", "start_server"),
     *("typescript_program", "viewgam"),
     *("fogra39_gamut", "fogra39_boundary", "fogra39_finest", "fogra39_quadric"),
@@ -79,8 +79,10 @@ FIRST_FILES = (
     "service/broker/test_celery_worker.py",
     "service/building/test_builds.py",
     "service/routes/test_failures.py",
+    "service/routes/test_jobs.py",
+    "service/test_load.py",
+    "gamutcore/cli/test_documented_commands.py",
     "gamutcore/decimation/test_decimation.py",
-    "gamutcore/decimation/test_plain_python.py",
     "gamutcore/test_warm.py",
     "service/test_end_to_end.py",
 )
@@ -107,6 +109,15 @@ def _commands_once() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(typer.main, "get_command", functools.cache(typer.main.get_command))
         yield
+
+
+def one_slow_rest_long(first: object, *others: object) -> list[Any]:
+    """Mark the first case for `make test-all`, and the others for `make test-long`."""
+    return [
+        pytest.param(*case if isinstance(case, tuple) else (case,), marks=marks)
+        for marks, cases in ((pytest.mark.slow, [first]), (pytest.mark.long, others))
+        for case in cases
+    ]
 
 
 def missing(what: str) -> None:

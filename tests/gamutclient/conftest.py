@@ -14,9 +14,9 @@ import gamutcore
 
 # The tests' folders are no packages.
 sys.path.insert(0, str(Path(__file__).parents[1] / "service"))
-from servers import guarded_server, server, sphere, start_server
+from servers import guarded_app, serve_app, server, sphere, start_server
 
-__all__ = ["guarded_server", "server", "sphere", "start_server"]
+__all__ = ["guarded_app", "serve_app", "server", "sphere", "start_server"]
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "FOGRA39L.ti3"
 SAMPLES = 1000

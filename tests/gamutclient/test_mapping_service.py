@@ -19,10 +19,14 @@ ROOT = Path(__file__).parents[2]
 RUNNING = re.compile(r"Uvicorn running on (http://127\.0\.0\.1:\d+)")
 REQUESTS, ROWS = 100, 500
 
-UNHURRIED = """
-import httpx, uvicorn
+SAMPLES = 4000
+PATIENT_AND_COARSE = f"""
+import functools, httpx, uvicorn
 from gamutclient import clients
 clients.TIMEOUT = httpx.Timeout(600.0)
+clients.AsyncClient.build = functools.partialmethod(
+    clients.AsyncClient.build, surface_samples={SAMPLES}
+)
 uvicorn.main()
 """
 
@@ -33,7 +37,7 @@ def mapping_service(server, tmp_path_factory):
     with log.open("wb") as output:
         process = subprocess.Popen(
             [
-                *(sys.executable, "-c", UNHURRIED, "--app-dir", ROOT / "examples"),
+                *(sys.executable, "-c", PATIENT_AND_COARSE, "--app-dir", ROOT / "examples"),
                 *("mapping_service:app", "--port", "0"),
             ],
             env={
@@ -78,7 +82,8 @@ def test_a_hundred_requests_in_flight(mapping_service):
 
     answers = asyncio.run(ask())
     assert {answer.status_code for answer in answers} == {200}
-    press = gamutcore.Gamut(ROOT / "examples" / "FOGRA39L.ti3", ink_limit=300)
+    path = ROOT / "examples" / "FOGRA39L.ti3"
+    press = gamutcore.Gamut(path, ink_limit=300, surface_samples=SAMPLES)
     for number in (0, 57, 99):
         mapped = np.load(io.BytesIO(answers[number].content))
         expected = press.map(batches[number], max_error=0.5).points

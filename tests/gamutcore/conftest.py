@@ -221,22 +221,26 @@ def press_gamut(fogra39: bytes) -> Gamut:
     return Gamut(fogra39, surface_samples=5000, ink_limit=300)
 
 
+LARGE_SAMPLES = 40_000
+"""Samples of the large gamuts of FOGRA39L, which have 58,000 triangles."""
+
+
 @pytest.fixture(scope="session")
 def fogra39_gamut(fogra39: bytes) -> Gamut:
-    """Return the gamut of FOGRA39L with default options."""
-    return Gamut(fogra39)
+    """Return a large gamut of FOGRA39L; other options are the defaults."""
+    return Gamut(fogra39, surface_samples=LARGE_SAMPLES)
 
 
 @pytest.fixture(scope="session")
 def fogra39_points(fogra39: bytes) -> np.ndarray:
-    """Return the surface colours of FOGRA39L with default options."""
-    return surface_colours(read_characterisation(fogra39)).points
+    """Return the surface colours of the large gamut of FOGRA39L."""
+    return surface_colours(read_characterisation(fogra39), surface_samples=LARGE_SAMPLES).points
 
 
 @pytest.fixture(scope="session")
 def fogra39_boundary(fogra39: bytes) -> Boundary:
-    """Return the full boundary of FOGRA39L with default options, about 146,000 triangles."""
-    colours = surface_colours(read_characterisation(fogra39))
+    """Return the full boundary of the large gamut of FOGRA39L."""
+    colours = surface_colours(read_characterisation(fogra39), surface_samples=LARGE_SAMPLES)
     options = Options()
     wrapping = wrap_colours(
         colours.points,

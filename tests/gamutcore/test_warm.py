@@ -14,8 +14,15 @@ ROOT = Path(__file__).parents[2]
 SIGNATURES = """
 import json, sys
 from pathlib import Path
-from gamutcore.kernels import KERNELS
+import numpy as np
+from gamutcore.kernels import KERNELS, watchers
 from gamutcore.warm import use_kernels
+
+names = set()
+watchers.append(names.add)
+group, root = sys.argv[1], Path(sys.argv[2])
+use_kernels(group)
+entry_points = len(names)
 
 def signatures():
     return {f"{k.py_func.__module__}.{k.py_func.__name__}": len(k.signatures) for k in KERNELS}
@@ -23,10 +30,15 @@ def signatures():
 def report(before):
     after = signatures()
     new = sorted(name for name in after if after[name] != before.get(name, 0))
-    print(json.dumps({"used": sum(before.values()), "new": new}))
+    print(json.dumps({"entry_points": entry_points, "used": sum(before.values()), "new": new}))
 
 from gamutcore.export import FORMATS, mesh_file
 from gamutcore import Gamut, Options
+
+press, lut, matrix = (
+    (root / path).read_bytes()
+    for path in ("examples/FOGRA39L.ti3", "tests/data/sRGB-v4.icc", "tests/data/DisplayP3-v4.icc")
+)
 
 def write(level):
     three = level.device is not None and len(level.device.channels) == 3
@@ -35,17 +47,14 @@ def write(level):
             mesh_file(level, name, {"title": "x"})
 """
 
-BUILDS_AND_READING = """
-use_kernels("default")
+DEFAULT = """
 before = signatures()
 from gamutcore.levels import LevelRequest, LevelSearch
-root, folder = Path(sys.argv[1]), Path(sys.argv[2])
-built = [
-    Gamut((root / path).read_bytes(), surface_samples=2000).to_bytes()
-    for path in ("examples/FOGRA39L.ti3", "tests/data/sRGB-v4.icc", "tests/data/DisplayP3-v4.icc")
-]
-for data in (*built, *(path.read_bytes() for path in folder.iterdir())):
-    read = Gamut.from_bytes(data)
+bare = np.random.default_rng(0).normal(size=(300, 3))
+bare = 40 * bare / np.linalg.norm(bare, axis=1, keepdims=True) + (50, 0, 0)
+for data in (press, lut, matrix, bare):
+    samples = {} if data is bare else {"surface_samples": 2000}
+    read = Gamut.from_bytes(Gamut(data, **samples).to_bytes())
     search, request = LevelSearch(read.description["levels"]), LevelRequest(None, 1e-3, 1e-3)
     search.find(read.history, request)
     for triangles in (4, 300, read.history.triangles):
@@ -53,16 +62,10 @@ for data in (*built, *(path.read_bytes() for path in folder.iterdir())):
 report(before)
 """
 
-OPTIONS = """
+OPTIONAL = """
 use_kernels("default")
-use_kernels("optional")
 before = signatures()
 from gamutcore.levels import voxel_mismatch
-root = Path(sys.argv[1])
-press, lut, matrix = (
-    (root / path).read_bytes()
-    for path in ("examples/FOGRA39L.ti3", "tests/data/sRGB-v4.icc", "tests/data/DisplayP3-v4.icc")
-)
 hull = {"cost": "quadric", "boundary": "convex-hull", "intent": "absolute"}
 for data, options in (
     *((press, each) for each in ({"cost": "finest"}, hull, {"boundary": "segment-maxima"})),
@@ -78,52 +81,29 @@ voxel_mismatch(read.history.full(), cursor.mesh)
 report(before)
 """
 
+CIEDE2000 = "report(signatures())"
 
-def outcome(script, *arguments):
+USES = {"default": DEFAULT, "optional": OPTIONAL, "ciede2000": CIEDE2000}
+"""What needs no kernel beyond a group: builds with default options, of bare colours and with device
+values, and reading; then other options and metrics, beside the first group."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("group", kernels.GROUPS)
+def test_a_group_has_the_promised_kernels_and_its_uses_need_no_others(group):
+    """One process for each group: importing and loading the kernels takes most of the time."""
     ended = subprocess.run(
-        [sys.executable, "-c", SIGNATURES + script, *map(str, arguments)],
+        [sys.executable, "-c", SIGNATURES + USES[group], group, str(ROOT)],
         cwd=ROOT,
         check=False,
         capture_output=True,
         text=True,
     )
     assert ended.returncode == 0, ended.stderr
-    return json.loads(ended.stdout)
-
-
-@pytest.mark.slow
-def test_builds_with_default_options_and_reading_need_the_default_group_alone(
-    small_gamut, fogra39_gamut, tmp_path
-):
-    """Of bare colours, and with device values."""
-    (tmp_path / "bare").write_bytes(small_gamut.to_bytes())
-    (tmp_path / "device").write_bytes(fogra39_gamut.to_bytes())
-    found = outcome(BUILDS_AND_READING, ROOT, tmp_path)
-    assert found["used"] > 10
-    assert found["new"] == []
-
-
-@pytest.mark.slow
-def test_other_options_and_metrics_need_no_further_kernel():
-    assert outcome(OPTIONS, ROOT)["new"] == []
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("group", kernels.GROUPS)
-def test_the_number_of_kernels_that_a_service_promises_is_right(group):
-    script = (
-        "import sys\n"
-        "from gamutcore.kernels import watchers\n"
-        "from gamutcore.warm import use_kernels\n"
-        "names = set()\n"
-        "watchers.append(names.add)\n"
-        "use_kernels(sys.argv[1])\n"
-        "print(len(names))\n"
-    )
-    ended = subprocess.run(
-        [sys.executable, "-c", script, group], cwd=ROOT, check=True, capture_output=True, text=True
-    )
-    assert int(ended.stdout) == kernels.ENTRY_POINTS[group]
+    told = json.loads(ended.stdout)
+    assert told["entry_points"] == kernels.ENTRY_POINTS[group]
+    assert told["used"] > 10
+    assert told["new"] == []
 
 
 @pytest.mark.slow

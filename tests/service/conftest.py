@@ -24,9 +24,9 @@ sys.path.insert(0, str(Path(__file__).parent))
 import browser as chromium
 import emulators
 import google_storage
-from servers import Server, guarded_server, server, shared_server, sphere, start_server
+from servers import Server, guarded_app, serve_app, server, shared_server, sphere, start_server
 
-__all__ = ["Server", "guarded_server", "server", "sphere", "start_server"]
+__all__ = ["Server", "guarded_app", "serve_app", "server", "sphere", "start_server"]
 
 
 @pytest.fixture(autouse=True)

@@ -167,20 +167,21 @@ def test_a_server_raises_its_limit_of_open_files_as_far_as_it_goes(server):
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux has prlimit")
-def test_exhausted_file_descriptors_are_a_problem_to_retry(start_server, sphere, assert_problem):
-    server = start_server()
-    server.wait_ready()
+def test_exhausted_file_descriptors_are_a_problem_to_retry(server, sphere, assert_problem):
     body = {"samples": sphere(seed=31)}
     limits = resource.prlimit(server.process.pid, resource.RLIMIT_NOFILE)
+    server.wait_ready()  # The connection is kept: no other one could be opened.
     # No number below the limit is free: those in use begin at 0.
     resource.prlimit(server.process.pid, resource.RLIMIT_NOFILE, (3, limits[1]))
-    refused = server.client.post("/v1/gamuts", json=body)
+    try:
+        refused = server.client.post("/v1/gamuts", json=body)
+    finally:
+        resource.prlimit(server.process.pid, resource.RLIMIT_NOFILE, limits)
     document = assert_problem(refused, 503, "overloaded")
     assert int(refused.headers["retry-after"]) > 0
     assert document["type"] == "/problems/overloaded"
-    resource.prlimit(server.process.pid, resource.RLIMIT_NOFILE, limits)
     assert server.client.post("/v1/gamuts", json=body).status_code == 201
-    server.kill()
+    server.wait_ready()
 
 
 class TestWorker:

@@ -1,7 +1,7 @@
 """One client with much work does not keep another one waiting.
 
-Bounds are multiples of the time of one request of the attack, so they hold on any machine. The
-attacker's requests one after the other would exceed them.
+Bounds are parts of the time of the whole attack, so they hold on any machine, and while other
+programs use it. An answer that waits for all requests of the attacker exceeds them.
 """
 
 import contextlib
@@ -36,7 +36,7 @@ def loaded(start_server):
         answer = server.client.post(
             "/v1/gamuts",
             files={"file": PRESS.read_bytes()},
-            data={"options": json.dumps({"surface_samples": 15_000, "ink_limit": limit})},
+            data={"options": json.dumps({"surface_samples": 6000, "ink_limit": limit})},
         )
         assert answer.status_code == 201, answer.text
         server.gamuts.append(answer.json()["links"]["self"])
@@ -47,7 +47,7 @@ def loaded(start_server):
 def attack(loaded):
     """Send many requests of one client at once, and meanwhile ask questions of another one.
 
-    Return the seconds of one request of the attack alone, and of the slowest answer by question.
+    Return the seconds of the attack, and of the slowest answer by question.
     """
 
     def send(client, method, path, **arguments):
@@ -62,6 +62,7 @@ def attack(loaded):
             send(OTHER, *question[0], **question[1])
         send(ATTACKER, *request[0], **request[1])
         alone = send(ATTACKER, *request[0], **request[1])
+        start = time.perf_counter()
         slowest = [0.0] * len(questions)
         with ThreadPoolExecutor(count) as threads:
             attacks = [
@@ -73,7 +74,7 @@ def attack(loaded):
                     seconds = send(OTHER, *question[0], **question[1])
                     slowest[number] = max(slowest[number], seconds)
             assert [each.result() for each in attacks]
-        return alone, slowest
+        return time.perf_counter() - start, slowest
 
     return run
 
@@ -90,16 +91,16 @@ def test_comparisons_of_full_boundaries_leave_turns_for_small_questions(loaded, 
     comparison = ("GET", f"/v1/comparisons?a={one}&b={other}&max_error=0"), {}
     colours = ("POST", f"{loaded.gamuts[0]}/contains"), {"json": COLOURS}
     section = ("GET", f"{loaded.gamuts[0]}/slice?lightness=50"), {}
-    alone, (single, sliced) = attack(40, comparison, [colours, section])
-    assert single <= 4 * alone + 0.2
-    assert sliced <= 8 * alone + 0.2
+    whole, (single, sliced) = attack(20, comparison, [colours, section])
+    assert single <= whole / 3
+    assert sliced <= whole / 2
 
 
 def test_a_small_picture_waits_for_one_large_one_at_most(loaded, attack):
-    address = f"{loaded.gamuts[0]}/map?method=spatial&iterations=100"
+    address = f"{loaded.gamuts[0]}/map?method=spatial&iterations=60"
     large, small = (("POST", address), png(400, 300)), (("POST", address), png(40, 40))
-    alone, (waited,) = attack(4, large, [small])
-    assert waited <= 2 * alone
+    whole, (waited,) = attack(6, large, [small])
+    assert waited <= whole / 2
 
 
 def test_tables_of_recipes_leave_turns_for_single_colours(loaded, attack):
@@ -108,10 +109,10 @@ def test_tables_of_recipes_leave_turns_for_single_colours(loaded, attack):
     np.save(file, colours.astype(np.float32))
     body = {"content": file.getvalue(), "headers": {"Content-Type": "application/x-npy"}}
     table = ("POST", f"{loaded.gamuts[0]}/recipes"), body
-    alone, (single,) = attack(
+    whole, (single,) = attack(
         6, table, [(("POST", f"{loaded.gamuts[1]}/contains"), {"json": COLOURS})]
     )
-    assert single <= alone
+    assert single <= whole / 3
 
 
 @pytest.fixture(scope="module")
@@ -161,7 +162,7 @@ def test_answers_that_one_client_does_not_read_stop_no_other_client(small_server
     for lightness in range(40, 50):
         fields = {"X-Forwarded-For": OTHER}
         address = f"{small_server.url}{small_server.gamut}/slice?lightness={lightness}"
-        assert httpx.get(address, headers=fields, timeout=10).status_code == 200
+        assert httpx.get(address, headers=fields, timeout=HANG).status_code == 200
 
 
 def test_a_complete_answer_counts_until_it_is_read(small_server, unread):

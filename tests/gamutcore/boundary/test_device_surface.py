@@ -14,6 +14,7 @@ from gamutcore.colours.sampling import device_surface, outward_faces
 from gamutcore.decimation import decimate
 from gamutcore.errors import CentreError, FlatPointsError, OptionError
 from gamutcore.history import build_history
+from tests.conftest import one_slow_rest_long
 
 MIXTURES = np.array([[30.0, 60, 40], [45, -70, 50], [15, 20, -80], [-35, 10, 5], [-20, -15, 15]])
 """Colours of the single channels. Later ones darken, as inks do."""
@@ -171,12 +172,11 @@ def test_a_build_without_a_device_model_is_refused(table):
     assert error.value.where == {"field": "boundary"}
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("file", "options"),
-    [
-        ("press/FOGRA39L.ti3", {}),
+    one_slow_rest_long(
         ("press/FOGRA39L.ti3", {"ink_limit": 250}),
+        ("press/FOGRA39L.ti3", {}),
         ("press/TR002.ti3", {}),
         ("press/ISOcoated_v2_300_bas.icc", {"ink_limit": 300, "black_limit": 80}),
         ("display/phone_RGBW_LCD_602.txt", {}),
@@ -184,19 +184,20 @@ def test_a_build_without_a_device_model_is_refused(table):
         ("display/Panasonic-TV_2014.icc", {"space": "CAM16-UCS"}),
         ("display/Canon_projector.icc", {}),
         ("oracle/Ref-ECG-CMYKOGV_FOGRA55_TAC300.icc", {}),
-    ],
+    ),
 )
 def test_real_devices(shared_data, file, options):
     """Valid, and the volume of five times as many points, measured with other rays."""
     data = (shared_data / file).read_bytes()
-    gamut = Gamut(data, {"boundary": "device-surface", "surface_samples": 20_000, **options})
+    samples = 4000 if file.endswith(".ti3") else 20_000
+    gamut = Gamut(data, {"boundary": "device-surface", "surface_samples": samples, **options})
     centre = gamut.description["centre"]
     full = gamut.level(gamut.history.triangles)
     assert full.validity(centre).is_gamut
     for triangles in (4, 100, 1000):
         assert gamut.level(triangles).validity(centre).is_gamut
     assert gamut.level(1000).device is not None
-    dense = Gamut(data, {"boundary": "device-surface", "surface_samples": 100_000, **options})
+    dense = Gamut(data, {"boundary": "device-surface", "surface_samples": 5 * samples, **options})
     # seven inks have 672 faces, for which 20,000 points are few
     tolerance = 1e-2 if "FOGRA55" in file else 1e-3
     assert gamut.description["volume"] == pytest.approx(dense.description["volume"], rel=tolerance)

@@ -25,7 +25,7 @@ def test_srgb_in_ciexyz_is_the_determinant_of_its_primaries():
 @pytest.mark.slow
 @pytest.mark.parametrize("space", ["CIELAB", "Oklab", "CAM16-UCS", "ITP"])
 def test_a_reference_is_once_srgb(space):
-    volumes = reference("srgb", space=space).description["volumes"]
+    volumes = reference("srgb", space=space, surface_samples=50_000).description["volumes"]
     assert volumes["relative"]["times_srgb"] == pytest.approx(1, abs=1.5e-3)
 
 
@@ -33,7 +33,7 @@ def test_a_reference_is_once_srgb(space):
 @pytest.mark.parametrize("space", ["CIELAB", "CAM16-UCS"])
 def test_the_other_intent_has_the_volume_of_its_own_build(fogra39, space):
     relative, absolute = (
-        Gamut(fogra39, surface_samples=20_000, space=space, intent=intent)
+        Gamut(fogra39, surface_samples=5000, space=space, intent=intent)
         for intent in ("relative", "absolute")
     )
     for intent, built in (("relative", relative), ("absolute", absolute)):
@@ -45,9 +45,8 @@ def test_the_other_intent_has_the_volume_of_its_own_build(fogra39, space):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("space", ["CIELAB", "Oklab"])
-@pytest.mark.parametrize("source", ["profile", "reference"])
-def test_the_own_white_of_a_display(small_profile, space, source):
+@pytest.mark.parametrize(("source", "space"), [("profile", "CIELAB"), ("reference", "Oklab")])
+def test_the_own_white_of_a_display(small_profile, source, space):
     """The surface of the cube is used, because hulls differ from one space to another."""
     data = small_profile("sRGB-v2-magic.icc")
     options = {"space": space, "boundary": "device-surface", "surface_samples": 20_000}

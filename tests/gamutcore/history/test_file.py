@@ -112,10 +112,12 @@ class TestRoundTrip:
         for triangles in (4, 10, 1000, 10_001, history.triangles):
             assert history.level(triangles) == large_history.level(triangles)
 
-    @pytest.mark.slow
-    def test_the_large_one_is_compact(self, large_history):
+    @pytest.mark.parametrize("cost", ["volume", "finest"])
+    @pytest.mark.long  # of default size
+    def test_one_of_default_size_is_compact(self, fogra39, cost):
         """Issue 48 accepts 1.7 MB for FOGRA39L; 1.46 MB and 1.54 MB (`finest`) were measured."""
-        assert len(history_bytes(large_history)) < 1_700_000
+        history = Gamut(fogra39, cost=cost).history
+        assert len(history_bytes(history)) < 1_700_000
 
     @pytest.mark.parametrize("vertices", [4, 5, 7, 8, 9, 15, 16, 17])
     def test_last_group_of_any_length(self, small_history, first_levels, vertices):
@@ -533,7 +535,7 @@ class TestReaderInJavaScript:
     @pytest.mark.slow
     def test_levels_of_a_large_one(self, javascript_levels, large_history):
         full = large_history.triangles
-        counts = [*range(4, 400, 2), *range(400, 8000, 500), 20_000, 50_000, full]
+        counts = [*range(4, 400, 2), *range(400, 8000, 500), 20_000, 40_000, full]
         levels = javascript_levels(history_bytes(large_history), counts)
         assert_same_levels(levels, map(large_history.level, counts))
 

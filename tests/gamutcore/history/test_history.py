@@ -20,7 +20,7 @@ READERS = [("glb", "trimesh"), ("glb", "pygltflib"), ("ply", "trimesh"), ("ply",
 def spread_counts(fogra39_gamut):
     """Return 200 triangle counts across FOGRA39L, each a fixed part larger than the one before."""
     maximum = fogra39_gamut.history.triangles
-    steps = np.geomspace(4, maximum, 240)
+    steps = np.geomspace(4, maximum, 260)
     counts = sorted({min(int(n) // 2 * 2, maximum) for n in steps})
     assert len(counts) >= 200
     assert (counts[0], counts[-1]) == (4, maximum)

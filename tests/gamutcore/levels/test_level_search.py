@@ -138,7 +138,7 @@ def test_bounds_are_tight(small_history, small_search, distances_to):
         triangles, bounds = small_search.find(small_history, limits)
         answers[triangles] = bounds
     # bounds of the curve are less tight
-    for triangles in sorted(answers.keys() - set(curve_counts(full.triangles)))[::10]:
+    for triangles in sorted(answers.keys() - set(curve_counts(full.triangles)))[:4]:
         bounds = answers[triangles]
         level = small_history.level(triangles)
         assert mismatch(full, level) <= bounds.mismatch * (1 + 2e-5)

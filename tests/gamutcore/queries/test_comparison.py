@@ -130,7 +130,7 @@ def full():
     """Return a function that gives the full boundary of a reference gamut."""
 
     def build(name):
-        history = gamutcore.reference(name, surface_samples=60_000).history
+        history = gamutcore.reference(name, surface_samples=20_000).history
         mesh = history.full()
         return mesh, build_index(mesh.vertices, mesh.faces, history.centre)
 

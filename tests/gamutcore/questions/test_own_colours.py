@@ -16,6 +16,7 @@ from gamutcore.colours import InkLimits, measured_colours, surface_colours
 from gamutcore.colours.device_model import device_model
 from gamutcore.colours.reference import reference_lab, reference_white, rgb_xyz
 from gamutcore.references import REFERENCES
+from tests.conftest import one_slow_rest_long
 
 if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
@@ -25,16 +26,6 @@ RGB_SPACES = [slug for slug, each in REFERENCES.items() if each.kind == "rgb"]
 PRESSES = ["FOGRA39L.ti3", "FOGRA29L.ti3"]
 
 CUBE = list(product((40, 60), (-10, 10), (-10, 10)))
-
-
-def one_slow_rest_long(first: object, *others: object) -> list[Any]:
-    """Mark the first case for `make test-all`, and the others for `make test-long`."""
-    return [
-        pytest.param(*case if isinstance(case, tuple) else (case,), marks=marks)
-        for marks, cases in ((pytest.mark.slow, [first]), (pytest.mark.long, others))
-        for case in cases
-    ]
-
 
 LEVELS: tuple[dict[str, Any], ...] = ({}, {"max_error": 0.0}, {"triangles": 100})
 
@@ -75,7 +66,8 @@ def test_samples_are_outside_by_the_misfit_of_the_model_at_most(
     name: str, limit: int | None
 ) -> None:
     data = (ROOT / "examples" / name).read_bytes()
-    gamut = Gamut(data) if limit is None else Gamut(data, ink_limit=limit)
+    limits = {} if limit is None else {"ink_limit": limit}
+    gamut = Gamut(data, surface_samples=20_000, **limits)
     samples = read_characterisation(data)
     assert isinstance(samples, Samples)
     assert samples.device is not None
@@ -124,7 +116,8 @@ def test_no_colour_of_a_device_is_outside(
 ) -> None:
     """Neither of the surface of the device's cube, nor of its inside."""
     path = shared_data / name
-    gamut = Gamut(path) if limit is None else Gamut(path, ink_limit=limit)
+    limits = {} if limit is None else {"ink_limit": limit}
+    gamut = Gamut(path, surface_samples=20_000, **limits)
     parsed = read_characterisation(path.read_bytes())
     assert isinstance(parsed, Samples | IccProfile)
     device = surface_colours(parsed, limits=InkLimits(limit), surface_samples=1000).device_colours

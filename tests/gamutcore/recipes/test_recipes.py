@@ -292,7 +292,7 @@ def test_a_saved_gamut_keeps_its_recipes(tmp_path: Path) -> None:
         Gamut.from_bytes(gamut.to_bytes()).to_device(colours)
 
 
-@pytest.mark.slow
+@pytest.mark.long  # of default size: a smaller gamut has the same model
 def test_the_model_is_a_small_part_of_a_saved_press() -> None:
     gamut = Gamut(ROOT / "examples" / "FOGRA39L.ti3")
     assert len(gamut.to_bytes()) >= 0.7 * len(gamut.to_bytes(device_model=True))

@@ -15,7 +15,7 @@ from service.settings import Settings
 from service.storage.gamuts import GamutStore
 
 LIMIT = "max_error=0.7&max_mismatch=0.02"
-HANG = 120
+HANG = 600
 """Seconds after which a test gives up; it never waits as long."""
 
 

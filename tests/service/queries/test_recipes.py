@@ -2,6 +2,7 @@
 
 import io
 import json
+import shutil
 from pathlib import Path
 
 import gamutclient
@@ -22,11 +23,11 @@ def press(server):
     return post_press(server), Gamut(PRESS, **OPTIONS)
 
 
-def post_press(server):
+def post_press(server, limit=300):
     answer = server.client.post(
         "/v1/gamuts",
         files={"file": PRESS.read_bytes()},
-        data={"options": json.dumps(OPTIONS)},
+        data={"options": json.dumps({**OPTIONS, "ink_limit": limit})},
     )
     assert answer.status_code in {200, 201}, answer.text
     return answer.json()["links"]["self"]
@@ -92,14 +93,17 @@ def test_device_values_have_the_colours_of_the_package(server, press):
     ],
 )
 def test_other_device_values_are_refused(server, path, body, status, code):
-    answer = server.client.post(f"/v1/gamuts/{path}/colours", json=body)
+    address = f"/v1/gamuts/{path}/colours"
+    answer = server.client.post(address, params={"surface_samples": 2000}, json=body)
     assert (answer.status_code, answer.json()["code"]) == (status, code)
     assert answer.json()["remedy"]
 
 
 def test_tables_of_device_values_are_refused(server):
     answer = server.client.post(
-        "/v1/gamuts/srgb/colours", content="R,G,B\n0,0,0\n", headers={"Content-Type": "text/csv"}
+        "/v1/gamuts/srgb/colours?surface_samples=2000",
+        content="R,G,B\n0,0,0\n",
+        headers={"Content-Type": "text/csv"},
     )
     assert answer.status_code == 415
     assert "application/json" in answer.json()["remedy"]
@@ -132,37 +136,42 @@ def test_colours_alone_have_no_recipes(server, cubes, assert_problem):
     assert "colours only" in answer.json()["detail"]
 
 
-def test_the_model_is_stored_once_and_removed_with_the_gamut(start_server, assert_problem):
-    server = start_server()
-    server.wait_ready()
-    address = post_press(server)
-    digest = server.client.get(f"{address}/history").headers["etag"]
-    assert not model_file(server, address).exists()
-    first = server.client.post(f"{address}/recipes", json={"colours": COLOURS})
-    assert first.status_code == 200, first.text
-    assert model_file(server, address).exists()
-    assert server.client.get(f"{address}/history").headers["etag"] == digest
+def test_the_model_is_stored_once_and_removed_with_the_gamut(
+    server, start_server, assert_problem, tmp_path
+):
+    """A second server has a copy of the store, with a damaged model, and with neither model nor
+    input."""
+    addresses, first = [], []
+    for limit in (290, 310):
+        address = post_press(server, limit)
+        digest = server.client.get(f"{address}/history").headers["etag"]
+        assert not model_file(server, address).exists()
+        answer = server.client.post(f"{address}/recipes", json={"colours": COLOURS})
+        assert answer.status_code == 200, answer.text
+        assert model_file(server, address).exists()
+        assert server.client.get(f"{address}/history").headers["etag"] == digest
+        addresses.append(address)
+        first.append(answer.json()["device"])
+    damaged, bare = addresses
+    for address in addresses:
+        for path in server.data.rglob(f"{address.rpartition('/')[2]}*"):
+            copy = tmp_path / "data" / path.relative_to(server.data)
+            copy.parent.mkdir(parents=True, exist_ok=True)
+            if address == damaged or copy.suffix not in {".model", ".input"}:
+                shutil.copyfile(path, copy)
+    second = start_server(tmp_path / "data")
     # damaged: made again of the input
-    content = bytearray(model_file(server, address).read_bytes())
+    content = bytearray(model_file(second, damaged).read_bytes())
     content[len(content) // 2] ^= 1
-    model_file(server, address).write_bytes(content)
-    server.stop()
-    server = start_server(server.data)
-    server.wait_ready()
-    again = server.client.post(f"{address}/recipes", json={"colours": COLOURS})
-    assert again.json()["device"] == first.json()["device"]
+    model_file(second, damaged).write_bytes(content)
+    again = second.client.post(f"{damaged}/recipes", json={"colours": COLOURS})
+    assert again.json()["device"] == first[0]
     # neither the model nor the input: the same data has to be posted again
-    name = address.rpartition("/")[2]
-    model_file(server, address).unlink()
-    (server.data / "inputs" / name[:2] / f"{name}.input").unlink()
-    server.stop()
-    server = start_server(server.data)
-    server.wait_ready()
-    gone = server.client.post(f"{address}/recipes", json={"colours": COLOURS})
+    gone = second.client.post(f"{bare}/recipes", json={"colours": COLOURS})
     assert_problem(gone, 422, "no-device-model")
     assert "Post the same data" in gone.json()["remedy"]
-    post_press(server)
-    back = server.client.post(f"{address}/recipes", json={"colours": COLOURS})
-    assert back.json()["device"] == first.json()["device"]
-    assert server.client.delete(address).status_code == 204
-    assert not model_file(server, address).exists()
+    post_press(second, 310)
+    back = second.client.post(f"{bare}/recipes", json={"colours": COLOURS})
+    assert back.json()["device"] == first[1]
+    assert second.client.delete(bare).status_code == 204
+    assert not model_file(second, bare).exists()

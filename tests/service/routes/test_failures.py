@@ -48,18 +48,6 @@ def test_what_was_accepted_or_built_outlives_kills_and_stops(
     accepted_jobs_finish(start, lambda samples: slow_build(samples // 2), kills=1, stops=1)
 
 
-def test_a_service_that_stops_says_so_before_it_ends(start_server, sphere, assert_problem):
-    server = start_server(stop_delay=3600)
-    server.wait_ready()
-    server.process.send_signal(signal.SIGTERM)
-    server.wait_for(lambda: "Not ready from now on" in server.log())
-    document = assert_problem(server.client.get("/readyz"), 503, "not-ready")
-    assert document["where"]["probes"]["builds"]["detail"] == "the service is stopping"
-    body = {"samples": sphere(seed=72)}
-    assert server.client.post("/v1/gamuts", json=body).status_code == 201
-    server.stop()  # a second signal ends the delay
-
-
 def test_a_store_that_is_away_is_named_until_it_is_back(server, assert_problem, sphere):
     temporary = server.data / "temporary"
     body = {"samples": sphere(seed=70)}
@@ -85,14 +73,14 @@ def test_a_store_that_is_away_is_named_until_it_is_back(server, assert_problem, 
         assert answer.headers["cache-control"] == "no-store"
 
 
-def test_damaged_files_are_never_served_and_built_again(
-    server, start_server, sphere, assert_problem, tmp_path
-):
+@pytest.fixture(scope="module")
+def damaged(server, start_server, sphere, tmp_path_factory):
+    """A server on a store with a fault in a file of each gamut; the gamuts, and their meshes."""
     bodies = [{"samples": sphere(seed)} for seed in range(50, 54)]
     gamuts = [server.client.post("/v1/gamuts", json=body).json() for body in bodies]
     meshes = [server.client.get(gamut["links"]["mesh"]).content for gamut in gamuts]
     # What is acknowledged is on the disk: what the server has written so far is a whole store.
-    data = tmp_path / "data"
+    data = tmp_path_factory.mktemp("damaged") / "data"
     for gamut in gamuts:
         for path in server.data.rglob(f"{gamut['id']}*"):
             copy = data / path.relative_to(server.data)
@@ -105,7 +93,11 @@ def test_damaged_files_are_never_served_and_built_again(
         content = bytearray(path.read_bytes())
         content[int(position * len(content))] ^= 4
         path.write_bytes(content)
-    second = start_server(data)
+    return start_server(data, stop_delay=3600), gamuts, meshes
+
+
+def test_damaged_files_are_never_served_and_built_again(damaged, assert_problem):
+    second, gamuts, meshes = damaged
     for gamut, mesh in zip(gamuts, meshes, strict=True):
         answer = second.client.get(gamut["links"]["mesh"])
         problem = assert_problem(answer, 503, "gamut-rebuilding")
@@ -113,10 +105,22 @@ def test_damaged_files_are_never_served_and_built_again(
         assert second.finished_job(problem["where"]["job"])["state"] == "succeeded"
         assert second.client.get(gamut["links"]["mesh"]).content == mesh
         assert second.client.get(gamut["links"]["history"]).status_code == 200
-    assert len(list((data / "quarantine").iterdir())) >= 4
-    second.stop()
+    assert len(list((second.data / "quarantine").iterdir())) >= 4
 
 
+def test_a_service_that_stops_says_so_before_it_ends(damaged, sphere, assert_problem):
+    server, *_ = damaged
+    server.wait_ready()
+    server.process.send_signal(signal.SIGTERM)
+    server.wait_for(lambda: "Not ready from now on" in server.log())
+    document = assert_problem(server.client.get("/readyz"), 503, "not-ready")
+    assert document["where"]["probes"]["builds"]["detail"] == "the service is stopping"
+    body = {"samples": sphere(seed=72)}
+    assert server.client.post("/v1/gamuts", json=body).status_code == 201
+    server.stop()  # a second signal ends the delay
+
+
+@pytest.mark.long  # test_builds has the same with a worker that follows a script
 def test_a_build_beyond_its_deadline_is_a_problem(start_server, slow_build, assert_problem):
     server = start_server(build_timeout=2)
     server.wait_ready()

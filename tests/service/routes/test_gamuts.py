@@ -219,7 +219,7 @@ def test_a_build_goes_on_when_its_client_leaves(server, sphere):
 
 
 def test_meshes_and_liveness_are_answered_during_a_build(server, slow_build, gamut):
-    job = server.client.post("/v1/gamuts", **slow_build(34_000), headers=ASYNC)
+    job = server.client.post("/v1/gamuts", **slow_build(10_000), headers=ASYNC)
     assert job.status_code == 202
     address = job.headers["location"]
     answered = 0

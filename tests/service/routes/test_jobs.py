@@ -39,7 +39,7 @@ def test_a_failed_job_says_why_and_can_be_tried_again(server, assert_problem):
 
 def test_a_running_job_tells_its_stage(server, slow_build):
     # a number of samples of its own: what others built on the same server would be there already
-    address = posted(server, slow_build(30_000))
+    address = posted(server, slow_build(8000))
     stages = []
 
     def finished():
@@ -86,7 +86,7 @@ def posted(server, arguments):
 
 
 def test_a_build_is_followed_to_its_end_by_several(server, slow_build):
-    address = posted(server, slow_build(32_000))
+    address = posted(server, slow_build(16_000))
     with concurrent.futures.ThreadPoolExecutor(5) as threads:
         streams = list(threads.map(lambda _: events(server, address), range(5)))
     for stream in streams:
@@ -203,4 +203,4 @@ def test_a_full_queue_refuses_before_the_body_and_lets_in_what_needs_no_place(
 
 
 def test_200_identical_requests_are_one_build_and_one_answer(server, slow_build):
-    identical_requests_are_one_build(server, slow_build(31_000), clients=200)
+    identical_requests_are_one_build(server, slow_build(9000), clients=200)

@@ -111,7 +111,7 @@ def test_what_the_worker_did_arrives(server, sphere, slow_build):
 
     # a worker that dies is seen, and so is the one that takes its place
     accepted = server.client.post(
-        "/v1/gamuts", **slow_build(33_000), headers={"prefer": "respond-async"}
+        "/v1/gamuts", **slow_build(20_000), headers={"prefer": "respond-async"}
     )
     address = accepted.headers["location"]
     server.wait_for(lambda: server.client.get(address).json()["stage"] in STAGES)

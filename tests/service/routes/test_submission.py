@@ -106,7 +106,7 @@ def test_few_large_files_are_in_memory_at_a_time(store, monkeypatch):
             for _ in large:
                 await sent.acquire()
             for _ in range(2):
-                assert await asyncio.to_thread(entered.acquire, timeout=120)
+                assert await asyncio.to_thread(entered.acquire, timeout=600)
             answers = [await post(b"small")]
             gate.set()
             return answers + await asyncio.gather(*large)

@@ -12,17 +12,19 @@ RUNNING = "8bfaf70c010695fb3f3451f29f8f42dc814d3f7d432d392a83efcdee1f43e92b"
 WAITING = "b07f816277abcd61c33ff82be078c4a3a33ee9e52a0642e3ad8191575c0c66ef"
 
 
-@pytest.fixture
-def upgraded(tmp_path, start_server):
-    shutil.copytree(STORE, tmp_path / "store")
-    return start_server(tmp_path / "store")
+@pytest.fixture(scope="module")
+def upgraded(tmp_path_factory, start_server):
+    store = tmp_path_factory.mktemp("upgraded") / "store"
+    shutil.copytree(STORE, store)
+    return start_server(store)
 
 
 @pytest.mark.slow
 def test_gamuts_names_and_jobs_of_an_earlier_revision_are_read(upgraded):
     client = upgraded.client
-    (listed,) = client.get("/v1/gamuts").json()["gamuts"]
-    assert (listed["id"], listed["name"]) == (GAMUT, "A small press")
+    # The jobs of the store may have added theirs.
+    names = {gamut["id"]: gamut["name"] for gamut in client.get("/v1/gamuts").json()["gamuts"]}
+    assert names[GAMUT] == "A small press"
     described = client.get(f"/v1/gamuts/{GAMUT}")
     # The bytes are those that the earlier revision served: the address is immutable.
     published = STORE / "published" / GAMUT[:2] / f"{GAMUT}.record"
