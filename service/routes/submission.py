@@ -106,7 +106,8 @@ async def submission(request: Request, service: ServiceContainer) -> AsyncIterat
     data is validated by the build.
     """
     client, admission = client_of(request.scope), service.admission
-    data = admission.hold("answers", 0, client)
+    # Not by client, as answers are: nothing waits for the client to read it.
+    data = admission.hold("answers", 0)
 
     async def hold(nbytes: int) -> None:
         if nbytes > IN_MEMORY:

@@ -103,15 +103,17 @@ def test_few_large_files_are_in_memory_at_a_time(store, monkeypatch):
                 return await client.post("/v1/gamuts", content=body(), headers=fields)
 
             large = [asyncio.create_task(post(bytes(12_000_000 + n))) for n in range(5)]
-            for _ in large:
-                await sent.acquire()
-            for _ in range(2):
-                assert await asyncio.to_thread(entered.acquire, timeout=600)
-            answers = [await post(b"small")]
-            gate.set()
+            try:
+                for _ in large:
+                    await sent.acquire()
+                for _ in range(2):
+                    assert await asyncio.to_thread(entered.acquire, timeout=300)
+                answers = [await post(b"small")]
+            finally:
+                gate.set()  # otherwise the threads behind it would not end
             return answers + await asyncio.gather(*large)
 
-    answers = asyncio.run(asyncio.wait_for(scenario(), 120))
+    answers = asyncio.run(asyncio.wait_for(scenario(), 600))
     assert {answer.status_code for answer in answers} == {202}
     assert max(most) == 2
 
