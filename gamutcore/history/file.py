@@ -139,7 +139,7 @@ def history_bytes(
             for name, content in sections.items()
         ]
         contents += sections.values()
-    text = json.dumps(header, separators=(",", ":"), ensure_ascii=False, allow_nan=False).encode()
+    text = json.dumps(header, separators=(",", ":"), allow_nan=False).encode()
     return b"".join([PREFIX.pack(len(text), zlib.crc32(text)), text, *contents])
 
 

@@ -187,7 +187,8 @@ def test_the_examples_are_gamuts_of_this_version_and_their_data_is_served(get):
         assert gamut_id(options, hashlib.sha256(data).hexdigest()) == described["id"]
         history = get(f"{folder}/{each['key']}.gamut")
         assert history.headers["cache-control"] == IMMUTABLE
-        assert len(history.content) < described["history_bytes"]
+        # a small gamut is whole in its beginning
+        assert len(history.content) <= described["history_bytes"]
     assert f"{folder}/still.webp" in get("/view").text
 
 
