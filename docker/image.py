@@ -22,6 +22,7 @@ from contextlib import contextmanager, suppress
 from functools import cache
 from http import HTTPStatus
 from pathlib import Path
+from typing import Any
 from urllib.request import urlopen
 
 from gamutcore.version import __version__
@@ -155,12 +156,34 @@ class Service:
         raise SystemExit(f"{self.log.read_text()}\ndocker/image.py: {message}")
 
     def post_example(self) -> tuple[int, str]:
-        """Post the README's example; return the status and the gamut's id."""
+        """Post the README's example; return the status and the gamut's id.
+
+        A build that takes longer than the service waits, as beside other work, is a job. Its page
+        is asked until it has the gamut.
+        """
         form = ["--form", f"file=@{CHECKOUT / 'examples' / 'FOGRA39L.ti3'}"]
         status = ["--write-out", "\n%{http_code}"]
         answer = run("curl", "-sS", "--fail", *form, *status, f"{self.address}/v1/gamuts")
         document, _, code = answer.rpartition("\n")
-        return int(code), json.loads(document)["id"]
+        posted = json.loads(document)
+        if int(code) != HTTPStatus.ACCEPTED:
+            return int(code), posted["id"]
+        deadline = time.monotonic() + GIVE_UP_SECONDS
+        while time.monotonic() < deadline:
+            job = self.read_document(posted["links"]["self"])
+            expect(job["state"] in ("queued", "running", "succeeded"), f"a job that ends: {job}")
+            if job["state"] == "succeeded":
+                return HTTPStatus.CREATED, job["links"]["gamut"].rpartition("/")[2]
+            time.sleep(1)
+        raise SystemExit(
+            f"docker/image.py: the example's build has no end:\n{self.log.read_text()}"
+        )
+
+    def read_document(self, path: str) -> dict[str, Any]:
+        """Return a JSON document of the service."""
+        with urlopen(f"{self.address}{path}") as answer:
+            document: dict[str, Any] = json.load(answer)
+        return document
 
     def check_level(self, gamut: str) -> None:
         """Download a level; compare the triangles of its file with those that were asked for."""
