@@ -29,10 +29,12 @@ help: ## list the targets
 
 # --- installation: stamps are renewed when pyproject.toml or the pins change ----------------------
 
+# pip 26 installs in two thirds of the time of that of Python 3.11.
 .venv/bin/pip:
 	@for python in $(PYTHON); do \
 	  if "$$python" -c 'import ensurepip, sys, venv; sys.exit(sys.version_info < (3, 11))' 2>/dev/null; then \
-	    echo "Creating .venv with $$("$$python" --version)"; exec "$$python" -m venv .venv; \
+	    echo "Creating .venv with $$("$$python" --version)"; \
+	    "$$python" -m venv .venv && exec $(python) -m pip install -q --upgrade 'pip>=26'; \
 	  fi; \
 	done; \
 	echo "No Python 3.11 or newer with its venv module among: $(PYTHON)." >&2; \
@@ -103,7 +105,7 @@ test: .venv/.installed-test
 	$(python) -m pytest $(T) $(if $(K),-k '$(K)')
 else
 test: .venv/.installed-test
-	$(python) -m gamutcore.warm
+	$(python) -m gamutcore.warm default optional
 	$(pytest) -n auto -m 'not slow and not long'
 endif
 

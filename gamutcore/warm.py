@@ -48,7 +48,14 @@ from gamutcore.levels import (
     radial_difference,
     voxel_mismatch,
 )
-from gamutcore.queries import LevelIndex, build_index, contains, nearest, nearest_ciede2000
+from gamutcore.queries import (
+    LevelIndex,
+    build_index,
+    contains,
+    nearest,
+    nearest_ciede2000,
+    signed_distance,
+)
 
 __all__ = ["compile_kernels", "use_kernels"]
 
@@ -118,10 +125,15 @@ def _use_surface() -> None:
 
 
 def _use_index() -> None:
-    """Search an index."""
+    """Search an index.
+
+    Signed distances are not needed at first, but in this process their parts are compiled: they
+    take 2 s instead of 10 s.
+    """
     index = _tetrahedron_index()
     nearest(index.vertices, index)
     contains(index.vertices, index)
+    signed_distance(index.vertices, index)
 
 
 def _tetrahedron_index() -> LevelIndex:
@@ -213,7 +225,7 @@ def _use_build() -> None:
 
 
 def _use_options() -> None:
-    """Use the costs and boundaries other than the default, pictures, metrics and distances."""
+    """Use the costs and boundaries other than the default, pictures and comparisons."""
     Grid((2, 2, 2), (np.zeros((8, 3), np.float32),)).values(np.full((1, 3), 0.5))
     for cost in COSTS:
         _decimate_cube(cost)
@@ -229,15 +241,14 @@ def _use_options() -> None:
     radial_difference(history.full(), history.level(50), history.centre)
     mesh_picture(history.level(50), size=16)
     gamut = Gamut(_table(), surface_samples=200)
-    gamut.distance(_COLOURS)
     gamut.nearest(_COLOURS)
+    gamut.compare(gamut)
+    gamut.coverage_of(gamut)
 
 
 def _use_queries() -> None:
-    """Ask for comparisons, sections, crossings and mapping."""
+    """Ask for sections, crossings, mapping and recipes."""
     gamut = Gamut(_table(), surface_samples=200)
-    gamut.compare(gamut)
-    gamut.coverage_of(gamut)
     gamut.rings()
     gamut.leaf(0.0)
     gamut.max_chroma(50.0, 0.0)

@@ -136,6 +136,7 @@ def test_the_image_says_its_version():
         assert f'org.opencontainers.image.{name}="${{{name.upper()}}}"' in DOCKERFILE
 
 
+@pytest.mark.slow
 def test_the_bill_of_materials_lists_what_is_installed():
     """Of this environment; members and types as in the specification of CycloneDX 1.6."""
     program = [sys.executable, str(ROOT / "docker" / "sbom.py")]
@@ -160,6 +161,7 @@ def bill():
     return json.loads(printed)
 
 
+@pytest.mark.slow
 def test_what_the_image_installs_has_a_licence_and_the_hashes_of_the_lock(bill):
     text = (ROOT / "docker" / "requirements.txt").read_text().replace("\\\n", " ")
     parts = {part["bom-ref"]: part for part in bill["components"]}

@@ -173,7 +173,9 @@ def direction_cells(
         end = add_cells(a, b, c, resolution, cells, ends[face])
         if end < 0:
             longer = np.empty(2 * len(cells), np.int32)
-            longer[: ends[face]] = cells[: ends[face]]
+            # numba takes 3 s to compile an assignment of slices
+            for entry in range(ends[face]):
+                longer[entry] = cells[entry]
             cells = longer
         else:
             face += 1

@@ -5,7 +5,10 @@ A symmetric matrix is the tuple (a00, a01, a02, a11, a12, a22).
 
 from __future__ import annotations
 
-from typing import SupportsIndex
+from typing import Any, SupportsIndex, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
 
 from gamutcore.arrays import FloatArray, IndexArray
 from gamutcore.kernels import inlined_kernel
@@ -15,6 +18,7 @@ __all__ = [
     "Vector",
     "add_outer",
     "adjugate",
+    "copy_row",
     "cross",
     "dot",
     "linear_combination",
@@ -33,6 +37,7 @@ __all__ = [
 
 Vector = tuple[float, float, float]
 Symmetric = tuple[float, float, float, float, float, float]
+Scalar = TypeVar("Scalar", bound="np.generic[Any]")
 
 
 @inlined_kernel
@@ -59,6 +64,13 @@ def symmetric_row(array: FloatArray, index: int) -> Symmetric:
 def write_row(array: FloatArray, index: int, column: int, a: Vector) -> None:
     """Write three numbers of a row, from a column on."""
     array[index, column], array[index, column + 1], array[index, column + 2] = a[0], a[1], a[2]
+
+
+@inlined_kernel
+def copy_row(target: NDArray[Scalar], to: int, source: NDArray[Scalar], index: int) -> None:
+    """Copy a row of an array; numba takes 3 s to compile an assignment of arrays."""
+    for column in range(source.shape[1]):
+        target[to, column] = source[index, column]
 
 
 @inlined_kernel

@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gamutcore.arrays import Float32Array, IndexArray, LongArray, ShortArray
+from gamutcore.geometry import copy_row
 from gamutcore.kernels import inlined_kernel, kernel
 
 if TYPE_CHECKING:
@@ -33,7 +34,6 @@ __all__ = [
     "Splits",
     "apply_splits",
     "ascending_order",
-    "copy_row",
     "extended_copy",
     "fine_columns",
     "group_count",
@@ -228,13 +228,6 @@ def extended_copy(array: NDArray[Scalar], rows: int) -> NDArray[Scalar]:
 def part_begin(ends: NDArray[Scalar], part: int) -> int:
     """Begin of a part, if the parts have these ends and follow one another."""
     return int(ends[part - 1]) if part > 0 else 0
-
-
-@inlined_kernel
-def copy_row(target: NDArray[Scalar], to: int, source: NDArray[Scalar], row: int) -> None:
-    """Copy a row of an array; numba takes seconds to compile an assignment of slices."""
-    for column in range(source.shape[1]):
-        target[to, column] = source[row, column]
 
 
 def _reversed_parts(ends: LongArray) -> tuple[IndexArray, LongArray]:

@@ -29,6 +29,7 @@ from gamutcore.geometry import (
     Vector,
     add_outer,
     adjugate,
+    copy_row,
     dot,
     minus,
     plus,
@@ -624,15 +625,15 @@ def trace_paths(
     for number in range(len(targets)):
         target = row(targets, number, 0)
         if len(starts) > 0:
-            x[0] = starts[number]
+            copy_row(x, 0, starts, number)
             solved[number] = _project(table, target, scale, room, x, work)
-            path[1] = x[0]
+            copy_row(path, 1, x, 0)
             length = 1
         else:
             length = _solutions_by_layer(table, target, scale, cost, room, found, path)
             solved[number] = length > 0
         if length > 0:
-            recipes[number] = path[1]
+            copy_row(recipes, number, path, 1)
             ranges[number] = path[1, 3]
         if not solved[number] or table.layers == 1:
             continue
@@ -641,9 +642,9 @@ def trace_paths(
             place, beyond = (1, 0) if end == 0 else (length, length + 1)
             inside = path[place, 3]
             outside = max(inside - step, 0.0) if end == 0 else min(inside + step, 1.0)
-            x[0] = path[place]
+            copy_row(x, 0, path, place)
             x[0, 3] = _path_end(table, target, scale, room, inside, outside, x, tried)
-            path[beyond] = x[0]
+            copy_row(path, beyond, x, 0)
             ranges[number, end] = x[0, 3]
         length += 2
         k = _black(table, target, cost, rule, wanted[number], path, length, tried)
@@ -666,7 +667,7 @@ def correct_recipes(
     """
     work, x = np.empty((4, 3)), np.empty((1, 4))
     for number in range(len(recipes)):
-        x[0] = recipes[number]
+        copy_row(x, 0, recipes, number)
         rest = row(rests, number, 0)
         _value, by_a, by_b, by_c, by_k = _colour(table, x[0, 0], x[0, 1], x[0, 2], x[0, 3])
         volume = triple(by_a, by_b, by_c)
@@ -682,10 +683,10 @@ def correct_recipes(
                 for axis in range(3):
                     recipes[number, axis] = min(max(x[0, axis], 0.0), 1.0)
                 continue
-        x[0] = recipes[number]
+        copy_row(x, 0, recipes, number)
         write_row(work, 0, 0, by_a)
         write_row(work, 1, 0, by_b)
         write_row(work, 2, 0, by_c)
         write_row(work, 3, 0, by_k)
         _step_within(work, rest, scale, room, table.layers > 1, x)
-        recipes[number] = x[0]
+        copy_row(recipes, number, x, 0)

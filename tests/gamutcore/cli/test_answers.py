@@ -101,6 +101,7 @@ def test_query_of_a_body_whose_answers_are_known(command, cubes, tmp_path):
     assert "1 of 1" in err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "arguments", "space"),
     [
@@ -125,6 +126,7 @@ def test_columns_and_spaces_of_tables(as_json, cubes, monkeypatch, text, argumen
     assert np.abs(found["distance"]) == pytest.approx(near.distance)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("encoding", ["cp1252", "utf-16", "utf-16-le", "utf-16-be", "utf-8-sig"])
 def test_tables_in_other_encodings(command, cubes, tmp_path, encoding):
     """As Excel and editors of Windows save them; UTF-16 also without a byte order mark.
@@ -143,6 +145,7 @@ def test_tables_in_other_encodings(command, cubes, tmp_path, encoding):
             assert float(row["delta_e_2000"]) == 0
 
 
+@pytest.mark.slow
 def test_forms_of_answers_are_chosen_by_the_suffix(command, cubes, tmp_path):
     table = tmp_path / "colours.csv"
     table.write_text("id;L;a;b\nx;50,5;0;0\n\ny;40;0;0\n")
@@ -157,6 +160,7 @@ def test_forms_of_answers_are_chosen_by_the_suffix(command, cubes, tmp_path):
         assert not (tmp_path / name).exists()
 
 
+@pytest.mark.slow
 def test_workbooks_without_openpyxl_say_what_to_install(command, cubes, tmp_path, monkeypatch):
     monkeypatch.setattr("importlib.util.find_spec", lambda _: None)
     table = tmp_path / "colours.csv"
@@ -368,6 +372,7 @@ def test_black_becomes_the_black_of_the_gamut(command, cubes, tmp_path, flag):
     command(*arguments, flag, "--method", "sgck", "--from", cubes / "large.gamut", status=2)
 
 
+@pytest.mark.slow
 def test_compare(command, as_json, cubes):
     pair = ("compare", cubes / "large.gamut", cubes / "small.gamut")
     found = as_json(*pair)

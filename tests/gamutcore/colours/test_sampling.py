@@ -155,7 +155,7 @@ def test_faces_are_turned_outwards_in_colours(sign):
     assert TriangleMesh(found.points, found.faces.corners).volume == pytest.approx(1e6)
 
 
-@pytest.mark.parametrize("count", [1, 2, 13])
+@pytest.mark.parametrize("count", [1, pytest.param(2, marks=pytest.mark.slow), 13])
 def test_there_are_no_faces_where_nothing_is_enclosed_or_points_are_few(count):
     assert surface_of(count, 50).faces is None
 

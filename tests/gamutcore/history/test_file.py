@@ -150,6 +150,7 @@ def read_level():
 
 
 class TestReaderOfTheDocument:
+    @pytest.mark.slow
     def test_it_reads_the_levels_of_a_press(self, read_level):
         gamut = Gamut(ROOT / "examples" / "FOGRA39L.ti3", surface_samples=2000, cost="finest")
         history, data = gamut.history, gamut.to_bytes()

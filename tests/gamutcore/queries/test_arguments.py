@@ -20,7 +20,7 @@ from gamutcore.queries import (
 OF_POINTS = [
     contains,
     nearest,
-    nearest_ciede2000,
+    pytest.param(nearest_ciede2000, marks=pytest.mark.slow),
     signed_distance,
     lambda points, level: map_colours(points, level, "clip-hue").points,
     lambda points, level: crossings(np.zeros_like(points), points, level, "segment"),
@@ -28,8 +28,13 @@ OF_POINTS = [
 ]
 OF_HUES = [
     cusp_points,
-    lambda hues, level: leaves(level, hues, [1]),
-    lambda lightness, level: leaves(level, [1], lightness),
+    *(
+        pytest.param(query, marks=pytest.mark.slow)
+        for query in (
+            lambda hues, level: leaves(level, hues, [1]),
+            lambda lightness, level: leaves(level, [1], lightness),
+        )
+    ),
 ]
 
 

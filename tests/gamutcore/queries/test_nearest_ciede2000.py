@@ -137,6 +137,7 @@ def smallest(point, samples):
     return delta_e_2000(np.repeat([point], len(samples), axis=0), samples).min()
 
 
+@pytest.mark.slow
 class TestNearestCiede2000:
     @pytest.mark.parametrize(("count", "samples"), [(8, 40), (40, 20), (200, 9)])
     def test_is_not_above_any_point_of_the_surface(self, rough, count, samples):

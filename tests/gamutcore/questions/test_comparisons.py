@@ -40,6 +40,7 @@ def surface_of_cube(half, steps):
     return np.concatenate(sides) + np.array((50, 0, 0))
 
 
+@pytest.mark.slow
 def test_colours_lost_are_those_of_a_search_of_all_pairs():
     one, two = cube(20), cube(10)
     found = one.compare(two, sectors=1, lost=True)
@@ -57,6 +58,7 @@ def test_colours_lost_are_those_of_a_search_of_all_pairs():
     assert turned.sectors.lost_mean_b.mean() == pytest.approx(found.lost_a.mean, rel=0.1)
 
 
+@pytest.mark.slow
 def test_shares_outside_are_shares_of_area():
     """Of a cube of edge 40 that is moved by 10, one face and quarters of four are outside."""
     found = cube(20).compare(cube(20, (50, 10, 0)), lost=True)
@@ -117,6 +119,7 @@ def test_small_shares_and_the_end_of_the_hues_in_words():
     assert "B covers less than 0.1 % of the volume of A" in words
 
 
+@pytest.mark.slow
 def test_the_summary_has_the_figures_and_takes_names():
     one, two = cube(20), cube(10, (50, 20, 0))
     found = one.compare(two, lost=True)
@@ -133,6 +136,7 @@ def test_the_summary_has_the_figures_and_takes_names():
     assert "press A covers 50.0 % of the volume of Bild" in named
 
 
+@pytest.mark.slow
 def test_other_spaces_have_hues_without_names_or_no_hue():
     oklab = cube(20, space="Oklab").compare(cube(10, space="Oklab"), lost=True)
     assert "at every hue" in oklab.summary[0]

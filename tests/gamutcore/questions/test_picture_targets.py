@@ -52,6 +52,7 @@ def test_a_picture_in_an_rgb_space_has_its_colours_by_its_profile(screen, photo,
     assert (np.asarray(found) != np.asarray(given)).any()
 
 
+@pytest.mark.slow
 def test_the_own_space_keeps_the_values(photo, tmp_path, press):
     press.map_picture(photo, tmp_path / "own.png")
     done = press.map_picture(photo, tmp_path / "srgb.png", to="sRGB")
@@ -72,6 +73,7 @@ def test_openexr_has_linear_light_of_the_space(photo, tmp_path, press):
     assert np.abs(own.astype(int) - back).max() <= 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("depth", "table"), [("8", 0), ("16", 0), ("16", 17)])
 def test_device_values_give_the_mapped_colours(press, photo, tmp_path, depth, table):
     done = press.map_picture(
@@ -113,6 +115,7 @@ def test_the_profile_of_the_gamut_is_embedded(photo, tmp_path):
     assert np.abs(np.asarray(found).astype(int) - space).max() <= 1
 
 
+@pytest.mark.slow
 def test_black_is_as_asked_and_transparent_pixels_are_blank(press, tmp_path):
     pixels = np.dstack([PIXELS, np.full(PIXELS.shape[:2], 255)]).astype(np.uint8)
     pixels[:3, :, 3] = 0
@@ -128,6 +131,7 @@ def test_black_is_as_asked_and_transparent_pixels_are_blank(press, tmp_path):
     assert found[3:, :, 0].any()
 
 
+@pytest.mark.slow
 def test_more_inks_are_named(tmp_path, photo):
     rng = np.random.default_rng(2)
     inks = np.concatenate([np.eye(5), np.zeros((1, 5)), np.ones((1, 5)), rng.random((80, 5))])
@@ -159,7 +163,9 @@ def test_more_inks_are_named(tmp_path, photo):
         ({"to": "bt2100-pq-1000"}, "to", "display-p3"),
         ({"to": "srgb", "black": "none"}, "black", "Leave it out"),
         ({"to": "device", "black": "much"}, "black", "medium"),
-        ({"to": "device", "depth": "half"}, "depth", "8 or 16"),
+        pytest.param(
+            *({"to": "device", "depth": "half"}, "depth", "8 or 16"), marks=pytest.mark.slow
+        ),
     ],
 )
 def test_encodings_that_do_not_fit_are_refused(press, photo, tmp_path, options, field, remedy):

@@ -67,6 +67,7 @@ class TestNearest:
         assert "CIE 1976" in caught.value.remedy
 
 
+@pytest.mark.slow
 class TestNearestByCiede2000:
     def test_is_better_than_the_euclidean_nearest(self, cube, colours):
         outside = colours[~cube.contains(colours)]

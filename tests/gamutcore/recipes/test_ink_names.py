@@ -45,6 +45,7 @@ def unnamed():
     return Gamut(numbered(), surface_samples=500)
 
 
+@pytest.mark.slow
 def test_names_are_offered_by_the_colours_of_the_inks(unnamed):
     warnings = unnamed.description["provenance"]["warnings"]
     (warning,) = [each for each in warnings if "no names" in each]
@@ -60,6 +61,7 @@ def test_a_rule_of_black_needs_a_name(unnamed, black):
     assert "--inks" in caught.value.remedy
 
 
+@pytest.mark.slow
 def test_named_inks_have_black():
     named = Gamut(numbered(), surface_samples=500, inks="C, M, Y, K")
     assert named.channels == ("C", "M", "Y", "K")
@@ -70,6 +72,7 @@ def test_named_inks_have_black():
     assert one.device[3] == pytest.approx(0.3, abs=0.01)
 
 
+@pytest.mark.slow
 def test_a_curve_of_black_is_in_per_cent_or_in_fractions():
     gamut = Gamut(numbered("CMYK_C CMYK_M CMYK_Y CMYK_K"), surface_samples=500)
     one, two = (

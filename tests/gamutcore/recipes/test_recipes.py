@@ -55,6 +55,7 @@ def printable(count: int, channels: int, limit: float = LIMIT) -> FloatArray:
     return values[values.sum(axis=1) <= limit]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("black", ["light", "medium", "heavy", "max", "none", "least-ink", 0.3])
 def test_recipes_of_printable_colours_give_them(black: str | float) -> None:
     gamut = press()
@@ -71,6 +72,7 @@ def test_recipes_of_printable_colours_give_them(black: str | float) -> None:
     np.testing.assert_allclose(found.delta_e[found.inside], errors[found.inside], atol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "black",
     ["medium", *(pytest.param(each, marks=pytest.mark.slow) for each in ("max", "least-ink"))],
@@ -85,6 +87,7 @@ def test_colours_that_nothing_prints_keep_the_limits(black: str) -> None:
     assert device.sum(axis=1).max() <= LIMIT + 1e-5
 
 
+@pytest.mark.slow
 def test_the_range_of_black_contains_what_made_the_colour() -> None:
     gamut, device = press(), printable(250, 4)
     found = gamut.to_device(gamut.to_colour(device))
@@ -95,6 +98,7 @@ def test_the_range_of_black_contains_what_made_the_colour() -> None:
     assert within.mean() >= 0.999
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("colour", [(60, 0, 0), (40, 20, 10), (55, -20, 25), (30, 5, -15)])
 def test_no_recipe_exists_outside_of_the_range_of_black(colour: tuple[float, ...]) -> None:
     """A solver of its own looks for C, M and Y at amounts of black in and out of the range."""
@@ -122,6 +126,7 @@ def test_no_recipe_exists_outside_of_the_range_of_black(colour: tuple[float, ...
     assert most == 1.0 or missed(most + 0.03) > 0.1
 
 
+@pytest.mark.slow
 def test_rules_of_black_are_kept() -> None:
     gamut = press()
     colours = gamut.to_colour(printable(250, 4))
@@ -156,6 +161,7 @@ MAKERS_BLACK = {
 of ISOcoated_v2_300_bas.icc by ``xicclu -fb -ir``. It was made from the data of FOGRA39L."""
 
 
+@pytest.mark.slow
 def test_medium_replacement_has_the_black_of_makers_tables() -> None:
     colours, expected = [], []
     for lightness, (gray, *circles) in MAKERS_BLACK.items():
@@ -169,6 +175,7 @@ def test_medium_replacement_has_the_black_of_makers_tables() -> None:
     assert np.abs(difference).mean() <= 8.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("colour", "black"), [((50, 0, 0), 26), ((68, 0, 0), 7), ((80, 0, 0), 2), ((72, 16, 20), 3)]
 )
@@ -177,6 +184,7 @@ def test_greys_and_skin_have_the_black_of_eci(colour: tuple[float, ...], black: 
     assert 100.0 * press().to_device(colour).device[3] == pytest.approx(black, abs=3)
 
 
+@pytest.mark.slow
 def test_presets_are_ordered_by_their_black() -> None:
     colours = press().to_colour(printable(250, 4))
     black = [
@@ -187,6 +195,7 @@ def test_presets_are_ordered_by_their_black() -> None:
     assert (np.diff(np.mean(black, axis=1)) > 0.01).all()
 
 
+@pytest.mark.slow
 def test_inks_change_smoothly_along_the_neutral_axis() -> None:
     neutral = np.zeros((150, 3))
     neutral[:, 0] = np.linspace(20.0, 94.5, 150)  # steps of 0.5
@@ -195,6 +204,7 @@ def test_inks_change_smoothly_along_the_neutral_axis() -> None:
     assert np.abs(np.diff(found.device, axis=0)).max() <= 0.02
 
 
+@pytest.mark.slow
 def test_colours_out_of_gamut_get_the_recipe_of_the_mapped_colour() -> None:
     gamut, colours = press(), np.array([(50, 90, 0), (95, 0, 80), (5, 0, 0), (60, -90, 60)])
     found = gamut.to_device(colours, method="clip-hue")
@@ -220,6 +230,7 @@ def test_recipes_do_not_depend_on_the_space_of_the_gamut(space: str) -> None:
     assert delta_e_2000(colours, other.to_colour(found.device, space="CIELAB")).max() < 0.05
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(shutil.which("xicclu") is None, reason="needs xicclu of Argyll")
 @pytest.mark.parametrize(
     "name",
@@ -279,6 +290,7 @@ def test_inks_of_seven_change_gradually() -> None:
         assert changes[made[1:] & made[:-1]].max() <= 0.12
 
 
+@pytest.mark.slow
 def test_a_saved_gamut_keeps_its_recipes(tmp_path: Path) -> None:
     gamut, colours = press(), [(50, 30, 20), (40, 0, 0)]
     path = tmp_path / "press.gamut"
