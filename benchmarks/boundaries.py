@@ -41,11 +41,16 @@ His Wide Gamut is left out: its primaries are rounded otherwise, which changes 0
 
 
 def boundaries(quick: bool) -> Rows:
-    """Compare devices and RGB spaces, the least exact space first."""
+    """Compare devices, RGB spaces with a published volume, and the least exact of the others."""
     spaces = [each for each in REFERENCES.values() if each.kind == "rgb"]
-    rows = [space_row(each) for each in (spaces[:1] if quick else spaces)]
-    rows.sort(key=lambda row: -abs(row["default, %"]))
-    return rows if quick else [*map(device_row, devices()), *rows]
+    if quick:
+        return [space_row(spaces[0])]
+    published = [space_row(each) for each in spaces if each.slug in LINDBLOOM]
+    others = [space_row(each) for each in spaces if each.slug not in LINDBLOOM]
+    worst: dict[str, Any] = {"device or space": f"{len(others)} other RGB spaces, largest"}
+    for column in ("default, %", "`device-surface`, %"):
+        worst[column] = max((row[column] for row in others), key=abs)
+    return [*map(device_row, devices()), *published, worst]
 
 
 def space_row(reference: Reference) -> dict[str, Any]:
