@@ -40,7 +40,6 @@ from benchmarks.peers import PEERS, installed, peer_rows
 from gamutcore.boundary import Boundary, modified_convex_hull, segment_maxima, usv
 from gamutcore.errors import BoundaryError, InvalidPointsError
 from gamutcore.geometry import TriangleMesh
-from gamutcore.history import history_bytes
 from gamutcore.levels import LevelRequest, LevelSearch, curve_counts, error_curve
 from gamutcore.version import ALGORITHM_VERSION
 from gamutcore.warm import compile_kernels
@@ -201,7 +200,6 @@ def time_and_memory(samples: int, cost: str) -> dict[str, Any]:
         "µs per triangle": 1e6 * seconds / history.triangles,
         "memory, bytes per triangle": growth / history.triangles,
         "error curve, s": process_times(curve, SIZES[samples])[0],
-        "file, bits per vertex": 8 * len(history_bytes(history)) / history.vertices,
     }
 
 
