@@ -13,7 +13,6 @@ from benchmarks import decimation_tables, reliability
 from benchmarks.common import DOCUMENT, RESULTS, ROOT
 from benchmarks.markdown import rows_table, table, update_document
 from gamutcore.characterisation import FORMATS as INPUT_FORMATS
-from gamutcore.colours import SPACE_PARAMETERS
 from gamutcore.export import FORMATS
 from gamutcore.options import OPTIONS
 from service.settings import settings_table
@@ -57,7 +56,6 @@ DOCUMENTS: dict[Path, Callable[[], dict[str, str]]] = {
         "options": option_table(name for name in OPTIONS if OPTIONS[name].common)
     },
     ROOT / "docs" / "options.md": lambda: {"options": option_table(OPTIONS)},
-    ROOT / "docs" / "colour-spaces.md": lambda: {"options": option_table(SPACE_PARAMETERS)},
     ROOT / "docs" / "exports.md": lambda: {"formats": export_table()},
     ROOT / "docs" / "characterisation.md": lambda: {"formats": input_table()},
     ROOT / "docs" / "settings.md": lambda: {"settings": settings_table()},
