@@ -3,7 +3,8 @@
 The viewer shows, compares and builds gamuts. Its files are built from ``web/viewer`` into
 ``gamutcore/export/viewer`` (``make viewer``). Nothing is loaded from another origin, and the
 content security policies enforce that. The addresses of files contain a digest or a version, so
-they are cached for ever. See ``docs/decisions/viewer.md`` and ``docs/decisions/swagger-ui.md``.
+they are cached for ever. See ``docs/decisions/viewer.md`` and the README of
+``service/static/swagger-ui``.
 """
 
 import asyncio
