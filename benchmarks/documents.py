@@ -52,9 +52,6 @@ def input_table() -> str:
 
 
 DOCUMENTS: dict[Path, Callable[[], dict[str, str]]] = {
-    ROOT / "README.md": lambda: {
-        "options": option_table(name for name in OPTIONS if OPTIONS[name].common)
-    },
     ROOT / "docs" / "options.md": lambda: {"options": option_table(OPTIONS)},
     ROOT / "docs" / "exports.md": lambda: {"formats": export_table()},
     ROOT / "docs" / "characterisation.md": lambda: {"formats": input_table()},

@@ -76,15 +76,13 @@ class Option:
 
     `data` has the keys of `DATA_KINDS` that the option applies to. `selector` is ``"boundary"`` or
     ``"space"`` if only some of them have the option. `unless_given` says what happens without a
-    value, for an option without a default. A newcomer needs to know the `common` options. `kind` is
-    the annotation, for `gamutcore.arguments`. `default` is None if there is none, or if it depends
-    on `selector`.
+    value, for an option without a default. `kind` is the annotation, for `gamutcore.arguments`.
+    `default` is None if there is none, or if it depends on `selector`.
     """
 
     data: tuple[str, ...] = tuple(DATA_KINDS)
     selector: str = ""
     unless_given: str = ""
-    common: bool = False
     name: str = ""
     description: str = ""
     kind: Any = None
@@ -186,7 +184,7 @@ class Options(BaseModel):
     # the validator is built on first use: pydantic then scans all distributions for plugins, 40 ms
     model_config = ConfigDict(frozen=True, extra="forbid", validate_default=True, defer_build=True)
 
-    space: Annotated[parameters.SPACE, Option(common=True)] = Field(
+    space: parameters.SPACE = Field(
         default="CIELAB",
         description="Colour space of the boundary.",
     )
@@ -222,7 +220,7 @@ class Options(BaseModel):
         "be inside the gamut. `auto` takes the deepest point that sees the whole surface of a "
         "device with three channels, and the middle of other colours.",
     )
-    cost: Annotated[str, Choice(COSTS), Option(common=True)] = Field(
+    cost: Annotated[str, Choice(COSTS)] = Field(
         default="volume",
         description="Order of the edge collapses. `volume` preserves the volume at every level. "
         "`finest` orders by the mismatch and also moves vertices: coarse levels are more "
@@ -230,13 +228,13 @@ class Options(BaseModel):
         "quadric error metric.",
     )
     surface_samples: Annotated[
-        SURFACE_SAMPLES, Option(data=("profile", "measurements", "reference"), common=True)
+        SURFACE_SAMPLES, Option(data=("profile", "measurements", "reference"))
     ] = Field(
         default=100_000,
         description="Largest number of points on the device's surface that the device model is "
         "evaluated at.",
     )
-    intent: Annotated[str, Choice(INTENTS), Option(data=_WRAPPED_DATA, common=True)] = Field(
+    intent: Annotated[str, Choice(INTENTS), Option(data=_WRAPPED_DATA)] = Field(
         default="relative",
         description="Rendering intent. `relative` maps the medium's white to the white of the "
         "space, `absolute` keeps its colour. `perceptual` and `saturation` exist in ICC profiles "
@@ -271,7 +269,6 @@ class Options(BaseModel):
         Option(
             data=("profile", "measurements"),
             unless_given="the limit that the data states, if any",
-            common=True,
         ),
     ] = Field(
         default=None,
