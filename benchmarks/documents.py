@@ -38,17 +38,8 @@ def export_table() -> str:
 
 def input_table() -> str:
     """Return a Markdown table of the formats of characterisation data."""
-    rows = [
-        (
-            each.title,
-            each.kind,
-            " ".join(each.extensions),
-            each.media_types[0] if each.media_types else "–",
-            each.recognition,
-        )
-        for each in INPUT_FORMATS
-    ]
-    return table(("format", "content", "extensions", "media type", "recognised by"), rows)
+    rows = [(each.title, each.kind, " ".join(each.extensions)) for each in INPUT_FORMATS]
+    return table(("format", "content", "extensions"), rows)
 
 
 DOCUMENTS: dict[Path, Callable[[], dict[str, str]]] = {

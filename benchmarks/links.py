@@ -45,10 +45,8 @@ LINKS = {
 
 DESTINATIONS = {
     "ISO Coated v2 300": Device(ISO_COATED),
-    "SWOP 2013": Device(SHARED / "oracle" / "SWOP2013C3_CRPC5.icc"),
     "TR002": Device(SHARED / "press" / "TR002.ti3", None, COLPROF_PRESS),
     "CMYKOGV": Device(SHARED / "oracle" / "Ref-ECG-CMYKOGV_FOGRA55_TAC300.icc"),
-    "Panasonic TV": Device(SHARED / "display" / "Panasonic-TV_2014.icc"),
     "Acer": Device(SHARED / "display" / "Acer_XB271HU.icc"),
     "Canon projector": Device(SHARED / "display" / "Canon_projector.icc"),
 }

@@ -49,8 +49,6 @@ class Format:
     Usual extensions.
     media_types : tuple of str
     Registered media types, the usual one first; empty if there is none.
-    recognition : str
-    How the format is recognised.
     """
 
     name: str
@@ -58,7 +56,6 @@ class Format:
     kind: str
     extensions: tuple[str, ...]
     media_types: tuple[str, ...]
-    recognition: str
 
 
 FORMATS = (
@@ -68,7 +65,6 @@ FORMATS = (
         "profile",
         (".icc", ".icm"),
         ("application/vnd.iccprofile",),
-        "`acsp` at byte 36",
     ),
     Format(
         "cgats",
@@ -76,7 +72,6 @@ FORMATS = (
         "measurements",
         (".txt", ".ti3", ".cgats", ".it8"),
         ("text/plain",),
-        "a `BEGIN_DATA` section",
     ),
     Format(
         "cxf",
@@ -84,7 +79,6 @@ FORMATS = (
         "measurements",
         (".cxf", ".mxf", ".txf"),
         ("application/xml",),
-        "XML with the root `CxF`",
     ),
     Format(
         "csv",
@@ -92,7 +86,6 @@ FORMATS = (
         "measurements",
         (".csv", ".tsv", ".txt"),
         ("text/csv", "text/tab-separated-values"),
-        "a first line of column names",
     ),
     Format(
         "json",
@@ -100,45 +93,39 @@ FORMATS = (
         "measurements",
         (".json",),
         ("application/json",),
-        "a first character `{` or `[`",
     ),
-    Format("npy", "NumPy array", "measurements", (".npy",), (), "the signature `\\x93NUMPY`"),
-    Format("png", "PNG", "picture", (".png",), ("image/png",), "its signature"),
-    Format("jpeg", "JPEG", "picture", (".jpg", ".jpeg"), ("image/jpeg",), "its signature"),
-    Format(
-        "tiff", "TIFF and BigTIFF", "picture", (".tif", ".tiff"), ("image/tiff",), "its signature"
-    ),
-    Format("exr", "OpenEXR", "picture", (".exr",), ("image/x-exr",), "its signature"),
+    Format("npy", "NumPy array", "measurements", (".npy",), ()),
+    Format("png", "PNG", "picture", (".png",), ("image/png",)),
+    Format("jpeg", "JPEG", "picture", (".jpg", ".jpeg"), ("image/jpeg",)),
+    Format("tiff", "TIFF and BigTIFF", "picture", (".tif", ".tiff"), ("image/tiff",)),
+    Format("exr", "OpenEXR", "picture", (".exr",), ("image/x-exr",)),
     Format(
         "hdr",
         "Radiance HDR",
         "picture",
         (".hdr",),
         ("image/vnd.radiance",),
-        "`#?RADIANCE`, `#?RGBE`",
     ),
-    Format("jpeg-xl", "JPEG XL", "picture", (".jxl",), ("image/jxl",), "its signature"),
-    Format("jpeg-2000", "JPEG 2000", "picture", (".jp2", ".j2k"), ("image/jp2",), "its signature"),
-    Format("webp", "WebP", "picture", (".webp",), ("image/webp",), "`RIFF` and `WEBP`"),
-    Format("gif", "GIF", "picture", (".gif",), ("image/gif",), "`GIF87a`, `GIF89a`"),
+    Format("jpeg-xl", "JPEG XL", "picture", (".jxl",), ("image/jxl",)),
+    Format("jpeg-2000", "JPEG 2000", "picture", (".jp2", ".j2k"), ("image/jp2",)),
+    Format("webp", "WebP", "picture", (".webp",), ("image/webp",)),
+    Format("gif", "GIF", "picture", (".gif",), ("image/gif",)),
     Format(
         "bmp",
         "BMP",
         "picture",
         (".bmp",),
         ("image/bmp",),
-        "`BM` and the size of a known header at byte 14",
     ),
-    Format("dpx", "DPX", "picture", (".dpx",), ("image/dpx",), "`SDPX` or `XPDS`"),
-    Format("ply", "PLY", "mesh", (".ply",), ("model/ply",), "a first line `ply`"),
-    Format("glb", "glTF 2.0, binary", "mesh", (".glb",), ("model/gltf-binary",), "`glTF`"),
+    Format("dpx", "DPX", "picture", (".dpx",), ("image/dpx",)),
+    Format("ply", "PLY", "mesh", (".ply",), ("model/ply",)),
+    Format("glb", "glTF 2.0, binary", "mesh", (".glb",), ("model/gltf-binary",)),
     Format(
         "gltf",
         "glTF 2.0, JSON",
         "mesh",
         (".gltf",),
         ("model/gltf+json",),
-        "JSON with `asset`, `meshes` and `accessors`",
     ),
     Format(
         "argyll-gam",
@@ -146,7 +133,6 @@ FORMATS = (
         "mesh",
         (".gam",),
         (),
-        "CGATS text with the first word `GAMUT`",
     ),
     Format(
         "stl",
@@ -154,17 +140,15 @@ FORMATS = (
         "mesh",
         (".stl",),
         ("model/stl",),
-        "a length that fits its facets, or `solid` and `facet`",
     ),
-    Format("3mf", "3MF", "mesh", (".3mf",), ("model/3mf",), "a ZIP archive with a `.model`"),
-    Format("obj", "Wavefront OBJ", "mesh", (".obj",), ("model/obj",), "lines `v` and `f`"),
+    Format("3mf", "3MF", "mesh", (".3mf",), ("model/3mf",)),
+    Format("obj", "Wavefront OBJ", "mesh", (".obj",), ("model/obj",)),
     Format(
         "reference",
         "JSON definition",
         "reference",
         (".json",),
         ("application/json",),
-        "a JSON object with `reference`, without `samples`",
     ),
 )
 """All formats, in the order of the documents."""
