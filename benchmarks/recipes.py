@@ -57,10 +57,9 @@ DEVICES = {
     "Panasonic, profile of curves": Device(SHARED / "display" / "Panasonic-TV_2014.icc"),
 }
 
-RULES: dict[str | float, tuple[BlackRule, str]] = {
+RULES: dict[str, tuple[BlackRule, str]] = {
     "medium": (black_rule("medium"), "-kr"),
     "none": (BlackRule(SHARE, 0.0), "-kz"),
-    0.5: (BlackRule(SHARE, 0.5), "-Kh"),
 }
 """Rules of black, and the option of xicclu that is like it."""
 
@@ -196,7 +195,6 @@ def continuity(quick: bool) -> Rows:
                 {
                     "device": name,
                     "black": black if has_black else None,
-                    "99.9 %": float(np.percentile(changes, 99.9)),
                     "largest": float(changes.max()),
                     "neutral, L* 20 to 94": float(light.max()),
                     "neutral, to black": float(gray.max()),
@@ -205,7 +203,7 @@ def continuity(quick: bool) -> Rows:
     return rows
 
 
-def changes_of_inks(gamut: Gamut, lines: list[FloatArray], black: str | float) -> FloatArray:
+def changes_of_inks(gamut: Gamut, lines: list[FloatArray], black: str) -> FloatArray:
     """Return the largest change of an ink in per cent between neighbours that are in gamut."""
     targets = np.concatenate(lines)
     found = gamut.inverse_model.recipes(targets, RULES[black][0])

@@ -1,10 +1,10 @@
 """glTF 2.0 (Khronos Group; ISO/IEC 12113), as one binary file or as JSON with embedded buffers.
 
 The structure is always the same, so it is written here, in a fifth of the time of trimesh's
-exporter. A node has one mesh of one primitive, and its rotation shows lightness upwards. Vertex colours are linear and unlit (COLOR_0 as 16-bit integers,
-KHR_materials_unlit). The provenance is in ``asset.extras``. Device values are one scalar attribute
-for each channel; the mesh's ``extras`` have the names. Clauses are those of the glTF 2.0
-specification.
+exporter. A node has one mesh of one primitive, and its rotation shows lightness upwards. Vertex
+colours are linear and unlit (COLOR_0 as 16-bit integers, KHR_materials_unlit). The provenance is in
+``asset.extras``. Device values are one scalar attribute for each channel; the mesh's ``extras``
+have the names. Clauses are those of the glTF 2.0 specification.
 """
 
 from __future__ import annotations
