@@ -26,8 +26,8 @@ from benchmarks.common import SHARED, FloatArray, Rows
 from benchmarks.recipes import PRESS as COLPROF_PRESS
 from benchmarks.recipes import Device, argyll_text
 from gamutcore import Gamut, link
-from gamutcore.queries import delta_e_2000
 from gamutcore.questions import PICTURE_SPACE
+from gamutcore.search import delta_e_2000
 
 ARGYLL = Path("/usr/share/color/argyll/ref")
 """Profiles of RGB spaces, version 2, in the Debian package argyll."""

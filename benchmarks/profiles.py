@@ -23,7 +23,7 @@ import numpy as np
 from benchmarks.common import FOGRA39L, ROOT, SHARED, FloatArray, Rows
 from benchmarks.recipes import xicclu
 from gamutcore import Gamut, profile
-from gamutcore.queries import delta_e_2000
+from gamutcore.search import delta_e_2000
 
 PRESSES = {
     "FOGRA39L": (FOGRA39L, 300),

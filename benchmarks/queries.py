@@ -19,7 +19,7 @@ from benchmarks.booleans import intersection_volume
 from benchmarks.common import FOGRA39L, FloatArray, Rows
 from gamutcore import Gamut
 from gamutcore.geometry import TriangleMesh
-from gamutcore.queries import (
+from gamutcore.search import (
     LevelIndex,
     build_index,
     compare,

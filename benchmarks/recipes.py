@@ -22,9 +22,9 @@ import numpy as np
 from benchmarks.common import FOGRA39L, SHARED, FloatArray, Rows
 from gamutcore import Gamut
 from gamutcore.characterisation import Samples, read_characterisation
-from gamutcore.queries import delta_e_2000
 from gamutcore.questions import black_rule
 from gamutcore.recipes import SHARE, BlackRule, InverseModel
+from gamutcore.search import delta_e_2000
 
 STEP, LINES = 0.5, 200
 """Distance of neighbouring colours in CIELAB, and the number of lines that they are on."""

@@ -3,7 +3,7 @@
 `Gamut` builds a gamut from characterisation data and answers questions about it. `link` makes files
 that apply a gamut mapping in other programs, and `profile` makes ICC profiles. Data flows one way,
 and the folders are named after the stages: `characterisation` → `colours` → `boundary` →
-`decimation` → `history` → `levels` → `queries` and `export`. The package needs none of the web
+`decimation` → `history` → `levels` → `search` and `export`. The package needs none of the web
 packages of the extra ``service``.
 """
 

@@ -61,14 +61,14 @@ from gamutcore.levels import curve_counts, error_curve, round_up
 from gamutcore.limits import Limits, apply_limits
 from gamutcore.number_text import number_text
 from gamutcore.options import Options
-from gamutcore.queries import (
+from gamutcore.references import Reference
+from gamutcore.search import (
     build_index,
     chromaticity_description,
     chromaticity_gamut,
     contains,
     nearest,
 )
-from gamutcore.references import Reference
 from gamutcore.version import ALGORITHM_VERSION, __version__
 
 if TYPE_CHECKING:

@@ -48,7 +48,7 @@ from gamutcore.levels import (
     radial_difference,
     voxel_mismatch,
 )
-from gamutcore.queries import (
+from gamutcore.search import (
     LevelIndex,
     build_index,
     contains,

@@ -31,7 +31,7 @@ from service.routes import (
     metrics,
     names,
     pages,
-    queries,
+    questions,
     references,
     state,
     viewer,
@@ -46,7 +46,7 @@ from service.telemetry.request_observer import RequestObserver
 __all__ = ["access_rules", "create_app"]
 
 _ROUTERS = (
-    queries.router,  # the router tries routes in turn, and single colours are asked for most often
+    questions.router,  # first: routes are tried in turn, and single colours are asked most often
     *(gamuts.router, names.router, meshes.router, references.router, jobs.router),
     *views.routers,
     links.router,
@@ -129,7 +129,7 @@ def _layers(service: ServiceContainer, rules: AccessRules) -> list[Middleware]:
         # everything inside sees GET only
         Middleware(HeadAsGet),
         # names of the service, keys and rate limits, before anything is read or computed
-        Middleware(Access, hosts=hosts, rules=rules, reading=queries.READING_POSTS),
+        Middleware(Access, hosts=hosts, rules=rules, reading=questions.READING_POSTS),
     ]
 
 

@@ -28,8 +28,8 @@ from service.library import (
     memory_budget,
     return_free_pages,
 )
-from service.queries.pictures import Pictures
-from service.queries.queries import Queries
+from service.questions.pictures import Pictures
+from service.questions.runner import QuestionRunner
 from service.readiness import service_readiness
 from service.settings import Settings
 from service.storage import gamut_store
@@ -93,7 +93,7 @@ class ServiceContainer:
             settings.mesh_cache_bytes,
             settings.query_index_bytes,
         )
-        self.queries = Queries(self.metrics.queries, self.library)
+        self.questions = QuestionRunner(self.metrics.queries, self.library)
         self.pictures = Pictures(settings)
         self.bodies = Bodies(
             most_body=settings.max_body_bytes,

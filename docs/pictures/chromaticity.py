@@ -13,8 +13,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import gamutcore as gc
-from gamutcore.queries import CHROMATICITY_STANDARDS
 from gamutcore.results import ChromaticityGamut
+from gamutcore.search import CHROMATICITY_STANDARDS
 
 FOLDER = Path(__file__).parent
 DISPLAY = FOLDER.parents[1] / "examples" / "Panasonic-TV.icc"

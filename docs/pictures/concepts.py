@@ -18,7 +18,7 @@ from matplotlib.patches import PathPatch
 from matplotlib.path import Path as Path2D
 
 import gamutcore as gc
-from gamutcore import queries
+from gamutcore import search
 from gamutcore.arrays import FloatArray
 from gamutcore.colours.spaces import srgb
 from gamutcore.geometry import TriangleMesh
@@ -344,7 +344,7 @@ def _slice(
     gamut: gc.Gamut, lightness: float, triangles: int | None = None, side: Side = "both"
 ) -> list[FloatArray]:
     """Return the outlines of a level at a lightness as (n, 2) arrays of a* and b*."""
-    section = queries.slice_polygons(_level_of(gamut, triangles, side), (1, 0, 0), lightness)
+    section = search.slice_polygons(_level_of(gamut, triangles, side), (1, 0, 0), lightness)
     return [polygon[:, 1:] for polygon in section.polygons]
 
 
@@ -352,16 +352,16 @@ def _leaf(gamut: gc.Gamut, hue: float) -> list[FloatArray]:
     """Return the outlines of a hue leaf as (n, 2) arrays of chroma and lightness."""
     return [
         np.stack([np.hypot(polygon[:, 1], polygon[:, 2]), polygon[:, 0]], axis=-1)
-        for polygon in queries.hue_leaf(_level_of(gamut), hue).polygons
+        for polygon in search.hue_leaf(_level_of(gamut), hue).polygons
     ]
 
 
 def _level_of(
     gamut: gc.Gamut, triangles: int | None = None, side: Side = "both"
-) -> queries.LevelIndex:
+) -> search.LevelIndex:
     """Return a level for queries, the full boundary by default."""
     mesh = gamut.level(triangles or gamut.history.triangles, side=side)
-    return queries.build_index(mesh.vertices, mesh.faces, gamut.description["centre"])
+    return search.build_index(mesh.vertices, mesh.faces, gamut.description["centre"])
 
 
 def _link(_: Gamuts) -> Figure:

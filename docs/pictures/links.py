@@ -16,8 +16,8 @@ from matplotlib.figure import Figure
 import gamutcore as gc
 from gamutcore.arrays import FloatArray
 from gamutcore.colours.spaces import ColourConversion, ColourSpace
-from gamutcore.queries import delta_e_2000
 from gamutcore.questions import PICTURE_SPACE
+from gamutcore.search import delta_e_2000
 
 FOLDER = Path(__file__).parent
 PRESS = FOLDER.parents[1] / "examples" / "FOGRA39L.ti3"

@@ -9,8 +9,8 @@ from gamutcore.levels.error_curve import (
     error_curve,
     round_up,
 )
+from gamutcore.levels.level_search import DEFAULT_TRIANGLES, LevelRequest, LevelSearch, error_bounds
 from gamutcore.levels.overlay import Distances, RadialDifference, radial_difference
-from gamutcore.levels.search import DEFAULT_TRIANGLES, LevelRequest, LevelSearch, error_bounds
 from gamutcore.levels.sides import SIDES, Side, sided_level
 from gamutcore.levels.voxel_mismatch import VoxelMismatch, voxel_mismatch
 

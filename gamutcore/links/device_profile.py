@@ -49,10 +49,10 @@ from gamutcore.gamut import Gamut
 from gamutcore.limits import Limits
 from gamutcore.links.profile_tables import InverseTables, forward_table
 from gamutcore.links.table import check_path
-from gamutcore.queries import delta_e_2000
 from gamutcore.questions import PICTURE_SPACE, black_rule, map_points, no_limit_warnings
 from gamutcore.references import Reference
 from gamutcore.results import Shown
+from gamutcore.search import delta_e_2000
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -41,7 +41,6 @@ from gamutcore.links.cube import DECIMALS, cube_file
 from gamutcore.links.device_link import device_link_file
 from gamutcore.links.pure_inks import PRESERVE, PureInks
 from gamutcore.options import OPTIONS, Options
-from gamutcore.queries import delta_e_2000
 from gamutcore.questions import (
     COMPENSATION,
     DECODE,
@@ -62,6 +61,7 @@ from gamutcore.questions import (
 from gamutcore.recipes import InverseModel
 from gamutcore.references import REFERENCES, Reference
 from gamutcore.results import Shown
+from gamutcore.search import delta_e_2000
 from gamutcore.version import __version__
 
 if TYPE_CHECKING:

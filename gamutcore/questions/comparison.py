@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
-from gamutcore import queries
+from gamutcore import search
 from gamutcore.arguments import Boolean, WholeNumber
-from gamutcore.queries import MOST_SECTORS, delta_e_2000
 from gamutcore.questions.conditions import build_warnings, comparison_warnings
 from gamutcore.questions.declarations import (
     NULLABLE_NUMBER,
@@ -22,13 +21,14 @@ from gamutcore.questions.declarations import (
 from gamutcore.questions.levels import answering_level, lab_of
 from gamutcore.questions.points import nearest, positions
 from gamutcore.results import ChromaticityGamut, ColourLoss, GamutComparison, HueSectors
+from gamutcore.search import MOST_SECTORS, delta_e_2000
 
 if TYPE_CHECKING:
     from gamutcore.arrays import BooleanArray, FloatArray, LongArray
     from gamutcore.colours.spaces import ColourSpace
-    from gamutcore.queries import LevelIndex
     from gamutcore.questions.levels import AskedGamut, IndexedLevel
     from gamutcore.results import Conditions
+    from gamutcore.search import LevelIndex
 
 __all__ = ["COMPARISON", "SECTORS", "chromaticity", "compare", "compared_conditions"]
 
@@ -89,7 +89,7 @@ def compare(
     """Compare a gamut, A, with another one, B."""
     both = gamut, other
     levels = [answering_level(each, triangles, max_error) for each in both]
-    found = queries.compare(levels[0].index, levels[1].index, sectors)
+    found = search.compare(levels[0].index, levels[1].index, sectors)
     (white_a, black_a), (white_b, black_b) = (_extremes(gamut, level) for level in levels)
     one, two = map(chromaticity, both)
     by_hue: dict[str, FloatArray] = {}
@@ -162,7 +162,7 @@ def _max_chroma(index: LevelIndex, sectors: int) -> FloatArray:
     Chroma is a convex function. Its maximum on the part of a face in a sector is therefore in a
     vertex, or on a border of the sector, where it is a cusp.
     """
-    borders = queries.cusp_points(np.linspace(0.0, 360.0, sectors + 1), index).chroma
+    borders = search.cusp_points(np.linspace(0.0, 360.0, sectors + 1), index).chroma
     found: FloatArray = np.fmax(borders[:-1], borders[1:])
     vertices = index.vertices
     chroma = np.hypot(vertices[:, 1], vertices[:, 2])

@@ -15,7 +15,7 @@ from gamutcore.colours import xyz_to_lab
 from gamutcore.colours.spaces import ColourConversion
 from gamutcore.errors import OptionError
 from gamutcore.levels import LevelRequest
-from gamutcore.queries import LevelIndex, build_index
+from gamutcore.search import LevelIndex, build_index
 from gamutcore.tables import frame_colours
 
 if TYPE_CHECKING:

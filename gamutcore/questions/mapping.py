@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, cast
 
 import numpy as np
 
-from gamutcore import queries
+from gamutcore import search
 from gamutcore.arguments import Boolean, Choice, Coordinates, Text, WholeNumber, check_option
 from gamutcore.colour_rows import colour_rows
 from gamutcore.colours import (
@@ -20,7 +20,6 @@ from gamutcore.colours import (
 )
 from gamutcore.errors import OptionError
 from gamutcore.export.picture_file import DEPTHS
-from gamutcore.queries import delta_e_2000
 from gamutcore.questions.black_rules import BLACK
 from gamutcore.questions.conditions import build_warnings, colour_warnings, comparison_warnings
 from gamutcore.questions.declarations import (
@@ -55,6 +54,7 @@ from gamutcore.questions.picture_mapping import (
 from gamutcore.questions.picture_targets import DECODE, OWN, device_target
 from gamutcore.questions.picture_targets import DEVICE as TO_DEVICE
 from gamutcore.results import AS_GIVEN, MappedColours
+from gamutcore.search import delta_e_2000
 
 if TYPE_CHECKING:
     import os
@@ -65,9 +65,9 @@ if TYPE_CHECKING:
     from gamutcore.arrays import BooleanArray, Float32Array, FloatArray, LongArray
     from gamutcore.colour_rows import Colours
     from gamutcore.export.picture_file import Depth
-    from gamutcore.queries import LevelIndex, Lines, Mapped, MappingMethod
     from gamutcore.questions.levels import AskedGamut, IndexedLevel
     from gamutcore.questions.picture_mapping import MappedPicture, Moves
+    from gamutcore.search import LevelIndex, Lines, Mapped, MappingMethod
 
 __all__ = [
     "COMPENSATION",
@@ -231,11 +231,11 @@ class _Rule:
 
     def outside(self, points: FloatArray) -> BooleanArray:
         """Return which points are out of gamut."""
-        return ~queries.contains(points, self.level.index, self._tolerance)
+        return ~search.contains(points, self.level.index, self._tolerance)
 
     def mapped(self, start: FloatArray) -> Mapped:
         """Return the points, mapped into the level. Those within the tolerance are in gamut."""
-        return queries.map_colours(
+        return search.map_colours(
             start,
             self.level.index,
             self.method,
@@ -327,9 +327,9 @@ def _darkest_neutral(gamut: AskedGamut, level: IndexedLevel) -> float | None:
     space, as_measured = gamut.colour_space, is_as_measured(gamut)
     greys = lab_to_xyz(np.linspace(0.0, 100.0, 101)[:, np.newaxis] * (1.0, 0.0, 0.0))
     points = space.from_tristimulus(greys, as_measured=as_measured)[0]
-    if queries.contains(points[:1], level.index, ROUNDING * gamut.default_error)[0]:
+    if search.contains(points[:1], level.index, ROUNDING * gamut.default_error)[0]:
         return 0.0
-    found = queries.crossings(points[:-1], points[1:], level.index, "segment")
+    found = search.crossings(points[:-1], points[1:], level.index, "segment")
     if len(found.t) == 0:
         return None
     return luminance_of_black(space.tristimulus(found.points[:1], as_measured=as_measured)[0])
@@ -569,7 +569,7 @@ def _spatial_moves(
 ) -> SpatialMoves:
     """Return the functions of a spatial mapping into the level of a rule."""
     index = rule.level.index
-    ends = queries.neutral_ends(index)
+    ends = search.neutral_ends(index)
     if ends is None:
         raise OptionError.not_applicable(
             "method", SPATIAL, "the gamut has no neutral colours", "Give another method."
@@ -580,9 +580,9 @@ def _spatial_moves(
         start = rule.start(own)
         outside = rule.outside(own)
         clipped = outside if rule.blacks is None else rule.outside(start)
-        return outside, queries.find_lines(start, clipped, index, ends)
+        return outside, search.find_lines(start, clipped, index, ends)
 
     def relaxed(directions: Float32Array, least: Float32Array, most: Float32Array) -> Float32Array:
-        return queries.relax_shifts(directions, least, most, iterations, ends[1] - ends[0])
+        return search.relax_shifts(directions, least, most, iterations, ends[1] - ends[0])
 
     return SpatialMoves(lines, relaxed, shifted)

@@ -61,7 +61,6 @@ from gamutcore.export.picture_file import (
     with_depth,
 )
 from gamutcore.kernels import kernel
-from gamutcore.queries import Lines, delta_e_2000
 from gamutcore.questions.picture_targets import (
     OWN,
     DeviceValues,
@@ -78,6 +77,7 @@ from gamutcore.questions.soft_proof import (
     light_raster,
 )
 from gamutcore.results import Shown
+from gamutcore.search import Lines, delta_e_2000
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

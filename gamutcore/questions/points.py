@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
 
 import numpy as np
 
-from gamutcore import queries
+from gamutcore import search
 from gamutcore.arguments import Boolean, Choice, Number, check_option
 from gamutcore.errors import OptionError
-from gamutcore.queries import delta_e_2000
 from gamutcore.questions.conditions import build_warnings, colour_warnings
 from gamutcore.questions.declarations import (
     BOOLEAN,
@@ -30,6 +29,7 @@ from gamutcore.questions.levels import (
     tolerance_of,
 )
 from gamutcore.results import ColourCrossings, NearestColours
+from gamutcore.search import delta_e_2000
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -101,7 +101,7 @@ def positions(
     }
     limits = _limits(gamut, {**given, "triangles": level.triangles})
     position = position or tolerance is not None or edge_width is not None
-    inside = queries.contains(rows.points, level.index, limits["tolerance"])
+    inside = search.contains(rows.points, level.index, limits["tolerance"])
     away, shown = None, None
     if distance:
         away = _signed_distance(gamut, rows.points, level, name)
@@ -109,7 +109,7 @@ def positions(
     if not position:
         return Positions(rows.in_shape(inside), shown, None)
     if away is None or name != "CIE 1976":
-        away = queries.signed_distance(rows.points, level.index)
+        away = search.signed_distance(rows.points, level.index)
     far = np.where(away < 0.0, "inside", "outside")
     places = np.where(np.abs(away) <= max(limits.values()), "edge", far)
     return Positions(rows.in_shape(inside), shown, rows.in_shape(places))
@@ -120,19 +120,19 @@ def _signed_distance(
 ) -> FloatArray:
     """Return the least distances (n,) of points from the surface, negative inside."""
     if metric == "CIE 1976":
-        return queries.signed_distance(points, level.index)
+        return search.signed_distance(points, level.index)
     away = _nearest(gamut, points, level, metric).distance
-    return np.where(queries.contains(points, level.index), -away, away)
+    return np.where(search.contains(points, level.index), -away, away)
 
 
 def _nearest(
     gamut: AskedGamut, points: FloatArray, level: IndexedLevel, metric: str
-) -> queries.SurfacePoints:
+) -> search.SurfacePoints:
     """Return the nearest points of the surface, and their distances, by a metric."""
     if metric == "CIE 1976":
-        return queries.nearest(points, level.index)
+        return search.nearest(points, level.index)
     if gamut.colour_space.is_icc_cielab:
-        return queries.nearest_ciede2000(points, level.index)
+        return search.nearest_ciede2000(points, level.index)
     raise OptionError.not_applicable(
         "metric",
         metric,
@@ -324,7 +324,7 @@ def crossings(
     level = answering_level(gamut, triangles, max_error)
     # Copies, because kernels take arrays that may be written to.
     one, two = (np.array(each, order="C").reshape(-1, 3) for each in lines)
-    found = queries.crossings(one, two, level.index, kind)
+    found = search.crossings(one, two, level.index, kind)
     return ColourCrossings(
         points=conversion.from_gamut(found.points),
         space=conversion.name,

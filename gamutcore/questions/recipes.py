@@ -6,11 +6,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from gamutcore import queries
+from gamutcore import search
 from gamutcore.arguments import check_option
 from gamutcore.colours import lab_to_xyz
 from gamutcore.errors import InvalidPointsError, OptionError
-from gamutcore.queries import delta_e_2000
 from gamutcore.questions.black_rules import BLACK, black_rule
 from gamutcore.questions.conditions import build_warnings, colour_warnings
 from gamutcore.questions.declarations import (
@@ -26,6 +25,7 @@ from gamutcore.questions.declarations import (
 from gamutcore.questions.levels import answering_level, colours_in, is_as_measured, lab_of
 from gamutcore.questions.mapping import METHOD, distance_warnings, map_colours
 from gamutcore.results import ColourRecipes
+from gamutcore.search import delta_e_2000
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -54,7 +54,7 @@ def recipes(
     rule = black_rule(black, model)
     rows, conversion = colours_in(gamut, colours, space)
     level = answering_level(gamut, triangles, max_error)
-    inside = queries.contains(rows.points, level.index)
+    inside = search.contains(rows.points, level.index)
     targets = rows.points.copy()
     outside = ~inside
     warnings = build_warnings(gamut.conditions)

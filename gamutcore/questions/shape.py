@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
-from gamutcore import queries
+from gamutcore import search
 from gamutcore.arguments import Array, FiniteNumber, Number, WholeNumber, check_option
 from gamutcore.colour_rows import colour_rows
 from gamutcore.errors import OptionError
 from gamutcore.export import leaf_axes, lightness_axes, plane_axes, rings_svg, section_svg
-from gamutcore.queries import MOST_SECTORS, RING_LIGHTNESSES
 from gamutcore.questions.conditions import build_warnings, comparison_warnings
 from gamutcore.questions.declarations import (
     NULLABLE_NUMBER,
@@ -27,6 +26,7 @@ from gamutcore.questions.declarations import (
 )
 from gamutcore.questions.levels import answering_level, level_with_hue, surface_facts
 from gamutcore.results import ChromaTable, ColourCusps, ColourSection, GamutRings
+from gamutcore.search import MOST_SECTORS, RING_LIGHTNESSES
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -87,7 +87,7 @@ def cusps(
     """Return the points of largest chroma at some hues."""
     angles = hue_angles(hues)
     level = level_with_hue(gamut, triangles, max_error)
-    found = queries.cusp_points(angles, level.index)
+    found = search.cusp_points(angles, level.index)
     return ColourCusps(
         points=found.points,
         hue=angles,
@@ -160,7 +160,7 @@ def max_chroma(
     ends = np.stack([light, np.cos(turn), np.sin(turn)], axis=-1)
     rows = colour_rows(ends, "lightness and hue")
     starts = rows.points * (1.0, 0.0, 0.0)
-    found = queries.crossings(starts, rows.points, level.index, "ray")
+    found = search.crossings(starts, rows.points, level.index, "ray")
     chroma = np.full(len(starts), np.nan)
     crossed = found.offsets[1:] > found.offsets[:-1]
     chroma[crossed] = found.t[found.offsets[1:][crossed] - 1]
@@ -193,7 +193,7 @@ def section(
         numbers = np.append(np.eye(3)[gamut.colour_space.definition.lightness], lightness)
     elif numbers.shape != (4,):
         raise OptionError.refusal("plane", plane, "four numbers a, b, c, d")
-    found = queries.slice_polygons(level.index, numbers[:3], numbers[3])
+    found = search.slice_polygons(level.index, numbers[:3], numbers[3])
     facts = surface_facts(gamut, level, found)
     return ColourSection(points=found.points, offsets=found.offsets, **facts)
 
@@ -207,7 +207,7 @@ def leaf(
 ) -> ColourSection:
     """Return the section by the half-plane of a hue."""
     level = level_with_hue(gamut, triangles, max_error)
-    found = queries.hue_leaf(level.index, hue)
+    found = search.hue_leaf(level.index, hue)
     facts = surface_facts(gamut, level, found)
     return ColourSection(points=found.points, offsets=found.offsets, **facts)
 
@@ -305,7 +305,7 @@ def leaves(
     else:
         heights = np.atleast_1d(np.asarray(lightness, np.float64))
     level = level_with_hue(gamut, triangles, max_error)
-    found = queries.leaves(level.index, hue_angles(hues), heights)
+    found = search.leaves(level.index, hue_angles(hues), heights)
     ends = found._replace(faces=found.faces.reshape(-1), weights=found.weights.reshape(-1, 3))
     facts = surface_facts(gamut, level, ends)
     if facts["device"] is not None:
@@ -412,11 +412,11 @@ def rings(
         white = float(f"{gamut.colour_space.white_lightness:.5g}")
         lightness = np.asarray(RING_LIGHTNESSES) / 100.0 * white
     if reference is None:
-        found = queries.gamut_rings(level.index, None, lightness, sectors)
+        found = search.gamut_rings(level.index, None, lightness, sectors)
         conditions = gamut.conditions
         return replace(found, gamut=conditions, warnings=build_warnings(conditions))
     other = answering_level(reference, triangles, max_error)
-    found = queries.gamut_rings(level.index, other.index, lightness, sectors)
+    found = search.gamut_rings(level.index, other.index, lightness, sectors)
     one, two = gamut.conditions, reference.conditions
     warnings = (*build_warnings(one, two, names=_NAMES), *_warnings(one, two))
     return replace(found, gamut=one, reference_gamut=two, warnings=warnings)

@@ -37,7 +37,7 @@ _READING = (
 """Kernels that read, search and write levels. Those of builds are loaded by the worker processes:
 without them this process is ready sooner and holds 3 MB less."""
 
-_QUERIES = ("gamutcore.queries",)
+_QUERIES = ("gamutcore.search",)
 """Kernels that answer queries."""
 
 ON_FIRST_USE = "ciede2000"

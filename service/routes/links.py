@@ -13,10 +13,10 @@ from service.admission import MODEL_BYTES, Work, needed_bytes
 from service.container import service_of
 from service.http.representations import IMMUTABLE, conditional, content_disposition
 from service.openapi.documentation import binary_content, header, problems
-from service.queries.answers import condition_headers
-from service.queries.parameters import documentation, query_values, values_of
+from service.questions.answers import condition_headers
+from service.questions.parameters import documentation, query_values, values_of
 from service.routes.dependencies import GamutRoute, NamedGamuts, checked_gamut
-from service.routes.queries import wait_for_kernels, wanted_levels
+from service.routes.questions import wait_for_kernels, wanted_levels
 from service.routes.views import NOT_MODIFIED, named_gamut, only
 
 if TYPE_CHECKING:

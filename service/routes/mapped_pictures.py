@@ -22,9 +22,9 @@ from service.http.representations import preferred_media_type
 from service.http.request_context import timed
 from service.openapi.documentation import binary_content, header
 from service.problems.problem import JsonResponse, Problem, ProblemError
-from service.queries.answers import warning_header
-from service.queries.parameters import documentation, query_values, values_of
-from service.queries.pictures import MappingRequest, report_header
+from service.questions.answers import warning_header
+from service.questions.parameters import documentation, query_values, values_of
+from service.questions.pictures import MappingRequest, report_header
 from service.routes.dependencies import NamedGamuts, checked_gamut
 from service.storage.blobs import SCRATCH_FOLDER, BlobNotFoundError
 

@@ -42,11 +42,11 @@ from service.openapi.documentation import (
     problems,
 )
 from service.problems.problem import Problem, ProblemError
-from service.queries.answers import condition_headers
-from service.queries.bodies import FORMS, JSON, NPY, SVG
-from service.queries.documentation import picture_response, view_response
-from service.queries.parameters import documentation, query_values, refuse, values_of
-from service.queries.queries import answer_bytes
+from service.questions.answers import condition_headers
+from service.questions.bodies import FORMS, JSON, NPY, SVG
+from service.questions.documentation import picture_response, view_response
+from service.questions.parameters import documentation, query_values, refuse, values_of
+from service.questions.runner import answer_bytes
 from service.routes.dependencies import (
     GamutId,
     GamutRoute,
@@ -56,7 +56,7 @@ from service.routes.dependencies import (
     level_request,
 )
 from service.routes.names import named
-from service.routes.queries import QueryRoute, wait_for_kernels, wanted_levels
+from service.routes.questions import QueryRoute, wait_for_kernels, wanted_levels
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -369,7 +369,7 @@ async def _answer(
 
     with await service.admission.place(Work.VIEW, client, need, need()):
         levels = await library.levels(wanted)
-        body = await service.queries.shape(question, levels, values, media_type)
+        body = await service.questions.shape(question, levels, values, media_type)
         headers = {
             "Cache-Control": IMMUTABLE,
             "Vary": "Accept",

@@ -13,9 +13,9 @@ from gamutcore.questions import QUESTIONS
 from gamutcore.tables import read_table
 from service.library import QueryLevel
 from service.problems.problem import ProblemError
-from service.queries.answers import WRITERS
-from service.queries.bodies import CSV, JSON, NPY, parse_body
-from service.queries.parameters import values_of
+from service.questions.answers import WRITERS
+from service.questions.bodies import CSV, JSON, NPY, parse_body
+from service.questions.parameters import values_of
 from targets.checks import Target, refused_by_name
 
 ROOT = Path(__file__).parents[3]

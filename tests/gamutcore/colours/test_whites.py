@@ -20,7 +20,7 @@ from gamutcore.colours import (
 )
 from gamutcore.colours.spaces import ColourSpace
 from gamutcore.errors import InvalidPointsError, MalformedProfileError
-from gamutcore.queries import delta_e_2000
+from gamutcore.search import delta_e_2000
 
 REPORTS = Path(__file__).parents[2] / "data" / "reports"
 D65 = np.array([0.9505, 1.0, 1.0891])

@@ -20,7 +20,7 @@ from gamutcore.levels import (
     error_bounds,
     error_curve,
 )
-from gamutcore.levels.search import search_counts
+from gamutcore.levels.level_search import search_counts
 
 
 def within(max_error=None, max_mismatch=None):

@@ -14,8 +14,8 @@ from gamutcore.cli.app import app, run
 from gamutcore.colours import cube_nodes
 from gamutcore.errors import DeviceModelError, OptionError, ReferenceNameError
 from gamutcore.links import table, table_size
-from gamutcore.queries import delta_e_2000
 from gamutcore.questions import PICTURE_SPACE
+from gamutcore.search import delta_e_2000
 
 DATA = Path(__file__).parents[2] / "data"
 PRESS = Path(__file__).parents[3] / "examples" / "FOGRA39L.ti3"

@@ -12,8 +12,8 @@ import gamutcore
 from gamutcore import Gamut, link
 from gamutcore.colours import cube_nodes
 from gamutcore.errors import OptionError
-from gamutcore.queries import delta_e_2000
 from gamutcore.questions import PICTURE_SPACE
+from gamutcore.search import delta_e_2000
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 COARSE = {"surface_samples": 2000}

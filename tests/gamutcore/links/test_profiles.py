@@ -16,7 +16,7 @@ from gamutcore.characterisation import read_characterisation
 from gamutcore.characterisation.icc.transforms import largest_output_sum
 from gamutcore.cli.app import app, run
 from gamutcore.errors import DeviceModelError, GamutError, OptionError
-from gamutcore.queries import delta_e_2000
+from gamutcore.search import delta_e_2000
 
 DATA = Path(__file__).parents[2] / "data"
 PRESS = Path(__file__).parents[3] / "examples" / "FOGRA39L.ti3"

@@ -10,7 +10,7 @@ from PIL import Image, ImageCms, TiffTags
 
 from gamutcore import Gamut
 from gamutcore.errors import DeviceModelError, OptionError, UnsupportedPictureError
-from gamutcore.queries import delta_e_2000
+from gamutcore.search import delta_e_2000
 
 SMOOTH = np.stack(np.meshgrid(np.linspace(0, 1, 20), np.linspace(0, 1, 25)), axis=-1)
 PIXELS = np.round(255 * np.dstack([SMOOTH, (SMOOTH[..., :1] + 1 - SMOOTH[..., 1:]) / 2]))

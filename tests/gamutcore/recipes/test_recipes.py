@@ -24,8 +24,8 @@ from gamutcore.errors import (
     InvalidPointsError,
     OptionError,
 )
-from gamutcore.queries import delta_e_2000
 from gamutcore.questions import black_rule
+from gamutcore.search import delta_e_2000
 
 if TYPE_CHECKING:
     from collections.abc import Callable
