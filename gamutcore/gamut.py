@@ -38,6 +38,7 @@ from gamutcore.levels import LevelRequest, LevelSearch, Side, sided_level
 from gamutcore.limits import Limits
 from gamutcore.number_text import number_text
 from gamutcore.options import Options
+from gamutcore.pictures import map_picture_file
 from gamutcore.questions import (
     DEFAULT_EDGE_WIDTH,
     DEFAULT_ERROR,
@@ -61,7 +62,6 @@ from gamutcore.questions import (
     leaf,
     leaves,
     map_colours,
-    map_picture_file,
     max_chroma,
     nearest,
     notebook_html,
@@ -88,7 +88,7 @@ if TYPE_CHECKING:
     from gamutcore.colour_rows import Colours
     from gamutcore.export.picture_file import Depth
     from gamutcore.geometry import TriangleMesh
-    from gamutcore.questions import MappedPicture
+    from gamutcore.pictures import MappedPicture
     from gamutcore.references import Reference
     from gamutcore.results import (
         ChromaTable,

@@ -38,7 +38,7 @@ from gamutcore.number_text import number_text
 
 if TYPE_CHECKING:
     from gamutcore.gamut import Gamut
-    from gamutcore.questions import MappedPicture
+    from gamutcore.pictures import MappedPicture
     from gamutcore.tables import ColourTable
 
 __all__ = ["add_to"]

@@ -41,9 +41,9 @@ from gamutcore.links.cube import DECIMALS, cube_file
 from gamutcore.links.device_link import device_link_file
 from gamutcore.links.pure_inks import PRESERVE, PureInks
 from gamutcore.options import OPTIONS, Options
+from gamutcore.pictures import DECODE
 from gamutcore.questions import (
     COMPENSATION,
-    DECODE,
     MAP,
     METHOD,
     PICTURE_SPACE,

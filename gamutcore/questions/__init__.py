@@ -7,7 +7,7 @@ functions. `QUESTIONS` has the declarations, from which the service makes its ro
 
 from collections.abc import Mapping
 
-from gamutcore.questions.black_rules import black_rule
+from gamutcore.questions.black_rules import BLACK, DEFAULT_BLACK, black_rule
 from gamutcore.questions.comparison import (
     COMPARISON,
     SECTORS,
@@ -21,37 +21,37 @@ from gamutcore.questions.conditions import (
     conditions_of,
     no_limit_warnings,
 )
-from gamutcore.questions.declarations import SPACE, Answer, Parameter, Question
+from gamutcore.questions.declarations import LEVEL_PARAMETERS, SPACE, Answer, Parameter, Question
 from gamutcore.questions.levels import (
     DEFAULT_EDGE_WIDTH,
     DEFAULT_ERROR,
     INDEX_BYTES,
+    AskedGamut,
     IndexedLevels,
     check_space,
     colours_in,
     is_as_measured,
+    lab_of,
     tolerance_of,
 )
 from gamutcore.questions.mapping import (
     COMPENSATION,
     MAP,
+    MAPPING_ALIASES,
+    MAPPING_METHODS,
     METHOD,
-    PICTURE_PARAMETERS,
+    PICTURE_SPACE,
+    ROUNDING,
     SPATIAL,
+    MappingRule,
     black_luminance,
     compensates_black,
+    lab_conversion,
     map_colours,
-    map_picture_file,
     map_points,
+    mapping_rule,
+    mapping_warnings,
 )
-from gamutcore.questions.picture_mapping import (
-    PICTURE_SPACE,
-    MappedPicture,
-    TableError,
-    no_picture,
-)
-from gamutcore.questions.picture_targets import DECODE
-from gamutcore.questions.picture_targets import DEVICE as DEVICE_VALUES
 from gamutcore.questions.plotting import (
     MOST_DRAWN_TRIANGLES,
     PICTURE,
@@ -89,32 +89,35 @@ from gamutcore.questions.shape import (
 )
 
 __all__ = [
+    "BLACK",
     "COMPARISON",
     "COMPENSATION",
-    "DECODE",
+    "DEFAULT_BLACK",
     "DEFAULT_EDGE_WIDTH",
     "DEFAULT_ERROR",
-    "DEVICE_VALUES",
     "INDEX_BYTES",
+    "LEVEL_PARAMETERS",
     "MAP",
+    "MAPPING_ALIASES",
+    "MAPPING_METHODS",
     "METHOD",
     "MOST_DRAWN_TRIANGLES",
     "PICTURE",
-    "PICTURE_PARAMETERS",
     "PICTURE_SPACE",
     "PNG_KEYWORD",
     "QUESTIONS",
     "RECIPES",
     "RINGS",
+    "ROUNDING",
     "SECTORS",
     "SPACE",
     "SPATIAL",
     "Answer",
+    "AskedGamut",
     "IndexedLevels",
-    "MappedPicture",
+    "MappingRule",
     "Parameter",
     "Question",
-    "TableError",
     "black_luminance",
     "black_rule",
     "build_warnings",
@@ -134,15 +137,17 @@ __all__ = [
     "draw_section",
     "figure",
     "is_as_measured",
+    "lab_conversion",
+    "lab_of",
     "leaf",
     "leaves",
     "map_colours",
-    "map_picture_file",
     "map_points",
+    "mapping_rule",
+    "mapping_warnings",
     "max_chroma",
     "nearest",
     "no_limit_warnings",
-    "no_picture",
     "notebook_html",
     "picture",
     "plot",

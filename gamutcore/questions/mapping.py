@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, cast
 
 import numpy as np
 
 from gamutcore import search
-from gamutcore.arguments import Boolean, Choice, Coordinates, Text, WholeNumber, check_option
+from gamutcore.arguments import Boolean, Choice, Coordinates, check_option
 from gamutcore.colour_rows import colour_rows
 from gamutcore.colours import (
     ColourConversion,
@@ -19,14 +18,11 @@ from gamutcore.colours import (
     luminance_of_black,
 )
 from gamutcore.errors import OptionError
-from gamutcore.export.picture_file import DEPTHS
-from gamutcore.questions.black_rules import BLACK
 from gamutcore.questions.conditions import build_warnings, colour_warnings, comparison_warnings
 from gamutcore.questions.declarations import (
     BOOLEAN,
     COLOUR,
     DEVICE,
-    LEVEL_PARAMETERS,
     NUMBER,
     OTHER_GAMUT,
     Column,
@@ -43,61 +39,52 @@ from gamutcore.questions.levels import (
     surface_facts,
     tolerance_of,
 )
-from gamutcore.questions.picture_mapping import (
-    BLUE_TURNS,
-    MOST_NODES,
-    PICTURE_SPACE,
-    SpatialMoves,
-    map_picture,
-    turns_blue,
-)
-from gamutcore.questions.picture_targets import DECODE, OWN, device_target
-from gamutcore.questions.picture_targets import DEVICE as TO_DEVICE
 from gamutcore.results import AS_GIVEN, MappedColours
 from gamutcore.search import delta_e_2000
 
 if TYPE_CHECKING:
-    import os
-    from collections.abc import Callable
-
-    from numpy.typing import ArrayLike
-
-    from gamutcore.arrays import BooleanArray, Float32Array, FloatArray, LongArray
+    from gamutcore.arrays import BooleanArray, FloatArray
     from gamutcore.colour_rows import Colours
-    from gamutcore.export.picture_file import Depth
     from gamutcore.questions.levels import AskedGamut, IndexedLevel
-    from gamutcore.questions.picture_mapping import MappedPicture, Moves
-    from gamutcore.search import LevelIndex, Lines, Mapped, MappingMethod
+    from gamutcore.search import LevelIndex, Mapped, MappingMethod
 
 __all__ = [
     "COMPENSATION",
     "MAP",
+    "MAPPING_ALIASES",
+    "MAPPING_METHODS",
     "METHOD",
-    "PICTURE_PARAMETERS",
+    "PICTURE_SPACE",
+    "ROUNDING",
+    "SPATIAL",
+    "MappingRule",
     "black_luminance",
     "compensates_black",
     "distance_warnings",
+    "lab_conversion",
     "map_colours",
-    "map_picture_file",
     "map_points",
+    "mapping_rule",
+    "mapping_warnings",
 ]
 
-_METHODS = ("clip-nearest", "clip-hue", "clip-lightness", "clip-chroma", "clip-focal", "sgck")
-_ALIASES = {"hpminde": "clip-hue"}
-METHOD = Annotated[str, Choice(_METHODS, _ALIASES)]
+MAPPING_METHODS = (
+    "clip-nearest",
+    "clip-hue",
+    "clip-lightness",
+    "clip-chroma",
+    "clip-focal",
+    "sgck",
+)
+MAPPING_ALIASES = {"hpminde": "clip-hue"}
+METHOD = Annotated[str, Choice(MAPPING_METHODS, MAPPING_ALIASES)]
 """Methods of mapping."""
+
+PICTURE_SPACE = "CAM16-UCS"
+"""Space of the mapping of pictures, links and profiles; docs/decisions/picture-space.md has why."""
 
 SPATIAL = "spatial"
 """Method for pictures alone: colours of a table have no neighbours."""
-
-ITERATIONS = 25
-"""Iterations of the spatial mapping: 20 to 30 are enough for Alsam & Farup (2012)."""
-
-MOST_ITERATIONS = 10_000
-"""An hour for 24 megapixels."""
-
-SHIFT = 1e-2
-"""A shift by less than this share of `default_error` is no move: 16 bits hardly store it."""
 
 ROUNDING = 1e-9
 """A change of less than this share of `default_error` is a rounding error, and no move."""
@@ -111,10 +98,16 @@ _NAMES = "the gamut", "the source"
 _warnings = partial(comparison_warnings, names=_NAMES)
 
 
-def _build_warnings(gamut: AskedGamut, source: AskedGamut | None) -> tuple[str, ...]:
+def mapping_warnings(
+    gamut: AskedGamut, source: AskedGamut | None, method: str
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Warnings of the builds, and warnings about the method and the two gamuts together."""
+    about = distance_warnings(gamut, method)
+    if source is not None:
+        about += _warnings(gamut.conditions, source.conditions)
     if source is None or source is gamut:
-        return build_warnings(gamut.conditions)
-    return build_warnings(gamut.conditions, source.conditions, names=_NAMES)
+        return build_warnings(gamut.conditions), about
+    return build_warnings(gamut.conditions, source.conditions, names=_NAMES), about
 
 
 def map_colours(
@@ -132,7 +125,7 @@ def map_colours(
 ) -> MappedColours:
     """Map colours into the gamut. `black` is the luminance of their black."""
     rows, conversion = colours_in(gamut, colours, space)
-    rule = _rule(
+    rule = mapping_rule(
         gamut,
         method,
         conversion,
@@ -142,11 +135,8 @@ def map_colours(
         triangles=triangles,
         max_error=max_error,
     )
-    warnings = _build_warnings(gamut, source)
-    warnings += colour_warnings(gamut.conditions, conversion.name)
-    warnings += distance_warnings(gamut, rule.method)
-    if source is not None:
-        warnings += _warnings(gamut.conditions, source.conditions)
+    built, about = mapping_warnings(gamut, source, rule.method)
+    warnings = built + colour_warnings(gamut.conditions, conversion.name) + about
     level, start = rule.level, rule.start(rows.points)
     found = rule.mapped(start)
     points = found.points
@@ -175,8 +165,8 @@ def map_points(
     max_error: float | None = None,
 ) -> FloatArray:
     """Return colours (n, 3) in CIELAB, mapped as by `map_colours`, without what it states."""
-    conversion = _from_lab(gamut)
-    rule = _rule(
+    conversion = lab_conversion(gamut)
+    rule = mapping_rule(
         gamut,
         method,
         conversion,
@@ -201,12 +191,13 @@ def distance_warnings(gamut: AskedGamut, method: str) -> tuple[str, ...]:
     return (warning,)
 
 
-def _from_lab(gamut: AskedGamut) -> ColourConversion:
+def lab_conversion(gamut: AskedGamut) -> ColourConversion:
+    """Conversion between CIELAB and the space of a gamut."""
     return ColourConversion("CIELAB", gamut.colour_space, as_measured=is_as_measured(gamut))
 
 
 @dataclass(frozen=True)
-class _Rule:
+class MappingRule:
     """A method with its arguments, and the level that it maps into.
 
     `focus` is in the space of the gamut. `blacks` has the luminances of the black of the colours
@@ -263,7 +254,7 @@ class _Rule:
         return min(known, self.gamut.default_error) + missed
 
 
-def _rule(
+def mapping_rule(
     gamut: AskedGamut,
     method: str,
     conversion: ColourConversion,
@@ -273,7 +264,8 @@ def _rule(
     black: float | None,
     triangles: int | None,
     max_error: float | None,
-) -> _Rule:
+) -> MappingRule:
+    """Check the arguments of a mapping, and return its rule. `black` is a luminance or None."""
     if method == SPATIAL:
         raise OptionError.not_applicable(
             "method",
@@ -296,7 +288,7 @@ def _rule(
         blacks = black, black_luminance(gamut, level)
         if abs(blacks[1] - black) <= EQUAL_BLACKS:
             blacks = None
-    return _Rule(gamut, name, level, focus, origin, blacks)
+    return MappingRule(gamut, name, level, focus, origin, blacks)
 
 
 def black_luminance(gamut: AskedGamut, level: IndexedLevel | None = None) -> float:
@@ -397,192 +389,11 @@ MAP = Question(
 )
 
 
-_OF_PICTURES = (
-    Parameter(
-        "iterations",
-        Annotated[int, WholeNumber(0, MOST_ITERATIONS)],
-        f"Iterations of the method `{SPATIAL}`, {ITERATIONS} by default; without one, it is "
-        "clipping.",
-    ),
-    Parameter(
-        "depth",
-        Annotated[str, Choice(tuple(DEPTHS))],
-        "Depth of the picture that is returned, by default that of the picture: bits, or floats.",
-    ),
-    Parameter(
-        "table",
-        Annotated[int, WholeNumber(0, MOST_NODES)],
-        f"Nodes of a table along each channel, 5 to {MOST_NODES}; 0 maps every colour exactly. By "
-        "default, large pictures have one. The report states its error.",
-    ),
-    Parameter(
-        "to",
-        Annotated[str, Text(60, f"{OWN}, {TO_DEVICE}, or the slug of an RGB space")],
-        f"Encoding of the picture that is returned. `{OWN}`: that of the picture. The slug of an "
-        f"RGB space, with its profile. `{TO_DEVICE}`: values of the device as TIFF, such as CMYK, "
-        "with the profile that the gamut was built from.",
-        default=OWN,
-        example="display-p3",
-    ),
-    Parameter("black", BLACK, "How much black device values have, as for `recipes`.", example=0.5),
-)
-_METHOD, *_ARGUMENTS, _COMPENSATION = MAP.parameters
 COMPENSATION = replace(
-    _COMPENSATION,
+    MAP.parameters[-1],
     description="Whether colours are first scaled in CIEXYZ, so that the black of the source "
     "becomes the darkest neutral colour of the gamut, and white stays (ISO 18619). Default: true "
     "for colours relative to a white, except by `sgck`, which maps black itself.",
     default=None,
 )
 """Black-point compensation of links and pictures."""
-
-PICTURE_METHOD = Annotated[str, Choice((*_METHODS, SPATIAL), _ALIASES)]
-"""Methods of mapping for pictures."""
-
-PICTURE_PARAMETERS: tuple[Parameter, ...] = (
-    replace(
-        _METHOD,
-        kind=PICTURE_METHOD,
-        description=f"{_METHOD.description} `{SPATIAL}`: for pictures, keeps the differences "
-        "between neighbouring pixels.",
-    ),
-    *_ARGUMENTS,
-    COMPENSATION,
-    DECODE,
-    *_OF_PICTURES,
-    *LEVEL_PARAMETERS,
-)
-"""Parameters of `map_picture_file`, without the heat map."""
-
-
-def map_picture_file(
-    gamut: AskedGamut,
-    data: bytes,
-    output: str | os.PathLike[str],
-    method: str = "clip-hue",
-    *,
-    focus: Colours | Literal["cusp"] | None = None,
-    source: AskedGamut | None = None,
-    black_point_compensation: bool | None = None,
-    decode: str | None = None,
-    iterations: int | None = None,
-    depth: Depth | None = None,
-    table: int | None = None,
-    heat_map: str | os.PathLike[str] | None = None,
-    to: str = OWN,
-    black: str | float | ArrayLike | None = None,
-    triangles: int | None = None,
-    max_error: float | None = None,
-) -> MappedPicture:
-    """Map the colours of a picture file, and write the result."""
-    method = str(check_option("method", method, PICTURE_METHOD))
-    is_spatial = method == SPATIAL
-    if is_spatial:
-        given = {"focus": focus, "source": None if source is None else "of another gamut"}
-        _check_spatial(given | {"table": table or None})
-        table = 0
-    elif iterations is not None:
-        message = "only the method spatial has iterations"
-        raise OptionError.not_applicable("iterations", iterations, message)
-    iterations = ITERATIONS if iterations is None else iterations
-    if not 0 <= iterations <= MOST_ITERATIONS:
-        raise OptionError.refusal("iterations", iterations, f"0 to {MOST_ITERATIONS}")
-    if black is not None and to != TO_DEVICE:
-        raise OptionError.not_applicable(
-            "black", black, f"only device values (to={TO_DEVICE}) need it"
-        )
-    if triangles is None and max_error is None:
-        max_error = 0.0  # edges of a coarser level are visible as arcs
-    if black_point_compensation is None:
-        black_point_compensation = compensates_black(gamut, method)
-    by_lab_hue = gamut.colour_space.name == "CIELAB" and method != "clip-nearest"
-    turned = False
-    conversion = _from_lab(gamut)
-
-    def moves_from(black: float) -> Moves | SpatialMoves:
-        rule = _rule(
-            gamut,
-            "clip-hue" if is_spatial else method,
-            conversion,
-            focus=focus,
-            source=source,
-            black=black if black_point_compensation else None,
-            triangles=triangles,
-            max_error=max_error,
-        )
-        negligible = ROUNDING * gamut.default_error
-
-        def moves(lab: FloatArray) -> tuple[BooleanArray, LongArray, FloatArray]:
-            nonlocal turned
-            own = conversion.to_gamut(lab)
-            outside, points = rule.moved(own)
-            moved = np.flatnonzero(np.abs(points - own).max(axis=1, initial=0.0) > negligible)
-            after = conversion.from_gamut(points[moved])
-            turned = turned or (by_lab_hue and turns_blue(lab[moved], after))
-            return outside, moved, after
-
-        def shifted(lab: FloatArray, shifts: FloatArray) -> tuple[LongArray, FloatArray]:
-            nonlocal turned
-            own = conversion.to_gamut(lab)
-            points = rule.start(own) - shifts
-            least = SHIFT * gamut.default_error
-            moved = np.flatnonzero(np.abs(points - own).max(axis=1, initial=0.0) > least)
-            after = conversion.from_gamut(points[moved])
-            turned = turned or (by_lab_hue and turns_blue(lab[moved], after))
-            return moved, after
-
-        return _spatial_moves(rule, conversion, iterations, shifted) if is_spatial else moves
-
-    heat_file = None if heat_map is None else Path(heat_map)
-    target = device_target(gamut, conversion, black) if to == TO_DEVICE else to
-    done = map_picture(
-        data,
-        Path(output),
-        moves_from,
-        depth,
-        table=table,
-        heat_map=heat_file,
-        to=target,
-        decode=decode,
-    )
-    warnings = _build_warnings(gamut, source) + done.warnings
-    warnings += distance_warnings(gamut, method)
-    if source is not None:
-        warnings += _warnings(gamut.conditions, source.conditions)
-    if turned:
-        warnings += (BLUE_TURNS,)
-    return replace(done, warnings=warnings, gamut=gamut.conditions)
-
-
-def _check_spatial(given: dict[str, Any]) -> None:
-    for name, value in given.items():
-        if value is not None:
-            message = "the method spatial maps pixels, not colours"
-            raise OptionError.not_applicable(name, value, message)
-
-
-def _spatial_moves(
-    rule: _Rule,
-    conversion: ColourConversion,
-    iterations: int,
-    shifted: Callable[[FloatArray, FloatArray], tuple[LongArray, FloatArray]],
-) -> SpatialMoves:
-    """Return the functions of a spatial mapping into the level of a rule."""
-    index = rule.level.index
-    ends = search.neutral_ends(index)
-    if ends is None:
-        raise OptionError.not_applicable(
-            "method", SPATIAL, "the gamut has no neutral colours", "Give another method."
-        )
-
-    def lines(lab: FloatArray) -> tuple[BooleanArray, Lines]:
-        own = conversion.to_gamut(lab)
-        start = rule.start(own)
-        outside = rule.outside(own)
-        clipped = outside if rule.blacks is None else rule.outside(start)
-        return outside, search.find_lines(start, clipped, index, ends)
-
-    def relaxed(directions: Float32Array, least: Float32Array, most: Float32Array) -> Float32Array:
-        return search.relax_shifts(directions, least, most, iterations, ends[1] - ends[0])
-
-    return SpatialMoves(lines, relaxed, shifted)

@@ -57,7 +57,7 @@ from gamutcore.gamut import Gamut
 from gamutcore.kernels import ensure_compiled, load_kernels
 from gamutcore.limits import Limits, apply_limits
 from gamutcore.options import Options
-from gamutcore.questions import no_picture
+from gamutcore.pictures import no_picture
 from service.building.process import NO_NEW_PRIVILEGES, prctl, private_bytes
 from service.telemetry.logs import configure_logging
 

@@ -13,8 +13,9 @@ from fastapi.responses import Response
 from gamutcore.arguments import Choice
 from gamutcore.characterisation.icc import looks_like_icc
 from gamutcore.characterisation.pictures import picture_format
-from gamutcore.questions import DEVICE_VALUES as DEVICE
-from gamutcore.questions import PICTURE_PARAMETERS, Parameter
+from gamutcore.pictures import DEVICE_VALUES as DEVICE
+from gamutcore.pictures import PICTURE_PARAMETERS
+from gamutcore.questions import Parameter
 from service.access.rate_limits import client_of
 from service.admission import Work
 from service.container import service_of

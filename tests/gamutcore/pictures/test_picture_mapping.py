@@ -18,8 +18,8 @@ from gamutcore.errors import (
     OptionError,
     UnsupportedPictureError,
 )
-from gamutcore.questions import picture_mapping
-from gamutcore.questions.picture_mapping import HEAT_STEP, VISIBLE
+from gamutcore.pictures import picture_mapping
+from gamutcore.pictures.picture_mapping import HEAT_STEP, VISIBLE
 
 colour = colour_science()
 

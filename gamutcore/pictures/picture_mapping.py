@@ -3,7 +3,7 @@
 The result has the encoding, depth, alpha and profile of the picture. Pixels whose colours stay keep
 their values exactly. The others get the values of the mapped colour in the same encoding. Another
 depth can be asked for; integers of a picture in linear light are sRGB. So can another encoding: an
-RGB space, or device values (`gamutcore.questions.picture_targets`).
+RGB space, or device values (`gamutcore.pictures.picture_targets`).
 
 Large pictures are mapped through a table of nodes in the encoding of the picture. A cell whose
 corners all stay keeps its colours. A cell whose corners all move is interpolated. Colours of the
@@ -61,7 +61,7 @@ from gamutcore.export.picture_file import (
     with_depth,
 )
 from gamutcore.kernels import kernel
-from gamutcore.questions.picture_targets import (
+from gamutcore.pictures.picture_targets import (
     OWN,
     DeviceValues,
     blank_samples,
@@ -70,12 +70,13 @@ from gamutcore.questions.picture_targets import (
     full_scale,
     space_raster,
 )
-from gamutcore.questions.soft_proof import (
+from gamutcore.pictures.soft_proof import (
     PROOF_SPACE,
     PROOF_SPACE_CHOSEN,
     black_of_press,
     light_raster,
 )
+from gamutcore.questions import PICTURE_SPACE
 from gamutcore.results import Shown
 from gamutcore.search import Lines, delta_e_2000
 
@@ -99,7 +100,6 @@ if TYPE_CHECKING:
 __all__ = [
     "BLUE_TURNS",
     "HEAT_STEP",
-    "PICTURE_SPACE",
     "TABLE_NODES",
     "TABLE_PIXELS",
     "MappedPicture",
@@ -109,9 +109,6 @@ __all__ = [
     "no_picture",
     "turns_blue",
 ]
-
-PICTURE_SPACE = "CAM16-UCS"
-"""Space of the mapping of pictures, links and profiles; docs/decisions/picture-space.md has why."""
 
 BLUE_TURNS = (
     f"CIELAB turns blue pixels to purple. Build the gamut with space {PICTURE_SPACE} for pictures."

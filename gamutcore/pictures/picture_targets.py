@@ -18,9 +18,7 @@ from gamutcore.characterisation.pictures import Encoding, chromaticity_encoding
 from gamutcore.errors import OptionError, ReferenceNameError
 from gamutcore.export.picture_file import WRITTEN, in_encoding
 from gamutcore.export.rgb_profile import rgb_profile
-from gamutcore.questions.black_rules import DEFAULT_BLACK, black_rule
-from gamutcore.questions.declarations import Parameter
-from gamutcore.questions.levels import lab_of
+from gamutcore.questions import DEFAULT_BLACK, Parameter, black_rule, lab_of
 from gamutcore.references import DECODINGS, REFERENCES, find_reference
 
 if TYPE_CHECKING:
@@ -34,7 +32,7 @@ if TYPE_CHECKING:
     from gamutcore.colours import DeviceModel
     from gamutcore.colours.spaces import ColourConversion
     from gamutcore.export.picture_file import Depth
-    from gamutcore.questions.levels import AskedGamut
+    from gamutcore.questions import AskedGamut
 
 __all__ = [
     "DECODE",
