@@ -33,7 +33,7 @@ from gamutcore.decimation.costs import (
     update_after_change,
     update_before_collapse,
 )
-from gamutcore.decimation.deviation_samples import NO_FACE
+from gamutcore.decimation.deviation import NO_FACE
 from gamutcore.decimation.edge_queue import EdgeQueue, dequeue, empty_queue, enqueue, fill_queue
 from gamutcore.decimation.record import Record, has_room, record_collapse, record_shift
 from gamutcore.decimation.surface_mesh import (

@@ -18,8 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gamutcore.arrays import Float32Array, FloatArray, IndexArray
-from gamutcore.decimation.deviation import find_better_position, mismatch_error, refine_point
-from gamutcore.decimation.deviation_samples import (
+from gamutcore.decimation.deviation import (
     SAMPLES,
     TOP,
     TOTAL_WEIGHT,
@@ -27,7 +26,10 @@ from gamutcore.decimation.deviation_samples import (
     assign_samples,
     deviation_on_faces,
     empty_deviation,
+    find_better_position,
+    mismatch_error,
     reassign_samples,
+    refine_point,
     sample_capacity,
     take_samples,
     thin_samples,

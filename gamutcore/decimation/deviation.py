@@ -1,37 +1,40 @@
-"""Change of the deviation from a reference by a collapse or a move: mismatch by samples.
+"""Deviation of a surface from a reference by samples, and its change by a collapse or a move.
+
+A sample is a point of the reference that represents a part of its volume. All surfaces are
+star-shaped about the centre, so a sample lies in the cone of exactly one face of the current
+surface. In the direction of the sample the two surfaces differ by w |1 − t³|. Here w is the
+sample's share of the reference volume, and t the radius of the surface divided by the radius of the
+sample. The sum over all samples approximates the volume of the symmetric difference.
+
+Samples represent nearly equal shares. With one sample per face, the few samples of the large faces
+would carry most of the sum: it came out up to a half below the mismatch of the chosen levels.
 
 A collapse, or a move of a vertex, changes only the faces around it, hence only the sum over the
 samples in these faces. A query collects the samples. `change_at` writes the faces that would
 surround the vertex at some position. It finds the face of each sample by comparing the sample with
-the planes through the centre and the new edges.
+the planes through the centre and the new edges. Most samples stay in their face, so each is
+compared with its present face first.
 
 A step of a vertex then minimises the deviation by one step of iteratively reweighted least squares.
 It uses the results of the last `change_at`: the samples around a point and their faces.
+
+Data layout: one array per coordinate, with the samples of a face next to each other. A loop over
+them reads consecutive memory and compiles to vector instructions. When faces exchange samples, all
+samples involved are written behind the last ones. The arrays have two halves. When one half is
+full, the samples in use move to the other.
 """
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
-from gamutcore.arrays import FloatArray
-from gamutcore.decimation.deviation_samples import (
-    LANES,
-    LARGEST_SHARE,
-    PENALTY_OUTSIDE,
-    QUERY_AREA,
-    QUERY_DISTANCE,
-    QUERY_FACES,
-    QUERY_PAIRS,
-    QUERY_SAMPLES,
-    QUERY_WEIGHT,
-    SAMPLES,
-    TOGETHER,
-    TOTAL_WEIGHT,
-    Deviation,
-)
+from gamutcore.arrays import FloatArray, IndexArray, LongArray
 from gamutcore.decimation.quadrics import Quadrics, shift_to_preserve_volume
 from gamutcore.decimation.surface_mesh import LARGEST_LINK, SurfaceMesh, squared_length
 from gamutcore.geometry import (
+    Vector,
     add_outer,
     adjugate,
     cross,
@@ -43,9 +46,467 @@ from gamutcore.geometry import (
     product,
     row,
     scaled,
+    triple,
     write_row,
 )
 from gamutcore.kernels import inlined_kernel, leaf_kernel
+
+SAMPLES, TOP, HALF_BEGIN, HALF_SIZE = range(4)
+"""Indices into `Deviation.counts`: number of samples in use; index behind the last one, 0 while
+they are not assigned to faces; first index of the half in use; length of a half."""
+
+QUERY_PAIRS, QUERY_FACES, QUERY_SAMPLES = range(4, 7)
+"""Indices into `Deviation.counts`, for the current query: number of pairs of the link; number of
+faces; number of samples including the padding."""
+
+QUERY_DISTANCE, QUERY_AREA, QUERY_WEIGHT, TOTAL_WEIGHT = range(4)
+"""Indices into `Deviation.sums`. For the current query: distances of the samples from their faces,
+integrated over their area; that area; the sum of their weights. For all samples: their weights."""
+
+LANES = 8
+"""Largest number of samples that one vector instruction processes."""
+
+TOGETHER = 4
+"""Number of faces that each sample is compared with in one pass."""
+
+
+class Query(NamedTuple):
+    """Samples around an edge or a vertex, and scratch for their faces.
+
+    There is room for S samples on F faces.
+    """
+
+    link: IndexArray  # (LARGEST_LINK, 2) directed link, in order around the position
+    # (LARGEST_LINK + TOGETHER, 10) for the face (p, a, b) of the position p and each pair:
+    # p × a; N with N·q = 1 on the face; a × b ÷ det(p, a, b); |N|. The cone of the face lies
+    # between its p × a and the next.
+    plane: FloatArray
+    face_sum: FloatArray  # (LARGEST_LINK, 8) two sums over its samples, in four parts each
+    face: IndexArray  # (F + 2,) present faces; reassignment: a corner of each face involved
+    x: FloatArray  # (S + LANES,) the samples in these faces
+    y: FloatArray
+    z: FloatArray
+    weight: FloatArray
+    pair: LongArray  # (S + LANES,) the pair whose face each lies in; in an assignment, a corner
+    depth: FloatArray  # (S + LANES,) how deep each lies in the cone of that face
+    inverse: FloatArray  # (S + LANES,) N·q of that face, the inverse of t
+    norm: FloatArray  # (S + LANES,) |N| of that face
+    term: FloatArray  # (S + LANES,) terms of the sums over them
+    other_term: FloatArray
+    third_term: FloatArray
+
+
+class Deviation(NamedTuple):
+    """Samples of a reference and the faces that they lie in, with room for S samples on F faces."""
+
+    x: FloatArray  # (4 S,) the samples, relative to the centre
+    y: FloatArray
+    z: FloatArray
+    weight: FloatArray  # (4 S,) their shares of the volume of the reference, times six
+    begin: LongArray  # (F,) start and end of each face's samples in these arrays
+    end: LongArray
+    error: FloatArray  # (F,) sum of w |1 − t³| over the samples of a face
+    cursor: LongArray  # (F,) scratch: where the next sample of a face is written
+    counts: LongArray  # (7,) by `SAMPLES`, `TOP`, `HALF_BEGIN`, `HALF_SIZE` and `QUERY_…`
+    sums: FloatArray  # (4,) by `QUERY_DISTANCE`, `QUERY_AREA`, `QUERY_WEIGHT`, `TOTAL_WEIGHT`
+    query: Query
+
+
+def empty_deviation(samples: int, faces: int) -> Deviation:
+    """Return a deviation without samples, with room for `samples` samples on `faces` faces."""
+    per_sample = (
+        *("x", "y", "z", "weight", "depth", "inverse", "norm"),
+        *("term", "other_term", "third_term"),
+    )
+    query = Query(
+        link=np.empty((LARGEST_LINK, 2), np.int32),
+        plane=np.empty((LARGEST_LINK + TOGETHER, 10)),
+        face_sum=np.empty((LARGEST_LINK, 8)),
+        face=np.empty(faces + 2, np.int32),
+        pair=np.empty(samples + LANES, np.int64),
+        **{name: np.empty(samples + LANES) for name in per_sample},
+    )
+    return Deviation(
+        **{name: np.empty(4 * samples) for name in ("x", "y", "z", "weight")},
+        begin=np.zeros(faces, np.int64),
+        end=np.zeros(faces, np.int64),
+        error=np.zeros(faces),
+        cursor=np.zeros(faces, np.int64),
+        counts=np.zeros(7, np.int64),
+        sums=np.zeros(4),
+        query=query,
+    )
+
+
+def sample_capacity(wanted: int, faces: int) -> int:
+    """Upper bound of the number of samples that `take_samples` takes of `faces` faces.
+
+    A face has one sample at least. A face of x > 1 shares has at most (x + ½)² ≤ 16/9 x samples.
+    """
+    return faces + 16 * wanted // 9 + 1
+
+
+def deviation_on_faces(deviation: Deviation, faces: int) -> Deviation:
+    """Return the same samples, not assigned to faces, for a surface of `faces` faces.
+
+    There is room for the present samples; without samples, as much room as before.
+    """
+    used = int(deviation.counts[SAMPLES])
+    copy = empty_deviation(used or deviation.query.x.size - LANES, faces)
+    copy.counts[SAMPLES], copy.counts[HALF_SIZE] = used, 2 * used
+    copy.sums[TOTAL_WEIGHT] = deviation.sums[TOTAL_WEIGHT]
+    kept = np.arange(used)
+    if deviation.counts[TOP] > 0:
+        number = deviation.end - deviation.begin
+        kept += np.repeat(deviation.begin - (np.cumsum(number) - number), number)
+    for name in ("x", "y", "z", "weight"):
+        getattr(copy, name)[:used] = getattr(deviation, name)[kept]
+    return copy
+
+
+@leaf_kernel
+def _is_face(surface: SurfaceMesh, face: int) -> bool:
+    """Whether a face still exists. One corner of a removed face faces a removed edge."""
+    facing, edge_of = surface.corner_facing, surface.edge_of
+    one, two, three = edge_of[3 * face], edge_of[3 * face + 1], edge_of[3 * face + 2]
+    return min(facing[one], facing[two], facing[three]) >= 0
+
+
+@leaf_kernel
+def _six_volumes(surface: SurfaceMesh, face: int) -> float:
+    """Six times the volume of the cone over a face; 0 for a removed face."""
+    if not _is_face(surface, face):
+        return 0.0
+    position, vertex = surface.position, surface.vertex
+    one, two, three = int(vertex[3 * face]), int(vertex[3 * face + 1]), int(vertex[3 * face + 2])
+    return triple(row(position, two, 0), row(position, three, 0), row(position, one, 0))
+
+
+@leaf_kernel
+def _divisions(volume: float, part: float) -> int:
+    """Into how many parts each side of a face is divided."""
+    return max(1, int(np.rint(np.sqrt(volume / part))))
+
+
+@leaf_kernel
+def _add_lattice(
+    deviation: Deviation, surface: SurfaceMesh, face: int, part: float, share: float, passed: float
+) -> float:
+    """Add the centroids of the equal triangles that a face is divided into.
+
+    With a positive `share`, marks stand a share apart along the line of all weights, and only
+    triangles with a mark are added. `passed` is the distance from the last mark to the beginning of
+    the face. The result is the distance from the last mark to its end.
+    """
+    volume = _six_volumes(surface, face)
+    divisions = _divisions(volume, part)
+    weight = volume / (divisions * divisions)
+    ax, ay, az = row(surface.position, surface.vertex[3 * face], 0)
+    bx, by, bz = row(surface.position, surface.vertex[3 * face + 1], 0)
+    cx, cy, cz = row(surface.position, surface.vertex[3 * face + 2], 0)
+    for i in range(divisions):
+        for j in range(divisions - i):
+            for turned in range(2 if i + j < divisions - 1 else 1):
+                represented = weight
+                if share > 0.0:
+                    passed += weight
+                    if passed < share:
+                        continue
+                    represented = np.floor(passed / share) * share
+                    passed -= represented
+                u = (i + (1.0 + turned) / 3.0) / divisions
+                v = (j + (1.0 + turned) / 3.0) / divisions
+                w = 1.0 - u - v
+                sample = deviation.counts[SAMPLES]
+                deviation.counts[SAMPLES] += 1
+                deviation.x[sample] = u * ax + v * bx + w * cx
+                deviation.y[sample] = u * ay + v * by + w * cy
+                deviation.z[sample] = u * az + v * bz + w * cz
+                deviation.weight[sample] = represented
+    return passed
+
+
+@leaf_kernel
+def take_samples(deviation: Deviation, surface: SurfaceMesh, wanted: int) -> None:
+    """Make the surface the reference and take centroids of equal parts of its faces as samples.
+
+    Parts have about 1 ÷ `wanted` of the volume. If the samples exceed the room, systematic
+    resampling selects half as many as there is room for, as in `thin_samples`. `assign_samples`
+    comes next.
+    """
+    room, faces = deviation.query.x.size - LANES, surface.vertex.size // 3
+    whole, count = 0.0, 0
+    for face in range(faces):
+        whole += _six_volumes(surface, face)
+    part = whole / wanted
+    for face in range(faces):
+        if _is_face(surface, face):
+            count += _divisions(_six_volumes(surface, face), part) ** 2
+    share = 0.0 if count <= room else whole / (room // 2)
+    passed = 0.5 * share
+    for face in range(faces):
+        if _is_face(surface, face):
+            passed = _add_lattice(deviation, surface, face, part, share, passed)
+    deviation.counts[TOP], deviation.counts[HALF_SIZE] = 0, 2 * deviation.counts[SAMPLES]
+    deviation.sums[TOTAL_WEIGHT] = whole
+
+
+@leaf_kernel
+def assign_samples(deviation: Deviation, surface: SurfaceMesh) -> None:
+    """Assign samples that are in no face yet to the faces of a surface, for which there is room."""
+    count, half = deviation.counts[SAMPLES], deviation.counts[HALF_SIZE]
+    for face in range(deviation.cursor.size):
+        deviation.cursor[face] = 0
+    at = 0
+    while not _is_face(surface, at // 3):
+        at += 3
+    for sample in range(count):
+        # samples follow each other in space, so the next face is near
+        at = _corner_below(surface, _point(deviation, sample), at)
+        deviation.query.pair[sample] = at
+        deviation.cursor[at // 3] += 1
+    top = half
+    for face in range(deviation.begin.size):
+        deviation.begin[face] = top
+        top += deviation.cursor[face]
+        deviation.cursor[face] = deviation.begin[face]
+        deviation.end[face] = top
+    _move_to_cursors(deviation, 0, count, 0)
+    deviation.counts[TOP], deviation.counts[HALF_BEGIN] = top, half
+    for face in range(deviation.begin.size):
+        if deviation.end[face] > deviation.begin[face]:
+            _sum_errors(deviation, surface, 3 * face)
+
+
+@inlined_kernel
+def _point(deviation: Deviation, sample: int) -> Vector:
+    return deviation.x[sample], deviation.y[sample], deviation.z[sample]
+
+
+@inlined_kernel
+def _depths(surface: SurfaceMesh, corner: int, point: Vector) -> Vector:
+    """Determinants of a point with a face's edges: none is negative in the cone of the face."""
+    position, vertex = surface.position, surface.vertex
+    a = row(position, vertex[corner], 0)
+    b = row(position, vertex[following(corner)], 0)
+    c = row(position, vertex[preceding(corner)], 0)
+    return triple(b, c, point), triple(c, a, point), triple(a, b, point)
+
+
+@leaf_kernel
+def _corner_below(surface: SurfaceMesh, point: Vector, begin: int) -> int:
+    """A corner of the face whose cone contains a point, found by walking over the faces."""
+    at, faces = begin, surface.vertex.size // 3
+    for _ in range(faces):
+        facing, second, third = _depths(surface, at, point)
+        if min(facing, second, third) >= 0.0:
+            return at
+        if facing <= second and facing <= third:
+            at = int(surface.opposite[at])
+        elif second <= third:
+            at = int(surface.opposite[following(at)])
+        else:
+            at = int(surface.opposite[preceding(at)])
+    # a walk can cycle where faces are slivers (Devillers, Pion & Teillaud 2002)
+    deepest = -np.inf
+    for face in range(faces):
+        if _is_face(surface, face):
+            facing, second, third = _depths(surface, 3 * face, point)
+            depth = min(facing, second, third)
+            if depth > deepest:
+                at, deepest = 3 * face, depth
+    return at
+
+
+@leaf_kernel
+def thin_samples(deviation: Deviation, surface: SurfaceMesh, most: int) -> bool:
+    """Remove at least about half of the samples if there are more than `most`.
+
+    The weights form a line, face by face, with marks at equal distances. A sample stays if a mark
+    falls on its weight, and then represents its marks (systematic resampling, Kitagawa 1996). Small
+    weights thereby grow to the size of the others. The result says whether samples were removed,
+    which changes the errors of all edges.
+    """
+    if deviation.counts[SAMPLES] <= most:
+        return False
+    weight = deviation.weight
+    total = 0.0
+    for face in range(deviation.begin.size):
+        for sample in range(deviation.begin[face], deviation.end[face]):
+            total += weight[sample]
+    # marks lie in the middle of each share; `passed` is the distance from the last mark
+    share = total / (most // 2)
+    kept, passed = 0, 0.5 * share
+    for face in range(deviation.begin.size):
+        begin, end = deviation.begin[face], deviation.end[face]
+        if begin == end:
+            continue
+        last = begin
+        for sample in range(begin, end):
+            passed += weight[sample]
+            if passed >= share:
+                marks = np.floor(passed / share)
+                passed -= marks * share
+                _copy_sample(deviation, sample, last)
+                weight[last] = marks * share
+                last += 1
+        deviation.end[face] = last
+        kept += last - begin
+        _sum_errors(deviation, surface, 3 * face)
+    deviation.counts[SAMPLES] = kept
+    return True
+
+
+NO_FACE = -1
+"""Instead of a removed face, where there is none."""
+
+
+@leaf_kernel
+def reassign_samples(
+    deviation: Deviation, surface: SurfaceMesh, centre: int, left: int, right: int
+) -> None:
+    """Assign the samples around vertex `centre` to their present faces and sum the faces' errors.
+
+    A collapse to the vertex has removed the faces `left` and `right`, whose samples are assigned as
+    well. After a move both are `NO_FACE`.
+    """
+    begin, end, cursor = deviation.begin, deviation.end, deviation.cursor
+    corners, present = deviation.query.face, int(surface.degree[centre])
+    at = int(surface.corner_at[centre])
+    for number in range(present):
+        corners[number] = at
+        cursor[at // 3] = 0
+        at = int(surface.swung[at])
+    involved = present
+    for gone in (left, right):
+        if gone != NO_FACE:
+            corners[involved] = 3 * gone
+            involved += 1
+    count = 0
+    for number in range(involved):
+        count += end[corners[number] // 3] - begin[corners[number] // 3]
+    _make_room(deviation, count)
+    found = 0
+    for number in range(involved):
+        face = int(corners[number] // 3)
+        # samples of removed faces are first compared with any face around the vertex
+        near = int(corners[number]) if number < present else at
+        found = _find_faces(deviation, surface, near, begin[face], end[face], found)
+    top = deviation.counts[TOP]
+    for number in range(present):
+        face = int(corners[number] // 3)
+        cursor[face], top = top, top + cursor[face]
+    found = 0
+    for number in range(involved):
+        face = int(corners[number] // 3)
+        _move_to_cursors(deviation, begin[face], end[face], found)
+        found += end[face] - begin[face]
+    for number in range(present, involved):
+        face = int(corners[number] // 3)
+        end[face], deviation.error[face] = begin[face], 0.0
+    top = deviation.counts[TOP]
+    for number in range(present):
+        face = int(corners[number] // 3)
+        begin[face], end[face], top = top, cursor[face], cursor[face]
+        _sum_errors(deviation, surface, int(corners[number]))
+    deviation.counts[TOP] = top
+
+
+@leaf_kernel
+def _find_faces(
+    deviation: Deviation, surface: SurfaceMesh, corner: int, begin: int, end: int, found: int
+) -> int:
+    """Write to `pair` the corners of faces around a vertex that samples lie in, and count them.
+
+    Most samples lie in the face of `corner`; the others search around the vertex. `found` entries
+    of `pair` are in use before. The result is the number afterwards.
+    """
+    position, vertex, depths = surface.position, surface.vertex, deviation.query.depth
+    centre = row(position, vertex[corner], 0)
+    left = cross(centre, row(position, vertex[following(corner)], 0))
+    right = cross(row(position, vertex[preceding(corner)], 0), centre)
+    source, target, count = np.uint64(begin), np.uint64(found), end - begin
+    for index in range(count):
+        sample = source + np.uint64(index)
+        point = (deviation.x[sample], deviation.y[sample], deviation.z[sample])
+        depths[target + np.uint64(index)] = min(dot(point, right), dot(point, left))
+    for index in range(found, found + count):
+        chosen = corner
+        depth = depths[index]
+        if depth < 0.0:
+            point = _point(deviation, begin + index - found)
+            at = int(surface.swung[corner])
+            while at != corner:
+                _, second, third = _depths(surface, at, point)
+                least = min(third, second)
+                if least > depth:
+                    chosen, depth = at, least
+                if least >= 0.0:
+                    break
+                at = int(surface.swung[at])
+        deviation.query.pair[index] = chosen
+        deviation.cursor[chosen // 3] += 1
+    return found + count
+
+
+@leaf_kernel
+def _make_room(deviation: Deviation, more: int) -> None:
+    """Move all samples to the other half if `more` samples do not fit behind the last one."""
+    counts, half = deviation.counts, deviation.counts[HALF_SIZE]
+    if counts[TOP] + more <= counts[HALF_BEGIN] + half:
+        return
+    counts[HALF_BEGIN] = half - counts[HALF_BEGIN]
+    top = counts[HALF_BEGIN]
+    for face in range(deviation.begin.size):
+        begin, end = deviation.begin[face], deviation.end[face]
+        deviation.begin[face] = top
+        for sample in range(begin, end):
+            _copy_sample(deviation, sample, top)
+            top += 1
+        deviation.end[face] = top
+    counts[TOP] = top
+
+
+@leaf_kernel
+def _move_to_cursors(deviation: Deviation, begin: int, end: int, first: int) -> None:
+    """Copy samples to the cursors of the faces that `pair` names, from entry `first` on."""
+    for sample in range(begin, end):
+        face = deviation.query.pair[first + sample - begin] // 3
+        _copy_sample(deviation, sample, deviation.cursor[face])
+        deviation.cursor[face] += 1
+
+
+@inlined_kernel
+def _copy_sample(deviation: Deviation, source: int, target: int) -> None:
+    deviation.x[target] = deviation.x[source]
+    deviation.y[target] = deviation.y[source]
+    deviation.z[target] = deviation.z[source]
+    deviation.weight[target] = deviation.weight[source]
+
+
+LARGEST_SHARE = 1e12
+"""Bound of |1 − t³|, which keeps sums finite where the surface is nearly edge-on."""
+
+PENALTY_OUTSIDE = 8.0
+"""Value of |1 − t³| for a sample that no face lies in front of. The position is then not valid."""
+
+
+@leaf_kernel
+def _sum_errors(deviation: Deviation, surface: SurfaceMesh, at: int) -> None:
+    """Sum the errors of the samples in the face of a corner."""
+    position, vertex = surface.position, surface.vertex
+    centre = row(position, vertex[at], 0)
+    one = minus(row(position, vertex[following(at)], 0), centre)
+    normal = cross(one, minus(row(position, vertex[preceding(at)], 0), centre))
+    determinant = dot(normal, centre)
+    normal = scaled(1.0 / determinant if determinant > 0.0 else 0.0, normal)
+    total = 0.0
+    for sample in range(deviation.begin[at // 3], deviation.end[at // 3]):
+        inverse = dot(normal, _point(deviation, sample))
+        t = 1.0 / inverse
+        share = abs(1.0 - t * t * t) if inverse > 0.0 else PENALTY_OUTSIDE
+        total += deviation.weight[sample] * min(share, LARGEST_SHARE)
+    deviation.error[at // 3] = total
 
 
 @leaf_kernel
@@ -94,8 +555,8 @@ def _add_star(
         corner = int(surface.swung[corner])
         filled = _add_face(deviation, corner // 3, filled)
         pair = deviation.counts[QUERY_PAIRS]
-        deviation.link[pair, 0] = surface.vertex[following(corner)]
-        deviation.link[pair, 1] = surface.vertex[preceding(corner)]
+        deviation.query.link[pair, 0] = surface.vertex[following(corner)]
+        deviation.query.link[pair, 1] = surface.vertex[preceding(corner)]
         deviation.counts[QUERY_PAIRS] += 1
     return filled
 
@@ -103,7 +564,7 @@ def _add_star(
 @inlined_kernel
 def _add_face(deviation: Deviation, face: int, filled: int) -> int:
     """Add the samples of a face to the query; returns the number of samples then."""
-    deviation.face[deviation.counts[QUERY_FACES]] = face
+    deviation.query.face[deviation.counts[QUERY_FACES]] = face
     deviation.counts[QUERY_FACES] += 1
     begin = deviation.begin[face]
     count = deviation.end[face] - begin
@@ -111,10 +572,10 @@ def _add_face(deviation: Deviation, face: int, filled: int) -> int:
     source, target = np.uint64(begin), np.uint64(filled)
     for ahead in range(count):
         sample, number = source + np.uint64(ahead), target + np.uint64(ahead)
-        deviation.query_x[number] = deviation.x[sample]
-        deviation.query_y[number] = deviation.y[sample]
-        deviation.query_z[number] = deviation.z[sample]
-        deviation.query_weight[number] = deviation.weight[sample]
+        deviation.query.x[number] = deviation.x[sample]
+        deviation.query.y[number] = deviation.y[sample]
+        deviation.query.z[number] = deviation.z[sample]
+        deviation.query.weight[number] = deviation.weight[sample]
     return filled + count
 
 
@@ -123,12 +584,12 @@ def _pad_query(deviation: Deviation, filled: int) -> None:
     """Add samples of weight zero up to a multiple of `LANES`, and sum the weights."""
     padded = (filled + LANES - 1) // LANES * LANES
     for number in range(filled, padded):
-        deviation.query_x[number] = deviation.query_x[0]
-        deviation.query_y[number] = deviation.query_y[0]
-        deviation.query_z[number] = deviation.query_z[0]
-        deviation.query_weight[number] = 0.0
+        deviation.query.x[number] = deviation.query.x[0]
+        deviation.query.y[number] = deviation.query.y[0]
+        deviation.query.z[number] = deviation.query.z[0]
+        deviation.query.weight[number] = 0.0
     deviation.counts[QUERY_SAMPLES] = padded
-    deviation.sums[QUERY_WEIGHT] = _sum_in_lanes(deviation.query_weight, padded)
+    deviation.sums[QUERY_WEIGHT] = _sum_in_lanes(deviation.query.weight, padded)
 
 
 @inlined_kernel
@@ -167,7 +628,7 @@ def _is_dense(deviation: Deviation) -> bool:
 
 
 SIDE, NORMAL, OPPOSITE, LENGTH = 0, 3, 6, 9
-"""Columns of `Deviation.plane`: p × a (3), N (3), a × b ÷ det(p, a, b) (3), |N|."""
+"""Columns of `Query.plane`: p × a (3), N (3), a × b ÷ det(p, a, b) (3), |N|."""
 
 
 @leaf_kernel
@@ -187,11 +648,11 @@ def change_at(deviation: Deviation, surface: SurfaceMesh, point: FloatArray) -> 
 @inlined_kernel
 def _write_planes(deviation: Deviation, position: FloatArray, point: FloatArray) -> float:
     """Write the planes of the faces around a point, and padding; return their volume, times six."""
-    plane, pairs, volume = deviation.plane, deviation.counts[QUERY_PAIRS], 0.0
+    plane, pairs, volume = deviation.query.plane, deviation.counts[QUERY_PAIRS], 0.0
     p = (point[0], point[1], point[2])
     for index in range(pairs):
-        a = row(position, deviation.link[index, 0], 0)
-        b = row(position, deviation.link[index, 1], 0)
+        a = row(position, deviation.query.link[index, 0], 0)
+        b = row(position, deviation.query.link[index, 1], 0)
         normal = cross(minus(a, p), minus(b, p))
         determinant = dot(normal, p)
         volume += determinant
@@ -231,8 +692,8 @@ def _compare(deviation: Deviation, first: int, begins: bool, four: bool) -> None
     Consecutive faces share a plane with opposite signs, so five planes serve four cones. `begins`
     says that no faces were compared before `first`.
     """
-    plane, depths, pair = deviation.plane, deviation.depth, deviation.pair
-    xs, ys, zs = deviation.query_x, deviation.query_y, deviation.query_z
+    plane, depths, pair = deviation.query.plane, deviation.query.depth, deviation.query.pair
+    xs, ys, zs = deviation.query.x, deviation.query.y, deviation.query.z
     a, b, c = row(plane, first, SIDE), row(plane, first + 1, SIDE), row(plane, first + 2, SIDE)
     d, e = c, c
     if four:
@@ -275,20 +736,29 @@ def _lesser(one: float, other: float) -> float:
 @inlined_kernel
 def _look_up_faces(deviation: Deviation) -> None:
     """Write N·q and |N| of the face that each sample lies in."""
-    plane, xs, ys, zs = deviation.plane, deviation.query_x, deviation.query_y, deviation.query_z
+    plane, xs, ys, zs = (
+        deviation.query.plane,
+        deviation.query.x,
+        deviation.query.y,
+        deviation.query.z,
+    )
     for number in range(deviation.counts[QUERY_SAMPLES]):
-        pair = np.uint64(deviation.pair[number])
+        pair = np.uint64(deviation.query.pair[number])
         normal = (plane[pair, NORMAL], plane[pair, NORMAL + 1], plane[pair, NORMAL + 2])
-        deviation.inverse[number] = dot(normal, (xs[number], ys[number], zs[number]))
-        deviation.norm[number] = plane[pair, LENGTH]
+        deviation.query.inverse[number] = dot(normal, (xs[number], ys[number], zs[number]))
+        deviation.query.norm[number] = plane[pair, LENGTH]
 
 
 @inlined_kernel
 def _sum_query(deviation: Deviation) -> float:
     """Deviation of the query's samples from the faces around the point."""
     count = deviation.counts[QUERY_SAMPLES]
-    weights, inverses, norms = deviation.query_weight, deviation.inverse, deviation.norm
-    errors, distances, areas = deviation.term, deviation.other_term, deviation.third_term
+    weights, inverses, norms = deviation.query.weight, deviation.query.inverse, deviation.query.norm
+    errors, distances, areas = (
+        deviation.query.term,
+        deviation.query.other_term,
+        deviation.query.third_term,
+    )
     # all terms first, several at a time, and then their sums
     for number in range(count):
         inverse, weight = inverses[number], weights[number]
@@ -325,7 +795,7 @@ def _current_deviation(deviation: Deviation) -> float:
     """Deviation of the present faces of the query."""
     total = 0.0
     for index in range(deviation.counts[QUERY_FACES]):
-        total += deviation.error[deviation.face[index]]
+        total += deviation.error[deviation.query.face[index]]
     return total
 
 
@@ -445,7 +915,11 @@ def _step_towards_reference(deviation: Deviation, point: FloatArray, better: Flo
     squares. Here e is the distance of a sample from the plane of its face, and ω the area that it
     represents. The result is False if the samples determine no step.
     """
-    plane, sums, pairs = deviation.plane, deviation.face_sum, deviation.counts[QUERY_PAIRS]
+    plane, sums, pairs = (
+        deviation.query.plane,
+        deviation.query.face_sum,
+        deviation.counts[QUERY_PAIRS],
+    )
     if not deviation.sums[QUERY_DISTANCE] > 0.0:
         return False
     soft = SOFTNESS * deviation.sums[QUERY_DISTANCE] / deviation.sums[QUERY_AREA]
@@ -473,10 +947,14 @@ def _step_towards_reference(deviation: Deviation, point: FloatArray, better: Flo
 @inlined_kernel
 def _sum_normal_equations(deviation: Deviation, soft: float) -> None:
     """Sum the samples' contributions to the normal equations of a step, face by face."""
-    plane, pairs, weights = deviation.plane, deviation.pair, deviation.query_weight
-    inverses, norms, sums = deviation.inverse, deviation.norm, deviation.face_sum
-    xs, ys, zs = deviation.query_x, deviation.query_y, deviation.query_z
-    squares, pulls, count = deviation.term, deviation.other_term, deviation.counts[QUERY_SAMPLES]
+    plane, pairs, weights = deviation.query.plane, deviation.query.pair, deviation.query.weight
+    inverses, norms, sums = deviation.query.inverse, deviation.query.norm, deviation.query.face_sum
+    xs, ys, zs = deviation.query.x, deviation.query.y, deviation.query.z
+    squares, pulls, count = (
+        deviation.query.term,
+        deviation.query.other_term,
+        deviation.counts[QUERY_SAMPLES],
+    )
     for number in range(count):
         pair = np.uint64(pairs[number])
         squares[number] = (

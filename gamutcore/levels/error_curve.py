@@ -17,8 +17,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from gamutcore.kernels import kernel
-from gamutcore.levels.cones import locate, make_surface
-from gamutcore.levels.overlay import Distances, compare_surfaces, enclosed_volume
+from gamutcore.levels.overlay import (
+    Distances,
+    compare_surfaces,
+    enclosed_volume,
+    locate,
+    make_surface,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -26,8 +31,7 @@ if TYPE_CHECKING:
     from gamutcore.arrays import Float32Array, FloatArray, IndexArray
     from gamutcore.geometry import TriangleMesh
     from gamutcore.history import History
-    from gamutcore.levels.cones import Cones, Locations, Surface
-    from gamutcore.levels.overlay import RadialDifference
+    from gamutcore.levels.overlay import Cones, Locations, RadialDifference, Surface
 
 EVEN_UP_TO = 16
 """All levels up to this triangle count are in the curve."""

@@ -25,28 +25,31 @@ from gamutcore.arguments import finite_number
 from gamutcore.arrays import Float32Array, FloatArray, IndexArray
 from gamutcore.errors import OptionError
 from gamutcore.geometry import Vector, row, scaled
-from gamutcore.history import MINIMUM_TRIANGLES, apply_splits, fine_columns
+from gamutcore.history import MINIMUM_TRIANGLES, Splits, apply_splits
 from gamutcore.kernels import kernel
-from gamutcore.levels.cones import INDEX, Locations, Surface, compute_cones
-from gamutcore.levels.distances import (
-    FROM_LOWER,
-    FROM_POINT,
-    FROM_UPPER,
-    TO_FACE,
-    TO_LOWER,
-    TO_POINT,
-    TO_UPPER,
-    halving_limit,
-    nearest_face,
-    new_bounds,
-    squared_distance,
-)
 from gamutcore.levels.error_curve import (
     NO_ERROR,
     BoundedLevel,
     Bounds,
     FullBoundary,
     round_up,
+)
+from gamutcore.levels.overlay import (
+    FROM_LOWER,
+    FROM_POINT,
+    FROM_UPPER,
+    INDEX,
+    TO_FACE,
+    TO_LOWER,
+    TO_POINT,
+    TO_UPPER,
+    Locations,
+    Surface,
+    compute_cones,
+    halving_limit,
+    nearest_face,
+    new_bounds,
+    squared_distance,
 )
 from gamutcore.levels.sides import SIDES, Side, SidedCurve
 
@@ -494,7 +497,7 @@ class _LevelWalk:
         vertices = int(counts[-1]) // 2 + 2
         self._counts = counts
         self._centre = np.asarray(history.centre, np.float64)
-        self._columns = fine_columns(history.splits)
+        self._splits = history.splits
         self._positions = np.zeros((vertices, 3), np.float32)
         self._positions[: len(level.vertices)] = level.vertices
         corner = np.empty(6 * vertices - 12, np.int32)
@@ -512,7 +515,7 @@ class _LevelWalk:
         """
         self.index = _walk(
             self._counts, self.index, self._positions, self._surface, self._centre,
-            *evidence, limit, stop, *self._columns,
+            evidence, limit, stop, self._splits,
         )  # fmt: skip
 
 
@@ -523,25 +526,18 @@ def _walk(  # noqa: C901, PLR0912  # one pass, so that nothing is copied
     positions: Float32Array,
     level: Surface,
     centre: FloatArray,
-    points: FloatArray,
-    faces: IndexArray,
+    evidence: _Evidence,
     limit: float,
     stop: bool,
-    parent: IndexArray,
-    fine: Float32Array,
-    added: Float32Array,
-    split_faces: IndexArray,
-    moved_end: IndexArray,
-    moved: IndexArray,
-    shifted_end: IndexArray,
-    shifted: IndexArray,
-    shifted_fine: Float32Array,
+    splits: Splits,
 ) -> int:
     """Return the index of the first level that is not rejected; `level` becomes that level.
 
     With `stop`, return the index of the next level.
     """
     position, corner = level.position, level.corner
+    points, faces = evidence
+    shifted_end, shifted = splits.shifted_end, splits.shifted
     kept = np.zeros(len(corner) // 3, np.uint8)
     for face in faces:
         kept[face] = 1
@@ -562,11 +558,11 @@ def _walk(  # noqa: C901, PLR0912  # one pass, so that nothing is copied
             return index
         start, end = present // 2 + 2, counts[index] // 2 + 2
         apply_splits(
-            positions, corner, start, end, parent, fine, added, split_faces,
-            moved_end, moved, shifted_end, shifted, shifted_fine,
+            positions, corner, start, end, splits.parent, splits.fine, splits.added, splits.faces,
+            splits.moved_end, splits.moved, shifted_end, shifted, splits.shifted_fine,
         )  # fmt: skip
         for split in range(start - 4, end - 4):
-            changed[parent[split]], changed[split + 4] = 1, 1
+            changed[splits.parent[split]], changed[split + 4] = 1, 1
             for entry in range(shifted_end[split - 1] if split > 0 else 0, shifted_end[split]):
                 changed[shifted[entry]] = 1
         for vertex in range(end):

@@ -32,18 +32,6 @@ from gamutcore.errors import TriangleCountError
 from gamutcore.geometry import TriangleMesh, dot, faces_not_seeing_centre, grouped, row
 from gamutcore.history import MINIMUM_TRIANGLES
 from gamutcore.kernels import kernel
-from gamutcore.levels.cones import (
-    MOVES,
-    Clipping,
-    Cones,
-    Locations,
-    Surface,
-    clipping_workspace,
-    compute_cones,
-    make_surface,
-    pop_piece,
-    push_face,
-)
 from gamutcore.levels.error_curve import (
     NO_ERROR,
     BoundedLevel,
@@ -51,7 +39,20 @@ from gamutcore.levels.error_curve import (
     FullBoundary,
     LevelError,
 )
-from gamutcore.levels.overlay import Distances, enclosed_volume
+from gamutcore.levels.overlay import (
+    MOVES,
+    Clipping,
+    Cones,
+    Distances,
+    Locations,
+    Surface,
+    clipping_workspace,
+    compute_cones,
+    enclosed_volume,
+    make_surface,
+    pop_piece,
+    push_face,
+)
 
 if TYPE_CHECKING:
     from gamutcore.history import History

@@ -21,7 +21,7 @@ from gamutcore.decimation.costs import (
     copy_state,
     initial_state,
 )
-from gamutcore.decimation.deviation_samples import LARGEST_SHARE, SAMPLES
+from gamutcore.decimation.deviation import LARGEST_SHARE, SAMPLES
 from gamutcore.decimation.quadrics import constrained_optimum
 from gamutcore.decimation.record import Record, empty_record, extend_record
 from gamutcore.geometry import TriangleMesh, opposite_corners

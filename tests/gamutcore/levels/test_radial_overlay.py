@@ -9,7 +9,7 @@ from scipy.spatial import ConvexHull
 from benchmarks.booleans import intersection_volume, mismatch
 from gamutcore.geometry import TriangleMesh
 from gamutcore.levels import radial_difference
-from gamutcore.levels.distances import SLACK
+from gamutcore.levels.overlay import SLACK
 
 CENTRE = (50.0, 0.0, 0.0)
 

@@ -7,10 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from gamutcore.levels.cones import make_surface
-from gamutcore.levels.distances import (
+from gamutcore.levels.overlay import (
     SLACK,
     STACK,
+    make_surface,
     raise_bound,
     squared_distance,
 )
