@@ -10,15 +10,15 @@ from pathlib import Path
 from gamutcore.colours.spaces import CIELAB, ColourSpace
 from gamutcore.errors import errors_in
 from gamutcore.export import format_of_suffix, mesh_file
-from gamutcore.export.picture_file import draft_of
+from gamutcore.export.picture_file import atomic_write
 from gamutcore.geometry import TriangleMesh
-from gamutcore.results import Shown
+from gamutcore.results import TabularRepr
 
 __all__ = ["LevelMesh"]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
-class LevelMesh(Shown, TriangleMesh):
+class LevelMesh(TabularRepr, TriangleMesh):
     """A level of a gamut as a triangle mesh.
 
     Attributes
@@ -85,5 +85,5 @@ class LevelMesh(Shown, TriangleMesh):
         """
         mesh_format = format_of_suffix(Path(path).suffix)
         data = self.to_bytes(mesh_format.name, into=into)
-        with draft_of(Path(path)) as draft:
+        with atomic_write(Path(path)) as draft:
             draft.write_bytes(data)

@@ -43,8 +43,8 @@ __all__ = [
     "MappedColours",
     "NearestColours",
     "Overlap",
-    "Shown",
     "SurfaceAnswer",
+    "TabularRepr",
     "ViewerPage",
 ]
 
@@ -81,7 +81,7 @@ INTERPOLATED = "interpolated"
 """How device values are found: linearly between the vertices of the face."""
 
 
-class Shown:
+class TabularRepr:
     """A base of data classes with ``repr=False``: arrays are shown by their shape or range."""
 
     __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
@@ -203,7 +203,7 @@ def _array_text(values: np.ndarray[Any, Any]) -> str:
 
 
 @dataclass(frozen=True, repr=False)
-class Conditions(Shown):
+class Conditions(TabularRepr):
     """What the colours of a gamut are relative to.
 
     Attributes
@@ -333,7 +333,7 @@ def _short(value: float | str) -> str:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
-class SurfaceAnswer(Shown):
+class SurfaceAnswer(TabularRepr):
     """Colours on the surface of a level, and the device values there.
 
     Attributes
@@ -406,7 +406,7 @@ class MappedColours(SurfaceAnswer):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
-class ColourRecipes(Shown):
+class ColourRecipes(TabularRepr):
     """Device values of colours, by the device model.
 
     Attributes
@@ -505,7 +505,7 @@ class ColourSection(SurfaceAnswer):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
-class ChromaTable(Shown):
+class ChromaTable(TabularRepr):
     """Intervals of chroma inside the gamut, for every hue and lightness.
 
     Attributes
@@ -557,7 +557,7 @@ class ChromaTable(Shown):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Overlap(Shown, Generic[Value]):
+class Overlap(TabularRepr, Generic[Value]):
     """Volumes of two gamuts and of their intersection, as numbers or as arrays.
 
     Attributes
@@ -620,7 +620,7 @@ class Comparison(Overlap[float]):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class AreaOverlap(Shown):
+class AreaOverlap(TabularRepr):
     """Areas of two chromaticity gamuts and of their intersection, in one diagram.
 
     Attributes
@@ -641,7 +641,7 @@ class AreaOverlap(Shown):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ChromaticityComparison(Shown):
+class ChromaticityComparison(TabularRepr):
     """Areas and coverage of two chromaticity gamuts.
 
     Attributes
@@ -673,7 +673,7 @@ class ChromaticityComparison(Shown):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ChromaticityGamut(Shown):
+class ChromaticityGamut(TabularRepr):
     """The chromaticities of a gamut: a convex polygon.
 
     Attributes
@@ -745,7 +745,7 @@ def _intersection(one: FloatArray, other: FloatArray) -> FloatArray:
 
 
 @dataclass(frozen=True, repr=False)
-class ColourLoss(Shown):
+class ColourLoss(TabularRepr):
     """What the surface of a gamut loses in another gamut.
 
     The loss of a colour is its colour difference CIE 2000 to the nearest colour of the other
@@ -836,7 +836,7 @@ class GamutComparison(Comparison):
 
 
 @dataclass(frozen=True, repr=False)
-class Intersection(Shown):
+class Intersection(TabularRepr):
     """The part that two gamuts have in common, as ``press & srgb`` gives it.
 
     Attributes
@@ -860,7 +860,7 @@ class Intersection(Shown):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class GamutRings(Shown):
+class GamutRings(TabularRepr):
     """Gamut rings (IDMS 1.1, 5.32).
 
     Attributes
@@ -894,7 +894,7 @@ class GamutRings(Shown):
 
 
 @dataclass(frozen=True, repr=False)
-class ViewerPage(Shown):
+class ViewerPage(TabularRepr):
     """A page with the viewer, as `show` of a gamut gives it. Notebooks show it in a frame.
 
     The frame has the whole page in it, so it stays in a saved notebook and in what ``nbconvert``

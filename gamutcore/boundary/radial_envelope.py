@@ -36,13 +36,13 @@ from gamutcore.geometry import (
     curve_positions,
     direction_cells,
     dot,
-    following,
     insertion_order,
     minus,
     nearest_grid_points,
+    next_corner,
     opposite_corners,
     plus,
-    preceding,
+    previous_corner,
     row,
     scaled,
     sees_centre,
@@ -449,8 +449,8 @@ def _edge(mesh: _Flipping, start: int, end: int) -> int:
     first = mesh.corner_at[start]
     corner = first
     for _ in range(MOST_VALENCE):
-        if mesh.vertex[following(corner)] == end:
-            return preceding(corner)
+        if mesh.vertex[next_corner(corner)] == end:
+            return previous_corner(corner)
         corner = swing(mesh.opposite, corner)
         if corner == first:
             break
@@ -471,7 +471,7 @@ def _crossed_edges(mesh: _Flipping, start: int, end: int, waiting: IndexArray) -
     first = mesh.corner_at[start]
     corner, found = first, -1
     for _ in range(MOST_VALENCE):
-        right, left = vertex[following(corner)], vertex[preceding(corner)]
+        right, left = vertex[next_corner(corner)], vertex[previous_corner(corner)]
         if _side(mesh, start, right, end) > 0.0 and _side(mesh, left, start, end) > 0.0:
             found = corner
             break
@@ -484,7 +484,10 @@ def _crossed_edges(mesh: _Flipping, start: int, end: int, waiting: IndexArray) -
     while count < MOST_CROSSED:
         if mesh.fixed[corner]:
             return -1
-        waiting[count, 0], waiting[count, 1] = vertex[following(corner)], vertex[preceding(corner)]
+        waiting[count, 0], waiting[count, 1] = (
+            vertex[next_corner(corner)],
+            vertex[previous_corner(corner)],
+        )
         count += 1
         corner = opposite[corner]
         beyond = vertex[corner]
@@ -494,7 +497,7 @@ def _crossed_edges(mesh: _Flipping, start: int, end: int, waiting: IndexArray) -
         if side == 0.0:
             return -1
         # leave through the edge between the vertex beyond and the one on the other side
-        corner = preceding(corner) if side < 0.0 else following(corner)
+        corner = previous_corner(corner) if side < 0.0 else next_corner(corner)
     return -1
 
 
@@ -517,7 +520,7 @@ def _flip_between(mesh: _Flipping, start: int, end: int, waiting: IndexArray) ->
             count += 1
             continue
         # the new edge is opposite of the corner after the flipped one
-        near, far = mesh.vertex[corner], mesh.vertex[preceding(corner)]
+        near, far = mesh.vertex[corner], mesh.vertex[previous_corner(corner)]
         if near in (start, end) or far in (start, end):
             continue
         if (_side(mesh, start, end, near) > 0.0) != (_side(mesh, start, end, far) > 0.0):
@@ -531,8 +534,8 @@ def _flip(mesh: _Flipping, corner: int) -> bool:
     """Replace the edge that a corner faces by the other diagonal, if both faces see the centre."""
     vertex, opposite, fixed, position = mesh.vertex, mesh.opposite, mesh.fixed, mesh.position
     other = opposite[corner]
-    after, before = following(corner), preceding(corner)
-    other_after, other_before = following(other), preceding(other)
+    after, before = next_corner(corner), previous_corner(corner)
+    other_after, other_before = next_corner(other), previous_corner(other)
     near, far = vertex[corner], vertex[other]
     right, left = vertex[after], vertex[before]
     if not (_sees(position, near, right, far) and _sees(position, far, left, near)):

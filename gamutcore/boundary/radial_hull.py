@@ -39,10 +39,10 @@ from gamutcore.geometry import (
     TERMS,
     cross,
     dot,
-    following,
     minus,
+    next_corner,
     orientation,
-    preceding,
+    previous_corner,
     row,
     triple,
 )
@@ -166,8 +166,8 @@ def _seeds(points: FloatArray) -> _Hull:
     for corner in range(12):
         for other in range(12):
             if (
-                vertex[following(corner)] == vertex[preceding(other)]
-                and vertex[preceding(corner)] == vertex[following(other)]
+                vertex[next_corner(corner)] == vertex[previous_corner(other)]
+                and vertex[previous_corner(corner)] == vertex[next_corner(other)]
             ):
                 opposite[corner] = other
     return _Hull(position, vertex, opposite, np.zeros(room, np.int32))
@@ -235,7 +235,7 @@ def _face_in_direction(hull: _Hull, point: int, face: int, used: int) -> int:
         through = -1
         for corner in range(3 * face, 3 * face + 3):
             if corner != entered:
-                one, two = vertex[following(corner)], vertex[preceding(corner)]
+                one, two = vertex[next_corner(corner)], vertex[previous_corner(corner)]
                 side = _side(position, one, two, point)
                 if side < -BEHIND * position[one, 3] * position[two, 3] * radius:
                     through = corner
@@ -249,7 +249,7 @@ def _face_in_direction(hull: _Hull, point: int, face: int, used: int) -> int:
         if vertex[3 * candidate] >= 0:
             least = np.inf
             for corner in range(3 * candidate, 3 * candidate + 3):
-                one, two = vertex[following(corner)], vertex[preceding(corner)]
+                one, two = vertex[next_corner(corner)], vertex[previous_corner(corner)]
                 side = _side(position, one, two, point)
                 least = min(least, side / (position[one, 3] * position[two, 3]))
             if least > best:
@@ -284,12 +284,12 @@ def _open_cavity(
             mark[beyond] = number
             cavity.face[removed] = beyond
             removed += 1
-            ahead[left], ahead[left + 1] = preceding(corner), following(corner)
+            ahead[left], ahead[left + 1] = previous_corner(corner), next_corner(corner)
             left += 2
         else:
             cavity.start[edges], cavity.end[edges] = (
-                vertex[preceding(corner)],
-                vertex[following(corner)],
+                vertex[previous_corner(corner)],
+                vertex[next_corner(corner)],
             )
             cavity.outer[edges] = corner
             edges += 1

@@ -47,7 +47,7 @@ from gamutcore.decimation.surface_mesh import (
     write_edge_link,
     write_vertex_link,
 )
-from gamutcore.geometry import Vector, dot, following, minus, preceding, row, triple
+from gamutcore.geometry import Vector, dot, minus, next_corner, previous_corner, row, triple
 from gamutcore.kernels import inlined_kernel, kernel, leaf_kernel
 
 
@@ -234,20 +234,20 @@ def _refresh(state: State, work: LoopWorkspace, kept: int, eager: bool) -> None:
     spoke = int(surface.corner_at[kept])
     for _ in range(surface.degree[kept]):
         if not on_link:
-            _requeue(state, work, int(surface.edge_of[preceding(spoke)]))
-        neighbour = int(surface.vertex[following(spoke)])
+            _requeue(state, work, int(surface.edge_of[previous_corner(spoke)]))
+        neighbour = int(surface.vertex[next_corner(spoke)])
         work.changed[neighbour] = collapses
         # links of such a vertex's edges are not evaluated, so their errors do not change
         limit = large if surface.degree[neighbour] <= LARGEST_LINK else -np.inf
         if work.parked[0] > 0 or limit >= 0.0:
             around = int(surface.corner_at[neighbour])
             for _ in range(surface.degree[neighbour]):
-                edge = int(surface.edge_of[preceding(around)])
+                edge = int(surface.edge_of[previous_corner(around)])
                 changes = queue.priority[edge] <= limit and work.evaluated[edge] < collapses
                 if queue.heap_index[edge] < 0 or changes:
                     _requeue(state, work, edge)
-                around = int(surface.swung[around])
-        spoke = int(surface.swung[spoke])
+                around = int(surface.swing[around])
+        spoke = int(surface.swing[spoke])
 
 
 @leaf_kernel
@@ -263,8 +263,8 @@ def _mark_changed(surface: SurfaceMesh, work: LoopWorkspace, vertex: int) -> Non
     work.changed[vertex] = work.collapses[0]
     corner = int(surface.corner_at[vertex])
     for _ in range(surface.degree[vertex]):
-        work.changed[surface.vertex[following(corner)]] = work.collapses[0]
-        corner = int(surface.swung[np.uint64(corner)])
+        work.changed[surface.vertex[next_corner(corner)]] = work.collapses[0]
+        corner = int(surface.swing[np.uint64(corner)])
 
 
 CANDIDATES = 5
@@ -287,7 +287,10 @@ def _write_candidate(
         find_optimum(state, corner, point)
         return True
     surface, position = state.surface, state.surface.position
-    kept, dead = int(surface.vertex[following(corner)]), int(surface.vertex[preceding(corner)])
+    kept, dead = (
+        int(surface.vertex[next_corner(corner)]),
+        int(surface.vertex[previous_corner(corner)]),
+    )
     one = dead if choice == SECOND_END else kept
     two = kept if choice == FIRST_END else dead
     for axis in range(3):
@@ -376,11 +379,14 @@ def _close_gap(surface: SurfaceMesh, corner: int) -> int:
     already. Two edges become one, which keeps the smaller id.
     """
     vertex, opposite = surface.vertex, surface.opposite
-    one, two = int(opposite[following(corner)]), int(opposite[preceding(corner)])
+    one, two = int(opposite[next_corner(corner)]), int(opposite[previous_corner(corner)])
     opposite[one], opposite[two] = two, one
-    surface.swung[preceding(one)], surface.swung[preceding(two)] = following(two), following(one)
-    surface.corner_at[vertex[following(one)]] = following(one)
-    surface.corner_at[vertex[preceding(one)]] = preceding(one)
+    surface.swing[previous_corner(one)], surface.swing[previous_corner(two)] = (
+        next_corner(two),
+        next_corner(one),
+    )
+    surface.corner_at[vertex[next_corner(one)]] = next_corner(one)
+    surface.corner_at[vertex[previous_corner(one)]] = previous_corner(one)
     stays, goes = int(surface.edge_of[one]), int(surface.edge_of[two])
     if goes < stays:
         stays, goes = goes, stays

@@ -39,10 +39,10 @@ from gamutcore.geometry import (
     adjugate,
     cross,
     dot,
-    following,
     minus,
+    next_corner,
     plus,
-    preceding,
+    previous_corner,
     product,
     row,
     scaled,
@@ -288,8 +288,8 @@ def _depths(surface: SurfaceMesh, corner: int, point: Vector) -> Vector:
     """Determinants of a point with a face's edges: none is negative in the cone of the face."""
     position, vertex = surface.position, surface.vertex
     a = row(position, vertex[corner], 0)
-    b = row(position, vertex[following(corner)], 0)
-    c = row(position, vertex[preceding(corner)], 0)
+    b = row(position, vertex[next_corner(corner)], 0)
+    c = row(position, vertex[previous_corner(corner)], 0)
     return triple(b, c, point), triple(c, a, point), triple(a, b, point)
 
 
@@ -304,9 +304,9 @@ def _corner_below(surface: SurfaceMesh, point: Vector, begin: int) -> int:
         if facing <= second and facing <= third:
             at = int(surface.opposite[at])
         elif second <= third:
-            at = int(surface.opposite[following(at)])
+            at = int(surface.opposite[next_corner(at)])
         else:
-            at = int(surface.opposite[preceding(at)])
+            at = int(surface.opposite[previous_corner(at)])
     # a walk can cycle where faces are slivers (Devillers, Pion & Teillaud 2002)
     deepest = -np.inf
     for face in range(faces):
@@ -376,7 +376,7 @@ def reassign_samples(
     for number in range(present):
         corners[number] = at
         cursor[at // 3] = 0
-        at = int(surface.swung[at])
+        at = int(surface.swing[at])
     involved = present
     for gone in (left, right):
         if gone != NO_FACE:
@@ -423,8 +423,8 @@ def _find_faces(
     """
     position, vertex, depths = surface.position, surface.vertex, deviation.query.depth
     centre = row(position, vertex[corner], 0)
-    left = cross(centre, row(position, vertex[following(corner)], 0))
-    right = cross(row(position, vertex[preceding(corner)], 0), centre)
+    left = cross(centre, row(position, vertex[next_corner(corner)], 0))
+    right = cross(row(position, vertex[previous_corner(corner)], 0), centre)
     source, target, count = np.uint64(begin), np.uint64(found), end - begin
     for index in range(count):
         sample = source + np.uint64(index)
@@ -435,7 +435,7 @@ def _find_faces(
         depth = depths[index]
         if depth < 0.0:
             point = _point(deviation, begin + index - found)
-            at = int(surface.swung[corner])
+            at = int(surface.swing[corner])
             while at != corner:
                 _, second, third = _depths(surface, at, point)
                 least = min(third, second)
@@ -443,7 +443,7 @@ def _find_faces(
                     chosen, depth = at, least
                 if least >= 0.0:
                     break
-                at = int(surface.swung[at])
+                at = int(surface.swing[at])
         deviation.query.pair[index] = chosen
         deviation.cursor[chosen // 3] += 1
     return found + count
@@ -496,8 +496,8 @@ def _sum_errors(deviation: Deviation, surface: SurfaceMesh, at: int) -> None:
     """Sum the errors of the samples in the face of a corner."""
     position, vertex = surface.position, surface.vertex
     centre = row(position, vertex[at], 0)
-    one = minus(row(position, vertex[following(at)], 0), centre)
-    normal = cross(one, minus(row(position, vertex[preceding(at)], 0), centre))
+    one = minus(row(position, vertex[next_corner(at)], 0), centre)
+    normal = cross(one, minus(row(position, vertex[previous_corner(at)], 0), centre))
     determinant = dot(normal, centre)
     normal = scaled(1.0 / determinant if determinant > 0.0 else 0.0, normal)
     total = 0.0
@@ -517,7 +517,7 @@ def query_edge(deviation: Deviation, surface: SurfaceMesh, corner: int) -> bool:
     `LARGEST_LINK` pairs and for dense ones.
     """
     vertex, twin = surface.vertex, int(surface.opposite[corner])
-    one, two = vertex[following(corner)], vertex[preceding(corner)]
+    one, two = vertex[next_corner(corner)], vertex[previous_corner(corner)]
     deviation.sums[QUERY_DISTANCE] = 0.0
     # faces around the edge; around the new vertex there are two fewer
     if surface.degree[one] + surface.degree[two] - 2 > LARGEST_LINK:
@@ -526,9 +526,9 @@ def query_edge(deviation: Deviation, surface: SurfaceMesh, corner: int) -> bool:
     # Walk around one end from one removed face to the other, then around the other end. In this
     # order the pairs of the link follow each other around the new vertex.
     filled = _add_face(deviation, corner // 3, 0)
-    filled = _add_star(deviation, surface, following(corner), surface.degree[one] - 2, filled)
+    filled = _add_star(deviation, surface, next_corner(corner), surface.degree[one] - 2, filled)
     filled = _add_face(deviation, twin // 3, filled)
-    filled = _add_star(deviation, surface, following(twin), surface.degree[two] - 2, filled)
+    filled = _add_star(deviation, surface, next_corner(twin), surface.degree[two] - 2, filled)
     _pad_query(deviation, filled)
     return not _is_dense(deviation)
 
@@ -552,11 +552,11 @@ def _add_star(
 ) -> int:
     """Add the next faces around a vertex behind a corner, with their pairs of the link."""
     for _ in range(faces):
-        corner = int(surface.swung[corner])
+        corner = int(surface.swing[corner])
         filled = _add_face(deviation, corner // 3, filled)
         pair = deviation.counts[QUERY_PAIRS]
-        deviation.query.link[pair, 0] = surface.vertex[following(corner)]
-        deviation.query.link[pair, 1] = surface.vertex[preceding(corner)]
+        deviation.query.link[pair, 0] = surface.vertex[next_corner(corner)]
+        deviation.query.link[pair, 1] = surface.vertex[previous_corner(corner)]
         deviation.counts[QUERY_PAIRS] += 1
     return filled
 

@@ -44,11 +44,11 @@ from gamutcore.geometry import (
     adjugate,
     cross,
     dot,
-    following,
     linear_combination,
     minus,
+    next_corner,
     plus,
-    preceding,
+    previous_corner,
     product,
     quadratic_form,
     row,
@@ -131,7 +131,7 @@ def _renew_sums(quadrics: Quadrics, surface: SurfaceMesh, centre: int) -> None:
         area = (area_vector[face, 0], area_vector[face, 1], area_vector[face, 2])
         square = add_outer(square, area_vector[face, 3], area)
         total = plus(total, area)
-        corner = np.uint64(surface.swung[corner])
+        corner = np.uint64(surface.swing[corner])
     write_symmetric_row(sums, centre, square)
     write_row(sums, centre, GRADIENT, total)
     quadrics.fresh[centre] = 1
@@ -141,7 +141,7 @@ def _renew_sums(quadrics: Quadrics, surface: SurfaceMesh, centre: int) -> None:
 def _combine_ends(quadrics: Quadrics, surface: SurfaceMesh, corner: int) -> _Edge:
     """Combine the sums of an edge's ends into the quadric and the constraint of the edge."""
     position, sums, vertex = surface.position, quadrics.sums, surface.vertex
-    one, two = int(vertex[following(corner)]), int(vertex[preceding(corner)])
+    one, two = int(vertex[next_corner(corner)]), int(vertex[previous_corner(corner)])
     if not quadrics.fresh[one]:
         _renew_sums(quadrics, surface, one)
     if not quadrics.fresh[two]:
@@ -243,10 +243,10 @@ def renew_quadrics(quadrics: Quadrics, surface: SurfaceMesh, centre: int) -> Non
     vertex, corner = surface.vertex, int(surface.corner_at[centre])
     quadrics.fresh[centre] = 0
     for _ in range(surface.degree[centre]):
-        one, two = int(vertex[following(corner)]), int(vertex[preceding(corner)])
+        one, two = int(vertex[next_corner(corner)]), int(vertex[previous_corner(corner)])
         _write_area_vector(quadrics.area_vector, corner // 3, surface.position, centre, one, two)
         quadrics.fresh[one] = 0
-        corner = int(surface.swung[np.uint64(corner)])
+        corner = int(surface.swing[np.uint64(corner)])
 
 
 QUADRIC_SIZE, LINEAR, CONSTANT = 10, 6, 9
@@ -291,7 +291,10 @@ def plane_optimum(
     quadrics: Quadrics, surface: SurfaceMesh, corner: int, point: FloatArray
 ) -> float:
     """Write the position of least error for an edge; return it, a sum of squared distances."""
-    one, two = int(surface.vertex[following(corner)]), int(surface.vertex[preceding(corner)])
+    one, two = (
+        int(surface.vertex[next_corner(corner)]),
+        int(surface.vertex[previous_corner(corner)]),
+    )
     for axis in range(3):
         point[axis] = 0.5 * (surface.position[one, axis] + surface.position[two, axis])
     square, linear, constant = _sum_at_point(quadrics.sums, surface, one, two, point)
@@ -309,7 +312,10 @@ def plane_optimum(
 @leaf_kernel
 def plane_error(quadrics: Quadrics, surface: SurfaceMesh, corner: int, point: FloatArray) -> float:
     """Error of replacing an edge by a vertex at a position, as in `plane_optimum`."""
-    one, two = int(surface.vertex[following(corner)]), int(surface.vertex[preceding(corner)])
+    one, two = (
+        int(surface.vertex[next_corner(corner)]),
+        int(surface.vertex[previous_corner(corner)]),
+    )
     square, _, constant = _sum_at_point(quadrics.sums, surface, one, two, point)
     trace = square[0] + square[3] + square[5]
     return max(constant, 0.0) + FLATNESS * trace * squared_length(surface, corner)

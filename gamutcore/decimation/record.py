@@ -14,7 +14,7 @@ import numpy as np
 
 from gamutcore.arrays import Float32Array, IndexArray, LongArray
 from gamutcore.decimation.surface_mesh import LARGEST_LINK, SurfaceMesh
-from gamutcore.geometry import following
+from gamutcore.geometry import next_corner
 from gamutcore.kernels import leaf_kernel
 
 
@@ -109,16 +109,16 @@ def record_collapse(
         record.position[index, 1, axis] = grid_position[dead, axis]
         record.position[index, 2, axis] = rounded[axis]
     left, right = corner, int(surface.opposite[corner])
-    if surface.vertex[following(left)] != kept:
+    if surface.vertex[next_corner(left)] != kept:
         left, right = right, left
     record.sides[index, 0], record.sides[index, 1] = surface.vertex[left], surface.vertex[right]
-    record.corner[index, 0], record.corner[index, 1] = following(left), following(right)
+    record.corner[index, 0], record.corner[index, 1] = next_corner(left), next_corner(right)
     filled = _end(record.moved_end, index)
-    moved = int(surface.swung[following(right)])
+    moved = int(surface.swing[next_corner(right)])
     for _ in range(surface.degree[dead] - 2):
         record.moved[filled] = moved
         filled += 1
-        moved = int(surface.swung[moved])
+        moved = int(surface.swing[moved])
     record.moved_end[index] = filled
     record.shifted_end[index] = _end(record.shifted_end, index)
 

@@ -18,10 +18,10 @@ from gamutcore.geometry import (
     Vector,
     cross,
     dot,
-    following,
     minus,
+    next_corner,
     plus,
-    preceding,
+    previous_corner,
     row,
     sees_centre,
     swing,
@@ -41,7 +41,7 @@ class SurfaceMesh(NamedTuple):
     opposite: IndexArray  # (3 F,) corner table: the corner across the facing edge
     # (3 F,) the next corner around the same vertex, `swing` of every corner; stored because a walk
     # around a vertex waits for each of its steps
-    swung: IndexArray
+    swing: IndexArray
     corner_at: IndexArray  # (V,) some corner at each vertex
     degree: IndexArray  # (V,) number of edges at each vertex
     edge_of: IndexArray  # (3 F,) the edge that a corner faces
@@ -58,13 +58,13 @@ def surface_of(positions: FloatArray, faces: IndexArray, opposite: IndexArray) -
     corner_at = np.empty(len(positions), np.int32)
     edge_of = np.empty(vertex.size, np.int32)
     corner_facing = np.empty(vertex.size // 2, np.int32)
-    swung = np.empty(vertex.size, np.int32)
+    swings = np.empty(vertex.size, np.int32)
     edges = 0
     degree = np.zeros(len(positions), np.int32)
     for corner in range(vertex.size):
         corner_at[vertex[corner]] = corner
         degree[vertex[corner]] += 1
-        swung[corner] = swing(opposite, corner)
+        swings[corner] = swing(opposite, corner)
         if corner < opposite[corner]:
             edge_of[corner] = edges
             edge_of[opposite[corner]] = edges
@@ -74,7 +74,7 @@ def surface_of(positions: FloatArray, faces: IndexArray, opposite: IndexArray) -
         positions.copy(),
         vertex,
         opposite.copy(),
-        swung,
+        swings,
         corner_at,
         degree,
         edge_of,
@@ -89,13 +89,17 @@ def surface_of(positions: FloatArray, faces: IndexArray, opposite: IndexArray) -
 def edge_ends(surface: SurfaceMesh, edge: int) -> tuple[int, int, int]:
     """Return one of the two corners that face an edge, and the two ends of the edge."""
     corner = int(surface.corner_facing[edge])
-    return corner, int(surface.vertex[following(corner)]), int(surface.vertex[preceding(corner)])
+    return (
+        corner,
+        int(surface.vertex[next_corner(corner)]),
+        int(surface.vertex[previous_corner(corner)]),
+    )
 
 
 @leaf_kernel
 def squared_length(surface: SurfaceMesh, corner: int) -> float:
     """Squared length of the edge that a corner faces."""
-    one, two = surface.vertex[following(corner)], surface.vertex[preceding(corner)]
+    one, two = surface.vertex[next_corner(corner)], surface.vertex[previous_corner(corner)]
     along = minus(row(surface.position, one, 0), row(surface.position, two, 0))
     return dot(along, along)
 
@@ -113,13 +117,13 @@ def link_condition_holds(surface: SurfaceMesh, kept: int, dead: int) -> bool:
     query, common = surface.queries[0], 0
     corner = int(surface.corner_at[kept])
     for _ in range(surface.degree[kept]):
-        mark[vertex[following(corner)]] = query
-        corner = int(surface.swung[np.uint64(corner)])
+        mark[vertex[next_corner(corner)]] = query
+        corner = int(surface.swing[np.uint64(corner)])
     corner = int(surface.corner_at[dead])
     for _ in range(surface.degree[dead]):
-        if mark[vertex[following(corner)]] == query:
+        if mark[vertex[next_corner(corner)]] == query:
             common += 1
-        corner = int(surface.swung[np.uint64(corner)])
+        corner = int(surface.swing[np.uint64(corner)])
     return common == 2
 
 
@@ -130,12 +134,12 @@ def _append_link(
     """Append the pairs of the faces around `centre` that do not contain `other`."""
     vertex, corner = surface.vertex, int(surface.corner_at[centre])
     for _ in range(surface.degree[centre]):
-        one, two = vertex[following(corner)], vertex[preceding(corner)]
+        one, two = vertex[next_corner(corner)], vertex[previous_corner(corner)]
         if one != other and two != other:
             link[count, 0] = one
             link[count, 1] = two
             count += 1
-        corner = int(surface.swung[np.uint64(corner)])
+        corner = int(surface.swing[np.uint64(corner)])
     return count
 
 
@@ -187,11 +191,11 @@ def star_volume(surface: SurfaceMesh, kept: int, dead: int) -> float:
         at = row(position, centre, 0)
         corner = int(surface.corner_at[centre])
         for _ in range(surface.degree[centre]):
-            one, two = vertex[following(corner)], vertex[preceding(corner)]
+            one, two = vertex[next_corner(corner)], vertex[previous_corner(corner)]
             # both stars contain the two faces at the edge: they are counted with `kept` only
             if end == 0 or (one != kept and two != kept):
                 total += triple(row(position, one, 0), row(position, two, 0), at)
-            corner = int(surface.swung[np.uint64(corner)])
+            corner = int(surface.swing[np.uint64(corner)])
     return total
 
 

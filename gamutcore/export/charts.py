@@ -433,7 +433,7 @@ def rings_svg(
     space : ColourSpace, optional
         Of the rings: the names of its axes, and the colours of its hues.
     volume : float, optional
-        Shown in the title.
+        TabularRepr in the title.
     caption : str, optional
         Below the picture, such as the conditions of the gamuts.
     """

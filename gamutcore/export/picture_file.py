@@ -32,8 +32,8 @@ __all__ = [
     "DEPTHS",
     "WRITTEN",
     "Depth",
+    "atomic_write",
     "device_writer",
-    "draft_of",
     "in_encoding",
     "picture_writer",
     "png",
@@ -154,7 +154,7 @@ def in_encoding(like: Raster, meaning: Encoding | bytes) -> Raster:
 
 
 @contextmanager
-def draft_of(path: Path) -> Iterator[Path]:
+def atomic_write(path: Path) -> Iterator[Path]:
     """Yield a file that takes the place of `path` at the end, and not after an exception."""
     with tempfile.TemporaryDirectory(dir=path.parent, prefix=".picture-") as folder:
         draft = Path(folder) / path.name
@@ -246,7 +246,7 @@ def device_writer(
     if WRITTEN.get(path.suffix.lower()) != "tiff":
         raise _refusal("Device values are written as TIFF.", "Give a .tif file.")
     strips: list[tuple[int, int]] = []
-    with draft_of(path) as draft, draft.open("wb") as file:
+    with atomic_write(path) as draft, draft.open("wb") as file:
         file.write(struct.pack("<2sHI", b"II", 42, 0))
         rows = [like.height]
 

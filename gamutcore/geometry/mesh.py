@@ -13,7 +13,7 @@ The corner table is the connectivity of a mesh as two flat integer arrays. Corne
 the i-th corner of face f, and ``vertex[c]`` is its vertex. ``opposite[c]`` is the corner of the
 neighbouring face across the edge between the other two corners (Rossignac, Safonova & Szymczak,
 "3D Compression Made Simple: Edgebreaker on a Corner-Table", 2001). Traversal is index arithmetic:
-`following` and `preceding` within a face, `swing` around a vertex.
+`next_corner` and `previous_corner` within a face, `swing` around a vertex.
 """
 
 from __future__ import annotations
@@ -40,13 +40,13 @@ __all__ = [
     "TriangleMesh",
     "Validity",
     "connected_components",
-    "following",
     "grid_step",
     "imported_trimesh",
     "mesh_grid_step",
     "nearest_grid_points",
+    "next_corner",
     "opposite_corners",
-    "preceding",
+    "previous_corner",
     "swing",
     "vertex_fans",
 ]
@@ -500,13 +500,13 @@ ZERO, TWO, THREE = np.uint64(0), np.uint64(2), np.uint64(3)
 
 
 @leaf_kernel
-def following(corner: int) -> int:
+def next_corner(corner: int) -> int:
     """Return the next corner of the same face, counter-clockwise."""
     return corner - 2 if np.uint64(corner) % THREE == TWO else corner + 1
 
 
 @leaf_kernel
-def preceding(corner: int) -> int:
+def previous_corner(corner: int) -> int:
     """Return the previous corner of the same face."""
     return corner + 2 if np.uint64(corner) % THREE == ZERO else corner - 1
 
@@ -514,7 +514,7 @@ def preceding(corner: int) -> int:
 @leaf_kernel
 def swing(opposite: IndexArray, corner: int) -> int:
     """Return the corner at the same vertex in the next face around it."""
-    return following(opposite[following(corner)])
+    return next_corner(opposite[next_corner(corner)])
 
 
 @leaf_kernel
@@ -550,8 +550,8 @@ def opposite_corners(faces: IndexArray, vertex_count: int) -> IndexArray:
     offset, facing = grouped(vertex, vertex_count)
     end_of = np.empty(count, np.int32)
     for edge in range(count):
-        end_of[edge] = vertex[following(facing[edge])]
-        facing[edge] = preceding(facing[edge])
+        end_of[edge] = vertex[next_corner(facing[edge])]
+        facing[edge] = previous_corner(facing[edge])
     opposite = np.full(count, UNKNOWN, np.int32)
     for start in range(vertex_count):
         here = offset[start + 1] - offset[start]

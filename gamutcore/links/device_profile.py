@@ -44,14 +44,14 @@ from gamutcore.export.icc_file import (
     text_element,
     xyz_element,
 )
-from gamutcore.export.picture_file import draft_of
+from gamutcore.export.picture_file import atomic_write
 from gamutcore.gamut import Gamut
 from gamutcore.limits import Limits
 from gamutcore.links.profile_tables import InverseTables, forward_table
 from gamutcore.links.table import check_path
 from gamutcore.questions import PICTURE_SPACE, black_rule, map_points, no_limit_warnings
 from gamutcore.references import Reference
-from gamutcore.results import Shown
+from gamutcore.results import TabularRepr
 from gamutcore.search import delta_e_2000
 
 if TYPE_CHECKING:
@@ -136,7 +136,7 @@ class Differences:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class Profile(Shown):
+class Profile(TabularRepr):
     """An ICC profile of a device.
 
     Attributes
@@ -187,7 +187,7 @@ class Profile(Shown):
         """
         target = Path(path)
         check_path(target, PROFILE_SUFFIXES)
-        with draft_of(target) as draft:
+        with atomic_write(target) as draft:
             draft.write_bytes(self._data)
 
 

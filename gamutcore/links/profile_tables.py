@@ -47,7 +47,7 @@ _INK_ENTRIES = 2001
 _USUAL = 0.01
 """Share of the samples that a level of a chart has."""
 
-_CLOSE = 0.005
+_CONVERGED_DE = 0.005
 """Least distance of the levels of a chart."""
 
 _AT_NODE = 0.001
@@ -161,8 +161,8 @@ def _levels(values: FloatArray, size: int) -> FloatArray:
     """
     levels, counts = np.unique(np.round(values, 4), return_counts=True)
     usual = levels[counts >= _USUAL * len(values)]
-    found = np.unique([0.0, *usual[(usual > _CLOSE) & (usual < 1.0 - _CLOSE)], 1.0])
-    if len(found) > size or (np.diff(found) < _CLOSE).any():
+    found = np.unique([0.0, *usual[(usual > _CONVERGED_DE) & (usual < 1.0 - _CONVERGED_DE)], 1.0])
+    if len(found) > size or (np.diff(found) < _CONVERGED_DE).any():
         return np.linspace(0.0, 1.0, size)
     while len(found) < size:
         widest = int(np.argmax(np.diff(found)))

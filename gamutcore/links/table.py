@@ -34,7 +34,7 @@ from gamutcore.colours import (
 )
 from gamutcore.content import gamut_source, is_saved_gamut
 from gamutcore.errors import OptionError, ReferenceNameError, errors_in
-from gamutcore.export.picture_file import draft_of
+from gamutcore.export.picture_file import atomic_write
 from gamutcore.gamut import Gamut
 from gamutcore.limits import Limits
 from gamutcore.links.cube import DECIMALS, cube_file
@@ -60,7 +60,7 @@ from gamutcore.questions import (
 )
 from gamutcore.recipes import InverseModel
 from gamutcore.references import REFERENCES, Reference
-from gamutcore.results import Shown
+from gamutcore.results import TabularRepr
 from gamutcore.search import delta_e_2000
 from gamutcore.version import __version__
 
@@ -191,7 +191,7 @@ class LinkErrors:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class Link(Shown):
+class Link(TabularRepr):
     """A table from device values of a source to those of a destination.
 
     Attributes
@@ -303,7 +303,7 @@ class Link(Shown):
         target = Path(path)
         check_path(target)
         data = self.to_bytes(SUFFIXES[target.suffix.lower()])
-        with draft_of(target) as draft:
+        with atomic_write(target) as draft:
             draft.write_bytes(data)
 
 

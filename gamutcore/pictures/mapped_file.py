@@ -48,7 +48,7 @@ if TYPE_CHECKING:
     from gamutcore.colours import ColourConversion
     from gamutcore.export.picture_file import Depth
     from gamutcore.pictures.picture_mapping import MappedPicture, Moves
-    from gamutcore.questions import AskedGamut
+    from gamutcore.questions import GamutLike
     from gamutcore.search import Lines
 
 __all__ = ["PICTURE_PARAMETERS", "map_picture_file"]
@@ -113,13 +113,13 @@ PICTURE_PARAMETERS: tuple[Parameter, ...] = (
 
 
 def map_picture_file(
-    gamut: AskedGamut,
+    gamut: GamutLike,
     data: bytes,
     output: str | os.PathLike[str],
     method: str = "clip-hue",
     *,
     focus: Colours | Literal["cusp"] | None = None,
-    source: AskedGamut | None = None,
+    source: GamutLike | None = None,
     black_point_compensation: bool | None = None,
     decode: str | None = None,
     iterations: int | None = None,

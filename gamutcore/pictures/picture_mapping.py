@@ -54,8 +54,8 @@ from gamutcore.colours import (
 from gamutcore.errors import MalformedFileError, OptionError, UnsupportedPictureError
 from gamutcore.export.picture_file import (
     PNG_LEVEL,
+    atomic_write,
     device_writer,
-    draft_of,
     picture_writer,
     png,
     with_depth,
@@ -77,7 +77,7 @@ from gamutcore.pictures.soft_proof import (
     light_raster,
 )
 from gamutcore.questions import PICTURE_SPACE
-from gamutcore.results import Shown
+from gamutcore.results import TabularRepr
 from gamutcore.search import Lines, delta_e_2000
 
 if TYPE_CHECKING:
@@ -164,7 +164,7 @@ RESOLUTION = 0.01
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
-class TableError(Shown):
+class TableError(TabularRepr):
     """Difference CIE 2000 of pixels of the result from the exact calculation.
 
     Attributes
@@ -185,7 +185,7 @@ class TableError(Shown):
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
-class MappedPicture(Shown):
+class MappedPicture(TabularRepr):
     """What became of the pixels of a picture.
 
     Through a table, the numbers beside `pixels` and `colours` are estimates.
@@ -330,7 +330,7 @@ def map_picture(
         if table is None:
             table = _default_nodes(raster.width * raster.height, device)
         with ExitStack() as stack:
-            heat_file = stack.enter_context(draft_of(heat_map)) if heat_map else None
+            heat_file = stack.enter_context(atomic_write(heat_map)) if heat_map else None
             write = stack.enter_context(_writer(output, result, device))
             writing = stack.enter_context(ThreadPoolExecutor(1))
             threads = min(THREADS, os.cpu_count() or 1)

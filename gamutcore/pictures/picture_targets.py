@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from gamutcore.colours import DeviceModel
     from gamutcore.colours.spaces import ColourConversion
     from gamutcore.export.picture_file import Depth
-    from gamutcore.questions import AskedGamut
+    from gamutcore.questions import GamutLike
 
 __all__ = [
     "DECODE",
@@ -123,7 +123,7 @@ _ROUNDING = 1e-6
 
 
 def device_target(
-    gamut: AskedGamut,
+    gamut: GamutLike,
     conversion: ColourConversion,
     black: str | float | ArrayLike | None,
 ) -> DeviceValues:

@@ -26,7 +26,7 @@ from gamutcore.search import MOST_SECTORS, delta_e_2000
 if TYPE_CHECKING:
     from gamutcore.arrays import BooleanArray, FloatArray, LongArray
     from gamutcore.colours.spaces import ColourSpace
-    from gamutcore.questions.levels import AskedGamut, IndexedLevel
+    from gamutcore.questions.levels import GamutLike, IndexedLevel
     from gamutcore.results import Conditions
     from gamutcore.search import LevelIndex
 
@@ -78,8 +78,8 @@ SECTOR_FIGURES = (
 
 
 def compare(
-    gamut: AskedGamut,
-    other: AskedGamut,
+    gamut: GamutLike,
+    other: GamutLike,
     *,
     sectors: int = SECTORS,
     lost: bool = False,
@@ -142,7 +142,7 @@ def compare(
     )
 
 
-def _extremes(gamut: AskedGamut, level: IndexedLevel) -> tuple[FloatArray, FloatArray]:
+def _extremes(gamut: GamutLike, level: IndexedLevel) -> tuple[FloatArray, FloatArray]:
     """Return the lightest and the darkest vertex."""
     vertices = level.index.vertices
     lightness = vertices[:, gamut.colour_space.definition.lightness]
@@ -198,7 +198,7 @@ def _surface_points(index: LevelIndex) -> FloatArray:
     return found
 
 
-def _loss(points: FloatArray, gamut: AskedGamut, triangles: int) -> tuple[FloatArray, BooleanArray]:
+def _loss(points: FloatArray, gamut: GamutLike, triangles: int) -> tuple[FloatArray, BooleanArray]:
     """Return ΔE00 between points and the nearest colours of a gamut, and which are outside."""
     outside = ~positions(gamut, points, triangles=triangles).inside
     metric = "CIE 2000" if gamut.colour_space.is_icc_cielab else "CIE 1976"
@@ -296,7 +296,7 @@ def _loss_in_words(loss: ColourLoss, own: str, other: str) -> str:
 
 
 def _ends_in_words(
-    gamut: AskedGamut, whites: tuple[FloatArray, ...], blacks: tuple[FloatArray, ...]
+    gamut: GamutLike, whites: tuple[FloatArray, ...], blacks: tuple[FloatArray, ...]
 ) -> str:
     """Return a sentence about the white and black points."""
     space = gamut.colour_space
@@ -312,7 +312,7 @@ def _ends_in_words(
     return f"T{'; '.join(texts)[1:]}."
 
 
-def chromaticity(gamut: AskedGamut) -> ChromaticityGamut | None:
+def chromaticity(gamut: GamutLike) -> ChromaticityGamut | None:
     """Return the chromaticities of a gamut, if its description has any."""
     stored = gamut.description.get("chromaticity")
     return None if stored is None else ChromaticityGamut.from_mapping(stored)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from gamutcore.questions.levels import AskedGamut
+    from gamutcore.questions.levels import GamutLike
     from gamutcore.results import Conditions
 
 __all__ = [
@@ -197,7 +197,7 @@ class Question:
     inputs: tuple[str, ...] = ()
     other: str = ""
     compared: Callable[[Conditions, Conditions], tuple[str, ...]] = comparison_warnings
-    stated: Callable[[AskedGamut, Mapping[str, Any]], Mapping[str, float | str]] = (
+    stated: Callable[[GamutLike, Mapping[str, Any]], Mapping[str, float | str]] = (
         lambda _gamut, _values: {}
     )
     picture: Callable[..., bytes] | None = None
@@ -212,7 +212,7 @@ class Question:
         return (*self.level, *((SPACE,) if self.inputs else ()), *self.parameters)
 
     def answer(
-        self, gamuts: Sequence[AskedGamut], inputs: Sequence[Any], values: Mapping[str, Any]
+        self, gamuts: Sequence[GamutLike], inputs: Sequence[Any], values: Mapping[str, Any]
     ) -> Answer:
         """Return the answer of a gamut, perhaps with another one, as columns."""
         found = self.function(gamuts[0], *inputs, **self._named(gamuts, values))
@@ -229,18 +229,18 @@ class Question:
             getattr(found, "channels", ()),
         )
 
-    def draw(self, gamuts: Sequence[AskedGamut], values: Mapping[str, Any]) -> bytes:
+    def draw(self, gamuts: Sequence[GamutLike], values: Mapping[str, Any]) -> bytes:
         """Return the answer as SVG, of a question that has a picture."""
         assert self.picture is not None  # noqa: S101  # of the caller
         return self.picture(gamuts[0], **self._named(gamuts, values))
 
-    def _named(self, gamuts: Sequence[AskedGamut], values: Mapping[str, Any]) -> dict[str, Any]:
+    def _named(self, gamuts: Sequence[GamutLike], values: Mapping[str, Any]) -> dict[str, Any]:
         for other in gamuts[1:]:
             check_space(gamuts[0], other)
         named = {each.name: values[each.name] for each in self.all_parameters}
         return named | ({self.other: gamuts[1] if len(gamuts) > 1 else None} if self.other else {})
 
-    def warnings(self, gamuts: Sequence[AskedGamut], space: str | None) -> tuple[str, ...]:
+    def warnings(self, gamuts: Sequence[GamutLike], space: str | None) -> tuple[str, ...]:
         """Return reasons why the answer may mislead: of the builds, and by the conditions."""
         own, *others = conditions = [each.conditions for each in gamuts]
         names = ("A", "B") if self.other in {"", "other"} else ("the gamut", f"the {self.other}")

@@ -33,7 +33,7 @@ __all__ = [
     "DEFAULT_EDGE_WIDTH",
     "DEFAULT_ERROR",
     "INDEX_BYTES",
-    "AskedGamut",
+    "GamutLike",
     "IndexedLevel",
     "IndexedLevels",
     "answering_level",
@@ -122,7 +122,7 @@ class IndexedLevels:
         return level
 
 
-class AskedGamut(Protocol):
+class GamutLike(Protocol):
     """What a question needs of a gamut; `gamutcore.Gamut` has all of it."""
 
     description: dict[str, Any]
@@ -172,13 +172,13 @@ class SurfacePlaces(Protocol):
         """Three weights for each place."""
 
 
-def _find(gamut: AskedGamut, triangles: int | None, max_error: float | None) -> BoundedLevel:
+def _find(gamut: GamutLike, triangles: int | None, max_error: float | None) -> BoundedLevel:
     request = LevelRequest(triangles, max_error).or_default(max_error=gamut.default_error)
     return gamut.search.find(gamut.history, request)
 
 
 def answering_level(
-    gamut: AskedGamut, triangles: int | None, max_error: float | None
+    gamut: GamutLike, triangles: int | None, max_error: float | None
 ) -> IndexedLevel:
     """Return the level that answers."""
     count, bounds = _find(gamut, triangles, max_error)
@@ -187,7 +187,7 @@ def answering_level(
 
 
 def level_with_hue(
-    gamut: AskedGamut, triangles: int | None, max_error: float | None
+    gamut: GamutLike, triangles: int | None, max_error: float | None
 ) -> IndexedLevel:
     """Return the level that answers a question about hue."""
     if gamut.colour_space.definition.lightness != 0:
@@ -201,7 +201,7 @@ def level_with_hue(
 
 
 def tolerance_of(
-    gamut: AskedGamut, triangles: int | None = None, max_error: float | None = None
+    gamut: GamutLike, triangles: int | None = None, max_error: float | None = None
 ) -> float:
     """Return the distance up to which a colour outside of a level counts as in gamut."""
     count, (bound, _) = _find(gamut, triangles, max_error)
@@ -212,7 +212,7 @@ def tolerance_of(
 
 
 def colours_in(
-    gamut: AskedGamut, colours: Colours, space: str | None, name: str = "colours"
+    gamut: GamutLike, colours: Colours, space: str | None, name: str = "colours"
 ) -> tuple[ColourRows, ColourConversion]:
     """Return colours in the space of the gamut, and the way back."""
     own = gamut.colour_space
@@ -224,20 +224,20 @@ def colours_in(
     return rows._replace(points=conversion.to_gamut(rows.points)), conversion
 
 
-def is_as_measured(gamut: AskedGamut) -> bool:
+def is_as_measured(gamut: GamutLike) -> bool:
     """Whether the coordinates are a device's own colours, which were not adapted."""
     stated = gamut.description["provenance"].get("colour_space", {}).get("adaptation", "")
     return str(stated).startswith("none: ") and not gamut.colour_space.is_icc_cielab
 
 
-def lab_of(gamut: AskedGamut, points: FloatArray) -> FloatArray:
+def lab_of(gamut: GamutLike, points: FloatArray) -> FloatArray:
     """Return L*, a*, b* relative to D50 of points in the space of the gamut."""
     if gamut.colour_space.is_icc_cielab:
         return points
     return xyz_to_lab(gamut.colour_space.tristimulus(points, as_measured=is_as_measured(gamut)))
 
 
-def check_space(gamut: AskedGamut, other: AskedGamut) -> None:
+def check_space(gamut: GamutLike, other: GamutLike) -> None:
     """Refuse a gamut in another space."""
     # coordinates of absolute spaces are comparable whatever the luminances of the whites
     one, two = (replace(each.colour_space, luminance=None) for each in (gamut, other))
@@ -265,7 +265,7 @@ def device_values(
 
 
 def surface_facts(
-    gamut: AskedGamut,
+    gamut: GamutLike,
     level: IndexedLevel,
     found: SurfacePlaces,
     rows: ColourRows | None = None,

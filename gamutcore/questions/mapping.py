@@ -45,7 +45,7 @@ from gamutcore.search import delta_e_2000
 if TYPE_CHECKING:
     from gamutcore.arrays import BooleanArray, FloatArray
     from gamutcore.colour_rows import Colours
-    from gamutcore.questions.levels import AskedGamut, IndexedLevel
+    from gamutcore.questions.levels import GamutLike, IndexedLevel
     from gamutcore.search import LevelIndex, Mapped, MappingMethod
 
 __all__ = [
@@ -99,7 +99,7 @@ _warnings = partial(comparison_warnings, names=_NAMES)
 
 
 def mapping_warnings(
-    gamut: AskedGamut, source: AskedGamut | None, method: str
+    gamut: GamutLike, source: GamutLike | None, method: str
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Warnings of the builds, and warnings about the method and the two gamuts together."""
     about = distance_warnings(gamut, method)
@@ -111,12 +111,12 @@ def mapping_warnings(
 
 
 def map_colours(
-    gamut: AskedGamut,
+    gamut: GamutLike,
     colours: Colours,
     method: str = "clip-hue",
     *,
     focus: Colours | Literal["cusp"] | None = None,
-    source: AskedGamut | None = None,
+    source: GamutLike | None = None,
     black_point_compensation: bool = False,
     black: float = 0.0,
     space: str | None = None,
@@ -153,12 +153,12 @@ def map_colours(
 
 
 def map_points(
-    gamut: AskedGamut,
+    gamut: GamutLike,
     lab: FloatArray,
     method: str,
     *,
     focus: Colours | Literal["cusp"] | None = None,
-    source: AskedGamut | None = None,
+    source: GamutLike | None = None,
     black_point_compensation: bool = False,
     black: float = 0.0,
     triangles: int | None = None,
@@ -179,7 +179,7 @@ def map_points(
     return conversion.from_gamut(rule.moved(conversion.to_gamut(lab))[1])
 
 
-def distance_warnings(gamut: AskedGamut, method: str) -> tuple[str, ...]:
+def distance_warnings(gamut: GamutLike, method: str) -> tuple[str, ...]:
     """Return a warning if nearest colours are those of a distance that is no colour difference."""
     space = gamut.colour_space
     if method != "clip-nearest" or space.definition.is_uniform:
@@ -191,7 +191,7 @@ def distance_warnings(gamut: AskedGamut, method: str) -> tuple[str, ...]:
     return (warning,)
 
 
-def lab_conversion(gamut: AskedGamut) -> ColourConversion:
+def lab_conversion(gamut: GamutLike) -> ColourConversion:
     """Conversion between CIELAB and the space of a gamut."""
     return ColourConversion("CIELAB", gamut.colour_space, as_measured=is_as_measured(gamut))
 
@@ -204,7 +204,7 @@ class MappingRule:
     and of the gamut if the first is compensated.
     """
 
-    gamut: AskedGamut
+    gamut: GamutLike
     method: MappingMethod
     level: IndexedLevel
     focus: Any
@@ -255,12 +255,12 @@ class MappingRule:
 
 
 def mapping_rule(
-    gamut: AskedGamut,
+    gamut: GamutLike,
     method: str,
     conversion: ColourConversion,
     *,
     focus: Colours | Literal["cusp"] | None,
-    source: AskedGamut | None,
+    source: GamutLike | None,
     black: float | None,
     triangles: int | None,
     max_error: float | None,
@@ -291,7 +291,7 @@ def mapping_rule(
     return MappingRule(gamut, name, level, focus, origin, blacks)
 
 
-def black_luminance(gamut: AskedGamut, level: IndexedLevel | None = None) -> float:
+def black_luminance(gamut: GamutLike, level: IndexedLevel | None = None) -> float:
     """Return the luminance of the darkest neutral colour, of the full boundary by default."""
     luminance = _darkest_neutral(gamut, level or answering_level(gamut, None, 0.0))
     if luminance is None:
@@ -301,7 +301,7 @@ def black_luminance(gamut: AskedGamut, level: IndexedLevel | None = None) -> flo
     return luminance
 
 
-def compensates_black(gamut: AskedGamut, method: str) -> bool:
+def compensates_black(gamut: GamutLike, method: str) -> bool:
     """Return whether links and pictures have black-point compensation if nothing is asked.
 
     It is for colours relative to a white (ISO 18619), and `sgck` maps black itself.
@@ -311,7 +311,7 @@ def compensates_black(gamut: AskedGamut, method: str) -> bool:
     return _darkest_neutral(gamut, answering_level(gamut, None, 0.0)) is not None
 
 
-def _darkest_neutral(gamut: AskedGamut, level: IndexedLevel) -> float | None:
+def _darkest_neutral(gamut: GamutLike, level: IndexedLevel) -> float | None:
     """Return the luminance where the greys enter a level; None if they do not.
 
     Greys are on a curve in spaces with incomplete adaptation, such as CAM16-UCS.

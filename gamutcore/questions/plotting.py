@@ -57,7 +57,7 @@ if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray, PositionArray
     from gamutcore.colours.spaces import ColourSpace
     from gamutcore.export import SectionAxes
-    from gamutcore.questions.levels import AskedGamut
+    from gamutcore.questions.levels import GamutLike
 
 __all__ = [
     "MOST_DRAWN_TRIANGLES",
@@ -104,7 +104,7 @@ above."""
 
 
 def picture(
-    gamut: AskedGamut,
+    gamut: GamutLike,
     size: int = DEFAULT_SIZE,
     view: str | Sequence[float] = "standard",
     *,
@@ -181,7 +181,7 @@ PICTURE = Question(
 )
 
 
-def notebook_html(gamut: AskedGamut) -> str:
+def notebook_html(gamut: GamutLike) -> str:
     """Return a picture and the key figures, for notebooks."""
     space, description = gamut.colour_space, gamut.description
     lowest, highest = description["bounds"]
@@ -251,7 +251,7 @@ def _is_right_handed(space: ColourSpace) -> bool:
 
 
 def plot(
-    gamut: AskedGamut,
+    gamut: GamutLike,
     ax: Any = None,  # noqa: ANN401  # of matplotlib, which is optional
     *,
     triangles: int | None = None,
@@ -303,7 +303,7 @@ def plot(
 
 
 def plot_slice(
-    gamut: AskedGamut,
+    gamut: GamutLike,
     lightness: float | None = None,
     ax: Any = None,  # noqa: ANN401  # of matplotlib
     *,
@@ -348,8 +348,8 @@ def _fill(ax: Any, flat: list[FloatArray], axes: SectionAxes, space: ColourSpace
 
 
 def plot_rings(
-    gamut: AskedGamut,
-    reference: AskedGamut | None = None,
+    gamut: GamutLike,
+    reference: GamutLike | None = None,
     ax: Any = None,  # noqa: ANN401  # of matplotlib
     *,
     sectors: int = 360,

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
     from gamutcore.arrays import BooleanArray, FloatArray
     from gamutcore.colour_rows import Colours
-    from gamutcore.questions.levels import AskedGamut, IndexedLevel
+    from gamutcore.questions.levels import GamutLike, IndexedLevel
 
 __all__ = ["CONTAINS", "CROSSINGS", "NEAREST", "crossings", "distance", "nearest", "positions"]
 
@@ -76,7 +76,7 @@ class Positions(NamedTuple):
 
 
 def positions(
-    gamut: AskedGamut,
+    gamut: GamutLike,
     colours: Colours,
     *,
     distance: bool = False,
@@ -116,7 +116,7 @@ def positions(
 
 
 def _signed_distance(
-    gamut: AskedGamut, points: FloatArray, level: IndexedLevel, metric: str
+    gamut: GamutLike, points: FloatArray, level: IndexedLevel, metric: str
 ) -> FloatArray:
     """Return the least distances (n,) of points from the surface, negative inside."""
     if metric == "CIE 1976":
@@ -126,7 +126,7 @@ def _signed_distance(
 
 
 def _nearest(
-    gamut: AskedGamut, points: FloatArray, level: IndexedLevel, metric: str
+    gamut: GamutLike, points: FloatArray, level: IndexedLevel, metric: str
 ) -> search.SurfacePoints:
     """Return the nearest points of the surface, and their distances, by a metric."""
     if metric == "CIE 1976":
@@ -141,17 +141,17 @@ def _nearest(
     )
 
 
-def _metric(_gamut: AskedGamut, values: Mapping[str, Any]) -> dict[str, str]:
+def _metric(_gamut: GamutLike, values: Mapping[str, Any]) -> dict[str, str]:
     """Return the metric of `distance`, as answers state it."""
     return {"metric": str(check_option("metric", values["metric"], METRIC))}
 
 
-def _stated(gamut: AskedGamut, values: Mapping[str, Any]) -> dict[str, float | str]:
+def _stated(gamut: GamutLike, values: Mapping[str, Any]) -> dict[str, float | str]:
     """Return the tolerance, the edge width and the metric, with their defaults."""
     return {**_limits(gamut, values), **_metric(gamut, values)}
 
 
-def _limits(gamut: AskedGamut, values: Mapping[str, Any]) -> dict[str, float]:
+def _limits(gamut: GamutLike, values: Mapping[str, Any]) -> dict[str, float]:
     """Return the tolerance and the edge width, with their defaults."""
     tolerance, width = values["tolerance"], values["edge_width"]
     if width is None:
@@ -229,7 +229,7 @@ CONTAINS = Question(
 
 
 def distance(
-    gamut: AskedGamut,
+    gamut: GamutLike,
     colours: Colours,
     *,
     metric: str = "CIE 1976",
@@ -245,7 +245,7 @@ def distance(
 
 
 def nearest(
-    gamut: AskedGamut,
+    gamut: GamutLike,
     colours: Colours,
     *,
     metric: str = "CIE 1976",
@@ -306,7 +306,7 @@ NEAREST = Question(
 
 
 def crossings(
-    gamut: AskedGamut,
+    gamut: GamutLike,
     starts: Colours,
     ends: Colours,
     *,

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
     from gamutcore.arrays import FloatArray
     from gamutcore.colour_rows import Colours
-    from gamutcore.questions.levels import AskedGamut
+    from gamutcore.questions.levels import GamutLike
 
 __all__ = ["COLOURS", "RECIPES", "device_colours", "recipes"]
 
@@ -40,7 +40,7 @@ NEAREST_METHOD = "clip-nearest"
 
 
 def recipes(
-    gamut: AskedGamut,
+    gamut: GamutLike,
     colours: Colours,
     *,
     black: str | float | ArrayLike | None = None,
@@ -87,7 +87,7 @@ def recipes(
     )
 
 
-def device_colours(gamut: AskedGamut, device: ArrayLike, *, space: str | None = None) -> FloatArray:
+def device_colours(gamut: GamutLike, device: ArrayLike, *, space: str | None = None) -> FloatArray:
     """Return the colours of device values, (..., 3)."""
     model = gamut.device_model
     values = np.asarray(device, np.float64)
@@ -115,7 +115,7 @@ class _Colours(NamedTuple):
     points: FloatArray
 
 
-def _colours(gamut: AskedGamut, device: FloatArray, *, space: str | None = None) -> _Colours:
+def _colours(gamut: GamutLike, device: FloatArray, *, space: str | None = None) -> _Colours:
     return _Colours(device_colours(gamut, device, space=space))
 
 
@@ -137,7 +137,7 @@ COLOURS = Question(
 )
 
 
-def _in_space(gamut: AskedGamut, lab: FloatArray) -> FloatArray:
+def _in_space(gamut: GamutLike, lab: FloatArray) -> FloatArray:
     """Return CIELAB relative to D50 in the space of the gamut, as `lab_of` the other way."""
     if gamut.colour_space.is_icc_cielab:
         return lab

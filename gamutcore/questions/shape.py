@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
     from gamutcore.colours.spaces import ColourSpace
     from gamutcore.export import SectionAxes
-    from gamutcore.questions.levels import AskedGamut
+    from gamutcore.questions.levels import GamutLike
 
 __all__ = [
     "CUSPS",
@@ -78,7 +78,7 @@ def hue_angles(hues: int | ArrayLike) -> FloatArray:
 
 
 def cusps(
-    gamut: AskedGamut,
+    gamut: GamutLike,
     hues: int | ArrayLike = 360,
     *,
     triangles: int | None = None,
@@ -146,7 +146,7 @@ CUSPS = Question(
 
 
 def max_chroma(
-    gamut: AskedGamut,
+    gamut: GamutLike,
     lightness: ArrayLike,
     hue: ArrayLike,
     *,
@@ -168,7 +168,7 @@ def max_chroma(
 
 
 def section(
-    gamut: AskedGamut,
+    gamut: GamutLike,
     lightness: float | None = None,
     *,
     hue: float | None = None,
@@ -199,7 +199,7 @@ def section(
 
 
 def leaf(
-    gamut: AskedGamut,
+    gamut: GamutLike,
     hue: float,
     *,
     triangles: int | None = None,
@@ -223,7 +223,7 @@ def _section_answer(found: ColourSection) -> Answer:
 
 
 def draw_section(
-    gamut: AskedGamut,
+    gamut: GamutLike,
     lightness: float | None = None,
     *,
     hue: float | None = None,
@@ -291,7 +291,7 @@ SLICE = Question(
 
 
 def leaves(
-    gamut: AskedGamut,
+    gamut: GamutLike,
     hues: int | ArrayLike = 360,
     lightness: int | ArrayLike = 101,
     *,
@@ -397,8 +397,8 @@ _warnings = partial(comparison_warnings, names=_NAMES)
 
 
 def rings(
-    gamut: AskedGamut,
-    reference: AskedGamut | None = None,
+    gamut: GamutLike,
+    reference: GamutLike | None = None,
     *,
     lightness: ArrayLike | None = None,
     sectors: int = 360,
@@ -443,8 +443,8 @@ def _rings_answer(found: GamutRings) -> Answer:
 
 
 def draw_rings(
-    gamut: AskedGamut,
-    reference: AskedGamut | None = None,
+    gamut: GamutLike,
+    reference: GamutLike | None = None,
     *,
     names: tuple[str, str] = ("", "reference"),
     sectors: int = 360,

@@ -44,13 +44,13 @@ channels: 36,000, 84,000 and 24,000 evaluations of the device model for each set
 _MOST_OTHERS = 16
 """Largest number of sets beside the tiles: all that six chromatic inks have."""
 
-_CLOSE = 0.002
+_CONVERGED_DE = 0.002
 """Largest difference of L*, a* and b* from the target at which a recipe is not corrected."""
 
 _CORRECTIONS = 8
 """Largest number of corrections. Most recipes need two; those of colours at the surface, more."""
 
-_MISSED = 0.02
+_RETRY_ABOVE_DE = 0.02
 """Largest difference of L*, a* and b* at which no other solution is searched."""
 
 _LARGEST = 1000.0
@@ -67,7 +67,7 @@ _EXTRA_INK = 4.0
 """Cost of an ink beside cyan, magenta and yellow. These are preferred where both give a colour,
 because choices between similar costs jump."""
 
-_BEYOND_CORE = 1e3
+_OUTSIDE_CMY_COST = 1e3
 """Cost of leaving cyan, magenta and yellow, more than of any recipe."""
 
 _WIDE = 0.7
@@ -103,7 +103,7 @@ _NEIGHBOURS = 24
 _SUM_WEIGHT = 60.0
 """Weight of the sum of inks beside L*, a* and b*: ΔE*ab of a full ink, about."""
 
-_ANYWHERE: FloatArray = np.empty((0, 4))
+_NO_STARTS: FloatArray = np.empty((0, 4))
 """No starts: solutions are searched in all layers."""
 
 _NEUTRAL = np.arange(0.0, 99.5, 0.5)
@@ -239,12 +239,12 @@ class InverseModel:
         if len(self._sets) > 1:
             self._blend(targets, black, wanted, found)
         else:
-            trace = _traced(self._sets[0], targets, black, wanted, _ANYWHERE)
+            trace = _traced(self._sets[0], targets, black, wanted, _NO_STARTS)
             rows = np.flatnonzero(trace.solved)
             found.widen(rows, trace.black[rows])
             found.correct(rows, trace.recipes[rows], np.zeros(len(rows), np.int64))
         for rank in _RANKS:
-            rows = np.flatnonzero(found.error > _MISSED)
+            rows = np.flatnonzero(found.error > _RETRY_ABOVE_DE)
             if len(rows) == 0:
                 break
             chosen, starts = self._nearest_nodes(targets[rows], rank)
@@ -272,7 +272,7 @@ class InverseModel:
         Where the core has a wide range of black, it counts alone. Elsewhere, the mean is taken of
         the colour and of colours around it, so that a set which ends does so in steps.
         """
-        core = _traced(self._sets[0], targets, black, wanted, _ANYWHERE)
+        core = _traced(self._sets[0], targets, black, wanted, _NO_STARTS)
         found.widen(np.flatnonzero(core.solved), core.black[core.solved])
         alone = _set_share(self._sets[0], core, targets[:, 0])
         device = self.device(core.recipes, np.zeros(len(targets), np.int64))
@@ -289,7 +289,7 @@ class InverseModel:
         made = np.flatnonzero(usable)
         found.settle(made, device[made])
 
-        rows = np.flatnonzero(found.error > _MISSED)
+        rows = np.flatnonzero(found.error > _RETRY_ABOVE_DE)
         if len(rows) == 0:
             return
         mean = np.zeros((len(rows), len(self._range)))
@@ -314,7 +314,7 @@ class InverseModel:
             if number == self._tiles:
                 rest *= 1.0 - tiles
             rows = np.flatnonzero(rest > _ROUNDING)
-            trace = _traced(some, targets[rows], black, wanted[rows], _ANYWHERE)
+            trace = _traced(some, targets[rows], black, wanted[rows], _NO_STARTS)
             share = _set_share(some, trace, targets[rows, 0])
             weight = rest[rows] * (share + _END * trace.solved)
             total[rows] += weight
@@ -335,7 +335,7 @@ class InverseModel:
         device, rows = device.copy(), np.arange(len(device))
         for step in range(_SETTLING):
             lab = self.model.lab(device[rows])
-            far = np.abs(targets[rows] - lab).max(axis=1) > _CLOSE
+            far = np.abs(targets[rows] - lab).max(axis=1) > _CONVERGED_DE
             rows, lab = rows[far], lab[far]
             if len(rows) == 0:
                 break
@@ -379,7 +379,7 @@ class InverseModel:
         assert given is not None  # noqa: S101  # `_has_formula`
         device = np.clip(given, 0.0, 1.0)
         lab = self.model.lab(device)
-        rows = np.flatnonzero(np.abs(targets - lab).max(axis=1) > _CLOSE)
+        rows = np.flatnonzero(np.abs(targets - lab).max(axis=1) > _CONVERGED_DE)
         device[rows], _ = find_values(targets[rows], device[rows], self.model.lab)
         lab[rows] = self.model.lab(device[rows])
         return Recipes(device, lab, np.full((len(targets), 2), np.nan))
@@ -396,7 +396,7 @@ class InverseModel:
         neutral = np.zeros((len(_NEUTRAL), 3))
         neutral[:, 0] = _NEUTRAL
         wanted = np.zeros(len(neutral))
-        solved = _traced(self._sets[0], neutral, BlackRule(LEAST_INK), wanted, _ANYWHERE).solved
+        solved = _traced(self._sets[0], neutral, BlackRule(LEAST_INK), wanted, _NO_STARTS).solved
         return float(_NEUTRAL[solved].min()) if solved.any() else 0.0
 
     def _nearest_nodes(self, targets: FloatArray, rank: int) -> tuple[LongArray, FloatArray]:
@@ -563,7 +563,7 @@ class _Found:
             kept = own[better]
             self.device[kept], self.lab[kept] = device[better], lab[better]
             self.error[kept] = error[better]
-            open_ = error > _CLOSE
+            open_ = error > _CONVERGED_DE
             places = places[open_]
             if step == _CORRECTIONS or len(places) == 0:
                 break

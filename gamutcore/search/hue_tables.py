@@ -21,7 +21,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from gamutcore.arrays import ByteArray, Float32Array, FloatArray, IndexArray
-from gamutcore.geometry import following, grouped, preceding
+from gamutcore.geometry import grouped, next_corner, previous_corner
 from gamutcore.kernels import kernel, leaf_kernel
 from gamutcore.search.face_tree import WIDTH
 
@@ -125,7 +125,7 @@ def _cusp_arrays(
     flat = faces.ravel()
     ends = np.empty((count, 6))
     for edge in range(count):
-        one, two = flat[following(corners[edge])], flat[preceding(corners[edge])]
+        one, two = flat[next_corner(corners[edge])], flat[previous_corner(corners[edge])]
         for axis in range(3):
             ends[edge, axis], ends[edge, 3 + axis] = vertices[one, axis], vertices[two, axis]
 

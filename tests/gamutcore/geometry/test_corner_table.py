@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gamutcore.boundary import modified_convex_hull
-from gamutcore.geometry import following, opposite_corners, preceding, swing, vertex_fans
+from gamutcore.geometry import next_corner, opposite_corners, previous_corner, swing, vertex_fans
 
 
 def brute_force(faces):
@@ -46,7 +46,7 @@ def test_swinging_goes_once_round_a_vertex(random_cloud):
         assert sorted(round_trip) == np.flatnonzero(vertex == vertex[start]).tolist()
         for one, other in itertools.pairwise(round_trip):
             # across the edge to the preceding corner
-            assert vertex[preceding(one)] == vertex[following(other)]
+            assert vertex[previous_corner(one)] == vertex[next_corner(other)]
 
 
 @given(seed=st.integers(0, 10**6))
