@@ -294,7 +294,7 @@ image-check: .venv/.installed ## build the container image and use it (Debian, a
 constraints: ## pin the newest versions that pyproject.toml allows (Python 3.11)
 	rm -rf build/constraints
 	python3.11 -m venv build/constraints
-	env -u PIP_CONSTRAINT -u PIP_BUILD_CONSTRAINT build/constraints/bin/python -m pip install -q -e '.[service,celery,cloud,otel,test,test-all,lint,peers,plot,docs]' hatchling editables
+	env -u PIP_CONSTRAINT -u PIP_BUILD_CONSTRAINT build/constraints/bin/python -m pip install -q -e '.[service,celery,cloud,test,test-all,lint,peers,plot,docs]' hatchling editables
 	{ sed -n '/^#/p' constraints.txt; \
 	  build/constraints/bin/python -m pip freeze --exclude-editable --exclude pip --exclude setuptools; } > build/constraints.txt
 	mv build/constraints.txt constraints.txt

@@ -19,7 +19,7 @@ from pathlib import Path
 __all__: list[str] = []
 
 CHECKOUT = Path(__file__).resolve().parent.parent
-EXTRAS = ("service", "celery", "cloud", "otel")
+EXTRAS = ("service", "celery", "cloud")
 MACHINES = ("x86_64", "aarch64")
 OLD_PYTHON = ["async-timeout>=4.0.3"]
 """What redis needs before Python 3.11.3. Debian 12 has 3.11.2, and CI builds on it."""

@@ -76,8 +76,6 @@ def create_app(settings: Settings) -> FastAPI:
         docs_url=None,
         redoc_url=None,
         redirect_slashes=False,
-        # FastAPI's spans would contain queries and would not cover the outer middleware.
-        telemetry={"tracing": False, "metrics": False, "logs": False, "auto_configure": False},
         lifespan=lifespan,
     )
     app.state.service = service
@@ -113,13 +111,8 @@ def _layers(service: ServiceContainer, rules: AccessRules) -> list[Middleware]:
     trusting = is_loopback(settings.host) and not rules.keys
     hosts = Hosts(host_names(settings.hosts), trusting=trusting, origins=allowed)
     return [
-        # ids, times, metrics, log and spans of the answers of all layers
-        Middleware(
-            RequestObserver,
-            service.metrics.requests,
-            access_log=settings.access_log,
-            traces=service.traces,
-        ),
+        # ids, times, metrics and log of the answers of all layers
+        Middleware(RequestObserver, service.metrics.requests, access_log=settings.access_log),
         # requests that the server cancels when it stops
         Middleware(AnswerStopped, lambda: service.stopping),
         # browsers must be able to read every answer, refusals and defects included

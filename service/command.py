@@ -29,7 +29,6 @@ from service.storage.gamuts import GamutStore
 from service.storage.local import LocalBlobs, StoreInUseError
 from service.storage.maintenance import list_gamuts, prune, report
 from service.telemetry.logs import complain, configure_logging
-from service.telemetry.traces import TracesUnavailableError
 
 __all__ = [
     "check_store",
@@ -189,11 +188,7 @@ def work() -> int:
     except ModuleNotFoundError:
         complain(MISSING_BROKER_EXTRA)
         return 1
-    try:
-        return run_worker(settings)
-    except TracesUnavailableError as error:
-        complain(str(error))
-        return 1
+    return run_worker(settings)
 
 
 def print_settings(overrides: dict[str, Any]) -> int:
@@ -235,7 +230,6 @@ def serve(overrides: dict[str, Any]) -> int:
         StoreInUseError,
         StoreLocationError,
         StoreUnavailableError,
-        TracesUnavailableError,
         OSError,
     ) as error:
         complain(str(error))

@@ -35,9 +35,7 @@ from service.settings import Settings
 from service.storage import gamut_store
 from service.storage.blobs import StoreUnavailableError
 from service.storage.gamuts import GamutStore
-from service.telemetry.build_observer import BuildObserver
 from service.telemetry.metrics import Metrics
-from service.telemetry.traces import traces_of
 
 __all__ = ["MISSING_BROKER_EXTRA", "EngineMissingError", "ServiceContainer", "service_of"]
 
@@ -74,7 +72,6 @@ class ServiceContainer:
         self.metrics = Metrics()
         self.kernels = Kernels()
         self._loop: asyncio.AbstractEventLoop | None = None
-        self.traces = traces_of(settings.traces)
         self.store = gamut_store(
             settings.store,
             settings.store_bytes,
@@ -102,8 +99,7 @@ class ServiceContainer:
             seconds=settings.body_timeout,
         )
         book = JobBook.of_store(self.store, settings.build_attempts)
-        observer = BuildObserver(self.metrics.builds, self.traces)
-        engine = _build_engine(settings, self.store, book, observer)
+        engine = _build_engine(settings, self.store, book, self.metrics.builds.count_build)
         self.builds = Builds(settings, self.store, book, engine)
         self.events = EventStreams(settings.max_event_streams)
         self.readiness = service_readiness(
@@ -144,8 +140,6 @@ class ServiceContainer:
             self.library.close()
             # Closing joins threads, so it must not block the event loop.
             await asyncio.to_thread(self.store.close)
-            if self.traces is not None:
-                await asyncio.to_thread(self.traces.close)
 
     def drain(self) -> None:
         """Stop starting builds. Called at the signal to stop, from any thread."""

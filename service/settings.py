@@ -170,10 +170,6 @@ class Settings(BaseSettings):
     """Port where `gamut worker` serves its metrics on `GAMUT_HOST`; 0: none. `gamut serve` has them
     at `/metrics`."""
 
-    traces: Literal["auto", "on", "off"] = "auto"
-    """OpenTelemetry traces, sent by OTLP over HTTP to the endpoint in the `OTEL_...` variables.
-    `auto`: on if an endpoint is set and the extra `otel` is installed."""
-
     max_body_bytes: int = Field(default=160 * _MEBIBYTE, ge=1024)
     """Largest request body in bytes; a larger one is answered with 413. A picture of 24 megapixels
     has up to 144 MB."""

@@ -53,7 +53,6 @@ NEEDED_PACKAGES = {
     "celery": ["service/broker"],
     "jsonschema_rs": ["service/openapi/test_openapi.py"],
     "matplotlib": ["gamutcore/questions/test_drawing.py", "test_concepts.py", "test_recipes.py"],
-    "opentelemetry.sdk": ["service/telemetry/test_traces.py"],
     "pygltflib": ["gamutcore/export/test_gltf.py"],
 }
 """Packages of the extra ``test-all`` that whole files import. `make test` leaves the files out."""

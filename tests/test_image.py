@@ -121,7 +121,7 @@ def test_the_image_is_installed_from_hashes_of_the_pinned_versions():
     assert differing == {"async-timeout"}  # of an earlier Python than that of the pins
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())
     extras = project["project"]["optional-dependencies"]
-    named = [each for name in ("service", "celery", "cloud", "otel") for each in extras[name]]
+    named = [each for name in ("service", "celery", "cloud") for each in extras[name]]
     wanted = {canonicalize_name(Requirement(each).name) for each in named}
     wanted |= {canonicalize_name(Requirement(e).name) for e in project["project"]["dependencies"]}
     assert wanted <= packages.keys()

@@ -44,10 +44,9 @@ from service.settings import Settings
 from service.storage import StoreLocationError, gamut_store
 from service.storage.blobs import StoreUnavailableError
 from service.storage.gamuts import GamutStore
-from service.telemetry.build_observer import BuildObserver, BuildReports
+from service.telemetry.build_reports import BuildReports
 from service.telemetry.logs import complain
 from service.telemetry.metrics import serve_metrics
-from service.telemetry.traces import traces_enabled, traces_of
 
 __all__ = ["Slot", "count_deliveries_patiently", "run_worker"]
 
@@ -278,14 +277,10 @@ def count_deliveries_patiently() -> None:
 
 
 def run_worker(settings: Settings) -> int:
-    """Take jobs and run them until the process is stopped; return the exit status.
-
-    Raise `TracesUnavailableError` if traces are requested but not available.
-    """
+    """Take jobs and run them until the process is stopped; return the exit status."""
     reports = BuildReports()
     fault = _store_fault(settings)
     if fault is None:
-        traces_enabled(settings.traces)  # fail here, not in every slot
         fault = _metrics_fault(settings, reports) if settings.worker_metrics_port else None
     if fault is not None:
         complain(fault)
@@ -303,11 +298,8 @@ def run_worker(settings: Settings) -> int:
     def start_slot(**_: object) -> None:
         number = billiard.current_process().index
         slots[number] = False  # an earlier process may have left True
-        traces = traces_of(settings.traces)
-        if traces is not None:
-            closing.callback(traces.close)
-        observer = BuildObserver(reports if settings.worker_metrics_port else None, traces)
-        slot[:] = [Slot(settings, _open_store(settings), Broker(app), observer)]
+        on_build = reports.count_build if settings.worker_metrics_port else None
+        slot[:] = [Slot(settings, _open_store(settings), Broker(app), on_build)]
         closing.callback(slot[0].runner.close)
         _in_background(slot[0].keep_warm, lambda warm: slots.__setitem__(number, warm))
         if number == 0:

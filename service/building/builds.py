@@ -107,18 +107,16 @@ class Builds:
         gamut_id: str,
         options: Mapping[str, Any],
         data: bytes | None,
-        trace: Mapping[str, str] | None = None,
         sha256: str | None = None,
         client: str = "",
     ) -> PublishedGamut | JobDocument:
         """Return the record of a gamut, or the job that builds it, which is durable then.
 
         Identical requests share one submission. Without `data`, the input is stored already.
-        `trace` holds the header fields that carry the request's trace. Refusals are ``queue-full``
-        and ``shutting-down``.
+        Refusals are ``queue-full`` and ``shutting-down``.
         """
         return await self._submissions.value(
-            gamut_id, lambda: self._submit(gamut_id, options, data, sha256, trace, client)
+            gamut_id, lambda: self._submit(gamut_id, options, data, sha256, client)
         )
 
     async def rebuild(self, gamut_id: str) -> JobDocument | None:
@@ -212,7 +210,6 @@ class Builds:
         options: Mapping[str, Any],
         data: bytes | None,
         sha256: str | None,
-        trace: Mapping[str, str] | None,
         client: str,
     ) -> PublishedGamut | JobDocument:
         # In this order, because a build that ends in between is then found in the store.
@@ -233,7 +230,7 @@ class Builds:
                 await self.check_admission(counted=1)
             async with self._input_lock(gamut_id):
                 accepted, new = await asyncio.to_thread(
-                    self._book.accept, gamut_id, options, trace, client_mark(client)
+                    self._book.accept, gamut_id, options, client_mark(client)
                 )
                 if data is not None:
                     await self._keep_input(accepted, data, sha256, new=new)

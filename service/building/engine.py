@@ -16,9 +16,9 @@ from service.problems.problem import Problem, ProblemError
 
 __all__ = ["BuildReport", "Engine", "EngineFacts", "FairQueue", "queue_full"]
 
-BuildReport = Callable[[str, dict[str, float], JobDocument], None]
-"""Called at the end of every build with the outcome (a state or a problem's code), the seconds by
-stage, and the claimed job."""
+BuildReport = Callable[[str, dict[str, float]], None]
+"""Called at the end of every build with the outcome (a state or a problem's code) and the
+seconds by stage."""
 
 _LONGEST_RETRY = 600
 """Largest Retry-After in seconds. A longer estimate is meaningless."""

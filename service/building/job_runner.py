@@ -251,14 +251,14 @@ class JobRunner:
         except JobCancelledError:
             seconds = time.monotonic() - clock
             logger.info("build of %s cancelled after %.2f s", document.id, seconds)
-            self._report("cancelled", {"total": seconds}, document)
+            self._report("cancelled", {"total": seconds})
             return Outcome("cancelled", self._read_job(document.id))
         except LeaseLostError:
             logger.warning("build of %s: another builder has the job", document.id)
             return Outcome("elsewhere", self._read_job(document.id))
         except ProcessDiedError as error:
             logger.warning("worker died during the build of %s: %s", document.id, error)
-            self._report("crashed", {"total": time.monotonic() - clock}, document)
+            self._report("crashed", {"total": time.monotonic() - clock})
             problem = Problem(
                 "build-crashed",
                 f"The process that built this gamut died, {document.attempts} times in a row "
@@ -349,7 +349,7 @@ class JobRunner:
         logger.info("build of %s %s after %.2f s", job_id, result_name, seconds)
         if stages is not None:
             word = state if problem is None else problem.code
-            self._report(word, {**stages, "total": seconds}, claim.document)
+            self._report(word, {**stages, "total": seconds})
         try:
             if problem is not None:
                 # Before the end of the job, because its input may then belong to a new job.
@@ -380,7 +380,7 @@ class JobRunner:
         if not document.final:
             return None
         logger.warning("build of %s failed finally (%s)", document.id, problem.code)
-        self._report(problem.code, {}, document)
+        self._report(problem.code, {})
         return Outcome("failed", document)
 
     def _unwritten(self, claim: Claim, problem: Problem | None, error: Exception) -> Outcome:

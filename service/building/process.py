@@ -44,6 +44,9 @@ _ALLOWED = re.compile(
 """Variables that a worker gets: paths, language, threads, allocator, compiler and log. Everything
 else may be a credential."""
 
+_NO_TELEMETRY = {f"OTEL_{signal}_EXPORTER": "none" for signal in ("TRACES", "METRICS", "LOGS")}
+"""``opentelemetry-instrument`` reaches a worker through ``PYTHONPATH``, but its settings do not."""
+
 _LINE_LIMIT = 16 * 1024 * 1024
 """Bytes of the longest event. A description with its error curve has less than 1 MB."""
 
@@ -76,7 +79,7 @@ class BuildProcess:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             # glibc gives every thread an arena, and never returns its memory.
-            env={**environment, "MALLOC_ARENA_MAX": "2"},
+            env={**environment, **_NO_TELEMETRY, "MALLOC_ARENA_MAX": "2"},
             bufsize=0,
         )
         assert self._process.stdin is not None  # noqa: S101 - pipes were asked for

@@ -1,4 +1,4 @@
-"""What log lines, spans and ``Server-Timing`` know of the current request.
+"""What log lines and ``Server-Timing`` know of the current request.
 
 `RequestObserver` sets the context. Work in a separate task or thread belongs to the request that
 started it. The module does not import the web framework, because worker processes log too.
@@ -15,7 +15,6 @@ __all__ = [
     "RequestContext",
     "current_request",
     "current_request_id",
-    "current_trace",
     "timed",
 ]
 
@@ -24,17 +23,13 @@ REQUEST_ID = "X-Request-Id"
 
 
 class RequestContext:
-    """One request: its id, and the seconds of each part of its work.
+    """One request: its id, and the seconds of each part of its work."""
 
-    `trace` has the ids of the trace and the span, hexadecimal; None without traces.
-    """
-
-    __slots__ = ("id", "seconds", "trace")
+    __slots__ = ("id", "seconds")
 
     def __init__(self, identifier: str) -> None:
         self.id = identifier
         self.seconds: dict[str, float] = {}
-        self.trace: tuple[str, str] | None = None
 
 
 current_request: ContextVar[RequestContext | None] = ContextVar("request", default=None)
@@ -44,12 +39,6 @@ def current_request_id() -> str:
     """Return the id of the current request; empty outside of requests."""
     request = current_request.get()
     return "" if request is None else request.id
-
-
-def current_trace() -> tuple[str, str] | None:
-    """Return the ids of the current trace and span, hexadecimal; None if there is none."""
-    request = current_request.get()
-    return None if request is None else request.trace
 
 
 class timed:  # noqa: N801 - a context manager, read like a function

@@ -15,7 +15,7 @@ import logging
 import time
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict, dataclass, field, fields, replace
+from dataclasses import asdict, dataclass, fields, replace
 from datetime import UTC, datetime
 from itertools import islice
 from typing import Any, Literal
@@ -117,8 +117,6 @@ class JobDocument:
     """The builder's fencing token, which grows with every claim."""
     lease_until: float | None = None
     """End of the builder's lease in seconds of the Unix epoch."""
-    trace: dict[str, str] = field(default_factory=dict)
-    """Header fields that carry the trace of the first request."""
     client: str = ""
     """`client_mark` of the first request's client; empty if it is unknown."""
     gamut: str = ""
@@ -203,7 +201,6 @@ class JobBook:
         self,
         job_id: str,
         options: Mapping[str, Any],
-        trace: Mapping[str, str] | None = None,
         client: str = "",
     ) -> tuple[JobDocument, bool]:
         """Return the job that builds a gamut: the current job, or a new one for a client's mark.
@@ -212,10 +209,8 @@ class JobBook:
         gone.
         """
         while True:
-            time_, options, trace = self._now(), dict(options), dict(trace or {})
-            fresh = JobDocument(
-                job_id, options, created=time_, updated=time_, trace=trace, client=client
-            )
+            time_, options = self._now(), dict(options)
+            fresh = JobDocument(job_id, options, created=time_, updated=time_, client=client)
             found = self._read(job_id)
             if found is None:
                 if self._blobs.create(_key(job_id), fresh.to_bytes()) is not None:

@@ -174,7 +174,6 @@ class NamedGamuts:
                 found,
                 options.to_mapping(),
                 reference.data,
-                None,
                 reference.sha256,
                 client_of(scope),
             )

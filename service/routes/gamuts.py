@@ -64,7 +64,6 @@ from service.storage.blobs import StoreUnavailableError
 from service.storage.gamuts import GamutDamagedError, GamutNotStoredError
 from service.storage.names import LONGEST_NAME
 from service.storage.published import PublishedGamut
-from service.telemetry.traces import propagation_headers
 
 __all__ = ["HISTORY_MEDIA_TYPE", "router"]
 
@@ -188,7 +187,6 @@ async def create_gamut(request: Request) -> Response:
             gamut_id,
             posted.options.to_mapping(),
             posted.data,
-            propagation_headers(),
             posted.sha256,
             client_of(request.scope),
         )

@@ -1,1 +1,1 @@
-"""Metrics, traces, logs and readiness."""
+"""Metrics, logs and readiness."""

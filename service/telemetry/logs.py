@@ -18,7 +18,7 @@ from collections.abc import Mapping
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
-from service.http.request_context import current_request_id, current_trace
+from service.http.request_context import current_request_id
 
 if TYPE_CHECKING:
     from types import TracebackType
@@ -98,7 +98,7 @@ class JsonLines(logging.Formatter):
     """Formats records as one JSON object per line.
 
     Members are ``time``, ``level``, ``logger``, ``message``, and everything given with ``extra``.
-    If available, ``request_id``, ``trace_id``, ``span_id``, ``gamut_id`` and ``exception`` follow.
+    If available, ``request_id``, ``gamut_id`` and ``exception`` follow.
     """
 
     def format(self, record: logging.LogRecord) -> str:
@@ -112,8 +112,6 @@ class JsonLines(logging.Formatter):
         }
         if request_id := _request_id(record):
             members["request_id"] = request_id
-        if (trace := current_trace()) is not None:
-            members["trace_id"], members["span_id"] = trace
         # A job has the id of its gamut.
         if found := _GAMUT_ID.search(message):
             members["gamut_id"] = found.group()

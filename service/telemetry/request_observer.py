@@ -1,4 +1,4 @@
-"""Request observer: request ids, ``Server-Timing``, metrics, access log and spans.
+"""Request observer: request ids, ``Server-Timing``, metrics and access log.
 
 The ASGI middleware is outside everything else. So it also sees the answers of other middleware, and
 the answers to defects. Queries are logged only if they
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
     from service.telemetry.metrics import RequestMetrics
-    from service.telemetry.traces import Traces
 
 __all__ = ["KNOWN_PARAMETERS", "UNMATCHED", "MatchedRoute", "RequestObserver"]
 
@@ -76,19 +75,16 @@ class MatchedRoute(NamedTuple):
 
 
 class RequestObserver:
-    """ASGI middleware that identifies, counts, times, logs and traces requests.
+    """ASGI middleware that identifies, counts, times and logs requests.
 
     The answer gets ``X-Request-Id`` and ``Server-Timing`` (W3C). The reported times end where the
     answer starts. The app sets ``scope["route"]`` to the matched route, as Starlette's router does.
     """
 
-    def __init__(
-        self, app: ASGIApp, metrics: RequestMetrics, *, access_log: bool, traces: Traces | None
-    ) -> None:
+    def __init__(self, app: ASGIApp, metrics: RequestMetrics, *, access_log: bool) -> None:
         self.app = app
         self.metrics = metrics
         self.access_log = access_log
-        self.traces = traces
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass the request on and record the outcome."""
@@ -98,24 +94,13 @@ class RequestObserver:
         request = RequestContext(_identifier(scope).decode("ascii"))
         token = current_request.set(request)
         try:
-            if self.traces is None:
-                await self._observe(scope, receive, send, request)
-            else:
-                with self.traces.request(scope, request) as span:
-                    status = _DISCONNECTED
-                    try:
-                        status = await self._observe(scope, receive, send, request)
-                    except Exception:
-                        status = 500
-                        raise
-                    finally:
-                        self.traces.set_outcome(span, scope["method"], _route(scope), status)
+            await self._observe(scope, receive, send, request)
         finally:
             current_request.reset(token)
 
     async def _observe(
         self, scope: Scope, receive: Receive, send: Send, request: RequestContext
-    ) -> int:
+    ) -> None:
         metrics = self.metrics
         metrics.in_progress.inc()
         started = perf_counter()
@@ -150,7 +135,6 @@ class RequestObserver:
             metrics.count_answer(scope["method"], _route(scope), status, seconds, nbytes)
             if self.access_log:
                 _log(scope, status, nbytes, seconds)
-        return status
 
 
 def _identifier(scope: Scope) -> bytes:

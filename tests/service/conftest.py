@@ -221,50 +221,10 @@ def filled_store(tmp_path, built, publish_built):
     opened.close()
 
 
-class _Collector(http.server.BaseHTTPRequestHandler):
-    """Takes spans as OpenTelemetry's collector does."""
-
-    def do_POST(self):
-        # of the extra test-all
-        from opentelemetry.proto.collector.trace.v1 import trace_service_pb2
-
-        request = trace_service_pb2.ExportTraceServiceRequest.FromString(
-            self.rfile.read(int(self.headers["content-length"]))
-        )
-        self.server.spans += [
-            span
-            for resource in request.resource_spans
-            for scope in resource.scope_spans
-            for span in scope.spans
-        ]
-        self.server.paths.add(self.path)
-        self.send_response(200)
-        self.end_headers()
-
-    def log_message(self, *_):
-        pass
-
-
 @pytest.fixture(scope="session")
-def collector():
-    """A collector of traces; `spans` holds what has arrived, `paths` where it was sent."""
-    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), _Collector) as opened:
-        opened.spans, opened.paths = [], set()
-        opened.url = f"http://127.0.0.1:{opened.server_port}"
-        thread = threading.Thread(target=opened.serve_forever)
-        thread.start()
-        yield opened
-        opened.shutdown()
-        thread.join()
-
-
-@pytest.fixture(scope="session")
-def observed_server(collector):
-    """A server that logs every request as JSON and traces it."""
-    with pytest.MonkeyPatch.context() as environment:
-        environment.setenv("OTEL_EXPORTER_OTLP_ENDPOINT", collector.url)
-        environment.setenv("OTEL_BSP_SCHEDULE_DELAY", "100")
-        return shared_server(log_format="json", access_log="true")
+def observed_server():
+    """A server that logs every request as JSON."""
+    return shared_server(log_format="json", access_log="true")
 
 
 SCRIPTED_WORKER = """

@@ -94,7 +94,7 @@ def replica(store, book, scripted_worker, reports):
             book,
             sole_owner=sole_owner,
             command=command,
-            on_build=lambda word, seconds, _job: reports.append((word, seconds)),
+            on_build=lambda word, seconds: reports.append((word, seconds)),
         )
         builds = Builds(values, store, book, engine)
         async with asyncio.timeout(PATIENCE):

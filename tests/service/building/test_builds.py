@@ -88,8 +88,8 @@ async def test_a_job_is_durable_before_it_is_accepted_and_waited_for(
     replica, book, store, scripted_worker, reports
 ):
     async with replica() as builds:
-        job = await builds.submit(JOB, OPTIONS, b"gate", {"traceparent": "00"})
-        assert book.read(JOB).trace == {"traceparent": "00"}
+        job = await builds.submit(JOB, OPTIONS, b"gate")
+        assert book.read(JOB).options == OPTIONS
         assert store.input_options(JOB) == OPTIONS
         assert not job.final
         assert not (await builds.wait(JOB, 0.0)).final

@@ -225,9 +225,8 @@ def book(blobs, clock):
 
 
 def test_a_job_goes_from_acceptance_to_success(book):
-    document, new = book.accept(JOB, {"gamma": 1}, {"traceparent": "00-1"})
+    document, new = book.accept(JOB, {"gamma": 1})
     assert (document.state, document.options, new) == ("queued", {"gamma": 1}, True)
-    assert document.trace == {"traceparent": "00-1"}
     assert book.accept(JOB, {"gamma": 1}) == (document, False)
     claim = book.claim(JOB, "me", LEASE)
     assert book.claim(JOB, "me", LEASE) is None

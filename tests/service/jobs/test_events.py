@@ -73,7 +73,7 @@ JOB = "a" * 64
 
 
 def test_a_document_is_read_back_whole_and_what_a_later_version_adds_is_let_go():
-    document = JobDocument(JOB, {"gamma": 1}, "running", "metric", 0.5, 2, trace={"a": "b"})
+    document = JobDocument(JOB, {"gamma": 1}, "running", "metric", 0.5, 2)
     data = document.to_bytes()
     assert JobDocument.from_bytes(data) == document
     with pytest.raises(BlobDamagedError):

@@ -39,7 +39,7 @@ def request(app, metrics, *, access_log=False, query=b"", path="/x", **scope):
     async def send(message):
         sent.append(message)
 
-    layer = RequestObserver(app, metrics.requests, access_log=access_log, traces=None)
+    layer = RequestObserver(app, metrics.requests, access_log=access_log)
     whole = {"type": "http", "method": "GET", "path": path, "query_string": query, **scope}
     asyncio.run(layer({"headers": [], "client": ("192.0.2.1", 5), **whole}, None, send))
     return sent
@@ -82,7 +82,7 @@ class TestFigures:
         async def app(scope, _receive, _send):
             seen.append(scope["type"])
 
-        layer = RequestObserver(app, metrics.requests, access_log=True, traces=None)
+        layer = RequestObserver(app, metrics.requests, access_log=True)
         asyncio.run(layer({"type": "lifespan"}, None, None))
         assert seen == ["lifespan"]
         assert answers(metrics) == {}
@@ -217,7 +217,7 @@ def test_parts_of_one_name_add_up_and_the_total_holds_them(clock, metrics, reque
         await answering()(scope, None, send)
 
     expected = {"total": 72, "encode": 32, "open": 32, "part": 8}
-    layer = RequestObserver(work, metrics.requests, access_log=False, traces=None)
+    layer = RequestObserver(work, metrics.requests, access_log=False)
     assert times(request_app(layer, "GET", "/")) == expected
 
 

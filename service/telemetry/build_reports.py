@@ -1,8 +1,7 @@
-"""Reports of ended builds: metrics and spans, also across forked processes.
+"""Reports of ended builds across forked processes.
 
-`BuildObserver` is called at the end of every build. A worker with a broker forks one process per
-slot, and the counters of these processes would be lost with them. `BuildReports` sends each build
-through a pipe to the process that serves the metrics.
+A worker with a broker forks one process per slot, and the counters of these processes would be lost
+with them. `BuildReports` sends each build through a pipe to the process that serves the metrics.
 """
 
 from __future__ import annotations
@@ -11,56 +10,19 @@ import json
 import logging
 import os
 import threading
-import time
 from typing import TYPE_CHECKING
-
-from service.telemetry.metrics import TOTAL
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from service.jobs.book import JobDocument
     from service.telemetry.metrics import BuildMetrics
-    from service.telemetry.traces import Traces
 
-__all__ = ["BuildObserver", "BuildReports"]
+__all__ = ["BuildReports"]
 
 logger = logging.getLogger(__name__)
 
 _LONGEST = 512
 """Bytes of a line. POSIX guarantees that a pipe takes this many at once."""
-
-
-class BuildObserver:
-    """Records the end of every build; called in any thread.
-
-    `metrics` counts builds, or forwards them to the process that counts.
-    """
-
-    def __init__(self, metrics: BuildMetrics | BuildReports | None, traces: Traces | None) -> None:
-        self._metrics = metrics
-        self._traces = traces
-
-    def __call__(self, outcome: str, seconds: Mapping[str, float], document: JobDocument) -> None:
-        """Record a build that has just ended; arguments as for `BuildMetrics.count_build`.
-
-        `document` holds the trace context of the first request.
-        """
-        if self._metrics is not None:
-            self._metrics.count_build(outcome, seconds)
-        if self._traces is None:
-            return
-        stages = {stage: duration for stage, duration in seconds.items() if stage != TOTAL}
-        finished = time.time()
-        started = finished - max(seconds.get(TOTAL, 0.0), sum(stages.values()))
-        self._traces.write_build(
-            document.id,
-            outcome,
-            stages,
-            started=started,
-            finished=finished,
-            trace=document.trace,
-        )
 
 
 class BuildReports:
