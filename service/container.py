@@ -6,7 +6,6 @@
 
 import asyncio
 import contextlib
-import logging
 from collections.abc import AsyncIterator, Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -33,17 +32,10 @@ from service.questions.runner import QuestionRunner
 from service.readiness import service_readiness
 from service.settings import Settings
 from service.storage import gamut_store
-from service.storage.blobs import StoreUnavailableError
 from service.storage.gamuts import GamutStore
 from service.telemetry.metrics import Metrics
 
 __all__ = ["MISSING_BROKER_EXTRA", "EngineMissingError", "ServiceContainer", "service_of"]
-
-logger = logging.getLogger(__name__)
-
-_DELETIONS_SECONDS = 10.0
-"""Interval of asking a bucket for deletions by other replicas. With the time of two listings, a
-deletion reaches every replica within 30 s."""
 
 _TRIM_SECONDS, _TRIM_BYTES = 1.0, 32 * 2**20
 """Interval of giving free pages of the heap back to the system, if so many bytes were released."""
@@ -125,10 +117,10 @@ class ServiceContainer:
         self.store.on_evicted = lambda gamut_id: _call_soon(loop, self.library.discard, gamut_id)
         await asyncio.to_thread(self.store.open)
         await self.builds.start()
-        background = [asyncio.create_task(self.kernels.prepare())]
-        background.append(asyncio.create_task(self._trim()))
-        if self.store.blobs.remote:
-            background.append(asyncio.create_task(self._follow_deletions()))
+        background = [
+            asyncio.create_task(self.kernels.prepare()),
+            asyncio.create_task(self._trim()),
+        ]
         try:
             yield
         finally:
@@ -155,18 +147,6 @@ class ServiceContainer:
             if self.admission.freed >= _TRIM_BYTES:
                 self.admission.freed = 0
                 await asyncio.to_thread(return_free_pages)
-
-    async def _follow_deletions(self) -> None:
-        """Forget gamuts that other replicas delete. Never returns."""
-        while True:
-            await asyncio.sleep(_DELETIONS_SECONDS)
-            try:
-                for gamut_id in await asyncio.to_thread(self.store.deleted_elsewhere):
-                    self.library.discard(gamut_id)
-            except StoreUnavailableError:
-                pass  # the store has logged it
-            except Exception:
-                logger.exception("deletions by other replicas are not known")
 
 
 def _build_engine(

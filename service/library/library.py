@@ -43,6 +43,7 @@ from service.library.encoding import (
     encode_level,
 )
 from service.storage.blobs import BlobNotFoundError, StoreFullError, StoreUnavailableError
+from service.storage.gamuts import GamutNotStoredError
 from service.storage.names import display_name
 
 if TYPE_CHECKING:
@@ -183,12 +184,23 @@ class Library:
     # --- open gamuts ------------------------------------------------------------------------------
 
     async def record(self, gamut_id: str) -> PublishedGamut:
-        """Return a gamut's record; raises `GamutNotStoredError` if there is none."""
+        """Return a gamut's record.
+
+        Raise `GamutNotStoredError` if there is none; what was made of the gamut is forgotten.
+        """
         with timed("store"):
-            return await asyncio.to_thread(self._store.record, gamut_id)
+            try:
+                return await asyncio.to_thread(self._store.record, gamut_id)
+            except GamutNotStoredError:
+                self.discard(gamut_id)
+                raise
 
     def find_open(self, gamut_id: str) -> OpenGamut | None:
-        """Return a gamut if it is open; else None."""
+        """Return a gamut if it is open, and the store need not be asked for it; else None."""
+        return self._find_open(gamut_id) if self._store.is_current(gamut_id) else None
+
+    def _find_open(self, gamut_id: str) -> OpenGamut | None:
+        """Return a gamut if it is open; else None. The caller has its record."""
         found = self._open.get(gamut_id)
         if found is None:
             found = self._used.get(gamut_id)
@@ -208,6 +220,9 @@ class Library:
         if opened is not None:
             return opened
         full = _full_count(await self.record(gamut_id))
+        opened = self._find_open(gamut_id)
+        if opened is not None:
+            return opened
 
         def need() -> int:
             return 0 if gamut_id in self._used else needed_bytes(unpacked=_OPENED * full)
@@ -220,7 +235,7 @@ class Library:
 
         Raise `GamutNotStoredError` if the gamut is missing or damaged.
         """
-        found: OpenGamut | None = self.find_open(gamut_id)
+        found: OpenGamut | None = self._find_open(gamut_id)
         if found is None:
             found = await self._flights.value(
                 (gamut_id, "open"), lambda: self._open_and_keep(gamut_id)
@@ -481,7 +496,7 @@ class Library:
         return opened is not None and _find_indexed(opened, request) is not None
 
     async def _indexed(self, record: PublishedGamut, request: LevelRequest) -> QueryLevel:
-        opened = self.find_open(record.id)
+        opened = self._find_open(record.id)
         ready = None if opened is None else _find_indexed(opened, request)
         if ready is not None:
             return ready
@@ -510,10 +525,12 @@ class Library:
     ) -> EncodedLevel | None:
         """Return a mesh that is cached or takes at most about a millisecond to encode; else None.
 
-        The level must exist, and be found and unpacked already. `coding` is one of `CODINGS`, or
-        `IDENTITY`.
+        The level must exist, and be found and unpacked already, and the store need not be asked for
+        the gamut. `coding` is one of `CODINGS`, or `IDENTITY`.
         """
-        opened = self.find_open(gamut_id)
+        if not self._store.is_current(gamut_id):
+            return None
+        opened = self._find_open(gamut_id)
         level = self.find_known(gamut_id, request)
         if level is None:
             return None
@@ -542,10 +559,10 @@ class Library:
         Raise `GamutNotStoredError` if the gamut is missing or damaged, and `TriangleCountError` if
         it has no such level.
         """
+        record = await self.record(gamut_id)
         ready = self.find_mesh(gamut_id, request, format_name, coding)
         if ready is not None:
             return ready
-        record = await self.record(gamut_id)
         full = _full_count(record)
 
         def need() -> int:

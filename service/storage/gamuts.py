@@ -50,7 +50,7 @@ from service.storage.blobs import (
 from service.storage.eviction import Eviction, remove_uncommitted
 from service.storage.local import LocalBlobs
 from service.storage.names import Names, Owners
-from service.storage.published import Deletions, PublishedCache, PublishedGamut, blob_key, id_of
+from service.storage.published import PublishedCache, PublishedGamut, blob_key, id_of
 
 __all__ = ["GamutDamagedError", "GamutNotStoredError", "GamutStore"]
 
@@ -65,8 +65,8 @@ _HEAD_LIMIT = 1 << 20
 _CACHED_RECORDS = 10_000
 """Number of records of a remote store in memory; each has a few kilobytes."""
 
-_RECORD_SECONDS = 30.0
-"""Seconds for which a remote record is assumed to exist. Another replica may delete it."""
+_RECORD_SECONDS = 60.0
+"""Seconds for which a remote gamut is assumed to exist. Another replica may delete it."""
 
 _READERS = 16
 """Number of simultaneous reads of remote records for a page."""
@@ -108,7 +108,6 @@ class GamutStore:
         self.keep_inputs = keep_inputs
         self.hits = self.misses = self.corruptions = self.evictions = 0
         self.on_evicted: Callable[[str], None] | None = None
-        self._deletions = Deletions(blobs) if blobs.remote else None
         self._lock = threading.Lock()
         self._quarantine_lock = threading.Lock()
         self._publishing: Counter[str] = Counter()
@@ -194,12 +193,21 @@ class GamutStore:
             if (known := self._cached.get(gamut_id, stale=True)) is None:
                 raise
             record = known
+            self._cached.put(record)
         with self._lock:
             self.hits += 1
         self.mark_used(gamut_id)
         if time.monotonic() > self._flushed + _FLUSH_SECONDS:
             self.flush_uses()
         return record
+
+    def is_current(self, gamut_id: str) -> bool:
+        """Return whether what is in memory of a gamut may be used without asking for its record.
+
+        A directory belongs to one process. In a bucket, another replica may have deleted the gamut
+        since it was asked for.
+        """
+        return not self.blobs.remote or self._cached.get(gamut_id) is not None
 
     def is_stored(self, gamut_id: str) -> bool:
         """Return whether there is an intact gamut. This does not count as a use."""
@@ -237,8 +245,6 @@ class GamutStore:
         except GamutNotStoredError:
             self._cached.discard(gamut_id)
             return False
-        if self._deletions is not None:
-            self._deletions.announce(gamut_id)
         deleted = self.blobs.delete(blob_key(gamut_id, "record"))
         self._cached.discard(gamut_id)
         self._used.pop(gamut_id, None)
@@ -248,16 +254,6 @@ class GamutStore:
         self.names.drop(gamut_id)
         self.owners.drop(gamut_id)
         return deleted
-
-    def deleted_elsewhere(self) -> set[str]:
-        """Return gamuts that a replica deleted within the last minute, and forget their records.
-
-        Always empty for a directory, which belongs to one process.
-        """
-        recent = set() if self._deletions is None else self._deletions.recent()
-        for gamut_id in recent:
-            self._cached.discard(gamut_id)
-        return recent
 
     def evict(self, gamut_id: str) -> int:
         """Remove a gamut for lack of space; return the number of freed bytes."""

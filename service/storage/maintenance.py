@@ -6,7 +6,7 @@ them. Properties that no test can show, such as durability in a power cut, are l
 The version of the algorithm is part of every id, so no new request gives the id of an outdated
 gamut. Only clients that kept the address still use it. Listing changes nothing, and works beside a
 running service. Removal from a directory needs exclusive access. In a bucket, replicas notice it
-within half a minute.
+within a minute.
 """
 
 from __future__ import annotations

@@ -9,9 +9,9 @@ from collections import OrderedDict
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from service.storage.blobs import Blobs, seal, unseal
+from service.storage.blobs import seal, unseal
 
-__all__ = ["Deletions", "PublishedCache", "PublishedGamut", "blob_key", "id_of"]
+__all__ = ["PublishedCache", "PublishedGamut", "blob_key", "id_of"]
 
 _FOLDERS = {
     "record": "published",
@@ -22,15 +22,6 @@ _FOLDERS = {
     "owner": "owners",
 }
 """Folder of each kind of blob. The kind is the end of the key."""
-
-_DELETED = "deleted/"
-
-_ECHO_SECONDS = 60.0
-"""Time for which a deletion is repeated. It is announced before the blobs are removed, so a replica
-that hears of it may read the gamut once more."""
-
-_KEPT_SECONDS = 3600.0
-"""Age of an announcement that is removed by any replica."""
 
 
 def blob_key(gamut_id: str, kind: str) -> str:
@@ -105,31 +96,3 @@ class PublishedCache:
         """Forget a gamut that is gone or in doubt."""
         with self._lock:
             self._kept.pop(gamut_id, None)
-
-
-class Deletions:
-    """Deletions in a shared bucket, announced to all replicas.
-
-    A replica answers from memory without asking the bucket, so it must hear of deletions elsewhere.
-    Each deletion leaves an empty blob ``deleted/<id>.<milliseconds>``, and every replica lists
-    these blobs periodically. The clocks of all hosts must agree within an hour.
-    """
-
-    def __init__(self, blobs: Blobs) -> None:
-        self._blobs = blobs
-        self._seen: dict[str, float] = {}
-
-    def announce(self, gamut_id: str) -> None:
-        """Announce that a gamut is about to be removed."""
-        self._blobs.create(f"{_DELETED}{gamut_id}.{int(1000 * time.time())}", b"")
-
-    def recent(self) -> set[str]:
-        """Return the ids of gamuts whose deletion became known within the last minute."""
-        now, kept = time.monotonic(), {}
-        for key in list(self._blobs.keys(_DELETED)):
-            milliseconds = int(key.rpartition(".")[2])
-            if time.time() - milliseconds / 1000 > _KEPT_SECONDS:
-                self._blobs.delete(key)
-            kept[key] = self._seen.get(key, now)
-        self._seen = kept
-        return {id_of(key) for key, since in kept.items() if now - since <= _ECHO_SECONDS}

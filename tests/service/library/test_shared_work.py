@@ -5,14 +5,18 @@ import contextlib
 import hashlib
 import os
 import threading
+from types import SimpleNamespace
 
 import httpx
 import pytest
 
 from gamutcore.levels import LevelSearch
 from service.application import create_app
+from service.building.kernels import Kernels
 from service.settings import Settings
+from service.storage import published
 from service.storage.gamuts import GamutStore
+from service.storage.local import LocalBlobs
 
 LIMIT = "max_error=0.7&max_mismatch=0.02"
 HANG = 600
@@ -187,3 +191,58 @@ def test_meshes_outlive_the_open_gamut_but_not_the_deleted_one(app, request_app,
     assert request_app(process, "GET", full).content == first.content
     assert request_app(process, "DELETE", f"/v1/gamuts/{one.id}").status_code == 204
     assert request_app(process, "GET", full).status_code == 404
+
+
+async def ready(*_):
+    """Answer in place of `Kernels.wait`, as no lifespan prepares the kernels."""
+    return True
+
+
+def test_a_deletion_reaches_another_replica_within_a_minute(app, filled_store, monkeypatch):
+    """In a bucket. What is in memory is served without the store for a minute, and not longer."""
+    clock = SimpleNamespace(now=1000.0)
+    monkeypatch.setattr(published, "time", SimpleNamespace(monotonic=lambda: clock.now))
+    monkeypatch.setattr(LocalBlobs, "remote", True)
+    monkeypatch.setattr(Kernels, "wait", ready)
+    kept, deleted = (f"/v1/gamuts/{gamut_id}" for gamut_id in filled_store.ids())
+    parts = ("", "/mesh?triangles=100", "/mesh?max_error=2", "/picture.png?triangles=100", "/cusps")
+    made = [app() for _ in range(2)]
+    reads = []
+    blobs = made[1].state.service.store.blobs
+    for name in ("read", "stream"):
+        method = getattr(blobs, name)
+        monkeypatch.setattr(
+            blobs, name, lambda key, method=method: reads.append(key) or method(key)
+        )
+
+    async def scenario(here, there):
+        async def statuses(address):
+            return {part: (await there.get(f"{address}{part}")).status_code for part in parts}
+
+        for address in (kept, deleted):
+            assert set((await statuses(address)).values()) == {200}
+        assert (await here.delete(deleted)).status_code == 204
+        assert (await here.get(f"{deleted}/mesh?triangles=100")).status_code == 404
+        clock.now += 59
+        reads.clear()
+        assert (await statuses(deleted))["/mesh?triangles=100"] == 200
+        assert not [key for key in reads if key.endswith("record")]
+        clock.now += 2
+        assert set((await statuses(deleted)).values()) == {404}
+        assert set((await statuses(kept)).values()) == {200}
+        # the store was asked for its record once, and it is in memory still
+        assert [key.rpartition(".")[2] for key in reads if kept[-64:] in key].count("record") == 1
+        assert not [key for key in reads if key.endswith(".gamut")]
+
+    async def run():
+        async with contextlib.AsyncExitStack() as stack:
+            transports = [httpx.ASGITransport(each) for each in made]
+            clients = [
+                await stack.enter_async_context(
+                    httpx.AsyncClient(transport=transport, base_url="http://[::1]")
+                )
+                for transport in transports
+            ]
+            await asyncio.wait_for(scenario(*clients), HANG)
+
+    asyncio.run(run())
