@@ -116,14 +116,6 @@ def warm() -> None:
     compile_kernels()
 
 
-@store_commands.command()
-def check(
-    location: Annotated[str | None, typer.Argument(help="GAMUT_STORE by default.")] = None,
-) -> None:
-    """Check that a store keeps the guarantees of the service."""
-    raise typer.Exit(_command().check_store(location))
-
-
 @store_commands.command("list")
 def list_gamuts(
     location: Annotated[str | None, typer.Argument(help="GAMUT_STORE by default.")] = None,

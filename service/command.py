@@ -23,15 +23,14 @@ from service.building.process import hide_memory
 from service.container import MISSING_BROKER_EXTRA, EngineMissingError
 from service.server import AddressUnavailableError, Server, bind_sockets, server_config
 from service.settings import ENVIRONMENT_PREFIX, Settings, settings_text
-from service.storage import StoreLocationError, blobs_at, gamut_store, is_address
+from service.storage import StoreLocationError, gamut_store
 from service.storage.blobs import StoreUnavailableError
 from service.storage.gamuts import GamutStore
 from service.storage.local import LocalBlobs, StoreInUseError
-from service.storage.maintenance import list_gamuts, prune, report
+from service.storage.maintenance import list_gamuts, prune
 from service.telemetry.logs import complain, configure_logging
 
 __all__ = [
-    "check_store",
     "check_worker",
     "list_store",
     "make_key",
@@ -77,19 +76,6 @@ def make_key(name: str, scopes: frozenset[str], expiry: str = "") -> int:
         f"key, for the client:       {key}\nentry for GAMUT_API_KEYS:  {known.entry}\n"
     )
     return 0
-
-
-def check_store(location: str | None) -> int:
-    """Check a store, by default that of the settings, and print a report."""
-    try:
-        # Two clients of a bucket behave like two machines. A directory has one owner.
-        location = location or Settings().store
-        blobs = blobs_at(location)
-        another = blobs_at(location) if is_address(location) else blobs
-    except ValueError as error:
-        sys.stderr.write(f"gamut: {error}\n")
-        return 2
-    return report(blobs, another, sys.stdout)
 
 
 def list_store(location: str | None, *, outdated: bool) -> int:

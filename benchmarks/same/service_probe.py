@@ -152,7 +152,7 @@ query spots.csv --gamut coated.gamut --metric x|slice coated.gamut --hue 40 -o l
 query lab.npy --gamut coated.gamut -o report.csv --colours-in CIELAB|rings coated.gamut --csv
 compare coated.gamut srgb --surface-samples 2000|rings coated.gamut -o rings.svg
 compare coated.gamut srgb --surface-samples 2000 --json|slice coated.gamut --lightness 50 --csv
-map spots.csv --gamut coated.gamut --method clip-chroma|store check checked
+map spots.csv --gamut coated.gamut --method clip-chroma|store list checked
 map rgb.png --gamut coated.gamut -o printable.png|picture coated.gamut --size 3 -o tiny.png
 map rgb.png --gamut coated.gamut -o printable.gif|picture coated.gamut --size 64 -o small.png
 serve --print-settings|serve --port 99999|key press --scopes read
@@ -548,7 +548,7 @@ def observe_commands(inputs: Path, found: Observations) -> None:
     (folder / "broken.gamut").write_bytes(b"GAMUT")
     written = set(folder.iterdir())
     words = [f"{name} --help" for name in HELP.split()]
-    for command in ["--help", *words, "store check --help", *re.split(r"[|\n]", COMMANDS)]:
+    for command in ["--help", *words, "store list --help", *re.split(r"[|\n]", COMMANDS)]:
         line = [os.environ["SAME_GAMUT"], *command.split()]
         done = subprocess.run(line, cwd=folder, capture_output=True, check=False)
         output = [normal(text.decode(errors="replace")) for text in (done.stdout, done.stderr)]

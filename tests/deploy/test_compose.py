@@ -144,11 +144,9 @@ def test_what_lasts_is_checked_limited_and_without_rights(services):
         assert services[name]["cap_drop"] == ["ALL"]
 
 
-def test_the_service_waits_for_a_store_that_was_checked(services):
-    check = services["store-check"]
-    assert check["command"] == ["gamut", "store", "check", "s3://gamuts"]
+def test_the_service_waits_for_its_bucket(services):
     for name in ("api", "worker"):
-        after = services[name]["depends_on"]["store-check"]["condition"]
+        after = services[name]["depends_on"]["store-bucket"]["condition"]
         assert after == "service_completed_successfully"
 
 

@@ -1,10 +1,10 @@
-"""What every storage promises, asked of a directory and of every kind of bucket.
-
-Of simultaneous writers one succeeds: `gamut store check` proves that (`test_location`).
-"""
+"""What every storage promises, asked of a directory and of every kind of bucket."""
 
 import errno
 import itertools
+import secrets
+import threading
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 from hypothesis import given
@@ -63,6 +63,32 @@ def test_what_is_there_is_not_created_again(blobs):
     assert blobs.create(KEY, path) is None
     assert not path.exists()
     assert blobs.read(KEY) == (b"first", version)
+
+
+def race(stores, write, writers=16):
+    """Write at the same moment; return the data and the version of the only success."""
+    barrier = threading.Barrier(writers)
+
+    def attempt(number):
+        data = secrets.token_bytes(8)  # equal data could have equal versions
+        barrier.wait()
+        return data, write(stores[number % len(stores)].blobs, data)
+
+    with ThreadPoolExecutor(writers) as threads:
+        (winner,) = [each for each in threads.map(attempt, range(writers)) if each[1] is not None]
+    return winner
+
+
+@pytest.mark.slow
+def test_of_simultaneous_writers_exactly_one_succeeds_and_others_see_it_at_once(replicas):
+    data, version = race(replicas, lambda blobs, data: blobs.create(KEY, data))
+    for _ in range(3):
+        for store in replicas:
+            assert store.blobs.read(KEY) == (data, version)
+            assert list(store.blobs.keys("jobs/")) == [KEY]
+        data, version = race(
+            replicas, lambda blobs, data, old=version: blobs.replace(KEY, data, old)
+        )
 
 
 def test_an_outdated_version_replaces_nothing(blobs):
