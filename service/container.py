@@ -80,20 +80,20 @@ class ServiceContainer:
             self.admission,
             settings.history_cache_bytes,
             settings.mesh_cache_bytes,
-            settings.query_index_bytes,
         )
         self.questions = QuestionRunner(self.metrics.queries, self.library)
         self.pictures = Pictures(settings)
         self.bodies = Bodies(
             most_body=settings.max_body_bytes,
             most_large=settings.large_bodies,
-            most_of_client=settings.client_bodies,
+            # A client can send the next body while one is computed, and cannot take all places.
+            most_of_client=max(2, settings.large_bodies // 4),
             seconds=settings.body_timeout,
         )
         book = JobBook.of_store(self.store, settings.build_attempts)
         engine = _build_engine(settings, self.store, book, self.metrics.builds.count_build)
-        self.builds = Builds(settings, self.store, book, engine)
-        self.events = EventStreams(settings.max_event_streams)
+        self.builds = Builds(self.store, book, engine)
+        self.events = EventStreams()
         self.readiness = service_readiness(
             self.builds,
             self.store.blobs,

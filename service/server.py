@@ -40,6 +40,9 @@ __all__ = [
 
 logger = logging.getLogger(__name__)
 
+_HEAD_BYTES = 32 * 1024
+"""Bytes of the longest request target and header fields, as for nginx. httptools has no limit."""
+
 _KEEP_ALIVE_SECONDS = 75
 """How long an idle connection stays open between requests, as for nginx. Clients and proxies that
 reuse connections give them up earlier: httpx after 5, load balancers after 60 seconds. If both
@@ -149,7 +152,7 @@ def server_config(app: FastAPI, settings: Settings) -> uvicorn.Config:
         access_log=False,  # `service.telemetry.request_observer` writes the access log
         # httptools is twice as fast, and has no limit for a head. A proxy has one.
         http="httptools" if settings.trusted_proxies or is_loopback(settings.host) else "h11",
-        h11_max_incomplete_event_size=settings.max_head_bytes,
+        h11_max_incomplete_event_size=_HEAD_BYTES,
         limit_concurrency=settings.max_connections + 1,  # counts the new one
         ws="none",
         # Off by default: otherwise any local client could choose the address it is counted under.

@@ -22,7 +22,6 @@ from pydantic import (
 )
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
-from gamutcore.limits import MAX_PIXELS, MAX_SAMPLES, Limits
 from service.access.api_keys import ApiKeys
 from service.access.hosts import host_names
 from service.http.cors import origins
@@ -174,10 +173,6 @@ class Settings(BaseSettings):
     """Largest request body in bytes; a larger one is answered with 413. A picture of 24 megapixels
     has up to 144 MB."""
 
-    max_head_bytes: int = Field(default=32 * 1024, ge=1024)
-    """Largest request target and header fields in bytes; more are answered with 400. With
-    `GAMUT_TRUSTED_PROXIES`, and on a loopback address, the parser is faster and has no limit."""
-
     max_connections: PositiveInt = 1024
     """Largest number of open connections, idle ones included. Requests on further ones are answered
     with 503."""
@@ -188,31 +183,12 @@ class Settings(BaseSettings):
     large_bodies: PositiveInt = 32
     """Largest number of bodies over 64 KiB that arrive, or wait to be computed. They are on the
     disk: in `temporary/` of a store directory, in `/tmp` with a bucket. Further ones wait, and are
-    answered with 503 after `GAMUT_BODY_TIMEOUT`."""
-
-    client_bodies: PositiveInt = 8
-    """Largest number of such bodies of one key, or of one address without a key; more are answered
-    with 429."""
+    answered with 503 after `GAMUT_BODY_TIMEOUT`. A key, or an address without a key, has a quarter
+    of them, and at least 2; more are answered with 429."""
 
     client_requests: PositiveInt = 64
     """Largest number of requests of one key, or of one address without a key, that wait to be
     computed; more are answered with 429. Clients take turns."""
-
-    max_inline_bytes: int = Field(default=_MEBIBYTE, ge=1024)
-    """Largest JSON body with inline samples in bytes; larger data must be sent as a file. Decoding
-    JSON blocks other requests for about 0.1 s per mebibyte."""
-
-    max_surface_samples: int = Field(default=1_000_000, ge=100_000)  # the default of the option
-    """Largest accepted value of the option `surface_samples`."""
-
-    max_patches: int = Field(default=MAX_SAMPLES, ge=4, le=MAX_SAMPLES)
-    """Largest number of samples (patches) in characterisation data."""
-
-    max_pixels: int = Field(default=MAX_PIXELS, ge=1, le=MAX_PIXELS)
-    """Largest number of pixels in a picture."""
-
-    max_form_parts: int = Field(default=40, ge=2)
-    """Largest number of fields in a form; more are answered with 413."""
 
     build_workers: int = Field(default=1, ge=1, le=64)
     """Number of worker processes. Each builds one gamut at a time."""
@@ -243,9 +219,6 @@ class Settings(BaseSettings):
     """Seconds that POST waits for the build before it answers 202, counted from the time when the
     service can build. Clients can change it with `Prefer: wait=N` or `respond-async`."""
 
-    max_client_wait: NonNegativeFloat = 300.0
-    """Largest accepted `Prefer: wait=N` in seconds."""
-
     stop_delay: NonNegativeFloat = 0.0
     """Seconds from SIGTERM, when `/readyz` becomes 503, until the service stops to accept
     connections and builds. Set it above the time in which load balancers notice."""
@@ -253,12 +226,6 @@ class Settings(BaseSettings):
     drain_seconds: NonNegativeFloat = 20.0
     """Seconds for running builds when the service stops. Unfinished and waiting builds continue
     after the next start."""
-
-    job_retention_seconds: NonNegativeFloat = 86_400.0
-    """Seconds for which a finished job can be read. Gamuts stay."""
-
-    max_event_streams: NonNegativeInt = 256
-    """Largest number of clients that follow jobs by server-sent events."""
 
     memory_bytes: Annotated[NonNegativeInt, _memory_or("a share of the memory")] = 0
     """Memory of the API process in bytes. Work waits for its memory; a request that needs more than
@@ -274,14 +241,6 @@ class Settings(BaseSettings):
     mesh_cache_bytes: NonNegativeInt = 128 * _MEBIBYTE
     """Memory for encoded meshes in bytes; the least recently used are removed."""
 
-    query_index_bytes: NonNegativeInt = 256 * _MEBIBYTE
-    """Memory for indexes of the levels of one gamut in bytes; the least recently used are removed.
-    They count for `GAMUT_HISTORY_CACHE_BYTES` as well. A level of 1,000 triangles takes 0.2 MB, a
-    full boundary of 150,000 about 50 MB."""
-
-    max_page_size: int = Field(default=100, ge=1, le=1000)
-    """Largest number of entries on a page of a list."""
-
     @field_validator("broker")
     @classmethod
     def _check_broker(cls, broker: str, info: ValidationInfo) -> str:
@@ -295,11 +254,6 @@ class Settings(BaseSettings):
             )
             raise ValueError(message)
         return broker
-
-    @property
-    def data_limits(self) -> Limits:
-        """Limits of the characterisation data of a build."""
-        return Limits(self.max_patches, self.max_pixels)
 
 
 def settings_text(settings: Settings, arguments: AbstractSet[str] = frozenset()) -> str:

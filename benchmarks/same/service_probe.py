@@ -43,9 +43,6 @@ STRICT = {
     "allow_anonymous": "read",
     "cors_origins": "https://example.org",
     "max_body_bytes": "100000",
-    "max_inline_bytes": "2000",
-    "max_page_size": "2",
-    "max_surface_samples": "100000",
     "build_queue": "1",
 }
 

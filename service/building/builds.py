@@ -22,14 +22,16 @@ from service.concurrency import SingleFlight
 from service.http.request_context import timed
 from service.jobs.book import UNHEARD, JobBook, JobDocument, client_mark
 from service.problems.problem import Problem, ProblemError
-from service.settings import Settings
 from service.storage.blobs import StoreUnavailableError
 from service.storage.gamuts import GamutNotStoredError, GamutStore
 from service.storage.published import PublishedGamut
 
-__all__ = ["Builds"]
+__all__ = ["JOB_SECONDS", "Builds"]
 
 logger = logging.getLogger(__name__)
+
+JOB_SECONDS = 86_400.0
+"""Seconds for which a finished job can be read, for clients that ask the next day. Gamuts stay."""
 
 _FIRST_POLL, _LAST_POLL = 0.1, 2.0
 """First and last interval between two reads of another process's job; it doubles."""
@@ -50,10 +52,7 @@ class _Subscription:
 class Builds:
     """The builds of a deployment. Everything here belongs to the event loop's thread."""
 
-    def __init__(
-        self, settings: Settings, store: GamutStore, book: JobBook, engine: Engine
-    ) -> None:
-        self._settings = settings
+    def __init__(self, store: GamutStore, book: JobBook, engine: Engine) -> None:
         self._store = store
         self._book = book
         self._engine = engine
@@ -322,10 +321,9 @@ class Builds:
 
     async def _forget(self) -> None:
         """Forget the jobs that ended long ago, again and again."""
-        seconds = self._settings.job_retention_seconds
         while True:
             try:
-                forgotten = await asyncio.to_thread(self._book.forget_finished, seconds)
+                forgotten = await asyncio.to_thread(self._book.forget_finished, JOB_SECONDS)
                 for job_id in forgotten:
                     async with self._input_lock(job_id):
                         await asyncio.to_thread(self._drop_unwanted_input, job_id)

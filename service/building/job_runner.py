@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal, Self
 
+from gamutcore.limits import Limits
 from service.building.engine import BuildReport
 from service.building.process import WORKER_COMMAND, BuildProcess, ProcessDiedError
 from service.jobs.book import Claim, JobBook, JobCancelledError, JobDocument, LeaseLostError, now
@@ -290,7 +291,7 @@ class JobRunner:
             scratch.append(source)
             output = self._store.scratch(".gamut")
             scratch.append(output)
-            limits = self._settings.data_limits
+            limits = Limits()
             request = {
                 "id": job_id,
                 "input": str(source),

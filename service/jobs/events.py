@@ -25,11 +25,14 @@ s."""
 _RETRY = b"retry: 2000\n\n"
 """Milliseconds after which a browser reconnects."""
 
+MOST_STREAMS = 256
+"""Open streams of events. Each has a connection and a task, and clients can poll instead."""
+
 
 class EventStreams:
     """The open streams, `limit` at most."""
 
-    def __init__(self, limit: int) -> None:
+    def __init__(self, limit: int = MOST_STREAMS) -> None:
         self.limit = limit
         self.count = 0
 

@@ -29,7 +29,7 @@ from gamutcore.gamut import Gamut
 from gamutcore.history import MINIMUM_TRIANGLES
 from gamutcore.levels import BoundedLevel, LevelRequest, LevelSearch
 from gamutcore.limits import Limits
-from gamutcore.questions import INDEX_BYTES, black_rule
+from gamutcore.questions import black_rule
 from service.admission import Admission, Holding, Work, needed_bytes
 from service.concurrency import SingleFlight, Threads
 from service.http.representations import IDENTITY
@@ -131,11 +131,9 @@ class Library:
         admission: Admission,
         gamut_bytes: int,
         mesh_bytes: int,
-        index_bytes: int = INDEX_BYTES,
     ) -> None:
         self.admission = admission
         self._store = store
-        self._index_bytes = index_bytes
         self._open: ByteBoundedCache[str, OpenGamut] = ByteBoundedCache(gamut_bytes)
         self._encoded: ByteBoundedCache[EncodedKey, EncodedLevel] = ByteBoundedCache(mesh_bytes)
         self._searches: ByteBoundedCache[str, LevelSearch] = ByteBoundedCache(_SEARCH_BYTES)
@@ -367,7 +365,7 @@ class Library:
     ) -> OpenGamut:
         record, content = self._store.content(gamut_id)
         try:
-            gamut = Gamut.from_bytes(content, search=search, index_bytes=self._index_bytes)
+            gamut = Gamut.from_bytes(content, search=search)
         except HistoryFileError as error:
             raise self._store.set_aside(record, str(error)) from error
         provenance = mesh_provenance(gamut.description)

@@ -86,7 +86,7 @@ class Pictures:
 
         Raise `ProblemError` for whatever is wrong with the picture, the arguments or the limits.
         """
-        limits = {"pixels": min(MOST_PIXELS, self._settings.max_pixels)}
+        limits = {"pixels": MOST_PIXELS}
         measure = {"picture": str(request.picture), "limits": limits}
         pixels = (await self._result(measure, 0))["pixels"]
         counted = (pixels + min(pixels, _FIRST_PIXELS)) / 2

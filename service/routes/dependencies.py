@@ -153,7 +153,7 @@ class NamedGamuts:
                 raise ProblemError(Problem("invalid-parameter", detail, where, remedy))
             given[name] = option_value(name, text)
         options = Options.from_mapping(given)
-        check_surface_samples(options, service_of(self._request).settings)
+        check_surface_samples(options)
         options.check_data("reference")
         return options
 

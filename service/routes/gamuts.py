@@ -292,7 +292,6 @@ async def list_gamuts(
 ) -> Response:
     """List the gamuts."""
     service = service_of(request)
-    limit = min(limit, service.settings.max_page_size)
     similar = match == "similar" and name != ""
     page = ranked_page if similar else named_page
     shown, last = await asyncio.to_thread(page, service.store, after, limit, name)

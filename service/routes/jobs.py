@@ -20,9 +20,12 @@ from service.problems.problem import JsonResponse, Problem, ProblemError
 from service.routes.paging import After, Limit, page_of
 from service.storage.gamuts import GamutDamagedError, GamutNotStoredError
 
-__all__ = ["PendingBuildError", "job_description", "router", "wait_for_build"]
+__all__ = ["LONGEST_WAIT", "PendingBuildError", "job_description", "router", "wait_for_build"]
 
 router = APIRouter(prefix="/v1/jobs", tags=["jobs"], dependencies=[Depends(check_query)])
+
+LONGEST_WAIT = 300.0
+"""Longest `Prefer: wait=N` in seconds. A build has two minutes, and proxies close later."""
 
 _NO_STORE = {"Cache-Control": "no-store"}
 
@@ -75,7 +78,6 @@ async def list_jobs(
 ) -> Response:
     """List the jobs."""
     service = service_of(request)
-    limit = min(limit, service.settings.max_page_size)
     documents = await service.builds.page(after, limit + 1)
     shown, following, link = page_of(documents, limit, "/v1/jobs")
     page = JobList(jobs=[job_description(each) for each in shown], next=following)
@@ -260,16 +262,15 @@ async def wait_for_build(
     builds. Raise `PendingBuildError` with the job and 202 if it has not ended, and `ProblemError`
     if the build failed or was cancelled.
     """
-    settings = service.settings
     wanted = preference(prefer)
     with timed("build"):
         if wanted.wait is None and not wanted.respond_async:
             # On a first start, nothing can be built until the kernels are compiled.
-            await service.kernels.wait("default", settings.max_client_wait)
-        seconds = wanted.seconds(settings.client_wait, settings.max_client_wait)
+            await service.kernels.wait("default", LONGEST_WAIT)
+        seconds = wanted.seconds(service.settings.client_wait, LONGEST_WAIT)
         job = await service.builds.wait(job.id, max(0.0, seconds - waited)) or job
     headers = {}
-    applied = wanted.applied_field(answered_async=not job.final, longest=settings.max_client_wait)
+    applied = wanted.applied_field(answered_async=not job.final, longest=LONGEST_WAIT)
     if applied:
         headers["Preference-Applied"] = applied
     if not job.final:

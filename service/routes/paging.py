@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Protocol, TypeVar
 from urllib.parse import urlencode
 
 from fastapi import Query
+from pydantic import AfterValidator
 
 from service.http.requests import ID_OR_NOTHING, ID_PATTERN, LARGEST_WHOLE, POSITIVE_NUMBER
 from service.openapi.documentation import EXAMPLE_ID
@@ -15,6 +16,9 @@ if TYPE_CHECKING:
 
 __all__ = ["After", "Limit", "next_page", "page_of"]
 
+MOST_ENTRIES = 100
+"""Largest number of entries on a page. An entry of gamuts has a few kilobytes."""
+
 Limit = Annotated[
     int,
     Query(
@@ -23,6 +27,7 @@ Limit = Annotated[
         json_schema_extra={"maximum": LARGEST_WHOLE},
     ),
     POSITIVE_NUMBER,
+    AfterValidator(lambda limit: min(limit, MOST_ENTRIES)),
 ]
 """The query parameter `limit`."""
 

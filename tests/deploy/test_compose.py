@@ -20,6 +20,7 @@ import pytest
 
 from service.problems.kinds import KINDS
 from service.problems.problem import Problem
+from service.routes.jobs import LONGEST_WAIT
 from service.settings import Settings
 from tests.conftest import missing
 
@@ -152,7 +153,7 @@ def test_the_service_waits_for_its_bucket(services):
 
 def test_the_proxy_waits_longer_than_a_client_may():
     wait = int(re.findall(r"timeout server (\d+)s", (FILE.parent / "haproxy.cfg").read_text())[0])
-    assert wait > Settings().max_client_wait
+    assert wait > LONGEST_WAIT
 
 
 class Replica(http.server.BaseHTTPRequestHandler):

@@ -180,9 +180,7 @@ def serving(store, **settings):
     """Start a server that takes the address of the client from the proxy."""
     with tempfile.TemporaryDirectory() as folder:
         log = Path(folder) / "log"
-        server = Serving(
-            store, log, trusted_proxies="127.0.0.1", max_inline_bytes=2**20, **settings
-        )
+        server = Serving(store, log, trusted_proxies="127.0.0.1", **settings)
         try:
             server.wait_ready()
             yield server

@@ -174,12 +174,10 @@ def page_origins():
 def small_server(start_server, page_origins):
     """A server with small limits, which the first of two origins may use. Nothing is left running.
 
-    One build may wait, and one stream of events may be open.
+    One build may wait.
     """
     started = start_server(
         build_queue=1,
-        max_event_streams=1,
-        max_page_size=2,
         client_requests=1,
         cors_origins=page_origins[0].url,
     )

@@ -168,7 +168,7 @@ def start_server(tmp_path_factory):
 @pytest.fixture(scope="session")
 def server():
     """The server that most tests share; every test brings gamuts of its own."""
-    return shared_server(max_body_bytes=2_000_000, max_inline_bytes=2_000_000)
+    return shared_server(max_body_bytes=2_000_000)
 
 
 @pytest.fixture(scope="session")

@@ -11,7 +11,6 @@ from service.broker.celery_engine import CeleryEngine
 from service.building.builds import Builds
 from service.jobs.book import JobBook
 from service.problems.problem import ProblemError
-from service.settings import Settings
 from service.storage.gamuts import GamutStore
 from service.storage.local import LocalBlobs
 
@@ -90,7 +89,7 @@ async def test_messages_of_jobs_that_were_run_before_their_turn_do_not_fill_the_
 async def test_the_queue_is_bounded_however_many_come_to_a_replica_at_once(
     engine, store, book, broker
 ):
-    builds = Builds(Settings(), store, book, engine)
+    builds = Builds(store, book, engine)
     names = [f"{number:064x}" for number in range(40)]
     answers = await asyncio.gather(
         *(builds.submit(name, {}, b"data") for name in names), return_exceptions=True

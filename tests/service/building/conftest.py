@@ -96,7 +96,7 @@ def replica(store, book, scripted_worker, reports):
             command=command,
             on_build=lambda word, seconds: reports.append((word, seconds)),
         )
-        builds = Builds(values, store, book, engine)
+        builds = Builds(store, book, engine)
         async with asyncio.timeout(PATIENCE):
             await builds.start()
             try:

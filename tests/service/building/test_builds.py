@@ -23,6 +23,7 @@ from PIL import Image
 from gamutcore import Options
 from gamutcore.building import gamut_id
 from service.building import embedded, process
+from service.building.builds import JOB_SECONDS
 from service.building.engine import queue_full
 from service.building.job_runner import Interruption, JobRunner
 from service.building.process import WORKER_COMMAND
@@ -764,8 +765,8 @@ async def test_finished_jobs_are_paged_and_forgotten_with_inputs_nobody_needs(
         assert builds.retry_after(book.read(SECOND)) >= 1
     # It is to be built again, by whoever asks for it next.
     store.set_aside(store.record(JOB), "a test")
-    clock.seconds += 10
-    async with replica(job_retention_seconds=5) as builds:
+    clock.seconds += JOB_SECONDS + 10
+    async with replica() as builds:
         await until(lambda: not book.page("", 9))
         await until(lambda: not store.input_kept(SECOND))
         assert await builds.job(JOB) is None
@@ -779,7 +780,7 @@ async def test_the_input_of_a_forgotten_job_stays_for_one_that_came_after_it(
     for name in "bc":
         accept("hang", name)
         book.request_cancel(name * 64)
-    clock.seconds += 10
+    clock.seconds += JOB_SECONDS + 10
     forget = book.forget_finished
 
     def forget_and_ask_again(older_than):
@@ -789,7 +790,7 @@ async def test_the_input_of_a_forgotten_job_stays_for_one_that_came_after_it(
         return forgotten
 
     monkeypatch.setattr(book, "forget_finished", forget_and_ask_again)
-    async with replica(job_retention_seconds=5):
+    async with replica():
         # the inputs are looked at in this order
         await until(lambda: not store.input_kept(THIRD))
     assert store.input_kept(SECOND)

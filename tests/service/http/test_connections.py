@@ -59,6 +59,6 @@ def test_an_open_port_limits_its_connections_and_heads(open_port):
     ],
 )
 def test_heads_have_a_limit_where_no_proxy_has_one(tmp_path, settings, parser):
-    given = Settings(store=str(tmp_path), allow_anonymous="all", max_head_bytes=5000, **settings)
+    given = Settings(store=str(tmp_path), allow_anonymous="all", **settings)
     config = server_config(create_app(given), given)
-    assert (config.http, config.h11_max_incomplete_event_size) == (parser, 5000)
+    assert (config.http, config.h11_max_incomplete_event_size) == (parser, 32 * 1024)

@@ -12,6 +12,9 @@ import trimesh
 from PIL import Image
 
 from gamutcore.colours.spaces import SPACES, ColourSpace, srgb
+from service.application import create_app
+from service.routes import paging
+from service.settings import Settings
 
 ASYNC = {"Prefer": "respond-async"}
 
@@ -250,7 +253,7 @@ def test_pages_lead_through_all_gamuts_and_jobs_once_and_in_order(small_server, 
         for seed in range(300, 305)
     }
     for kind in ("gamuts", "jobs"):
-        found, address = [], f"/v1/{kind}?limit=100"
+        found, address = [], f"/v1/{kind}?limit=2"
         while address:
             answer = server.client.get(address)
             page = answer.json()
@@ -262,6 +265,14 @@ def test_pages_lead_through_all_gamuts_and_jobs_once_and_in_order(small_server, 
         assert ids <= set(found)
     nothing = {"gamuts": [], "next": None}
     assert server.client.get("/v1/gamuts", params={"name": "nobody"}).json() == nothing
+
+
+def test_a_page_has_no_more_than_the_service_gives(filled_store, request_app, monkeypatch):
+    monkeypatch.setattr(paging, "MOST_ENTRIES", 1)
+    app = create_app(Settings(store=str(filled_store.blobs.directory)))
+    page = request_app(app, "GET", "/v1/gamuts?limit=100").json()
+    assert [each["id"] for each in page["gamuts"]] == list(filled_store.ids())[:1]
+    assert page["next"]
 
 
 def test_nothing_of_a_deleted_gamut_is_left(server, assert_problem, sphere):

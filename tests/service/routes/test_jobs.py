@@ -1,12 +1,16 @@
 import concurrent.futures
+import contextlib
 import hashlib
 import json
+import re
 import socket
 import sys
 from pathlib import Path
 
 from gamutcore import Options
 from gamutcore.building import STAGES, gamut_id
+from service.application import create_app
+from service.settings import Settings
 
 # The tests' folders are no packages.
 sys.path.insert(0, str(Path(__file__).parents[2] / "faults"))
@@ -111,26 +115,35 @@ def test_a_finished_job_has_one_event(server, gamut, assert_problem):
     assert_problem(server.client.get(f"/v1/jobs/{UNKNOWN}/events"), 404, "job-not-found")
 
 
-def test_streams_are_bounded_and_those_of_clients_that_leave_are_closed(
-    small_server, slow_build, assert_problem
-):
-    server = small_server
-    address = posted(server, slow_build())
-    with server.client.stream("GET", f"{address}/events") as answer:
-        chunks = answer.iter_raw()  # without a name it would be closed, and the connection with it
-        next(chunks)
-        refused = server.client.get(f"{address}/events")
+def test_streams_are_bounded(filled_store, request_app, assert_problem):
+    app = create_app(Settings(store=str(filled_store.blobs.directory)))
+    address = f"/v1/jobs/{next(filled_store.ids())}"
+    service = app.state.service
+    with contextlib.ExitStack() as streams:
+        for _ in range(256):
+            assert not service.events.full
+            streams.enter_context(service.events.one())
+        refused = request_app(app, "GET", f"{address}/events")
         assert_problem(refused, 429, "too-many-streams")
         assert int(refused.headers["retry-after"]) >= 1
         # polling is the contract, and goes on
-        assert server.client.get(address).status_code == 200
-    assert server.client.head(f"{address}/events").status_code in {200, 429}
+        assert request_app(app, "GET", address).status_code == 200
+    assert request_app(app, "GET", f"{address}/events").status_code == 200
 
-    def admitted():
-        with server.client.stream("GET", f"{address}/events") as answer:
-            return answer.status_code == 200
 
-    assert server.wait_for(admitted)
+def test_streams_of_clients_that_leave_are_closed(small_server, slow_build):
+    server = small_server
+    address = posted(server, slow_build())
+
+    def count():
+        metrics = server.client.get("/metrics").text
+        return int(float(re.search(r"^gamut_event_streams (\S+)", metrics, re.MULTILINE).group(1)))
+
+    with server.client.stream("GET", f"{address}/events") as answer:
+        chunks = answer.iter_raw()  # without a name it would be closed, and the connection with it
+        next(chunks)
+        assert count() == 1
+    server.wait_for(lambda: count() == 0)
     assert server.client.delete(address).status_code == 200
 
 
