@@ -84,17 +84,10 @@ PROMISES = {
         "memory of an API process during the mixture, after its first 2,000 requests",
         "growth ≤ 30 MB at any time",
     ),
-    # Each kill costs a lease. RabbitMQ differs in the transport only, so it gets fewer kills.
-    "faults-cluster-rabbitmq": Promise(
-        "three API replicas, two workers, RabbitMQ and a bucket: processes killed during builds",
-        CLUSTER_TARGET,
-        (CLUSTER, "--broker", "rabbitmq", "--kills", 10, "--posts", 50),
-        CLUSTER_LINES,
-    ),
     "faults-cluster-redis": Promise(
         "three API replicas, two workers, Redis and a bucket: processes killed during builds",
         CLUSTER_TARGET,
-        (CLUSTER, "--broker", "redis", "--kills", 100, "--posts", 200),
+        (CLUSTER, "--kills", 100, "--posts", 200),
         CLUSTER_LINES,
     ),
     "faults-damage": Promise(

@@ -18,7 +18,6 @@ from pydantic import ValidationError
 from service.access.api_keys import KeyFileError, new_key
 from service.access.middleware import OpenToAllError
 from service.application import create_app
-from service.broker import health
 from service.building.process import hide_memory
 from service.container import MISSING_BROKER_EXTRA, EngineMissingError
 from service.server import AddressUnavailableError, Server, bind_sockets, server_config
@@ -155,12 +154,17 @@ def _log_format_in_environment() -> str:
 
 
 def check_worker() -> int:
-    """Check the workers on this host."""
-    return health.main()
+    """Check that a worker on this host is connected to its broker."""
+    return _with_broker(_check_worker)
 
 
 def work() -> int:
     """Build the jobs of a broker until the process is told to end."""
+    return _with_broker(_work)
+
+
+def _with_broker(act: Callable[[Settings], int]) -> int:
+    """Call a function with the settings of a worker, and return the exit status."""
     settings = _settings({})
     if settings is None:
         return 2
@@ -169,11 +173,24 @@ def work() -> int:
         return 2
     hide_memory()
     try:
-        # Slow to import, and not installed by default.
-        from service.broker.celery_worker import run_worker  # noqa: PLC0415
+        return act(settings)
     except ModuleNotFoundError:
         complain(MISSING_BROKER_EXTRA)
-        return 1
+    return 1
+
+
+def _check_worker(settings: Settings) -> int:
+    from service.broker.celery_worker import check_worker  # noqa: PLC0415 - slow to import
+
+    fault = check_worker(settings)
+    if fault is not None:
+        sys.stdout.write(f"{fault}\n")
+    return 0 if fault is None else 1
+
+
+def _work(settings: Settings) -> int:
+    from service.broker.celery_worker import run_worker  # noqa: PLC0415 - slow to import
+
     return run_worker(settings)
 
 

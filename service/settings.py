@@ -36,7 +36,7 @@ _MEBIBYTE = 1024 * 1024
 _LEAST_MEMORY = 256 * _MEBIBYTE
 """What a process needs without gamuts: of the API with coarse levels, or of a warm build."""
 
-_BROKER = re.compile(r"(redis|amqp)s?://")
+_BROKER = re.compile(r"rediss?://")
 
 _SECRETS = {
     "broker": (
@@ -106,8 +106,8 @@ class Settings(BaseSettings):
     for."""
 
     broker: str = Field(default="", repr=False)  # it may contain a password
-    """URL of the broker (`redis://`, `rediss://`, `amqp://` or `amqps://`) that passes builds to
-    `gamut worker` processes. Empty: this process builds. A broker requires a bucket as store."""
+    """URL of the Redis server (`redis://` or `rediss://`) that passes builds to `gamut worker`
+    processes. Empty: this process builds. A broker requires a bucket as store."""
 
     host: str = "127.0.0.1"
     """Listening address of `gamut serve`."""
@@ -245,7 +245,7 @@ class Settings(BaseSettings):
     @classmethod
     def _check_broker(cls, broker: str, info: ValidationInfo) -> str:
         if broker and not _BROKER.match(broker):
-            message = "must be redis://…, rediss://…, amqp://… or amqps://…"
+            message = "must be redis://… or rediss://…"
             raise ValueError(message)
         if broker and not is_address(info.data.get("store", "")):
             message = (

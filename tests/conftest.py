@@ -44,8 +44,8 @@ SLOW_FIXTURES = {
 }
 """Fixtures that start a server, a broker or a browser, need an npm package, or take seconds."""
 
-LONG_FIXTURES = {"azure", "gcs", "rabbitmq"}
-"""Fixtures of emulators and brokers that only `make test-long` needs."""
+LONG_FIXTURES = {"azure", "gcs"}
+"""Fixtures of emulators that only `make test-long` needs."""
 
 LONG_FOLDERS = {"faults", "fuzz"}
 

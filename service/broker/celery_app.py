@@ -1,155 +1,79 @@
 """Celery as the transport of jobs: one queue and one task, with the id of a job in every message.
 
 The state of a job is in the store (`service.jobs.book`), so a lost, repeated or late message costs
-only time. The configuration keeps that rare. Messages are acknowledged after the build, and a
-worker takes one message per process. RabbitMQ uses a quorum queue with a delivery limit. Redis
-delivers the message of a dead worker again shortly after the build deadline. There is no result
-backend, and messages are JSON. See ``docs/decisions/celery.md``.
+only time. See ``docs/decisions/celery.md``.
 """
 
 from __future__ import annotations
 
 import contextlib
-import threading
+import math
 import time
 from collections.abc import Callable, Collection, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from datetime import datetime
-from typing import TYPE_CHECKING, Any
-from urllib.parse import urlsplit
 
 from celery import Celery
-from celery.exceptions import OperationalError as PublishError
-from kombu import Exchange, Queue
-from kombu.exceptions import OperationalError
+from celery.exceptions import OperationalError
+from redis import Redis
+from redis.exceptions import RedisError
 
 from service.jobs.book import JobBook, JobDocument
 from service.settings import Settings
 from service.storage.blobs import Blobs
 
-if TYPE_CHECKING:
-    from kombu import Connection
-
-__all__ = [
-    "QUEUE",
-    "TASK",
-    "Broker",
-    "BrokerUnavailableError",
-    "Outbox",
-    "build_limit",
-    "celery_app",
-]
+__all__ = ["QUEUE", "TASK", "Broker", "BrokerUnavailableError", "Outbox", "celery_app"]
 
 QUEUE = "gamut-builds"
-"""Name of the queue. In Redis it is also the key of the list that autoscalers read."""
+"""Name of the queue, and of the list in Redis that autoscalers read."""
 
 TASK = "gamut.build"
 
-_STARTING_SECONDS = 60.0
-"""Time allowed besides a build's deadline: start of a process, download, upload."""
-
-_VISIBILITY_MARGIN = 30.0
-
-_DELIVERIES = 20
-"""Delivery limit in RabbitMQ. Attempts of builds are counted in the store; this limit is for
-workers that never get so far."""
+_VISIBILITY_MARGIN = 60.0
+"""Seconds besides a build's deadline: start of a process, download, upload."""
 
 _CONNECT_SECONDS = 2.0
 _ANSWER_SECONDS = 3.0
 
-_SENDERS = 4
-"""Number of connections for sending."""
-
 _READERS = 8
 """Number of jobs' documents that are read at the same time."""
-
-_PUBLISH_RETRIES: dict[str, Any] = {
-    "max_retries": 1,  # a pooled connection may have been closed by the broker meanwhile
-    "interval_start": 0,
-    "interval_step": 0.2,
-    "interval_max": 0.5,
-}
 
 
 class BrokerUnavailableError(Exception):
     """The broker cannot be reached or does not answer. It may recover."""
 
 
-def build_limit(settings: Settings) -> float:
-    """Return the seconds after which Celery kills a slot, always after the build's own deadline."""
-    return settings.build_timeout + _STARTING_SECONDS
-
-
 def celery_app(settings: Settings) -> Celery:
     """Return a configured Celery app. Nothing is connected yet."""
-    redis = urlsplit(settings.broker).scheme.startswith("redis")
     app = Celery("gamut", broker=settings.broker, set_as_current=False)
     app.conf.update(
-        # Autoscalers expect the same queue name with every broker.
-        task_queues=[
-            Queue(
-                QUEUE,
-                Exchange(QUEUE, type="direct"),
-                routing_key=QUEUE,
-                durable=True,
-                queue_arguments=None
-                if redis
-                else {"x-queue-type": "quorum", "x-delivery-limit": _DELIVERIES},
-            )
-        ],
         task_default_queue=QUEUE,
-        task_create_missing_queues=False,
         task_acks_late=True,
         task_reject_on_worker_lost=True,
-        # After the hard limit the job's lease ends, and the job is sent again. This is the only
-        # way.
-        task_acks_on_timeout=True,
-        task_acks_on_failure=True,
-        task_time_limit=build_limit(settings),
         task_ignore_result=True,
-        result_backend=None,
-        task_serializer="json",
-        accept_content=["json"],
-        task_publish_retry=True,
-        task_publish_retry_policy=_PUBLISH_RETRIES,
+        task_publish_retry_policy={"max_retries": 1, "interval_start": 0},
         worker_prefetch_multiplier=1,
-        worker_send_task_events=False,
-        worker_enable_remote_control=False,
         worker_hijack_root_logger=False,
         worker_redirect_stdouts=False,
-        worker_cancel_long_running_tasks_on_connection_loss=False,
-        broker_connection_timeout=_CONNECT_SECONDS,
-        broker_connection_retry=True,
-        broker_connection_retry_on_startup=True,
         # Retry for ever; the health check reports the fault.
         broker_connection_max_retries=None,
-        broker_heartbeat=0 if redis else 10,
-        broker_transport_options=_redis_options(settings) if redis else {"confirm_publish": True},
+        # A whole number, after which Redis delivers the message of a dead worker again.
+        broker_transport_options={
+            "visibility_timeout": math.ceil(settings.build_timeout + _VISIBILITY_MARGIN)
+        },
     )
     return app
-
-
-def _redis_options(settings: Settings) -> dict[str, Any]:
-    return {
-        "visibility_timeout": build_limit(settings) + _VISIBILITY_MARGIN,
-        "socket_connect_timeout": _CONNECT_SECONDS,
-        "socket_timeout": _ANSWER_SECONDS,
-        "socket_keepalive": True,
-        "health_check_interval": 10,
-    }
 
 
 class Broker:
     """Sends jobs and reads the queue length; each call takes at most seconds. Thread-safe."""
 
-    def __init__(self, app: Celery) -> None:
-        self._app = app
-        self._queue = app.conf.task_queues[0]
-        # Celery's own pool is shared by the process and cannot be closed.
-        self._pool = app.connection_for_write().Pool(_SENDERS)
-        # Reading needs a channel, which is not thread-safe.
-        self._asking = threading.Lock()
-        self._connection: Connection | None = None
+    def __init__(self, settings: Settings) -> None:
+        limits = {"socket_connect_timeout": _CONNECT_SECONDS, "socket_timeout": _ANSWER_SECONDS}
+        self._app = celery_app(settings)
+        # Not for workers: one that gave up a stalled acknowledgement would take no more messages.
+        self._app.conf.broker_transport_options |= limits
+        self._redis = Redis.from_url(settings.broker, **limits)
 
     def send(self, job_id: str) -> None:
         """Send a job to the workers.
@@ -157,76 +81,41 @@ class Broker:
         Raise `BrokerUnavailableError` if the broker did not confirm the message, which it may have
         received.
         """
-        with (
-            _translate_errors(),
-            self._pool.acquire(block=True, timeout=_ANSWER_SECONDS) as connection,
-            self._app.amqp.Producer(connection) as producer,
-        ):
-            self._app.send_task(
-                TASK, args=(job_id,), producer=producer, confirm_timeout=_ANSWER_SECONDS
-            )
+        # A connection of its own costs a millisecond, and cannot have died since the last job.
+        with _translate_errors(), self._app.connection_for_write() as connection:
+            self._app.send_task(TASK, args=(job_id,), connection=connection)
 
     def waiting(self) -> int:
-        """Return the number of jobs in the queue, which is created if needed.
+        """Return the number of messages in the queue.
 
         Raise `BrokerUnavailableError` if the broker did not answer.
         """
-        with self._asking, _translate_errors():
-            for last in (False, True):
-                try:
-                    if self._connection is None:
-                        self._connection = self._app.connection_for_write()
-                    self._connection.ensure_connection(
-                        max_retries=1, interval_start=0, interval_step=0
-                    )
-                    with self._connection.channel() as channel:
-                        return int(self._queue.bind(channel).queue_declare().message_count)
-                except self._errors():
-                    # The broker may have restarted since the last call.
-                    self._drop()
-                    if last:
-                        raise
-        message = "unreachable"
-        raise AssertionError(message)
+        with _translate_errors():
+            return int(self._redis.llen(QUEUE))
+
+    def ping(self, node: str) -> bool:
+        """Return whether the worker of this name answers.
+
+        Raise `BrokerUnavailableError` if the broker did not answer.
+        """
+        with _translate_errors(), self._app.connection_for_write() as connection:
+            inspect = self._app.control.inspect([node], _ANSWER_SECONDS, connection=connection)
+            return bool(inspect.ping())
 
     def close(self) -> None:
         """Close the connections."""
-        with self._asking:
-            self._drop()
-        with contextlib.suppress(Exception):
-            self._pool.force_close_all()
-
-    def _errors(self) -> tuple[type[BaseException], ...]:
-        if self._connection is None:
-            return (OSError,)
-        found: tuple[type[BaseException], ...] = (
-            *self._connection.connection_errors,
-            *self._connection.channel_errors,
-            OSError,
-        )
-        return found
-
-    def _drop(self) -> None:
-        if self._connection is not None:
-            with contextlib.suppress(Exception):
-                self._connection.release()
-            self._connection = None
+        self._redis.close()
+        self._app.close()
 
 
 @contextlib.contextmanager
 def _translate_errors() -> Iterator[None]:
-    """Turn exceptions of Celery, kombu and their clients into `BrokerUnavailableError`."""
+    """Turn exceptions of Celery and the Redis client into `BrokerUnavailableError`."""
     try:
         yield
-    except Exception as error:
-        if isinstance(error, (OperationalError, PublishError, OSError)) or _is_client_error(error):
-            # The text may contain the address. The chain of causes goes to the log only.
-            raise BrokerUnavailableError(type(error).__name__) from error
-        raise
-
-
-def _is_client_error(error: Exception) -> bool:
-    return type(error).__module__.partition(".")[0] in {"amqp", "redis", "kombu"}
+    except (OperationalError, RedisError, OSError) as error:
+        # The text may contain the address. The chain of causes goes to the log only.
+        raise BrokerUnavailableError(type(error).__name__) from error
 
 
 class Outbox:

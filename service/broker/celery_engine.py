@@ -15,7 +15,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import TypeVar
 
-from service.broker.celery_app import Broker, BrokerUnavailableError, Outbox, celery_app
+from service.broker.celery_app import Broker, BrokerUnavailableError, Outbox
 from service.building.engine import Engine, EngineFacts, queue_full
 from service.jobs.book import JobBook, JobDocument
 from service.problems.problem import Problem, ProblemError
@@ -47,7 +47,7 @@ class CeleryEngine(Engine):
 
     def __init__(self, settings: Settings, store: GamutStore, book: JobBook) -> None:
         self._settings = settings
-        self._broker = Broker(celery_app(settings))
+        self._broker = Broker(settings)
         self._outbox = Outbox(store.blobs, book)
         self._threads = ThreadPoolExecutor(_THREADS, thread_name_prefix="broker")
         self._observing: asyncio.Task[None] | None = None

@@ -8,7 +8,6 @@ Names follow Prometheus' conventions; ``docs/operations.md`` explains them. See
 
 from __future__ import annotations
 
-import os
 import platform
 from typing import TYPE_CHECKING
 
@@ -200,30 +199,13 @@ def exposition(registry: CollectorRegistry, accept: str) -> tuple[bytes, str]:
     return encoder(registry), media_type
 
 
-def serve_metrics(
-    host: str, port: int, process: str = "self", descriptors: int | None = None
-) -> tuple[BuildMetrics, int, Callable[[], None]]:
-    """Serve a worker's build metrics in a thread.
+def serve_metrics(host: str, port: int) -> tuple[BuildMetrics, int, Callable[[], None]]:
+    """Serve the metrics of a worker's process and builds in a thread.
 
-    Parameters
-    ----------
-    host : str
-    port : int
-        0 takes a free one.
-    process : str
-        Process id of the process whose resource use is reported, with its descendants.
-    descriptors : int, optional
-        The open folder of that process's descriptors in ``/proc``, which only that process may open
-        (`service.building.process.hide_memory`).
-
-    Returns
-    -------
-    metrics : BuildMetrics
-    port : int
-    stop : callable
-        Stops the server.
+    Port 0 takes a free one. Return the metrics of builds, the port, and a function that stops the
+    server.
     """
-    registry = _process_registry(process, descriptors)
+    registry = _process_registry()
     metrics = BuildMetrics(registry)
     server, thread = start_http_server(port, host, registry)
 
@@ -235,38 +217,20 @@ def serve_metrics(
     return metrics, server.server_port, stop
 
 
-class _Process(ProcessCollector):
-    """The library's metrics of a process, with descriptors that only the process itself can see."""
-
-    def __init__(self, process: str, descriptors: int | None, registry: CollectorRegistry) -> None:
-        self._descriptors = descriptors
-        super().__init__(pid=lambda: process, registry=registry)
-
-    def collect(self) -> Iterator[Metric]:
-        found = list(super().collect())
-        yield from found
-        counted = any(each.name == "process_open_fds" for each in found)
-        if self._descriptors is not None and not counted:
-            number = len(os.listdir(self._descriptors))  # noqa: PTH208 - a descriptor is no path
-            yield GaugeMetricFamily(
-                "process_open_fds", "Number of open file descriptors.", value=number
-            )
-
-
-def _process_registry(process: str = "self", descriptors: int | None = None) -> CollectorRegistry:
+def _process_registry() -> CollectorRegistry:
     """Return a registry with the metrics that every process reports."""
     registry = CollectorRegistry()
-    registry.register(StateCollector(lambda: _common_families(process)))
-    _Process(process, descriptors, registry)
+    registry.register(StateCollector(_common_families))
+    ProcessCollector(registry=registry)
     return registry
 
 
-def _common_families(process: str) -> Iterator[Metric]:
+def _common_families() -> Iterator[Metric]:
     labels = ("version", "algorithm", "python")
     info = GaugeMetricFamily("gamut_build_info", "Version of the program.", labels=labels)
     info.add_metric((__version__, str(ALGORITHM_VERSION), platform.python_version()), 1)
     yield info
-    usage = descendants_usage(process)
+    usage = descendants_usage()
     if usage is not None:
         yield GaugeMetricFamily(
             "gamut_worker_processes", "Worker processes of this process.", usage.processes

@@ -1,13 +1,11 @@
 """Kill the parts of a deployment repeatedly and check its promises.
 
-The deployment has API replicas, workers, a broker (Redis or RabbitMQ) and an S3 server on this
-machine.
+The deployment has API replicas, workers, Redis and an S3 server on this machine.
 
 - ``--posts``: identical requests at the same time, spread over the replicas, must give one build
   and the same bytes.
 - ``--kills``: workers are killed during builds, and every tenth time also the replica that accepted
   the build. Every accepted build must succeed, and its bytes must match their entity tag.
-- A hung slot, which only Celery's hard time limit can end, must cost one attempt.
 - ``--builds``: builds in a row, as fast as the workers go.
 
 The program exits with 1 at the first broken promise.
@@ -18,9 +16,7 @@ import concurrent.futures
 import hashlib
 import itertools
 import json
-import os
 import random
-import signal
 import sys
 import tempfile
 import time
@@ -35,12 +31,6 @@ from emulators import s3_server  # noqa: E402
 
 PRESS = ROOT / "examples" / "FOGRA39L.ti3"
 
-HASTY = (
-    "import sys; import service.broker.celery_app as app; app._STARTING_SECONDS = 1.0;"
-    "from service.__main__ import main; sys.exit(main())"
-)
-"""A worker whose hard time limit is one second above the deadline instead of a minute."""
-
 SETTINGS = {"build_lease": 5, "resend_seconds": 3, "build_queue": 1000, "drain_seconds": 5}
 
 
@@ -52,15 +42,6 @@ def require(condition, promise):
     """Raise if a promise is broken."""
     if not condition:
         raise BrokenPromiseError(promise)
-
-
-def children(process):
-    """Return the child processes of a process."""
-    return [
-        int(child)
-        for task in Path(f"/proc/{process}/task").iterdir()
-        for child in (task / "children").read_text().split()
-    ]
 
 
 class Run:
@@ -154,26 +135,6 @@ class Run:
         self.check_history(job_id)
         return waited
 
-    def hang_slot(self):
-        """Stop a slot during a build; return the seconds until another slot resumes it."""
-        for worker in self.workers:
-            worker.stop()
-        hanging = self.cluster.worker(HASTY, build_timeout=8)
-        until(lambda: "is warm" in hanging.log())
-        job_id = self.submit(self.chance.choice(self.replicas), 100_000)
-        until(lambda: f"build of {job_id} started" in hanging.log())
-        (slot,) = [child for child in children(hanging.popen.pid) if children(child)]
-        os.kill(slot, signal.SIGSTOP)
-        clock = time.monotonic()
-        until(lambda: (j := self.job(job_id))["finished"] or j["attempts"] > 1)
-        seconds = time.monotonic() - clock
-        require("Hard time limit" in hanging.log(), "the hard time limit ends a hung slot")
-        hanging.stop()
-        self.workers = [self.cluster.worker() for _ in self.workers]
-        self.wait_for_success(job_id)
-        self.check_history(job_id)
-        return seconds
-
     def build_rate(self, builds):
         """Return the builds per second of all workers together."""
         clock = time.monotonic()
@@ -186,12 +147,11 @@ class Run:
 def main():
     """Run all checks and return the exit status."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--broker", choices=["redis", "rabbitmq"], default="redis")
     numbers = {"replicas": 3, "workers": 2, "posts": 200, "kills": 100, "builds": 20, "seed": 0}
     for name, number in numbers.items():
         parser.add_argument(f"--{name}", type=int, default=number)
     given = parser.parse_args()
-    if reason := Cluster.missing(given.broker):
+    if reason := Cluster.missing():
         print(reason)
         return 1
     with tempfile.TemporaryDirectory(prefix="gamut-cluster-") as folder:
@@ -199,7 +159,7 @@ def main():
         for each in folders:
             each.mkdir()
         with s3_server(folders[0]) as environment:
-            cluster = Cluster(folders[1], environment, given.broker, **SETTINGS)
+            cluster = Cluster(folders[1], environment, **SETTINGS)
             try:
                 check(Run(cluster, given.replicas, given.workers, given.seed), given)
             except BrokenPromiseError as error:
@@ -222,7 +182,6 @@ def check(run, given):
         print(f"{what}: {rate:.2f} per second ({given.builds} builds)", flush=True)
     if not given.kills:
         return
-    print(f"a hung build slot was replaced after {run.hang_slot():.1f} s", flush=True)
     waits = []
     for number in range(given.kills):
         waits.append(run.kill_worker())

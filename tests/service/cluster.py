@@ -48,8 +48,6 @@ worker.main()
 {COMMAND}"""
 """A worker whose builds begin, and wait as long as the gate of the cluster is closed."""
 
-RABBITMQ = Path("/usr/lib/rabbitmq/bin/rabbitmq-server")
-
 
 def free_port():
     with socket.socket() as probe:
@@ -132,14 +130,10 @@ class Cluster:
     bucket. Everything that still runs is killed by `close`.
     """
 
-    def __init__(self, folder, s3, broker="redis", **settings):
+    def __init__(self, folder, s3, **settings):
         self.folder = folder
         self.port = free_port()
-        self.kind = broker
-        url = {
-            "redis": f"redis://127.0.0.1:{self.port}/0",
-            "rabbitmq": f"amqp://guest:guest@127.0.0.1:{self.port}//",
-        }[broker]
+        url = f"redis://127.0.0.1:{self.port}/0"
         values = {"store": f"s3://bucket/{folder.name}", "broker": url, **settings}
         self.environment = {
             **{name: value for name, value in os.environ.items() if not name.startswith("GAMUT_")},
@@ -153,40 +147,24 @@ class Cluster:
         self.start_broker()
 
     @staticmethod
-    def missing(broker="redis"):
+    def missing():
         """Why there can be no such cluster here; empty if there can."""
-        if broker == "redis" and shutil.which("redis-server") is None:
-            return "redis-server is not installed"
-        if broker == "rabbitmq" and not RABBITMQ.exists():
-            return "rabbitmq-server is not installed"
-        return ""
+        return "" if shutil.which("redis-server") else "redis-server is not installed"
 
     def start_broker(self):
         """Start the broker, empty."""
-        environment = dict(os.environ)
-        if self.kind == "redis":
-            command = ["redis-server", "--port", str(self.port), "--bind", "127.0.0.1"]
-            command += ["--save", "", "--appendonly", "no", "--dir", str(self.folder)]
-        else:
-            command = [str(RABBITMQ)]
-            environment |= self._rabbitmq_environment()
-            # Erlang would start its name server as a daemon, and leave it behind.
-            names = ["epmd", "-address", "127.0.0.1", "-port", environment["ERL_EPMD_PORT"]]
-            self._started(names, environment, "epmd")
-            until(lambda: listens(int(environment["ERL_EPMD_PORT"])))
-        self.broker = self._started(command, environment, "broker")
+        command = ["redis-server", "--port", str(self.port), "--bind", "127.0.0.1"]
+        command += ["--save", "", "--appendonly", "no", "--dir", str(self.folder)]
+        self.broker = self._started(command, dict(os.environ), "broker")
         until(self.broker_answers)
         return self.broker
 
     def broker_answers(self):
         assert self.broker.running, self.broker.log()
-        if self.kind == "rabbitmq" and "Starting broker... completed" not in self.broker.log():
-            return False
         return listens(self.port)
 
     def flush(self):
         """Have the broker lose all that it has."""
-        assert self.kind == "redis"
         command = ["redis-cli", "-p", str(self.port), "flushall"]
         subprocess.run(command, check=True, capture_output=True)
 
@@ -230,19 +208,3 @@ class Cluster:
         process = Process(command, environment, self.folder / f"{name}.log")
         self.processes.append(process)
         return process
-
-    def _rabbitmq_environment(self):
-        folder = self.folder / "rabbitmq"
-        folder.mkdir(exist_ok=True)
-        (folder / "rabbitmq.conf").write_text(f"listeners.tcp.1 = 127.0.0.1:{self.port}\n")
-        return {
-            "HOME": str(folder),
-            "RABBITMQ_NODENAME": f"gamut{self.port}@localhost",
-            "RABBITMQ_MNESIA_BASE": str(folder / "mnesia"),
-            "RABBITMQ_LOG_BASE": str(folder / "log"),
-            "RABBITMQ_CONFIG_FILE": str(folder / "rabbitmq.conf"),
-            "RABBITMQ_ENABLED_PLUGINS_FILE": str(folder / "plugins"),
-            "RABBITMQ_DIST_PORT": str(free_port()),
-            "ERL_EPMD_ADDRESS": "127.0.0.1",
-            "ERL_EPMD_PORT": str(free_port()),
-        }

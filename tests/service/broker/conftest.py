@@ -55,6 +55,6 @@ def settings():
 def broker(cluster, settings, patient):  # noqa: ARG001
     """A Redis that is empty."""
     cluster.flush()
-    opened = Broker(celery_app.celery_app(settings(cluster.environment["GAMUT_BROKER"])))
+    opened = Broker(settings(cluster.environment["GAMUT_BROKER"]))
     yield opened
     opened.close()

@@ -15,7 +15,7 @@ from itertools import count
 
 import httpx
 import pytest
-from cluster import GATED, PATIENCE, free_port, until
+from cluster import GATED, PATIENCE, until
 from prometheus_client.parser import text_string_to_metric_families
 
 from service.jobs.book import JobDocument
@@ -147,17 +147,14 @@ def test_builds_are_seen_from_outside_at_whichever_worker_did_them(deployment):
     memory = float(
         re.search(r"^gamut_worker_resident_memory_bytes (\S+)", figures, re.MULTILINE).group(1)
     )
-    # of the process that builds, two generations below the one that is told of
+    # of the process that builds, a child of the one that is told of
     assert memory > 150e6
 
 
-def test_both_workers_are_well(deployment):
-    for arguments in (["-m", "service.broker.health"], ["-m", "service", "worker", "--check"]):
-        command = [sys.executable, *arguments]
-        environment = deployment.cluster.environment
-        until(
-            lambda c=command, e=environment: subprocess.run(c, env=e, check=False).returncode == 0
-        )
+def test_the_workers_of_this_host_answer_a_check(deployment):
+    command = [sys.executable, "-m", "service", "worker", "--check"]
+    environment = deployment.cluster.environment
+    until(lambda: subprocess.run(command, env=environment, check=False).returncode == 0)
 
 
 def test_a_build_that_one_replica_accepted_is_followed_and_cancelled_at_the_other(deployment):
@@ -246,6 +243,23 @@ def test_without_a_broker_gamuts_are_served_and_builds_refused(deployment, asser
     assert deployment.finished(answer.json()["id"])["state"] == "succeeded"
 
 
+@pytest.mark.parametrize("loss", ["stalls", "dies"])
+def test_a_broker_that_is_lost_while_a_build_ends_costs_no_builder(deployment, loss):
+    broker = deployment.cluster.broker
+    with deployment.cluster.closed_gate():
+        job_id = deployment.accepted(deployment.replicas[0], deployment.quick())
+        builder = deployment.begun(job_id)
+        broker.signal(signal.SIGSTOP) if loss == "stalls" else broker.kill()
+    until(lambda: f"build of {job_id} succeeded" in builder.log())
+    broker.signal(signal.SIGCONT) if loss == "stalls" else deployment.cluster.start_broker()
+    answer = until(
+        lambda: (a := deployment.post(deployment.replicas[0], deployment.quick())).is_success and a
+    )
+    # No other worker is left.
+    assert deployment.finished(answer.json()["id"])["state"] == "succeeded"
+    assert answer.json()["id"] in builder.log()
+
+
 def test_a_replica_that_accepted_a_build_may_be_lost(deployment):
     """The replica stays dead."""
     victim = deployment.replicas[0]
@@ -275,27 +289,38 @@ def test_every_line_of_the_log_is_json(deployment):
     assert "draining" in text
 
 
+def test_a_worker_that_starts_builds_what_was_accepted_and_what_a_lost_broker_had(deployment):
+    replica = deployment.replicas[1]
+    lost = deployment.accepted(replica, deployment.quick())
+    deployment.cluster.broker.kill()
+    deployment.cluster.start_broker()
+    answer = until(lambda: (a := deployment.post(replica, deployment.quick())).is_success and a)
+    deployment.change(lost, updated="2020-01-01T00:00:00.000Z")
+    deployment.replace(deployment.workers[0])
+    for job_id in (answer.json()["id"], lost):
+        assert deployment.finished(job_id)["state"] == "succeeded"
+    assert f"message of {lost} was lost and is sent again" in deployment.workers[0].log()
+
+
 HIDDEN = """
 import os, re, sys, urllib.request
-import encodings.idna, multiprocessing.connection, multiprocessing.popen_fork  # while root may
-import prometheus_client
-from service.broker.celery_worker import _metrics_fault
+import encodings.idna, prometheus_client  # while root may
 from service.building.process import hide_memory
-from service.settings import Settings
-from service.telemetry.build_reports import BuildReports
+from service.telemetry.metrics import serve_metrics
 if os.getuid() == 0:
     os.setgid(65534)
     os.setuid(65534)
 hide_memory()
-port = int(sys.argv[1])
-assert _metrics_fault(Settings(worker_metrics_port=port), BuildReports()) is None
+_, port, stop = serve_metrics("127.0.0.1", 0)
 with urllib.request.urlopen(f"http://127.0.0.1:{port}/metrics") as answer:
     print(*re.findall(r"^process_open_fds (.+)$", answer.read().decode(), re.MULTILINE))
+stop()
 """
 
 
 @pytest.mark.slow
 def test_the_open_files_of_a_worker_that_hides_its_memory_are_counted():
-    command = [sys.executable, "-c", HIDDEN, str(free_port())]
-    told = subprocess.run(command, check=True, capture_output=True, text=True)
+    told = subprocess.run(
+        [sys.executable, "-c", HIDDEN], check=True, capture_output=True, text=True
+    )
     assert float(told.stdout) > 3

@@ -3,8 +3,7 @@
 import pytest
 
 from service.broker.celery_app import BrokerUnavailableError
-from service.broker.celery_worker import Slot
-from service.building.job_runner import JobRunner
+from service.broker.celery_worker import Worker
 from service.jobs.book import JobBook
 from service.settings import Settings
 from service.storage.gamuts import GamutStore
@@ -28,15 +27,13 @@ class Messages:
 
 
 class Deployment:
-    """Two workers with one slot each, and the jobs of some clients."""
+    """Two workers with one thread each, and the jobs of some clients."""
 
     def __init__(self, store, command):
         self.store = store
         self.book = JobBook(store.blobs)
         self.broker = Messages()
-        self.slots = [Slot(Settings(), store, self.broker) for _ in range(2)]
-        for slot in self.slots:
-            slot.runner = JobRunner(Settings(), store, self.book, command=command)
+        self.workers = [Worker(Settings(), store, self.broker, command=command) for _ in range(2)]
         self.clients = {}
 
     def post(self, client):
@@ -44,23 +41,23 @@ class Deployment:
         self.clients[job_id] = client
         self.book.accept(job_id, {"gamma": 1}, client=client)
         self.store.keep_input(job_id, b"build", {"gamma": 1})
-        self.slots[0].outbox.mark(job_id)
+        self.workers[0].outbox.mark(job_id)
         self.broker.send(job_id)
         return job_id
 
-    def work(self, slot=0):
+    def work(self, worker=0):
         """Take a message, and return the client whose job was run; None if none was."""
-        outcome = self.slots[slot].run(self.broker.left.pop(0))
+        outcome = self.workers[worker].run(self.broker.left.pop(0))
         assert self.waiting() <= set(self.broker.left)
         return self.clients[outcome.document.id] if outcome.built else None
 
-    def work_off(self, slots=1):
-        """Take all messages, with the slots in turn, and return the clients as `work` does."""
+    def work_off(self, workers=1):
+        """Take all messages, with the workers in turn, and return the clients as `work` does."""
         turns = []
         while self.broker.left:
-            turns.append(self.work(len(turns) % slots))
+            turns.append(self.work(len(turns) % workers))
         assert self.waiting() == set()
-        assert self.slots[0].outbox.count() == 0
+        assert self.workers[0].outbox.count() == 0
         return [client for client in turns if client is not None]
 
     def waiting(self):
@@ -73,8 +70,8 @@ def deployment(tmp_path, scripted_worker):
     store.open()
     made = Deployment(store, scripted_worker)
     yield made
-    for slot in made.slots:
-        slot.runner.close()
+    for worker in made.workers:
+        worker.close()
     store.close()
 
 
@@ -92,7 +89,7 @@ def test_the_queue_of_one_client_delays_others_by_one_build(deployment):
 def test_the_workers_take_what_the_others_have_left(deployment):
     for client in ("busy", "busy", "busy", "late", "busy", "later"):
         deployment.post(client)
-    turns = deployment.work_off(slots=2)
+    turns = deployment.work_off(workers=2)
     assert sorted(turns) == ["busy"] * 4 + ["late", "later"]
     # Each worker may begin with the client that came first.
     assert {"late", "later"} < set(turns[:5])

@@ -113,7 +113,7 @@ class TestText:
         f"AWS_SECRET_ACCESS_KEY={SECRET}",
         f"azure_storage_account_key={SECRET}",
         f"Cannot connect to redis://:{SECRET}@broker:6379/0",
-        f"Cannot connect to amqp://gamut:{SECRET}@broker:5672//",
+        f"Cannot connect to rediss://gamut:{SECRET}@broker:6379/0",
         f"refused Bearer {SECRET}",
         f"Cookie: {SECRET}",
     ],
