@@ -90,7 +90,7 @@ class ServiceContainer:
             most_of_client=max(2, settings.large_bodies // 4),
             seconds=settings.body_timeout,
         )
-        book = JobBook.of_store(self.store, settings.build_attempts)
+        book = JobBook.of_store(self.store)
         engine = _build_engine(settings, self.store, book, self.metrics.builds.count_build)
         self.builds = Builds(self.store, book, engine)
         self.events = EventStreams()

@@ -204,17 +204,6 @@ class Settings(BaseSettings):
     limit; otherwise at least 268435456 (256 MiB). A million surface samples take 0.7 GB, a picture
     of 24 megapixels 0.8 GB."""
 
-    build_attempts: int = Field(default=3, ge=1, le=10)
-    """Number of attempts of a build whose process or service dies, before the build fails."""
-
-    build_lease: float = Field(default=20.0, ge=3)
-    """Seconds after which another `gamut worker` takes over a build without a heartbeat. The clocks
-    of all hosts must agree much more closely."""
-
-    resend_seconds: float = Field(default=30.0, ge=1)
-    """Seconds after which an unstarted build is sent to the broker again, if the broker's queue is
-    empty."""
-
     client_wait: NonNegativeFloat = 30.0
     """Seconds that POST waits for the build before it answers 202, counted from the time when the
     service can build. Clients can change it with `Prefer: wait=N` or `respond-async`."""

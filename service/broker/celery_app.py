@@ -22,12 +22,24 @@ from service.jobs.book import JobBook, JobDocument
 from service.settings import Settings
 from service.storage.blobs import Blobs
 
-__all__ = ["QUEUE", "TASK", "Broker", "BrokerUnavailableError", "Outbox", "celery_app"]
+__all__ = [
+    "QUEUE",
+    "RESEND_SECONDS",
+    "TASK",
+    "Broker",
+    "BrokerUnavailableError",
+    "Outbox",
+    "celery_app",
+]
 
 QUEUE = "gamut-builds"
 """Name of the queue, and of the list in Redis that autoscalers read."""
 
 TASK = "gamut.build"
+
+RESEND_SECONDS = 30.0
+"""Age at which an unstarted job is sent again, if the queue is empty. A restarted worker is warm
+within this time, and a superfluous message costs one read of the job."""
 
 _VISIBILITY_MARGIN = 60.0
 """Seconds besides a build's deadline: start of a process, download, upload."""

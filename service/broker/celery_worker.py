@@ -27,7 +27,14 @@ from queue import SimpleQueue
 from celery import signals
 from celery.exceptions import Reject
 
-from service.broker.celery_app import TASK, Broker, BrokerUnavailableError, Outbox, celery_app
+from service.broker.celery_app import (
+    RESEND_SECONDS,
+    TASK,
+    Broker,
+    BrokerUnavailableError,
+    Outbox,
+    celery_app,
+)
 from service.building.engine import BuildReport, FairQueue
 from service.building.job_runner import Interruption, JobRunner, Outcome
 from service.building.process import WORKER_COMMAND, ProcessDiedError
@@ -65,7 +72,7 @@ class Worker:
         command: Sequence[str] = WORKER_COMMAND,
         on_build: BuildReport | None = None,
     ) -> None:
-        book = JobBook.of_store(store, settings.build_attempts)
+        book = JobBook.of_store(store)
         self._settings = settings
         self._broker = broker
         self.outbox = Outbox(store.blobs, book)
@@ -76,7 +83,6 @@ class Worker:
                 store,
                 book,
                 heartbeat=_HEARTBEAT_SECONDS,
-                lease=settings.build_lease,
                 command=command,
                 on_build=on_build,
             )
@@ -163,7 +169,7 @@ class Worker:
         While other jobs wait in the queue, an unstarted job may just be behind them, and gets the
         time of one more build. A superfluous message costs one read of the job's document.
         """
-        silence = self._settings.resend_seconds
+        silence = RESEND_SECONDS
         if self._broker.waiting():
             silence += self._settings.build_timeout
         count = 0
@@ -188,9 +194,9 @@ class Worker:
 def run_worker(settings: Settings) -> int:
     """Take jobs and run them until the process is stopped; return the exit status."""
     with contextlib.ExitStack() as closing:
-        store = gamut_store(settings.store, keep_inputs=settings.keep_inputs)
-        closing.callback(store.close)
         try:
+            store = gamut_store(settings.store, keep_inputs=settings.keep_inputs)
+            closing.callback(store.close)
             store.open()
         except (StoreLocationError, StoreUnavailableError, OSError) as error:
             complain(str(error))

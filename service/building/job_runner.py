@@ -34,7 +34,8 @@ __all__ = ["LEASE_SECONDS", "Interrupted", "Interruption", "JobRunner", "Outcome
 logger = logging.getLogger(__name__)
 
 LEASE_SECONDS = 20.0
-"""Validity of a claim without renewal, which is the delay after the loss of a host."""
+"""Validity of a claim without renewal, which is the delay after the loss of a host. If a bucket
+does not answer a renewal, four attempts take 18.6 s (`service.storage.cloud`), which is in time."""
 
 _HEARTBEAT_SECONDS = 4.0
 """Interval of renewals, if the progress is also known from memory."""
@@ -152,7 +153,7 @@ class _HeldClaim:
 class JobRunner:
     """One worker process that runs jobs; `starts` counts the processes that became warm.
 
-    A claim is valid for `lease` seconds and renewed every `heartbeat` seconds; each renewal stores
+    A claim is valid for `LEASE_SECONDS` and renewed every `heartbeat` seconds; each renewal stores
     the progress. `on_build` is called at the end of every run of the process.
     """
 
@@ -163,7 +164,6 @@ class JobRunner:
         book: JobBook,
         *,
         heartbeat: float = _HEARTBEAT_SECONDS,
-        lease: float = LEASE_SECONDS,
         command: Sequence[str] = WORKER_COMMAND,
         on_build: BuildReport | None = None,
     ) -> None:
@@ -171,7 +171,6 @@ class JobRunner:
         self._store = store
         self._book = book
         self._heartbeat = heartbeat
-        self._lease = lease
         self._command = command
         self._report: BuildReport = on_build or (lambda *_: None)
         self._problems = _build_problems(settings)
@@ -225,7 +224,7 @@ class JobRunner:
                 self.warm(interruption.check)
             except (Interrupted, JobCancelledError):
                 return Outcome("released", self._book.read(job_id))
-            claim = self._book.claim(job_id, self.owner, self._lease)
+            claim = self._book.claim(job_id, self.owner, LEASE_SECONDS)
             if claim is None:
                 return Outcome("elsewhere", self._book.read(job_id))
             changed(claim.document)

@@ -57,6 +57,10 @@ ABANDONED_SECONDS = 60.0
 """Age after which a new request queues a waiting job again. The process that should have queued it
 may have died, and a job that is queued twice is claimed once."""
 
+_ATTEMPTS = 3
+"""Number of attempts of a build whose process, service or host dies. An input that kills its
+builder does so each time; losses of hosts are too rare to hit one build three times."""
+
 _REMOVAL_SECONDS = 600.0
 """Age after which the removal of a forgotten job counts as failed. No delete request lasts longer,
 retries included."""
@@ -176,23 +180,20 @@ class JobBook:
     def __init__(
         self,
         blobs: Blobs,
-        attempts: int = 3,
         clock: Callable[[], float] = time.time,
         lost_options: Callable[[str], Mapping[str, Any] | None] = lambda _: None,
         on_damaged: Callable[[str], None] = lambda _: None,
     ) -> None:
         self._blobs = blobs
-        self._attempts = attempts
         self._clock = clock
         self._lost_options = lost_options
         self._on_damaged = on_damaged
 
     @classmethod
-    def of_store(cls, store: GamutStore, attempts: int) -> JobBook:
+    def of_store(cls, store: GamutStore) -> JobBook:
         """Return the jobs of a gamut store, which recovers and counts damaged documents."""
         return cls(
             store.blobs,
-            attempts,
             lost_options=store.options_of_damaged_job,
             on_damaged=store.count_damaged_job,
         )
@@ -245,7 +246,7 @@ class JobBook:
             document, version = found
             if document.state == "running" and (document.lease_until or 0.0) > self._clock():
                 return None
-            if document.attempts >= self._attempts:
+            if document.attempts >= _ATTEMPTS:
                 self._replace(self._give_up(document), version)
                 continue
             time_ = self._now()
@@ -472,7 +473,7 @@ class JobBook:
         self, document: JobDocument, problem: Problem | None = None
     ) -> JobDocument:
         """Return a job whose builder is gone as queued, or as failed after the last attempt."""
-        if document.state == "running" and document.attempts >= self._attempts:
+        if document.state == "running" and document.attempts >= _ATTEMPTS:
             return self._give_up(document, problem)
         return self._queue_again(document, document.attempts)
 

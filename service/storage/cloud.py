@@ -4,8 +4,7 @@ Object stores create and replace conditionally, so any number of processes may s
 and Azure have ``If-None-Match: *`` and ``If-Match``, Google has generations. Credentials and
 endpoints come from the environment, as obstore reads them (``AWS_...``, ``GOOGLE_...``,
 ``AZURE_...``). Every request has a deadline and a bounded number of retries. Writes are retried
-here and not by obstore, because a retry may meet the result of its own earlier attempt. The threads
-of obstore do not survive a fork, so a process must fork before it opens the storage. See
+here and not by obstore, because a retry may meet the result of its own earlier attempt. See
 ``docs/operations.md``.
 """
 

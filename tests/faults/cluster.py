@@ -31,7 +31,8 @@ from emulators import s3_server  # noqa: E402
 
 PRESS = ROOT / "examples" / "FOGRA39L.ti3"
 
-SETTINGS = {"build_lease": 5, "resend_seconds": 3, "build_queue": 1000, "drain_seconds": 5}
+LEASE, RESEND = 5, 3
+SETTINGS = {"build_queue": 1000, "drain_seconds": 5}
 
 
 class BrokenPromiseError(Exception):
@@ -159,7 +160,7 @@ def main():
         for each in folders:
             each.mkdir()
         with s3_server(folders[0]) as environment:
-            cluster = Cluster(folders[1], environment, **SETTINGS)
+            cluster = Cluster(folders[1], environment, lease=LEASE, resend=RESEND, **SETTINGS)
             try:
                 check(Run(cluster, given.replicas, given.workers, given.seed), given)
             except BrokenPromiseError as error:
@@ -187,7 +188,7 @@ def check(run, given):
         waits.append(run.kill_worker())
         print(f"kill {number + 1} of {given.kills}: {waits[-1]:.1f} s", flush=True)
     print(f"builds lost or damaged by killing their workers: 0 ({given.kills} kills)")
-    what = f"a killed build resumes on another worker (lease {SETTINGS['build_lease']} s) after"
+    what = f"a killed build resumes on another worker (lease {LEASE} s) after"
     waited = f"{mean(waits):.1f} s, at most {max(waits):.1f} s"
     print(f"{what}: {waited} ({given.kills} kills)", flush=True)
 

@@ -70,26 +70,24 @@ def accepted_jobs_finish(start_server, slow_build, *, kills, stops, both=0, jobs
     """Kill and stop services while builds run and wait; the last service must finish all builds.
 
     Kills and stops alternate, then services and their workers are killed at once. `jobs` builds
-    wait or run at any time. A build is allowed to end after four kills, because its attempts are
-    limited.
+    wait or run at any time. A build has three attempts, so it may end after two kills.
     """
     chance = random.Random(seed)  # noqa: S311  # reproducible
-    settings = {"build_attempts": 10, "drain_seconds": 1}
-    server = start_server(**settings)
+    server = start_server(drain_seconds=1)
     ends = [how for pair in zip(["kill"] * kills, ["stop"] * stops, strict=False) for how in pair]
     ends += ["kill"] * (kills - stops) + ["stop"] * (stops - kills) + ["both"] * both
-    waiting, addresses, attempts, hits = [], [], 0, 0
+    waiting, addresses, attempts = [], [], 0
     for how in ends:
         while len(waiting) < jobs:
             waiting.append(accepted(server, slow_build(40_000 + 100 * len(addresses))))
             addresses.append(waiting[-1])
         job = come_to(server, waiting[0], random_moment(chance), attempts)
-        attempts, hits = job["attempts"], hits + 1
+        attempts = job["attempts"]
         kill_both(server) if how == "both" else getattr(server, how)()
-        server = start_server(server.data, **settings)
-        if job["finished"] or hits == 4:
+        server = start_server(server.data, drain_seconds=1)
+        if job["finished"] or attempts >= 2:
             server.finished_job(waiting.pop(0))
-            attempts, hits = 0, 0
+            attempts = 0
     for address in addresses:
         job = server.finished_job(address)
         assert job["state"] == "succeeded", job

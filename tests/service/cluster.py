@@ -21,15 +21,19 @@ PATIENCE = 600
 """Seconds that end a test that hangs."""
 
 COMMAND = f"""
-import sys
+import os, sys
 import service.broker.celery_app as transport
+import service.building.job_runner as job_runner
 import service.storage.cloud as cloud
+transport.RESEND_SECONDS = float(os.environ["RESEND"])
+job_runner.LEASE_SECONDS = float(os.environ["LEASE"])
 transport._CONNECT_SECONDS = transport._ANSWER_SECONDS = {PATIENCE}
 cloud._CONNECT_SECONDS = cloud._SILENT_SECONDS = cloud._REQUEST_SECONDS = {PATIENCE}
 from service.__main__ import main
 sys.exit(main())
 """
-"""Wait for a broker or a bucket that is there, however slow the machine is."""
+"""Wait for a broker or a bucket that is there, however slow the machine is. Lease and resending are
+those of the cluster."""
 
 GATED = f"""
 import os, sys
@@ -127,10 +131,11 @@ class Cluster:
     """Processes that share a broker and a bucket.
 
     ``settings`` are those of all API replicas and workers; ``s3`` the environment that finds the
-    bucket. Everything that still runs is killed by `close`.
+    bucket. By default no lease and no message is ever too old. Everything that still runs is killed
+    by `close`.
     """
 
-    def __init__(self, folder, s3, **settings):
+    def __init__(self, folder, s3, *, lease=3600, resend=3600, **settings):
         self.folder = folder
         self.port = free_port()
         url = f"redis://127.0.0.1:{self.port}/0"
@@ -141,6 +146,8 @@ class Cluster:
             **{f"GAMUT_{name.upper()}": str(value) for name, value in values.items()},
             "TMPDIR": str(folder),
             "GATE": str(folder / "closed"),
+            "LEASE": str(lease),
+            "RESEND": str(resend),
         }
         self.processes = []
         self.broker = None

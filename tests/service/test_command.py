@@ -221,7 +221,7 @@ def test_without_the_extra_the_command_says_what_to_install(capsys, monkeypatch)
 
 
 WEB = ("fastapi", "starlette")
-BROKER = ("celery", "kombu", "redis", "amqp")
+BROKER = ("celery", "kombu", "redis")
 SOME = ("OpenImageIO", "PIL", "colour", "obstore", "trimesh")
 
 

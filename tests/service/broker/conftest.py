@@ -24,9 +24,7 @@ def cluster(tmp_path_factory, s3):
     started = Cluster(
         tmp_path_factory.mktemp("cluster"),
         s3,
-        build_lease=3600,
         build_timeout=3600,
-        resend_seconds=3600,
         build_queue=3,
         drain_seconds=0,
     )

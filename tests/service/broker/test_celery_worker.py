@@ -1,7 +1,7 @@
 """A deployment as it is meant to be: two API replicas, two workers, Redis and a bucket, and kills.
 
-The tests share the processes. From the loss of the broker on, one worker is left. A build that something happens
-to waits at a gate, so that it is under way when that happens.
+The tests share the processes. From the loss of the broker on, one worker is left. A build that
+something happens to waits at a gate, so that it is under way when that happens.
 """
 
 import concurrent.futures

@@ -890,7 +890,7 @@ async def test_a_decoder_that_takes_too_long_costs_one_build_and_one_process(rep
 def test_a_runner_takes_what_it_can_claim_and_may_be_stopped_while_it_starts(
     store, book, accept, scripted_worker
 ):
-    """As `gamut worker` uses it, whose slots are processes."""
+    """As `gamut worker` uses it, in a thread for each build."""
     runner = JobRunner(Settings(), store, book, command=scripted_worker)
     assert runner.run(JOB).document is None
     accept("build")

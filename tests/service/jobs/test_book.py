@@ -88,7 +88,7 @@ class Book(RuleBasedStateMachine):
         super().__init__()
         self.blobs = MemoryBlobs()
         self.clock = Clock()
-        self.book = JobBook(self.blobs, attempts=3, clock=self.clock)
+        self.book = JobBook(self.blobs, clock=self.clock)
         self.tokens = []
         self.last = None
         self.accepted = self.ended = 0
@@ -221,7 +221,7 @@ def blobs():
 
 @pytest.fixture
 def book(blobs, clock):
-    return JobBook(blobs, attempts=3, clock=clock)
+    return JobBook(blobs, clock=clock)
 
 
 def test_a_job_goes_from_acceptance_to_success(book):
