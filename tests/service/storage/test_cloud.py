@@ -216,6 +216,7 @@ def test_a_service_shares_its_bucket_and_bears_its_outages(
     """What others have published it serves; while the bucket is away, what it has in memory."""
     where, bucket = proxy
     server = start_server(where)
+    server.wait_ready()
     other = GamutStore(CloudBlobs(where))
     other.open()
     for gamut in built:
