@@ -3,16 +3,14 @@
 Arguments: the service's address and a file to post. Prints what was found as JSON.
 """
 
-import io
 import json
 import sys
-import zipfile
 from pathlib import Path
 
 import httpx
 from gamut_client import Client
 from gamut_client.api.gamuts import create_gamut, describe_gamut, describe_levels, download_history
-from gamut_client.api.meshes import download_mesh, download_mesh_file, download_meshes
+from gamut_client.api.meshes import download_mesh, download_mesh_file
 from gamut_client.models import (
     DescribeLevelsSide,
     DownloadMeshFileSide,
@@ -51,7 +49,6 @@ def main(url: str, path: Path) -> dict[str, object]:
         max_mismatch=0.05,
         side=DownloadMeshFileSide.OUTSIDE,
     )
-    archive = download_meshes.sync(client=client, gamuts=built.id, triangles="10,100")
     history = download_history.sync(built.id, client=client)
     missing = describe_gamut.sync("0" * 64, client=client)
     if not isinstance(described, GamutDescription) or not isinstance(levels, ErrorCurve):
@@ -59,18 +56,15 @@ def main(url: str, path: Path) -> dict[str, object]:
     if not isinstance(missing, ProblemDocument):
         raise TypeError(missing)
     luminance = GamutOptions.from_dict({"space": "ICtCp", "luminance": 100.0}).luminance
-    downloads = (mesh, ply, archive, history)
+    downloads = (mesh, ply, history)
     files = [each.payload.read() for each in downloads if isinstance(each, File)]
-    with zipfile.ZipFile(io.BytesIO(files[2])) as opened_archive:
-        names = opened_archive.namelist()
     model = GamutModel.model_validate(described.to_dict())
     return {
         "id": model.id,
         "options": described.options.to_dict(),
         "levels": [level.triangles for level in levels.levels],
         "signatures": [content[:4].decode("latin-1") for content in files],
-        "history_bytes": [len(files[3]), model.history_bytes],
-        "names": names,
+        "history_bytes": [len(files[2]), model.history_bytes],
         "problem": missing.code,
         "luminance": luminance,
     }
