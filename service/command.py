@@ -45,9 +45,12 @@ logger = logging.getLogger(__name__)
 
 
 def openapi_document() -> str:
-    """Return the text of ``openapi/openapi.json``, independent of the environment."""
+    """Return the text of ``openapi/openapi.json``, independent of the environment.
+
+    One member a line shows every change; indentation would be half of the file.
+    """
     document = create_app(Settings.model_construct()).openapi()
-    return json.dumps(document, indent=2, ensure_ascii=False) + "\n"
+    return json.dumps(document, indent=0, ensure_ascii=False, separators=(",", ":")) + "\n"
 
 
 def raise_file_limit() -> None:

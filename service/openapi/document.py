@@ -12,7 +12,7 @@ from fastapi.routing import APIRoute, iter_route_contexts
 
 from gamutcore.version import __version__
 from service.openapi import models
-from service.openapi.documentation import EXAMPLE_ID, EXAMPLE_JOB, header
+from service.openapi.documentation import EXAMPLE_ID, EXAMPLE_JOB, header, problem_responses
 
 __all__ = ["APP_METADATA", "openapi_document"]
 
@@ -25,8 +25,9 @@ number of triangles.
 
 Post the data to `/v1/gamuts`, then download any level from `/v1/gamuts/{id}/mesh`. The id of a
 gamut is a digest of its data and options, so its levels and its history are immutable. Every error
-is a problem document (RFC 9457); [/problems](/problems) explains the codes. Every answer carries
-the id of its request in `X-Request-Id` and its timing in `Server-Timing`.
+is a problem document (RFC 9457). The descriptions of an operation's responses list its codes, and
+[/problems](/problems) explains them. Every answer carries the id of its request in `X-Request-Id`
+and its timing in `Server-Timing`.
 """,
     "version": __version__,
     "license_info": {"name": "Apache-2.0", "identifier": "Apache-2.0"},
@@ -112,8 +113,11 @@ def openapi_document(app: FastAPI) -> dict[str, Any]:
         schemas |= schema.pop("$defs", {})
         schemas[model.__name__] = schema
     document["paths"] = _with_named_schemas(document["paths"], schemas)
-    document["components"]["schemas"] = dict(sorted(schemas.items()))
-    document["components"]["securitySchemes"] = _SECURITY_SCHEMES
+    document["components"] = {
+        "schemas": dict(sorted(schemas.items())),
+        "responses": {"ReferenceJob": _REFERENCE_JOB, **problem_responses()},
+        "securitySchemes": _SECURITY_SCHEMES,
+    }
     # At the top, so that generated operations take clients with and without a key.
     document["security"] = _SECURITY
     for path, operations in document["paths"].items():
@@ -124,7 +128,9 @@ def openapi_document(app: FastAPI) -> dict[str, Any]:
         for method, operation in operations.items():
             if method in {"get", "post"} and _takes_slugs(path):
                 operation["parameters"].append(_REFERENCE_OPTIONS)
-                operation["responses"].setdefault("202", _REFERENCE_JOB)
+                job = {"$ref": "#/components/responses/ReferenceJob"}
+                operation["responses"].setdefault("202", job)
+    document["components"]["parameters"] = _share_parameters(document["paths"])
     return document
 
 
@@ -158,6 +164,29 @@ def _with_named_schemas(node: Any, schemas: dict[str, Any]) -> Any:  # noqa: ANN
         schemas[node["title"]] = node
         return {"$ref": f"#/components/schemas/{node['title']}"}
     return node
+
+
+def _share_parameters(paths: dict[str, Any]) -> dict[str, Any]:
+    """Refer to parameters that several operations have, and return these by name.
+
+    Of different parameters with one name, only the most frequent one is shared.
+    """
+    operations = [each for operations in paths.values() for each in operations.values()]
+    every = [parameter for each in operations for parameter in each.get("parameters", ())]
+    shared = {
+        parameter["name"]: parameter
+        for parameter in sorted(every, key=every.count)
+        if every.count(parameter) > 1
+    }
+    for operation in operations:
+        if "parameters" in operation:
+            operation["parameters"] = [
+                {"$ref": f"#/components/parameters/{parameter['name']}"}
+                if shared.get(parameter["name"]) == parameter
+                else parameter
+                for parameter in operation["parameters"]
+            ]
+    return dict(sorted(shared.items()))
 
 
 def _takes_slugs(path: str) -> bool:

@@ -1,10 +1,11 @@
 """Parts of the OpenAPI document besides parameters and models: examples, headers, problems.
 
-Routes name their problems, and `problems` makes the responses from the table in
+Routes name their problems. The responses are components, made from the table in
 `service.problems.kinds`. All examples belong to one gamut.
 """
 
 from collections.abc import Mapping
+from http import HTTPStatus
 from typing import Any
 
 from service.http.representations import IMMUTABLE, OCTET_STREAM
@@ -28,6 +29,7 @@ __all__ = [
     "header",
     "job_links",
     "json_response",
+    "problem_responses",
     "problems",
 ]
 
@@ -334,22 +336,40 @@ _INSTEAD_OF_REBUILDING = ("queue-full", "shutting-down", "broker-unavailable", "
 
 
 def problems(*codes: str, guarded: bool = True) -> dict[int | str, dict[str, Any]]:
-    """Return the descriptions of problem responses by status.
+    """Return references to the problem responses of an operation, which list its codes, by status.
 
     ``internal-error`` is always added, and ``gamut-rebuilding`` adds the refusals of a new build.
     `guarded` tells whether the operation needs a key and counts for rate limits.
     """
-    responses: dict[int | str, dict[str, Any]] = {}
     refusals = _INSTEAD_OF_REBUILDING if "gamut-rebuilding" in codes else ()
-    for code in dict.fromkeys(
-        (*codes, *refusals, *(_EVERYWHERE if guarded else ()), "internal-error")
-    ):
-        kind = KINDS[code]
+    codes = (*codes, *refusals, *(_EVERYWHERE if guarded else ()), "internal-error")
+    listed: dict[int | str, list[str]] = {}
+    for code in dict.fromkeys(codes):
+        listed.setdefault(KINDS[code].status, []).append(f"`{code}`")
+    return {
+        # A description beside a reference takes the place of that of the component.
+        status: {
+            "$ref": f"#/components/responses/Problem{status}",
+            "description": ", ".join(names),
+        }
+        for status, names in listed.items()
+    }
+
+
+def problem_responses() -> dict[str, dict[str, Any]]:
+    """Return the components that `problems` refers to: all kinds of problems, by status."""
+    responses: dict[str, dict[str, Any]] = {}
+    for code, kind in sorted(KINDS.items(), key=lambda item: item[1].status):
+        headers = {"Cache-Control": header("Problems are not cached.", "no-store")}
+        if kind.status in {429, 503}:
+            headers["Retry-After"] = header("Seconds to wait.", 5)
+        if kind.status == 401:
+            headers["WWW-Authenticate"] = header("How a key is sent.", 'Bearer realm="gamut"')
         response = responses.setdefault(
-            kind.status,
+            f"Problem{kind.status}",
             {
-                "description": "",
-                "headers": {"Cache-Control": header("Problems are not cached.", "no-store")},
+                "description": HTTPStatus(kind.status).phrase,
+                "headers": headers,
                 "content": {
                     MEDIA_TYPE: {
                         "schema": {"$ref": f"#/components/schemas/{ProblemDocument.__name__}"},
@@ -358,15 +378,6 @@ def problems(*codes: str, guarded: bool = True) -> dict[int | str, dict[str, Any
                 },
             },
         )
-        response["description"] += f"{' · ' if response['description'] else ''}{kind.title}"
-        response["content"][MEDIA_TYPE]["examples"][code] = {
-            "summary": kind.title,
-            "value": Problem(code, kind.detail, kind.where).document(),
-        }
-        if kind.status in {429, 503}:
-            response["headers"]["Retry-After"] = header("Seconds to wait.", 5)
-        if kind.status == 401:
-            response["headers"]["WWW-Authenticate"] = header(
-                "How a key is sent.", 'Bearer realm="gamut"'
-            )
+        value = Problem(code, kind.detail, kind.where).document()
+        response["content"][MEDIA_TYPE]["examples"][code] = {"value": value}
     return responses

@@ -16,7 +16,7 @@ from service.storage.local import LocalBlobs
 @pytest.mark.slow
 def test_the_document_is_printed(capsys):
     assert main(["openapi"]) == 0
-    assert capsys.readouterr().out.startswith('{\n  "openapi": "3.1')
+    assert capsys.readouterr().out.startswith('{\n"openapi":"3.1')
 
 
 def test_the_version_is_printed(capsys):

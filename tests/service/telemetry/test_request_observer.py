@@ -138,14 +138,17 @@ class TestLog:
 
     def test_the_parameters_that_are_repeated_are_those_of_the_service(self):
         document = create_app(Settings.model_construct()).openapi()
-        parameters = {
-            parameter["name"]
-            for operations in document["paths"].values()
-            for operation in operations.values()
-            for parameter in operation.get("parameters", [])
-            if parameter["in"] == "query"
-        }
-        assert set(KNOWN_PARAMETERS) == parameters
+        parameters = [
+            *document["components"]["parameters"].values(),
+            *(
+                parameter
+                for operations in document["paths"].values()
+                for operation in operations.values()
+                for parameter in operation.get("parameters", [])
+            ),
+        ]
+        names = {each["name"] for each in parameters if each.get("in") == "query"}
+        assert set(KNOWN_PARAMETERS) == names
 
     def test_a_path_cannot_make_up_a_line(self, metrics, lines):
         path = "/a\n2026 INFO all well\u2028" + "x" * 9999
