@@ -216,13 +216,6 @@ _TABLE = {
         "The data for this gamut is not stored any more.",
         status=409,
     ),
-    "build-outdated": Kind(
-        "Another version of the algorithm accepted the job",
-        "Post the data again. The gamut gets the id of the present version.",
-        "The job was accepted under another version of the algorithm, whose gamuts this version "
-        "cannot build.",
-        status=409,
-    ),
     "queue-full": Kind(
         "Too many builds are waiting",
         "Try again after the time in Retry-After.",

@@ -146,7 +146,6 @@ router = APIRouter(
             *BUILD_PROBLEMS,
             "build-cancelled",
             "build-input-lost",
-            "build-outdated",
             "gamut-deleted",
             "gamut-rebuilding",
             "queue-full",
