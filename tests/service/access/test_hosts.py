@@ -151,7 +151,7 @@ NOT_STORED = f"{GAMUTS}/{'a' * 64}"
 COMPUTING = (
     *(("GET", path) for path in (f"{NOT_STORED}/mesh", f"{NOT_STORED}/levels", GAMUTS)),
     *(("POST", f"{NOT_STORED}/{name}") for name in ("contains", "map", "nearest", "recipes")),
-    *(("HEAD", f"{NOT_STORED}/mesh"), ("POST", f"{NOT_STORED}/link"), ("POST")),
+    *(("HEAD", f"{NOT_STORED}/mesh"), ("POST", f"{NOT_STORED}/link")),
 )
 
 
