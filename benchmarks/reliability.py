@@ -212,7 +212,7 @@ MIXTURE = (
 CHOICES = {
     "suffix": ("", ".glb", ".ply", ".gltf", ".stl", ".obj"),
     "page": ("/livez", "/readyz", "/metrics", "/", "/problems"),
-    "view": ("cusps", "leaves?hues=36", "slice?lightness=50", "slice.svg?hue=40", "rings"),
+    "view": ("cusps", "leaves?hues=36", "slice?lightness=50", "slice?hue=40", "rings"),
     "count": range(4, 500),
 }
 

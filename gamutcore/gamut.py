@@ -57,8 +57,6 @@ from gamutcore.questions import (
     cusps,
     device_colours,
     distance,
-    draw_rings,
-    draw_section,
     leaf,
     leaves,
     map_colours,
@@ -1268,21 +1266,20 @@ class Gamut:
         ax: Any = None,  # noqa: ANN401  # of matplotlib
         *,
         hue: float | None = None,
+        plane: ArrayLike | None = None,
         triangles: int | None = None,
         max_error: float | None = None,
         **style: Any,  # noqa: ANN401
     ) -> Any:  # noqa: ANN401
-        """Draw a section by a lightness, or a hue leaf, as `slice_svg` does.
+        """Draw a section in the colours that it shows.
 
         Parameters
         ----------
-        L : float, optional
-            Lightness.
+        L, hue, plane : optional
+            One of them, as for `slice`.
         ax : matplotlib.axes.Axes, optional
             New axes unless given. The first gamut is filled with its colours. Further gamuts on
             the same axes are dashed, and there is a legend.
-        hue : float, optional
-            Hue in degrees, instead of a lightness.
         **style
             For `matplotlib.axes.Axes.fill`; ``label`` is a name instead of `Gamut.name`, and with
             ``color`` or ``fill`` the section does not have its colours.
@@ -1296,7 +1293,16 @@ class Gamut:
         ModuleNotFoundError
             matplotlib is not installed.
         """
-        return plot_slice(self, L, ax, hue=hue, triangles=triangles, max_error=max_error, **style)
+        return plot_slice(
+            self,
+            L,
+            ax,
+            hue=hue,
+            plane=plane,
+            triangles=triangles,
+            max_error=max_error,
+            **style,
+        )
 
     def plot_rings(
         self,
@@ -1308,7 +1314,7 @@ class Gamut:
         max_error: float | None = None,
         **style: Any,  # noqa: ANN401
     ) -> Any:  # noqa: ANN401
-        """Draw the gamut rings as `rings_svg` does, with the outer one of a reference dashed.
+        """Draw the gamut rings, with the outer one of a reference dashed.
 
         Parameters
         ----------
@@ -1337,75 +1343,6 @@ class Gamut:
             triangles=triangles,
             max_error=max_error,
             **style,
-        )
-
-    def slice_svg(
-        self,
-        L: float | None = None,
-        *,
-        hue: float | None = None,
-        plane: ArrayLike | None = None,
-        name: str = "",
-        triangles: int | None = None,
-        max_error: float | None = None,
-    ) -> bytes:
-        """Return a picture of a section as SVG, in the colours that it shows.
-
-        Parameters
-        ----------
-        L, hue, plane : optional
-            One of them, as for `slice`.
-        name : str, optional
-            Of the gamut, for the title; `Gamut.name` by default.
-
-        Returns
-        -------
-        bytes
-            The same arguments give the same bytes. matplotlib is not needed.
-        """
-        return draw_section(
-            self,
-            L,
-            hue=hue,
-            plane=plane,
-            name=name or self.name,
-            triangles=triangles,
-            max_error=max_error,
-        )
-
-    def rings_svg(
-        self,
-        reference: Self | str | os.PathLike[str] | None = None,
-        *,
-        names: tuple[str, str] = ("", ""),
-        sectors: int = 360,
-        triangles: int | None = None,
-        max_error: float | None = None,
-    ) -> bytes:
-        """Return a picture of the gamut rings as SVG.
-
-        Parameters
-        ----------
-        reference : Gamut, str or path, optional
-        names : (str, str), optional
-            Of the gamut and of the reference, for the title and the legend; `Gamut.name` by
-            default.
-        sectors : int, optional
-            Number of equal sectors of hue.
-
-        Returns
-        -------
-        bytes
-            The same arguments give the same bytes. matplotlib is not needed.
-        """
-        other = self._other(reference)
-        return draw_rings(
-            self,
-            other,
-            names=(names[0] or self.name, names[1] or (other and other.name) or "reference"),
-            sectors=sectors,
-            triangles=triangles,
-            max_error=max_error,
         )
 
     # --- levels and files -------------------------------------------------------------------------

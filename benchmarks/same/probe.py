@@ -169,9 +169,6 @@ def observe_exports(inputs: Path, found: Observations) -> None:
         for size, view, background in ((200, "standard", "white"), (64, "top", "transparent")):
             found.attempt(f"{name} {view}", gamut.picture, size, view, background=background)
         found.attempt(f"{name} tiny picture", gamut.picture, 3)
-        found.attempt(f"{name} slice", gamut.slice_svg, white / 2, name="Name & <more>")
-        found.attempt(f"{name} leaf", gamut.slice_svg, hue=40)
-        found.attempt(f"{name} rings", gamut.rings_svg, sectors=36)
         found.attempt(f"{name} in a notebook", gamut._repr_html_)
         for file in PICTURES if name == "press" else ():
             found.attempt(f"mapped {file}: bytes", mapped, gamut, file)

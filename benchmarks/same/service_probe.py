@@ -86,8 +86,8 @@ mesh?triangles=1e3 mesh?triangles=100&triangles=50 mesh?max_error=-1
 mesh?max_error=1&max_mismatch=0.01 mesh?triangles=100&max_error=1 mesh?side=inside&triangles=90
 mesh.ply?side=outside&max_error=2 mesh?side=left mesh?colour=1 levels?side=inside cusps cusps?hues=0
 leaves?hues=8&lightness=5 slice slice?lightness=50 slice?hue=40 slice?plane=1,0,0,50 slice?plane=1,0
-slice?lightness=50&hue=3 slice.svg?lightness=50 slice.svg?hue=40&triangles=100 rings viewer.html
-rings?sectors=12&reference=srgb rings.svg?sectors=36 rings?reference=nothing picture.png?size=64
+slice?lightness=50&hue=3 slice?hue=40&triangles=100 rings viewer.html
+rings?sectors=12&reference=srgb rings?sectors=36 rings?reference=nothing picture.png?size=64
 picture.png?size=5 picture.png?view=top&size=64 picture.png?view=1,2,3 picture.png?background=red
 mesh?space=Oklab mesh.glb?triangles=60 mesh.gltf?triangles=60 mesh.ply?triangles=60
 mesh.stl?triangles=60 mesh.obj?triangles=60 mesh.3mf?triangles=60 mesh.gam?triangles=60
@@ -145,9 +145,9 @@ export coated.gamut --table cusps --csv|export coated.gamut --table levels --jso
 export coated.gamut --table leaves -o leaves.csv|export coated.gamut -o page.html
 export coated.gamut --table nothing|query spots.csv --gamut coated.gamut
 query spots.csv --gamut coated.gamut --json --triangles 200|slice coated.gamut
-query spots.csv --gamut coated.gamut --metric x|slice coated.gamut --hue 40 -o leaf.svg
+query spots.csv --gamut coated.gamut --metric x|slice coated.gamut --hue 40 -o leaf.csv
 query lab.npy --gamut coated.gamut -o report.csv --colours-in CIELAB|rings coated.gamut --csv
-compare coated.gamut srgb --surface-samples 2000|rings coated.gamut -o rings.svg
+compare coated.gamut srgb --surface-samples 2000|rings coated.gamut -o rings.json
 compare coated.gamut srgb --surface-samples 2000 --json|slice coated.gamut --lightness 50 --csv
 map spots.csv --gamut coated.gamut --method clip-chroma|store list checked
 map rgb.png --gamut coated.gamut -o printable.png|picture coated.gamut --size 3 -o tiny.png

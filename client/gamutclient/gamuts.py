@@ -453,19 +453,6 @@ class RemoteGamut:
         return self._section({**level, "lightness": L, "hue": hue, "plane": _numbers(plane)})
 
     @method
-    def slice_svg(
-        self,
-        L: float | None = None,
-        *,
-        hue: float | None = None,
-        plane: ArrayLike | None = None,
-        **level: Unpack[Level],
-    ) -> Steps[bytes]:
-        """Return the section as a picture."""
-        params = {**level, "lightness": L, "hue": hue, "plane": _numbers(plane)}
-        return self._file("slice.svg", params, "image/svg+xml")
-
-    @method
     def leaf(self, hue: float, **level: Unpack[Level]) -> Steps[results.ColourSection]:
         """Return the section by the half-plane of a hue."""
         return self._section({**level, "hue": hue})
@@ -512,18 +499,6 @@ class RemoteGamut:
             reference_gamut=_conditions(found.get("reference_gamut")),
             warnings=tuple(found.get("warnings", ())),
         )
-
-    @method
-    def rings_svg(
-        self,
-        reference: RemoteGamut | str | None = None,
-        *,
-        sectors: int = 360,
-        **level: Unpack[Level],
-    ) -> Steps[bytes]:
-        """Return the rings as a picture."""
-        params = {**level, "sectors": sectors, "reference": _id(reference)}
-        return self._file("rings.svg", params, "image/svg+xml")
 
     @method
     def picture(

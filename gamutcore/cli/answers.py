@@ -29,8 +29,10 @@ from gamutcore.cli.output import (
     AsJson,
     Output,
     check_answer_form,
+    drawing_axes,
     state,
     write_answer,
+    write_drawing,
     write_facts,
     write_table,
 )
@@ -565,23 +567,13 @@ def plot(
 
     Needs matplotlib, the extra plot.
     """
-    if output.suffix.lower() not in _DRAWINGS:
+    axes = drawing_axes(output, projection="3d")
+    if axes is None:
         raise typer.BadParameter(
             "Give a name that ends in .png, .svg or .pdf.", param_hint="--output"
         )
     gamut = gamut_of(source, ctx)
-    axes = _axes(gamut, triangles, max_error)
-    axes.figure.savefig(output)
+    gamut.plot(axes, triangles=triangles, max_error=max_error)
+    write_drawing(axes, output)
     state(gamut.conditions)
     typer.echo(str(output), err=True)
-
-
-_DRAWINGS = (".png", ".svg", ".pdf")
-"""Suffixes of drawings by matplotlib."""
-
-
-def _axes(gamut: Gamut, triangles: int | None, max_error: float | None) -> Any:  # noqa: ANN401
-    from gamutcore.questions import figure  # noqa: PLC0415
-
-    axes = figure().add_subplot(projection="3d")
-    return gamut.plot(axes, triangles=triangles, max_error=max_error)

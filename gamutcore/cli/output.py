@@ -21,14 +21,17 @@ if TYPE_CHECKING:
 
 __all__ = [
     "DIAGRAM_NAMES",
+    "DRAWINGS",
     "AsCsv",
     "AsJson",
     "Columns",
     "Output",
     "check_answer_form",
+    "drawing_axes",
     "state",
     "write_answer",
     "write_bytes",
+    "write_drawing",
     "write_facts",
     "write_table",
 ]
@@ -42,6 +45,9 @@ Output = Annotated[
     Path | None,
     typer.Option("--output", "-o", metavar="FILE", help="Write to this file."),
 ]
+
+DRAWINGS = (".png", ".svg", ".pdf")
+"""Suffixes of drawings by matplotlib."""
 
 Columns: TypeAlias = Mapping[str, Any]
 """A table: values of each column, in the order of the rows. None is an empty cell."""
@@ -184,6 +190,23 @@ def _distinct(names: Sequence[str]) -> list[str]:
             free = f"{name}_{at}"
         found.append(free)
     return found
+
+
+def drawing_axes(output: Path | None, **kind: Any) -> Any | None:  # noqa: ANN401  # of matplotlib
+    """Return new axes if a file is a drawing by its suffix; without matplotlib, the error says so.
+
+    Commands call this before they build a gamut.
+    """
+    if output is None or output.suffix.lower() not in DRAWINGS:
+        return None
+    from gamutcore.questions import figure  # noqa: PLC0415
+
+    return figure().add_subplot(**kind)
+
+
+def write_drawing(axes: Any, output: Path) -> None:  # noqa: ANN401  # of matplotlib
+    """Write the figure of axes in the format of the suffix."""
+    axes.figure.savefig(output, format=output.suffix[1:].lower())
 
 
 def write_bytes(data: bytes, output: Path | None) -> None:

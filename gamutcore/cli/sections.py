@@ -8,7 +8,16 @@ from typing import Annotated, Any
 import typer
 
 from gamutcore.cli.inputs import Source, asking, gamut_of, numbers_of
-from gamutcore.cli.output import AsCsv, AsJson, Output, state, write_bytes, write_table
+from gamutcore.cli.output import (
+    AsCsv,
+    AsJson,
+    Output,
+    drawing_axes,
+    state,
+    write_bytes,
+    write_drawing,
+    write_table,
+)
 
 __all__ = ["add_to"]
 
@@ -35,22 +44,16 @@ def cut(
     """Cut a gamut by a lightness, a hue or a plane.
 
     The result is a table of the corners of all polygons with their device values in per cent, or
-    a picture if the output is a .svg file, or a .png or .pdf file, which needs matplotlib.
+    a drawing if the output is a .png, .svg or .pdf file. Drawings need matplotlib, the extra plot.
     """
+    axes = drawing_axes(output)
     gamut = gamut_of(source, ctx)
     level: dict[str, Any] = {"triangles": triangles, "max_error": max_error}
     stated = state(gamut.conditions)
     numbers = None if plane is None else numbers_of(plane, "--plane", "Give four numbers a,b,c,d.")
-    if output is not None and output.suffix.lower() == ".svg":
-        write_bytes(gamut.slice_svg(lightness, hue=hue, plane=numbers, **level), output)
-        return
-    if output is not None and output.suffix.lower() in {".png", ".pdf"}:
-        if plane is not None:
-            raise typer.BadParameter("Pictures show a lightness or a hue.", param_hint="--plane")
-        from gamutcore.questions import figure  # noqa: PLC0415
-
-        axes = gamut.plot_slice(lightness, figure().add_subplot(), hue=hue, **level)
-        axes.figure.savefig(output)
+    if output is not None and axes is not None:
+        gamut.plot_slice(lightness, axes, hue=hue, plane=numbers, **level)
+        write_drawing(axes, output)
         return
     found = gamut.slice(lightness, hue=hue, plane=numbers, **level)
     counts = (found.offsets[1:] - found.offsets[:-1]).tolist()
@@ -78,11 +81,12 @@ def rings(
 ) -> None:
     """Compute the gamut rings of IDMS 1.1, alone or with a reference.
 
-    The result is a table of radii by lightness and hue, or a picture if the output is a .svg file,
-    or a .png or .pdf file, which needs matplotlib.
+    The result is a table of radii by lightness and hue, or a drawing if the output is a .png, .svg
+    or .pdf file. Drawings need matplotlib, the extra plot.
     """
     from gamutcore.questions import RINGS, build_warnings, comparison_warnings  # noqa: PLC0415
 
+    axes = drawing_axes(output)
     alone = reference is None
     gamut = gamut_of(source, ctx, alone=alone)
     other = None if reference is None else gamut_of(reference, ctx, alone=False)
@@ -92,14 +96,9 @@ def rings(
     else:
         both = gamut.conditions, other.conditions
         stated = state(*both, warnings=(*build_warnings(*both), *comparison_warnings(*both)))
-    if output is not None and output.suffix.lower() == ".svg":
-        write_bytes(gamut.rings_svg(other, sectors=sectors, **level), output)
-        return
-    if output is not None and output.suffix.lower() in {".png", ".pdf"}:
-        from gamutcore.questions import figure  # noqa: PLC0415
-
-        axes = gamut.plot_rings(other, figure().add_subplot(), sectors=sectors, **level)
-        axes.figure.savefig(output)
+    if output is not None and axes is not None:
+        gamut.plot_rings(other, axes, sectors=sectors, **level)
+        write_drawing(axes, output)
         return
     found = gamut.rings(other, sectors=sectors, **level)
     columns: dict[str, Any] = {**RINGS.tabulate(found).columns}

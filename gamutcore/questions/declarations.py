@@ -171,8 +171,6 @@ class Question:
         From the conditions of the gamut and of the other one to warnings.
     stated : callable
         From a gamut and the values of parameters to the values that the answer states.
-    picture : callable, optional
-        As `function`; returns the answer as SVG.
     alternatives : tuple of str
         Parameters of which exactly one is given.
     level : tuple of Parameter
@@ -200,7 +198,6 @@ class Question:
     stated: Callable[[GamutLike, Mapping[str, Any]], Mapping[str, float | str]] = (
         lambda _gamut, _values: {}
     )
-    picture: Callable[..., bytes] | None = None
     alternatives: tuple[str, ...] = ()
     level: tuple[Parameter, ...] = LEVEL_PARAMETERS
     needs_model: bool = False
@@ -228,11 +225,6 @@ class Question:
             getattr(found, "offsets", None),
             getattr(found, "channels", ()),
         )
-
-    def draw(self, gamuts: Sequence[GamutLike], values: Mapping[str, Any]) -> bytes:
-        """Return the answer as SVG, of a question that has a picture."""
-        assert self.picture is not None  # noqa: S101  # of the caller
-        return self.picture(gamuts[0], **self._named(gamuts, values))
 
     def _named(self, gamuts: Sequence[GamutLike], values: Mapping[str, Any]) -> dict[str, Any]:
         for other in gamuts[1:]:

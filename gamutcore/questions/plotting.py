@@ -8,32 +8,16 @@ to front.
 from __future__ import annotations
 
 import importlib.util
+import math
 import textwrap
+import unicodedata
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
 
 from gamutcore.arguments import Array, Boolean, Choice, FiniteNumber, Number, WholeNumber
-from gamutcore.colours.spaces import srgb
-from gamutcore.export.charts import (
-    CHARACTER,
-    FRAME,
-    GRID,
-    INK,
-    LABEL,
-    NOTE,
-    PAPER,
-    RINGS_TITLE,
-    SMALL,
-    TITLE,
-    ZERO,
-    ring_angles,
-    ring_bands,
-    ring_curves,
-    rings_note,
-    section_pixels,
-)
+from gamutcore.colours.spaces import CIELAB, srgb
 from gamutcore.export.rendering import (
     BACKGROUNDS,
     DEFAULT_SIZE,
@@ -48,15 +32,16 @@ from gamutcore.levels import LevelRequest
 from gamutcore.number_text import number_text
 from gamutcore.questions.declarations import Parameter, Question
 from gamutcore.questions.levels import answering_level
-from gamutcore.questions.shape import rings, rings_caption, section, section_axes
-from gamutcore.results import facts_table
+from gamutcore.questions.shape import RINGS, rings, section
+from gamutcore.results import GamutRings, facts_table
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
+
+    from numpy.typing import ArrayLike, NDArray
 
     from gamutcore.arrays import FloatArray, PositionArray
     from gamutcore.colours.spaces import ColourSpace
-    from gamutcore.export import SectionAxes
     from gamutcore.questions.levels import GamutLike
 
 __all__ = [
@@ -89,11 +74,20 @@ PLOT_TRIANGLES = 2000
 SHELL_OPACITY = 0.12
 """Of a second gamut on the same axes, through which the first one is seen."""
 
+INK, NOTE, FRAME, GRID, ZERO, PAPER = "#222", "#555", "#888", "#e2e2e2", "#aaa", "#fafafa"
+"""Text and lines, small text, frame, grid, grid at 0, and what is within the frame."""
+
 SIZE = (6.2, 6.6)
-"""Size of a figure in inches: that of the pictures as SVG, at 100 pixels per inch."""
+"""Size of a figure in inches."""
 
 POINTS = 0.72
-"""Points of a pixel of the pictures as SVG."""
+"""Points of a pixel at 100 pixels per inch, in which the sizes of text and lines are."""
+
+SMALL, LABEL, TITLE = 13, 15, 17
+"""Sizes of text, in pixels."""
+
+CHARACTER = 7.0
+"""Largest mean width of a character of the caption, in pixels."""
 
 LINES: tuple[Any, ...] = ("-", (0, (5, 3.1)), (0, (1.8, 1.4)), (0, (5, 2, 1.2, 2)))
 """Dashes of the first, the second and further gamuts, in widths of the line."""
@@ -101,6 +95,27 @@ LINES: tuple[Any, ...] = ("-", (0, (5, 3.1)), (0, (1.8, 1.4)), (0, (5, 2, 1.2, 2
 AZIMUTH, ELEVATION = np.radians(-35.0), np.radians(25.0)
 """Direction of the viewer of the picture in notebooks: in front of the blue and purple hues, from
 above."""
+
+RINGS_TITLE = "Gamut rings"
+
+PIXELS = 160
+"""Pixels along the longer side of a section's colours."""
+
+WEDGES = 72
+"""Parts of a band with the same colour, at most about this number."""
+
+BAND_LIGHTNESS = (22.0, 88.0)
+"""CIELAB lightness of the innermost and the outermost band: as in gamut-volume-m, near 20 to 90."""
+
+BAND_CHROMA = 42.0
+"""Chroma of the bands. Colours of this chroma are in sRGB at nearly all hues and lightnesses."""
+
+SAMPLE_LIGHTNESS, SAMPLE_CHROMA = 0.5, 0.4
+"""Of the colours whose CIELAB hues stand for hues of a space, times the lightness of its white.
+
+With them the primary and secondary colours of sRGB keep their CIELAB hues within 10° in seven of
+the ten spaces with a hue, and within 24° in all.
+"""
 
 
 def picture(
@@ -302,20 +317,101 @@ def plot(
     return ax
 
 
+def section_axes(
+    space: ColourSpace, lightness: float | None, hue: float | None, plane: ArrayLike | None
+) -> SectionAxes:
+    """Return the plane of a section, of which one is given, and its axes."""
+    if lightness is not None:
+        return lightness_axes(lightness, space)
+    if hue is not None:
+        return leaf_axes(hue, space)
+    numbers = np.asarray(plane, np.float64)
+    return plane_axes(numbers[:3], float(numbers[3]), space)
+
+
+class SectionAxes(NamedTuple):
+    """The plane of a section, and its axes in the picture.
+
+    Attributes
+    ----------
+    origin : (3,) float64
+        Where both axes are 0.
+    right, up : (3,) float64
+        Unit vectors of the axes.
+    labels : (str, str)
+    title : str
+    """
+
+    origin: FloatArray
+    right: FloatArray
+    up: FloatArray
+    labels: tuple[str, str]
+    title: str
+
+    def flat(self, points: FloatArray) -> FloatArray:
+        """Return the coordinates of points of the plane along both axes, (n, 2)."""
+        return (points - self.origin) @ np.column_stack([self.right, self.up])
+
+
+def lightness_axes(lightness: float, space: ColourSpace) -> SectionAxes:
+    """Return the plane of a constant lightness."""
+    upright = space.definition.lightness
+    right, up = (axis for axis in range(3) if axis != upright)
+    unit = np.eye(3)
+    labels = (space.axes[right], space.axes[up])
+    title = f"{space.axes[upright]} = {number_text(lightness)}"
+    return SectionAxes(lightness * unit[upright], unit[right], unit[up], labels, title)
+
+
+def leaf_axes(hue: float, space: ColourSpace) -> SectionAxes:
+    """Return the half-plane of a hue in degrees: chroma to the right, lightness upwards."""
+    angle = math.radians(hue)
+    right = np.array([0.0, math.cos(angle), math.sin(angle)])
+    chroma = "C*" if space.name in {"CIELAB", "CIELUV"} else "Chroma"
+    labels = (chroma, space.axes[0])
+    return SectionAxes(np.zeros(3), right, np.eye(3)[0], labels, f"Hue {hue:g}°")
+
+
+def plane_axes(normal: FloatArray, offset: float, space: ColourSpace) -> SectionAxes:
+    """Return axes for the plane normal · p = offset, as level and upright as possible."""
+    names = space.axes
+    length = float(np.linalg.norm(normal))
+    unit = normal / length
+    lightness = np.eye(3)[space.definition.lightness]
+    # up is the direction in the plane of the steepest lightness
+    up = lightness - unit[0] * unit
+    if np.linalg.norm(up) < 1e-9:
+        up = np.eye(3)[2] - unit[2] * unit
+    up /= np.linalg.norm(up)
+    right = np.cross(up, unit)
+    terms = " + ".join(
+        name if value == 1.0 else f"{value:g} {name}"
+        for value, name in zip(normal.tolist(), names, strict=True)
+        if value
+    )
+    labels = ("In the plane, across", "In the plane, along lightness")
+    return SectionAxes(
+        unit * offset / length, right, up, labels, f"{terms} = {number_text(offset)}"
+    )
+
+
 def plot_slice(
     gamut: GamutLike,
     lightness: float | None = None,
     ax: Any = None,  # noqa: ANN401  # of matplotlib
     *,
     hue: float | None = None,
+    plane: ArrayLike | None = None,
     triangles: int | None = None,
     max_error: float | None = None,
     **style: Any,  # noqa: ANN401
 ) -> Any:  # noqa: ANN401
-    """Draw a section by a lightness, or a hue leaf; further gamuts on the same axes are dashed."""
-    found = section(gamut, lightness, hue=hue, triangles=triangles, max_error=max_error)
+    """Draw a section as `section` cuts it; further gamuts on the same axes are dashed."""
+    found = section(
+        gamut, lightness, hue=hue, plane=plane, triangles=triangles, max_error=max_error
+    )
     ax = new_axes() if ax is None else ax
-    axes = section_axes(gamut.colour_space, lightness, hue)
+    axes = section_axes(gamut.colour_space, lightness, hue, plane)
     flat = [axes.flat(polygon) for polygon in found.polygons]
     number = len(_described(ax).labels)
     label = style.pop("label", gamut.name or f"gamut {number + 1}")
@@ -345,6 +441,23 @@ def _fill(ax: Any, flat: list[FloatArray], axes: SectionAxes, space: ColourSpace
     extent = (low[0], high[0], low[1], high[1])
     image = ax.imshow(pixels, extent=extent, interpolation="bilinear", zorder=0.9)
     image.set_clip_path(shape, transform=ax.transData)
+
+
+def section_pixels(
+    axes: SectionAxes, space: ColourSpace, low: Sequence[float], high: Sequence[float]
+) -> NDArray[np.uint8]:
+    """Return the colours of a section between two corners, (rows, columns, 3) from the top."""
+    spans = [high[axis] - low[axis] for axis in range(2)]
+    columns, rows = (max(1, round(PIXELS * span / max(spans))) for span in spans)
+    across = low[0] + (np.arange(columns) + 0.5) / columns * spans[0]
+    along = high[1] - (np.arange(rows) + 0.5) / rows * spans[1]
+    x, y = np.meshgrid(across, along)
+    colours = axes.origin + x[..., np.newaxis] * axes.right + y[..., np.newaxis] * axes.up
+    return _pixels(colours.reshape(-1, 3), space).reshape(rows, columns, 3)
+
+
+def _pixels(colours: FloatArray, space: ColourSpace) -> NDArray[np.uint8]:
+    return np.rint(srgb(space.appearance_lab(colours)) * 255.0).astype(np.uint8)
 
 
 def plot_rings(
@@ -409,8 +522,67 @@ def plot_rings(
     return ax
 
 
+def rings_caption(found: GamutRings) -> str:
+    """Return the conditions of one or two gamuts, and the warnings about their comparison."""
+    parts = [str(found.gamut)]
+    warnings: tuple[str, ...] = ()
+    if found.gamut is not None and found.reference_gamut is not None:
+        parts.append(f"reference: {found.reference_gamut}")
+        warnings = RINGS.compared(found.gamut, found.reference_gamut)
+    return " ".join(["; ".join(parts), *(f"Warning: {each}" for each in warnings)])
+
+
+def rings_note(name: str, volume: float | None) -> str:
+    """Return the second line of the title: the name of the gamut, and its volume."""
+    parts = [name] if name else []
+    if volume is not None:
+        figure = f"{volume:,.0f}" if volume >= 1000.0 else number_text(volume, 4)
+        parts.append(f"volume {figure}".replace(",", "\N{NARROW NO-BREAK SPACE}"))
+    return " · ".join(parts)
+
+
+def ring_angles(hues: FloatArray) -> FloatArray:
+    """Return the angles of the corners of rings; wide sectors are arcs of several corners."""
+    times = max(1, -(-WEDGES // len(hues)))
+    turn = 2.0 * np.pi / (len(hues) * times)
+    places = np.arange(len(hues) * times) - (times - 1) / 2.0
+    return np.asarray(np.radians(hues[0]) + turn * places, np.float64)
+
+
+def ring_curves(radius: FloatArray, angle: FloatArray) -> list[FloatArray]:
+    """Return the corners of closed curves with the radii of equal sectors."""
+    circle = np.column_stack([np.cos(angle), np.sin(angle)])
+    times = len(circle) // radius.shape[1]
+    return [np.repeat(each, times)[:, np.newaxis] * circle for each in radius]
+
+
+def ring_bands(
+    rings: list[FloatArray], angle: FloatArray, space: ColourSpace
+) -> Iterator[tuple[FloatArray, list[int]]]:
+    """Yield the parts of the bands between rings, with the sRGB colours of their hues."""
+    low, high = BAND_LIGHTNESS
+    count = len(angle)
+    width = max(1, count // WEDGES)
+    wedges = range(0, count, width)
+    shades = np.linspace(low, high, len(rings))
+    middles = np.array([angle[(begin + min(begin + width, count) - 1) // 2] for begin in wedges])
+    hues = SAMPLE_CHROMA * np.column_stack([np.cos(middles), np.sin(middles)])
+    samples = np.column_stack([np.full(len(hues), SAMPLE_LIGHTNESS), hues]) * space.white_lightness
+    opponent = np.asarray(space.appearance_lab(samples), np.float64)[:, 1:]
+    opponent = opponent * BAND_CHROMA / np.linalg.norm(opponent, axis=1, keepdims=True)
+    lab = np.array([(shade, *hue) for shade in shades for hue in opponent])
+    colours = _pixels(lab, CIELAB).tolist()
+    inner = np.zeros_like(rings[0])
+    for band, ring in enumerate(rings):
+        for wedge, begin in enumerate(wedges):
+            at = np.arange(begin, min(begin + width, count) + 1) % count
+            outline = np.vstack([ring[at], inner[at][::-1]])
+            yield outline, colours[band * len(middles) + wedge]
+        inner = ring
+
+
 def _dress(ax: Any, labels: tuple[str, str]) -> None:  # noqa: ANN401  # of matplotlib
-    """Give axes in the plane the frame, the grid and the labels of the pictures as SVG."""
+    """Give axes in the plane the frame, the grid and the labels of all charts."""
     ax.set_facecolor(PAPER)
     ax.set_axisbelow(True)
     ax.grid(visible=True, color=GRID, linewidth=POINTS)
@@ -435,8 +607,12 @@ def _line(label: str, **look: Any) -> Any:  # noqa: ANN401  # of matplotlib
 
 
 def _plain(text: str) -> str:
-    """Return a text for matplotlib, which takes what is between dollar signs for mathematics."""
-    return text.replace("$", r"\$")
+    """Return a text for matplotlib, without the control characters that SVG does not allow.
+
+    What is between dollar signs is mathematics to matplotlib.
+    """
+    shown = "".join(character for character in text if unicodedata.category(character)[0] != "C")
+    return shown.replace("$", r"\$")
 
 
 class _Described(SimpleNamespace):

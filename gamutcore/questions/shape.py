@@ -13,7 +13,6 @@ from gamutcore import search
 from gamutcore.arguments import Array, FiniteNumber, Number, WholeNumber, check_option
 from gamutcore.colour_rows import colour_rows
 from gamutcore.errors import OptionError
-from gamutcore.export import leaf_axes, lightness_axes, plane_axes, rings_svg, section_svg
 from gamutcore.questions.conditions import build_warnings, comparison_warnings
 from gamutcore.questions.declarations import (
     NULLABLE_NUMBER,
@@ -32,8 +31,6 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from gamutcore.arrays import FloatArray
-    from gamutcore.colours.spaces import ColourSpace
-    from gamutcore.export import SectionAxes
     from gamutcore.questions.levels import GamutLike
 
 __all__ = [
@@ -42,16 +39,12 @@ __all__ = [
     "RINGS",
     "SLICE",
     "cusps",
-    "draw_rings",
-    "draw_section",
     "hue_angles",
     "leaf",
     "leaves",
     "max_chroma",
     "rings",
-    "rings_caption",
     "section",
-    "section_axes",
 ]
 
 MOST_HUES = 36_000
@@ -222,37 +215,6 @@ def _section_answer(found: ColourSection) -> Answer:
     return Answer(table, channels=found.channels, document=document)
 
 
-def draw_section(
-    gamut: GamutLike,
-    lightness: float | None = None,
-    *,
-    hue: float | None = None,
-    plane: ArrayLike | None = None,
-    name: str = "",
-    triangles: int | None = None,
-    max_error: float | None = None,
-) -> bytes:
-    """Return a picture of a section as SVG, titled with the name of the gamut."""
-    found = section(
-        gamut, lightness, hue=hue, plane=plane, triangles=triangles, max_error=max_error
-    )
-    space = gamut.colour_space
-    axes = section_axes(space, lightness, hue, plane)
-    return section_svg(found.polygons, axes, space, name, str(found.gamut))
-
-
-def section_axes(
-    space: ColourSpace, lightness: float | None, hue: float | None, plane: ArrayLike | None = None
-) -> SectionAxes:
-    """Return the plane of a section, of which one is given, and its axes."""
-    if lightness is not None:
-        return lightness_axes(lightness, space)
-    if hue is not None:
-        return leaf_axes(hue, space)
-    numbers = np.asarray(plane, np.float64)
-    return plane_axes(numbers[:3], float(numbers[3]), space)
-
-
 _FINITE = Annotated[float, Number(-1e6, 1e6)]
 
 SLICE = Question(
@@ -285,7 +247,6 @@ SLICE = Question(
         "polygons": [[[50, 70, 0], [50, 0, 60], [50, -60, 0]]],
         "device": [[[0, 1, 0, 0], [0, 0.4, 1, 0.2], [1, 0, 0.6, 0]]],
     },
-    picture=draw_section,
     alternatives=("lightness", "hue", "plane"),
 )
 
@@ -442,40 +403,6 @@ def _rings_answer(found: GamutRings) -> Answer:
     return Answer(table, document=document)
 
 
-def draw_rings(
-    gamut: GamutLike,
-    reference: GamutLike | None = None,
-    *,
-    names: tuple[str, str] = ("", "reference"),
-    sectors: int = 360,
-    triangles: int | None = None,
-    max_error: float | None = None,
-) -> bytes:
-    """Return a picture of the gamut rings as SVG, with the names of the gamuts."""
-    found = rings(gamut, reference, sectors=sectors, triangles=triangles, max_error=max_error)
-    return rings_svg(
-        found.lightness,
-        found.hues,
-        found.radius,
-        reference_radius=found.reference_radius,
-        intersection_radius=found.intersection_radius,
-        names=names,
-        space=gamut.colour_space,
-        volume=found.volume,
-        caption=rings_caption(found),
-    )
-
-
-def rings_caption(found: GamutRings) -> str:
-    """Return the conditions of one or two gamuts, and the warnings about their comparison."""
-    parts = [str(found.gamut)]
-    warnings: tuple[str, ...] = ()
-    if found.gamut is not None and found.reference_gamut is not None:
-        parts.append(f"reference: {found.reference_gamut}")
-        warnings = _warnings(found.gamut, found.reference_gamut)
-    return " ".join(["; ".join(parts), *(f"Warning: {each}" for each in warnings)])
-
-
 RINGS = Question(
     "rings",
     "listRings",
@@ -521,5 +448,4 @@ RINGS = Question(
     },
     other="reference",
     compared=_warnings,
-    picture=draw_rings,
 )

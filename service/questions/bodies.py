@@ -41,7 +41,6 @@ __all__ = [
     "FORMS",
     "JSON",
     "NPY",
-    "SVG",
     "TABLES",
     "TABLE_PARAMETERS",
     "Body",
@@ -52,7 +51,6 @@ __all__ = [
 JSON = "application/json"
 NPY = "application/x-npy"
 CSV = "text/csv"
-SVG = "image/svg+xml"
 
 
 class Form(NamedTuple):

@@ -12,8 +12,8 @@ from gamutcore.questions.declarations import (
     list_of,
 )
 from service.http.representations import IMMUTABLE
-from service.openapi.documentation import binary_content, header
-from service.questions.bodies import CSV, FORMS, JSON, NPY, SVG, TABLES
+from service.openapi.documentation import header
+from service.questions.bodies import CSV, FORMS, JSON, NPY, TABLES
 from service.questions.parameters import description
 from service.questions.parameters import schema as schema_of
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from gamutcore.questions import Question
 
-__all__ = ["picture_response", "query_response", "request_body", "stated_header", "view_response"]
+__all__ = ["query_response", "request_body", "stated_header", "view_response"]
 
 
 def _object(
@@ -266,15 +266,6 @@ def _forms(
         JSON: {"schema": answer, "examples": {"answer": example}},
         NPY: {"schema": _BINARY, "examples": {"array": {"summary": array}}},
         CSV: {"schema": _TEXT, "examples": {"table": {"summary": table}}},
-    }
-
-
-def picture_response() -> dict[str, Any]:
-    """Return the description of a picture."""
-    return {
-        "description": "The picture.",
-        "content": binary_content({SVG: "A picture as SVG"}),
-        "headers": _IMMUTABLE_HEADERS,
     }
 
 

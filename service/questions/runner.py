@@ -17,7 +17,7 @@ from service.admission import Work, needed_bytes
 from service.http.request_context import timed
 from service.problems.problem import Problem, ProblemError
 from service.questions.answers import WRITERS, level_document, shape_file
-from service.questions.bodies import CSV, FORMS, JSON, SVG, parse_body
+from service.questions.bodies import CSV, FORMS, JSON, parse_body
 from service.questions.parameters import check_alternatives
 
 if TYPE_CHECKING:
@@ -171,10 +171,6 @@ class QuestionRunner:
         clock = time.perf_counter()
         check_alternatives(question, values)
         gamuts, values = [level.gamut for level in levels], level_values(levels, values)
-        if media_type == SVG:
-            picture = question.draw(gamuts, values)
-            self._metrics.count(f"{question.name}.svg", 1, time.perf_counter() - clock)
-            return picture
         with timed("query"):
             answer = question.answer(gamuts, (), values)
         rows = len(next(iter(answer.columns.values())))

@@ -43,8 +43,8 @@ from service.openapi.documentation import (
 )
 from service.problems.problem import Problem, ProblemError
 from service.questions.answers import condition_headers
-from service.questions.bodies import FORMS, JSON, NPY, SVG
-from service.questions.documentation import picture_response, view_response
+from service.questions.bodies import FORMS, JSON, NPY
+from service.questions.documentation import view_response
 from service.questions.parameters import documentation, query_values, refuse, values_of
 from service.questions.runner import answer_bytes
 from service.routes.dependencies import (
@@ -123,29 +123,9 @@ def _add_route(question: Question) -> None:
     )
 
 
-def _add_picture(question: Question) -> None:
-    async def endpoint(request: Request, gamut_id: GamutId) -> Response:
-        values = _values(question, NamedGamuts.of(request).items)
-        return await _answer(request, question, [gamut_id], values, SVG)
-
-    router.add_api_route(
-        f"/{{gamut_id}}/{question.name}.svg",
-        endpoint,
-        methods=["GET"],
-        operation_id=f"{question.operation_id}Picture",
-        summary=f"{question.summary}, as a picture",
-        description=f"{question.description} As SVG; `Accept` is ignored.",
-        response_class=Response,
-        responses={200: picture_response(), 304: NOT_MODIFIED, **problems(*_PROBLEMS)},
-        openapi_extra={"parameters": documentation(question.all_parameters)},
-    )
-
-
 for _question in QUESTIONS.values():
     if _question.members and _question is not COMPARISON:
         _add_route(_question)
-        if _question.picture is not None:
-            _add_picture(_question)
 
 
 def named_gamut(name: str) -> dict[str, object]:

@@ -42,8 +42,7 @@ def test_methods_of_the_client_have_the_declared_parameters_and_summaries(questi
         if parameter not in {*asked.__annotations__, *columns}
         and (question.name, parameter) not in OF_DISTANCE
     }
-    drawn = [f"{name}_svg"] if question.picture is not None else []
-    for method in {name, CLASSIFYING.get(name, name), *drawn}:
+    for method in {name, CLASSIFYING.get(name, name)}:
         _, *taken, rest = inspect.signature(getattr(gamutclient.Gamut, method)).parameters.values()
         given = {each.name: None if each.default is each.empty else each.default for each in taken}
         assert given.items() <= expected.items()

@@ -161,8 +161,7 @@ def test_slice(command, as_json, as_rows, cubes, tmp_path):
     command("slice", cube, status=2)
     command("slice", cube, "--plane", "1,0,x,90", status=2)
     command("slice", cube, "--plane", "0,1,1,5", "-o", tmp_path / "slice.svg")
-    picture = (tmp_path / "slice.svg").read_bytes()
-    assert picture == Gamut.load(cube).slice_svg(plane=(0, 1, 1, 5))
+    assert "<!-- a* + b* = 5 -->" in (tmp_path / "slice.svg").read_text()
 
 
 @pytest.mark.slow
@@ -173,10 +172,11 @@ def test_rings(command, as_json, cubes, tmp_path):
     assert (np.pi * outer**2).mean() == pytest.approx(40**3, rel=1e-4)
     both = as_json("rings", cube, "--reference", cube, "--sectors", 4)
     assert both["reference_radius"] == pytest.approx(both["radius"])
-    command("rings", cube, "--sectors", 4, "-o", tmp_path / "rings.svg")
-    assert (tmp_path / "rings.svg").read_bytes() == Gamut.load(cube).rings_svg(sectors=4)
-    command("rings", cube, "-o", tmp_path / "rings.png")
-    assert (tmp_path / "rings.png").read_bytes().startswith(b"\x89PNG")
+    for suffix, begin in ((".svg", b"<?xml"), (".PNG", b"\x89PNG"), (".pdf", b"%PDF")):
+        path = tmp_path / f"rings{suffix}"
+        command("rings", cube, "--sectors", 4, "-o", path)
+        assert path.read_bytes().startswith(begin)
+    assert "<!-- Gamut rings -->" in (tmp_path / "rings.svg").read_text()
 
 
 def test_a_picture_is_that_of_python(command, saved, small_gamut, tmp_path):

@@ -1,5 +1,6 @@
-"""Pictures in notebooks, with matplotlib and as SVG."""
+"""Pictures in notebooks, and drawings with matplotlib."""
 
+import io
 import re
 import xml.etree.ElementTree as ET
 
@@ -7,9 +8,11 @@ import numpy as np
 import pytest
 
 from gamutcore import Gamut, reference
-from gamutcore.questions.plotting import face_colours, figure, svg_picture
+from gamutcore.colours.spaces import ColourSpace
+from gamutcore.questions.plotting import face_colours, figure, plane_axes, svg_picture
 
 CUBE = 20 * (2.0 * np.array(list(np.ndindex(2, 2, 2))) - 1) + (50, 0, 0)
+FEW = {"surface_samples": 1000}
 
 
 def test_html_has_a_picture_and_the_key_figures(small_gamut):
@@ -53,7 +56,7 @@ def test_slices_and_rings():
 
 
 def test_plots_have_names_colours_and_dashes():
-    """The section is filled with the colours that the picture as SVG has; the second is dashed."""
+    """The section is filled with the colours that it shows; the second is dashed."""
     gamut, other = Gamut(CUBE, gamma=1), Gamut(CUBE / 2 + np.array([25, 0, 0]), gamma=1)
     gamut.name, other.name = "Large $1", "Small $2"
     axes = gamut.plot_slice(50, figure().add_subplot())
@@ -104,24 +107,74 @@ def test_a_gamut_has_the_name_of_its_file_or_reference(small_gamut, tmp_path):
     assert Gamut("examples/FOGRA39L.ti3", surface_samples=1000).name == "FOGRA39L"
 
 
-class TestSvg:
-    def test_slices_leaves_and_planes(self, small_gamut):
-        pictures = [
-            small_gamut.slice_svg(50, name="Small"),
-            small_gamut.slice_svg(hue=40),
-            small_gamut.slice_svg(plane=(1, 1, 0, 50)),
-        ]
-        for picture, title in zip(pictures, ("L* = 50", "Hue 40°", "L* + a* = 50"), strict=True):
-            assert f"<title>{title}</title>".encode() in picture
-            assert b"<image" in picture
-        assert len(set(pictures)) == 3
-        assert "Small · CIELAB".encode() in pictures[0]
+@pytest.mark.parametrize("normal", [(1, 0, 0), (-2, 0, 0), (0, 1, 0), (1, 1, 1), (0.5, 0, -3)])
+def test_axes_of_a_plane_are_in_it_and_seen_from_its_tip(normal):
+    normal = np.array(normal, np.float64)
+    axes = plane_axes(normal, 12.0, ColourSpace("CIELAB"))
+    assert normal @ axes.origin == pytest.approx(12)
+    frame = np.array([axes.right, axes.up, normal / np.linalg.norm(normal)])
+    np.testing.assert_allclose(frame @ frame.T, np.eye(3), atol=1e-12)
+    assert np.linalg.det(frame) == pytest.approx(1)
 
-    def test_rings_with_and_without_a_reference(self, small_gamut):
-        assert b"intersection" not in small_gamut.rings_svg()
-        compared = small_gamut.rings_svg(small_gamut, names=("one", "two"))
-        assert b">two<" in compared
-        assert b"intersection" in compared
+
+def test_a_plane_has_its_equation_and_its_shape():
+    """Across a* = 10, the cube of 40 is a square of 40 that is as high as it is wide."""
+    axes = Gamut(CUBE, gamma=1).plot_slice(ax=figure().add_subplot(), plane=(0, 1, 0, 10))
+    assert axes.get_title("left") == "a* = 10"
+    assert np.ptp(axes.patches[0].get_xy(), axis=0) == pytest.approx([40, 40], abs=1e-3)
+    beside = Gamut(CUBE, gamma=1).plot_slice(ax=figure().add_subplot(), plane=(0, 1, 0, 50))
+    assert beside.texts[0].get_text().endswith("CIELAB · empty")
+    assert not beside.images
+    assert not beside.patches
+
+
+def test_a_slice_has_the_colours_of_its_hues():
+    axes = Gamut(CUBE, gamma=1).plot_slice(50, figure().add_subplot())
+    pixels = axes.images[0].get_array().astype(int)
+    rows, columns, _ = pixels.shape
+    right, left = pixels[rows // 2, -1], pixels[rows // 2, 0]
+    assert right[0] > right[1] + 30  # +a* is red
+    assert left[1] > left[0] + 30  # −a* is green
+    assert pixels[0, columns // 2][2] < pixels[-1, columns // 2][2] - 30  # −b* is blue
+
+
+class TestRings:
+    def bands(self, space="CIELAB"):
+        """Return the colours of bands by ring and sector of 5°."""
+        gamut = Gamut(CUBE, gamma=1) if space == "CIELAB" else reference("srgb", **FEW, space=space)
+        (bands,) = gamut.plot_rings(ax=figure().add_subplot(), sectors=72).collections
+        return bands.get_facecolors()[:, :3].reshape(10, 72, 3)
+
+    def test_bands_have_the_colours_of_their_hues(self):
+        bands = self.bands()
+        assert bands[4, 5, 0] > bands[4, 5, 1] + 0.15  # red at about 30°
+        assert (np.diff(bands.mean(axis=(1, 2))) > 0).all()  # lighter outwards
+
+    def test_bands_of_another_space_have_the_colours_of_its_hues(self):
+        """Red is at about 113° in ICtCp, where CIELAB has a yellowish green."""
+        for space, is_red in (("ICtCp", True), ("CIELAB", False)):
+            red, green, blue = self.bands(space)[4, 113 // 5]
+            assert (red > green + 0.15 and red > blue + 0.15) == is_red
+
+    @pytest.mark.parametrize("sectors", [1, 4, 100])
+    def test_rings_of_few_or_many_sectors_are_arcs(self, sectors):
+        gamut = Gamut(CUBE, gamma=1)
+        found = gamut.rings(sectors=sectors)
+        axes = gamut.plot_rings(ax=figure().add_subplot(), sectors=sectors)
+        outer = max(axes.lines, key=lambda line: np.ptp(line.get_xdata()))
+        radii = np.hypot(*outer.get_data())
+        assert len(radii) > 72
+        shown = np.unique(radii.round(6))
+        np.testing.assert_allclose(shown, np.unique(found.radius[-1].round(6)), rtol=1e-5)
+
+
+def test_a_name_of_any_characters_gives_a_file_that_opens():
+    """XML has no control characters, and matplotlib writes each text as a comment."""
+    gamut = Gamut(CUBE, gamma=1)
+    gamut.name = "Pa\x00p\x1be\ud800r <A> & -- $1"
+    file = io.BytesIO()
+    gamut.plot_slice(50, figure().add_subplot()).figure.savefig(file, format="svg")
+    assert ET.fromstring(file.getvalue()).tag.endswith("svg")  # noqa: S314  # our own
 
 
 def test_the_visible_faces_of_a_cube_are_three_squares():

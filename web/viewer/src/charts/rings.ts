@@ -26,7 +26,7 @@ export interface RingsOptions {
   space: Space;
 }
 
-/** Bands stand for hues, not for colours: dark within, light outside, as in `gamutcore.export.charts`. */
+/** Bands stand for hues, not for colours: dark within, light outside, as in `gamutcore.questions.plotting`. */
 const BAND_LIGHTNESS: Point = [22, 88];
 const BAND_CHROMA = 42;
 const WEDGES = 72;
