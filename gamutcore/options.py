@@ -43,7 +43,7 @@ from gamutcore.colours import spaces as parameters
 from gamutcore.colours.spaces import SPACES, ColourSpace
 from gamutcore.decimation import COSTS
 from gamutcore.errors import OptionError
-from gamutcore.names import near_match
+from gamutcore.names import folded, near_match
 
 __all__ = ["DATA_KINDS", "OPTIONS", "Option", "Options", "option_name", "option_value"]
 
@@ -401,16 +401,18 @@ class Options(BaseModel):
         try:
             return canonical(value)
         except ValidationError:
-            raise refusal(name, value, declared.kind) from None
+            error = refusal(name, value, declared.kind)
+            if name == "boundary" and isinstance(value, str) and folded(value) == "convexhull":
+                error.remedy = (
+                    'Give a gamma of 1 (--gamma 1, or "gamma": 1), which is the convex hull, with'
+                    " the boundary modified-convex-hull or without a boundary."
+                )
+            raise error from None
 
     @model_validator(mode="after")
     def _check_together(self) -> Self:
         given = {name: getattr(self, name) for name in parameters.SPACE_PARAMETERS}
         self.__dict__.update(parameters.space_parameters(self.space, given))  # the model is frozen
-        if self.boundary == "convex-hull" and self.gamma != 1.0:
-            raise OptionError.not_applicable(
-                "gamma", self.gamma, "the convex hull is the modified one with a gamma of 1"
-            )
         if self.source == "transforms":  # the default; None keeps the ids of gamuts without it
             self.__dict__["source"] = None
         return self

@@ -40,7 +40,6 @@ class Method(NamedTuple):
 BOUNDARIES: dict[str, Method] = {
     "auto": Method(modified_convex_hull, {"gamma": "auto"}),
     "modified-convex-hull": Method(modified_convex_hull, {"gamma": "auto"}),
-    "convex-hull": Method(modified_convex_hull, {"gamma": 1.0}),
     "segment-maxima": Method(segment_maxima, {"segments": SEGMENTS}),
     "device-surface": Method(device_surface_boundary, {}, needs_faces=True),
     "usv": Method(usv, {"gamma": 0.05, "basis": "icosahedron", "subdivisions": 4}),
@@ -100,7 +99,7 @@ def compute_boundary(
     Examples
     --------
     >>> cube = [(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)]
-    >>> compute_boundary(cube, "convex-hull").mesh.triangles
+    >>> compute_boundary(cube, "modified-convex-hull", gamma=1).mesh.triangles
     12
     """
     method, parameters = resolve_method(method, faces, parameters)

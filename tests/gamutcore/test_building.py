@@ -140,7 +140,7 @@ class TestBuild:
     def test_options_reach_their_stations(self, small_gamut, random_cloud):
         data = bare(random_cloud(70))
         default = Gamut(data)
-        hull = Gamut(data, boundary="convex-hull")
+        hull = Gamut(data, gamma=1)
         assert hull.description["volume"] > default.description["volume"]
         centred = Gamut(data, centre=(52, 1, -2))
         assert centred.description["centre"] == [52, 1, -2]

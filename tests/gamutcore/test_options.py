@@ -18,7 +18,6 @@ GAMMA = st.floats(0, 1, exclude_min=True)
 METHODS = {
     "auto": {"gamma": GAMMA},
     "modified-convex-hull": {"gamma": GAMMA},
-    "convex-hull": {"gamma": st.just(1)},
     "device-surface": {},
     "segment-maxima": {"segments": st.tuples(st.integers(2, 180), st.integers(3, 360)).map(list)},
     "usv": {
@@ -86,7 +85,7 @@ def test_a_mapping_survives_json(mapping):
             for value in (0, -0.2, 1.01, math.nan, math.inf, "0.2", None, True, [], 10**400)
         ],
         *[("space", value) for value in ("CIEXYY", "CIE", "", None, 1, [], {})],
-        *[("boundary", value) for value in ("hull", None, 1, ["convex-hull"])],
+        *[("boundary", value) for value in ("hull", "convex-hull", None, 1, ["usv"])],
         *[("cost", value) for value in ("area", "interface", None, 2)],
         *[("intent", value) for value in ("media", None, 0)],
         *[("observer", value) for value in (1, 5, "2", None, True, [2])],
@@ -135,7 +134,6 @@ def test_a_value_that_is_not_accepted(field, value):
         ({}, {"Space": "CIE Lab", "reference_white": "D50", "adaptation": "Bradford", "scale": 1}),
         ({"gamma": 1}, {"gamma": 1.0}),
         ({"centre": [50, 0, 0]}, {"centre": (50.0, 0.0, -0.0)}),
-        ({"boundary": "convex-hull", "gamma": 1}, {"boundary": "Convex Hull"}),
         ({"boundary": "usv"}, {"boundary": "usv", "gamma": 0.05, "basis": "icosahedron"}),
         ({"boundary": "usv", "subdivisions": 4}, {"boundary": "usv"}),
         ({"boundary": "segment-maxima"}, {"boundary": "segment-maxima", "segments": (16, 16)}),
@@ -167,7 +165,6 @@ def test_the_same_question_has_one_canonical_form(one, other):
         # an option of other boundaries or spaces: not ignored, because the caller expects an effect
         ({"segments": [16, 16]}, "segments"),
         ({"basis": "octahedron"}, "basis"),
-        ({"boundary": "convex-hull", "gamma": 0.2}, "gamma"),
         ({"boundary": "segment-maxima", "gamma": 0.2}, "gamma"),
         ({"boundary": "segment-maxima", "subdivisions": 3}, "subdivisions"),
         ({"boundary": "usv", "segments": [16, 16]}, "segments"),
@@ -194,6 +191,20 @@ def test_what_does_not_apply_and_what_is_out_of_bounds_is_refused(mapping, field
         Options.from_mapping(mapping)
     assert caught.value.where == {"field": field}
     assert caught.value.remedy
+
+
+@pytest.mark.parametrize(
+    ("mapping", "remedy"),
+    [
+        ({"boundary": "Convex Hull"}, '"gamma": 1'),
+        ({"boundary": "convex-hull", "gamma": 1}, '"gamma": 1'),
+    ],
+)
+def test_what_has_left_is_refused_with_what_takes_its_place(mapping, remedy):
+    with pytest.raises(OptionError) as caught:
+        Options.from_mapping(mapping)
+    assert remedy in caught.value.remedy
+    assert "Did you mean" not in caught.value.remedy
 
 
 def test_near_matches_are_named():

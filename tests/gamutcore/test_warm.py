@@ -66,7 +66,7 @@ OPTIONAL = """
 use_kernels("default")
 before = signatures()
 from gamutcore.levels import voxel_mismatch
-hull = {"cost": "quadric", "boundary": "convex-hull", "intent": "absolute"}
+hull = {"cost": "quadric", "gamma": 1, "intent": "absolute"}
 for data, options in (
     *((press, each) for each in ({"cost": "finest"}, hull, {"boundary": "segment-maxima"})),
     (lut, {"boundary": "usv"}), (lut, {"cost": "finest"}),

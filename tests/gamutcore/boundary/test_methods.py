@@ -52,7 +52,7 @@ def test_device_values_are_those_of_the_point_that_a_vertex_is_or_of_the_nearest
 
 def test_device_values_off_the_cube_by_a_rounding_are_put_on_it(random_cloud):
     points = random_cloud(3)
-    boundary = compute_boundary(points, "convex-hull")
+    boundary = compute_boundary(points, "modified-convex-hull", gamma=1)
     device = np.full((len(points), 2), [np.nextafter(1.0, 2.0), -1e-17])
     values = vertex_device_values(boundary, points, device, ("C", "M")).values
     assert (values == [1.0, 0.0]).all()

@@ -325,7 +325,7 @@ def edges(schema):
 OPTION_CASES = [
     *(
         (boundary, name)
-        for boundary in sorted(set(BOUNDARIES) - {"convex-hull"})
+        for boundary in sorted(BOUNDARIES)
         for name in BOUNDARIES[boundary].defaults
     ),
     *((None, name) for name in ("space", "boundary", "cost", "intent", "surface_samples")),

@@ -88,7 +88,7 @@ def test_a_file_is_recognised_by_its_content(server, sphere):
 @pytest.mark.parametrize(
     ("options", "triangles"),
     [
-        ({"boundary": "convex-hull"}, None),
+        ({"gamma": 1}, None),
         ({"boundary": "segment-maxima"}, 512),
         ({"boundary": "segment-maxima", "segments": [5, 7]}, 70),
         ({"boundary": "segment-maxima", "segments": [180, 360]}, 129_600),
