@@ -331,10 +331,6 @@ class Options(BaseModel):
         default=None,
         description="Chromatic adaptation transform from one white to another.",
     )
-    scale: Annotated[parameters.SCALE | Absent, _OF_SPACE] = Field(
-        default=None,
-        description="Factor of all coordinates of the space.",
-    )
     luminance: Annotated[parameters.LUMINANCE | Absent, _OF_SPACE] = Field(
         default=None,
         description="Luminance of the white in cd/m², or `measured` for the luminance that the "
@@ -542,8 +538,11 @@ def option_name(given: object) -> str:
     if name in OPTIONS:
         return name
     meant = near_match(name, OPTIONS)
+    hint = f"Did you mean {meant}? " if meant else ""
+    if name == "scale":
+        hint = "Leave it out, and multiply the coordinates of answers by the factor. "
     raise OptionError(
         f"There is no option {str(given)[:40]!r}.",
         where={"field": str(given)[:40]},
-        remedy=(f"Did you mean {meant}? " if meant else "") + f"Options are {', '.join(OPTIONS)}.",
+        remedy=f"{hint}Options are {', '.join(OPTIONS)}.",
     )

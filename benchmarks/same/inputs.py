@@ -58,7 +58,6 @@ WRONG_OPTIONS: list[dict[str, object]] = [
         "condition": ("M9", ""),
         "reference_white": ("D51", [1, 2], [1, 0, 0]),
         "adaptation": ("CAT97",),
-        "scale": (0, 1e9),
         "luminance": (100, "measured"),
         "adapting_luminance": (4,),
         "background": (20,),
@@ -141,7 +140,7 @@ def _cases() -> dict[str, tuple[str, dict[str, object]]]:
         ("rgb.csv", {"device_model": "fit"}),
         *((display, {"intent": i}) for i in ("absolute", "perceptual", "saturation")),
         (press, {"space": "CAM16-UCS", "surround": "dim", "background": 30}),
-        (press, {"space": "Oklab", "scale": 100, "adaptation": "CAT16", "reference_white": "D50"}),
+        (press, {"space": "Oklab", "adaptation": "CAT16", "reference_white": "D50"}),
     ]
     for name, options in choices:
         cases[f"{name} {json.dumps(options)}"] = (name, {**SMALL, **options})

@@ -62,7 +62,7 @@ MOST_ROWS = 250_000
 """Rows of one request: the service takes a million, and answers while the next rows are sent."""
 
 SPACE_OPTIONS = (
-    *("space", "reference_white", "adaptation", "scale", "luminance"),
+    *("space", "reference_white", "adaptation", "luminance"),
     *("adapting_luminance", "background", "surround"),
 )
 """Options of a build that are its space: references that are shown beside a gamut have its own."""

@@ -127,13 +127,13 @@ class Shown:
     def _swatches(self) -> list[str]:
         """Return a swatch for each of `points`, if they are in a space with a known appearance.
 
-        Colours of CSS are relative to D50, without a factor.
+        Colours of CSS are relative to D50.
         """
         points, conditions = getattr(self, "points", None), getattr(self, "gamut", None)
         if points is None or points.size > 3 * MOST_ROWS:
             return []
         space = getattr(self, "space", conditions.space if conditions else "")
-        plain = conditions is not None and (conditions.white, conditions.scale) == ("D50", 1.0)
+        plain = conditions is not None and conditions.white == "D50"
         colour = _SWATCHES.get(space) if plain or space == "sRGB" else None
         return [swatch(colour.format(*row)) for row in points.reshape(-1, 3)] if colour else []
 
@@ -226,8 +226,6 @@ class Conditions(Shown):
         Of measurements; empty if not stated.
     is_print, inks : bool
         False if the gamut does not state it.
-    scale : float
-        Factor of all coordinates.
     build_warnings : tuple of str
         Warnings of the gamut's build. Answers have them among their warnings.
     """
@@ -244,7 +242,6 @@ class Conditions(Shown):
     observer: str = ""
     is_print: bool = field(default=False, repr=False)
     inks: bool = field(default=False, repr=False)
-    scale: float = field(default=1.0, repr=False)
     build_warnings: tuple[str, ...] = field(default=(), repr=False, compare=False)
 
     @classmethod
@@ -260,7 +257,6 @@ class Conditions(Shown):
             white_xyz=tuple(white.get("xyz", ())),
             viewing_conditions=document.get("viewing_conditions", {}),
             medium_white=None if medium is None else tuple(medium),
-            scale=document.get("scale", 1.0),
         )
 
     @classmethod
@@ -274,7 +270,6 @@ class Conditions(Shown):
             black_limit=None if black is None else float(black),
             white=stated["white"].replace("as-given", AS_GIVEN),
             space=stated["space"],
-            scale=float(stated.get("scale", 1.0)),
         )
 
     def to_dict(self) -> dict[str, Any]:
@@ -289,8 +284,6 @@ class Conditions(Shown):
         }
         if self.viewing_conditions:
             found["viewing_conditions"] = dict(self.viewing_conditions)
-        if self.scale != 1.0:
-            found["scale"] = self.scale
         return found
 
     @property
@@ -301,7 +294,6 @@ class Conditions(Shown):
             if limit is not None:
                 parts.append(f"{name}={limit:g}")
         parts += [f"white={self.white.replace(' ', '-')}", f"space={self.space}"]
-        parts += [f"scale={self.scale:g}"] if self.scale != 1.0 else []
         parts += [
             f"{name.replace('_', '-')}={_short(value)}"
             for name, value in self.viewing_conditions.items()

@@ -230,7 +230,7 @@ def volume_description(
     if space.name in JUST_NOTICEABLE:
         volume = mesh.volume if device_volume is None else device_volume
         units = JUST_NOTICEABLE[space.name]
-        found["distinguishable_colours"] = volume * units / (space.scale or 1.0) ** 3
+        found["distinguishable_colours"] = volume * units
     return found
 
 

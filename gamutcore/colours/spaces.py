@@ -211,8 +211,6 @@ class ColourSpace:
         X, Y, Z with Y = 1. None for the space's own.
     adaptation : str, optional
         Adaptation from D50, a key of `ADAPTATIONS`; None for Bradford.
-    scale : float, optional
-        Factor of all coordinates; None for 1.
     luminance : float, optional
         Of the white in cd/m², for absolute spaces.
     adapting_luminance, background : float, optional
@@ -230,7 +228,6 @@ class ColourSpace:
     name: str = "CIELAB"
     reference_white: str | tuple[float, float, float] | None = None
     adaptation: str | None = None
-    scale: float | None = None
     luminance: float | None = None
     adapting_luminance: float | None = None
     background: float | None = None
@@ -262,9 +259,8 @@ class ColourSpace:
 
     @cached_property
     def is_icc_cielab(self) -> bool:
-        """Whether it is unscaled CIELAB relative to ICC's D50, the space of device colours."""
-        unscaled = self.name == "CIELAB" and self.scale in {None, 1.0}
-        return unscaled and np.array_equal(self.white, ICC_D50)
+        """Whether it is CIELAB relative to ICC's D50, the space of device colours."""
+        return self.name == "CIELAB" and np.array_equal(self.white, ICC_D50)
 
     @cached_property
     def white_lightness(self) -> float:
@@ -310,7 +306,6 @@ class ColourSpace:
         with np.errstate(all="ignore"):  # the result is checked below
             own = xyz if as_measured else xyz @ self._from_d50(self.adaptation or "Bradford").T
             coordinates, moved = self._formula.coordinates(own)
-            coordinates = coordinates * (self.scale or 1.0)
         faulty = np.flatnonzero(~np.isfinite(coordinates).all(axis=1))
         if faulty.size:
             row = int(faulty[0])
@@ -327,7 +322,7 @@ class ColourSpace:
 
         Values are not finite for coordinates that no colour has.
         """
-        given = np.asarray(coordinates, np.float64) / (self.scale or 1.0)
+        given = np.asarray(coordinates, np.float64)
         with np.errstate(all="ignore"):
             xyz = self._formula.xyz(given)
         if not as_measured:
@@ -342,7 +337,7 @@ class ColourSpace:
         """
         if self.is_icc_cielab:
             return coordinates
-        given = np.asarray(coordinates, np.float64) / (self.scale or 1.0)
+        given = np.asarray(coordinates, np.float64)
         shown = "Bradford" if self.adaptation in {None, "none"} else str(self.adaptation)
         with np.errstate(all="ignore"):
             xyz = np.nan_to_num(self._formula.xyz(given), nan=0.0, posinf=1e6, neginf=-1e6)
@@ -364,10 +359,7 @@ class ColourSpace:
             "reference_white": named if isinstance(named, str) else "as given",
             "reference_white_xyz": [round(float(value), 6) for value in self.white],
             "adaptation": self.adaptation or "Bradford",
-            "scale": self.scale or 1.0,
-            "white_coordinates": [
-                round(float(value) * (self.scale or 1.0), 6) + 0.0 for value in white[0]
-            ],
+            "white_coordinates": [round(float(value), 6) + 0.0 for value in white[0]],
             **parameters,
             "source": self.definition.source,
         }
@@ -431,7 +423,6 @@ REFERENCE_WHITE = (
     ]
 )
 ADAPTATION = Annotated[str, Choice(tuple(ADAPTATIONS))]
-SCALE = Annotated[float, Number(1e-4, 1e6)]
 LUMINANCE = _WHITE_LUMINANCE | Annotated[str, Choice((MEASURED,))]
 ADAPTING_LUMINANCE = Annotated[float, Number(0.01, 10_000.0, unit="cd/m²")]
 BACKGROUND = Annotated[float, Number(1.0, 100.0, unit="per cent of the white")]
@@ -441,14 +432,13 @@ SPACE_PARAMETERS: Mapping[str, object] = MappingProxyType(
     {
         "reference_white": REFERENCE_WHITE,
         "adaptation": ADAPTATION,
-        "scale": SCALE,
         "luminance": LUMINANCE,
         "adapting_luminance": ADAPTING_LUMINANCE,
         "background": BACKGROUND,
         "surround": SURROUND,
     }
 )
-"""Parameters of colour spaces with the types of their values. All spaces have the first three."""
+"""Parameters of colour spaces with the types of their values. All spaces have the first two."""
 
 
 def parameter_defaults(space: str) -> dict[str, object]:
@@ -457,7 +447,6 @@ def parameter_defaults(space: str) -> dict[str, object]:
     return {
         "reference_white": definition.white,
         "adaptation": "Bradford",
-        "scale": 1.0,
         **definition.parameters,
     }
 
@@ -548,11 +537,6 @@ class ColourConversion:
             return OTHER_AXES[self.name]
         return self._space.axes if self.name == self._space.name else SPACES[self.name].axes
 
-    @property
-    def unscaled(self) -> bool:
-        """Whether the coordinates are those of the space's definition, without a factor."""
-        return self.name != self._space.name or self._space.scale in {None, 1.0}
-
     def to_gamut(self, colours: FloatArray) -> FloatArray:
         """Return finite colours (n, 3) in the space of the gamut.
 
@@ -639,7 +623,7 @@ class ColourConversion:
 
 
 LARGEST_COORDINATE = 1e4
-"""No colour has a larger coordinate in any space of scale 1."""
+"""No colour has a larger coordinate in any space."""
 
 SMALLEST_CIELAB = 5.0
 """A gamut with a smaller extent is hardly in CIELAB, but in a space such as Oklab or XYZ, whose
@@ -661,7 +645,14 @@ def declared_space(notes: Mapping[str, str]) -> ColourSpace | None:
             where={"field": "space"},
             remedy=f"Send a mesh in one of {', '.join(SPACES)}.",
         )
-    allowed = {"reference_white", "adaptation", "scale", *SPACES[space].parameters}
+    allowed = {"reference_white", "adaptation", *SPACES[space].parameters}
+    factor = _value(notes.get("scale", "1"))  # of files that older versions wrote
+    if factor != 1.0:
+        raise MeshError(
+            f"The mesh declares coordinates with the factor {notes['scale'][:40]!r}.",
+            where={"field": "scale"},
+            remedy=f"Divide the coordinates by it, and declare {space} without a scale.",
+        )
     given = {
         parameter: _value(notes[parameter])
         for parameter in SPACE_PARAMETERS
@@ -739,7 +730,6 @@ def _all_parameters(space: ColourSpace) -> dict[str, object]:
     # the defaults of CIELAB are None
     settled["reference_white"] = settled["reference_white"] or space.definition.white
     settled["adaptation"] = settled["adaptation"] or "Bradford"
-    settled["scale"] = settled["scale"] or 1.0
     return {"space": space.name, **settled}
 
 
@@ -760,20 +750,20 @@ def _text_of(value: object) -> str:
 
 def _refuse_far_vertices(vertices: FloatArray, space: ColourSpace) -> None:
     """Refuse vertices (v, 3) beyond any colour of a space."""
-    beyond = (np.abs(vertices) > LARGEST_COORDINATE * (space.scale or 1.0)).any(axis=1)
+    beyond = (np.abs(vertices) > LARGEST_COORDINATE).any(axis=1)
     if beyond.any():
         vertex = int(np.argmax(beyond))
         raise InvalidPointsError(
             f"Vertex {vertex} is at {[float(value) for value in vertices[vertex]]}.",
             where={"field": "vertices", "vertex": vertex},
-            remedy=f"Send coordinates of colours in {space.name}, multiplied by its scale.",
+            remedy=f"Send coordinates of colours in {space.name}.",
         )
 
 
 def _assumption_warnings(vertices: FloatArray, space: ColourSpace) -> list[str]:
     """Return a warning if a mesh without a declared space is hardly in the assumed one."""
     extent = float(np.ptp(vertices, axis=0).max())
-    if space.name != "CIELAB" or extent >= SMALLEST_CIELAB * (space.scale or 1.0):
+    if space.name != "CIELAB" or extent >= SMALLEST_CIELAB:
         return []
     warning = (
         "The file declares no colour space and was taken as CIELAB, but its extent is only "

@@ -60,7 +60,7 @@ def check_icc_cielab(space: ColourSpace, format_name: str) -> None:
     Straight edges would be curves after a conversion, so the mesh is not converted.
     """
     if not space.is_icc_cielab:
-        own = space.name if space.name != "CIELAB" else "CIELAB with another white or scale"
+        own = space.name if space.name != "CIELAB" else "CIELAB with another white"
         raise OptionError.not_applicable(
             "format",
             format_name,

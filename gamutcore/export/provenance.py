@@ -39,7 +39,7 @@ def mesh_provenance(description: Mapping[str, Any]) -> dict[str, str]:
     white = options.get("reference_white")
     if isinstance(white, list):
         facts["reference_white"] = " ".join(map(repr, white))
-    if white is not None or "scale" in options:
+    if white is not None:
         # The space's adaptation, even if the provenance has another one for an earlier step.
         facts["adaptation"] = str(options.get("adaptation", "Bradford"))
     for part in ("options", "provenance"):

@@ -57,7 +57,6 @@ def conditions_of(description: Mapping[str, Any]) -> Conditions:
         is_print=provenance.get("medium") == "reflective"
         or provenance.get("device_class") == "output",
         inks="ink_limits" in provenance,
-        scale=space.get("scale", 1.0),
         build_warnings=tuple(map(str, provenance.get("warnings", ()))),
     )
 

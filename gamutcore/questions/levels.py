@@ -216,7 +216,7 @@ def colours_in(
 ) -> tuple[ColourRows, ColourConversion]:
     """Return colours in the space of the gamut, and the way back."""
     own = gamut.colour_space
-    frame = frame_colours(colours, space, own.name, limits=own.scale in {None, 1.0})
+    frame = frame_colours(colours, space, own.name)
     if frame is not None:
         colours, space = frame
     conversion = ColourConversion(space, own, as_measured=is_as_measured(gamut))

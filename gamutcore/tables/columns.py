@@ -17,7 +17,7 @@ import colorsys
 import math
 import re
 import struct
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -438,9 +438,7 @@ class FrameColours(NamedTuple):
     space: str
 
 
-def frame_colours(
-    frame: object, space: str | None, own: str, *, limits: bool = True
-) -> FrameColours | None:
+def frame_colours(frame: object, space: str | None, own: str) -> FrameColours | None:
     """Return the colours of a data frame; None if an object is none, or has no names of columns.
 
     Parameters
@@ -450,8 +448,6 @@ def frame_colours(
         The space that the caller names.
     own : str
         Space of the gamut, whose coordinates come first.
-    limits : bool, optional
-        Whether coordinates outside the scale of the gamut's space are refused.
 
     Raises
     ------
@@ -473,8 +469,6 @@ def frame_colours(
         if given is not None and len(names) == 3:  # the caller says what three columns are
             return None
         raise
-    if found.space == own and not limits:
-        found = replace(found, kind="")
     picked = [np.asarray(frame[names[place]]) for place in found.places]
     if found.kind == "TEXT":
         colours = [css_colour(str(text), bare_hex=True) for text in picked[0].tolist()]

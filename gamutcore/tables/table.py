@@ -255,7 +255,6 @@ def read_table(
     own: str | None = None,
     most: int | None = None,
     most_bytes: int | None = None,
-    limits: bool = True,
 ) -> ColourTable:
     r"""Read a table of colours, recognised by its content.
 
@@ -280,8 +279,6 @@ def read_table(
         Largest number of rows.
     most_bytes : int, optional
         Largest file of measurements or swatches, whose cells are in memory all at once.
-    limits : bool, optional
-        Whether values outside the scale of the space `own` are refused.
 
     Raises
     ------
@@ -310,7 +307,7 @@ def read_table(
     text = _delimited(data, most_bytes)
     table = None
     if text is not None:
-        table = _of_text(text, given, columns, names, own, scale, most, limits=limits)
+        table = _of_text(text, given, columns, names, own, scale, most)
     if table is None:
         if most_bytes is not None and len(data) > most_bytes:
             raise SampleLimitError(
@@ -351,8 +348,6 @@ def _of_text(
     own: str | None,
     scale: float | None,
     most: int | None,
-    *,
-    limits: bool,
 ) -> ColourTable | None:
     """Return the table in delimited text; None if its columns are the bands of spectra."""
     line, header = next(text.rows(), (1, []))
@@ -379,11 +374,6 @@ def _of_text(
             where={"line": line, "field": "columns"},
             remedy="Give all colours of a row in the same space.",
         )
-    if not limits:
-        found = [
-            replace(each, kind="") if each.kind != "TEXT" and each.space == own else each
-            for each in found
-        ]
     table = ColourTable(first if headless else header, text)
     table.headless, table._list = headless, listed  # noqa: SLF001
     table.space = found[0].space

@@ -14,7 +14,6 @@ import numpy as np
 from pydantic_core import from_json
 
 from gamutcore.arguments import Number, Text
-from gamutcore.colours.spaces import ColourConversion
 from gamutcore.errors import (
     CharacterisationError,
     InvalidPointsError,
@@ -282,7 +281,6 @@ def _table(
             own=own.name,
             most=most,
             most_bytes=_TABLE_BYTES,
-            limits=ColourConversion(None, own).unscaled,
         )
     except SampleLimitError as error:
         limit = error.where.get("limit", most)

@@ -73,7 +73,6 @@ _CONDITIONS = _object(
             "description": "Luminances, background and surround, in spaces that have any.",
             "additionalProperties": {"type": ["number", "string"]},
         },
-        "scale": described(NUMBER, "Factor of all coordinates, if it is not 1."),
     },
     ("intent", "ink_limit", "black_limit", "white", "medium_white", "space"),
     "What the colours of the gamut are relative to.",

@@ -292,8 +292,7 @@ def _facts(document: Mapping[str, Any]) -> dict[str, str]:
     intent = provenance.get("intent")
     if intent is not None:
         facts["Intent"] = intent
-    scale = (provenance.get("colour_space") or {}).get("scale", 1.0)
-    unit = "cubic ΔE*ab" if space == "CIELAB" and scale == 1.0 else f"cubic units of {space}"
+    unit = "cubic ΔE*ab" if space == "CIELAB" else f"cubic units of {space}"
     facts["Volume"] = f"{_number(document['volume'], 6)} {unit}"
     volumes = document.get("volumes") or {}
     own = volumes.get(intent) or volumes.get("own")

@@ -277,11 +277,11 @@ def test_the_viewer_shows_the_gamuts_of_the_service(remote):
 def test_references_are_shown_in_the_space_of_the_gamut(server):
     with gamutclient.Client(server.url) as client:
         corners = np.random.default_rng(5).uniform((0.2, -0.1, -0.1), (0.8, 0.1, 0.1), (40, 3))
-        gamut = client.build(corners, space="Oklab", scale=2)
+        gamut = client.build(corners, space="Oklab", reference_white="D50")
         page = gamut.show("srgb").html.decode()
         held = json.loads(re.search('id="gamut-file">(.*?)</script>', page)[1])["gamuts"]
         assert [each["gamut"]["options"]["space"] for each in held] == ["Oklab", "Oklab"]
-        assert [each["gamut"]["options"]["scale"] for each in held] == [2, 2]
+        assert [each["gamut"]["options"]["reference_white"] for each in held] == ["D50"] * 2
         assert {*SPACE_OPTIONS} == {"space", *SPACE_PARAMETERS}
 
 

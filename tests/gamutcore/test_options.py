@@ -131,7 +131,7 @@ def test_a_value_that_is_not_accepted(field, value):
         ({}, {"boundary": "auto", "gamma": "auto", "source": "transforms"}),
         ({}, {"space": "lab"}),
         ({}, {"space": "L*a*b*"}),
-        ({}, {"Space": "CIE Lab", "reference_white": "D50", "adaptation": "Bradford", "scale": 1}),
+        ({}, {"Space": "CIE Lab", "reference_white": "D50", "adaptation": "Bradford"}),
         ({"gamma": 1}, {"gamma": 1.0}),
         ({"centre": [50, 0, 0]}, {"centre": (50.0, 0.0, -0.0)}),
         ({"boundary": "usv"}, {"boundary": "usv", "gamma": 0.05, "basis": "icosahedron"}),
@@ -182,7 +182,6 @@ def test_the_same_question_has_one_canonical_form(one, other):
         ({"space": "Oklab", "reference_white": None}, "reference_white"),
         ({"space": "CAM16-UCS", "surround": "light"}, "surround"),
         ({"adaptation": "cat2000"}, "adaptation"),
-        ({"scale": 0}, "scale"),
         ({"cost": "finest", "Cost": "volume"}, "cost"),
     ],
 )
@@ -198,6 +197,8 @@ def test_what_does_not_apply_and_what_is_out_of_bounds_is_refused(mapping, field
     [
         ({"boundary": "Convex Hull"}, '"gamma": 1'),
         ({"boundary": "convex-hull", "gamma": 1}, '"gamma": 1'),
+        ({"scale": 100}, "multiply the coordinates"),
+        ({"space": "Oklab", "Scale": 1}, "multiply the coordinates"),
     ],
 )
 def test_what_has_left_is_refused_with_what_takes_its_place(mapping, remedy):
@@ -305,7 +306,7 @@ def test_a_space_and_its_parameters_survive_json(name, mapping):
     assert again.canonical == options.canonical
     assert again.colour_space() == options.colour_space()
     own = set(SPACE_PARAMETERS) & set(options.to_mapping())
-    common = set() if name == "CIELAB" else {"reference_white", "adaptation", "scale"}
+    common = set() if name == "CIELAB" else {"reference_white", "adaptation"}
     assert own == common | set(SPACES[name].parameters)
 
 

@@ -69,9 +69,7 @@ def test_colour_spaces(typescript_program, tmp_path):
         given = PARAMETERS.get(name, {})
         cases.append(case(ColourSpace(name), lab))
         for white, adaptation in (("A", "CAT16"), ((0.9, 1.0, 1.2), "none"), ("D50", "CAT02")):
-            other = ColourSpace(
-                name, reference_white=white, adaptation=adaptation, scale=3.0, **given
-            )
+            other = ColourSpace(name, reference_white=white, adaptation=adaptation, **given)
             cases.append(case(other, lab))
     path = tmp_path / "spaces.json"
     path.write_text(json.dumps(cases))

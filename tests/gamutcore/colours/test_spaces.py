@@ -76,7 +76,6 @@ def parameters(name):
             "reference_white": st.sampled_from(WHITES)
             | st.tuples(st.floats(0.8, 1.2), st.just(1.0), st.floats(0.3, 1.5)),
             "adaptation": st.sampled_from(ADAPTATIONS),
-            "scale": st.floats(0.01, 1000.0),
             **({"luminance": st.floats(1.0, 10_000.0)} if "luminance" in own else {}),
             **(
                 {
@@ -136,10 +135,10 @@ def test_whatever_is_shown_is_finite(name, coordinates):
 
 @pytest.mark.parametrize("name", SPACES)
 def test_the_description_names_all_that_coordinates_depend_on(name):
-    space = ColourSpace(name, scale=2.0)
+    space = ColourSpace(name)
     described = space.description()
     json.dumps(described, allow_nan=False)
-    assert {"name", "axes", "reference_white", "adaptation", "scale", "source"} <= set(described)
+    assert {"name", "axes", "reference_white", "adaptation", "source"} <= set(described)
     assert set(SPACES[name].parameters) <= set(described)
     assert described["reference_white_xyz"][1] == 1.0
     (white,), _ = space.coordinates(np.array([[100.0, 0.0, 0.0]]))
@@ -218,7 +217,7 @@ def test_the_defaults_of_options_are_those_of_the_space(name):
         own = {"luminance"} if name in ABSOLUTE else set()
         own |= {"adapting_luminance", "background", "surround"} if name in APPEARANCE else set()
         names = {field.name for field in fields(space) if getattr(space, field.name) is not None}
-        assert names == {"name", "reference_white", "adaptation", "scale"} | own
+        assert names == {"name", "reference_white", "adaptation"} | own
 
 
 @pytest.mark.parametrize(
@@ -241,7 +240,6 @@ def test_the_defaults_of_options_are_those_of_the_space(name):
             )
         ],
         *[("CIELAB", "adaptation", value) for value in ("brad", "", 1, ["CAT02"])],
-        *[("CIELAB", "scale", value) for value in (0, -1, 1e7, "1", float("inf"), True)],
     ],
 )  # fmt: skip
 def test_what_is_not_accepted_is_named(space, name, value):
@@ -255,13 +253,12 @@ def test_what_is_not_accepted_is_named(space, name, value):
     st.sampled_from(sorted(SPACES)),
     st.tuples(st.floats(0.05, 6), st.just(1.0), st.floats(0.05, 6)),
     st.sampled_from([*ADAPTATIONS, "none"]),
-    st.sampled_from([1e-4, 1.0, 1e6]),
     st.sampled_from([0.0, 1.0]),
 )
-def test_every_space_works_with_all_that_is_accepted(name, white, adaptation, scale, end):
+def test_every_space_works_with_all_that_is_accepted(name, white, adaptation, end):
     own = {"luminance": (0.1, 1e4), "adapting_luminance": (0.01, 1e4), "background": (1.0, 100.0)}
     extremes = {key: own[key][int(end)] for key in own if key in SPACES[name].parameters}
-    asked = {"reference_white": white, "adaptation": adaptation, "scale": scale, **extremes}
+    asked = {"reference_white": white, "adaptation": adaptation, **extremes}
     with contextlib.suppress(OptionError):
         space = Options(space=name, **asked).colour_space()
         json.dumps(space.description(), allow_nan=False)
@@ -293,7 +290,7 @@ def test_a_file_may_name_its_space_in_the_usual_spellings(name):
     [
         ("sRGB", "space", ""),
         ("x" * 400, "space", ""),
-        ("CIELAB", "scale", "0"),
+        ("Oklab", "scale", "100"),  # of older versions
         ("CIELAB", "scale", "nan"),
         ("CIELAB", "reference_white", "1 2"),
         ("CIELAB", "reference_white", "D5"),
@@ -313,6 +310,7 @@ def test_declarations_that_are_none_are_refused(space, field, text):
     ("notes", "options"),
     [
         ({"scale": "2", "luminance": "x"}, {}),  # nothing is stated without a space
+        ({"space": "Oklab", "scale": "1.0"}, {"space": "Oklab"}),
         # how the colours were found is no parameter of the space
         ({"space": "CIELAB", "adaptation": "ICC media-relative", "luminance": "80"}, {}),
         (
@@ -334,7 +332,6 @@ def test_a_declared_space_is_that_of_the_same_options(notes, options):
     ("notes", "options", "field"),
     [
         ({"space": "Oklab"}, {}, "space"),
-        ({"space": "Oklab", "scale": "100"}, {"space": "Oklab"}, "scale"),
         ({"space": "CIELAB"}, {"reference_white": "D65"}, "reference_white"),
         (
             {"space": "CIELAB", "reference_white": "D65"},
@@ -357,14 +354,7 @@ def test_what_is_small_for_cielab_is_told():
 
     assert told(1.0)
     assert not told(1.0, space="Oklab")
-    assert not told(1.0, scale=0.01)
     assert not told(60.0)
-
-
-def test_far_is_relative_to_the_scale():
-    mesh_gamut(1.5e4, scale=2.0)
-    with pytest.raises(InvalidPointsError, match="Vertex 1"):
-        mesh_gamut(1.5e4)
 
 
 NOTES = ("reference_white", "adaptation", "scale", "luminance", "background", "surround")

@@ -62,10 +62,8 @@ SPACE_OPTIONS = [
     *({"space": space} for space in SPACES),
     {"reference_white": "D65"},
     {"reference_white": [0.95, 1, 1.1], "adaptation": "CAT16"},
-    {"scale": 0.01},
-    {"scale": 1000},
     {"adaptation": "none"},
-    {"space": "CIEXYZ", "scale": 100, "reference_white": "D65"},
+    {"space": "CIEXYZ", "reference_white": "D65"},
     {"space": "ITP", "luminance": 100.5},
     {"space": "CAM16-UCS", "surround": "dim", "background": 18.4, "adapting_luminance": 1 / 3},
 ]
@@ -117,8 +115,6 @@ def test_a_level_is_read_back_in_its_own_space(options, format_name):
         ({}, {"space": "Oklab"}, "space"),
         ({"reference_white": "D65"}, {}, "reference_white"),
         ({"reference_white": [0.95, 1.0, 1.1]}, {"reference_white": "D65"}, "reference_white"),
-        ({"scale": 0.01}, {}, "scale"),
-        ({}, {"scale": 0.01}, "scale"),
         (
             {"reference_white": "D65", "adaptation": "none"},
             {"reference_white": "D65"},
@@ -135,7 +131,7 @@ def test_a_level_in_another_space_than_is_asked_for_is_refused(options, asked, f
         posted_back(options, "ply", asked)
     assert caught.value.where == {"field": field}
     stated = options.get(field)
-    assert str(stated) in caught.value.remedy or field in {"space", "scale", "luminance"}
+    assert str(stated) in caught.value.remedy or field in {"space", "luminance"}
 
 
 def test_a_mesh_that_states_nothing_and_is_too_small_for_cielab_has_a_warning():

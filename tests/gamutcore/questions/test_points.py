@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gamutcore import Gamut, reference
+from gamutcore import Gamut
 from gamutcore.errors import InvalidPointsError, OptionError
 
 CUBE = 20 * (2.0 * np.array(list(np.ndindex(2, 2, 2))) - 1) + (50, 0, 0)
@@ -144,16 +144,3 @@ def test_device_values_exist_on_the_surface_and_are_linear_in_a_face(fogra39):
     np.testing.assert_allclose(
         found.device, level.device.values[level.faces].mean(axis=1), atol=1e-6
     )
-
-
-def test_sgck_does_not_depend_on_the_scale_of_the_space() -> None:
-    found = []
-    for scale in (1.0, 100.0):
-        into, source = (
-            reference(slug, space="IPT", scale=scale, surface_samples=500)
-            for slug in ("srgb", "display-p3")
-        )
-        colours = into.convert([(60, 80, 40), (50, -60, 50), (30, 20, -70)], "CIELAB")
-        found.append(into.map(colours, "sgck", source=source).points / scale)
-    # the boundaries differ by as much
-    np.testing.assert_allclose(found[0], found[1], atol=4e-3)

@@ -329,7 +329,7 @@ OPTION_CASES = [
         for name in BOUNDARIES[boundary].defaults
     ),
     *((None, name) for name in ("space", "boundary", "cost", "intent", "surface_samples")),
-    *(("CAM16-UCS", name) for name in ("scale", "adapting_luminance", "background")),
+    *(("CAM16-UCS", name) for name in ("adapting_luminance", "background")),
     *(("CAM16-UCS", name) for name in ("adaptation", "surround")),
 ]
 

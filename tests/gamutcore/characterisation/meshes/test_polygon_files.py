@@ -82,8 +82,8 @@ def test_comments_state_space_and_centre():
     assert mesh.centre.tolist() == [50.5, 1, -2]
     assert mesh.provenance["stated"]["intent"] == mesh.provenance["intent"] == "absolute"
     assert mesh.space_notes["space"] == "CIELAB"
-    other = read_characterisation(text(notes="comment space: Oklab\ncomment scale: 100.0\n"))
-    assert other.space_notes == {"space": "Oklab", "scale": "100.0"}
+    other = read_characterisation(text(notes="comment space: Oklab\ncomment adaptation: CAT16\n"))
+    assert other.space_notes == {"space": "Oklab", "adaptation": "CAT16"}
 
 
 @pytest.mark.parametrize(

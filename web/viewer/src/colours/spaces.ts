@@ -7,7 +7,6 @@
 export interface SpaceDescription {
   name: string;
   axes: string[];
-  scale: number;
   /** X, Y, Z with Y = 1. */
   reference_white_xyz: number[];
   adaptation: string;
@@ -315,7 +314,6 @@ const FORMULAS: Record<string, (space: SpaceDescription) => Inverse> = {
 const CIELAB: SpaceDescription = {
   name: "CIELAB",
   axes: ["L*", "a*", "b*"],
-  scale: 1,
   reference_white_xyz: [...ICC_D50],
   adaptation: "Bradford",
 };
@@ -375,7 +373,7 @@ export function spaceOf(description: Partial<SpaceDescription> = {}): Space {
     const result = new Float32Array(positions.length);
     const colour = new Float64Array(3);
     for (let i = 0; i < positions.length; i += 3) {
-      for (let axis = 0; axis < 3; axis++) colour[axis] = positions[i + axis]! / space.scale;
+      for (let axis = 0; axis < 3; axis++) colour[axis] = positions[i + axis]!;
       toTristimulus(colour);
       for (let axis = 0; axis < 3; axis++) {
         const value = colour[axis]!;

@@ -250,7 +250,7 @@ export class Page {
       source,
       spaceDescription(gamut),
       axes,
-      lineSteps(gamut.options.space, axes, gamut.provenance.colour_space?.scale ?? 1),
+      lineSteps(gamut.options.space, axes),
       Math.min(this.triangles, gamut.counts.triangles),
       this.materials[slot],
       {

@@ -5,7 +5,7 @@ import { type Gamut, ProblemError } from "../service/api.js";
  * Parameters that change what coordinates mean. Absolute spaces have the same coordinates whatever the
  * luminance of the white, as in comparisons of the service.
  */
-const PARAMETERS = ["reference_white", "scale", "adapting_luminance", "background", "surround"] as const;
+const PARAMETERS = ["reference_white", "adapting_luminance", "background", "surround"] as const;
 
 export function inSameSpace(one: Gamut, two: Gamut): boolean {
   const [a, b] = [one, two].map(({ provenance }) => provenance.colour_space);
@@ -19,7 +19,7 @@ export function inSameSpace(one: Gamut, two: Gamut): boolean {
 export function optionsOfSpace({ options, provenance }: Gamut): Record<string, string> {
   // Numbers of the options are exact, those of the provenance are for people.
   const stated = { ...provenance.colour_space, ...options } as Record<string, unknown>;
-  const isPlain = options.space === "CIELAB" && stated["reference_white"] === "D50" && stated["scale"] === 1;
+  const isPlain = options.space === "CIELAB" && stated["reference_white"] === "D50";
   const chosen = PARAMETERS.filter((name) => !isPlain && stated[name] !== undefined);
   return Object.fromEntries([["space", options.space], ...chosen.map((name) => [name, String(stated[name])])]);
 }

@@ -19,9 +19,8 @@ const MEDIA: Record<string, string> = {
 };
 
 /** The unit of volumes of a gamut, in words. */
-export function volumeUnit({ options, provenance }: Pick<Gamut, "options" | "provenance">): string {
-  const isPlain = options.space === "CIELAB" && (provenance.colour_space?.scale ?? 1) === 1;
-  return isPlain ? "cubic ΔE*ab" : `cubic units of ${options.space}`;
+export function volumeUnit({ options }: Pick<Gamut, "options">): string {
+  return options.space === "CIELAB" ? "cubic ΔE*ab" : `cubic units of ${options.space}`;
 }
 
 export function conditions({ options, provenance }: Gamut): Definition[] {

@@ -177,7 +177,7 @@ export class SlicePanel {
     const { lightness } = gamutSpace(gamut);
     byId<HTMLOptionElement>("slice-hue").disabled = lightness !== 0;
     if (lightness !== 0 && state.kind === "hue") state.kind = "lightness";
-    const space = `${gamut.options.space} ${gamut.provenance.colour_space?.scale ?? 1}`;
+    const { space } = gamut.options;
     if (this.space !== "" && this.space !== space) Object.assign(state, { lightness: null, offset: 0 });
     this.space = space;
   }

@@ -23,9 +23,9 @@ export interface LineSteps {
 }
 
 /** The lines that fit a space. CIEXYZ has a luminance, and no hue. */
-export function lineSteps(space: string, axes: readonly string[], scale: number): LineSteps {
+export function lineSteps(space: string, axes: readonly string[]): LineSteps {
   const hasHue = axes[0] !== "X";
-  return { axis: hasHue ? 0 : 1, lightness: (STEPS[space] ?? 10) * scale, hue: hasHue ? HUE_STEP : 0 };
+  return { axis: hasHue ? 0 : 1, lightness: STEPS[space] ?? 10, hue: hasHue ? HUE_STEP : 0 };
 }
 
 /** Change a material's shader, after the changes that it has already. */
