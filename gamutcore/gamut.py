@@ -17,6 +17,7 @@ from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Self, cast
 
+from gamutcore import questions
 from gamutcore.building import build, report_progress
 from gamutcore.characterisation.icc import looks_like_icc
 from gamutcore.colours import SPACE_PARAMETERS, DeviceModel
@@ -24,7 +25,6 @@ from gamutcore.colours.spaces import ColourSpace
 from gamutcore.content import content_of, gamut_source, is_saved_gamut
 from gamutcore.errors import DeviceModelError, HistoryFileError, OptionError, errors_in
 from gamutcore.export.provenance import mesh_provenance
-from gamutcore.export.rendering import DEFAULT_SIZE
 from gamutcore.export.viewer_page import HTML_SUFFIXES, PageGamut, viewer_page
 from gamutcore.history import (
     History,
@@ -47,28 +47,16 @@ from gamutcore.questions import (
     IndexedLevels,
     build_warnings,
     check_space,
-    chromaticity,
     colours_in,
     compare,
     compared_conditions,
     comparison_warnings,
     conditions_of,
-    crossings,
-    cusps,
-    device_colours,
-    distance,
-    leaf,
-    leaves,
     map_colours,
-    max_chroma,
-    nearest,
-    notebook_html,
-    picture,
     plot,
     plot_rings,
     plot_slice,
     positions,
-    recipes,
     rings,
     section,
     tolerance_of,
@@ -89,17 +77,11 @@ if TYPE_CHECKING:
     from gamutcore.pictures import MappedPicture
     from gamutcore.references import Reference
     from gamutcore.results import (
-        ChromaTable,
-        ChromaticityGamut,
-        ColourCrossings,
-        ColourCusps,
-        ColourRecipes,
         ColourSection,
         Conditions,
         GamutComparison,
         GamutRings,
         MappedColours,
-        NearestColours,
     )
 
 __all__ = ["Gamut", "read_description"]
@@ -421,37 +403,7 @@ class Gamut:
         rows, _ = colours_in(self, colours, space)
         return rows.in_shape(rows.points)
 
-    def distance(
-        self,
-        colours: Colours,
-        *,
-        metric: str = "CIE 1976",
-        space: str | None = None,
-        triangles: int | None = None,
-        max_error: float | None = None,
-    ) -> FloatArray:
-        """Return the least distances of colours from the surface, negative inside.
-
-        Parameters
-        ----------
-        metric : str, optional
-            ``"CIE 1976"``: Euclidean, in units of the gamut's space. ``"CIE 2000"``: the colour
-            difference CIE 2000, for gamuts in CIELAB.
-
-        Returns
-        -------
-        (...) float64
-            By the metric. Their magnitudes are those of `nearest`.
-
-        Examples
-        --------
-        >>> cube = [(l, a, b) for l in (40, 60) for a in (-10, 10) for b in (-10, 10)]
-        >>> Gamut(cube).distance([(50, 0, 0), (50, 0, 25)]).round(3).tolist()
-        [-10.0, 15.0]
-        """
-        return distance(
-            self, colours, metric=metric, space=space, triangles=triangles, max_error=max_error
-        )
+    distance = questions.distance
 
     def classify(
         self,
@@ -497,38 +449,7 @@ class Gamut:
         )
         return cast("NDArray[Any]", found.position)
 
-    def nearest(
-        self,
-        colours: Colours,
-        *,
-        metric: str = "CIE 1976",
-        space: str | None = None,
-        triangles: int | None = None,
-        max_error: float | None = None,
-    ) -> NearestColours:
-        """Find the nearest points of the surface, for colours inside and outside.
-
-        Parameters
-        ----------
-        metric : str, optional
-            ``"CIE 1976"``: the smallest Euclidean distance. ``"CIE 2000"``: the smallest colour
-            difference CIE 2000, for gamuts in CIELAB.
-
-        Returns
-        -------
-        NearestColours
-            With `points`, `distance`, `delta_e` and `device`.
-
-        Examples
-        --------
-        >>> cube = [(l, a, b) for l in (40, 60) for a in (-10, 10) for b in (-10, 10)]
-        >>> near = Gamut(cube).nearest((50, 0, 25))
-        >>> near.points.round(3).tolist(), round(near.distance.item(), 3)
-        ([50.0, 0.0, 10.0], 15.0)
-        """
-        return nearest(
-            self, colours, metric=metric, space=space, triangles=triangles, max_error=max_error
-        )
+    nearest = questions.nearest
 
     def map(
         self,
@@ -702,185 +623,17 @@ class Gamut:
                 max_error=max_error,
             )
 
-    def to_device(
-        self,
-        colours: Colours,
-        *,
-        black: str | float | ArrayLike = "medium",
-        method: str = "clip-nearest",
-        space: str | None = None,
-        triangles: int | None = None,
-        max_error: float | None = None,
-    ) -> ColourRecipes:
-        """Find device values that give colours: recipes.
+    to_device = questions.recipes
 
-        Parameters
-        ----------
-        black : str, float or (n, 2) array, optional
-            How much black. ``"light"``, ``"medium"``, ``"heavy"`` and ``"max"`` are presets of gray
-            component replacement; ``"none"`` is the least possible. A number from 0 to 1 is a share
-            of the possible range. ``"least-ink"``: the least sum of inks. An array has pairs of L*
-            and an amount of black from 0 to 1, which is kept to the possible range.
-        method : str, optional
-            How colours out of gamut are mapped, as for `map`.
+    to_colour = questions.device_colours
 
-        Returns
-        -------
-        ColourRecipes
-            With `device`, `points`, `delta_e`, `inside`, `black_least` and `black_most`. The ink
-            limits of the gamut are kept. With more than four inks, a recipe is a mean of sets of
-            three chromatic inks and black, to which the rule of black applies.
-
-        Raises
-        ------
-        DeviceModelError
-            The gamut is of colours, a picture or a mesh, or its file was saved without the model.
-
-        Notes
-        -----
-        Preparation takes 0.1 to 1 s once for a gamut, and a colour about 30 µs.
-
-        Examples
-        --------
-        >>> press = Gamut("examples/FOGRA39L.ti3", surface_samples=1000, ink_limit=300)
-        >>> spot = press.to_device((50, 30, 20))
-        >>> bool(spot.inside), bool(spot.delta_e < 0.01), spot.channels
-        (True, True, ('C', 'M', 'Y', 'K'))
-        """
-        return recipes(
-            self,
-            colours,
-            black=black,
-            method=method,
-            space=space,
-            triangles=triangles,
-            max_error=max_error,
-        )
-
-    def to_colour(self, device: ArrayLike, *, space: str | None = None) -> FloatArray:
-        """Return the colours of device values, by the device model.
-
-        Parameters
-        ----------
-        device : (..., k) array
-            From 0 to 1, in the order of the channels.
-
-        Returns
-        -------
-        (..., 3) float64
-
-        Raises
-        ------
-        DeviceModelError
-            As for `to_device`.
-        InvalidPointsError
-            There are not k values from 0 to 1 in each row.
-
-        Examples
-        --------
-        >>> press = Gamut("examples/FOGRA39L.ti3", surface_samples=1000)
-        >>> press.to_colour((0, 0, 0, 0))[0].round(1).item()
-        100.0
-        """
-        return device_colours(self, device, space=space)
-
-    def crossings(
-        self,
-        starts: Colours,
-        ends: Colours,
-        *,
-        kind: Literal["segment", "ray", "line"] = "segment",
-        space: str | None = None,
-        triangles: int | None = None,
-        max_error: float | None = None,
-    ) -> ColourCrossings:
-        """Find all crossings of lines with the surface, in order.
-
-        Parameters
-        ----------
-        starts, ends : (..., 3) array_like
-            Two colours of each line, which is straight in the space of the gamut. They are
-            broadcast against each other.
-        kind : {'segment', 'ray', 'line'}, optional
-            A ray begins at the start and goes beyond the end; a line goes beyond both.
-
-        Returns
-        -------
-        ColourCrossings
-            Flat, with `offsets` for the rows, `t`, `entering`, `points` and `device`.
-
-        Raises
-        ------
-        InvalidPointsError
-            Also for a ray or line with two equal points.
-
-        Examples
-        --------
-        >>> cube = [(l, a, b) for l in (40, 60) for a in (-10, 10) for b in (-10, 10)]
-        >>> found = Gamut(cube).crossings((50, 0, 0), (50, 0, 40))
-        >>> found.t.round(3).tolist(), found.entering.tolist()
-        ([0.25], [False])
-        """
-        return crossings(
-            self, starts, ends, kind=kind, space=space, triangles=triangles, max_error=max_error
-        )
+    crossings = questions.crossings
 
     # --- questions about the shape ----------------------------------------------------------------
 
-    def cusps(
-        self,
-        hues: int | ArrayLike = 360,
-        *,
-        triangles: int | None = None,
-        max_error: float | None = None,
-    ) -> ColourCusps:
-        """Return the cusps: the points of largest chroma at some hues.
+    cusps = questions.cusps
 
-        Parameters
-        ----------
-        hues : int or (n,) array_like, optional
-            Number of equidistant hues from 0° on, or hues in degrees.
-
-        Returns
-        -------
-        ColourCusps
-            With `hue`, `lightness`, `chroma`, `points` and `device`. NaN where a hue has no colour.
-
-        Examples
-        --------
-        >>> cube = [(l, a, b) for l in (40, 60) for a in (-10, 10) for b in (-10, 10)]
-        >>> Gamut(cube).cusps([0, 45]).chroma.round(2).tolist()
-        [10.0, 14.14]
-        """
-        return cusps(self, hues, triangles=triangles, max_error=max_error)
-
-    def max_chroma(
-        self,
-        lightness: ArrayLike,
-        hue: ArrayLike,
-        *,
-        triangles: int | None = None,
-        max_error: float | None = None,
-    ) -> FloatArray:
-        """Return the largest chroma at lightnesses and hues.
-
-        Parameters
-        ----------
-        lightness, hue : array_like
-            Broadcast against each other. The hue is in degrees.
-
-        Returns
-        -------
-        (...) float64
-            NaN where no colour is in gamut.
-
-        Examples
-        --------
-        >>> cube = [(l, a, b) for l in (40, 60) for a in (-10, 10) for b in (-10, 10)]
-        >>> Gamut(cube).max_chroma(50, [0, 45]).round(2).tolist()
-        [10.0, 14.14]
-        """
-        return max_chroma(self, lightness, hue, triangles=triangles, max_error=max_error)
+    max_chroma = questions.max_chroma
 
     def slice(
         self,
@@ -923,59 +676,9 @@ class Gamut:
         """
         return section(self, L, hue=hue, plane=plane, triangles=triangles, max_error=max_error)
 
-    def leaf(
-        self, hue: float, *, triangles: int | None = None, max_error: float | None = None
-    ) -> ColourSection:
-        """Return the hue leaf: the section by the half-plane of a hue.
+    leaf = questions.leaf
 
-        Parameters
-        ----------
-        hue : float
-            In degrees.
-
-        Returns
-        -------
-        ColourSection
-            A leaf may have several polygons, and need not contain the neutral axis. Device values
-            of corners on the axis, which are inside, are those of the surface above or below.
-
-        Examples
-        --------
-        >>> cube = [(l, a, b) for l in (40, 60) for a in (-10, 10) for b in (-10, 10)]
-        >>> len(Gamut(cube).leaf(hue=0).polygons)
-        1
-        """
-        return leaf(self, hue, triangles=triangles, max_error=max_error)
-
-    def leaves(
-        self,
-        hues: int | ArrayLike = 360,
-        lightness: int | ArrayLike = 101,
-        *,
-        triangles: int | None = None,
-        max_error: float | None = None,
-    ) -> ChromaTable:
-        """Return the table of chroma: the intervals in gamut for every hue and lightness.
-
-        Parameters
-        ----------
-        hues : int or (h,) array_like, optional
-            As for `cusps`.
-        lightness : int or (l,) array_like, optional
-            Number of equidistant lightnesses from 0 to that of white, or lightnesses.
-
-        Returns
-        -------
-        ChromaTable
-            With `largest`, the largest chroma as an array, beside all intervals.
-
-        Examples
-        --------
-        >>> cube = [(l, a, b) for l in (40, 60) for a in (-10, 10) for b in (-10, 10)]
-        >>> Gamut(cube).leaves([0, 45], [50, 70]).largest.round(2).tolist()
-        [[10.0, nan], [14.14, nan]]
-        """
-        return leaves(self, hues, lightness, triangles=triangles, max_error=max_error)
+    leaves = questions.leaves
 
     def rings(
         self,
@@ -1075,23 +778,7 @@ class Gamut:
             self, two, sectors=sectors, lost=lost, triangles=triangles, max_error=max_error
         )
 
-    def chromaticity(self) -> ChromaticityGamut | None:
-        """Return the chromaticities of the gamut: a polygon in CIE 1931 xy and CIE 1976 u′v′.
-
-        Returns
-        -------
-        ChromaticityGamut or None
-            The triangle of the primaries of a display or an RGB space, else the convex hull of the
-            gamut's own colours. None if they have no area, or the gamut is from an earlier version.
-
-        Examples
-        --------
-        >>> from gamutcore import reference
-        >>> found = reference("sRGB", surface_samples=1000).chromaticity()
-        >>> found.basis, len(found.xy)
-        ('primaries', 3)
-        """
-        return chromaticity(self)
+    chromaticity = questions.chromaticity
 
     def coverage_of(self, other: Self | str | os.PathLike[str]) -> float:
         """Return the share of another gamut's volume that this gamut covers.
@@ -1177,55 +864,9 @@ class Gamut:
 
     # --- pictures ---------------------------------------------------------------------------------
 
-    def _repr_html_(self) -> str:
-        """Return a picture and the key figures, for notebooks."""
-        return notebook_html(self)
+    _repr_html_ = questions.notebook_html
 
-    def picture(
-        self,
-        size: int = DEFAULT_SIZE,
-        view: str | Sequence[float] = "standard",
-        *,
-        background: str = "white",
-        axes: bool = True,
-        triangles: int | None = None,
-        max_error: float | None = None,
-    ) -> bytes:
-        """Return a picture of the gamut as PNG, drawn without matplotlib.
-
-        Parameters
-        ----------
-        size : int, optional
-            Width and height in pixels, 16 to 2048.
-        view : str or (float, float), optional
-            ``standard``, ``front``, ``right``, ``back``, ``left``, ``top`` or ``bottom``; or the
-            hue and the elevation in degrees from which the camera looks.
-        background : {'white', 'transparent'}, optional
-        axes : bool, optional
-            Whether there are axes with labels.
-        triangles, max_error : optional
-            The level, of 20,000 triangles by default.
-
-        Returns
-        -------
-        bytes
-            The text `Gamut` in the file has the conditions of the gamut.
-
-        Examples
-        --------
-        >>> colours = [(20, 0, 0), (90, 0, 0), (50, 60, 0), (50, -40, 50), (50, -40, -50)]
-        >>> Gamut(colours).picture(100)[1:4]
-        b'PNG'
-        """
-        return picture(
-            self,
-            size,
-            view,
-            background=background,
-            axes=axes,
-            triangles=triangles,
-            max_error=max_error,
-        )
+    picture = questions.picture
 
     def plot(
         self,

@@ -313,7 +313,21 @@ def _ends_in_words(
 
 
 def chromaticity(gamut: GamutLike) -> ChromaticityGamut | None:
-    """Return the chromaticities of a gamut, if its description has any."""
+    """Return the chromaticities of the gamut: a polygon in CIE 1931 xy and CIE 1976 u′v′.
+
+    Returns
+    -------
+    ChromaticityGamut or None
+        The triangle of the primaries of a display or an RGB space, else the convex hull of the
+        gamut's own colours. None if they have no area, or the gamut is from an earlier version.
+
+    Examples
+    --------
+    >>> from gamutcore import reference
+    >>> found = reference("sRGB", surface_samples=1000).chromaticity()
+    >>> found.basis, len(found.xy)
+    ('primaries', 3)
+    """
     stored = gamut.description.get("chromaticity")
     return None if stored is None else ChromaticityGamut.from_mapping(stored)
 

@@ -128,7 +128,33 @@ def picture(
     triangles: int | None = None,
     max_error: float | None = None,
 ) -> bytes:
-    """Return a picture of a gamut as PNG, drawn without matplotlib."""
+    """Return a picture of the gamut as PNG, drawn without matplotlib.
+
+    Parameters
+    ----------
+    size : int, optional
+        Width and height in pixels, 16 to 2048.
+    view : str or (float, float), optional
+        ``standard``, ``front``, ``right``, ``back``, ``left``, ``top`` or ``bottom``; or the
+        hue and the elevation in degrees from which the camera looks.
+    background : {'white', 'transparent'}, optional
+    axes : bool, optional
+        Whether there are axes with labels.
+    triangles, max_error : optional
+        The level, of 20,000 triangles by default.
+
+    Returns
+    -------
+    bytes
+        The text `Gamut` in the file has the conditions of the gamut.
+
+    Examples
+    --------
+    >>> from gamutcore import Gamut
+    >>> colours = [(20, 0, 0), (90, 0, 0), (50, 60, 0), (50, -40, 50), (50, -40, -50)]
+    >>> Gamut(colours).picture(100)[1:4]
+    b'PNG'
+    """
     default = min(PICTURE_TRIANGLES, gamut.history.triangles)
     request = LevelRequest(triangles, max_error).or_default(default)
     return mesh_picture(

@@ -237,7 +237,26 @@ def distance(
     triangles: int | None = None,
     max_error: float | None = None,
 ) -> FloatArray:
-    """Return the least distances of colours from the surface by a metric, negative inside."""
+    """Return the least distances of colours from the surface, negative inside.
+
+    Parameters
+    ----------
+    metric : str, optional
+        ``"CIE 1976"``: Euclidean, in units of the gamut's space. ``"CIE 2000"``: the colour
+        difference CIE 2000, for gamuts in CIELAB.
+
+    Returns
+    -------
+    (...) float64
+        By the metric. Their magnitudes are those of `nearest`.
+
+    Examples
+    --------
+    >>> from gamutcore import Gamut
+    >>> cube = [(l, a, b) for l in (40, 60) for a in (-10, 10) for b in (-10, 10)]
+    >>> Gamut(cube).distance([(50, 0, 0), (50, 0, 25)]).round(3).tolist()
+    [-10.0, 15.0]
+    """
     name = check_option("metric", metric, METRIC)
     rows, _ = colours_in(gamut, colours, space)
     level = answering_level(gamut, triangles, max_error)
@@ -253,7 +272,27 @@ def nearest(
     triangles: int | None = None,
     max_error: float | None = None,
 ) -> NearestColours:
-    """Return the nearest points of the surface."""
+    """Find the nearest points of the surface, for colours inside and outside.
+
+    Parameters
+    ----------
+    metric : str, optional
+        ``"CIE 1976"``: the smallest Euclidean distance. ``"CIE 2000"``: the smallest colour
+        difference CIE 2000, for gamuts in CIELAB.
+
+    Returns
+    -------
+    NearestColours
+        With `points`, `distance`, `delta_e` and `device`.
+
+    Examples
+    --------
+    >>> from gamutcore import Gamut
+    >>> cube = [(l, a, b) for l in (40, 60) for a in (-10, 10) for b in (-10, 10)]
+    >>> near = Gamut(cube).nearest((50, 0, 25))
+    >>> near.points.round(3).tolist(), round(near.distance.item(), 3)
+    ([50.0, 0.0, 10.0], 15.0)
+    """
     name = check_option("metric", metric, METRIC)
     rows, conversion = colours_in(gamut, colours, space)
     level = answering_level(gamut, triangles, max_error)
@@ -315,7 +354,34 @@ def crossings(
     triangles: int | None = None,
     max_error: float | None = None,
 ) -> ColourCrossings:
-    """Return all crossings of lines with the surface, in order."""
+    """Find all crossings of lines with the surface, in order.
+
+    Parameters
+    ----------
+    starts, ends : (..., 3) array_like
+        Two colours of each line, which is straight in the space of the gamut. They are
+        broadcast against each other.
+    kind : {'segment', 'ray', 'line'}, optional
+        A ray begins at the start and goes beyond the end; a line goes beyond both.
+
+    Returns
+    -------
+    ColourCrossings
+        Flat, with `offsets` for the rows, `t`, `entering`, `points` and `device`.
+
+    Raises
+    ------
+    InvalidPointsError
+        Also for a ray or line with two equal points.
+
+    Examples
+    --------
+    >>> from gamutcore import Gamut
+    >>> cube = [(l, a, b) for l in (40, 60) for a in (-10, 10) for b in (-10, 10)]
+    >>> found = Gamut(cube).crossings((50, 0, 0), (50, 0, 40))
+    >>> found.t.round(3).tolist(), found.entering.tolist()
+    ([0.25], [False])
+    """
     (first, conversion), (second, _) = (
         colours_in(gamut, starts, space, "starts"),
         colours_in(gamut, ends, space, "ends"),

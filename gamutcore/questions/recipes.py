@@ -49,7 +49,43 @@ def recipes(
     triangles: int | None = None,
     max_error: float | None = None,
 ) -> ColourRecipes:
-    """Return the device values of colours."""
+    """Find device values that give colours: recipes.
+
+    Parameters
+    ----------
+    black : str, float or (n, 2) array, optional
+        How much black, ``"medium"`` by default. ``"light"``, ``"medium"``, ``"heavy"`` and
+        ``"max"`` are presets of gray component replacement; ``"none"`` is the least possible. A
+        number from 0 to 1 is a share of the possible range. ``"least-ink"``: the least sum of inks.
+        An array has pairs of L* and an amount of black from 0 to 1, which is kept to the possible
+        range.
+    method : str, optional
+        How colours out of gamut are mapped, as for `map`.
+
+    Returns
+    -------
+    ColourRecipes
+        With `device`, `points`, `delta_e`, `inside`, `black_least` and `black_most`. The ink
+        limits of the gamut are kept. With more than four inks, a recipe is a mean of sets of
+        three chromatic inks and black, to which the rule of black applies.
+
+    Raises
+    ------
+    DeviceModelError
+        The gamut is of colours, a picture or a mesh, or its file was saved without the model.
+
+    Notes
+    -----
+    Preparation takes 0.1 to 1 s once for a gamut, and a colour about 30 µs.
+
+    Examples
+    --------
+    >>> from gamutcore import Gamut
+    >>> press = Gamut("examples/FOGRA39L.ti3", surface_samples=1000, ink_limit=300)
+    >>> spot = press.to_device((50, 30, 20))
+    >>> bool(spot.inside), bool(spot.delta_e < 0.01), spot.channels
+    (True, True, ('C', 'M', 'Y', 'K'))
+    """
     model = gamut.device_model
     rule = black_rule(black, model)
     rows, conversion = colours_in(gamut, colours, space)
@@ -88,7 +124,31 @@ def recipes(
 
 
 def device_colours(gamut: GamutLike, device: ArrayLike, *, space: str | None = None) -> FloatArray:
-    """Return the colours of device values, (..., 3)."""
+    """Return the colours of device values, by the device model.
+
+    Parameters
+    ----------
+    device : (..., k) array
+        From 0 to 1, in the order of the channels.
+
+    Returns
+    -------
+    (..., 3) float64
+
+    Raises
+    ------
+    DeviceModelError
+        As for `to_device`.
+    InvalidPointsError
+        There are not k values from 0 to 1 in each row.
+
+    Examples
+    --------
+    >>> from gamutcore import Gamut
+    >>> press = Gamut("examples/FOGRA39L.ti3", surface_samples=1000)
+    >>> press.to_colour((0, 0, 0, 0))[0].round(1).item()
+    100.0
+    """
     model = gamut.device_model
     values = np.asarray(device, np.float64)
     count = len(model.channels)

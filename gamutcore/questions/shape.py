@@ -77,7 +77,25 @@ def cusps(
     triangles: int | None = None,
     max_error: float | None = None,
 ) -> ColourCusps:
-    """Return the points of largest chroma at some hues."""
+    """Return the cusps: the points of largest chroma at some hues.
+
+    Parameters
+    ----------
+    hues : int or (n,) array_like, optional
+        Number of equidistant hues from 0° on, or hues in degrees.
+
+    Returns
+    -------
+    ColourCusps
+        With `hue`, `lightness`, `chroma`, `points` and `device`. NaN where a hue has no colour.
+
+    Examples
+    --------
+    >>> from gamutcore import Gamut
+    >>> cube = [(l, a, b) for l in (40, 60) for a in (-10, 10) for b in (-10, 10)]
+    >>> Gamut(cube).cusps([0, 45]).chroma.round(2).tolist()
+    [10.0, 14.14]
+    """
     angles = hue_angles(hues)
     level = level_with_hue(gamut, triangles, max_error)
     found = search.cusp_points(angles, level.index)
@@ -146,7 +164,25 @@ def max_chroma(
     triangles: int | None = None,
     max_error: float | None = None,
 ) -> FloatArray:
-    """Return the largest chroma at lightnesses and hues; NaN where no colour is in gamut."""
+    """Return the largest chroma at lightnesses and hues.
+
+    Parameters
+    ----------
+    lightness, hue : array_like
+        Broadcast against each other. The hue is in degrees.
+
+    Returns
+    -------
+    (...) float64
+        NaN where no colour is in gamut.
+
+    Examples
+    --------
+    >>> from gamutcore import Gamut
+    >>> cube = [(l, a, b) for l in (40, 60) for a in (-10, 10) for b in (-10, 10)]
+    >>> Gamut(cube).max_chroma(50, [0, 45]).round(2).tolist()
+    [10.0, 14.14]
+    """
     level = level_with_hue(gamut, triangles, max_error)
     light, angle = np.broadcast_arrays(*(np.asarray(each, float) for each in (lightness, hue)))
     turn = np.radians(angle)
@@ -198,7 +234,26 @@ def leaf(
     triangles: int | None = None,
     max_error: float | None = None,
 ) -> ColourSection:
-    """Return the section by the half-plane of a hue."""
+    """Return the hue leaf: the section by the half-plane of a hue.
+
+    Parameters
+    ----------
+    hue : float
+        In degrees.
+
+    Returns
+    -------
+    ColourSection
+        A leaf may have several polygons, and need not contain the neutral axis. Device values
+        of corners on the axis, which are inside, are those of the surface above or below.
+
+    Examples
+    --------
+    >>> from gamutcore import Gamut
+    >>> cube = [(l, a, b) for l in (40, 60) for a in (-10, 10) for b in (-10, 10)]
+    >>> len(Gamut(cube).leaf(hue=0).polygons)
+    1
+    """
     level = level_with_hue(gamut, triangles, max_error)
     found = search.hue_leaf(level.index, hue)
     facts = surface_facts(gamut, level, found)
@@ -259,7 +314,27 @@ def leaves(
     triangles: int | None = None,
     max_error: float | None = None,
 ) -> ChromaTable:
-    """Return the intervals of chroma in gamut for every hue and lightness."""
+    """Return the table of chroma: the intervals in gamut for every hue and lightness.
+
+    Parameters
+    ----------
+    hues : int or (h,) array_like, optional
+        As for `cusps`.
+    lightness : int or (l,) array_like, optional
+        Number of equidistant lightnesses from 0 to that of white, or lightnesses.
+
+    Returns
+    -------
+    ChromaTable
+        With `largest`, the largest chroma as an array, beside all intervals.
+
+    Examples
+    --------
+    >>> from gamutcore import Gamut
+    >>> cube = [(l, a, b) for l in (40, 60) for a in (-10, 10) for b in (-10, 10)]
+    >>> Gamut(cube).leaves([0, 45], [50, 70]).largest.round(2).tolist()
+    [[10.0, nan], [14.14, nan]]
+    """
     if isinstance(lightness, int | np.integer):
         check_option("lightness", int(lightness), Annotated[int, WholeNumber(2, MOST_HUES)])
         heights = np.linspace(0.0, gamut.colour_space.white_lightness, int(lightness))
