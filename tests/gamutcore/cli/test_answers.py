@@ -395,7 +395,14 @@ def test_plot(command, cubes, tmp_path):
     assert (tmp_path / "large.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_plot_without_matplotlib_says_what_to_install(command, cubes, tmp_path, monkeypatch):
+@pytest.mark.parametrize("line", [("plot",), ("slice", "--hue", "40"), ("rings",)], ids=" ".join)
+@pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
+def test_without_matplotlib_drawings_say_what_to_install(
+    command, cubes, tmp_path, monkeypatch, line, suffix
+):
     monkeypatch.setattr("importlib.util.find_spec", lambda _: None)
-    _, err = command("plot", cubes / "large.gamut", "-o", tmp_path / "large.png", status=1)
+    name, *asked = line
+    path = tmp_path / f"large{suffix}"
+    _, err = command(name, cubes / "large.gamut", *asked, "-o", path, status=1)
     assert "gamut-boundary-service[plot]" in err
+    assert not path.exists()
