@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import os
+import shutil
 import struct
 import tempfile
 import zlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
+from itertools import accumulate
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -98,6 +100,9 @@ _KEPT = (
 
 _LOSSLESS = ("none", "lzw", "packbits", "zip")
 """Compressions of TIFF that are kept."""
+
+LARGEST_DENSITY = 4e6
+"""Maximum pixels per inch or centimetre in TIFF, whose numbers are ratios of 32 bits."""
 
 PNG_LEVEL = 1
 """Compression of PNG: a quarter of the time of the usual level 6, and files 9 % larger (measured on
@@ -225,9 +230,6 @@ def picture_writer(path: Path, like: Raster) -> Iterator[Callable[[int, int, NDA
         os.replace(draft, path)  # noqa: PTH105  # Path.replace resolves nothing more
 
 
-_SHORT, _LONG, _RATIONAL, _ASCII, _UNDEFINED = 3, 4, 5, 2, 7
-"""Types of fields of TIFF 6.0, section 2."""
-
 _SEPARATED, _RGB, _DEFLATE, _CMYK_INKS, _OTHER_INKS = 5, 2, 8, 1, 2
 """Values of PhotometricInterpretation, Compression and InkSet (TIFF 6.0, section 16; TIFF
 Specification Supplement 2, 2002)."""
@@ -240,77 +242,53 @@ def device_writer(
     """Open a TIFF of device values for writing, as `picture_writer`.
 
     Inks are separated colours, 0 for no ink (TIFF 6.0, section 16). OpenImageIO writes these with 8
-    bits alone, and without the names of further inks. All calls but the last have equally many
-    rows, which are a strip.
+    bits alone, and without the names of further inks. Pillow writes the fields. All calls but the
+    last have equally many rows, which are a strip.
     """
+    from PIL.ExifTags import Base as Tag  # noqa: PLC0415  # few pictures become device values
+    from PIL.TiffImagePlugin import ImageFileDirectory_v2  # noqa: PLC0415
+
     if WRITTEN.get(path.suffix.lower()) != "tiff":
         raise _refusal("Device values are written as TIFF.", "Give a .tif file.")
-    strips: list[tuple[int, int]] = []
-    with atomic_write(path) as draft, draft.open("wb") as file:
-        file.write(struct.pack("<2sHI", b"II", 42, 0))
-        rows = [like.height]
+    header = like.header
+    fields = ImageFileDirectory_v2()
+    fields[Tag.ImageWidth], fields[Tag.ImageLength] = like.width, like.height
+    fields[Tag.SamplesPerPixel] = len(channels)
+    fields[Tag.BitsPerSample] = (8 * like.dtype.itemsize,) * len(channels)
+    fields[Tag.Compression] = _DEFLATE
+    fields[Tag.PhotometricInterpretation] = _SEPARATED if inks else _RGB
+    fields[Tag.Orientation] = header.get_int_attribute("Orientation", 1)
+    for tag in (Tag.XResolution, Tag.YResolution):
+        density = header.get_float_attribute(tag.name, 0.0)
+        if density > 0:
+            fields[tag] = min(density, LARGEST_DENSITY)
+            is_metric = header.get_string_attribute("ResolutionUnit") == "cm"
+            fields[Tag.ResolutionUnit] = 3 if is_metric else 2
+    if inks:
+        is_cmyk = [name.upper()[:1] for name in channels] == list("CMYK")
+        fields[Tag.InkSet] = _CMYK_INKS if is_cmyk else _OTHER_INKS
+        fields[Tag.NumberOfInks] = len(channels)
+        if not is_cmyk:
+            fields[Tag.InkNames] = "\0".join(channels)
+    if like.profile:
+        fields[Tag.InterColorProfile] = like.profile
+    with atomic_write(path) as draft, tempfile.TemporaryFile(dir=draft.parent) as strips:
+        sizes: list[int] = []
 
         def write(first: int, end: int, samples: NDArray[Any]) -> None:
             if first == 0:
-                rows[0] = end
+                fields[Tag.RowsPerStrip] = end
             stored = samples.astype(samples.dtype.newbyteorder("<"), copy=False)
-            content = zlib.compress(stored.tobytes(), PNG_LEVEL)
-            strips.append((file.tell(), len(content)))
-            file.write(content)
+            sizes.append(strips.write(zlib.compress(stored.tobytes(), PNG_LEVEL)))
 
         yield write
-        is_cmyk = [name.upper()[:1] for name in channels] == list("CMYK")
-        offsets, sizes = zip(*strips, strict=True)
-        fields: dict[int, tuple[int, Sequence[int] | bytes]] = {
-            256: (_LONG, [like.width]),
-            257: (_LONG, [like.height]),
-            258: (_SHORT, [8 * like.dtype.itemsize] * len(channels)),
-            259: (_SHORT, [_DEFLATE]),
-            262: (_SHORT, [_SEPARATED if inks else _RGB]),
-            273: (_LONG, offsets),
-            274: (_SHORT, [like.header.get_int_attribute("Orientation", 1)]),
-            277: (_SHORT, [len(channels)]),
-            278: (_LONG, rows),
-            279: (_LONG, sizes),
-        }
-        for tag, name in ((282, "XResolution"), (283, "YResolution")):
-            density = like.header.get_float_attribute(name, 0.0)
-            if density > 0:
-                unit = like.header.get_string_attribute("ResolutionUnit")
-                fields[tag] = _RATIONAL, [round(1000 * min(density, 4e6)), 1000]
-                fields[296] = _SHORT, [3 if unit == "cm" else 2]
-        if inks:
-            names = b"".join(name.encode("ascii", "replace") + b"\0" for name in channels)
-            fields[332] = _SHORT, [_CMYK_INKS if is_cmyk else _OTHER_INKS]
-            fields[334] = _SHORT, [len(channels)]
-            if not is_cmyk:
-                fields[333] = _ASCII, names
-        if like.profile:
-            fields[34675] = _UNDEFINED, like.profile
-        place = file.tell() + file.tell() % 2
-        file.seek(place)
-        file.write(_directory(fields, place))
-        file.seek(4)
-        file.write(struct.pack("<I", place))
-
-
-def _directory(fields: dict[int, tuple[int, Sequence[int] | bytes]], place: int) -> bytes:
-    """Return an image file directory at a place in the file, with the values behind it."""
-    after = place + 2 + 12 * len(fields) + 4
-    entries, values = [struct.pack("<H", len(fields))], b""
-    for tag, (kind, value) in sorted(fields.items()):
-        if isinstance(value, bytes):
-            data, count = value, len(value)
-        else:
-            data = struct.pack(f"<{len(value)}{'H' if kind == _SHORT else 'I'}", *value)
-            count = len(value) // 2 if kind == _RATIONAL else len(value)
-        entries.append(struct.pack("<HHI", tag, kind, count))
-        if len(data) <= 4:
-            entries.append(data.ljust(4, b"\0"))
-        else:
-            entries.append(struct.pack("<I", after + len(values)))
-            values += data + bytes(len(data) % 2)
-    return b"".join([*entries, bytes(4), values])
+        # offsets are counted from the end of the fields
+        fields[Tag.StripOffsets] = tuple(accumulate(sizes[:-1], initial=0))
+        fields[Tag.StripByteCounts] = tuple(sizes)
+        with draft.open("wb") as file:
+            fields.save(file)
+            strips.seek(0)
+            shutil.copyfileobj(strips, file)
 
 
 def _check(draft: Path, file_format: str, like: Raster) -> None:

@@ -9,6 +9,7 @@ import pytest
 from PIL import Image, ImageCms, TiffTags
 
 from gamutcore import Gamut
+from gamutcore.characterisation.pictures.containers import tiff_fields
 from gamutcore.errors import DeviceModelError, OptionError, UnsupportedPictureError
 from gamutcore.search import delta_e_2000
 
@@ -105,11 +106,13 @@ def test_device_values_give_the_mapped_colours(press, photo, tmp_path, depth, ta
 def test_the_profile_of_the_gamut_is_embedded(photo, tmp_path):
     profile = Path("tests/data/DisplayP3-v4.icc").read_bytes()
     display = Gamut(profile, surface_samples=1000)
+    Image.open(photo).save(photo, dpi=(300, 150))
     done = display.map_picture(photo, tmp_path / "p3.tif", to="device")
     told = "No profile is embedded: sRGB is assumed."  # in the given picture
     assert done.warnings == (*display.conditions.build_warnings, told)
     found = Image.open(tmp_path / "p3.tif")
     assert (found.mode, found.info["icc_profile"]) == ("RGB", profile)
+    assert found.info["dpi"] == pytest.approx((300, 150), rel=1e-4)
     display.map_picture(photo, tmp_path / "space.png", to="display-p3")
     space = np.asarray(Image.open(tmp_path / "space.png"))
     assert np.abs(np.asarray(found).astype(int) - space).max() <= 1
@@ -132,13 +135,16 @@ def test_black_is_as_asked_and_transparent_pixels_are_blank(press, tmp_path):
 
 
 @pytest.mark.slow
-def test_more_inks_are_named(tmp_path, photo):
+@pytest.mark.parametrize("count", [3, 5])
+def test_other_inks_are_named(tmp_path, photo, count):
+    """All samples are inks, and none an extra sample (TIFF 6.0, section 16)."""
     rng = np.random.default_rng(2)
-    inks = np.concatenate([np.eye(5), np.zeros((1, 5)), np.ones((1, 5)), rng.random((80, 5))])
+    corners = np.eye(count), np.zeros((1, count)), np.ones((1, count))
+    inks = np.concatenate([*corners, rng.random((80, count))])
     steps = np.array([[-45, -60, -10], [-50, 70, -5], [-10, -5, 90], [-70, 0, 0], [-35, 60, 70]])
-    lab = (100, 0, 0) + (inks @ steps) * (0.45, 0.8, 0.8)
-    head = "CGATS.17\nNUMBER_OF_FIELDS 9\nBEGIN_DATA_FORMAT\nSAMPLE_ID "
-    head += " ".join(f"5CLR_{number}" for number in range(1, 6)) + " LAB_L LAB_A LAB_B\n"
+    lab = (100, 0, 0) + (inks @ steps[:count]) * (0.45, 0.8, 0.8)
+    head = f"CGATS.17\nNUMBER_OF_FIELDS {count + 4}\nBEGIN_DATA_FORMAT\nSAMPLE_ID "
+    head += " ".join(f"{count}CLR_{number}" for number in range(1, count + 1)) + " LAB_L LAB_A LAB_B\n"
     rows = np.column_stack([np.arange(len(inks)), 100 * inks, np.maximum(lab, (1, -200, -200))])
     text = f"{head}END_DATA_FORMAT\nNUMBER_OF_SETS {len(rows)}\nBEGIN_DATA\n"
     text += "\n".join(" ".join(f"{value:.4f}" for value in row) for row in rows) + "\nEND_DATA\n"
@@ -146,13 +152,13 @@ def test_more_inks_are_named(tmp_path, photo):
     Image.fromarray(PIXELS[::5, ::5].astype(np.uint8)).save(photo)
     gamut.map_picture(photo, tmp_path / "inks.tif", to="device")
     source = oiio.ImageInput.open(str(tmp_path / "inks.tif"))
-    assert source.spec().nchannels == 5
-    entries = (tmp_path / "inks.tif").read_bytes()
-    place = int.from_bytes(entries[4:8], "little")
-    count = int.from_bytes(entries[place : place + 2], "little")
-    tags = [int.from_bytes(entries[place + 2 + 12 * n :][:2], "little") for n in range(count)]
-    assert tags == sorted(tags)
-    assert {TiffTags.lookup(tag).name for tag in tags} >= {"InkSet", "InkNames", "NumberOfInks"}
+    assert source.spec().nchannels == count
+    fields = tiff_fields((tmp_path / "inks.tif").read_bytes())
+    tags = TiffTags.TAGS_V2
+    named = {tags[tag].name: value for tag, value in fields.items() if tag in tags}
+    assert (named["InkSet"], named["NumberOfInks"]) == ((2,), (count,))
+    assert named["InkNames"].decode().split("\0")[:-1] == [*gamut.channels]
+    assert "ExtraSamples" not in named
 
 
 @pytest.mark.parametrize(
