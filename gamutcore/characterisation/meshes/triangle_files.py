@@ -425,8 +425,8 @@ def _triangles(element: Element, columns: _Columns) -> LongArray:
 
 _HEADER = 84
 _FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attributes", "<u2")])
-_TEXT = re.compile(rb"\s*solid\b[^\r\n]*[\r\n]+\s*facet\b")
-_CORNER = re.compile(rb"\bvertex[ \t]+([^\r\n]{1,1200})")
+_TEXT = re.compile(rb"\s*solid\b[^\r\n]*[\r\n]+\s*facet\b", re.IGNORECASE)
+_CORNER = re.compile(rb"(?:^|[\r\n])[ \t]*vertex[ \t]+([^\r\n]{1,1200})", re.IGNORECASE)
 _OBJ_VERTEX = re.compile(r"^[ \t]*v[ \t]+[-+.0-9]", re.MULTILINE)
 _OBJ_FACE = re.compile(r"^[ \t]*f[ \t]+[-0-9]", re.MULTILINE)
 _OBJ_NOTE = re.compile(r"#\s*([\w ./-]{1,80}):\s+(.*)")
@@ -461,24 +461,37 @@ def stl_mesh(data: bytes) -> GamutMesh:
         with np.errstate(invalid="ignore"):  # a signalling NaN becomes a quiet one
             vertices = corners.reshape(-1, 3).astype(np.float64)
     else:
-        count = data.count(b"vertex")
-        if count > 3 * MAX_TEXT_TRIANGLES:
+        if max(data.count(b"vertex"), data.count(b"VERTEX")) > 3 * MAX_TEXT_TRIANGLES:
             raise SampleLimitError(
                 f"The text has more than {MAX_TEXT_TRIANGLES} triangles.",
                 remedy="Send the mesh as binary STL, PLY or glTF.",
             )
-        found = _CORNER.findall(data)
-        vertices = numbers_of(b" ".join(found), 1, 3 * len(found) + 1)
-        if len(vertices) != 3 * len(found) or len(found) % 3:
-            raise MalformedFileError(
-                f"The {len(found)} corners, of {len(found) / 3:g} facets, have {len(vertices)} "
-                "coordinates.",
-                where={"field": "vertex"},
-                remedy="A facet has three lines `vertex x y z`.",
-            )
+        corners = _CORNER.findall(data)
+        if len(corners) % 3 or not all(len(words.split()) == 3 for words in corners):
+            raise _wrong_corner(data)
+        try:
+            vertices = numbers_of(b" ".join(corners), 1, 3 * len(corners))
+        except MalformedFileError:
+            raise _wrong_corner(data) from None
         vertices = vertices.reshape(-1, 3)
     faces = np.arange(len(vertices)).reshape(-1, 3)
     return gamut_mesh("stl", vertices, faces)
+
+
+def _wrong_corner(data: bytes) -> MalformedFileError:
+    """Return the error of the first line of an STL text that is not a corner with three numbers."""
+    corners = 0
+    for line, content in _lines(data):
+        word, *numbers = content.split() or [b""]
+        if word.lower() == b"vertex":
+            corners += 1
+            if len(numbers) != 3 or len(numbers_of(b" ".join(numbers), line, 3)) != 3:
+                return _no_line(content, line, "vertex x y z, with plain numbers", "an STL")
+    return MalformedFileError(
+        f"The file has {corners} corners.",
+        where={"field": "vertex"},
+        remedy="A facet has three lines `vertex x y z`.",
+    )
 
 
 def looks_like_obj(text: str) -> bool:
@@ -538,22 +551,26 @@ def obj_mesh(text: str) -> GamutMesh:
 
 
 def _lines(data: bytes) -> Iterator[tuple[int, bytes]]:
-    """Yield the lines with their numbers, one at a time."""
+    """Yield the lines with their numbers, one at a time; a backslash continues a line."""
     unified = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n") if b"\r" in data else data
-    for line, content in enumerate(io.BytesIO(unified), start=1):
+    begin = b""
+    for line, end in enumerate(io.BytesIO(unified), start=1):
+        content = begin + end
         if len(content) > MAX_LINE or line > MAX_LINES:
             raise SampleLimitError(
                 f"The text has more than {MAX_LINES} lines, or one of more than {MAX_LINE} bytes.",
                 where={"line": line},
                 remedy="Send the mesh as PLY or glTF.",
             )
-        yield line, content
+        begin = content[:-2] + b" " if content.endswith(b"\\\n") else b""
+        if not begin:
+            yield line, content
 
 
-def _no_line(content: bytes, line: int, right: str) -> MalformedFileError:
+def _no_line(content: bytes, line: int, right: str, kind: str = "an OBJ") -> MalformedFileError:
     shown = content[:60].decode("ascii", "backslashreplace")
     return MalformedFileError(
-        f"{shown!r} is not a line of an OBJ file.", where={"line": line}, remedy=f"Write {right}."
+        f"{shown!r} is not a line of {kind} file.", where={"line": line}, remedy=f"Write {right}."
     )
 
 

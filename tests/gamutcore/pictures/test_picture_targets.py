@@ -144,7 +144,9 @@ def test_other_inks_are_named(tmp_path, photo, count):
     steps = np.array([[-45, -60, -10], [-50, 70, -5], [-10, -5, 90], [-70, 0, 0], [-35, 60, 70]])
     lab = (100, 0, 0) + (inks @ steps[:count]) * (0.45, 0.8, 0.8)
     head = f"CGATS.17\nNUMBER_OF_FIELDS {count + 4}\nBEGIN_DATA_FORMAT\nSAMPLE_ID "
-    head += " ".join(f"{count}CLR_{number}" for number in range(1, count + 1)) + " LAB_L LAB_A LAB_B\n"
+    head += (
+        " ".join(f"{count}CLR_{number}" for number in range(1, count + 1)) + " LAB_L LAB_A LAB_B\n"
+    )
     rows = np.column_stack([np.arange(len(inks)), 100 * inks, np.maximum(lab, (1, -200, -200))])
     text = f"{head}END_DATA_FORMAT\nNUMBER_OF_SETS {len(rows)}\nBEGIN_DATA\n"
     text += "\n".join(" ".join(f"{value:.4f}" for value in row) for row in rows) + "\nEND_DATA\n"

@@ -238,12 +238,42 @@ def test_too_many_triangles_are_refused_before_their_coordinates_are_read(monkey
             read_characterisation(data)
 
 
-def test_text_of_stl_with_a_broken_corner_is_refused():
-    data = BOX.export(file_type="stl_ascii").encode()
-    place = data.index(b"vertex ")
-    for broken in (b"vertex a", b"vertex 1 2 3 4 5"):
-        with pytest.raises(GamutError):
-            read_characterisation(data[:place] + broken + b"\n" + data[place:])
+@pytest.mark.parametrize(
+    ("corner", "where"),
+    [
+        (b"vertex a 2 3", {"line": 5}),
+        (b"vertex 1 2", {"line": 5}),
+        (b"vertex 1 2\nvertex 3 4 5 6\nvertex 7 8 9", {"line": 5}),
+        (b"vertex 1 2 3", {"field": "vertex"}),
+    ],
+)
+@pytest.mark.parametrize("end", [b"\n", b"\r", b"\r\n"])
+def test_a_wrong_corner_in_the_text_of_stl_is_named_with_its_line(corner, where, end):
+    first, *lines = BOX.export(file_type="stl_ascii").encode().split(b"\n")
+    assert lines[2].startswith(b"vertex")
+    data = end.join([first, *lines[:3], *corner.split(b"\n"), *lines[3:]])
+    with pytest.raises(MalformedFileError) as caught:
+        read_characterisation(data)
+    assert caught.value.where == where
+
+
+def test_text_of_stl_in_capitals_and_with_any_name():
+    data = BOX.export(file_type="stl_ascii").encode().upper()
+    mesh = read_characterisation(data.replace(b"SOLID", b"SOLID vertex 7", 1))
+    np.testing.assert_allclose(mesh.vertices[mesh.faces], CORNERS, atol=1e-6)
+
+
+def test_a_backslash_continues_a_line_of_obj():
+    """Wavefront's Advanced Visualizer manual, appendix B1."""
+    text = "v 0 0 0\nv 60 \\\n0 0\nv 0 60 0\nv 0 0 60\nf 1 \\\n3 \\\n2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+    mesh = read_characterisation(text.encode())
+    assert mesh.vertices[1].tolist() == [60, 0, 0]
+    assert mesh.faces[0].tolist() == [0, 2, 1]
+
+
+def test_negative_references_count_back_from_their_own_line():
+    text = "v 0 0 0\nv 60 0 0\nv 0 60 0\nf -3 -1 -2\nv 0 0 60\nf 1 2 4\nf 1 4 3\nf 2 3 -1\n"
+    assert read_characterisation(text.encode()).faces.tolist() == FACES
 
 
 BOX = trimesh.creation.box((60.0, 50.0, 40.0))
