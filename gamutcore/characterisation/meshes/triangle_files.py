@@ -426,7 +426,10 @@ def _triangles(element: Element, columns: _Columns) -> LongArray:
 _HEADER = 84
 _FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attributes", "<u2")])
 _TEXT = re.compile(rb"\s*solid\b[^\r\n]*[\r\n]+\s*facet\b", re.IGNORECASE)
-_CORNER = re.compile(rb"(?:^|[\r\n])[ \t]*vertex[ \t]+([^\r\n]{1,1200})", re.IGNORECASE)
+_WORD = rb"[ \t]+[^\s]{1,400}"
+_CORNER = re.compile(
+    rb"(?:^|[\r\n])[ \t]*vertex(" + 3 * _WORD + rb")[ \t]*(?=[\r\n]|$)", re.IGNORECASE
+)
 _OBJ_VERTEX = re.compile(r"^[ \t]*v[ \t]+[-+.0-9]", re.MULTILINE)
 _OBJ_FACE = re.compile(r"^[ \t]*f[ \t]+[-0-9]", re.MULTILINE)
 _OBJ_NOTE = re.compile(r"#\s*([\w ./-]{1,80}):\s+(.*)")
@@ -466,32 +469,34 @@ def stl_mesh(data: bytes) -> GamutMesh:
                 f"The text has more than {MAX_TEXT_TRIANGLES} triangles.",
                 remedy="Send the mesh as binary STL, PLY or glTF.",
             )
-        corners = _CORNER.findall(data)
-        if len(corners) % 3 or not all(len(words.split()) == 3 for words in corners):
-            raise _wrong_corner(data)
+        texts = _CORNER.findall(data)
+        if len(texts) % 3 or len(texts) != data.count(b"vertex"):
+            _check_corners(data, len(texts))
         try:
-            vertices = numbers_of(b" ".join(corners), 1, 3 * len(corners))
+            vertices = numbers_of(b" ".join(texts), 1, 3 * len(texts))
         except MalformedFileError:
-            raise _wrong_corner(data) from None
+            _check_corners(data, len(texts))
+            raise
         vertices = vertices.reshape(-1, 3)
     faces = np.arange(len(vertices)).reshape(-1, 3)
     return gamut_mesh("stl", vertices, faces)
 
 
-def _wrong_corner(data: bytes) -> MalformedFileError:
-    """Return the error of the first line of an STL text that is not a corner with three numbers."""
+def _check_corners(data: bytes, matches: int) -> None:
+    """Refuse an STL text at its first corner that has not three numbers, or for their number."""
     corners = 0
     for line, content in _lines(data):
         word, *numbers = content.split() or [b""]
         if word.lower() == b"vertex":
             corners += 1
             if len(numbers) != 3 or len(numbers_of(b" ".join(numbers), line, 3)) != 3:
-                return _no_line(content, line, "vertex x y z, with plain numbers", "an STL")
-    return MalformedFileError(
-        f"The file has {corners} corners.",
-        where={"field": "vertex"},
-        remedy="A facet has three lines `vertex x y z`.",
-    )
+                raise _no_line(content, line, "vertex x y z, with plain numbers", "an STL")
+    if corners % 3 or corners != matches:
+        raise MalformedFileError(
+            f"The file has {corners} corners, of which {matches} have three numbers.",
+            where={"field": "vertex"},
+            remedy="A facet has three lines `vertex x y z`.",
+        )
 
 
 def looks_like_obj(text: str) -> bool:
