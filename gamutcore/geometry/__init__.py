@@ -3,7 +3,7 @@
 Other folders import from here, and this folder imports none of them.
 """
 
-from gamutcore.geometry.cones import add_cells, cell_of, cone_products, direction_cells
+from gamutcore.geometry.cube_map import add_cells, cell_of, cone_products, direction_cells
 from gamutcore.geometry.curves import (
     GOLDEN,
     curve_order,

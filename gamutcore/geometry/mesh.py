@@ -452,10 +452,10 @@ def grid_step(points: ArrayLike) -> float:
     It is 2⁻¹⁸ of the power of two that is not below the smallest extent along an axis. Where
     float32 resolves only coarser steps at the largest coordinate, the finest of these is the step.
     """
-    given = np.asarray(points, np.float64)
-    lowest, highest = np.quantile(given, ((1 - MIDDLE) / 2, (1 + MIDDLE) / 2), axis=0)
+    array = np.asarray(points, np.float64)
+    lowest, highest = np.quantile(array, ((1 - MIDDLE) / 2, (1 + MIDDLE) / 2), axis=0)
     extent = float((highest - lowest).min())
-    return max(_power_of_two_above(extent) * 2.0**-STEPS_PER_EXTENT, _float32_step(given))
+    return max(_power_of_two_above(extent) * 2.0**-STEPS_PER_EXTENT, _float32_step(array))
 
 
 def mesh_grid_step(vertices: ArrayLike) -> float:
@@ -464,11 +464,11 @@ def mesh_grid_step(vertices: ArrayLike) -> float:
     It is `grid_step`, or the largest power of two that divides all coordinates if that is smaller.
     It is never finer than float32 resolves at four times the largest coordinate.
     """
-    given = np.asarray(vertices, np.float64)
-    finest = _float32_step(given)
-    bits = int(np.bitwise_or.reduce(np.rint(given / finest).astype(np.int64), axis=None))
+    array = np.asarray(vertices, np.float64)
+    finest = _float32_step(array)
+    bits = int(np.bitwise_or.reduce(np.rint(array / finest).astype(np.int64), axis=None))
     own = finest * (bits & -bits)
-    return min(grid_step(given), own) if own > 0 else grid_step(given)
+    return min(grid_step(array), own) if own > 0 else grid_step(array)
 
 
 def nearest_grid_points(points: ArrayLike, step: float) -> FloatArray:
