@@ -6,7 +6,7 @@ or without device values), an `IccProfile`, a `Picture`, a `GamutMesh` or a `Ref
 all formats. Readers check every size and value in a file; `gamutcore.colours` computes colours.
 """
 
-from gamutcore.characterisation.embedded import embedded_measurements, stated_ink_limit
+from gamutcore.characterisation.embedded_data import embedded_measurements, stated_ink_limit
 from gamutcore.characterisation.icc import IccProfile
 from gamutcore.characterisation.meshes import GamutMesh, embedded_boundary
 from gamutcore.characterisation.pictures import Picture

@@ -196,7 +196,7 @@ class _Parser:
 
     def __init__(self, condition: str | None) -> None:
         self.condition = condition
-        self.found: list[str | None] = []
+        self.conditions: list[str | None] = []
         self.state = _State.HEADER
         self.keywords: dict[str, str] = {}
         self.keyword_lines: dict[str, int] = {}
@@ -253,8 +253,8 @@ class _Parser:
         if self.state is _State.DATA and self.table is not None:
             self.warnings.append("END_DATA is missing; the data ends with the file.")
             self._end_of_table()
-        if len(set(self.found)) > 1 or (self.found and self.table is None):
-            chosen_condition(self.found, self.condition)
+        if len(set(self.conditions)) > 1 or (self.conditions and self.table is None):
+            chosen_condition(self.conditions, self.condition)
         if self.table is None or not self.finished:
             if self.refusal is not None:
                 raise self.refusal
@@ -404,7 +404,7 @@ class _Parser:
             return
         if roles.condition is None and roles.condition_column is None:
             stated = self._table_condition()
-            self.found.append(stated)
+            self.conditions.append(stated)
             if self.condition is not None and stated != condition_label(self.condition):
                 self.other_tables += 1
                 return
@@ -427,12 +427,12 @@ class _Parser:
         self.other_tables += 1
         stated = stated_condition(self.own)
         self.own = {}
-        if stated is not None and self.found and self.found[0] is not None:
+        if stated is not None and self.conditions and self.conditions[0] is not None:
             try:
                 column_roles(self.fields)
             except (MissingColumnError, ConditionError):
                 return
-            self.found.append(stated)
+            self.conditions.append(stated)
 
     def _data(self, tokens: deque[_Token], line: int) -> None:
         row, ended = [], False
@@ -488,13 +488,13 @@ class _Parser:
         self._compare("NUMBER_OF_SETS", self.table.count, "rows")
         self.finished = True
 
-    def _compare(self, keyword: str, found: int, what: str) -> None:
+    def _compare(self, keyword: str, count: int, what: str) -> None:
         announced = self.counts.pop(keyword, None)
         if announced is None:
-            self.warnings.append(f"{keyword} is missing; the table has {found} {what}.")
-        elif announced != str(found):
+            self.warnings.append(f"{keyword} is missing; the table has {count} {what}.")
+        elif announced != str(count):
             self.warnings.append(
-                f"{keyword} is {announced[:20]}, but the table has {found} {what}."
+                f"{keyword} is {announced[:20]}, but the table has {count} {what}."
             )
 
 

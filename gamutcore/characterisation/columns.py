@@ -114,15 +114,15 @@ def stated_condition(keywords: Mapping[str, str]) -> str | None:
 
 
 def chosen_condition(
-    found: Iterable[str | None], asked: str | None, *, where: Where | None = None
+    conditions: Iterable[str | None], asked: str | None, *, where: Where | None = None
 ) -> str | None:
     """Return the measurement condition to use; None if none is stated and none requested.
 
-    `found` has the conditions of the data, in order, with None for parts that state none. Several
+    `conditions` are those of the data, in order, with None for parts that state none. Several
     conditions and none requested, or a request for another one, raise `ConditionError`; `where` is
     the location of the conditions.
     """
-    labels = list(dict.fromkeys(found))
+    labels = list(dict.fromkeys(conditions))
     named = [label for label in labels if label is not None]
     place: Where = {**(where or {}), "field": "condition", "conditions": named[:MAX_SHOWN]}
     if asked is not None:
@@ -178,9 +178,9 @@ def wavelength(name: str) -> float | None:
 
 def are_wavelengths(cells: Sequence[str]) -> bool:
     """Return whether a row of numbers consists of wavelengths, ascending in even steps."""
-    found = [wavelength(cell) for cell in cells]
-    numbers = [number for number in found if number is not None]
-    if len(numbers) < max(FEWEST_BANDS, len(found)):
+    bands = [wavelength(cell) for cell in cells]
+    numbers = [number for number in bands if number is not None]
+    if len(numbers) < max(FEWEST_BANDS, len(bands)):
         return False
     steps = {round(b - a, 3) for a, b in pairwise(numbers)}
     return len(steps) == 1 and min(steps) > 0
@@ -398,10 +398,10 @@ def _colours(
         "xyy": None if xyz else _complete(names, _XYY),
         "spectrum": spectrum,
     }
-    found = {kind: columns for kind, columns in kinds.items() if columns}
-    if not found:
+    columns_of_kinds = {kind: columns for kind, columns in kinds.items() if columns}
+    if not columns_of_kinds:
         raise _no_colour(names, where)
-    return found, wavelengths
+    return columns_of_kinds, wavelengths
 
 
 def _of_one_condition(
@@ -460,9 +460,9 @@ def spelt_out(names: Sequence[str]) -> tuple[str, ...]:
             for letters, prefix in _PLAIN.items()
             if upper[index : index + len(letters)] == letters
         ]
-        for found, size in sets:
-            if found is not None:
-                spelt[index : index + size] = found
+        for spelling, size in sets:
+            if spelling is not None:
+                spelt[index : index + size] = spelling
                 taken = size
                 break
         if taken > 1:
@@ -470,15 +470,15 @@ def spelt_out(names: Sequence[str]) -> tuple[str, ...]:
                 del free[place]
         index += taken
     for letters, prefix in _PLAIN.items():
-        places = [[each for each in free if upper[each] == letter] for letter in letters]
-        if all(len(found) == 1 for found in places):
-            for (place,), letter in zip(places, letters, strict=True):
+        matches = [[place for place in free if upper[place] == letter] for letter in letters]
+        if all(len(columns) == 1 for columns in matches):
+            for (place,), letter in zip(matches, letters, strict=True):
                 spelt[place] = f"{prefix}_{letter[0]}"
                 del free[place]
     # names that are in no set stay as they are, for messages
     return tuple(
-        names[each].strip() if each in free and "_" not in plain[each] else spelt[each]
-        for each in range(len(names))
+        names[place].strip() if place in free and "_" not in plain[place] else spelt[place]
+        for place in range(len(names))
     )
 
 
@@ -500,28 +500,28 @@ def _colour_columns(
     names: tuple[str, ...], wanted: tuple[str, ...], where: Where
 ) -> tuple[int, ...] | None:
     """Return the columns of a colour; refuse an incomplete one."""
-    found: dict[str, int] = {}
+    places: dict[str, int] = {}
     for index, name in enumerate(names):
         upper = name.upper()
         if upper not in wanted:
             continue
-        if upper in found:
+        if upper in places:
             raise MissingColumnError(
                 f"The column {name} appears twice.",
                 where={**where, "field": name},
                 remedy="Keep one set of colours, of one measurement condition.",
             )
-        found[upper] = index
-    if not found:
+        places[upper] = index
+    if not places:
         return None
-    missing = [name for name in wanted if name not in found]
+    missing = [name for name in wanted if name not in places]
     if missing:
         raise MissingColumnError(
-            f"The column {missing[0]} is missing beside {', '.join(found)}.",
+            f"The column {missing[0]} is missing beside {', '.join(places)}.",
             where={**where, "field": missing[0], "columns": list(names)[:50]},
             remedy=f"Give all of {', '.join(wanted)}.",
         )
-    return tuple(found[name] for name in wanted)
+    return tuple(places[name] for name in wanted)
 
 
 def _complete(names: tuple[str, ...], wanted: tuple[str, ...]) -> tuple[int, ...] | None:
@@ -589,9 +589,9 @@ def _channels(
         if not set(wanted) & set(members):
             wanted = [letter.upper() for letter in wanted]
     for channel in [*wanted, *members]:
-        found = members.get(channel, [])
-        if len(found) != 1 or channel not in wanted:
-            problem = "is missing" if not found else "appears twice or is not in the set"
+        places = members.get(channel, [])
+        if len(places) != 1 or channel not in wanted:
+            problem = "is missing" if not places else "appears twice or is not in the set"
             raise MissingColumnError(
                 f"The device column {prefix}_{channel} {problem}.",
                 where={**where, "field": f"{prefix}_{channel}"},

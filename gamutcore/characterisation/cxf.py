@@ -386,15 +386,15 @@ def _identities(entry: Element) -> dict[str, str]:
         value = tag.get("Value", "").strip()
         if value not in _UNSET:
             tags.setdefault(name, value)
-    found = {}
+    identities = {}
     sample = tags.get("SAMPLEID") or tags.get("SAMPLENAME")
     if sample:
-        found["sample"] = sample
+        identities["sample"] = sample
     if tags.get("ROW") and tags.get("COLUMN"):
-        found["location"] = "/".join(tags.get(name, "") for name in ("PAGE", "ROW", "COLUMN"))
+        identities["location"] = "/".join(tags.get(name, "") for name in ("PAGE", "ROW", "COLUMN"))
     if entry.get("Name"):
-        found["name"] = entry.get("Name", "")
-    return found
+        identities["name"] = entry.get("Name", "")
+    return identities
 
 
 def _device_values(entry: Element, line: int) -> tuple[tuple[str, ...], tuple[float, ...]]:
@@ -519,12 +519,12 @@ def _labels(
     measurements: Iterable[CxfObject], asked: str | None
 ) -> tuple[dict[tuple[str, str], str | None], str | None]:
     """Return the name of each pair of condition and backing, and the name to use."""
-    found = dict.fromkeys(
+    pairs = dict.fromkeys(
         (key.condition, key.backing) for entry in measurements for key in entry.colours
     )
-    backings = {backing for _, backing in found}
+    backings = {backing for _, backing in pairs}
     labels: dict[tuple[str, str], str | None] = {}
-    for condition, backing in found:
+    for condition, backing in pairs:
         label = condition or None
         if len(backings) > 1 and backing:
             label = f"{condition}, {backing} backing" if condition else f"{backing} backing"
@@ -735,12 +735,12 @@ def _roles(channels: tuple[str, ...], keys: list[ColourKey], label: str | None) 
 
 
 def _conditions(root: Element, keys: list[ColourKey]) -> dict[str, str]:
-    found = {
+    texts = {
         "CREATOR": root.findtext("FileInformation/Creator"),
         "DESCRIPTION": root.findtext("FileInformation/Description"),
     }
     colour = next((key for key in keys if key.kind != "spectrum"), None)
     if colour is not None:
-        found["ILLUMINANT"] = colour.illuminant
-        found["OBSERVER"] = f"{colour.observer} degree" if colour.observer else None
-    return {name: text for name, text in found.items() if text}
+        texts["ILLUMINANT"] = colour.illuminant
+        texts["OBSERVER"] = f"{colour.observer} degree" if colour.observer else None
+    return {name: text for name, text in texts.items() if text}

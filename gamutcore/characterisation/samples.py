@@ -244,10 +244,10 @@ def _rows_of_one_condition(
     values: FloatArray, lines: IntArray | None, labels: Sequence[str], asked: str | None
 ) -> tuple[FloatArray, IntArray | None, str | None]:
     numbers = values[:, -1].astype(np.intp)
-    found = [labels[number] or None for number in np.unique(numbers)]
-    label = chosen_condition(found, asked)
-    kept = numbers == list(labels).index(label or "")
-    return values[kept], None if lines is None else lines[kept], label
+    conditions = [labels[number] or None for number in np.unique(numbers)]
+    label = chosen_condition(conditions, asked)
+    is_chosen = numbers == list(labels).index(label or "")
+    return values[is_chosen], None if lines is None else lines[is_chosen], label
 
 
 def xyz_of_xyy(xyy: FloatArray) -> FloatArray:
@@ -446,15 +446,15 @@ def _decoded(text: str) -> Any:  # noqa: ANN401 (JSON before its shape is known)
 
 def _with_unique_names(members: list[tuple[str, Any]]) -> dict[str, Any]:
     """Return an object; refuse repeated names, because either value could be meant."""
-    found = dict(members)
-    if len(found) < len(members):
+    mapping = dict(members)
+    if len(mapping) < len(members):
         name = Counter(name for name, _ in members).most_common(1)[0][0]
         raise MalformedFileError(
             f"The JSON document has more than one member named {name[:80]!r} in an object.",
             where={"field": name[:80]},
             remedy="Give every member of an object once (RFC 7493, 2.3).",
         )
-    return found
+    return mapping
 
 
 def _refuse_constant(name: str) -> NoReturn:
@@ -571,7 +571,7 @@ def _json_conditions(document: dict[str, Any]) -> dict[str, str]:
             where={"field": "conditions"},
             remedy='Give them as {"ILLUMINANT": "D50", "OBSERVER": "2 degree"}.',
         )
-    found: dict[str, str] = {}
+    conditions: dict[str, str] = {}
     members = {**document, **stated}
     for name, value in members.items():
         if name in {"samples", "columns", "white", "conditions"}:
@@ -582,8 +582,8 @@ def _json_conditions(document: dict[str, Any]) -> dict[str, str]:
                 where={"field": name[:80]},
                 remedy="Members are samples, columns, white, conditions, and conditions by name.",
             )
-        found[name.upper()] = value if isinstance(value, str) else f"{value:.6g}"
-    return found
+        conditions[name.upper()] = value if isinstance(value, str) else f"{value:.6g}"
+    return conditions
 
 
 NPY_MAGIC = b"\x93NUMPY"
@@ -650,11 +650,13 @@ def _condition_numbers(field: npt.NDArray[Any]) -> tuple[FloatArray, tuple[str, 
             where={"field": "descr"},
             remedy='Save them as a field of texts, such as "M1".',
         )
-    found, places = np.unique(texts, return_inverse=True)
-    if len(found) > MAX_ROW_CONDITIONS:
+    distinct_texts, places = np.unique(texts, return_inverse=True)
+    if len(distinct_texts) > MAX_ROW_CONDITIONS:
         raise _too_many_conditions({"field": "descr"})
     labels: dict[str, int] = {}
-    numbers = [labels.setdefault(condition_label(str(text)), len(labels)) for text in found]
+    numbers = [
+        labels.setdefault(condition_label(str(text)), len(labels)) for text in distinct_texts
+    ]
     return np.array(numbers, dtype=np.float64)[places.ravel()], tuple(labels)
 
 

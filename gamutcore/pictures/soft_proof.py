@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gamutcore.characterisation.embedded import stated_ink_limit
+from gamutcore.characterisation.embedded_data import stated_ink_limit
 from gamutcore.characterisation.pictures import LINEAR, divided_by_alpha
 from gamutcore.colours import closed_form_values, lab_to_xyz, luminance_of_black
 from gamutcore.colours.profile import profile_colours

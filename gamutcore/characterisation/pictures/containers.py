@@ -89,8 +89,8 @@ def jpeg_segments(data: bytes, place: int = 0) -> Iterator[tuple[int, int, int]]
     Markers are found as decoders find them. What a segment holds, such as a thumbnail, is skipped.
     The marker of the end is the last, and has no content.
     """
-    while found := _BETWEEN_MARKERS.search(data, place):
-        code, place = found[1][0], found.end()
+    while marker := _BETWEEN_MARKERS.search(data, place):
+        code, place = marker[1][0], marker.end()
         if code == _END:
             yield code, place, place
             return

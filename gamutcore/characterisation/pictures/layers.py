@@ -145,13 +145,13 @@ def chosen_layer(layers: Sequence[Layer], name: str | None) -> Layer:
 
 def _named(layers: Sequence[Layer], name: str) -> Layer:
     wanted = "" if name == _UNNAMED else name.lower()
-    found = [layer for layer in layers if layer.name.lower() == wanted]
-    found = [layer for layer in found if layer.name == name] or found
-    if not found and wanted:
-        found = [layer for layer in layers if layer.name.lower().endswith(f".{wanted}")]
-    if len({layer.name for layer in found}) == 1:
-        return next((layer for layer in found if layer.model), found[0])
-    message = "Several layers have" if found else "The picture has no layer of"
+    matches = [layer for layer in layers if layer.name.lower() == wanted]
+    matches = [layer for layer in matches if layer.name == name] or matches
+    if not matches and wanted:
+        matches = [layer for layer in layers if layer.name.lower().endswith(f".{wanted}")]
+    if len({layer.name for layer in matches}) == 1:
+        return next((layer for layer in matches if layer.model), matches[0])
+    message = "Several layers have" if matches else "The picture has no layer of"
     raise OptionError(
         f"{message} the name {name[:60]!r}.",
         where={"field": "layer", "available": [layer.title for layer in layers]},

@@ -115,14 +115,14 @@ def _picture(raster: Raster, size: int) -> Picture:
     floats = raster.dtype.kind == "f"
     linear = floats and isinstance(meaning, Encoding) and meaning.transfer == "linear"
     clipped = [0]
-    found = distinct_values(
+    pixel_values = distinct_values(
         _opaque_values(raster, linear=linear, clipped=clipped),
         raster.width * raster.height,
         len(MODELS[raster.model]),
         LIGHT_BITS if linear else 8 if raster.dtype == np.uint8 else 16,
         most=min(MAX_VALUES, max(FREE_VALUES, size // BYTES_PER_VALUE)),
     )
-    values = found.values.astype(np.float64)
+    values = pixel_values.values.astype(np.float64)
     if linear:
         values = ((values - _ROOT_OFFSET) / ROOT_STEPS) ** 3
     elif raster.model == "Lab":
@@ -132,7 +132,7 @@ def _picture(raster: Raster, size: int) -> Picture:
         values /= 255.0 if raster.dtype == np.uint8 else 65535.0
     if clipped[0]:
         said.append(f"{clipped[0]} channel values beyond the encoding's range were clipped.")
-    pixels, used = raster.width * raster.height, int(found.counts.sum())
+    pixels, used = raster.width * raster.height, int(pixel_values.counts.sum())
     provenance: dict[str, JSON] = {
         "format": raster.format,
         "channels": list[JSON](MODELS[raster.model]),
@@ -141,15 +141,15 @@ def _picture(raster: Raster, size: int) -> Picture:
         "sample_format": "float" if floats else "integer",
         "colour_model": raster.model,
         "pixels": {"read": pixels, "transparent": pixels - used, "used": used},
-        "distinct_values": found.distinct,
+        "distinct_values": pixel_values.distinct,
     }
     if floats:
         provenance["rounding"] = f"cube roots to 1/{ROOT_STEPS}" if linear else "16 bits"
-    if found.levels is not None:
-        provenance["lattice"] = {"levels": found.levels, "values": len(values)}
+    if pixel_values.levels is not None:
+        provenance["lattice"] = {"levels": pixel_values.levels, "values": len(values)}
         said.append(
-            f"Of {found.distinct} distinct values, {len(values)} are used: the outermost one in "
-            f"each cell of {found.levels} levels per channel."
+            f"Of {pixel_values.distinct} distinct values, {len(values)} are used: the outermost "
+            f"one in each cell of {pixel_values.levels} levels per channel."
         )
     if isinstance(meaning, IccProfile):
         provenance["profile"] = meaning.provenance
@@ -160,7 +160,7 @@ def _picture(raster: Raster, size: int) -> Picture:
         raster.format,
         raster.model,
         values,
-        found.counts,
+        pixel_values.counts,
         meaning,
         provenance,
         (*raster.warnings, *said),
@@ -371,8 +371,10 @@ def _distinct_of_one_channel(bands: Iterable[npt.NDArray[Any]], bits: int) -> Di
     numbers = np.zeros(2**bits, np.int64)
     for band in bands:
         numbers += np.bincount(band[:, 0], minlength=2**bits)
-    found = np.flatnonzero(numbers)
-    return DistinctValues(found.astype(np.uint32)[:, np.newaxis], numbers[found], len(found), None)
+    values = np.flatnonzero(numbers)
+    return DistinctValues(
+        values.astype(np.uint32)[:, np.newaxis], numbers[values], len(values), None
+    )
 
 
 def _spread_bits(channels: int, bits: int, kind: _Key) -> npt.NDArray[Any]:
@@ -407,8 +409,8 @@ def _count_runs(keys: npt.NDArray[Any], shift: int) -> int:
 
 
 def _run_starts(keys: npt.NDArray[Any], shift: int) -> IntArray:
-    found = [np.flatnonzero(changed) + first for first, changed in _changes(keys, shift)]
-    return np.concatenate([np.zeros(1, np.int64), *found])
+    starts = [np.flatnonzero(changed) + first for first, changed in _changes(keys, shift)]
+    return np.concatenate([np.zeros(1, np.int64), *starts])
 
 
 def _outermost_keys(

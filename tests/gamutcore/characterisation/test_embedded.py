@@ -6,7 +6,7 @@ import zlib
 import numpy as np
 import pytest
 
-from gamutcore.characterisation import embedded as module
+from gamutcore.characterisation import embedded_data as module
 from gamutcore.characterisation import embedded_measurements, read_characterisation
 from gamutcore.errors import CharacterisationError, InvalidPointsError, OptionError
 

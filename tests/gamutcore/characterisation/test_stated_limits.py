@@ -9,7 +9,7 @@ from PIL import Image, ImageCms
 from gamutcore import Gamut, Options
 from gamutcore.building import ink_limits
 from gamutcore.characterisation import read_characterisation
-from gamutcore.characterisation.embedded import stated_ink_limit
+from gamutcore.characterisation.embedded_data import stated_ink_limit
 
 TABLE = """CTI3
 {}BEGIN_DATA_FORMAT

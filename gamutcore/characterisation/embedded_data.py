@@ -288,11 +288,11 @@ def stated_ink_limit(data: Characterisation) -> StatedLimit | None:
         return None
     if isinstance(data, Samples):
         text = data.conditions.get(KEYWORD, "").strip()
-        found = StatedLimit(float(text), KEYWORD) if _PER_CENT.fullmatch(text) else None
+        limit = StatedLimit(float(text), KEYWORD) if _PER_CENT.fullmatch(text) else None
     else:
-        found = _of_profile(data)
+        limit = _of_profile(data)
     all_inks = 100.0 * len(data.channels)
-    return found if found is not None and 0.0 < found.total < all_inks - 0.5 else None
+    return limit if limit is not None and 0.0 < limit.total < all_inks - 0.5 else None
 
 
 def _of_profile(profile: IccProfile) -> StatedLimit | None:
