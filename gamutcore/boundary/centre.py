@@ -107,26 +107,26 @@ def points_on_grid(points: ArrayLike) -> tuple[FloatArray, float]:
     """
     try:
         # without this, NumPy drops imaginary parts and only warns
-        given = np.asarray(points, None if np.iscomplexobj(points) else np.float64)
+        array = np.asarray(points, None if np.iscomplexobj(points) else np.float64)
     except (TypeError, ValueError) as cause:
         raise InvalidPointsError(
             f"The points are not numbers: {cause}.", remedy="Give an (n, 3) array of numbers."
         ) from cause
-    if given.ndim != 2 or given.shape[1] != 3 or given.dtype != np.float64:
+    if array.ndim != 2 or array.shape[1] != 3 or array.dtype != np.float64:
         raise InvalidPointsError(
-            f"The points have the shape {given.shape} and the type {given.dtype}.",
+            f"The points have the shape {array.shape} and the type {array.dtype}.",
             remedy="Give an (n, 3) array of real numbers.",
         )
-    faulty = np.flatnonzero(~(np.abs(given) < LARGEST_COORDINATE).all(axis=1))
+    faulty = np.flatnonzero(~(np.abs(array) < LARGEST_COORDINATE).all(axis=1))
     if faulty.size:
         raise InvalidPointsError(
-            f"{faulty.size} of {len(given)} points are not finite or too large. The first is point "
-            f"{faulty[0]}: {given[faulty[0]].tolist()}.",
+            f"{faulty.size} of {len(array)} points are not finite or too large. The first is point "
+            f"{faulty[0]}: {array[faulty[0]].tolist()}.",
             where={"row": int(faulty[0])},
             remedy=f"Give finite numbers below {number_text(LARGEST_COORDINATE)}.",
         )
-    step = grid_step(given) if len(given) else 1.0
-    rounded = np.ascontiguousarray(nearest_grid_points(given, step))  # for kernels
+    step = grid_step(array) if len(array) else 1.0
+    rounded = np.ascontiguousarray(nearest_grid_points(array, step))  # for kernels
     distinct = len(np.unique(rounded, axis=0)) if len(rounded) < 1000 else 4
     if distinct < 4:
         raise TooFewPointsError(
@@ -155,16 +155,16 @@ def centre_on_grid(centre: object, points: FloatArray, step: float) -> FloatArra
     if isinstance(centre, str) and centre == "auto":
         return None
     try:
-        given = np.asarray(centre, np.float64)
+        position = np.asarray(centre, np.float64)
     except (TypeError, ValueError):
-        given = np.empty(0)
-    if given.shape != (3,) or not (np.abs(given) < LARGEST_COORDINATE).all():
+        position = np.empty(0)
+    if position.shape != (3,) or not (np.abs(position) < LARGEST_COORDINATE).all():
         raise OptionError(
             f"The centre is {centre!r}.",
             where={"field": "centre"},
             remedy="Give 'auto' or three finite numbers.",
         )
-    rounded = nearest_grid_points(given, step)
+    rounded = nearest_grid_points(position, step)
     lowest, highest = bounds(points)
     if not ((lowest < rounded) & (rounded < highest)).all():
         automatic_centre(points, step)  # raises the better error if the points are flat
@@ -311,14 +311,14 @@ def star_kernel_point(planes: Planes, extent: float) -> StarKernelPoint:
     rows = np.column_stack([FAR_PLANES, np.ones(4)])
     limits = np.full(4, FAR * extent)
     chosen, weights = np.full(4, -1), np.full(4, 0.25)
-    found, most, margin = np.zeros(3), -np.inf, np.inf
+    deepest, most, margin = np.zeros(3), -np.inf, np.inf
     for _ in range(MAX_EXCHANGES):
         # the point that is equally far from the four planes has an upper bound of the margin
         *coordinates, margin = np.linalg.solve(rows, limits)
         point = np.array(coordinates)
         entering, room = _nearest_plane(planes, point)
         if room > most:
-            found, most = point, room
+            deepest, most = point, room
         if most >= margin - max(TOLERANCE * extent, GAP * margin):
             break
         row = np.append(planes.normals[entering], 1.0)
@@ -329,7 +329,7 @@ def star_kernel_point(planes: Planes, extent: float) -> StarKernelPoint:
         weights = np.maximum(weights - step * shares, 0.0)
         rows[leaving], limits[leaving] = row, planes.offsets[entering]
         chosen[leaving], weights[leaving] = entering, step
-    return StarKernelPoint(found, float(min(most, margin)), chosen[chosen >= 0])
+    return StarKernelPoint(deepest, float(min(most, margin)), chosen[chosen >= 0])
 
 
 @kernel

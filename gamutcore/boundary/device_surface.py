@@ -97,19 +97,19 @@ def device_surface_boundary(
     rounded, step = points_on_grid(points)
     middle = centre_on_grid(centre, rounded, step)
     if middle is not None:
-        found = _boundary_about(middle, rounded, faces, step)
+        boundary = _boundary_about(middle, rounded, faces, step)
     else:
         deepest = device_centre(rounded, faces.corners) if faces.closed else None
-        found = deepest and _boundary_about(
+        boundary = deepest and _boundary_about(
             nearest_grid_points(deepest.point, step), rounded, faces, step
         )
-        if found is None:
+        if boundary is None:
             preferred = automatic_centre(rounded, step)  # raises the error if they are flat
             enclosed = enclosed_centre(rounded, faces.corners, preferred)
             middle = nearest_grid_points(enclosed.point, step)
-            found = _boundary_about(middle, rounded, faces, step)
-    if found is not None:
-        return found
+            boundary = _boundary_about(middle, rounded, faces, step)
+    if boundary is not None:
+        return boundary
     automatic_centre(rounded, step)  # raises the better error if the points are flat
     lowest, highest = bounds(rounded)
     raise CentreError(
@@ -156,7 +156,7 @@ def _boundary(
 
 
 def device_centre(
-    points: FloatArray, faces: IndexArray, given: FloatArray | None = None
+    points: FloatArray, faces: IndexArray, position: FloatArray | None = None
 ) -> Centre | None:
     """Return the centre of the gamut of a device with three channels.
 
@@ -170,24 +170,24 @@ def device_centre(
     volume = float((planes.offsets[bounded] * planes.areas[bounded]).sum()) / 3
     if not extent > 0 or not volume > FLATNESS * extent**3:
         return None
-    if given is None:
-        found = star_kernel_point(planes, extent)
-        if found.margin > 0:
-            return Centre(found.point + middle, "star-kernel", found.margin)
-        starts = (found.point, np.zeros(3))
+    if position is None:
+        kernel_point = star_kernel_point(planes, extent)
+        if kernel_point.margin > 0:
+            return Centre(kernel_point.point + middle, "star-kernel", kernel_point.margin)
+        starts = (kernel_point.point, np.zeros(3))
         point = _pattern_search(lambda at: (hidden_area(planes, at),), starts, extent)
     else:
-        point = given - middle
+        point = position - middle
     seen = planes.offsets - planes.normals @ point > 0
     visible = Planes(
         np.ascontiguousarray(planes.normals[seen]), planes.offsets[seen], planes.areas[seen]
     )
     hidden = max(0.0, 1.0 - float(visible.areas.sum() / planes.areas.sum()))
-    if given is None:
-        found = star_kernel_point(visible, extent)
-        return Centre(found.point + middle, "least hidden area", found.margin, hidden)
+    if position is None:
+        kernel_point = star_kernel_point(visible, extent)
+        return Centre(kernel_point.point + middle, "least hidden area", kernel_point.margin, hidden)
     depth = float((visible.offsets - visible.normals @ point).min(initial=np.inf))
-    return Centre(given, "the option centre", depth, hidden)
+    return Centre(position, "the option centre", depth, hidden)
 
 
 def enclosed_centre(points: FloatArray, faces: IndexArray, start: Centre) -> Centre:
@@ -202,8 +202,8 @@ def enclosed_centre(points: FloatArray, faces: IndexArray, start: Centre) -> Cen
         return start
 
     def shallowness(point: FloatArray) -> tuple[float, float]:
-        found = radial_volume(points, faces, point, COARSE)
-        return found.uncovered, -found.depth
+        volume = radial_volume(points, faces, point, COARSE)
+        return volume.uncovered, -volume.depth
 
     extent = float((points.max(axis=0) - points.min(axis=0)).max())
     point = _pattern_search(shallowness, (start.point, points.mean(axis=0)), extent)
@@ -228,9 +228,9 @@ def _pattern_search(
         while improved:
             improved = False
             for move in np.vstack([np.eye(3), -np.eye(3)]) * step:
-                found = measure(point + move)
-                if found < least:
-                    point, least, improved = point + move, found, True
+                trial_measure = measure(point + move)
+                if trial_measure < least:
+                    point, least, improved = point + move, trial_measure, True
         step /= 2
     return point
 

@@ -135,18 +135,20 @@ def _on_grid(
             remedy="Send a mesh without slivers: merge vertices that are close together.",
         )
     if not isinstance(centre, str):
-        asked = nearest_grid_points(np.asarray(centre, np.float64), step)
-        _refuse_inverted_faces(surface.mesh, asked)
-        return surface, asked, "the option centre", _margin(surface.mesh, asked)
+        option_centre = nearest_grid_points(np.asarray(centre, np.float64), step)
+        _refuse_inverted_faces(surface.mesh, option_centre)
+        return surface, option_centre, "the option centre", _margin(surface.mesh, option_centre)
     if mesh.centre is not None:
-        own = nearest_grid_points(mesh.centre, step)
-        if not _inverted_faces(surface.mesh, own).size:
-            return surface, own, "the file", _margin(surface.mesh, own)
-    found = _star_kernel_point(surface.mesh)
-    point = nearest_grid_points(found.point, step)
+        file_centre = nearest_grid_points(mesh.centre, step)
+        if not _inverted_faces(surface.mesh, file_centre).size:
+            return surface, file_centre, "the file", _margin(surface.mesh, file_centre)
+    kernel_point = _star_kernel_point(surface.mesh)
+    point = nearest_grid_points(kernel_point.point, step)
     unseen = _inverted_faces(surface.mesh, point)
     if unseen.size:
-        raise _not_star_shaped(surface.mesh, found.margin, len(unseen), found.decisive[:4])
+        raise _not_star_shaped(
+            surface.mesh, kernel_point.margin, len(unseen), kernel_point.decisive[:4]
+        )
     return surface, point, "found: furthest inside of all faces", _margin(surface.mesh, point)
 
 
@@ -174,8 +176,8 @@ def _star_kernel_point(mesh: TriangleMesh) -> StarKernelPoint:
     """The point that is farthest inside of the planes of all faces."""
     lowest, highest = mesh.bounds
     middle = (lowest + highest) / 2
-    found = star_kernel_point(_planes(mesh, middle), float((highest - lowest).max()))
-    return found._replace(point=found.point + middle)
+    kernel_point = star_kernel_point(_planes(mesh, middle), float((highest - lowest).max()))
+    return kernel_point._replace(point=kernel_point.point + middle)
 
 
 def _flat_faces(mesh: TriangleMesh) -> np.ndarray:
@@ -187,16 +189,16 @@ def _refuse_inverted_faces(mesh: TriangleMesh, centre: FloatArray) -> None:
     unseen = _inverted_faces(mesh, centre)
     if not unseen.size:
         return
-    found = _star_kernel_point(mesh)
-    if found.margin <= 0:
-        raise _not_star_shaped(mesh, found.margin, len(unseen), found.decisive[:4])
+    kernel_point = _star_kernel_point(mesh)
+    if kernel_point.margin <= 0:
+        raise _not_star_shaped(mesh, kernel_point.margin, len(unseen), kernel_point.decisive[:4])
     raise CentreError(
         f"The mesh is not star-shaped about the centre {tuple(centre.tolist())}: {unseen.size} of "
         f"{mesh.triangles} faces do not see it from inside, the first of them at "
         f"{_text_of(mesh, mesh.faces[unseen[0]][0])}.",
         where={"field": "centre"},
-        remedy=f"Give 'auto', or a point near {[round(x, 3) for x in found.point.tolist()]}, which "
-        "all faces see from inside.",
+        remedy="Give 'auto', or a point near "
+        f"{[round(x, 3) for x in kernel_point.point.tolist()]}, which all faces see from inside.",
     )
 
 

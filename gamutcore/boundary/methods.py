@@ -104,7 +104,7 @@ def compute_boundary(
     """
     method, parameters = resolve_method(method, faces, parameters)
     chosen = BOUNDARIES[method]
-    given: dict[str, Any] = {**chosen.defaults, **parameters}
+    arguments: dict[str, Any] = {**chosen.defaults, **parameters}
     if chosen.needs_faces:
         if faces is None:
             raise OptionError.not_applicable(
@@ -115,8 +115,8 @@ def compute_boundary(
                 "Send a profile, or samples with device values that a model can be fitted to; with"
                 " many inks, also raise surface_samples. Or give another boundary.",
             )
-        given["faces"] = faces
-    return chosen.wrap(points, centre=centre, **given)
+        arguments["faces"] = faces
+    return chosen.wrap(points, centre=centre, **arguments)
 
 
 def vertex_device_values(
@@ -142,9 +142,12 @@ def vertex_device_values(
         constructed vertex (source −1) has the values of the nearest point: very different mixtures
         of inks can have nearly the same colour, so values are not interpolated there.
     """
-    given = np.asarray(device, np.float64)
+    point_values = np.asarray(device, np.float64)
     if boundary.cuts is not None:
-        start, end = given[boundary.cuts.ends[:, 0]], given[boundary.cuts.ends[:, 1]]
+        start, end = (
+            point_values[boundary.cuts.ends[:, 0]],
+            point_values[boundary.cuts.ends[:, 1]],
+        )
         between = start + boundary.cuts.share[:, np.newaxis] * (end - start)
         return DeviceValues(tuple(channels), np.clip(between, 0.0, 1.0))
     sources = boundary.sources.copy()
@@ -156,5 +159,5 @@ def vertex_device_values(
         vertices = boundary.mesh.vertices[constructed].astype(np.float64)
         sources[constructed] = tree.query(vertices)[1]
     # values on a face of the device cube may be off it by rounding
-    values = np.clip(given[sources], 0.0, 1.0)
+    values = np.clip(point_values[sources], 0.0, 1.0)
     return DeviceValues(tuple(channels), values)

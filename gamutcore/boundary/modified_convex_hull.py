@@ -156,17 +156,17 @@ def modified_convex_hull(
     checked = check_option("gamma", gamma, GAMMA)
     power = SCATTERED if checked == "auto" else cast("float", checked)
     rounded, step = points_on_grid(points)
-    given = centre_on_grid(centre, rounded, step)
-    about = sum(bounds(rounded)) / 2 if given is None else given
+    option_centre = centre_on_grid(centre, rounded, step)
+    about = sum(bounds(rounded)) / 2 if option_centre is None else option_centre
     positions = curve_positions(rounded - about)
     order = insertion_order(positions)
     ordered = rounded[order]
-    middle = automatic_centre(ordered, step).point if given is None else given
+    middle = automatic_centre(ordered, step).point if option_centre is None else option_centre
 
     relative = ordered - middle
     faces = radial_hull(_radii_to_power(relative, power))
     if len(faces) == 0:
-        if given is None:
+        if option_centre is None:
             raise FlatPointsError(
                 f"The points are flat: no centre on their grid of {number_text(step)} is inside "
                 "of them.",

@@ -8,7 +8,7 @@ result is star-shaped because the hull is, and because flips keep it so.
 
 Which points are outermost: the directions from the centre are divided into cells, a grid on each
 face of a cube around the centre. A cell lists the triangles that rays through it may meet
-(`gamutcore.geometry.cones`).
+(`gamutcore.geometry.cube_map`).
 
 Flips: Sloan, "A fast algorithm for generating constrained Delaunay triangulations" (1993), on the
 sphere of directions. An edge is flipped only if both new faces see the centre, so the mesh stays
@@ -148,8 +148,8 @@ def _rims(corner: IndexArray, seen: BooleanArray) -> _Rims:
     sides = np.concatenate([corner[partly][:, pair] for pair in ([0, 1], [1, 2], [2, 0])])
     keys = sides.min(axis=1).astype(np.int64) * len(seen) + sides.max(axis=1)
     order = np.argsort(keys, kind="stable")
-    found, start = np.unique(keys[order], return_index=True)
-    edges = np.column_stack(np.divmod(found, len(seen))).astype(np.int32)
+    edge_keys, start = np.unique(keys[order], return_index=True)
+    edges = np.column_stack(np.divmod(edge_keys, len(seen))).astype(np.int32)
     return _Rims(edges, np.append(start, len(keys)), np.tile(partly, 3)[order])
 
 
@@ -169,18 +169,20 @@ def _outermost_crossings(sheets: _Sheets, edges: IndexArray, seen: BooleanArray)
     near[sheets.corner[(count > 0) & (count < 3)]] = True
     examined = np.flatnonzero(near[edges].all(axis=1)).astype(np.int32)
     room, most = len(examined), MOST_CROSSINGS * (len(examined) + 1000)
-    found, crossings = _edge_crossings(sheets, edges[examined], room, most)
-    if found > most:
+    total, crossings = _edge_crossings(sheets, edges[examined], room, most)
+    if total > most:
         raise BoundaryError(
             "The device's surface passes through itself too often.",
             remedy="Ask for another colour space, or the modified convex hull.",
         )
-    if found > room:
-        _, crossings = _edge_crossings(sheets, edges[examined], found, most)
+    if total > room:
+        _, crossings = _edge_crossings(sheets, edges[examined], total, most)
     crossings = _EdgeCrossings(examined[crossings.edge], crossings.triangle, crossings.share)
-    kept = np.flatnonzero(~_is_hidden(sheets, _points_on(sheets.position, edges, crossings)))
-    kept = kept[np.lexsort((crossings.share[kept], crossings.edge[kept]))]
-    return _EdgeCrossings(crossings.edge[kept], crossings.triangle[kept], crossings.share[kept])
+    visible = np.flatnonzero(~_is_hidden(sheets, _points_on(sheets.position, edges, crossings)))
+    visible = visible[np.lexsort((crossings.share[visible], crossings.edge[visible]))]
+    return _EdgeCrossings(
+        crossings.edge[visible], crossings.triangle[visible], crossings.share[visible]
+    )
 
 
 def _creases(rims: _Rims, crossings: _EdgeCrossings, first: int) -> IndexArray:

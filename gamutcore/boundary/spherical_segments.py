@@ -421,8 +421,8 @@ def _centred_points(
     """
     # only the convex hull tells whether the centre is inside
     middle = modified_convex_hull(points, 1.0, centre).centre
-    given = np.asarray(points, np.float64)
-    return nearest_grid_points(given, grid_step(given)), middle
+    array = np.asarray(points, np.float64)
+    return nearest_grid_points(array, grid_step(array)), middle
 
 
 def _farthest_points(segment: LongArray, radii: FloatArray, count: int) -> LongArray:

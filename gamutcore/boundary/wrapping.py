@@ -174,10 +174,10 @@ def _centre(
     """The given centre, or the best one that the faces or the points allow."""
     is_given = not isinstance(centre, str)
     if faces is not None and faces.closed:
-        given = np.asarray(centre, np.float64) if is_given else None
-        found = device_centre(points, faces.corners, given)
-        if found is not None:
-            return found
+        position = np.asarray(centre, np.float64) if is_given else None
+        device_middle = device_centre(points, faces.corners, position)
+        if device_middle is not None:
+            return device_middle
     if is_given:
         return Centre(np.asarray(centre, np.float64), "the option centre")
     return _enclosed(points, faces)
@@ -185,8 +185,8 @@ def _centre(
 
 def _enclosed(points: FloatArray, faces: SurfaceFaces | None) -> Centre:
     """The automatic centre of points, or a deeper one if the faces do not surround it."""
-    found = centre_of_points(points)
-    return found if faces is None else enclosed_centre(points, faces.corners, found)
+    automatic = centre_of_points(points)
+    return automatic if faces is None else enclosed_centre(points, faces.corners, automatic)
 
 
 def _device_volume(points: FloatArray, faces: SurfaceFaces, centre: Centre) -> float:
