@@ -217,8 +217,8 @@ def _sample_subset(device: FloatArray, lab: FloatArray) -> tuple[FloatArray, Flo
     corners = ((device == 0) | (device == 1)).all(axis=1)
     # a fixed seed: the same file must give the same gamut
     rank = np.random.default_rng(0).permutation(len(device)) + len(device) * ~corners
-    kept = np.sort(np.argsort(rank, kind="stable")[:MAX_MODEL_SAMPLES])
-    return device[kept], lab[kept]
+    chosen = np.sort(np.argsort(rank, kind="stable")[:MAX_MODEL_SAMPLES])
+    return device[chosen], lab[chosen]
 
 
 _APART = 1e-6
@@ -262,12 +262,12 @@ class GridModel:
         errors of smooth colours. The last levels stay, so two levels per channel give no errors.
         """
         shape = self.shape
-        kept = [np.unique([*range(0, count, 2), count - 1]) for count in shape]
+        chosen = [np.unique([*range(0, count, 2), count - 1]) for count in shape]
         stays = np.zeros(shape, dtype=bool)
-        stays[np.ix_(*kept)] = True
+        stays[np.ix_(*chosen)] = True
         left_out = ~stays.reshape(-1)
         coarse = GridModel(
-            tuple(levels[some] for levels, some in zip(self.levels, kept, strict=True)),
+            tuple(levels[some] for levels, some in zip(self.levels, chosen, strict=True)),
             np.ascontiguousarray(self.table[~left_out]),
         )
         indices = np.unravel_index(np.flatnonzero(left_out), shape)

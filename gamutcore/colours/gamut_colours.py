@@ -127,8 +127,8 @@ def colours_in_space(colours: SurfaceColours, space: ColourSpace) -> SurfaceColo
         described["adaptation"] = "none: the colours are relative to D50"
     elif colours.as_measured:
         described["adaptation"] = "none: the colours are as measured"
-    given = colours.provenance.get("warnings")
-    warnings = list(given) if isinstance(given, list) else []
+    data_warnings = colours.provenance.get("warnings")
+    warnings = list(data_warnings) if isinstance(data_warnings, list) else []
     if moved:
         warnings.append(
             f"{moved} of {len(points)} colours are outside of the domain of {space.name} (negative "
@@ -215,7 +215,7 @@ def volume_description(
             del volumes[other]
         else:
             volumes[other] = converted
-    found: dict[str, JSON] = {
+    description: dict[str, JSON] = {
         "volume": mesh.volume,
         "volumes": {
             "srgb": srgb,
@@ -226,12 +226,12 @@ def volume_description(
         },
     }
     if device_volume is not None:
-        found["device_surface_volume"] = device_volume
+        description["device_surface_volume"] = device_volume
     if space.name in JUST_NOTICEABLE:
         volume = mesh.volume if device_volume is None else device_volume
         units = JUST_NOTICEABLE[space.name]
-        found["distinguishable_colours"] = volume * units
-    return found
+        description["distinguishable_colours"] = volume * units
+    return description
 
 
 JUST_NOTICEABLE = {"ITP": 1.0, "ICtCp": 720.0**3 / 2.0}

@@ -92,11 +92,11 @@ class LimitedCube:
     def contains(self, device: FloatArray) -> npt.NDArray[np.bool_]:
         """Whether complete device values, (m, n), are printable, (m,)."""
         values, cube = device[:, self.free], self.cube
-        found = (values >= cube.lowest - _APART).all(axis=1)
-        found &= (values <= cube.highest + _APART).all(axis=1)
-        found &= (np.abs(device - self.base)[:, ~self.free] <= _APART).all(axis=1)
-        found &= values.sum(axis=1) <= cube.largest_sum + _APART
-        return np.asarray(found)
+        printable = (values >= cube.lowest - _APART).all(axis=1)
+        printable &= (values <= cube.highest + _APART).all(axis=1)
+        printable &= (np.abs(device - self.base)[:, ~self.free] <= _APART).all(axis=1)
+        printable &= values.sum(axis=1) <= cube.largest_sum + _APART
+        return np.asarray(printable)
 
 
 def limited_cube(
@@ -224,8 +224,8 @@ def surface_patches(cube: InkCube, most: int) -> Patches | None:
 def surface_corners(cube: InkCube) -> FloatArray:
     """Return the cube's corners (m, n) within the limit, and where its edges meet the limit."""
     n = len(cube.lowest)
-    own = _cube_corners(cube)
-    found = [own[own.sum(axis=1) <= cube.limit + _TINY]]
+    cube_corners = _cube_corners(cube)
+    corners = [cube_corners[cube_corners.sum(axis=1) <= cube.limit + _TINY]]
     if cube.cut:
         for axis in range(n):
             fixed = _cube_corners(cube, axis)
@@ -234,8 +234,8 @@ def surface_corners(cube: InkCube) -> FloatArray:
             crossing = (value > low) & (value < high)
             points = fixed[crossing]
             points[:, axis] = value[crossing]
-            found.append(points)
-    return np.concatenate(found)
+            corners.append(points)
+    return np.concatenate(corners)
 
 
 def spread_values(cube: InkCube, count: int) -> FloatArray:
@@ -286,8 +286,8 @@ def _cube_corners(cube: InkCube, *free: int) -> FloatArray:
 def corners_within(cube: InkCube, *free: int) -> FloatArray:
     """The corners in all other channels that leave room below the limit for the free ones."""
     corners = _cube_corners(cube, *free)
-    kept: FloatArray = corners[corners.sum(axis=1) < cube.limit]
-    return kept
+    within: FloatArray = corners[corners.sum(axis=1) < cube.limit]
+    return within
 
 
 def _clipped_faces(cube: InkCube) -> Iterator[tuple[FloatArray, IntArray]]:
@@ -366,8 +366,8 @@ def _quadrilaterals(
     real = np.abs(areas) > _TINY**2
     real &= np.abs(across).max(axis=0) > _TINY
     count = int(real.sum())
-    found = np.empty((count, 2, 2, fixed.shape[1]))
-    found[:] = fixed[real, np.newaxis, np.newaxis]
+    quadrilaterals = np.empty((count, 2, 2, fixed.shape[1]))
+    quadrilaterals[:] = fixed[real, np.newaxis, np.newaxis]
     for corner, (s, t) in enumerate(((0, 0), (1, 0), (1, 1), (0, 1))):
-        found[:, s, t, list(channels)] = outline[corner][:, real].T
-    return found, np.tile(np.array(axes, np.int64), (count, 1))
+        quadrilaterals[:, s, t, list(channels)] = outline[corner][:, real].T
+    return quadrilaterals, np.tile(np.array(axes, np.int64), (count, 1))

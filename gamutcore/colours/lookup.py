@@ -83,17 +83,17 @@ class LookupTable:
 
         A coordinate that is not a number counts as 0. The kernel releases the interpreter's lock.
         """
-        given = np.ascontiguousarray(points, np.float64)
+        coordinates = np.ascontiguousarray(points, np.float64)
         rows = self.nodes.reshape(-1, self.nodes.shape[-1])
-        out = np.zeros((len(given), rows.shape[1]))
+        out = np.zeros((len(coordinates), rows.shape[1]))
         first = self.inputs - 3
-        places = np.clip(np.nan_to_num(given[:, :first]), 0.0, 1.0) * (self.size - 1)
+        places = np.clip(np.nan_to_num(coordinates[:, :first]), 0.0, 1.0) * (self.size - 1)
         low = np.minimum(places.astype(np.int64), self.size - 2)
         fractions = places - low
         steps = self.size ** np.arange(self.inputs - 1, 2, -1)
-        last = np.ascontiguousarray(given[:, first:])
-        for each in product((0, 1), repeat=first):
-            corner = np.array(each, np.int64)
+        last = np.ascontiguousarray(coordinates[:, first:])
+        for bits in product((0, 1), repeat=first):
+            corner = np.array(bits, np.int64)
             weights = np.where(corner, fractions, 1.0 - fractions).prod(axis=1)
             starts: LongArray = (low + corner) @ steps
             _interpolate(last, rows, self.size, starts, weights, out)

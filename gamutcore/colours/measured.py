@@ -249,11 +249,11 @@ class _Medium:
         if samples.spectra is None:
             return False
         colours = samples.lab is not None or samples.xyz is not None
-        asked = observer is not None or illuminant is not None
+        has_options = observer is not None or illuminant is not None
         self_luminous = self.display and samples.lab is None
         usual = self.observer == "2" and (self.illuminant == "D50" or self_luminous)
         usual = usual and not self.foreign_observer
-        return asked or not colours or not usual
+        return has_options or not colours or not usual
 
     def _check_requested(self, observer: int | None, illuminant: str | None) -> None:
         """Refuse an observer or illuminant other than that of the colours."""
@@ -649,10 +649,10 @@ def declared_observer(text: str) -> str | None:
     parts = _PART.findall(text.upper())
     if not _FOREIGN.isdisjoint(parts):
         return None
-    found = {_DEGREES[part] for part in parts if part in _DEGREES}
+    observers = {_DEGREES[part] for part in parts if part in _DEGREES}
     angles = (float(part) for part in parts if part[0].isdigit())
-    found |= {f"{angle:.0f}" for angle in angles if angle in (2.0, 10.0)}
-    return found.pop() if len(found) == 1 else None
+    observers |= {f"{angle:.0f}" for angle in angles if angle in (2.0, 10.0)}
+    return observers.pop() if len(observers) == 1 else None
 
 
 def sample_surface(
@@ -751,8 +751,8 @@ def _patches(samples: Samples, used: int, *, averaged: int = 0, thinned: int = 0
     read, dropped = len(samples), 0
     counts = samples.provenance.get("patches")
     if isinstance(counts, dict):
-        kept, lost = counts.get("read"), counts.get("dropped")
-        read = kept if isinstance(kept, int) else read
+        count, lost = counts.get("read"), counts.get("dropped")
+        read = count if isinstance(count, int) else read
         dropped = lost if isinstance(lost, int) else 0
     return {"read": read, "averaged": averaged, "dropped": dropped + thinned, "used": used}
 

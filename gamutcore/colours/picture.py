@@ -88,15 +88,15 @@ def picture_colours(
     values = picture.values
     is_device = picture.model not in {"Lab", "XYZ"} and values.min() >= 0 and values.max() <= 1
     if popularity is not None:
-        kept, cells = popular(lab, picture.counts, popularity)
+        rows, cells = popular(lab, picture.counts, popularity)
         pixels = int(picture.counts.sum())
         provenance["popularity"] = {
             "asked": popularity,
-            "left_out": round(1 - int(picture.counts[kept].sum()) / pixels, 6),
+            "left_out": round(1 - int(picture.counts[rows].sum()) / pixels, 6),
             "cell": POPULARITY_CELL,
             "cells": cells,
         }
-        lab, values = lab[kept], values[kept]
+        lab, values = lab[rows], values[rows]
     provenance |= {
         "model": {"name": "none: the colours of the picture"},
         "surface": {"points": len(lab)},
@@ -135,22 +135,26 @@ def _by_profile(
 ) -> tuple[FloatArray, dict[str, JSON], tuple[str, ...]]:
     channels = len(profile.channels)
     lab = np.empty((len(picture), 3))
-    found = None
+    colours = None
     for start in range(0, len(picture), _AT_A_TIME):
         values = picture.values[start : start + _AT_A_TIME]
         device = np.broadcast_to(values, (len(values), channels))  # gray is equal R, G and B
-        found = profile_colours(profile, np.ascontiguousarray(device), intent)
-        lab[start : start + len(values)] = found.lab
-    assert found is not None  # noqa: S101 (a picture has at least one colour)
+        colours = profile_colours(profile, np.ascontiguousarray(device), intent)
+        lab[start : start + len(values)] = colours.lab
+    assert colours is not None  # noqa: S101 (a picture has at least one colour)
     warnings = profile_warnings(profile, intent)
     outside = ((picture.values < 0) | (picture.values > 1)).any(axis=1)
-    if outside.any() and found.kind != "mpet":
+    if outside.any() and colours.kind != "mpet":
         warnings.append(
             f"{int(outside.sum())} of {len(picture)} colours have values outside 0 to 1. The "
             "profile's transform clips them."
         )
     white, _ = declared_white(profile)
-    how: dict[str, JSON] = {"white": white, "adaptation": found.adaptation, "transform": found.tag}
+    how: dict[str, JSON] = {
+        "white": white,
+        "adaptation": colours.adaptation,
+        "transform": colours.tag,
+    }
     return lab, how, tuple(warnings)
 
 
@@ -264,8 +268,8 @@ def find_values(
         rest = wanted - colours(tried)
         length = np.linalg.norm(rest, axis=1)
         better = length < distance[active]
-        kept = active[better]
-        values[kept], residual[kept], distance[kept] = tried[better], rest[better], length[better]
+        rows = active[better]
+        values[rows], residual[rows], distance[rows] = tried[better], rest[better], length[better]
         damping[active] *= np.where(better, 0.1, 10.0)
     return values, distance
 

@@ -274,8 +274,8 @@ def _unadapted(profile: IccProfile, white: FloatArray) -> FloatArray:
     """
     relative = _relative_white(profile)
     if relative is not None and profile.lights:
-        found = lab_to_xyz(relative)
-        if not _same_chromaticity(found, ICC_D50) and _same_chromaticity(found, white):
+        media_white = lab_to_xyz(relative)
+        if not _same_chromaticity(media_white, ICC_D50) and _same_chromaticity(media_white, white):
             return np.eye(3)
     adapting = profile.adaptation_to_d50()
     if adapting is not None:

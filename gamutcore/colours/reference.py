@@ -247,8 +247,10 @@ def optimal_faces(count: int) -> IndexArray:
 
     def index(start: LongArray, width: LongArray) -> LongArray:
         band = 1 + start % bands * (bands - 1) + width - 1
-        found: LongArray = np.where(width == 0, 0, np.where(width == bands, count - 1, band))
-        return found
+        colour_numbers: LongArray = np.where(
+            width == 0, 0, np.where(width == bands, count - 1, band)
+        )
+        return colour_numbers
 
     band, longer = index(start, width), index(start, width + 1)
     shorter, moved = index(start + 1, width - 1), index(start + 1, width)
@@ -281,8 +283,8 @@ def _for_displays(values: FloatArray, reference: Reference) -> FloatArray:
     linear = decode_rgb(values, reference.definition["curve"])
     encoded = encode_rgb(linear, reference.with_decoding().definition["curve"])
     ends = (values == 0.0) | (values == 1.0)
-    found: FloatArray = np.where(ends, values, np.clip(encoded, 0.0, 1.0))
-    return found
+    display_values: FloatArray = np.where(ends, values, np.clip(encoded, 0.0, 1.0))
+    return display_values
 
 
 def reference_surface(

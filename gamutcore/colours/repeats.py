@@ -58,18 +58,18 @@ def consistent_samples(samples: Samples) -> Samples:
     if not groups:
         return samples
     lab = _colours(samples)
-    kept = np.ones(len(lab), dtype=bool)
+    is_used = np.ones(len(lab), dtype=bool)
     warnings: list[str] = []
     for rows in groups:
         reasons = _left_out(samples, rows, lab[rows])
-        kept[list(reasons)] = False
+        is_used[list(reasons)] = False
         warnings += reasons.values()
-    if kept.all():
+    if is_used.all():
         return samples
     if len(warnings) > _LISTED:
         more = len(warnings) - _LISTED
         warnings = [*warnings[:_LISTED], f"{more} more repeated readings are left out."]
-    return _selected(samples, kept, warnings)
+    return _selected(samples, is_used, warnings)
 
 
 def _repeats(device: FloatArray) -> list[IntArray]:
@@ -178,7 +178,7 @@ def _device_text(samples: Samples, row: int) -> str:
     return ", ".join(f"{channel} {value:.4g}" for channel, value in named) + " %"
 
 
-def _selected(samples: Samples, kept: npt.NDArray[np.bool_], warnings: list[str]) -> Samples:
+def _selected(samples: Samples, is_used: npt.NDArray[np.bool_], warnings: list[str]) -> Samples:
     spectra = samples.spectra
     assert samples.device is not None  # noqa: S101 (only called with device values)
     patches = samples.provenance.get("patches")
@@ -186,14 +186,14 @@ def _selected(samples: Samples, kept: npt.NDArray[np.bool_], warnings: list[str]
     if isinstance(patches, dict):
         dropped = patches.get("dropped")
         before = dropped if isinstance(dropped, int) else 0
-        provenance["patches"] = {**patches, "dropped": before + int((~kept).sum())}
+        provenance["patches"] = {**patches, "dropped": before + int((~is_used).sum())}
     return replace(
         samples,
-        device=samples.device[kept],
-        lab=None if samples.lab is None else samples.lab[kept],
-        xyz=None if samples.xyz is None else samples.xyz[kept],
-        spectra=None if spectra is None else replace(spectra, values=spectra.values[kept]),
-        lines=None if samples.lines is None else samples.lines[kept],
+        device=samples.device[is_used],
+        lab=None if samples.lab is None else samples.lab[is_used],
+        xyz=None if samples.xyz is None else samples.xyz[is_used],
+        spectra=None if spectra is None else replace(spectra, values=spectra.values[is_used]),
+        lines=None if samples.lines is None else samples.lines[is_used],
         provenance=provenance,
         warnings=(*samples.warnings, *warnings),
     )

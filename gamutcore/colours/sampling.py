@@ -244,8 +244,8 @@ class _Lattice:
         )
         self.is_reversed = ends[..., 0] > ends[..., 1]
         keys = np.sort(ends, axis=2).reshape(-1, 2) @ [len(self.vertices), 1]
-        found, first, which = np.unique(keys, return_index=True, return_inverse=True)
-        edges = np.column_stack(np.divmod(found, len(self.vertices)))
+        edge_keys, first, which = np.unique(keys, return_index=True, return_inverse=True)
+        edges = np.column_stack(np.divmod(edge_keys, len(self.vertices)))
         self.edges, self.which = edges, which.reshape(-1, 4)
         self.collapsed = edges[:, 0] == edges[:, 1]
         along = np.stack([knots[:, 0], knots[:, 0], knots[:, 1], knots[:, 1]], axis=1)
@@ -371,8 +371,8 @@ class _Lattice:
 
     def _oriented(self, values: LongArray) -> LongArray:
         """Values (edges, m) along the edges as values (p, 4, m) along the sides of patches."""
-        found = values[self.which]
-        return np.where(self.is_reversed[..., np.newaxis], found[..., ::-1], found)
+        side_values = values[self.which]
+        return np.where(self.is_reversed[..., np.newaxis], side_values[..., ::-1], side_values)
 
     def _turned(self) -> BooleanArray:
         """Whether s and t run clockwise around each patch, seen from outside of the cube."""
@@ -391,9 +391,9 @@ class _Lattice:
         fraction = number / counts[cell]
         start, end = self.edge_knots[edge, piece], self.edge_knots[edge, piece + 1]
         at = (start + fraction * (end - start))[:, np.newaxis]
-        kept = (piece > 0) | (number > 0)
+        is_inner = (piece > 0) | (number > 0)
         ends = self.vertices[self.edges[edge]]
-        values: FloatArray = (ends[:, 0] * (1 - at) + ends[:, 1] * at)[kept]
+        values: FloatArray = (ends[:, 0] * (1 - at) + ends[:, 1] * at)[is_inner]
         return values
 
 

@@ -322,9 +322,9 @@ class ColourSpace:
 
         Values are not finite for coordinates that no colour has.
         """
-        given = np.asarray(coordinates, np.float64)
+        values = np.asarray(coordinates, np.float64)
         with np.errstate(all="ignore"):
-            xyz = self._formula.xyz(given)
+            xyz = self._formula.xyz(values)
         if not as_measured:
             xyz = xyz @ np.linalg.inv(self._from_d50(self.adaptation or "Bradford")).T
         return xyz
@@ -337,10 +337,10 @@ class ColourSpace:
         """
         if self.is_icc_cielab:
             return coordinates
-        given = np.asarray(coordinates, np.float64)
+        values = np.asarray(coordinates, np.float64)
         shown = "Bradford" if self.adaptation in {None, "none"} else str(self.adaptation)
         with np.errstate(all="ignore"):
-            xyz = np.nan_to_num(self._formula.xyz(given), nan=0.0, posinf=1e6, neginf=-1e6)
+            xyz = np.nan_to_num(self._formula.xyz(values), nan=0.0, posinf=1e6, neginf=-1e6)
         xyz = np.clip(xyz, -1e6, 1e6) @ np.linalg.inv(self._from_d50(shown)).T
         return np.ascontiguousarray(xyz_to_lab(xyz), np.float32)
 
@@ -350,8 +350,8 @@ class ColourSpace:
         named = self.reference_white or self.definition.white
         parameters: dict[str, JSON] = {}
         for name, default in self.definition.parameters.items():
-            given = getattr(self, name)
-            value = default if given is None else given
+            setting = getattr(self, name)
+            value = default if setting is None else setting
             parameters[name] = value if isinstance(value, str) else round(float(str(value)), 6)
         return {
             "name": self.name,
@@ -402,9 +402,9 @@ _LEAST_RESPONSE = 0.05
 """Smallest response of any cone or sensor to a white with Y = 1; illuminant A gives 0.33."""
 
 
-def _white(given: tuple[float, float, float]) -> tuple[float, float, float]:
+def _white(xyz: tuple[float, float, float]) -> tuple[float, float, float]:
     """Scale a white to Y = 1; a light that is far from white is refused."""
-    x, y, z = given
+    x, y, z = xyz
     if not 1e-6 <= y <= 1e6:
         raise ValueError("no white")
     white = (x / y, 1.0, z / y)
@@ -451,7 +451,7 @@ def parameter_defaults(space: str) -> dict[str, object]:
     }
 
 
-def space_parameters(space: str, given: Mapping[str, object]) -> dict[str, object]:
+def space_parameters(space: str, settings: Mapping[str, object]) -> dict[str, object]:
     """Return the parameters of a space in their canonical form, with defaults filled in.
 
     Parameters that the space does not have are None. So are the defaults of CIELAB, which keeps the
@@ -460,7 +460,7 @@ def space_parameters(space: str, given: Mapping[str, object]) -> dict[str, objec
     defaults = parameter_defaults(space)
     result: dict[str, object] = {}
     for name, kind in SPACE_PARAMETERS.items():
-        value = given.get(name)
+        value = settings.get(name)
         if name not in defaults:
             if value is not None:
                 raise OptionError.not_applicable(name, value, f"the space {space} has no {name}")
@@ -553,8 +553,8 @@ class ColourConversion:
             if self._space.name == "CIELAB":
                 return colours
         xyz = self._xyz_of_srgb(colours) if self._given is None else self._xyz(self._given, colours)
-        found, _ = self._space.from_tristimulus(xyz, as_measured=self._as_measured)
-        return found
+        points, _ = self._space.from_tristimulus(xyz, as_measured=self._as_measured)
+        return points
 
     def from_gamut(self, points: FloatArray) -> FloatArray:
         """Return points (n, 3) of the gamut's space in the other one; the inverse of `to_gamut`."""
@@ -563,14 +563,16 @@ class ColourConversion:
         if self._given is None:
             return self._srgb_of_xyz(self._xyz(self._space, points))
         if self.name == "LCHab" and self._space.name == "CIELAB":
-            found = points
+            coordinates = points
         else:
             xyz = self._xyz(self._space, points)
-            found, _ = self._given.from_tristimulus(xyz, as_measured=self._as_measured)
+            coordinates, _ = self._given.from_tristimulus(xyz, as_measured=self._as_measured)
         if self.name == "LCHab":
-            hue = np.degrees(np.arctan2(found[:, 2], found[:, 1])) % 360.0
-            return np.stack([found[:, 0], np.hypot(found[:, 1], found[:, 2]), hue], axis=1)
-        return found
+            hue = np.degrees(np.arctan2(coordinates[:, 2], coordinates[:, 1])) % 360.0
+            return np.stack(
+                [coordinates[:, 0], np.hypot(coordinates[:, 1], coordinates[:, 2]), hue], axis=1
+            )
+        return coordinates
 
     @cached_property
     def _given(self) -> ColourSpace | None:
@@ -653,15 +655,15 @@ def declared_space(notes: Mapping[str, str]) -> ColourSpace | None:
             where={"field": "scale"},
             remedy=f"Divide the coordinates by it, and declare {space} without a scale.",
         )
-    given = {
+    settings = {
         parameter: _value(notes[parameter])
         for parameter in SPACE_PARAMETERS
         if parameter in allowed and parameter in notes
     }
-    if given.get("adaptation") not in tuple(ADAPTATIONS):
-        given.pop("adaptation", None)  # a sentence on the colours, in exports of this package
+    if settings.get("adaptation") not in tuple(ADAPTATIONS):
+        settings.pop("adaptation", None)  # a sentence on the colours, in exports of this package
     try:
-        parameters = space_parameters(space, given)
+        parameters = space_parameters(space, settings)
         if parameters["luminance"] == MEASURED:
             stated = _value(notes.get("white_luminance", ""))
             parameters["luminance"] = measured_luminance(stated)
@@ -703,19 +705,20 @@ def _refuse_other_space(declared: ColourSpace, requested: ColourSpace) -> None:
     """
     if declared.is_icc_cielab and requested.is_icc_cielab:
         return  # no adaptation is involved
-    given, wanted = _all_parameters(declared), _all_parameters(requested)
-    names = [name for name in given if not _same(given[name], wanted.get(name))]
+    of_file, of_request = _all_parameters(declared), _all_parameters(requested)
+    names = [name for name in of_file if not _same(of_file[name], of_request.get(name))]
     if not names:
         return
     first = names[0]
     defaults = _all_parameters(ColourSpace(declared.name))
     needed = {
         name: value
-        for name, value in given.items()
+        for name, value in of_file.items()
         if name == "space" or not _same(value, defaults[name])
     }
     raise OptionError(
-        f"{first} is {_text_of(wanted.get(first))}, and {_text_of(given[first])} in the file.",
+        f"{first} is {_text_of(of_request.get(first))}, "
+        f"and {_text_of(of_file[first])} in the file.",
         where={"field": first},
         remedy="A mesh is a boundary in its own space only. Give "
         + ", ".join(f"{name} {_text_of(value)}" for name, value in needed.items())
@@ -725,12 +728,12 @@ def _refuse_other_space(declared: ColourSpace, requested: ColourSpace) -> None:
 
 def _all_parameters(space: ColourSpace) -> dict[str, object]:
     """All that coordinates depend on, by the names of the options."""
-    given = {name: getattr(space, name) for name in SPACE_PARAMETERS}
-    settled = space_parameters(space.name, given)
+    settings = {name: getattr(space, name) for name in SPACE_PARAMETERS}
+    parameters = space_parameters(space.name, settings)
     # the defaults of CIELAB are None
-    settled["reference_white"] = settled["reference_white"] or space.definition.white
-    settled["adaptation"] = settled["adaptation"] or "Bradford"
-    return {"space": space.name, **settled}
+    parameters["reference_white"] = parameters["reference_white"] or space.definition.white
+    parameters["adaptation"] = parameters["adaptation"] or "Bradford"
+    return {"space": space.name, **parameters}
 
 
 def _same(one: object, other: object) -> bool:
