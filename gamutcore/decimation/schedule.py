@@ -239,15 +239,15 @@ def _schedule(cost: Cost, size: int) -> list[_Phase]:
     trials = cost.trials if cost.trials and cost.trials.until < size else None
     begin = min(trials.vertices, size) if trials else size
     stops = {*cost.compacted, begin, COARSEST}
-    found: list[_Phase] = []
+    phases: list[_Phase] = []
     left = size
-    while not found or left > COARSEST:
+    while not phases or left > COARSEST:
         if trials and left == begin:
-            found.append(_Phase(left, trials.until, trials))
+            phases.append(_Phase(left, trials.until, trials))
         else:
-            found.append(_Phase(left, max((s for s in stops if s < left), default=left), None))
-        left = found[-1].until
-    return found
+            phases.append(_Phase(left, max((s for s in stops if s < left), default=left), None))
+        left = phases[-1].until
+    return phases
 
 
 def _run_schedule(state: State, phases: list[_Phase], progress: _Progress) -> list[_PhaseResult]:

@@ -195,28 +195,31 @@ def error_curve(
     volume = enclosed_volume(surfaces[full.triangles][0])
     curve = {full.triangles: LevelError(full.triangles, volume, 0.0, 0.0, 0.0, none, none)}
     mismatch_bound = distance_bound = 0.0
-    asked = sorted({history.level_triangles(count) for count in counts})
-    work = sum(count for count in asked if count < full.triangles)
+    level_counts = sorted({history.level_triangles(count) for count in counts})
+    work = sum(count for count in level_counts if count < full.triangles)
     done = 0
-    for count in reversed(asked):
+    for count in reversed(level_counts):
         if count == full.triangles:
             continue
         level, parents = surface_in_preorder(history.level(count), history)
-        reference = _reference(count, asked, full.triangles)
+        reference = _reference(count, level_counts, full.triangles)
         finer, near = surfaces[reference]
-        found, deviation = compare_surfaces(
+        comparison, deviation = compare_surfaces(
             finer, level, np.arange(len(near), dtype=np.int32), near
         )
         surfaces[count] = level._replace(deviation=deviation), parents
-        from_full, to_full = _limit_mean(found.from_reference), _limit_mean(found.to_reference)
-        against_reference = found.difference / volume
+        from_full, to_full = (
+            _limit_mean(comparison.from_reference),
+            _limit_mean(comparison.to_reference),
+        )
+        against_reference = comparison.difference / volume
         mismatch_bound = max(mismatch_bound, against_reference + curve[reference].mismatch_bound)
         # if the reference itself has lost volume, as on spiky bodies, the volumes are more accurate
-        lost = abs(found.other_volume - volume) / volume
+        lost = abs(comparison.other_volume - volume) / volume
         distance_bound = max(distance_bound, from_full.maximum, to_full.maximum)
         curve[count] = LevelError(
             triangles=count,
-            volume=found.other_volume,
+            volume=comparison.other_volume,
             mismatch=min(max(against_reference, lost), mismatch_bound),
             mismatch_bound=mismatch_bound,
             distance_bound=distance_bound,
@@ -226,7 +229,7 @@ def error_curve(
         done += count
         if progress is not None:
             progress(done / work)
-    return [curve[count] for count in asked]
+    return [curve[count] for count in level_counts]
 
 
 def _reference(count: int, counts: list[int], full: int) -> int:
@@ -266,8 +269,8 @@ class FullBoundary:
 
     def compare(self, level: Surface, bounds: FloatArray | None = None) -> RadialDifference:
         """Compare a level with the full boundary; `bounds` as for `compare_surfaces`."""
-        found, _ = compare_surfaces(self.full, level, self._order, self._near, bounds=bounds)
-        return found
+        difference, _ = compare_surfaces(self.full, level, self._order, self._near, bounds=bounds)
+        return difference
 
 
 def surface_in_preorder(level: TriangleMesh, history: History) -> tuple[Surface, IndexArray]:

@@ -315,17 +315,19 @@ class LevelSearch:
             if counts[0] < level.triangles < most.triangles
             and level.bounds.distance > SIMILAR * limits.distance
         ]
-        found = _first_within(comparison, counts, limits, similar[-1:])
-        if found is None:
+        bounded_level = _first_within(comparison, counts, limits, similar[-1:])
+        if bounded_level is None:
             return most
         if limits.mismatch == inf:
-            coarser = (level for level in self._curve if level.triangles <= found.triangles)
+            coarser = (level for level in self._curve if level.triangles <= bounded_level.triangles)
             mismatch = min(level.bounds.mismatch for level in coarser)
         # a level is found for the mismatch that it promises
         if mismatch < inf:
-            mismatch = max(mismatch, found.bounds.mismatch)
-            found = found._replace(bounds=found.bounds._replace(mismatch=mismatch))
-        return found
+            mismatch = max(mismatch, bounded_level.bounds.mismatch)
+            bounded_level = bounded_level._replace(
+                bounds=bounded_level.bounds._replace(mismatch=mismatch)
+            )
+        return bounded_level
 
     def _least_count(self, comparison: _Comparison, mismatch: float) -> tuple[int, float]:
         """Return the least triangle count to consider for a limit of the mismatch, and its bound.
@@ -408,20 +410,20 @@ class _Comparison(FullBoundary):
     def bounds(self, triangles: int, limit: float) -> tuple[Bounds, _Evidence]:
         """Return the error of a level, and evidence if its distance exceeds a limit."""
         level = self.surface(self.history.level(triangles))
-        found = new_bounds(halving_limit(self.full, HALVINGS), SLACK)
-        difference = self.compare(level, found)
+        distances = new_bounds(halving_limit(self.full, HALVINGS), SLACK)
+        difference = self.compare(level, distances)
         point, faces = NO_POINTS, NO_FACES
-        if found[FROM_LOWER] > limit:
-            point = found[np.newaxis, FROM_POINT : FROM_POINT + 3].copy()
-        if found[TO_LOWER] > limit:
+        if distances[FROM_LOWER] > limit:
+            point = distances[np.newaxis, FROM_POINT : FROM_POINT + 3].copy()
+        if distances[TO_LOWER] > limit:
             # at a corner it is also on the other faces there
             corners = level.corner.reshape(-1, 3)
-            away = level.position - found[TO_POINT : TO_POINT + 3]
-            is_there = np.linalg.norm(away, axis=1) <= SAME * found[TO_LOWER]
+            away = level.position - distances[TO_POINT : TO_POINT + 3]
+            is_there = np.linalg.norm(away, axis=1) <= SAME * distances[TO_LOWER]
             beyond = is_there[corners].any(axis=1)
-            beyond[int(found[TO_FACE])] = True
+            beyond[int(distances[TO_FACE])] = True
             faces = np.flatnonzero(beyond).astype(np.int32)
-        distance = round_up(max(found[FROM_UPPER], found[TO_UPPER]))
+        distance = round_up(max(distances[FROM_UPPER], distances[TO_UPPER]))
         return Bounds(distance, round_up(difference.mismatch)), _Evidence(point, faces)
 
     def mismatch(self, triangles: int) -> float:

@@ -250,15 +250,15 @@ class _SidedLevels(FullBoundary):
 
     def error(self, level: TriangleMesh) -> LevelError:
         """Return the error of a level, with bounds for this level only."""
-        found = self.compare(self.surface(level))
+        comparison = self.compare(self.surface(level))
         return LevelError(
             triangles=level.triangles,
-            volume=found.other_volume,
-            mismatch=found.mismatch,
-            mismatch_bound=found.mismatch,
-            distance_bound=max(found.from_reference.maximum, found.to_reference.maximum),
-            from_full=found.from_reference,
-            to_full=found.to_reference,
+            volume=comparison.other_volume,
+            mismatch=comparison.mismatch,
+            mismatch_bound=comparison.mismatch,
+            distance_bound=max(comparison.from_reference.maximum, comparison.to_reference.maximum),
+            from_full=comparison.from_reference,
+            to_full=comparison.to_reference,
         )
 
     def _moved_level(self, triangles: int) -> TriangleMesh | None:
