@@ -80,15 +80,19 @@ def chromaticity_description(gamut: ChromaticityGamut) -> dict[str, Any]:
         ``basis``; ``corners`` in xy; and for both diagrams ``area``, ``of_bt709``, the multiple
         of the area of BT.709, and ``coverage``, the covered part of each standard by slug.
     """
-    found = {slug: gamut.compare(each) for slug, each in CHROMATICITY_STANDARDS.items()}
+    comparisons = {
+        slug: gamut.compare(standard) for slug, standard in CHROMATICITY_STANDARDS.items()
+    }
     figures = {}
     for diagram in DIAGRAMS:
         overlaps: dict[str, AreaOverlap] = {
-            slug: getattr(each, diagram) for slug, each in found.items()
+            slug: getattr(comparison, diagram) for slug, comparison in comparisons.items()
         }
         figures[diagram] = {
             "area": round(overlaps["bt709"].area_a, DIGITS),
             "of_bt709": round(overlaps["bt709"].area_ratio, DIGITS),
-            "coverage": {slug: round(each.a_covers_b, DIGITS) for slug, each in overlaps.items()},
+            "coverage": {
+                slug: round(overlap.a_covers_b, DIGITS) for slug, overlap in overlaps.items()
+            },
         }
     return {"basis": gamut.basis, "corners": gamut.xy.round(DIGITS).tolist(), **figures}

@@ -108,8 +108,8 @@ def compare(level_a: Level, level_b: Level, sectors: int = 36) -> Comparison:
     --------
     >>> corners = np.vstack([np.zeros(3), np.eye(3)])
     >>> faces, centre = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)], np.full(3, 0.1)
-    >>> found = compare((corners, faces, centre), (corners / 2, faces, centre))
-    >>> round(found.a_covers_b, 9), round(found.b_covers_a, 9)
+    >>> comparison = compare((corners, faces, centre), (corners / 2, faces, centre))
+    >>> round(comparison.a_covers_b, 9), round(comparison.b_covers_a, 9)
     (1.0, 0.125)
     """
     count = _checked_sectors(sectors)
@@ -188,8 +188,8 @@ def gamut_rings(
         bands = _squares(_enclosed_cells(index.vertices, index.faces, cells), width)
         squares = bands.cumsum(axis=0)
         return GamutRings(bounds, hues, np.sqrt(squares), float(squares[-1].sum() * width / 2.0))
-    found = _cell_volumes(index, as_index(reference), cells)
-    bands, of_reference, common = (_squares(volumes, width) for volumes in found)
+    cell_volumes = _cell_volumes(index, as_index(reference), cells)
+    bands, of_reference, common = (_squares(volumes, width) for volumes in cell_volumes)
     squares = bands.cumsum(axis=0)
     inner = squares - bands
     return GamutRings(
@@ -446,9 +446,9 @@ def _projection(triangle: FloatArray) -> tuple[int, float, tuple[float, float]]:
     """
     axis, area, size = 0, 0.0, 0.0
     for candidate in range(3):
-        found = _doubled_area(triangle, 3, candidate)
-        if abs(found) > abs(area):
-            axis, area = candidate, found
+        doubled_area = _doubled_area(triangle, 3, candidate)
+        if abs(doubled_area) > abs(area):
+            axis, area = candidate, doubled_area
         edge = max(
             abs(triangle[1, candidate] - triangle[0, candidate]),
             abs(triangle[2, candidate] - triangle[0, candidate]),
@@ -473,13 +473,13 @@ def _doubled_area(polygon: FloatArray, count: int, axis: int) -> float:
 def _face_towards(point: Vector, level: LevelIndex) -> int:
     """Return the face whose cone a point relative to the centre is in, up to rounding."""
     cell = cell_of(point, level.resolution)
-    found, best = 0, -np.inf
+    nearest_face, best = 0, -np.inf
     for place in range(level.cell_start[cell], level.cell_start[cell + 1]):
         face = level.cell_faces[place]
         least = min(cone_products(level.planes, face, point))
         if least > best:
-            found, best = face, least
-    return found
+            nearest_face, best = face, least
+    return nearest_face
 
 
 @leaf_kernel

@@ -167,8 +167,8 @@ def crossings(
     --------
     >>> corners = np.vstack([np.zeros(3), np.eye(3)])
     >>> tetrahedron = (corners, [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)], (0.1, 0.1, 0.1))
-    >>> found = crossings([(0.25, 0.25, -1.0)], [(0.25, 0.25, 1.0)], tetrahedron)
-    >>> found.t.tolist(), found.entering.tolist(), found.points.tolist()
+    >>> line_crossings = crossings([(0.25, 0.25, -1.0)], [(0.25, 0.25, 1.0)], tetrahedron)
+    >>> line_crossings.t.tolist(), line_crossings.entering.tolist(), line_crossings.points.tolist()
     ([0.5, 0.75], [True, False], [[0.25, 0.25, 0.0], [0.25, 0.25, 0.5]])
     """
     if kind not in get_args(Kind):
@@ -217,11 +217,11 @@ def _cross(
     """Find the crossings of rows until the arrays are full, and return the first row without."""
     while number < len(starts):
         start, end = row(starts, number, 0), row(ends, number, 0)
-        found = find_crossings(start, end, kind, index, offsets[number], work)
-        if found < 0:
+        filled = find_crossings(start, end, kind, index, offsets[number], work)
+        if filled < 0:
             break
         number += 1
-        offsets[number] = found
+        offsets[number] = filled
     return number
 
 
@@ -269,7 +269,7 @@ def find_crossings(
     high = 1.0 - shift if kind == SEGMENT else np.inf
     margin = BOX_ROUNDING * scale * reach
 
-    found = begin
+    filled = begin
     nodes[0] = 0
     waiting = 1
     while waiting > 0:
@@ -286,17 +286,17 @@ def find_crossings(
             waiting = above
             continue
         for at in range(waiting, above):
-            found = _add_crossing(line, index, tree.faces[nodes[at]], begin, found, work)
-            if found < 0:
+            filled = _add_crossing(line, index, tree.faces[nodes[at]], begin, filled, work)
+            if filled < 0:
                 return -1
-    if found - begin > 1:
-        _alternate(start, kind, index, begin, found, work)
-    return found
+    if filled - begin > 1:
+        _alternate(start, kind, index, begin, filled, work)
+    return filled
 
 
 @leaf_kernel
 def _add_crossing(
-    line: Line, index: LevelIndex, face: int, begin: int, found: int, work: LineWorkspace
+    line: Line, index: LevelIndex, face: int, begin: int, filled: int, work: LineWorkspace
 ) -> int:
     """Add the crossing of a line with a face, if any; return the new end of crossings."""
     start, end, direction, kind, origin, shift, uncertain = line
@@ -306,18 +306,18 @@ def _add_crossing(
     side_a, side_b, side_c = triple(direction, b, c), -dot(across, c), dot(across, b)
     smallest, largest = min(side_a, side_b, side_c), max(side_a, side_b, side_c)
     if smallest < -uncertain and largest > uncertain:
-        return found
+        return filled
     outwards = smallest > uncertain
     if not outwards and largest >= -uncertain:
         leaving, side_a, side_b, side_c = _exact_sides(start, end, index, face, work.terms)
         if leaving == 0:
-            return found
+            return filled
         outwards = leaving > 0
     if kind != LINE and _is_below(start, index, face, work.terms) != outwards:
-        return found  # before the start
+        return filled  # before the start
     if kind == SEGMENT and _is_below(end, index, face, work.terms) == outwards:
-        return found  # after the end
-    if found == len(work.t):
+        return filled  # after the end
+    if filled == len(work.t):
         return -1
     share = 1.0 / (side_a + side_b + side_c)
     weights = share * side_a, share * side_b, share * side_c
@@ -327,14 +327,14 @@ def _add_crossing(
         time = max(time, 0.0)
     if kind == SEGMENT:
         time = min(time, 1.0)
-    place = found
+    place = filled
     while place > begin and work.t[place - 1] > time:
         work.t[place] = work.t[place - 1]
         _copy(work, place - 1, place)
         place -= 1
     work.t[place], work.faces[place], work.entering[place] = time, face, not outwards
     write_row(work.weights, place, 0, weights)
-    return found + 1
+    return filled + 1
 
 
 @leaf_kernel
@@ -398,16 +398,16 @@ def _exact_side(
 ) -> tuple[float, int]:
     """Return det(end − start, p − start, q − start), and its sign, which is not 0."""
     side = orientation(end, p, q, start, terms)
-    found = side
-    if found == 0.0:
+    determinant = side
+    if determinant == 0.0:
         # the coefficients of ε; δ, δ², δ³; ε δ, ε δ², ε δ³, of which one is not 0
         centre = vector(index.centre)
-        found = moved_orientation(end, start, p, q, centre, terms)
+        determinant = moved_orientation(end, start, p, q, centre, terms)
         for origin in (start, centre):
             for axis in range(3):
-                if found == 0.0:
-                    found = area(p, q, origin, axis, terms)
-    return side, (1 if found > 0.0 else -1)
+                if determinant == 0.0:
+                    determinant = area(p, q, origin, axis, terms)
+    return side, (1 if determinant > 0.0 else -1)
 
 
 @leaf_kernel

@@ -7,7 +7,7 @@ Layout, plain arrays in a named tuple (`LevelIndex`):
 - The cones: for each face the three planes through its edges and the centre, and its own plane.
   Each is scaled so that rounding changes a product by less than 1. A product beyond ±1 therefore
   has a certain sign, and exact predicates decide the others (`gamutcore.search.containment`).
-- The directions: the faces that each cell of a cube map meets (`gamutcore.geometry.cones`).
+- The directions: the faces that each cell of a cube map meets (`gamutcore.geometry.cube_map`).
 - Cylinders and boxes over the faces, in a tree (`gamutcore.search.face_tree`).
 - The edges that may have cusps, and the faces of each sector of hues
   (`gamutcore.search.hue_tables`).
@@ -160,8 +160,8 @@ def build_index(vertices: ArrayLike, faces: ArrayLike, centre: ArrayLike) -> Lev
     ((4, 3), [[0.0, 0.0, 0.0], [1.0, 1.0, 1.0]])
     """
     corner = checked_points(vertices, "vertices")
-    given = TriangleMesh(corner, np.asarray(faces))
-    triangles = np.ascontiguousarray(given.faces, np.int32)
+    mesh = TriangleMesh(corner, np.asarray(faces))
+    triangles = np.ascontiguousarray(mesh.faces, np.int32)
     middle = checked_points(np.reshape(np.asarray(centre), (1, -1)), "centre")[0]
     position = corner - middle
     hidden = faces_not_seeing_centre(position, triangles)
@@ -175,7 +175,7 @@ def build_index(vertices: ArrayLike, faces: ArrayLike, centre: ArrayLike) -> Lev
             where={"field": "faces", "row": face},
             remedy="Give a closed mesh, whose faces are all counter-clockwise from outside.",
         )
-    box = given.bounds
+    box = mesh.bounds
     reach = float(np.linalg.norm(np.maximum(abs(box[0] - middle), abs(box[1] - middle))))
     planes, angle, inner = _cones(position, triangles, reach)
     if abs(angle - WHOLE_SPHERE) > SPHERE_TOLERANCE:
@@ -264,27 +264,27 @@ def checked_points(points: ArrayLike, name: str = "points", width: int = 3) -> F
     """
     remedy = f"Give an (n, {width}) array of numbers."
     try:
-        found = np.ascontiguousarray(points)
+        array = np.ascontiguousarray(points)
     except ValueError as error:
         message = f"The rows of {name} do not have the same number of values."
         raise InvalidPointsError(message, where={"field": name}, remedy=remedy) from error
-    if found.ndim != 2 or found.shape[1] != width or found.dtype.kind not in "fiu":
+    if array.ndim != 2 or array.shape[1] != width or array.dtype.kind not in "fiu":
         raise InvalidPointsError(
-            f"{name} has the shape {found.shape} and the type {found.dtype}.",
+            f"{name} has the shape {array.shape} and the type {array.dtype}.",
             where={"field": name},
             remedy=remedy,
         )
     # A read-only or unaligned array is of another type for the compiler, which would compile anew.
-    found = np.require(found, np.float64, ["C", "ALIGNED", "WRITEABLE"])
-    valid = np.abs(found) <= LARGEST_COORDINATE  # false for NaN
+    array = np.require(array, np.float64, ["C", "ALIGNED", "WRITEABLE"])
+    valid = np.abs(array) <= LARGEST_COORDINATE  # false for NaN
     if not valid.all():
         at = int(np.argmin(valid.all(axis=1)))
         raise InvalidPointsError(
-            f"Row {at} of {name} is {found[at].tolist()}.",
+            f"Row {at} of {name} is {array[at].tolist()}.",
             where={"field": name, "row": at},
             remedy=f"Give finite coordinates within ±{number_text(LARGEST_COORDINATE)}.",
         )
-    return found
+    return array
 
 
 def checked_numbers(numbers: ArrayLike, name: str) -> FloatArray:
@@ -293,21 +293,21 @@ def checked_numbers(numbers: ArrayLike, name: str) -> FloatArray:
     Errors are as for `checked_points`.
     """
     try:
-        found = np.asarray(numbers)
+        array = np.asarray(numbers)
     except ValueError:
-        found = np.empty((0, 0))  # rows of different lengths
-    if found.ndim != 1 or found.dtype.kind not in "fiu":
+        array = np.empty((0, 0))  # rows of different lengths
+    if array.ndim != 1 or array.dtype.kind not in "fiu":
         raise InvalidPointsError(
             f"{name} are not one list of numbers.",
             where={"field": name},
             remedy="Give an (n,) array of numbers.",
         )
-    found = np.ascontiguousarray(found, np.float64)
-    if not np.isfinite(found).all():
-        at = int(np.argmin(np.isfinite(found)))
+    array = np.ascontiguousarray(array, np.float64)
+    if not np.isfinite(array).all():
+        at = int(np.argmin(np.isfinite(array)))
         raise InvalidPointsError(
-            f"Row {at} of {name} is {found[at]}.",
+            f"Row {at} of {name} is {array[at]}.",
             where={"field": name, "row": at},
             remedy="Give finite numbers.",
         )
-    return found
+    return array

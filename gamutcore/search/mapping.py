@@ -181,14 +181,14 @@ def map_colours(
             where={"field": "source"},
             remedy="Give the gamut that the colours come from as source.",
         )
-    found, index = checked_points(points), as_index(level)
+    colours, index = checked_points(points), as_index(level)
     if source is not None:
-        mapped = _compress(found, index, as_index(source), white, tolerance)
-        result = _clipped(mapped, found, index, NEAREST, None, tolerance)
+        mapped = _compress(colours, index, as_index(source), white, tolerance)
+        result = _clipped(mapped, colours, index, NEAREST, None, tolerance)
         rest = np.flatnonzero(
             np.linalg.norm(result.points - mapped, axis=1) > SURFACE_ERROR * white
         )
-        clipped = _clipped(mapped[rest], found[rest], index, HUE, None, tolerance)
+        clipped = _clipped(mapped[rest], colours[rest], index, HUE, None, tolerance)
         result.points[rest], result.moved[rest] = clipped.points, clipped.moved
         result.faces[rest], result.weights[rest] = clipped.faces, clipped.weights
         return result
@@ -197,7 +197,9 @@ def map_colours(
         focal = checked_points(np.reshape(np.asarray(focus), (1, -1)), "focus")[0]
     elif isinstance(focus, str) and focus != "cusp":
         raise OptionError.refusal("focus", focus, "a point or cusp")
-    return _clipped(found, found, index, get_args(MappingMethod).index(method), focal, tolerance)
+    return _clipped(
+        colours, colours, index, get_args(MappingMethod).index(method), focal, tolerance
+    )
 
 
 def _clipped(
@@ -335,7 +337,7 @@ def _clip(  # noqa: PLR0912  # a branch for each method
             for corner in range(3):
                 weights[number, corner] = work.weights[place, corner]
         else:
-            face, lightness, found = _nearest_of_hue(
+            face, lightness, target_chroma = _nearest_of_hue(
                 start[0],
                 chroma,
                 ca,
@@ -349,7 +351,7 @@ def _clip(  # noqa: PLR0912  # a branch for each method
             if face < 0:
                 continue
             faces[number] = face
-            target = lightness, found * ca, found * cb
+            target = lightness, target_chroma * ca, target_chroma * cb
         inwards = _inwards(target, minus(target, start), index, work.terms)
         write_row(points, number, 0, inwards)
 
@@ -430,7 +432,7 @@ def _nearest_of_hue(
     """
     table, middle, scale = index.hues, index.centre[0], index.tree.scale
     margin = RECTANGLE_ROUNDING * (1.0 + scale * (abs(lightness) + chroma + abs(middle)))
-    best, found, found_chroma, square = -1, np.nan, np.nan, np.inf
+    best, best_lightness, best_chroma, square = -1, np.nan, np.nan, np.inf
     limit = FARTHEST
     sectors = len(table.roots)
     turn = 0.25 * sectors * hue_turn(ca, cb)
@@ -469,9 +471,9 @@ def _nearest_of_hue(
                 lightness, chroma, ca, cb, index.vertices, index.faces, face, square, weights
             )
             if closer < square:
-                best, found, found_chroma, square = face, lower, lower_chroma, closer
+                best, best_lightness, best_chroma, square = face, lower, lower_chroma, closer
                 limit = (scale * np.sqrt(square) + margin) ** 2
-    return best, found, found_chroma
+    return best, best_lightness, best_chroma
 
 
 @leaf_kernel
@@ -631,8 +633,8 @@ def _mapped_lightness(
     sigmoid = darkest + (lightest - darkest) * shares
     cubed = (100.0 * chroma / white) ** 3
     weight = 1.0 - np.sqrt(cubed / (cubed + CHROMA_CUBED))
-    found: FloatArray = weight * sigmoid + (1.0 - weight) * lightness
-    return found
+    mapped: FloatArray = weight * sigmoid + (1.0 - weight) * lightness
+    return mapped
 
 
 def _with_lightness(
@@ -672,8 +674,8 @@ class _Rays(NamedTuple):
     @classmethod
     def of(cls, start: FloatArray, target: FloatArray, index: LevelIndex) -> _Rays:
         """Return those of rays from starts, at t = 0, through targets, at t = 1."""
-        found = crossings(start, target, index, "ray")
-        return cls(found.t, found.offsets)
+        ray_crossings = crossings(start, target, index, "ray")
+        return cls(ray_crossings.t, ray_crossings.offsets)
 
     def distances(self, which: int) -> FloatArray:
         """Return t where rays leave first (0) or last (−1); NaN if they do not begin inside."""

@@ -82,10 +82,10 @@ def nearest(points: ArrayLike, level: Level) -> SurfacePoints:
     --------
     >>> corners = np.vstack([np.zeros(3), np.eye(3)])
     >>> tetrahedron = (corners, [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)], (0.1, 0.1, 0.1))
-    >>> found = nearest([(0.25, 0.5, -2.0)], tetrahedron)
-    >>> found.points.tolist(), found.distance.tolist(), found.faces.tolist()
+    >>> surface = nearest([(0.25, 0.5, -2.0)], tetrahedron)
+    >>> surface.points.tolist(), surface.distance.tolist(), surface.faces.tolist()
     ([[0.25, 0.5, 0.0]], [2.0], [0])
-    >>> found.weights.tolist()
+    >>> surface.weights.tolist()
     [[0.25, 0.5, 0.25]]
     """
     index = as_index(level)

@@ -80,14 +80,14 @@ def nearest_ciede2000(points: ArrayLike, level: Level) -> SurfacePoints:
     >>> corners = np.array([(0, 0, 0), (60, 60, 0), (60, -30, 50), (60, -30, -50), (100, 0, 0)])
     >>> ring = [(1, 2), (2, 3), (3, 1)]
     >>> faces = [(0, two, one) for one, two in ring] + [(4, one, two) for one, two in ring]
-    >>> found = nearest_ciede2000([(110, 0, 0)], (corners, faces, (60, 0, 0)))
-    >>> found.points.round(3).tolist(), found.distance.round(4).tolist()
+    >>> surface = nearest_ciede2000([(110, 0, 0)], (corners, faces, (60, 0, 0)))
+    >>> surface.points.round(3).tolist(), surface.distance.round(4).tolist()
     ([[100.0, 0.0, 0.0]], [5.4876])
     """
     colours, index = checked_points(points), as_index(level)
     faces, weights = _nearest(colours, index)
-    found = surface_points(index, faces, weights)
-    return SurfacePoints(found, delta_e_2000(colours, found), faces, weights)
+    surface = surface_points(index, faces, weights)
+    return SurfacePoints(surface, delta_e_2000(colours, surface), faces, weights)
 
 
 class _SearchWorkspace(NamedTuple):

@@ -307,17 +307,17 @@ def _section(walk: _Walk) -> Section:
 
     Polygons with fewer than three different corners are dropped: the plane touches the level.
     """
-    kept: list[LongArray] = [np.zeros(0, np.int64)]
+    corner_rows: list[LongArray] = [np.zeros(0, np.int64)]
     offsets = [0]
     begin = 0
     for end in walk.ends:
         corners = walk.points[begin:end]
         different = (corners != np.roll(corners, 1, axis=0)).any(axis=1)
         if different.sum() >= 3:
-            kept.append(begin + np.flatnonzero(different))
+            corner_rows.append(begin + np.flatnonzero(different))
             offsets.append(offsets[-1] + int(different.sum()))
         begin = end
-    chosen = np.concatenate(kept)
+    chosen = np.concatenate(corner_rows)
     return Section(
         walk.points[chosen],
         np.array(offsets, np.int32),
@@ -380,8 +380,8 @@ def leaves(level: Level, hues: ArrayLike, lightness: ArrayLike) -> Leaves:
     --------
     >>> corners = np.vstack([np.zeros(3), np.eye(3)])
     >>> tetrahedron = (corners, [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)], (0.1, 0.1, 0.1))
-    >>> found = leaves(tetrahedron, [45, 225], [0.25, 0.5, 2])
-    >>> found.offsets.tolist(), found.chroma[:, 1].round(6).tolist()
+    >>> hue_leaves = leaves(tetrahedron, [45, 225], [0.25, 0.5, 2])
+    >>> hue_leaves.offsets.tolist(), hue_leaves.chroma[:, 1].round(6).tolist()
     ([0, 1, 2, 2, 2, 2, 2], [0.53033, 0.353553])
     """
     angles, heights = checked_numbers(hues, "hues"), checked_numbers(lightness, "lightness")

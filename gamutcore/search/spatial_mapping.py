@@ -68,8 +68,8 @@ class Lines(NamedTuple):
 def neutral_ends(index: LevelIndex) -> tuple[float, float] | None:
     """Return the lightness of the darkest and lightest neutral colour in gamut; None without."""
     axis = np.array([[index.box[0, 0] - 1.0, 0.0, 0.0], [index.box[1, 0] + 1.0, 0.0, 0.0]])
-    found = crossings(axis[:1], axis[1:], index, "line").points[:, 0]
-    return (float(found[0]), float(found[-1])) if len(found) else None
+    lightness = crossings(axis[:1], axis[1:], index, "line").points[:, 0]
+    return (float(lightness[0]), float(lightness[-1])) if len(lightness) else None
 
 
 def find_lines(
@@ -84,13 +84,13 @@ def find_lines(
     focus = np.zeros_like(points)
     away = np.clip(FOCUS * (points[:, 0] - middle), -INNER * half, INNER * half)
     focus[:, 0] = middle + away
-    found = crossings(points, focus, index, "segment")
-    rows = np.repeat(np.arange(len(points)), np.diff(found.offsets))
+    line_crossings = crossings(points, focus, index, "segment")
+    rows = np.repeat(np.arange(len(points)), np.diff(line_crossings.offsets))
     least, most = np.full(len(points), np.nan), np.ones(len(points))
-    entering = found.entering
+    entering = line_crossings.entering
     # in reverse, because the last of several values is assigned
-    least[rows[entering][::-1]] = found.t[entering][::-1]
-    most[rows[~entering][::-1]] = found.t[~entering][::-1]
+    least[rows[entering][::-1]] = line_crossings.t[entering][::-1]
+    most[rows[~entering][::-1]] = line_crossings.t[~entering][::-1]
     least[~outside] = 0.0
     np.minimum(least + INWARDS * outside, most, out=least)
     directions = points - focus
