@@ -187,7 +187,7 @@ def _span(boxes: FloatArray, cell: int, axis: int, low: FloatArray, size: float)
 
 
 @leaf_kernel
-def _layer_solutions(table: InkTable, layer: int, target: Vector, found: FloatArray) -> int:
+def _layer_solutions(table: InkTable, layer: int, target: Vector, solutions: FloatArray) -> int:
     """Write the solutions (s, 3) of a colour in a layer, and return their number."""
     n, m, counts = table.per_axis, table.per_axis - 1, table.counts
     x = int(np.floor((target[0] - table.low[0]) / table.size))
@@ -225,12 +225,12 @@ def _layer_solutions(table: InkTable, layer: int, target: Vector, found: FloatAr
                 continue
             if gamma > beta + SLACK or gamma < -SLACK:
                 continue
-            if count == len(found):
+            if count == len(solutions):
                 return count
             base = (i, j, k)
-            found[count, p] = (base[p] + alpha) / m
-            found[count, q] = (base[q] + beta) / m
-            found[count, r] = (base[r] + gamma) / m
+            solutions[count, p] = (base[p] + alpha) / m
+            solutions[count, q] = (base[q] + beta) / m
+            solutions[count, r] = (base[r] + gamma) / m
             count += 1
     return count
 
@@ -368,7 +368,7 @@ def _ink_sum(points: FloatArray, place: int, k: float, scale: FloatArray) -> flo
 
 @leaf_kernel
 def _chosen(
-    found: FloatArray,
+    solutions: FloatArray,
     count: int,
     k: float,
     scale: FloatArray,
@@ -383,13 +383,13 @@ def _chosen(
     """
     chosen, least = -1, np.inf
     for solution in range(count):
-        if not _is_printable(found, solution, k, scale, room):
+        if not _is_printable(solutions, solution, k, scale, room):
             continue
-        change = _ink_sum(found, solution, k, cost)
+        change = _ink_sum(solutions, solution, k, cost)
         if before >= 0:
             change = 0.0
             for axis in range(3):
-                change = max(change, abs(found[solution, axis] - path[before, axis]))
+                change = max(change, abs(solutions[solution, axis] - path[before, axis]))
         if change < least:
             chosen, least = solution, change
     return chosen, least
@@ -402,7 +402,7 @@ def _solutions_by_layer(
     scale: FloatArray,
     cost: FloatArray,
     room: float,
-    found: FloatArray,
+    solutions: FloatArray,
     path: FloatArray,
 ) -> int:
     """Write the longest path through the layers, by rising black, from row 1 on; return its length.
@@ -412,16 +412,16 @@ def _solutions_by_layer(
     start, best_start, best_length = 0, 0, 0
     for layer in range(table.layers):
         k = layer / max(table.layers - 1, 1)
-        count = _layer_solutions(table, layer, target, found)
+        count = _layer_solutions(table, layer, target, solutions)
         before = layer if layer > start else -1
-        chosen, change = _chosen(found, count, k, scale, cost, room, path, before)
+        chosen, change = _chosen(solutions, count, k, scale, cost, room, path, before)
         if before >= 0 and change > NEAR:
             start = layer
-            chosen, _least = _chosen(found, count, k, scale, cost, room, path, -1)
+            chosen, _least = _chosen(solutions, count, k, scale, cost, room, path, -1)
         if chosen < 0:
             start = layer + 1
             continue
-        write_row(path, layer + 1, 0, row(found, chosen, 0))
+        write_row(path, layer + 1, 0, row(solutions, chosen, 0))
         path[layer + 1, 3] = k
         if layer + 1 - start > best_length:
             best_start, best_length = start, layer + 1 - start
@@ -619,7 +619,7 @@ def trace_paths(
     solutions are searched in all layers. Rows of `starts` (m, 4) are device values near one of the
     solutions. `solved` (m,) tells which colours the table has within the limits.
     """
-    found, path = np.empty((MOST_BRANCHES, 3)), np.empty((table.layers + 2, 4))
+    solutions, path = np.empty((MOST_BRANCHES, 3)), np.empty((table.layers + 2, 4))
     x, tried, work = np.empty((1, 4)), np.empty((1, 4)), np.empty((4, 3))
     step = 1.0 / max(table.layers - 1, 1)
     for number in range(len(targets)):
@@ -630,7 +630,7 @@ def trace_paths(
             copy_row(path, 1, x, 0)
             length = 1
         else:
-            length = _solutions_by_layer(table, target, scale, cost, room, found, path)
+            length = _solutions_by_layer(table, target, scale, cost, room, solutions, path)
             solved[number] = length > 0
         if length > 0:
             copy_row(recipes, number, path, 1)

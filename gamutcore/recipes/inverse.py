@@ -235,16 +235,16 @@ class InverseModel:
         if self._has_formula:
             return self._by_formula(targets)
         wanted = self._wanted(targets, black)
-        found = _Found(self, targets)
+        best = _BestRecipes(self, targets)
         if len(self._sets) > 1:
-            self._blend(targets, black, wanted, found)
+            self._blend(targets, black, wanted, best)
         else:
             trace = _traced(self._sets[0], targets, black, wanted, _NO_STARTS)
             rows = np.flatnonzero(trace.solved)
-            found.widen(rows, trace.black[rows])
-            found.correct(rows, trace.recipes[rows], np.zeros(len(rows), np.int64))
+            best.widen(rows, trace.black[rows])
+            best.correct(rows, trace.recipes[rows], np.zeros(len(rows), np.int64))
         for rank in _RANKS:
-            rows = np.flatnonzero(found.error > _RETRY_ABOVE_DE)
+            rows = np.flatnonzero(best.error > _RETRY_ABOVE_DE)
             if len(rows) == 0:
                 break
             chosen, starts = self._nearest_nodes(targets[rows], rank)
@@ -255,17 +255,17 @@ class InverseModel:
                 traced[mine], ranges[mine], _ = _traced(
                     some, targets[own], black, wanted[own], starts[mine]
                 )
-            better = found.correct(rows, traced, chosen)
-            found.widen(rows[better], ranges[better])
+            better = best.correct(rows, traced, chosen)
+            best.widen(rows[better], ranges[better])
         if self.black is None:
-            found.black[:] = np.nan
+            best.black[:] = np.nan
         else:
-            found.black *= self._range[self.black]
-            found.black += self._lowest[self.black]
-        return Recipes(found.device, found.lab, found.black)
+            best.black *= self._range[self.black]
+            best.black += self._lowest[self.black]
+        return Recipes(best.device, best.lab, best.black)
 
     def _blend(
-        self, targets: FloatArray, black: BlackRule, wanted: FloatArray, found: _Found
+        self, targets: FloatArray, black: BlackRule, wanted: FloatArray, best: _BestRecipes
     ) -> None:
         """Find recipes by the mean of the sets that give a colour, corrected on the model.
 
@@ -273,7 +273,7 @@ class InverseModel:
         the colour and of colours around it, so that a set which ends does so in steps.
         """
         core = _traced(self._sets[0], targets, black, wanted, _NO_STARTS)
-        found.widen(np.flatnonzero(core.solved), core.black[core.solved])
+        best.widen(np.flatnonzero(core.solved), core.black[core.solved])
         alone = _set_share(self._sets[0], core, targets[:, 0])
         device = self.device(core.recipes, np.zeros(len(targets), np.int64))
         rows = np.flatnonzero(alone < 1.0)
@@ -287,9 +287,9 @@ class InverseModel:
         usable = np.ones(len(targets), np.bool_)
         usable[rows] = total > _LEAST_WEIGHT
         made = np.flatnonzero(usable)
-        found.settle(made, device[made])
+        best.settle(made, device[made])
 
-        rows = np.flatnonzero(found.error > _RETRY_ABOVE_DE)
+        rows = np.flatnonzero(best.error > _RETRY_ABOVE_DE)
         if len(rows) == 0:
             return
         mean = np.zeros((len(rows), len(self._range)))
@@ -297,7 +297,7 @@ class InverseModel:
         for rank, weight in enumerate(weights / weights.sum()):
             chosen, recipes = self._nearest_nodes(targets[rows], rank)
             mean += weight * self.device(recipes, chosen)
-        found.settle(rows, mean)
+        best.settle(rows, mean)
 
     def _weighted_sets(
         self, targets: FloatArray, black: BlackRule, wanted: FloatArray
@@ -375,9 +375,9 @@ class InverseModel:
 
     def _by_formula(self, targets: FloatArray) -> Recipes:
         """Return the recipes of a formula, which a search corrects where it is not exact."""
-        given = self.model.closed_values(targets)
-        assert given is not None  # noqa: S101  # `_has_formula`
-        device = np.clip(given, 0.0, 1.0)
+        formula_values = self.model.closed_values(targets)
+        assert formula_values is not None  # noqa: S101  # `_has_formula`
+        device = np.clip(formula_values, 0.0, 1.0)
         lab = self.model.lab(device)
         rows = np.flatnonzero(np.abs(targets - lab).max(axis=1) > _CONVERGED_DE)
         device[rows], _ = find_values(targets[rows], device[rows], self.model.lab)
@@ -408,11 +408,11 @@ class InverseModel:
                 (some.device * some.scale).sum(axis=1) <= some.room + _ROUNDING
                 for some in self._sets
             ]
-            each = list(zip(self._sets, printable, strict=True))
+            pairs = list(zip(self._sets, printable, strict=True))
             self._nodes = (
-                cKDTree(np.concatenate([some.table.nodes[kept] for some, kept in each])),
-                np.repeat(np.arange(len(each)), [kept.sum() for kept in printable]),
-                np.concatenate([some.device[kept] for some, kept in each]),
+                cKDTree(np.concatenate([some.table.nodes[nodes] for some, nodes in pairs])),
+                np.repeat(np.arange(len(pairs)), [nodes.sum() for nodes in printable]),
+                np.concatenate([some.device[nodes] for some, nodes in pairs]),
             )
         tree, sets, device = self._nodes
         _, ranked = tree.query(targets, k=[rank + 1])
@@ -523,7 +523,7 @@ def _set_share(some: _InkSet, trace: _Trace, lightness: FloatArray) -> FloatArra
     return np.asarray(share * share * (3.0 - 2.0 * share))
 
 
-class _Found:
+class _BestRecipes:
     """The best recipes so far: device values, their colours, largest errors and ranges of black."""
 
     def __init__(self, inverse: InverseModel, targets: FloatArray) -> None:
@@ -560,9 +560,9 @@ class _Found:
             rests = self._targets[own] - lab
             error = np.abs(rests).max(axis=1)
             better = error < self.error[own]
-            kept = own[better]
-            self.device[kept], self.lab[kept] = device[better], lab[better]
-            self.error[kept] = error[better]
+            improved = own[better]
+            self.device[improved], self.lab[improved] = device[better], lab[better]
+            self.error[improved] = error[better]
             open_ = error > _CONVERGED_DE
             places = places[open_]
             if step == _CORRECTIONS or len(places) == 0:
