@@ -296,12 +296,12 @@ def find_reference(name: str) -> Reference:
     >>> find_reference("Rec2020").slug
     'bt2020'
     """
-    found = _BY_NAME.get(folded(name))
-    if found is not None:
-        return found
+    reference = _BY_NAME.get(folded(name))
+    if reference is not None:
+        return reference
     called = {
-        each.slug: each
-        for each, names in _NAMES
+        candidate.slug: candidate
+        for candidate, names in _NAMES
         if any(similarity(name, other) == EXACT for other in names)
     }
     if len(called) == 1:
@@ -361,14 +361,14 @@ def parse_definition(text: str) -> Reference | None:
     name = document.pop("reference", None)
     if not isinstance(name, str):
         return None
-    found = find_reference(name)
-    if document and document != found.definition:
+    reference = find_reference(name)
+    if document and document != reference.definition:
         raise MalformedFileError(
-            f"The definition is not that of {found.slug}.",
+            f"The definition is not that of {reference.slug}.",
             where={"field": "reference"},
-            remedy=f'Send {{"reference": "{found.slug}"}} alone.',
+            remedy=f'Send {{"reference": "{reference.slug}"}} alone.',
         )
-    return found
+    return reference
 
 
 DESCRIPTORS = ("DESCRIPTOR", "DESCRIPTION", "FILE_DESCRIPTOR")
