@@ -164,23 +164,23 @@ def find_columns(
     if columns is not None:
         return _chosen(names, columns, space, own, place)
     if space is not None:
-        found = _by_axes(names, space) or _of_space(names, space)
-        if found is None:
+        match = _by_axes(names, space) or _of_space(names, space)
+        if match is None:
             raise _no_axes(header, names, space, prefix, place)
-        return found
-    found = None if own is None else _by_axes(names, own) or _of_space(names, own)
-    if found is not None:
-        return found
+        return match
+    match = None if own is None else _by_axes(names, own) or _of_space(names, own)
+    if match is not None:
+        return match
     sets = _sets(names)
-    measured = [each for each in sets if each.kind in _MEASURED]
-    others = [each for each in sets if each.kind not in _MEASURED]
-    kinds = {each.kind for each in measured}
+    measured = [group for group in sets if group.kind in _MEASURED]
+    others = [group for group in sets if group.kind not in _MEASURED]
+    kinds = {group.kind for group in measured}
     if len(measured) > len(kinds) or (others and len(sets) > 1):
         listed = [
             ",".join(
-                header[at] if header.count(header[at]) == 1 else str(at + 1) for at in found.places
+                header[at] if header.count(header[at]) == 1 else str(at + 1) for at in group.places
             )
-            for found in sets
+            for group in sets
         ]
         raise MissingColumnError(
             f"The table has several colours in each row: {'; '.join(listed)}.",
@@ -191,7 +191,7 @@ def find_columns(
     if sets:
         return sets[0]
     spelt = spelt_out(names)
-    inks = [header[each] for each, name in enumerate(spelt) if _INKS.fullmatch(name)]
+    inks = [header[at] for at, name in enumerate(spelt) if _INKS.fullmatch(name)]
     if inks:
         raise MissingColumnError(
             f"The columns {', '.join(inks)} are amounts of ink: colours of one press only.",
@@ -209,9 +209,9 @@ def find_columns(
 
 def unused_columns(header: Sequence[str], used: Sequence[int]) -> list[str]:
     """Return the names of further sets of columns that hold a colour, such as ``X, Y, Z``."""
-    found = [each.places for each in _sets([name.strip() for name in header])]
+    sets = [group.places for group in _sets([name.strip() for name in header])]
     return [
-        ", ".join(header[place] for place in places) for places in found if set(places) != set(used)
+        ", ".join(header[place] for place in places) for places in sets if set(places) != set(used)
     ]
 
 
@@ -232,40 +232,40 @@ def _by_axes(names: Sequence[str], space: str) -> ColourColumns | None:
     places = []
     for axis in axes_of(space):
         wanted = {_fold(axis), f"lab{_fold(axis)}"}
-        found = [at for at, name in enumerate(folded) if name in wanted]
-        if len(found) != 1:
+        matches = [at for at, name in enumerate(folded) if name in wanted]
+        if len(matches) != 1:
             return None
-        places.append(found[0])
+        places.append(matches[0])
     kind = next((key for key, each in _KINDS.items() if each.space == space), "")
     return ColourColumns(tuple(places), kind, space)
 
 
 def _of_space(names: Sequence[str], space: str) -> ColourColumns | None:
-    found = [each for each in _sets(names) if each.space == space]
-    return found[0] if len(found) == 1 else None
+    sets = [group for group in _sets(names) if group.space == space]
+    return sets[0] if len(sets) == 1 else None
 
 
 def _sets(names: Sequence[str]) -> list[ColourColumns]:
     """Return the complete sets of columns, those of the first kind first."""
     spelt = [name.upper() for name in spelt_out(names)]
-    found: list[ColourColumns] = []
-    for kind, each in _KINDS.items():
-        for wanted in each.names:
+    sets: list[ColourColumns] = []
+    for kind, declared in _KINDS.items():
+        for wanted in declared.names:
             places = [[at for at, name in enumerate(spelt) if name == one] for one in wanted]
-            if kind == "LCH" and any(one.kind == "LAB" for one in found):
+            if kind == "LCH" and any(one.kind == "LAB" for one in sets):
                 continue
             if len(set(map(len, places))) > 1:  # incomplete, or one column is doubled
                 continue
-            found += [
-                ColourColumns(one, kind, each.space)
+            sets += [
+                ColourColumns(one, kind, declared.space)
                 for one in zip(*places, strict=True)  # a set that is twice there counts twice
             ]
-    found += [
+    sets += [
         ColourColumns((at,), "TEXT", "sRGB")
         for at, name in enumerate(names)
         if _fold(name) in _TEXTS
     ]
-    return found
+    return sets
 
 
 def _chosen(
@@ -357,31 +357,31 @@ def on_full_scale(
             remedy="Give --colours-in CIELAB, --scale 1 or --colours-in Oklab. In Python, give "
             "the space.",
         )
-    found = scale or _scale_of(columns.kind, kind, values, names, place)
+    white = scale or _scale_of(columns.kind, kind, values, names, place)
     points = values
-    if found != full:
-        factor = np.full(3, full / found)
+    if white != full:
+        factor = np.full(3, full / white)
         if columns.kind == "LCH":
             factor[2] = 1.0
         if columns.kind == "XYY":
             factor[:2] = 1.0
         points = values * factor
     lowest, highest = kind.lowest, kind.highest
-    if columns.kind == "RGB" and found != 1.0:  # codes, which end at full scale
+    if columns.kind == "RGB" and white != 1.0:  # codes, which end at full scale
         lowest, highest = (-_ROUNDING,) * 3, (1.0 + _ROUNDING,) * 3
     beyond = (points < lowest) | (points > highest)
     if beyond.any():
-        row, axis = (int(each) for each in np.argwhere(beyond)[0])
+        row, axis = (int(index) for index in np.argwhere(beyond)[0])
         likely = _likely(columns.kind, values)
         raise InvalidPointsError(
             f"{names[axis]} is {number_text(values[row, axis])}, outside the scale of "
-            f"{columns.space}, whose white is {found:g}.",
+            f"{columns.space}, whose white is {white:g}.",
             where={**place(row), "field": names[axis]},
             remedy=likely or f"Give colours of {columns.space}, or name their space.",
         )
     if columns.kind == "XYY":
         points = xyz_of_xyy(points)
-    return points, found
+    return points, white
 
 
 def _scale_of(
@@ -462,32 +462,34 @@ def frame_colours(frame: object, space: str | None, own: str) -> FrameColours | 
     names = list(titles)
     if not names or not all(isinstance(name, str) for name in names):
         return None
-    given = None if space is None else space_named(space)
+    stated_space = None if space is None else space_named(space)
     try:
-        found = find_columns(names, space=given, own=own)
+        columns = find_columns(names, space=stated_space, own=own)
     except MissingColumnError:
-        if given is not None and len(names) == 3:  # the caller says what three columns are
+        if stated_space is not None and len(names) == 3:  # the caller says what three columns are
             return None
         raise
-    picked = [np.asarray(frame[names[place]]) for place in found.places]
-    if found.kind == "TEXT":
+    picked = [np.asarray(frame[names[place]]) for place in columns.places]
+    if columns.kind == "TEXT":
         colours = [css_colour(str(text), bare_hex=True) for text in picked[0].tolist()]
-        if any(each is None or each[0] != "sRGB" for each in colours):
-            row = next(at for at, each in enumerate(colours) if each is None or each[0] != "sRGB")
+        if any(colour is None or colour[0] != "sRGB" for colour in colours):
+            row = next(
+                at for at, colour in enumerate(colours) if colour is None or colour[0] != "sRGB"
+            )
             raise InvalidPointsError(
-                f"Row {row} of the column {names[found.places[0]]} is "
+                f"Row {row} of the column {names[columns.places[0]]} is "
                 f"{str(picked[0][row])[:40]!r}, which is no colour of sRGB.",
-                where={"field": names[found.places[0]], "row": row},
+                where={"field": names[columns.places[0]], "row": row},
                 remedy="Give colours such as #e4002b, or columns of numbers.",
             )
-        points = np.array([each[1] for each in colours if each]).reshape(-1, 3)
+        points = np.array([colour[1] for colour in colours if colour]).reshape(-1, 3)
         return FrameColours(points, "sRGB")
     try:
         values = np.stack([np.asarray(column, np.float64) for column in picked], axis=1)
     except (ValueError, TypeError):
         raise InvalidPointsError(
-            f"The columns {', '.join(axes_of(found.space))} of the table are not numbers.",
-            where={"field": names[found.places[0]]},
+            f"The columns {', '.join(axes_of(columns.space))} of the table are not numbers.",
+            where={"field": names[columns.places[0]]},
             remedy="Convert the columns to numbers.",
         ) from None
     finite = np.isfinite(values)
@@ -498,16 +500,16 @@ def frame_colours(frame: object, space: str | None, own: str) -> FrameColours | 
             where={"field": "colours", "row": row},
             remedy="Give finite numbers. Leave out rows without a colour.",
         )
-    scale = 1.0 if given is not None and found.space in {"sRGB", "CIEXYZ"} else None
+    scale = 1.0 if stated_space is not None and columns.space in {"sRGB", "CIEXYZ"} else None
     points, _ = on_full_scale(
-        found,
+        columns,
         values,
         scale,
-        [names[place] for place in found.places],
+        [names[place] for place in columns.places],
         lambda row: {"row": row},
-        stated=given is not None or found.space == own,
+        stated=stated_space is not None or columns.space == own,
     )
-    return FrameColours(points, found.space)
+    return FrameColours(points, columns.space)
 
 
 _HEX = re.compile(r"#?([0-9a-f]{3,4}|[0-9a-f]{6}|[0-9a-f]{8})", re.IGNORECASE)
@@ -624,7 +626,7 @@ class Swatch(NamedTuple):
 
 def swatches(data: bytes) -> list[Swatch]:
     """Return the colours of a palette; errors have the number of the block, from 1."""
-    found: list[Swatch] = []
+    palette: list[Swatch] = []
     group, place, block = "", 12, 0
     try:
         (count,) = struct.unpack_from(">I", data, 8)
@@ -644,14 +646,14 @@ def swatches(data: bytes) -> list[Swatch]:
                 if model not in _COMPONENTS:
                     raise struct.error(f"the colour model is {model!r}")  # noqa: TRY301
                 values = struct.unpack_from(f">{_COMPONENTS[model]}f", content, end + 4)
-                found.append(Swatch(name, group, model, values))
+                palette.append(Swatch(name, group, model, values))
     except (struct.error, UnicodeDecodeError) as error:
         raise MalformedFileError(
             f"The palette is damaged: {error}.",
             where={"block": block},
             remedy="Export the swatches again as Adobe Swatch Exchange (.ase).",
         ) from None
-    return found
+    return palette
 
 
 def _block_text(content: bytes) -> tuple[str, int]:

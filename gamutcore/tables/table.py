@@ -181,19 +181,19 @@ class ColourTable:
         factor = np.full(3, self.scale / self._full)
         if self.space == "LCHab":
             factor[2] = 1.0
-        found: FloatArray = points * factor
-        return found
+        values: FloatArray = points * factor
+        return values
 
     def added_names(self, names: Sequence[str]) -> list[str]:
         """Return names for further columns, which differ from those of the table."""
-        taken, found = set(self.header), []
+        taken, free_names = set(self.header), []
         for name in names:
             free, at = name, 1
             while free in taken:
                 free, at = f"gamut_{name}" if at == 1 else f"gamut_{name}_{at}", at + 1
             taken.add(free)
-            found.append(free)
-        return found
+            free_names.append(free)
+        return free_names
 
     def cell(self, value: Any, digits: int | None = None) -> str:  # noqa: ANN401
         """Return a value as a cell of this table: with its decimal mark, empty for NaN."""
@@ -303,11 +303,11 @@ def read_table(
     Red;40,5;60;50;true
     ;;;;
     """
-    given = None if space is None else space_named(space)
+    named_space = None if space is None else space_named(space)
     text = _delimited(data, most_bytes)
     table = None
     if text is not None:
-        table = _of_text(text, given, columns, names, own, scale, most)
+        table = _of_text(text, named_space, columns, names, own, scale, most)
     if table is None:
         if most_bytes is not None and len(data) > most_bytes:
             raise SampleLimitError(
@@ -316,7 +316,7 @@ def read_table(
                 remedy=f"Send at most {most_bytes} bytes, or the colours as CSV.",
             )
         if data.startswith(NPY_MAGIC):
-            table = _of_array(data, given or own, scale)
+            table = _of_array(data, named_space or own, scale)
         else:
             table = _of_swatches(data) if data.startswith(PALETTE_MAGIC) else _of_samples(data)
     if most is not None and len(table.points) > most:
@@ -361,14 +361,14 @@ def _of_text(
         first = _names_of(listed, first, space or own, line)
     elif headless:
         first = _made_up(first, space or own, columns, line)
-    found = [
+    groups = [
         find_columns(
             first, space=space, columns=columns, prefix=name, own=own, where={"line": line}
         )
         for name in (names if len(names) > 1 else [""])
     ]
-    if len({each.space for each in found}) > 1:
-        spaces = (f"{name} in {each.space}" for name, each in zip(names, found, strict=True))
+    if len({group.space for group in groups}) > 1:
+        spaces = (f"{name} in {group.space}" for name, group in zip(names, groups, strict=True))
         raise MissingColumnError(
             f"The colours of a row are in several spaces: {', '.join(spaces)}.",
             where={"line": line, "field": "columns"},
@@ -376,27 +376,29 @@ def _of_text(
         )
     table = ColourTable(first if headless else header, text)
     table.headless, table._list = headless, listed  # noqa: SLF001
-    table.space = found[0].space
-    table.colour_places = tuple(place for each in found for place in each.places)
-    if any(each.kind == "TEXT" for each in found):
+    table.space = groups[0].space
+    table.colour_places = tuple(place for group in groups for place in group.places)
+    if any(group.kind == "TEXT" for group in groups):
         table.inputs = [_in_one_space(table, *_Colours(table, first, most).texts())]
         table.reading = _statement(table, [first[place] for place in table.colour_places], text)
         return table
     values = _Colours(table, first, most).numbers()
-    for at, each in enumerate(found):
-        titles = [first[place] for place in each.places]
+    for at, group in enumerate(groups):
+        titles = [first[place] for place in group.places]
         points, table.scale = on_full_scale(
-            each,
+            group,
             values[:, 3 * at : 3 * at + 3],
             scale,
             titles,
             table.place,
-            stated=space is not None or columns is not None or (each.space == own and not headless),
+            stated=space is not None
+            or columns is not None
+            or (group.space == own and not headless),
         )
         values[:, 3 * at : 3 * at + 3] = points
-    table._full = 100.0 if found[0].kind in {"LAB", "LCH"} else 1.0  # noqa: SLF001
-    table.scale = table.scale if found[0].kind else 1.0
-    table.inputs = [values[:, 3 * at : 3 * at + 3] for at in range(len(found))]
+    table._full = 100.0 if groups[0].kind in {"LAB", "LCH"} else 1.0  # noqa: SLF001
+    table.scale = table.scale if groups[0].kind else 1.0
+    table.inputs = [values[:, 3 * at : 3 * at + 3] for at in range(len(groups))]
     table.reading = _statement(table, [first[place] for place in table.colour_places], text)
     return table
 
@@ -469,8 +471,8 @@ class _List:
 
     def numbered(self, row: tuple[int, list[str]]) -> tuple[int, list[str]]:
         """Return a row with one cell for the name, if there are names."""
-        line, given = row
-        cells = (_parted(given[0]) or given) if self.whole and given else given
+        line, row_cells = row
+        cells = (_parted(row_cells[0]) or row_cells) if self.whole and row_cells else row_cells
         end = len(cells)
         while end and not cells[end - 1].strip():
             end -= 1
@@ -488,15 +490,15 @@ def _list_of(text: DelimitedText, first: list[str]) -> _List | None:
     if len(cells) > 3 and all(map(is_number, cells)):
         return None  # perhaps amounts of ink
     if len(cells) > 2 and all(map(is_number, cells[-3:])):
-        found = _List(3)
+        layout = _List(3)
     elif cells and text.separator != " " and css_colour(cells[-1]):
-        found = _List(1)
+        layout = _List(1)
     elif _parted((text.separator or " ").join(cells)):
-        found, text.separator = _List(1, whole=True), ""
+        layout, text.separator = _List(1, whole=True), ""
     else:
         return None
-    named = any(len(found.numbered(row)[1]) > found.width for row in text.rows())
-    return replace(found, named=named)
+    named = any(len(layout.numbered(row)[1]) > layout.width for row in text.rows())
+    return replace(layout, named=named)
 
 
 def _names_of(listed: _List, cells: list[str], space: str | None, line: int) -> list[str]:
@@ -552,8 +554,8 @@ class _Colours:
         for block in self._rows():
             values = self._plain([cells for _, cells in block], len(lines))
             if values is None:
-                found = self._one_by_one(block, self._number)
-                values = np.array(found, np.float64).reshape(-1, len(self._places))
+                numbers = self._one_by_one(block, self._number)
+                values = np.array(numbers, np.float64).reshape(-1, len(self._places))
             else:
                 lines.extend(line for line, _ in block)
                 coloured.extend(b"\1" * len(block))
@@ -571,11 +573,11 @@ class _Colours:
 
     def texts(self) -> tuple[list[str], FloatArray]:
         """Return the spaces and coordinates (n, 3) of a column of texts such as #e4002b."""
-        found = [
+        colours = [
             colour for block in self._rows() for (colour,) in self._one_by_one(block, self._text)
         ]
-        values = np.array([values for _, values in found]).reshape(-1, 3)
-        return [space for space, _ in found], values
+        values = np.array([values for _, values in colours]).reshape(-1, 3)
+        return [space for space, _ in colours], values
 
     def _plain(self, cells: Sequence[list[str]], start: int) -> FloatArray | None:
         """Return the numbers of rows that all have a colour and a usual form; None for others."""
@@ -609,7 +611,7 @@ class _Colours:
     ) -> list[list[T]]:
         """Return the converted cells of rows with a colour, and note all rows."""
         lines, coloured = self._table._lines, self._table._coloured  # noqa: SLF001
-        width, last, found = len(self._titles), max(self._places), []
+        width, last, rows = len(self._titles), max(self._places), []
         for line, cells in block:
             row = len(lines)
             if len(cells) != width:
@@ -620,13 +622,13 @@ class _Colours:
             self._end = len(coloured) if cells else self._end
             if known:
                 lines.append(line)
-                found.append([convert(cell, line, row, at) for at, cell in enumerate(picked)])
-        return found
+                rows.append([convert(cell, line, row, at) for at, cell in enumerate(picked)])
+        return rows
 
     def _number(self, cell: str, line: int, row: int, at: int) -> float:
         stripped = cell.strip()
         try:
-            found = number(stripped)
+            value = number(stripped)
         except ValueError:
             title = self._titles[self._places[at]][:_LONGEST_SHOWN]
             raise InvalidPointsError(
@@ -635,20 +637,20 @@ class _Colours:
                 remedy="Give three numbers for each colour, or leave all three cells empty.",
             ) from None
         self._note(row, point="." in stripped, comma="," in stripped)
-        return found
+        return value
 
     def _text(
         self, cell: str, line: int, row: int, at: int
     ) -> tuple[str, tuple[float, float, float]]:
         text, title = cell.strip(), self._titles[self._places[at]]
-        found = css_colour(text, bare_hex=True)
-        if found is None:
+        colour = css_colour(text, bare_hex=True)
+        if colour is None:
             raise InvalidPointsError(
                 f"{text[:_LONGEST_SHOWN]!r} in the column {title} is not a colour.",
                 where={"line": line, "row": row, "field": title},
                 remedy="Give colours as #e4002b, rgb(), hsl(), lab(), lch(), oklab() or oklch().",
             )
-        return found
+        return colour
 
 
 def _fitted(cells: list[str], width: int, last: int, line: int, row: int) -> list[str]:
@@ -698,28 +700,28 @@ def _in_one_space(table: ColourTable, spaces: Sequence[str], values: FloatArray)
 
 def _of_array(data: bytes, space: str | None, scale: float | None) -> ColourTable:
     try:
-        found = np.load(io.BytesIO(data), allow_pickle=False)
+        array = np.load(io.BytesIO(data), allow_pickle=False)
     except _DAMAGED as error:
         raise MalformedFileError(
             "The .npy file is damaged, or holds objects.",
             remedy="Save an (n, 3) array of numbers with numpy.save.",
         ) from error
-    if found.ndim != 2 or found.shape[1] != 3 or found.dtype.kind not in "fiu":
+    if array.ndim != 2 or array.shape[1] != 3 or array.dtype.kind not in "fiu":
         raise InvalidPointsError(
-            f"The array has the shape {found.shape} and the type {found.dtype}.",
+            f"The array has the shape {array.shape} and the type {array.dtype}.",
             remedy="Save an (n, 3) array of numbers with numpy.save.",
         )
-    finite = np.isfinite(found).all(axis=1)
+    finite = np.isfinite(array).all(axis=1)
     if not finite.all():
         row = int(np.argmin(finite))
         raise InvalidPointsError(
-            f"Row {row} of the array is {found[row].tolist()}.",
+            f"Row {row} of the array is {array[row].tolist()}.",
             where={"row": row},
             remedy="Give finite numbers.",
         )
     if scale is not None:
         raise OptionError.not_applicable("scale", scale, "an array has the scale of its space")
-    values = np.ascontiguousarray(found, np.float64)
+    values = np.ascontiguousarray(array, np.float64)
     chosen = space or "CIELAB"
     table = _of_cells(list(axes_of(chosen)), values, chosen)
     table.reading = f"The columns of the array are read as {chosen}."
@@ -746,21 +748,21 @@ _MODELS = {"RGB": "sRGB", "LAB": "CIELAB", "Gray": "sRGB"}
 
 def _of_swatches(data: bytes) -> ColourTable:
     """Return the colours of a palette: L*a*b*, and RGB and grays as sRGB."""
-    found = swatches(data)
-    for row, each in enumerate(found, start=1):
-        if each.model not in _MODELS:
+    palette = swatches(data)
+    for row, swatch in enumerate(palette, start=1):
+        if swatch.model not in _MODELS:
             raise MissingColumnError(
-                f"The swatch {each.name[:_LONGEST_SHOWN]!r} is CMYK: amounts of ink, which are "
+                f"The swatch {swatch.name[:_LONGEST_SHOWN]!r} is CMYK: amounts of ink, which are "
                 "colours of one press only.",
-                where={"row": row, "field": each.name[:_LONGEST_SHOWN]},
+                where={"row": row, "field": swatch.name[:_LONGEST_SHOWN]},
                 remedy="Convert the swatches to Lab, and export them again.",
             )
     values = np.array(
         [
-            (100.0 * each.values[0], *each.values[1:])
-            if each.model == "LAB"
-            else (each.values * 3)[:3]
-            for each in found
+            (100.0 * swatch.values[0], *swatch.values[1:])
+            if swatch.model == "LAB"
+            else (swatch.values * 3)[:3]
+            for swatch in palette
         ]
     ).reshape(-1, 3)
     if not np.isfinite(values).all():
@@ -768,15 +770,15 @@ def _of_swatches(data: bytes) -> ColourTable:
             "The palette has a colour that is not finite.", remedy="Export the swatches again."
         )
     cells = [
-        [each.name, each.group, each.model, *(f"{value:.6g}" for value in each.values)]
-        + [""] * (3 - len(each.values))
-        for each in found
+        [swatch.name, swatch.group, swatch.model, *(f"{value:.6g}" for value in swatch.values)]
+        + [""] * (3 - len(swatch.values))
+        for swatch in palette
     ]
     header = ["name", "group", "model", "value_1", "value_2", "value_3"]
     table = _of_cells(header, values, "CIELAB", cells)
-    spaces = [_MODELS[each.model] for each in found]
+    spaces = [_MODELS[swatch.model] for swatch in palette]
     table.inputs = [_in_one_space(table, spaces, values)]
-    models = ", ".join(sorted({each.model for each in found}))
+    models = ", ".join(sorted({swatch.model for swatch in palette}))
     table.reading = f"Adobe swatches ({models}) are read as {table.space}; RGB and grays are sRGB."
     return table
 
@@ -787,10 +789,10 @@ def _of_samples(data: bytes) -> ColourTable:
     if not isinstance(samples, Samples):
         raise _no_table(data)
     try:
-        found = measured_colours(samples, "absolute")
+        colours = measured_colours(samples, "absolute")
     except OptionError:
-        found = measured_colours(samples, "relative")
-    points = np.ascontiguousarray(found.lab, np.float64)
+        colours = measured_colours(samples, "relative")
+    points = np.ascontiguousarray(colours.lab, np.float64)
     header: list[str] = []
     cells: list[list[str]] | None = None
     encoding = text_encoding(data)
@@ -809,7 +811,7 @@ def _of_samples(data: bytes) -> ColourTable:
     table = _of_cells(header, points, "CIELAB", cells)
     kinds = ", ".join(map(str, samples.provenance["colour_columns"]))  # type: ignore[arg-type]
     table.reading = " ".join(
-        [f"{kinds} of {samples.format} data is read as CIELAB (D50).", *found.warnings]
+        [f"{kinds} of {samples.format} data is read as CIELAB (D50).", *colours.warnings]
     )
     return table
 
