@@ -123,12 +123,12 @@ class Differences:
     @classmethod
     def of(cls, one: FloatArray, two: FloatArray) -> Differences:
         """Return those between colours in CIELAB; the first `INPUTS` are of random values."""
-        found = delta_e_2000(one, two)
-        some = found[:INPUTS]
+        delta_e = delta_e_2000(one, two)
+        some = delta_e[:INPUTS]
         return cls(
             mean=float(some.mean()),
             percentile_95=float(np.percentile(some, 95.0)),
-            worst=float(found.max()),
+            worst=float(delta_e.max()),
         )
 
     def __str__(self) -> str:
@@ -327,8 +327,8 @@ def _gamut(data: object, options: dict[str, Any]) -> tuple[Gamut, bytes | None]:
     """Return the gamut of some data, and the data itself unless it is a gamut already."""
     source = data
     if isinstance(data, str | os.PathLike):
-        found = gamut_source(data)
-        data = found.data if isinstance(found, Reference) else found
+        input_data = gamut_source(data)
+        data = input_data.data if isinstance(input_data, Reference) else input_data
     with errors_in(source):
         if isinstance(data, bytes) and is_saved_gamut(data):
             data = Gamut.from_bytes(data)
@@ -507,21 +507,25 @@ def _mappings(
     return [("B2A0", colours, perceptual), ("B2A2", colours, saturation)]
 
 
-def _source(gamut: Gamut, given: Gamut | str | os.PathLike[str]) -> Gamut:
+def _source(gamut: Gamut, source: Gamut | str | os.PathLike[str]) -> Gamut:
     """Return the gamut that the perceptual intent maps from, in the space of the device's."""
-    if isinstance(given, Gamut):
-        return given
+    if isinstance(source, Gamut):
+        return source
     try:
-        found = gamut_source(given)
+        input_data = gamut_source(source)
     except ReferenceNameError as error:
         error.where["field"] = "source_gamut"
         raise
     own = gamut.options.to_mapping()
     options = {each: own[each] for each in ("space", *SPACE_PARAMETERS) if each in own}
-    if isinstance(found, Reference):
-        return Gamut(found.data, {**options, "surface_samples": _SOURCE_SAMPLES})
-    with errors_in(given):
-        return Gamut.from_bytes(found) if is_saved_gamut(found) else Gamut(found, options)
+    if isinstance(input_data, Reference):
+        return Gamut(input_data.data, {**options, "surface_samples": _SOURCE_SAMPLES})
+    with errors_in(source):
+        return (
+            Gamut.from_bytes(input_data)
+            if is_saved_gamut(input_data)
+            else Gamut(input_data, options)
+        )
 
 
 def _matrix(model: DeviceModel) -> dict[str, bytes] | None:
@@ -546,8 +550,8 @@ def _matrix(model: DeviceModel) -> dict[str, bytes] | None:
     curves = k + (1.0 - k) * np.maximum.accumulate(t, axis=1)
     values = _tried(model)
     light = np.stack([np.interp(values[:, i], steps, curves[i]) for i in range(3)], axis=1)
-    found = Differences.of(model.lab(values), xyz_to_lab(light @ columns))
-    if found.percentile_95 > ADDITIVE:
+    differences = Differences.of(model.lab(values), xyz_to_lab(light @ columns))
+    if differences.percentile_95 > ADDITIVE:
         return None
     tags = {f"{name}XYZ": xyz_element(column) for name, column in zip("rgb", columns, strict=True)}
     return tags | {
@@ -592,8 +596,8 @@ def _errors(
     lab = model.lab(values)
 
     def colours(device: FloatArray) -> FloatArray:
-        found = transform.pcs_values(device)
-        return xyz_to_lab(found) if read.pcs == "XYZ" else found
+        pcs_values = transform.pcs_values(device)
+        return xyz_to_lab(pcs_values) if read.pcs == "XYZ" else pcs_values
 
     forward = Differences.of(lab, colours(values))
     if inverse is None:

@@ -144,8 +144,8 @@ def _residuals(
         np.abs(axis - each[:, np.newaxis]).argmin(axis=1)
         for axis, each in zip(axes, device.T, strict=True)
     ]
-    found = np.stack([axis[place] for axis, place in zip(axes, places, strict=True)], axis=1)
-    at = (np.abs(found - device) < _AT_NODE).all(axis=1)
+    node_values = np.stack([axis[place] for axis, place in zip(axes, places, strict=True)], axis=1)
+    at = (np.abs(node_values - device) < _AT_NODE).all(axis=1)
     rows = np.ravel_multi_index(places, [len(axis) for axis in axes])[at]
     nodes, which, counts = np.unique(rows, return_inverse=True, return_counts=True)
     sums = np.zeros((len(nodes), 3))
@@ -161,13 +161,13 @@ def _levels(values: FloatArray, size: int) -> FloatArray:
     """
     levels, counts = np.unique(np.round(values, 4), return_counts=True)
     usual = levels[counts >= _USUAL * len(values)]
-    found = np.unique([0.0, *usual[(usual > _CONVERGED_DE) & (usual < 1.0 - _CONVERGED_DE)], 1.0])
-    if len(found) > size or (np.diff(found) < _CONVERGED_DE).any():
+    axis = np.unique([0.0, *usual[(usual > _CONVERGED_DE) & (usual < 1.0 - _CONVERGED_DE)], 1.0])
+    if len(axis) > size or (np.diff(axis) < _CONVERGED_DE).any():
         return np.linspace(0.0, 1.0, size)
-    while len(found) < size:
-        widest = int(np.argmax(np.diff(found)))
-        found = np.insert(found, widest + 1, found[widest : widest + 2].mean())
-    return found
+    while len(axis) < size:
+        widest = int(np.argmax(np.diff(axis)))
+        axis = np.insert(axis, widest + 1, axis[widest : widest + 2].mean())
+    return axis
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,8 +188,8 @@ class InverseTable:
     def values(self, lab: FloatArray) -> FloatArray:
         """Return the values of colours by tetrahedral interpolation."""
         nodes = np.round(65535.0 * self.nodes) / 65535.0
-        found = LookupTable(nodes).values(_places(lab, self.before))
-        return np.interp(found, np.linspace(0.0, 1.0, len(self.after)), self.after)
+        table_values = LookupTable(nodes).values(_places(lab, self.before))
+        return np.interp(table_values, np.linspace(0.0, 1.0, len(self.after)), self.after)
 
 
 def _places(lab: FloatArray, before: FloatArray) -> FloatArray:
@@ -315,7 +315,7 @@ class InverseTables:
         # rows of the matrix have the sum 1, and those of the metric bound its eigenvalues
         step = 1.0 / (matrix.T @ np.abs(metric).sum(axis=2) + _RIDGE)
         at_least, at_most = wanted <= _AT_LIMIT, wanted >= 1.0 - _AT_LIMIT
-        found, ahead, speed = device, device, 1.0
+        iterate, ahead, speed = device, device, 1.0
         for _ in range(STEPS):
             made = np.asarray(matrix @ ahead)
             rest = made - wanted
@@ -325,9 +325,9 @@ class InverseTables:
             after[fixed] = device[fixed]
             after = self._printable(after)
             faster = 0.5 * (1.0 + np.sqrt(1.0 + 4.0 * speed**2))
-            ahead = after + (speed - 1.0) / faster * (after - found)
-            found, speed = after, faster
-        return found
+            ahead = after + (speed - 1.0) / faster * (after - iterate)
+            iterate, speed = after, faster
+        return iterate
 
     def _metric(self, device: FloatArray) -> FloatArray:
         """Return matrices (m, n, n): rest · metric · rest is the squared error of device values.

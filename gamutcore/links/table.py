@@ -564,41 +564,41 @@ class _Side(NamedTuple):
 
 
 def _side(
-    given: str | os.PathLike[str] | bytes | Gamut,
+    data: str | os.PathLike[str] | bytes | Gamut,
     field: str,
     choices: dict[str, Any],
     cache: Callable[[Reference, Options, Callable[[], Gamut]], Gamut] | None,
 ) -> _Side:
-    if isinstance(given, Gamut):
-        return _side_of_gamut(given, field)
+    if isinstance(data, Gamut):
+        return _side_of_gamut(data, field)
     try:
-        found = given if isinstance(given, bytes) else gamut_source(given)
+        input_data = data if isinstance(data, bytes) else gamut_source(data)
     except ReferenceNameError as error:
         error.where["field"] = field
         raise
-    if isinstance(found, Reference):
-        reference, content = found, found.data
+    if isinstance(input_data, Reference):
+        reference, content = input_data, input_data.data
         unfit = {each for each in OPTIONS if "reference" not in OPTIONS[each].data}
         choices = {each: choices[each] for each in choices if each not in unfit}
-    elif is_saved_gamut(found):
-        with errors_in(given):
-            return _side_of_gamut(Gamut.from_bytes(found), field)
+    elif is_saved_gamut(input_data):
+        with errors_in(data):
+            return _side_of_gamut(Gamut.from_bytes(input_data), field)
     else:
-        reference, content = None, found
+        reference, content = None, input_data
     options = Options.from_mapping(choices)
 
     def build() -> Gamut:
-        with errors_in(given):
+        with errors_in(data):
             return Gamut(content, options)
 
-    with errors_in(given):
+    with errors_in(data):
         made = device_model(content, options, Limits())
     if made is None:
         raise _unfit(field, "has no model of a device")
     model, warnings = made
     inverse = partial(InverseModel, model)
     if reference is None:
-        name = f"the {field}" if isinstance(given, bytes) else Path(given).name
+        name = f"the {field}" if isinstance(data, bytes) else Path(data).name
         return _Side(name, model, options, build, inverse, warnings)
     cached = build if cache is None else partial(cache, reference, options, build)
     return _Side(reference.slug, model, options, cached, inverse, warnings)
