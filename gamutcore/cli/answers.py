@@ -127,11 +127,11 @@ def query(
     """
     check_answer_form(output, as_json=as_json)
     table = _table(colours, colours_in, columns, scale)
-    found = gamut_of(gamut, ctx)
+    target_gamut = gamut_of(gamut, ctx)
     level = {"triangles": triangles, "max_error": max_error}
     limits = tolerance, edge_width, passing
-    added, summary, warnings = _report(found, table, metric, level, limits)
-    stated = state(found.conditions, warnings=warnings)
+    added, summary, warnings = _report(target_gamut, table, metric, level, limits)
+    stated = state(target_gamut.conditions, warnings=warnings)
     write_answer(table, added, output, as_json=as_json, stated=stated)
     typer.echo(summary + _skipped(table), err=output is None)
 
@@ -179,8 +179,8 @@ def _report(
         edge_width = gamut.default_edge_width
     if tolerance is None:
         tolerance = gamut.tolerance(**level)
-    asked = {"space": table.space, "tolerance": tolerance, **level}
-    inside = gamut.contains(table.points, **asked)
+    arguments = {"space": table.space, "tolerance": tolerance, **level}
+    inside = gamut.contains(table.points, **arguments)
     outside = ~inside
     near = gamut.nearest(table.points[outside], metric=metric, space=table.space, **level)
     own = gamut.convert(table.points, table.space)
@@ -189,7 +189,7 @@ def _report(
     difference[outside] = near.delta_e
     columns: dict[str, Any] = {
         "in_gamut": inside,
-        "position": gamut.classify(table.points, edge_width=edge_width, **asked),
+        "position": gamut.classify(table.points, edge_width=edge_width, **arguments),
         "distance": gamut.distance(table.points, metric=metric, space=table.space, **level),
         "distance_euclidean": gamut.distance(table.points, space=table.space, **level),
     }
@@ -202,8 +202,8 @@ def _report(
         device = np.full((len(own), len(near.channels)), np.nan)
         device[outside] = near.device
         with contextlib.suppress(DeviceModelError):  # saved by an older version, for example
-            found = gamut.to_device(table.points[inside], space=table.space, **level)
-            device[inside] = found.device
+            recipes = gamut.to_device(table.points[inside], space=table.space, **level)
+            device[inside] = recipes.device
         columns |= dict(zip(near.channels, 100.0 * device.T, strict=True))
     unit = f"in {gamut.colour_space.name}"
     summary = (
@@ -245,8 +245,8 @@ def recipe(
     """
     check_answer_form(output, as_json=as_json)
     table = _table(colours, colours_in, columns, scale)
-    found = gamut_of(gamut, ctx)
-    recipes = found.to_device(
+    target_gamut = gamut_of(gamut, ctx)
+    recipes = target_gamut.to_device(
         table.points,
         black=number_or_text(black),
         method=method,
@@ -260,7 +260,7 @@ def recipe(
     if recipes.black_least is not None and recipes.black_most is not None:
         added["black_least"] = 100.0 * recipes.black_least
         added["black_most"] = 100.0 * recipes.black_most
-    stated = state(found.conditions, warnings=recipes.warnings)
+    stated = state(target_gamut.conditions, warnings=recipes.warnings)
     write_answer(table, added, output, as_json=as_json, stated=stated)
     inside = int(recipes.inside.sum())
     summary = f"{inside} of {len(recipes.inside)} colours are in gamut."
@@ -372,9 +372,9 @@ def map_colours(
     if not picture:
         check_answer_form(output, as_json=as_json)
     table = None if picture else _table(colours, colours_in, columns, scale)
-    given = [gamut] if from_gamut is None else [gamut, from_gamut]
-    space = _space_for_picture(ctx, given) if picture else None
-    found = gamut_of(gamut, ctx, alone=from_gamut is None, space=space)
+    sources = [gamut] if from_gamut is None else [gamut, from_gamut]
+    space = _space_for_picture(ctx, sources) if picture else None
+    target_gamut = gamut_of(gamut, ctx, alone=from_gamut is None, space=space)
     options: dict[str, Any] = {
         "focus": focus
         if focus is None or focus == "cusp"
@@ -399,19 +399,20 @@ def map_colours(
             "to": to or "picture",
             "black": None if black is None else number_or_text(black),
         }
-        done = found.map_picture(colours, output, method, **options)
-        state(found.conditions, warnings=done.warnings)
-        typer.echo(_picture_summary(done))
+        mapped_picture = target_gamut.map_picture(colours, output, method, **options)
+        state(target_gamut.conditions, warnings=mapped_picture.warnings)
+        typer.echo(_picture_summary(mapped_picture))
         return
-    mapped = found.map(table.points, method, space=table.space, **options)
+    mapped = target_gamut.map(table.points, method, space=table.space, **options)
     points = table.own_values(mapped.points)
     added: dict[str, Any] = {
-        f"mapped_{axis}": points[:, place] for place, axis in enumerate(_axes_of(table, found))
+        f"mapped_{axis}": points[:, place]
+        for place, axis in enumerate(_axes_of(table, target_gamut))
     }
     added |= {"moved": mapped.moved, "delta_e_2000": mapped.delta_e}
     if mapped.device is not None:
         added |= dict(zip(mapped.channels, 100.0 * mapped.device.T, strict=True))
-    stated = state(found.conditions, warnings=mapped.warnings)
+    stated = state(target_gamut.conditions, warnings=mapped.warnings)
     write_answer(table, added, output, as_json=as_json, stated=stated)
     summary = f"{int(mapped.moved.sum())} of {len(mapped.moved)} colours moved."
     typer.echo(summary + _skipped(table), err=output is None)
@@ -485,12 +486,12 @@ def _has_space(source: str, condition: str | None) -> bool:
     from gamutcore.content import gamut_source, is_saved_gamut  # noqa: PLC0415
     from gamutcore.errors import errors_in  # noqa: PLC0415
 
-    found = gamut_source(source)
-    if not isinstance(found, bytes) or _is_picture(source):
+    input_data = gamut_source(source)
+    if not isinstance(input_data, bytes) or _is_picture(source):
         return False
     with errors_in(source):
-        return is_saved_gamut(found) or isinstance(
-            read_characterisation(found, condition=condition), GamutMesh
+        return is_saved_gamut(input_data) or isinstance(
+            read_characterisation(input_data, condition=condition), GamutMesh
         )
 
 
@@ -521,9 +522,11 @@ def compare(
     from gamutcore.questions import COMPARISON  # noqa: PLC0415
 
     one, two = (gamut_of(source, ctx, alone=False) for source in (first, second))
-    found = one.compare(two, sectors=sectors, lost=lost, triangles=triangles, max_error=max_error)
-    stated = state(one.conditions, two.conditions, warnings=found.warnings)
-    answer = COMPARISON.tabulate(found)
+    comparison = one.compare(
+        two, sectors=sectors, lost=lost, triangles=triangles, max_error=max_error
+    )
+    stated = state(one.conditions, two.conditions, warnings=comparison.warnings)
+    answer = COMPARISON.tabulate(comparison)
     by_hue: dict[str, Any] = {name: values.tolist() for name, values in answer.columns.items()}
     if as_csv or (output is not None and output.suffix.lower() == ".csv"):
         write_table(by_hue, output, as_json=False, as_csv=True)
@@ -548,7 +551,9 @@ def compare(
         facts |= {f"{name} {figure}": value for figure, value in (values or {}).items()}
     if output is None:
         names = [Path(name).stem if Path(name).exists() else name for name in (first, second)]
-        words = found.summary_with(*names) if len({*names, "A", "B"}) > 3 else found.summary
+        words = (
+            comparison.summary_with(*names) if len({*names, "A", "B"}) > 3 else comparison.summary
+        )
         typer.echo("\n".join((*words, "")))
     write_facts(facts, output, as_json=False)
 

@@ -175,15 +175,15 @@ def export(
         if cusps.device is not None:
             columns |= dict(zip(cusps.channels, (100.0 * cusps.device).T, strict=True))
     elif table == "leaves":
-        found = gamut.leaves(triangles=triangles, max_error=max_error)
+        leaves = gamut.leaves(triangles=triangles, max_error=max_error)
         columns = {
-            "hue": found.hue.repeat(len(found.lightness)),
-            "lightness": found.lightness.tolist() * len(found.hue),
-            "chroma": found.largest.reshape(-1),
+            "hue": leaves.hue.repeat(len(leaves.lightness)),
+            "lightness": leaves.lightness.tolist() * len(leaves.hue),
+            "chroma": leaves.largest.reshape(-1),
         }
-        if found.largest_device is not None:
-            values = (100.0 * found.largest_device).reshape(-1, len(found.channels)).T
-            columns |= dict(zip(found.channels, values, strict=True))
+        if leaves.largest_device is not None:
+            values = (100.0 * leaves.largest_device).reshape(-1, len(leaves.channels)).T
+            columns |= dict(zip(leaves.channels, values, strict=True))
     else:
         raise typer.BadParameter("Give vertices, cusps, leaves or levels.", param_hint="--table")
     as_json = as_json or (output is not None and output.suffix.lower() == ".json" and not as_csv)
@@ -246,10 +246,12 @@ def reference(
     if name is not None and search is not None:
         raise typer.BadParameter("Give the name of a reference or --search.", param_hint="--search")
     if name is None:
-        found = list(REFERENCES.values()) if search is None else search_references(search)
-        if not found:
+        references = list(REFERENCES.values()) if search is None else search_references(search)
+        if not references:
             find_reference(str(search))  # raises, with the reason
-        columns = {key: [getattr(each, key) for each in found] for key in ("slug", "name", "kind")}
+        columns = {
+            key: [getattr(entry, key) for entry in references] for key in ("slug", "name", "kind")
+        }
         write_table(columns, output, as_json=as_json, as_csv=as_csv)
         return
     one = find_reference(name)
@@ -263,14 +265,14 @@ def reference(
     write_facts({**facts, "source": one.source}, None, as_json=as_json, as_csv=as_csv)
 
 
-def _chromaticity(found: Mapping[str, Any] | None) -> dict[str, Any]:
+def _chromaticity(areas: Mapping[str, Any] | None) -> dict[str, Any]:
     """Return the lines of chromaticity areas and coverages; areas as multiples of BT.709."""
-    if found is None:
+    if areas is None:
         return {}
-    facts: dict[str, Any] = {"chromaticity of": found["basis"]}
+    facts: dict[str, Any] = {"chromaticity of": areas["basis"]}
     for diagram, name in DIAGRAM_NAMES.items():
-        facts[f"{name} area, BT.709 = 1"] = found[diagram]["of_bt709"]
-        for slug, share in found[diagram]["coverage"].items():
+        facts[f"{name} area, BT.709 = 1"] = areas[diagram]["of_bt709"]
+        for slug, share in areas[diagram]["coverage"].items():
             facts[f"{name} coverage of {slug}"] = share
     return facts
 

@@ -118,14 +118,14 @@ def _describe(params: list[Any], question: str) -> None:
     from gamutcore.arguments import accepted_values  # noqa: PLC0415
     from gamutcore.questions import QUESTIONS  # noqa: PLC0415
 
-    declared = {each.name: each for each in QUESTIONS[question].all_parameters}
-    for each in params:
-        if each.name in declared and each.help is None:
-            found = declared[each.name]
+    declared = {option.name: option for option in QUESTIONS[question].all_parameters}
+    for option in params:
+        if option.name in declared and option.help is None:
+            parameter = declared[option.name]
             # the bounds of floats are those of requests
-            bounded = not each.is_flag and each.type.name != "float"
-            accepted = f" Accepted: {accepted_values(found.kind)}." if bounded else ""
-            each.help = found.description + accepted
+            bounded = not option.is_flag and option.type.name != "float"
+            accepted = f" Accepted: {accepted_values(parameter.kind)}." if bounded else ""
+            option.help = parameter.description + accepted
 
 
 def _flag(name: str, taken: set[str]) -> str:
@@ -160,9 +160,9 @@ def gamut_of(
 
     texts = {**({} if space is None else {"space": space}), **chosen_options(ctx)}
     options: dict[str, Any] = {name: option_value(name, text) for name, text in texts.items()}
-    found = gamut_source(source)
-    if isinstance(found, bytes):
-        data, reference = found, None
+    input_data = gamut_source(source)
+    if isinstance(input_data, bytes):
+        data, reference = input_data, None
         if is_saved_gamut(data):
             if options and alone:
                 name, value = next(iter(options.items()))
@@ -171,7 +171,7 @@ def gamut_of(
                 )
             return Gamut.load(source)
     else:
-        data, reference = found.data, found
+        data, reference = input_data.data, input_data
         if not alone:
             options = {name: options[name] for name in options if _fits(OPTIONS[name].data)}
     chosen = Options.from_mapping(options)

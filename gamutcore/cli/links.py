@@ -89,7 +89,7 @@ def link(
     options: dict[str, Any] = {
         name: option_value(name, text) for name, text in chosen_options(ctx).items()
     }
-    found = compute(
+    device_link = compute(
         source,
         destination,
         method=method,
@@ -104,16 +104,17 @@ def link(
         cache=cached_reference,
         **options,
     )
-    found.save(output)
-    for warning in found.warnings:
+    device_link.save(output)
+    for warning in device_link.warnings:
         typer.echo(f"Warning: {warning}", err=True)
-    worst_at = " ".join(f"{value:.3f}" for value in found.errors.worst_at)
-    sides = zip(("source", "destination"), found.decodings, strict=True)
+    worst_at = " ".join(f"{value:.3f}" for value in device_link.errors.worst_at)
+    sides = zip(("source", "destination"), device_link.decodings, strict=True)
     stated = [f"{side} {decoding}" for side, decoding in sides if decoding is not None]
     decoded = f" Code values: {', '.join(stated)}." if stated else ""
     typer.echo(
-        f"{output}: {found.source} to {found.destination}, {found.method} in {found.space}, "
-        f"{found.table.size} nodes a side. Error: {found.errors}, at {worst_at}.{decoded}"
+        f"{output}: {device_link.source} to {device_link.destination}, {device_link.method} "
+        f"in {device_link.space}, {device_link.table.size} nodes a side. "
+        f"Error: {device_link.errors}, at {worst_at}.{decoded}"
     )
 
 

@@ -182,14 +182,14 @@ def write_answer(
 
 def _distinct(names: Sequence[str]) -> list[str]:
     """Return names that differ, as members of JSON must."""
-    found: list[str] = []
+    distinct_names: list[str] = []
     for name in names:
         free, at = name, 1
-        while free in found:
+        while free in distinct_names:
             at += 1
             free = f"{name}_{at}"
-        found.append(free)
-    return found
+        distinct_names.append(free)
+    return distinct_names
 
 
 def drawing_axes(output: Path | None, **kind: Any) -> Any | None:  # noqa: ANN401  # of matplotlib

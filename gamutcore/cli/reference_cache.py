@@ -49,13 +49,13 @@ def cached_reference(reference: Reference, options: Options, build: Callable[[],
     if folder is None:
         return build()
     path = folder / f"{gamut_id(options, reference.sha256)}.gamut"
-    found = _read(path)
+    gamut = _read(path)
     # files of earlier versions have no device model
-    if found is None or (found.is_of_device and not found.has_device_model):
-        found = build()
+    if gamut is None or (gamut.is_of_device and not gamut.has_device_model):
+        gamut = build()
         with suppress(OSError):
-            _write(path, found.to_bytes(device_model=True))
-    return found
+            _write(path, gamut.to_bytes(device_model=True))
+    return gamut
 
 
 def _read(path: Path) -> Gamut | None:

@@ -55,14 +55,14 @@ def cut(
         gamut.plot_slice(lightness, axes, hue=hue, plane=numbers, **level)
         write_drawing(axes, output)
         return
-    found = gamut.slice(lightness, hue=hue, plane=numbers, **level)
-    counts = (found.offsets[1:] - found.offsets[:-1]).tolist()
+    polygons = gamut.slice(lightness, hue=hue, plane=numbers, **level)
+    counts = (polygons.offsets[1:] - polygons.offsets[:-1]).tolist()
     columns: dict[str, Any] = {
         "polygon": [number for number, count in enumerate(counts, 1) for _ in range(count)],
-        **dict(zip(gamut.colour_space.axes, found.points.T, strict=True)),
+        **dict(zip(gamut.colour_space.axes, polygons.points.T, strict=True)),
     }
-    if found.device is not None:
-        columns |= dict(zip(found.channels, 100.0 * found.device.T, strict=True))
+    if polygons.device is not None:
+        columns |= dict(zip(polygons.channels, 100.0 * polygons.device.T, strict=True))
     write_table(columns, output, as_json=as_json, as_csv=as_csv, stated=stated)
 
 
@@ -100,8 +100,8 @@ def rings(
         gamut.plot_rings(other, axes, sectors=sectors, **level)
         write_drawing(axes, output)
         return
-    found = gamut.rings(other, sectors=sectors, **level)
-    columns: dict[str, Any] = {**RINGS.tabulate(found).columns}
+    gamut_rings = gamut.rings(other, sectors=sectors, **level)
+    columns: dict[str, Any] = {**RINGS.tabulate(gamut_rings).columns}
     write_table(columns, output, as_json=as_json, as_csv=as_csv, stated=stated)
 
 
