@@ -233,10 +233,10 @@ def canonical(value: object, kind: object) -> Any:  # noqa: ANN401  # as the ann
 
 def check_option(name: str, value: object, kind: object) -> Any:  # noqa: ANN401  # as annotated
     """Return the canonical form of an option's value, or raise its `refusal`."""
-    found = canonical(value, kind)
-    if found is None:
+    canonical_value = canonical(value, kind)
+    if canonical_value is None:
         raise refusal(name, value, kind)
-    return found
+    return canonical_value
 
 
 def refusal(name: str, value: object, kind: object) -> OptionError:

@@ -283,13 +283,13 @@ def device_model(
     parsed = parsed_input(content, options, limits)
     if isinstance(parsed, GamutMesh):
         return None
-    found = _input_colours(parsed, options, samples=FEWEST_SAMPLES)
-    space = options.colour_space(found.provenance.get("white_luminance"))
-    device = colours_in_space(found, space).device_colours
+    colours = _input_colours(parsed, options, samples=FEWEST_SAMPLES)
+    space = options.colour_space(colours.provenance.get("white_luminance"))
+    device = colours_in_space(colours, space).device_colours
     if device is None:
         return None
     # the surface is sampled for the model only, so how coarsely does not matter
-    warnings = [str(each) for each in _warnings(found.provenance)]
+    warnings = [str(each) for each in _warnings(colours.provenance)]
     return device.model, tuple(each for each in warnings if "surface_samples" not in each)
 
 
@@ -572,11 +572,11 @@ def _farthest_values(colours: SurfaceColours, boundary: Boundary) -> tuple[float
     random, rows = np.random.default_rng(0), np.arange(len(values))
     for step in SEARCH_STEPS:
         tried = values_beside(device.cube, np.repeat(values, SEARCH_TRIES, axis=0), step, random)
-        found = outside(device.points(tried)).reshape(-1, SEARCH_TRIES)
-        best = found.argmax(axis=1)
-        better = found[rows, best] > distance
+        trial_distances = outside(device.points(tried)).reshape(-1, SEARCH_TRIES)
+        best = trial_distances.argmax(axis=1)
+        better = trial_distances[rows, best] > distance
         values[better] = tried.reshape(len(rows), SEARCH_TRIES, -1)[rows, best][better]
-        distance[better] = found[rows, best][better]
+        distance[better] = trial_distances[rows, best][better]
     return round_up(max(error, float(distance.max(initial=0.0)))), values
 
 

@@ -46,19 +46,19 @@ def colour_rows(colours: Colours, name: str = "colours") -> ColourRows:
         colours = colours.to_numpy()
     remedy = "Give an array (..., 3) of numbers: one colour, or rows of colours."
     try:
-        found = np.asarray(colours)
-        if found.dtype.kind == "O":  # a table of columns of different types
-            found = found.astype(np.float64)
+        array = np.asarray(colours)
+        if array.dtype.kind == "O":  # a table of columns of different types
+            array = array.astype(np.float64)
     except (ValueError, TypeError) as error:
         message = f"The {name} are not rows of three numbers."
         raise InvalidPointsError(message, where={"field": name}, remedy=remedy) from error
-    if not found.ndim or found.shape[-1] != 3 or found.dtype.kind not in "fiu":
+    if not array.ndim or array.shape[-1] != 3 or array.dtype.kind not in "fiu":
         raise InvalidPointsError(
-            f"The {name} have the shape {found.shape} and the type {found.dtype}.",
+            f"The {name} have the shape {array.shape} and the type {array.dtype}.",
             where={"field": name},
             remedy=remedy,
         )
-    points = np.ascontiguousarray(found.reshape(-1, 3), np.float64)
+    points = np.ascontiguousarray(array.reshape(-1, 3), np.float64)
     finite = np.isfinite(points)
     if not finite.all():
         row = int(np.argmin(finite.all(axis=1)))
@@ -67,4 +67,4 @@ def colour_rows(colours: Colours, name: str = "colours") -> ColourRows:
             where={"field": name, "row": row},
             remedy="Give finite numbers. Leave out rows without a colour.",
         )
-    return ColourRows(points, found.shape[:-1])
+    return ColourRows(points, array.shape[:-1])

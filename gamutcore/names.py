@@ -70,8 +70,8 @@ def folded(name: str) -> str:
 @lru_cache(maxsize=4096)
 def _words(name: str) -> tuple[str, ...]:
     """Return the words and numbers of a name: ``Rec2020`` has two, 1 and 001 are the same."""
-    found = _WORD.findall(name[:LONGEST].lower())
-    plain = [_SAME_WORDS.get(word, word.lstrip("0") or "0") for word in found]
+    words = _WORD.findall(name[:LONGEST].lower())
+    plain = [_SAME_WORDS.get(word, word.lstrip("0") or "0") for word in words]
     return tuple(word for word in plain if word not in _SILENT)
 
 
@@ -92,10 +92,10 @@ def similarity(wanted: str, name: str) -> float:
     >>> similarity("srgb", "Display P3")
     0.0
     """
-    found = _similarity(wanted, name)
+    likeness = _similarity(wanted, name)
     for other in print_condition(wanted):
-        found = max(found, _similarity(other, name) - 0.5)
-    return found if found >= LIKENESS else 0.0
+        likeness = max(likeness, _similarity(other, name) - 0.5)
+    return likeness if likeness >= LIKENESS else 0.0
 
 
 def print_condition(name: str) -> tuple[str, ...]:

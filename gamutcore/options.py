@@ -490,17 +490,17 @@ class Options(BaseModel):
 
 
 def _declarations() -> dict[str, Option]:
-    kinds, found = get_type_hints(Options, include_extras=True), {}
+    kinds, declarations = get_type_hints(Options, include_extras=True), {}
     for name, field in Options.model_fields.items():
         stated = next((mark for mark in field.metadata if isinstance(mark, Option)), Option())
-        found[name] = replace(
+        declarations[name] = replace(
             stated,
             name=name,
             description=str(field.description),
             kind=kinds[name],
             default=field.default,
         )
-    return found
+    return declarations
 
 
 OPTIONS: Mapping[str, Option] = MappingProxyType(_declarations())

@@ -274,7 +274,7 @@ class Conditions(TabularRepr):
 
     def to_dict(self) -> dict[str, Any]:
         """Return the conditions as a JSON-able mapping."""
-        found: dict[str, Any] = {
+        mapping: dict[str, Any] = {
             "intent": self.intent,
             "ink_limit": self.ink_limit,
             "black_limit": self.black_limit,
@@ -283,8 +283,8 @@ class Conditions(TabularRepr):
             "space": self.space,
         }
         if self.viewing_conditions:
-            found["viewing_conditions"] = dict(self.viewing_conditions)
-        return found
+            mapping["viewing_conditions"] = dict(self.viewing_conditions)
+        return mapping
 
     @property
     def header(self) -> str:
@@ -590,8 +590,8 @@ class Overlap(TabularRepr, Generic[Value]):
 
 def _ratio(part: Value, whole: Value) -> Value:
     with np.errstate(invalid="ignore", divide="ignore"):
-        found = np.where(whole > 0.0, np.divide(part, whole), np.nan)
-    return cast("Value", found if found.ndim else float(found))
+        ratio = np.where(whole > 0.0, np.divide(part, whole), np.nan)
+    return cast("Value", ratio if ratio.ndim else float(ratio))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -694,8 +694,8 @@ class ChromaticityGamut(TabularRepr):
         """Corners in the CIE 1976 diagram (CIE 15:2018, 8.2.2)."""
         x, y = self.xy.T
         scale = -2.0 * x + 12.0 * y + 3.0
-        found: FloatArray = np.stack([4.0 * x, 9.0 * y], axis=1) / scale[:, np.newaxis]
-        return found
+        coordinates: FloatArray = np.stack([4.0 * x, 9.0 * y], axis=1) / scale[:, np.newaxis]
+        return coordinates
 
     def compare(self, other: ChromaticityGamut) -> ChromaticityComparison:
         """Return areas and coverage of this gamut, A, and another one, B."""
