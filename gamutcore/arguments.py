@@ -79,10 +79,10 @@ class Choice:
 
     def _meant(self, value: object) -> object:
         if isinstance(value, str):
-            folds = {folded(each): each for each in self.values if isinstance(each, str)}
+            folds = {folded(choice): choice for choice in self.values if isinstance(choice, str)}
             return _required({**self.aliases, **folds}.get(folded(value)))
         number = finite_number(value)
-        return _required(next((each for each in self.values if each == number), None))
+        return _required(next((choice for choice in self.values if choice == number), None))
 
 
 @dataclass(frozen=True)
@@ -206,7 +206,7 @@ def marks(kind: Any) -> list[Mark]:  # noqa: ANN401  # an annotation
     if isinstance(kind, TypeAliasType):
         return marks(kind.__value__)
     if get_origin(kind) in {Union, UnionType}:
-        return [mark for each in get_args(kind) for mark in marks(each)]
+        return [mark for part in get_args(kind) for mark in marks(part)]
     if get_origin(kind) is Annotated:
         own = [mark for mark in kind.__metadata__ if isinstance(mark, Mark)]
         return own or marks(kind.__origin__)
@@ -242,7 +242,9 @@ def check_option(name: str, value: object, kind: object) -> Any:  # noqa: ANN401
 def refusal(name: str, value: object, kind: object) -> OptionError:
     """Return the error of a value that is not of a type, with the name that it resembles."""
     error = OptionError.refusal(name, value, accepted_values(kind))
-    names = [str(each) for mark in marks(kind) if isinstance(mark, Choice) for each in mark.values]
+    names = [
+        str(choice) for mark in marks(kind) if isinstance(mark, Choice) for choice in mark.values
+    ]
     meant = near_match(value, names) if isinstance(value, str) else None
     if meant is not None:
         error.remedy += f" Did you mean {meant!r}?"

@@ -289,8 +289,8 @@ def device_model(
     if device is None:
         return None
     # the surface is sampled for the model only, so how coarsely does not matter
-    warnings = [str(each) for each in _warnings(colours.provenance)]
-    return device.model, tuple(each for each in warnings if "surface_samples" not in each)
+    warnings = [str(warning) for warning in _warnings(colours.provenance)]
+    return device.model, tuple(warning for warning in warnings if "surface_samples" not in warning)
 
 
 def _input_colours(

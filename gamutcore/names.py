@@ -153,4 +153,4 @@ def ranked(wanted: str, things: Iterable[tuple[T, Iterable[str]]]) -> list[T]:
 
 def near_match(name: str, names: Iterable[str]) -> str | None:
     """Return the name that a misspelled one most resembles; None if no name is similar."""
-    return next(iter(ranked(name[:60], ((each, (each,)) for each in names))), None)
+    return next(iter(ranked(name[:60], ((candidate, (candidate,)) for candidate in names))), None)

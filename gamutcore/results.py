@@ -117,7 +117,7 @@ class TabularRepr:
         points = getattr(self, "points", None)
         if points is None or points.ndim != 2 or not 0 < len(points) <= MOST_ROWS:
             return {}
-        arrays = {each.name: getattr(self, each.name) for each in fields(self) if each.repr}
+        arrays = {part.name: getattr(self, part.name) for part in fields(self) if part.repr}
         return {
             name: array
             for name, array in arrays.items()
@@ -139,10 +139,10 @@ class TabularRepr:
 
     def _facts(self) -> Iterator[tuple[str, str]]:
         """Yield names and texts of the fields that have a short text."""
-        for each in fields(self):
-            text = _text(getattr(self, each.name)) if each.repr else ""
+        for part in fields(self):
+            text = _text(getattr(self, part.name)) if part.repr else ""
             if text:
-                yield each.name, text
+                yield part.name, text
 
 
 def facts_table(facts: Mapping[str, str], caption: str = "", mark: str = "") -> str:
@@ -823,7 +823,7 @@ class GamutComparison(Comparison):
         """Return the summary with the names of the gamuts."""
         names = {"A": a, "B": b}
         return tuple(
-            re.sub(r"\b[AB]\b", lambda word: names[word[0]], each) for each in self.summary
+            re.sub(r"\b[AB]\b", lambda word: names[word[0]], sentence) for sentence in self.summary
         )
 
 

@@ -247,7 +247,7 @@ def _faces(positions: FloatArray, polar: int, azimuth: int) -> IndexArray:
     east = np.roll(number, -1, axis=1)
     first = np.full(azimuth, polar * azimuth, np.int32)
     a, b, c, d = (
-        each.ravel() for each in (number[:-1], number[1:], east[1:], east[:-1])
+        corner.ravel() for corner in (number[:-1], number[1:], east[1:], east[:-1])
     )  # counter-clockwise from outside
     falling = np.stack([a, b, c, a, c, d], axis=1).reshape(-1, 2, 3)
     rising = np.stack([a, b, d, b, c, d], axis=1).reshape(-1, 2, 3)

@@ -352,7 +352,7 @@ def map_colours(
     boundary answers unless --triangles or --max-error chooses a level.
     """
     picture = _is_picture(colours)
-    if picture and (as_json or any(each is not None for each in (colours_in, columns, scale))):
+    if picture and (as_json or any(value is not None for value in (colours_in, columns, scale))):
         raise typer.BadParameter("Pictures have no --colours-in, --columns, --scale and --json.")
     if picture and output is None:
         raise typer.BadParameter("Give a file for the picture.", param_hint="--output")
@@ -474,7 +474,7 @@ def _space_for_picture(ctx: typer.Context, gamuts: list[str]) -> str | None:
     chosen = chosen_options(ctx)
     if "space" in chosen or chosen.get("source") == "boundary":
         return None
-    if any(_has_space(each, chosen.get("condition")) for each in gamuts):
+    if any(_has_space(source, chosen.get("condition")) for source in gamuts):
         return None
     typer.echo(f"Gamuts for pictures are built in {PICTURE_SPACE}; --space changes it.", err=True)
     return PICTURE_SPACE

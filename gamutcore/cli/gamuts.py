@@ -140,7 +140,7 @@ def export(
     from gamutcore.export.viewer_page import HTML_SUFFIXES  # noqa: PLC0415
 
     suffix = None if output is None else output.suffix.lower()
-    others = {".png", *HTML_SUFFIXES, *(each.suffix for each in FORMATS.values())}
+    others = {".png", *HTML_SUFFIXES, *(form.suffix for form in FORMATS.values())}
     if output is not None and suffix in others:
         if table is not None or as_json or as_csv:
             raise typer.BadParameter(

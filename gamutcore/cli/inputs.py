@@ -93,7 +93,7 @@ class BuildCommand(TyperCommand):
         own = super().get_params(ctx)
         if self.question:
             _describe(own, self.question)
-        taken = {name for each in own for name in each.opts}
+        taken = {name for option in own for name in option.opts}
         added = [
             TyperOption(
                 param_decls=[f"build_{name}", _flag(name, taken)],

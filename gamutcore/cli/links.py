@@ -164,7 +164,7 @@ def profile(
     from gamutcore.options import option_value  # noqa: PLC0415
 
     check_path(output, PROFILE_SUFFIXES)
-    options = {each: option_value(each, text) for each, text in chosen_options(ctx).items()}
+    options = {name: option_value(name, text) for name, text in chosen_options(ctx).items()}
     made = compute(
         measurements,
         version=version,

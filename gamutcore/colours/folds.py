@@ -109,14 +109,14 @@ def fold_sheets(
         for solid, cells in zip(solids, chosen, strict=True)
         if len(cells)
     ]
-    first = np.cumsum([0, *(len(each.values) for each in sheets)])
-    points = np.concatenate([each.points for each in sheets])
-    corners = np.concatenate([each.corners + at for each, at in zip(sheets, first, strict=False)])
+    first = np.cumsum([0, *(len(sheet.values) for sheet in sheets)])
+    points = np.concatenate([sheet.points for sheet in sheets])
+    corners = np.concatenate([sheet.corners + at for sheet, at in zip(sheets, first, strict=False)])
     corners = corners[(outside(points) > 0.0)[corners].any(axis=1)]
     if not len(corners):
         return None
     used, corners = np.unique(corners, return_inverse=True)
-    values = np.concatenate([each.values for each in sheets])[used]
+    values = np.concatenate([sheet.values for sheet in sheets])[used]
     return Sheets(values, points[used], corners.reshape(-1, 3).astype(np.int32))
 
 
@@ -226,7 +226,7 @@ def _sheets_of(
     values, inner = _values(cube, solid, _triples(nodes, side) / divisions)
     points = colours(values)
     one = points[corner[..., 0]]
-    first, second, third = (points[corner[..., each]] - one for each in (1, 2, 3))
+    first, second, third = (points[corner[..., place]] - one for place in (1, 2, 3))
     determinants = np.einsum("cti,cti->ct", first, np.cross(second, third))
     turned: BooleanArray = np.asarray((determinants < 0.0) != _ODD)
     # beyond the limit, tetrahedra are flat

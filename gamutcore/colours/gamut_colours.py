@@ -179,10 +179,10 @@ def display_primaries(colours: SurfaceColours) -> FloatArray | None:
     wanted = np.where(np.eye(3, dtype=bool), high, low)
     near = np.abs(colours.device[np.newaxis] - wanted[:, np.newaxis]).max(axis=2) < _SAME
     matches = [np.flatnonzero(rows) for rows in near]
-    if not all(len(each) for each in matches):
+    if not all(len(rows) for rows in matches):
         return None
     xyz, _ = own_tristimulus(colours)
-    return np.stack([xyz[each].mean(axis=0) for each in matches])
+    return np.stack([xyz[rows].mean(axis=0) for rows in matches])
 
 
 CELLS = 64
@@ -265,7 +265,7 @@ def srgb_volume(space: ColourSpace) -> float:
 def _cube_volume(space: ColourSpace, cells: int) -> float:
     """Return the volume within triangles between the colours of a grid on the cube's faces."""
     steps = np.linspace(0.0, 1.0, cells + 1) ** 2  # dense near black, where PQ is steep
-    one, two = (each.ravel() for each in np.meshgrid(steps, steps, indexing="ij"))
+    one, two = (grid.ravel() for grid in np.meshgrid(steps, steps, indexing="ij"))
     corner = (np.arange(cells)[:, np.newaxis] * (cells + 1) + np.arange(cells)).ravel()
     down, right, across = corner + cells + 1, corner + 1, corner + cells + 2
     patch = np.concatenate(

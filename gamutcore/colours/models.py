@@ -135,7 +135,7 @@ class DeviceModel:
         ranges = {"lowest": cube.lowest, "highest": cube.highest, "base": limited.base}
         own = {} if self.own is None else {"own": self.own}
         tensors = {
-            name: np.ascontiguousarray(each) for name, each in {**arrays, **ranges, **own}.items()
+            name: np.ascontiguousarray(array) for name, array in {**arrays, **ranges, **own}.items()
         }
         # one text, because the library writes several in any order
         return save_tensors(tensors, {FORMAT: json.dumps(facts)})
@@ -146,7 +146,7 @@ class DeviceModel:
         try:
             length = int.from_bytes(data[:8], "little")
             facts = json.loads(json.loads(data[8 : 8 + length])["__metadata__"][FORMAT])
-            arrays = {name: _array(each) for name, each in read_tensors(data)}
+            arrays = {name: _array(array) for name, array in read_tensors(data)}
             cube = InkCube(arrays["lowest"], arrays["highest"], facts["total"])
             free, count = np.array(facts["free"], bool), len(facts["channels"])
             ranges = (arrays["lowest"], arrays["highest"], arrays["base"])

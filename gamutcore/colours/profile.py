@@ -186,7 +186,10 @@ def values_by_curves(
     if not (np.diff(samples, axis=0) >= 0.0).all():
         return None
     return np.column_stack(
-        [np.interp(light[:, each], samples[:, each], ramp) for each in range(light.shape[1])]
+        [
+            np.interp(light[:, channel], samples[:, channel], ramp)
+            for channel in range(light.shape[1])
+        ]
     )
 
 

@@ -274,7 +274,7 @@ def _merged_weights(weights: FloatArray, bands: int) -> FloatArray:
     )
     places = np.concatenate([[0.0], np.cumsum(change)])
     chosen = np.interp(np.linspace(0, places[-1], bands + 1), places, np.arange(len(places)))
-    ends = np.stack([np.interp(chosen, np.arange(len(sums)), each) for each in sums.T], axis=1)
+    ends = np.stack([np.interp(chosen, np.arange(len(sums)), column) for column in sums.T], axis=1)
     return np.diff(ends, axis=0)
 
 

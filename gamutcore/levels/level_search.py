@@ -198,7 +198,9 @@ class LevelSearch:
 
     def bounds(self, triangles: int) -> Bounds:
         """Return the bounds of a level in the error curve; infinite for all other levels."""
-        return next((each.bounds for each in self._curve if each.triangles == triangles), Bounds())
+        return next(
+            (level.bounds for level in self._curve if level.triangles == triangles), Bounds()
+        )
 
     def largest_count(self, request: LevelRequest) -> int:
         """Return a count that the result of `find` does not exceed, without a search.

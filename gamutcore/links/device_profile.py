@@ -348,7 +348,7 @@ def _in_cielab(gamut: Gamut, content: bytes | None, options: dict[str, Any]) -> 
         raise OptionError.not_applicable(
             "gamut_boundary", True, "the gamut is not in CIELAB", "Give the measurements."
         )
-    others = {each: options[each] for each in options.keys() - {"space", *SPACE_PARAMETERS}}
+    others = {name: options[name] for name in options.keys() - {"space", *SPACE_PARAMETERS}}
     return Gamut(content, others)
 
 
@@ -517,7 +517,7 @@ def _source(gamut: Gamut, source: Gamut | str | os.PathLike[str]) -> Gamut:
         error.where["field"] = "source_gamut"
         raise
     own = gamut.options.to_mapping()
-    options = {each: own[each] for each in ("space", *SPACE_PARAMETERS) if each in own}
+    options = {name: own[name] for name in ("space", *SPACE_PARAMETERS) if name in own}
     if isinstance(input_data, Reference):
         return Gamut(input_data.data, {**options, "surface_samples": _SOURCE_SAMPLES})
     with errors_in(source):

@@ -117,7 +117,11 @@ def forward_table(
     count = len(model.channels)
     size = min(int(MOST_NODES ** (1 / count) + 1e-9), MOST_A_SIDE.get(count, 17))
     places = np.linspace(0.0, 1.0, size)
-    axes = [places] * count if measured is None else [_levels(each, size) for each in measured[0].T]
+    axes = (
+        [places] * count
+        if measured is None
+        else [_levels(channel, size) for channel in measured[0].T]
+    )
     steps = np.linspace(0.0, 1.0, _INK_ENTRIES)
     curves = np.stack([np.interp(steps, axis, places) for axis in axes])
     device = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, count)

@@ -52,7 +52,7 @@ class PureInks:
             inks = {"k": inks["k"]} if "k" in inks else {}
         missing = inks.keys() - others.keys()
         if missing or not inks:
-            names = ", ".join(source.channels[inks[each]] for each in sorted(missing)) or "black"
+            names = ", ".join(source.channels[inks[ink]] for ink in sorted(missing)) or "black"
             raise _not_applicable(preserve, f"one of the presses does not have the ink {names}")
         pairs = tuple((inks[name], others[name]) for name in inks)
         curves = tuple(

@@ -103,10 +103,10 @@ PARAMETERS = (
         "for three channels, 17 for four, and fewer for more.",
         example=33,
     ),
-    *(each for each in MAP.parameters if each.name == "focus"),
+    *(parameter for parameter in MAP.parameters if parameter.name == "focus"),
     COMPENSATION,
     DECODE,
-    *(each for each in RECIPES.parameters if each.name == "black"),
+    *(parameter for parameter in RECIPES.parameters if parameter.name == "black"),
     Parameter(
         "preserve",
         PRESERVE,
@@ -499,8 +499,8 @@ def link(
     stays = into.contains(given, space="CIELAB", max_error=0.0) & (xyz >= 0.0).all(axis=1)
     wanted[stays] = given[stays]
     # the gamut of the source is built for some methods only
-    warnings = [f"The source: {each}" for each in one.warnings]
-    warnings += [f"The destination: {each}" for each in into.conditions.build_warnings]
+    warnings = [f"The source: {warning}" for warning in one.warnings]
+    warnings += [f"The destination: {warning}" for warning in into.conditions.build_warnings]
     warnings += no_limit_warnings(into.options, two.model)
     if origin is not None:
         names = "the destination", "the source"
@@ -578,8 +578,8 @@ def _side(
         raise
     if isinstance(input_data, Reference):
         reference, content = input_data, input_data.data
-        unfit = {each for each in OPTIONS if "reference" not in OPTIONS[each].data}
-        choices = {each: choices[each] for each in choices if each not in unfit}
+        unfit = {name for name in OPTIONS if "reference" not in OPTIONS[name].data}
+        choices = {name: choices[name] for name in choices if name not in unfit}
     elif is_saved_gamut(input_data):
         with errors_in(data):
             return _side_of_gamut(Gamut.from_bytes(input_data), field)

@@ -100,7 +100,7 @@ class InkTable(NamedTuple):
     @property
     def nbytes(self) -> int:
         """Memory in bytes."""
-        return sum(each.nbytes for each in self if isinstance(each, np.ndarray))
+        return sum(field.nbytes for field in self if isinstance(field, np.ndarray))
 
 
 def ink_table(nodes: FloatArray, per_axis: int, layers: int) -> InkTable:

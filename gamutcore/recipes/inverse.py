@@ -220,12 +220,12 @@ class InverseModel:
         if self._has_formula:
             return
         sets, self._tiles = self._ink_sets(chromatic)
-        self._sets = [self._ink_set(each) for each in sets]
+        self._sets = [self._ink_set(inks) for inks in sets]
 
     @property
     def nbytes(self) -> int:
         """Memory of the tables in bytes."""
-        return sum(each.table.nbytes for each in self._sets)
+        return sum(ink_set.table.nbytes for ink_set in self._sets)
 
     def recipes(self, targets: FloatArray, black: BlackRule) -> Recipes:
         """Return recipes of colours (m, 3) in CIELAB, relative to D50 as the model's.
@@ -459,19 +459,19 @@ class InverseModel:
         order = np.argsort(np.arctan2(plane[:, 1], plane[:, 0]), kind="stable")
         circle = [chromatic[i] for i in order]
         initials = [self.model.channels[i].strip().lower()[:1] for i in circle]
-        core = [circle[initials.index(each)] for each in "cmy" if each in initials]
+        core = [circle[initials.index(ink)] for ink in "cmy" if ink in initials]
         if len(core) < 3:
             place = dict(zip(chromatic, plane, strict=True))
             core = list(max(combinations(circle, 3), key=lambda each: _area(place, tuple(each))))
         self._core = tuple(sorted(core))
         tiles = [self._core]
-        corners = sorted(circle.index(each) for each in core)
+        corners = sorted(circle.index(ink) for ink in core)
         for start, end in zip(corners, [*corners[1:], corners[0] + len(circle)], strict=True):
             tiles += [
                 tuple(sorted((circle[i - 1], circle[i % len(circle)], circle[end % len(circle)])))
                 for i in range(start + 1, end)
             ]
-        others = [each for each in combinations(sorted(circle), 3) if each not in tiles]
+        others = [inks for inks in combinations(sorted(circle), 3) if inks not in tiles]
         return [*tiles, *others[:_MOST_OTHERS]], len(tiles)
 
     def _ink_set(self, chromatic: Sequence[int]) -> _InkSet:
@@ -573,7 +573,7 @@ class _BestRecipes:
 
 def _area(place: dict[int, FloatArray], inks: tuple[int, ...]) -> float:
     """Return the area of the triangle of three inks in the plane of a* and b*."""
-    one, two, three = (place[each] for each in inks)
+    one, two, three = (place[ink] for ink in inks)
     (a, b), (c, d) = two - one, three - one
     return float(abs(a * d - b * c))
 

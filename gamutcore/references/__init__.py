@@ -256,11 +256,11 @@ _USUAL = ("srgb", "display-p3", "adobe-rgb-1998", "bt2020", "bt709", "prophoto-r
 """References that people usually mean; they come first among equally likely ones."""
 
 _NAMES = [
-    (each, (each.slug, each.name, *each.aliases))
-    for each in (*(REFERENCES[slug] for slug in _USUAL), *REFERENCES.values())
+    (reference, (reference.slug, reference.name, *reference.aliases))
+    for reference in (*(REFERENCES[slug] for slug in _USUAL), *REFERENCES.values())
 ]
 
-_BY_NAME = {folded(name): each for each, names in _NAMES for name in names[:2]}
+_BY_NAME = {folded(name): reference for reference, names in _NAMES for name in names[:2]}
 """References by slug and name, which are unique."""
 
 _SUGGESTED = 4
@@ -274,7 +274,7 @@ def search_references(name: str) -> list[Reference]:
 
     Examples
     --------
-    >>> [each.slug for each in search_references("P3")][:2]
+    >>> [reference.slug for reference in search_references("P3")][:2]
     ['display-p3', 'dci-p3']
     """
     return list(dict.fromkeys(ranked(name, _NAMES)))
@@ -330,7 +330,7 @@ def _remedy(name: str) -> str:
             f"{' or '.join(condition)} is a print condition; build its gamut from its "
             "characterisation data or its profile."
         )
-    slugs = [each.slug for each in search_references(name)[:_SUGGESTED]]
+    slugs = [reference.slug for reference in search_references(name)[:_SUGGESTED]]
     if not slugs:
         return "Give a slug such as srgb or display-p3."
     *others, last = slugs

@@ -236,7 +236,7 @@ def _by_axes(names: Sequence[str], space: str) -> ColourColumns | None:
         if len(matches) != 1:
             return None
         places.append(matches[0])
-    kind = next((key for key, each in _KINDS.items() if each.space == space), "")
+    kind = next((key for key, entry in _KINDS.items() if entry.space == space), "")
     return ColourColumns(tuple(places), kind, space)
 
 
@@ -274,7 +274,7 @@ def _chosen(
     wanted = [name.strip() for name in columns.split(",")]
     places = []
     for name in wanted:
-        at = [each for each, known in enumerate(names) if known == name]
+        at = [place for place, known in enumerate(names) if known == name]
         if not at and name.isdecimal() and 0 < int(name) <= len(names):
             at = [int(name) - 1]
         if len(at) != 1:
@@ -294,12 +294,12 @@ def _chosen(
     if len(places) == 1:
         return ColourColumns(tuple(places), "TEXT", space or "sRGB")
     if space is None:
-        sets = _sets([names[each] for each in places])
+        sets = _sets([names[place] for place in places])
         if len(sets) == 1:
-            order = tuple(places[each] for each in sets[0].places)
+            order = tuple(places[place] for place in sets[0].places)
             return ColourColumns(order, sets[0].kind, sets[0].space)
     chosen = space or own or "CIELAB"
-    kind = next((key for key, each in _KINDS.items() if each.space == chosen), "")
+    kind = next((key for key, entry in _KINDS.items() if entry.space == chosen), "")
     return ColourColumns(tuple(places), kind, chosen)
 
 
@@ -310,10 +310,10 @@ def _no_axes(
     axes = axes_of(space)
     folded = [_fold(name) for name in names]
     counts = [sum(name in {_fold(axis), f"lab{_fold(axis)}"} for name in folded) for axis in axes]
-    at = next(each for each, count in enumerate(counts) if count != 1)
+    at = next(index for index, count in enumerate(counts) if count != 1)
     column = f"{prefix}_{axes[at]}" if prefix else axes[at]
     fault = "no column" if not counts[at] else f"{counts[at]} columns"
-    other = [each.space for each in _sets(names)]
+    other = [group.space for group in _sets(names)]
     further = f": these are {other[0]}" if other else f", or the names {_CANDIDATES}"
     remedy = (
         f"Name the columns of the colours {', '.join(axes)}, with the prefixes of the operation "
@@ -556,7 +556,7 @@ def css_colour(  # noqa: C901, PLR0911, PLR0912  # one branch for each function
     if match:
         if not (bare_hex or text.startswith("#")):
             return None
-        digits = match[1] if len(match[1]) > 4 else "".join(2 * each for each in match[1])
+        digits = match[1] if len(match[1]) > 4 else "".join(2 * digit for digit in match[1])
         return "sRGB", _three(int(digits[at : at + 2], 16) / 255.0 for at in (0, 2, 4))
     called = _CSS_FUNCTION.fullmatch(text)
     if not called:

@@ -227,7 +227,9 @@ class ColourTable:
 
         `columns` has one value for each row that has a colour. `digits` are the significant ones.
         """
-        lists = [each.tolist() if hasattr(each, "tolist") else each for each in columns.values()]
+        lists = [
+            column.tolist() if hasattr(column, "tolist") else column for column in columns.values()
+        ]
         answers = zip(*lists, strict=True) if lists else iter([()] * len(self._lines))
         nothing = [""] * len(columns)
         for cells, known in self.rows():
@@ -425,7 +427,7 @@ def _statement(table: ColourTable, titles: Sequence[str], text: DelimitedText) -
         parts.append(f"in {encoding or 'UTF-16'}")
     others = unused_columns(table.header, table.colour_places)[:_MOST_UNUSED]
     if others and len(table.inputs) == 1:
-        shown = "; ".join(" ".join(each.split())[: 3 * _LONGEST_SHOWN] for each in others)
+        shown = "; ".join(" ".join(text.split())[: 3 * _LONGEST_SHOWN] for text in others)
         return ", ".join(parts) + f". Other colours are not used: {shown}."
     return ", ".join(parts) + "."
 
@@ -693,7 +695,7 @@ def _in_one_space(table: ColourTable, spaces: Sequence[str], values: FloatArray)
     table.space = "CIELAB"
     points = values.copy()
     for kind in kinds:
-        rows = np.array([each == kind for each in spaces])
+        rows = np.array([name == kind for name in spaces])
         points[rows] = ColourConversion(kind, CIELAB).to_gamut(values[rows])
     return points
 
@@ -829,7 +831,7 @@ def _no_table(data: bytes) -> UnrecognisedFormatError:
     elif data.startswith(_WORKBOOK):
         kind, remedy = "a workbook or an archive", "Save the sheet as CSV."
     else:
-        pictures = ", ".join(each.title for each in FORMATS if each.kind == "picture")
+        pictures = ", ".join(form.title for form in FORMATS if form.kind == "picture")
         kind = "binary data of an unknown format"
         remedy = f"Give a CSV or .npy file of colours, or for gamut map a picture: {pictures}."
     return UnrecognisedFormatError(f"The content is {kind}, not a table of colours.", remedy=remedy)
@@ -881,7 +883,7 @@ def write_workbook(table: ColourTable, columns: Mapping[str, Sequence[Any]], pat
         ]
         if known:
             row += [_plain(value) for value in next(answers)]
-        sheet.append([text(each) if isinstance(each, str) else each for each in row])
+        sheet.append([text(cell) if isinstance(cell, str) else cell for cell in row])
     book.save(path)
 
 
