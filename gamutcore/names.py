@@ -106,26 +106,30 @@ def print_condition(name: str) -> tuple[str, ...]:
     >>> print_condition("CGATS TR006")
     ('TR 006', 'GRACoL 2006 Coated 1')
     """
-    asked = set(_words(name))
-    known = (each for each in _CONDITIONS if any(asked >= set(_words(one)) for one in each))
+    words = set(_words(name))
+    known = (
+        condition
+        for condition in _CONDITIONS
+        if any(words >= set(_words(alias)) for alias in condition)
+    )
     return next(known, ())
 
 
 def _similarity(wanted: str, name: str) -> float:
-    asked, given = _words(wanted), _words(name)
-    if not asked or not given:
+    wanted_words, name_words = _words(wanted), _words(name)
+    if not wanted_words or not name_words:
         return 0.0
-    plain_asked, plain_given = "".join(asked), "".join(given)
-    if plain_asked == plain_given:
+    wanted_text, name_text = "".join(wanted_words), "".join(name_words)
+    if wanted_text == name_text:
         return EXACT
-    share = len(plain_asked) / len(plain_given)  # what is asked for is in a longer name
-    if set(asked) <= set(given):
-        starts = 0.1 if given[: len(asked)] == asked else 0.0
+    share = len(wanted_text) / len(name_text)  # what is asked for is in a longer name
+    if set(wanted_words) <= set(name_words):
+        starts = 0.1 if name_words[: len(wanted_words)] == wanted_words else 0.0
         return _WORDS + min(share, 0.8) + starts
-    if plain_asked in plain_given and len(plain_asked) > 1:
+    if wanted_text in name_text and len(wanted_text) > 1:
         return _PART + min(share, 0.9)
-    matcher = difflib.SequenceMatcher(None, plain_asked, plain_given)
-    is_long = max(len(plain_asked), len(plain_given)) > _MISSPELLED
+    matcher = difflib.SequenceMatcher(None, wanted_text, name_text)
+    is_long = max(len(wanted_text), len(name_text)) > _MISSPELLED
     # two bounds of the ratio, which are faster
     if is_long or min(matcher.real_quick_ratio(), matcher.quick_ratio()) < LIKENESS:
         return 0.0
@@ -147,8 +151,8 @@ def ranked(wanted: str, things: Iterable[tuple[T, Iterable[str]]]) -> list[T]:
     scored = [(max(similarity(wanted, name) for name in names), thing) for thing, names in things]
     best = max((score for score, _ in scored), default=0.0)
     least = 1.0 if best >= 1.0 else LIKENESS
-    kept = [pair for pair in scored if pair[0] >= least]
-    return [thing for _, thing in sorted(kept, key=lambda pair: -pair[0])]
+    likely = [pair for pair in scored if pair[0] >= least]
+    return [thing for _, thing in sorted(likely, key=lambda pair: -pair[0])]
 
 
 def near_match(name: str, names: Iterable[str]) -> str | None:

@@ -370,8 +370,8 @@ class Options(BaseModel):
 
     @model_validator(mode="before")
     @classmethod
-    def _named(cls, given: dict[str, object]) -> dict[str, object]:
-        return {option_name(name): value for name, value in given.items()}
+    def _named(cls, settings: dict[str, object]) -> dict[str, object]:
+        return {option_name(name): value for name, value in settings.items()}
 
     @field_validator("*", mode="wrap")
     @classmethod
@@ -407,8 +407,9 @@ class Options(BaseModel):
 
     @model_validator(mode="after")
     def _check_together(self) -> Self:
-        given = {name: getattr(self, name) for name in parameters.SPACE_PARAMETERS}
-        self.__dict__.update(parameters.space_parameters(self.space, given))  # the model is frozen
+        settings = {name: getattr(self, name) for name in parameters.SPACE_PARAMETERS}
+        # the model is frozen
+        self.__dict__.update(parameters.space_parameters(self.space, settings))
         if self.source == "transforms":  # the default; None keeps the ids of gamuts without it
             self.__dict__["source"] = None
         return self
@@ -428,8 +429,8 @@ class Options(BaseModel):
         300.0
         """
         values: dict[str, Any] = {}
-        for given, value in mapping.items():
-            name = option_name(given)
+        for text, value in mapping.items():
+            name = option_name(text)
             if name in values:
                 raise OptionError(
                     f"The option {name} is given twice.",
@@ -478,10 +479,10 @@ class Options(BaseModel):
         The luminance "measured" becomes `white_luminance`, in cd/m², which the data declares;
         without one, `OptionError` is raised.
         """
-        given = {name: getattr(self, name) for name in parameters.SPACE_PARAMETERS}
+        settings = {name: getattr(self, name) for name in parameters.SPACE_PARAMETERS}
         if self.luminance == parameters.MEASURED:
-            given["luminance"] = parameters.measured_luminance(white_luminance)
-        return ColourSpace(self.space, **given)
+            settings["luminance"] = parameters.measured_luminance(white_luminance)
+        return ColourSpace(self.space, **settings)
 
     @property
     def canonical(self) -> str:
@@ -529,12 +530,12 @@ def option_value(name: str, text: str) -> object:
     return text
 
 
-def option_name(given: object) -> str:
+def option_name(text: object) -> str:
     """Return the key of `OPTIONS` that is meant, in any letter case, with ``-`` or ``_``.
 
     Without such an option, the remedy of `OptionError` names a near match.
     """
-    name = str(given).strip().lower().replace("-", "_")
+    name = str(text).strip().lower().replace("-", "_")
     if name in OPTIONS:
         return name
     meant = near_match(name, OPTIONS)
@@ -542,7 +543,7 @@ def option_name(given: object) -> str:
     if name == "scale":
         hint = "Leave it out, and multiply the coordinates of answers by the factor. "
     raise OptionError(
-        f"There is no option {str(given)[:40]!r}.",
-        where={"field": str(given)[:40]},
+        f"There is no option {str(text)[:40]!r}.",
+        where={"field": str(text)[:40]},
         remedy=f"{hint}Options are {', '.join(OPTIONS)}.",
     )

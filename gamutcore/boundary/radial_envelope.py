@@ -226,10 +226,10 @@ def _pieces(
         np.empty(0, np.int32),
         np.concatenate([(low + crossings.share) / 2, (crossings.share[last] + 1) / 2]),
     )
-    shown = ~_is_hidden(sheets, _points_on(sheets.position, edges, middles))
+    visible = ~_is_hidden(sheets, _points_on(sheets.position, edges, middles))
     known = np.append(seen, np.ones(count, bool))
-    shown &= known[pairs].all(axis=1)
-    return np.concatenate([pairs[shown], edges[whole]]).astype(np.int32)
+    visible &= known[pairs].all(axis=1)
+    return np.concatenate([pairs[visible], edges[whole]]).astype(np.int32)
 
 
 def _distinct(points: FloatArray, chosen: LongArray, step: float) -> tuple[LongArray, LongArray]:

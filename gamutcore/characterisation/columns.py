@@ -426,15 +426,15 @@ def _of_one_condition(
     if not stated:
         return names, None, ()
     chosen = chosen_condition(stated, asked, where=where)
-    kept, dropped = [], set()
+    used_names, dropped = [], set()
     for name, label in zip(bare, labels, strict=True):
         colour = wavelength(name) is not None or name.upper() in _COLOUR_NAMES
         if label == chosen or (label is None and not colour):
-            kept.append(name)
+            used_names.append(name)
         else:
-            kept.append("")
+            used_names.append("")
             dropped.add(f"columns of {label or 'no stated condition'}")
-    return tuple(kept), chosen, tuple(sorted(dropped))
+    return tuple(used_names), chosen, tuple(sorted(dropped))
 
 
 def spelt_out(names: Sequence[str]) -> tuple[str, ...]:

@@ -177,10 +177,10 @@ class _TreeParser:
             self._check_attributes(attributes)
         if not self.skipped_from:
             self.text_length = 0
-            kept = dict(attributes)
+            builder_attributes = dict(attributes)
             if local == "Object":
-                kept[_LINE] = str(self.expat.CurrentLineNumber)
-            self.builder.start(local, kept)
+                builder_attributes[_LINE] = str(self.expat.CurrentLineNumber)
+            self.builder.start(local, builder_attributes)
 
     def _check_attributes(self, attributes: Mapping[str, str]) -> None:
         if len(attributes) > MAX_ATTRIBUTES:

@@ -210,17 +210,17 @@ def _with_device_values(text: bytes, profile: IccProfile) -> bytes:
         return text
     rows = _rows(colours["rows"], len(names), "CIED")
     device_rows = _rows(devices["rows"], len(device_names), DEVICE_TAG)
-    own, other = _identity(names), _identity(device_names)
-    if own is not None and other is not None:
-        known = {row[other].strip('"'): row for row in device_rows}
-        missing = [row[own] for row in rows if row[own].strip('"') not in known]
+    sample_place, device_place = _identity(names), _identity(device_names)
+    if sample_place is not None and device_place is not None:
+        known = {row[device_place].strip('"'): row for row in device_rows}
+        missing = [row[sample_place] for row in rows if row[sample_place].strip('"') not in known]
         if missing:
             raise MissingColumnError(
                 f"The sample {missing[0][:40]} has no device values in the tag {DEVICE_TAG}.",
                 where={"tag": DEVICE_TAG},
                 remedy="Both tags name the same samples.",
             )
-        device_rows = [known[row[own].strip('"')] for row in rows]
+        device_rows = [known[row[sample_place].strip('"')] for row in rows]
     elif len(rows) != len(device_rows):
         raise MissingColumnError(
             f"The tag CIED has {len(rows)} samples and {DEVICE_TAG} {len(device_rows)}.",
@@ -228,16 +228,16 @@ def _with_device_values(text: bytes, profile: IccProfile) -> bytes:
             remedy="Both tags hold the same samples.",
         )
     taken = {name.upper() for name in names}
-    kept = [i for i, name in enumerate(device_names) if name.upper() not in taken]
+    device_columns = [i for i, name in enumerate(device_names) if name.upper() not in taken]
     header = text[: text.upper().index(b"BEGIN_DATA_FORMAT")].decode("latin-1")
     joined = [
         header,
         "BEGIN_DATA_FORMAT",
-        " ".join([*names, *(device_names[i] for i in kept)]),
+        " ".join([*names, *(device_names[i] for i in device_columns)]),
         "END_DATA_FORMAT",
         "BEGIN_DATA",
         *(
-            " ".join([*row, *(device[i] for i in kept)])
+            " ".join([*row, *(device[i] for i in device_columns)])
             for row, device in zip(rows, device_rows, strict=True)
         ),
         "END_DATA\n",

@@ -183,8 +183,8 @@ def _report(
     inside = gamut.contains(table.points, **arguments)
     outside = ~inside
     near = gamut.nearest(table.points[outside], metric=metric, space=table.space, **level)
-    own = gamut.convert(table.points, table.space)
-    points, difference = own.copy(), np.zeros(len(own))
+    colours = gamut.convert(table.points, table.space)
+    points, difference = colours.copy(), np.zeros(len(colours))
     points[outside] = gamut.convert(near.points, table.space)
     difference[outside] = near.delta_e
     columns: dict[str, Any] = {
@@ -199,7 +199,7 @@ def _report(
     if passing is not None:
         columns["passes"] = difference <= passing
     if near.device is not None:
-        device = np.full((len(own), len(near.channels)), np.nan)
+        device = np.full((len(colours), len(near.channels)), np.nan)
         device[outside] = near.device
         with contextlib.suppress(DeviceModelError):  # saved by an older version, for example
             recipes = gamut.to_device(table.points[inside], space=table.space, **level)
@@ -207,7 +207,7 @@ def _report(
         columns |= dict(zip(near.channels, 100.0 * device.T, strict=True))
     unit = f"in {gamut.colour_space.name}"
     summary = (
-        f"{int(inside.sum())} of {len(own)} colours are in gamut."
+        f"{int(inside.sum())} of {len(colours)} colours are in gamut."
         f" {int((columns['position'] == 'edge').sum())} are at the edge."
         f" Tolerance {number_text(tolerance, 2)}, edge width {number_text(edge_width, 2)} {unit}."
     )

@@ -96,9 +96,9 @@ def run(program: typer.Typer, arguments: Sequence[str] | None = None) -> int:
 
 
 def _unexpected(error: Exception) -> str:
-    told = " ".join(f"{type(error).__name__}: {error}".split())[:_LONGEST].rstrip(".: ")
+    error_text = " ".join(f"{type(error).__name__}: {error}".split())[:_LONGEST].rstrip(".: ")
     return (
-        f"unexpected error: {told}. This is a defect of the program. Repeat the command with "
+        f"unexpected error: {error_text}. This is a defect of the program. Repeat the command with "
         f"{TRACEBACK}=1 in the environment for details, and report them."
     )
 
@@ -111,8 +111,8 @@ def _line(error: Exception) -> tuple[str, int] | None:
     if isinstance(error, GamutError):
         usage = isinstance(error, OptionError | ReferenceNameError | TriangleCountError)
         place = ", ".join(f"{name} {value}" for name, value in error.where.items())
-        shown = f" ({place})" if place and not usage else ""
-        message = f"{error.message.rstrip('.')}{shown}. {error.remedy}".strip()
+        location = f" ({place})" if place and not usage else ""
+        message = f"{error.message.rstrip('.')}{location}. {error.remedy}".strip()
         return message, USAGE_FAULT if usage else DATA_FAULT
     if isinstance(error, ModuleNotFoundError) and error.name in {"matplotlib", "openpyxl"}:
         return f"{error}", DATA_FAULT

@@ -165,7 +165,7 @@ def profile(
 
     check_path(output, PROFILE_SUFFIXES)
     options = {name: option_value(name, text) for name, text in chosen_options(ctx).items()}
-    made = compute(
+    device_profile = compute(
         measurements,
         version=version,
         black=number_or_text(black),
@@ -176,13 +176,15 @@ def profile(
         triangles=triangles,
         **options,
     )
-    made.save(output)
-    for warning in made.warnings:
+    device_profile.save(output)
+    for warning in device_profile.warnings:
         typer.echo(f"Warning: {warning}", err=True)
-    kind = "Output" if made.device_class == "prtr" else "Display"
-    form = "tables" if made.form == "tables" else "matrix and curves"
-    round_trip = "" if made.round_trip is None else f" Round trip: {made.round_trip}."
+    kind = "Output" if device_profile.device_class == "prtr" else "Display"
+    form = "tables" if device_profile.form == "tables" else "matrix and curves"
+    round_trip = (
+        "" if device_profile.round_trip is None else f" Round trip: {device_profile.round_trip}."
+    )
     typer.echo(
-        f"{output}: {kind} profile of {made.name}, version {made.version}, {form}. "
-        f"Error: {made.forward}.{round_trip}"
+        f"{output}: {kind} profile of {device_profile.name}, "
+        f"version {device_profile.version}, {form}. Error: {device_profile.forward}.{round_trip}"
     )

@@ -83,8 +83,8 @@ def _write(path: Path, data: bytes) -> None:
         except BaseException:
             draft.unlink(missing_ok=True)
             raise
-    kept = sorted(path.parent.glob("*.gamut"), key=_last_use, reverse=True)
-    for old in kept[MOST_FILES:]:
+    files = sorted(path.parent.glob("*.gamut"), key=_last_use, reverse=True)
+    for old in files[MOST_FILES:]:
         old.unlink(missing_ok=True)
 
 

@@ -451,8 +451,8 @@ def _solution(device: FloatArray, colours: FloatArray) -> ScatteredModel:
     remainder = rotated[:order, 3:] - head @ rotated[:, :3]
     linear = linalg.solve_triangular(triangle[:order], remainder, check_finite=False)
     # a sample that alone decides a coefficient of the linear part has no prediction by the others
-    own = linalg.solve_triangular(triangle[:order], basis.T, trans="T", check_finite=False)
-    predicted = 1.0 - np.einsum("ij,ij->j", own, own) > _SINGULAR
+    row_factors = linalg.solve_triangular(triangle[:order], basis.T, trans="T", check_finite=False)
+    predicted = 1.0 - np.einsum("ij,ij->j", row_factors, row_factors) > _SINGULAR
     return ScatteredModel(
         centres=np.ascontiguousarray(device),
         weights=weights,
@@ -623,8 +623,8 @@ def extrapolation_warnings(
 
     distances, _ = cKDTree(device).query(corners, distance_upper_bound=_FAR)
     far = int(np.isinf(distances).sum())
-    own = _hull_volume(measured)
-    ratio = _hull_volume(_thinned(points, _HULL_POINTS)) / own if own > 0 else 1.0
+    hull_volume = _hull_volume(measured)
+    ratio = _hull_volume(_thinned(points, _HULL_POINTS)) / hull_volume if hull_volume > 0 else 1.0
     warnings = []
     if far:
         warnings.append(

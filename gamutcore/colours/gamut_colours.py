@@ -158,8 +158,8 @@ def own_tristimulus(colours: SurfaceColours) -> tuple[FloatArray, FloatArray]:
     """
     xyz = lab_to_xyz(np.asarray(colours.points, np.float64))
     absolute = colours.absolute
-    own = None if absolute is None else absolute.own_from(colours.provenance.get("intent"))
-    return (xyz if own is None else xyz @ own.T), xyz[:, 1]
+    to_own = None if absolute is None else absolute.own_from(colours.provenance.get("intent"))
+    return (xyz if to_own is None else xyz @ to_own.T), xyz[:, 1]
 
 
 def display_primaries(colours: SurfaceColours) -> FloatArray | None:

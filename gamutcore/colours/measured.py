@@ -239,10 +239,10 @@ class _Medium:
             if not np.array_equal(self.reference, ICC_D50):
                 white = adaptation_to_d50(white[np.newaxis], self.reference, self.adaptation)[0]
             return AbsoluteColours(np.diag(white / ICC_D50))
-        own = adaptation_matrix(ICC_D50, white / white[1], self.adaptation)
+        adaptation = adaptation_matrix(ICC_D50, white / white[1], self.adaptation)
         if self.samples.lab is not None and np.array_equal(self.reference, ICC_D50):
-            return AbsoluteColours(own * white[1])
-        return AbsoluteColours(own, as_measured=True)
+            return AbsoluteColours(adaptation * white[1])
+        return AbsoluteColours(adaptation, as_measured=True)
 
     def _needs_spectra(self, observer: int | None, illuminant: str | None) -> bool:
         samples = self.samples

@@ -224,12 +224,12 @@ class History:
                 self._make_next_snapshot()
 
     def _make_next_snapshot(self) -> None:
-        done = len(self._snapshots) - 1
-        start, end = self._groups[done]
+        group = len(self._snapshots) - 1
+        start, end = self._groups[group]
         if self._stored is not None:
-            self._read_group(self._stored, done)
-        positions = extended_copy(self._snapshots[done].vertices, end)
-        faces = extended_copy(self._snapshots[done].faces, 2 * end - 4)
+            self._read_group(self._stored, group)
+        positions = extended_copy(self._snapshots[group].vertices, end)
+        faces = extended_copy(self._snapshots[group].faces, 2 * end - 4)
         refine(self._splits, positions, faces.reshape(-1), start, end)
         if end == self.vertices:
             self._stored = None

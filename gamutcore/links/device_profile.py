@@ -281,12 +281,12 @@ def profile(
         form = "matrix"
     else:
         mappings = _mappings(gamut, source_gamut, version)
-        made = InverseTables(gamut, rule, size)
-        inverse, distances = made.colorimetric()
+        inverse_tables = InverseTables(gamut, rule, size)
+        inverse, distances = inverse_tables.colorimetric()
         elements = {**_forward_tables(device, _measured(samples, gamut.options), version)}
         elements["B2A1"] = inverse.to_bytes(version)
         for tag, colours, mapping in mappings:
-            elements[tag] = made.mapped(colours, mapping).to_bytes(version)
+            elements[tag] = inverse_tables.mapped(colours, mapping).to_bytes(version)
         elements["gamt"] = distances.to_bytes(version)
     tags = {**device.tags(version), **elements}
     if content is not None and samples is not None:
@@ -300,8 +300,8 @@ def profile(
         )
         pcs = "Lab " if form == "tables" else "XYZ "
         intent = "perceptual" if form == "matrix" else "relative"
-        made = icc_file(version, device.kind, (device.space, pcs), {**head, **tags}, intent)
-        return made if level is None else level.to_bytes("icc", into=made)
+        profile = icc_file(version, device.kind, (device.space, pcs), {**head, **tags}, intent)
+        return profile if level is None else level.to_bytes("icc", into=profile)
 
     forward, round_trip = _errors(file(title), device.model, inverse)
     errors = f"error of A2B {forward}"
@@ -434,10 +434,13 @@ def _measurements(content: bytes, samples: Samples, gamut: Gamut) -> str:
     count = len(gamut.device_model.channels)
     names = [f"{space}_{i + 1 if numbered else space[i]}" for i in range(count)]
     columns = [] if samples.device is None else [100.0 * samples.device]
-    for values, own in ((samples.lab, "LAB_L LAB_A LAB_B"), (samples.xyz, "XYZ_X XYZ_Y XYZ_Z")):
+    for values, titles in (
+        (samples.lab, "LAB_L LAB_A LAB_B"),
+        (samples.xyz, "XYZ_X XYZ_Y XYZ_Z"),
+    ):
         if values is not None:
             columns.append(values)
-            names += own.split()
+            names += titles.split()
     lines = [" ".join(f"{value:.6g}" for value in row) for row in np.hstack(columns).tolist()]
     head = f"CGATS.17\nNUMBER_OF_FIELDS {len(names)}\nBEGIN_DATA_FORMAT\n{' '.join(names)}\n"
     head += f"END_DATA_FORMAT\nNUMBER_OF_SETS {len(lines)}\nBEGIN_DATA\n"
@@ -516,8 +519,10 @@ def _source(gamut: Gamut, source: Gamut | str | os.PathLike[str]) -> Gamut:
     except ReferenceNameError as error:
         error.where["field"] = "source_gamut"
         raise
-    own = gamut.options.to_mapping()
-    options = {name: own[name] for name in ("space", *SPACE_PARAMETERS) if name in own}
+    gamut_options = gamut.options.to_mapping()
+    options = {
+        name: gamut_options[name] for name in ("space", *SPACE_PARAMETERS) if name in gamut_options
+    }
     if isinstance(input_data, Reference):
         return Gamut(input_data.data, {**options, "surface_samples": _SOURCE_SAMPLES})
     with errors_in(source):

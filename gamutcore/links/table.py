@@ -416,8 +416,8 @@ def link(
     method = str(check_option("method", method, METHOD))
     options = {"space": PICTURE_SPACE, **options}
     one, two = (
-        _side(given, field, options, cache)
-        for given, field in ((source, "source"), (destination, "destination"))
+        _side(data, field, options, cache)
+        for data, field in ((source, "source"), (destination, "destination"))
     )
     if decode is not None:
         decode = str(check_option("decode", decode, DECODE.kind))
@@ -488,16 +488,16 @@ def link(
     sampled = LookupTable.sample(lambda nodes: exact(nodes).device, size, len(one.model.channels))
     table = LookupTable(np.round(sampled.nodes, DECIMALS))
     inputs = _inputs(table.inputs)
-    made, (device, wanted) = two.model.lab(table.values(inputs)), exact(inputs)
+    table_lab, (device, wanted) = two.model.lab(table.values(inputs)), exact(inputs)
     # colours that both devices have stay, whatever the mapping does
-    given = one.model.lab(inputs)
-    xyz = lab_to_xyz(given)
+    source_lab = one.model.lab(inputs)
+    xyz = lab_to_xyz(source_lab)
     if black_point_compensation:
         xyz = compensate_black(xyz, *blacks)
-        given = xyz_to_lab(xyz)
+        source_lab = xyz_to_lab(xyz)
     # some inks are darker than the neutral black: scaled, they are no colours
-    stays = into.contains(given, space="CIELAB", max_error=0.0) & (xyz >= 0.0).all(axis=1)
-    wanted[stays] = given[stays]
+    stays = into.contains(source_lab, space="CIELAB", max_error=0.0) & (xyz >= 0.0).all(axis=1)
+    wanted[stays] = source_lab[stays]
     # the gamut of the source is built for some methods only
     warnings = [f"The source: {warning}" for warning in one.warnings]
     warnings += [f"The destination: {warning}" for warning in into.conditions.build_warnings]
@@ -514,8 +514,8 @@ def link(
         intent=two.options.intent,
         space=into.colour_space.name,
         table=table,
-        errors=LinkErrors.of(inputs, made, wanted),
-        table_errors=LinkErrors.of(inputs, made, two.model.lab(device)),
+        errors=LinkErrors.of(inputs, table_lab, wanted),
+        table_errors=LinkErrors.of(inputs, table_lab, two.model.lab(device)),
         black_point_compensation=black_point_compensation,
         preserve=preserve,
         decodings=(one.decoding, two.decoding),
@@ -592,10 +592,10 @@ def _side(
             return Gamut(content, options)
 
     with errors_in(data):
-        made = device_model(content, options, Limits())
-    if made is None:
+        model_and_warnings = device_model(content, options, Limits())
+    if model_and_warnings is None:
         raise _unfit(field, "has no model of a device")
-    model, warnings = made
+    model, warnings = model_and_warnings
     inverse = partial(InverseModel, model)
     if reference is None:
         name = f"the {field}" if isinstance(data, bytes) else Path(data).name

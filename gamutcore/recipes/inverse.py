@@ -318,8 +318,8 @@ class InverseModel:
             share = _set_share(some, trace, targets[rows, 0])
             weight = rest[rows] * (share + _END * trace.solved)
             total[rows] += weight
-            made = self.device(trace.recipes, np.full(len(rows), number))
-            device[rows] += weight[:, np.newaxis] * made
+            values = self.device(trace.recipes, np.full(len(rows), number))
+            device[rows] += weight[:, np.newaxis] * values
             if number == 0:
                 rest[rows] -= share
             elif number < self._tiles:

@@ -131,22 +131,26 @@ class Reference:
 
         The name states the curve if it is not that of the definition.
         """
-        own = self.definition["curve"]
+        own_curve = self.definition["curve"]
         if decode is None:
-            curve = own if self.display is None else self.display
-        elif decode == "oetf" and own in _CAMERA_CURVES:
-            curve = own
+            curve = own_curve if self.display is None else self.display
+        elif decode == "oetf" and own_curve in _CAMERA_CURVES:
+            curve = own_curve
         else:
             curve = DECODINGS[decode]
-        if curve == own and decode is None:
+        if curve == own_curve and decode is None:
             return self
         peak = _PEAKS.get(str(curve))
-        if self.peak is not None and curve == own:
+        if self.peak is not None and curve == own_curve:
             peak = self.peak
         definition = {key: self.definition[key] for key in self.definition if key != "peak"}
         definition |= {"curve": curve} | ({} if peak is None else {"peak": peak})
-        made = replace(self, definition=definition, display=None)
-        return made if curve == own else replace(made, name=f"{self.name}, {made.decoding}")
+        reference = replace(self, definition=definition, display=None)
+        return (
+            reference
+            if curve == own_curve
+            else replace(reference, name=f"{self.name}, {reference.decoding}")
+        )
 
     @property
     def peak(self) -> float | None:

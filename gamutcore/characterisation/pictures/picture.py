@@ -292,9 +292,9 @@ def _rounded(
     else:
         scaled = scaled * 65535.0
     whole = np.round(scaled)
-    kept = np.clip(whole, 0, 65535)
-    clipped[0] += int(np.count_nonzero(whole != kept))
-    return kept.astype(np.uint16)
+    values = np.clip(whole, 0, 65535)
+    clipped[0] += int(np.count_nonzero(whole != values))
+    return values.astype(np.uint16)
 
 
 MAX_VALUES = 2**21
@@ -337,18 +337,18 @@ def distinct_values(
         return _distinct_of_one_channel(bands, bits)
     kind: Any = np.uint32 if channels * bits <= 32 else np.uint64
     keys = _sorted_keys(bands, pixels, channels, bits, kind)
-    kept, distinct = bits, _count_runs(keys, 0)
+    level_bits, distinct = bits, _count_runs(keys, 0)
     runs = distinct
-    while kept > 1 and runs > most:
-        kept -= 1
-        runs = _count_runs(keys, channels * (bits - kept))
-    starts = _run_starts(keys, channels * (bits - kept))
+    while level_bits > 1 and runs > most:
+        level_bits -= 1
+        runs = _count_runs(keys, channels * (bits - level_bits))
+    starts = _run_starts(keys, channels * (bits - level_bits))
     counts = np.diff(np.append(starts, len(keys)))
     chosen = keys[starts]
-    if kept < bits:
-        chosen = _outermost_keys(keys, starts, counts, channels, bits, kept)
+    if level_bits < bits:
+        chosen = _outermost_keys(keys, starts, counts, channels, bits, level_bits)
     values = _gather_bits(chosen, channels, bits)
-    return DistinctValues(values, counts, distinct, None if kept == bits else 2**kept)
+    return DistinctValues(values, counts, distinct, None if level_bits == bits else 2**level_bits)
 
 
 def _sorted_keys(
