@@ -77,11 +77,11 @@ def set_node_bounds(
     centre: FloatArray,
     tree: FaceTree,
     node: int,
-    found: FloatArray,
+    bounds: FloatArray,
     shape: FloatArray,
     known: FloatArray,
 ) -> None:
-    """Set `found` (24,) to lower bounds of half the square of ΔE00 for the children of a node.
+    """Set `bounds` (24,) to lower bounds of half the square of ΔE00 for the children of a node.
 
     The second eight numbers are the half squares at the middles, infinite without a child; the
     third eight stay. The colour (4,) is L*, a*, b*, C*. `shape` (64,) and `known` (88,) are work
@@ -144,8 +144,8 @@ def set_node_bounds(
         expanded = shape[at + np.uint64(40)] > LEAST_CHROMA
         expanded &= (turned >= 0.0) | (beside > 0.0)
         other_low = known[at + np.uint64(80)]
-        found[at] = low if expanded & (low > other_low) else other_low
-        found[at + np.uint64(8)] = value if wide >= 0.0 else np.inf
+        bounds[at] = low if expanded & (low > other_low) else other_low
+        bounds[at + np.uint64(8)] = value if wide >= 0.0 else np.inf
 
 
 @inlined_kernel
@@ -158,11 +158,11 @@ def _reach(cosine: float, wide: float, thick: float) -> float:
 def set_triangle_bounds(
     colour: FloatArray,
     corners: FloatArray,
-    found: FloatArray,
+    bounds: FloatArray,
     shape: FloatArray,
     known: FloatArray,
 ) -> None:
-    """Set `found` (24,) to lower bounds of half the square of ΔE00 for eight triangles.
+    """Set `bounds` (24,) to lower bounds of half the square of ΔE00 for eight triangles.
 
     The second eight numbers are the half squares at the centroids. The third eight estimate the
     minima from the polynomials, or repeat the second without an expansion. `corners` (72,) has
@@ -238,9 +238,9 @@ def set_triangle_bounds(
         low = estimate - value * RELATIVE - error
         expanded = (shape[at + np.uint64(40)] > LEAST_CHROMA) & ((turned >= 0.0) | (beside > 0.0))
         other_low = known[at + np.uint64(80)]
-        found[at] = low if expanded & (low > other_low) else other_low
-        found[at + np.uint64(8)] = value
-        found[at + np.uint64(16)] = estimate if expanded else value
+        bounds[at] = low if expanded & (low > other_low) else other_low
+        bounds[at + np.uint64(8)] = value
+        bounds[at + np.uint64(16)] = estimate if expanded else value
 
 
 @inlined_kernel

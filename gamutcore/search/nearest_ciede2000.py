@@ -94,7 +94,7 @@ class _SearchWorkspace(NamedTuple):
     """Work arrays of a search.
 
     `best` has ΔE00 and weights of the best point, the relative improvement that a better point
-    needs, and the number of divisions. For `triangles`, `found`, `shape` and `expansions` see
+    needs, and the number of divisions. For `triangles`, `bounds`, `shape` and `expansions` see
     `set_triangle_bounds`.
     """
 
@@ -103,11 +103,11 @@ class _SearchWorkspace(NamedTuple):
     slope: FloatArray  # (10,) as `set_slope` sets
     best: FloatArray  # (5,)
     triangles: FloatArray  # (72,)
-    found: FloatArray  # (24,)
+    bounds: FloatArray  # (24,)
     shape: FloatArray  # (64,)
     expansions: FloatArray  # (88,)
     nodes: LongArray  # (STACK,) stack of nodes, and of faces f as ~f
-    known: FloatArray  # (STACK, 3) bounds of each entry, as in `found`
+    known: FloatArray  # (STACK, 3) bounds of each entry, as in `bounds`
     parts: FloatArray  # (PARTS, 6) stack of the parts of a face
     waiting: FloatArray  # (8, 3) parts without bounds yet
 
@@ -150,7 +150,7 @@ def _nearest(points: FloatArray, index: LevelIndex) -> tuple[IndexArray, FloatAr
 @leaf_kernel
 def _search(index: LevelIndex, start: int, work: _SearchWorkspace) -> int:
     """Find the face, and set `work.best`, from the weights of the best in the face `start`."""
-    tree, colour, best, found = index.tree, work.colour, work.best, work.found
+    tree, colour, best, bounds = index.tree, work.colour, work.best, work.bounds
     nodes, known = work.nodes, work.known
     face = start
     _set_corners(index, face, work.corners)
@@ -170,13 +170,13 @@ def _search(index: LevelIndex, start: int, work: _SearchWorkspace) -> int:
         first = tree.first[node]
         if first < 0:
             _set_leaf(index, ~first, work.triangles)
-            set_triangle_bounds(colour, work.triangles, found, work.shape, work.expansions)
+            set_triangle_bounds(colour, work.triangles, bounds, work.shape, work.expansions)
         else:
-            set_node_bounds(colour, index.centre, tree, node, found, work.shape, work.expansions)
+            set_node_bounds(colour, index.centre, tree, node, bounds, work.shape, work.expansions)
         bottom = height
         for at in range(WIDTH if first >= 0 else min(WIDTH, len(tree.faces) - ~first)):
-            middle = found[MIDDLE * WIDTH + at]
-            if found[at] < limit and middle < np.inf:  # keep the nearest middle on top
+            middle = bounds[MIDDLE * WIDTH + at]
+            if bounds[at] < limit and middle < np.inf:  # keep the nearest middle on top
                 place = height
                 while place > bottom and known[place - 1, MIDDLE] < middle:
                     nodes[place] = nodes[place - 1]
@@ -185,7 +185,7 @@ def _search(index: LevelIndex, start: int, work: _SearchWorkspace) -> int:
                     place -= 1
                 nodes[place] = first + at if first >= 0 else ~np.int64(tree.faces[~first + at])
                 for item in range(3):
-                    known[place, item] = found[item * WIDTH + at]
+                    known[place, item] = bounds[item * WIDTH + at]
                 height += 1
     return face
 
@@ -228,12 +228,12 @@ def _search_face(
     index: LevelIndex, face: int, bound: float, estimate: float, work: _SearchWorkspace
 ) -> bool:
     """Replace the best if a point of a face is better; return whether the best was replaced."""
-    colour, slope, parts, best, found = (
+    colour, slope, parts, best, bounds = (
         work.colour,
         work.slope,
         work.parts,
         work.best,
-        work.found,
+        work.bounds,
     )
     (ax, ay, az), (bx, by, bz), (cx, cy, cz) = _set_corners(index, face, work.corners)
     # the distances of the corners from the centroid, three times as long
@@ -281,12 +281,12 @@ def _search_face(
             if waiting < 2 and height > 0:
                 continue
         # eight bounds at once are those of two divided parts
-        set_triangle_bounds(colour, work.triangles, found, work.shape, work.expansions)
+        set_triangle_bounds(colour, work.triangles, bounds, work.shape, work.expansions)
         limit = _limit(best)
         for part in range(4 * waiting):
-            if found[part] < limit:
+            if bounds[part] < limit:
                 for item in range(3):
-                    parts[height, item] = found[item * WIDTH + part]
+                    parts[height, item] = bounds[item * WIDTH + part]
                     parts[height, 3 + item] = work.waiting[part, item]
                 height += 1
         waiting = 0
