@@ -2,7 +2,7 @@
 import { INTENTS } from "../panels/conditions.js";
 import type { Gamut } from "../service/api.js";
 import { byId, element } from "./elements.js";
-import type { Slot } from "./page.js";
+import type { Slot } from "./slots.js";
 
 /** Options as the service takes them. */
 export interface Chosen {

@@ -1,6 +1,5 @@
 // Small helpers for elements of the page.
 import { type Problem, ProblemError } from "../service/api.js";
-import { term } from "./glossary.js";
 
 export function byId<T extends HTMLElement = HTMLElement>(id: string): T {
   return document.getElementById(id) as T;
@@ -22,20 +21,6 @@ export function save(content: Blob, name: string): void {
   const link = element("a", "", { href: URL.createObjectURL(content), download: name });
   link.click();
   setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
-}
-
-/** A term, its meaning, and an explanation that is shown on hover or tap. */
-export type Definition = [term: string, meaning: string, explanation?: string];
-
-/** A description list. Terms with a sentence, given or of the glossary, show it. */
-export function definitions(all: Definition[]): HTMLDListElement {
-  const list = element("dl");
-  for (const [name, meaning, sentence] of all) {
-    const head = element("dt");
-    head.append(term(name, sentence));
-    list.append(head, element("dd", meaning));
-  }
-  return list;
 }
 
 /** Warnings of the service, each once: texts, or objects with one. */

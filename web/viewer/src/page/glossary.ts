@@ -39,6 +39,20 @@ export function term(text: string, sentence = TERMS[text.toLowerCase()]): HTMLEl
   return button;
 }
 
+/** A term, its meaning, and an explanation that is shown on hover or tap. */
+export type Definition = [term: string, meaning: string, explanation?: string];
+
+/** A description list. Terms with a sentence, given or of the glossary, show it. */
+export function definitions(all: Definition[]): HTMLDListElement {
+  const list = element("dl");
+  for (const [name, meaning, sentence] of all) {
+    const head = element("dt");
+    head.append(term(name, sentence));
+    list.append(head, element("dd", meaning));
+  }
+  return list;
+}
+
 /** Parts of a text, of which colour differences show their sentence. */
 export function withTerms(text: string): (string | HTMLElement)[] {
   return text.split(/(ΔE00)/).map((part, place) => (place % 2 === 1 ? term(part) : part));

@@ -1,6 +1,5 @@
 // The page: its view, the gamuts that it shows, and the events by which its parts follow them.
 import { Box3, type Intersection, type Mesh, Vector3 } from "three";
-import { tintOf } from "../colours/tints.js";
 import { spaceDescription } from "../colours/spaces.js";
 import { AxesBox, sceneAxes } from "../scene/axes.js";
 import { Layer, Materials, type Style, orientation } from "../scene/layer.js";
@@ -15,10 +14,7 @@ import { embedded, workerAddress } from "./embedded.js";
 import { Latest } from "./latest.js";
 import { Board, type Work } from "./progress.js";
 import { differentSpaces, inSameSpace, optionsOfSpace } from "./same_space.js";
-
-/** Places of gamuts, in the order of the list. The first one is the subject of all questions. */
-export const SLOTS = ["a", "b", "c", "d", "e", "f"] as const;
-export type Slot = (typeof SLOTS)[number];
+import { SLOTS, type Slot, tintOf } from "./slots.js";
 
 export interface Shown {
   readonly slot: Slot;

@@ -3,7 +3,8 @@ import { ProblemError, build, cancelJob, useKey } from "../service/api.js";
 import { BuildOptions, type Chosen, optionsOf } from "./build_options.js";
 import { byId } from "./elements.js";
 import type { Latest } from "./latest.js";
-import { type Page, SLOTS, type Slot } from "./page.js";
+import type { Page } from "./page.js";
+import { SLOTS, type Slot } from "./slots.js";
 
 interface Upload {
   file: File;

@@ -2,8 +2,8 @@
 import { fitChart, pageTheme, saveChart } from "../charts/save.js";
 import { sectorChart } from "../charts/hues.js";
 import { gamutSpace } from "../colours/spaces.js";
-import { type Definition, byId, definitions, element, plainRemedy } from "../page/elements.js";
-import { withTerms } from "../page/glossary.js";
+import { byId, element, plainRemedy } from "../page/elements.js";
+import { type Definition, definitions, withTerms } from "../page/glossary.js";
 import { embedded } from "../page/embedded.js";
 import { Latest } from "../page/latest.js";
 import { type Page, type Shown, axisNames } from "../page/page.js";

@@ -1,7 +1,7 @@
 // What the colours of a gamut are relative to, in words: intent, ink limits, medium, white and space.
 import { numberText } from "../charts/chart.js";
 import type { Gamut } from "../service/api.js";
-import type { Definition } from "../page/elements.js";
+import type { Definition } from "../page/glossary.js";
 
 /** Rendering intents of the service, each with a sentence. */
 export const INTENTS: Record<string, string> = {

@@ -4,8 +4,8 @@ import { chromaticityChart } from "../charts/chromaticity.js";
 import { reachChart } from "../charts/hues.js";
 import { reachByHue, unrolledChart } from "../charts/unrolled.js";
 import { gamutSpace } from "../colours/spaces.js";
-import { tintOf } from "../colours/tints.js";
 import type { Page, Shown } from "../page/page.js";
+import { tintOf } from "../page/slots.js";
 
 /** Diagrams with their names, as the page offers and the address keeps them. */
 export const DIAGRAMS = {

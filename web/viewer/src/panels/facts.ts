@@ -1,7 +1,7 @@
 // What is said about the gamuts: facts beside the view, and the texts of the page for everybody.
-import { byId, element, definitions, type Definition, warningTexts } from "../page/elements.js";
+import { byId, element, warningTexts } from "../page/elements.js";
 import type { Page } from "../page/page.js";
-import { TERMS } from "../page/glossary.js";
+import { type Definition, TERMS, definitions } from "../page/glossary.js";
 import type { Gamut } from "../service/api.js";
 import { conditions, volumeUnit } from "./conditions.js";
 

@@ -2,8 +2,8 @@
 import { Chooser } from "../page/chooser.js";
 import { byId, element } from "../page/elements.js";
 import { embedded } from "../page/embedded.js";
-import { tintOf } from "../colours/tints.js";
-import { type Page, SLOTS, STYLE_NAMES, type Slot } from "../page/page.js";
+import { type Page, STYLE_NAMES } from "../page/page.js";
+import { SLOTS, type Slot, tintOf } from "../page/slots.js";
 import type { Style } from "../scene/layer.js";
 
 const NAMES: Record<Slot, string> = {

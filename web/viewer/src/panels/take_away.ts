@@ -1,9 +1,9 @@
 // What is taken away from the page: pictures, a turntable, one file that works offline, and the link.
 import { SCREEN } from "../colours/colours.js";
-import { tintOf } from "../colours/tints.js";
 import { byId, save } from "../page/elements.js";
 import { Latest } from "../page/latest.js";
 import { type Page, STYLE_NAMES, axisNames } from "../page/page.js";
+import { tintOf } from "../page/slots.js";
 import { type Picture, pngPicture, svgPicture, turntable } from "../scene/picture.js";
 import { withState } from "../page/embedded.js";
 import { address, hasKey, request } from "../service/api.js";

@@ -1,5 +1,8 @@
-// One colour for each gamut of the list: its lines in the view, its outlines, and the mark at its name.
-import type { Slot } from "../page/page.js";
+// Places in the list of gamuts, and a colour for each: lines in the view, outlines, and the mark at the name.
+
+/** Places of gamuts, in the order of the list. The first one is the subject of all questions. */
+export const SLOTS = ["a", "b", "c", "d", "e", "f"] as const;
+export type Slot = (typeof SLOTS)[number];
 
 /**
  * The palette of Okabe and Ito (Color Universal Design, 2008), which readers with any colour vision
