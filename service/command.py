@@ -22,9 +22,9 @@ from service.building.process import hide_memory
 from service.container import MISSING_BROKER_EXTRA, EngineMissingError
 from service.server import AddressUnavailableError, Server, bind_sockets, server_config
 from service.settings import ENVIRONMENT_PREFIX, Settings, settings_text
-from service.storage import StoreLocationError, gamut_store
+from service.storage import StoreLocationError, store_at
 from service.storage.blobs import StoreUnavailableError
-from service.storage.gamuts import GamutStore
+from service.storage.gamut_store import GamutStore
 from service.storage.local import LocalBlobs, StoreInUseError
 from service.storage.maintenance import list_gamuts, prune
 from service.telemetry.logs import complain, configure_logging
@@ -108,7 +108,7 @@ def prune_store(location: str | None, *, older_than: float, confirmed: bool) -> 
 def _maintain(location: str | None, act: Callable[[GamutStore], None]) -> int:
     """Call a function with a store, close the store, and return the exit status."""
     try:
-        store = gamut_store(location or Settings().store)
+        store = store_at(location or Settings().store)
     except ValueError as error:
         sys.stderr.write(f"gamut: {error}\n")
         return 2
@@ -127,9 +127,9 @@ def _maintain(location: str | None, act: Callable[[GamutStore], None]) -> int:
 
 def _settings(overrides: dict[str, Any]) -> Settings | None:
     """Return the settings and configure the log; return None after printing faults."""
-    given = {name: value for name, value in overrides.items() if value is not None}
+    values = {name: value for name, value in overrides.items() if value is not None}
     try:
-        settings = Settings(**given)
+        settings = Settings(**values)
     except ValidationError as error:
         # The settings are not known, so the format of the log is taken from its variable.
         if _log_format_in_environment() == "json":

@@ -14,9 +14,9 @@ from fastapi import Request
 
 from service.admission import Admission
 from service.building.builds import Builds
-from service.building.embedded import EmbeddedEngine
 from service.building.engine import BuildReport, Engine
 from service.building.kernels import Kernels
+from service.building.local_engine import LocalEngine
 from service.http.bodies import Bodies
 from service.jobs.book import JobBook
 from service.jobs.events import EventStreams
@@ -31,8 +31,8 @@ from service.questions.pictures import Pictures
 from service.questions.runner import QuestionRunner
 from service.readiness import service_readiness
 from service.settings import Settings
-from service.storage import gamut_store
-from service.storage.gamuts import GamutStore
+from service.storage import store_at
+from service.storage.gamut_store import GamutStore
 from service.telemetry.metrics import Metrics
 
 __all__ = ["MISSING_BROKER_EXTRA", "EngineMissingError", "ServiceContainer", "service_of"]
@@ -64,7 +64,7 @@ class ServiceContainer:
         self.metrics = Metrics()
         self.kernels = Kernels()
         self._loop: asyncio.AbstractEventLoop | None = None
-        self.store = gamut_store(
+        self.store = store_at(
             settings.store,
             settings.store_bytes,
             settings.store_reserve_bytes,
@@ -159,7 +159,7 @@ def _build_engine(
     """
     if not settings.broker:
         sole_owner = not store.blobs.remote
-        return EmbeddedEngine(settings, store, book, sole_owner=sole_owner, on_build=on_build)
+        return LocalEngine(settings, store, book, sole_owner=sole_owner, on_build=on_build)
     try:
         # Slow to import, and not installed by default.
         from service.broker.celery_engine import CeleryEngine  # noqa: PLC0415

@@ -37,15 +37,15 @@ def host_names(text: str) -> tuple[str, ...]:
 
     Raise ValueError if an entry is not a name with an optional port.
     """
-    found = tuple(text.lower().replace(",", " ").split())
-    for name in found:
+    names = tuple(text.lower().replace(",", " ").split())
+    for name in names:
         if not _NAME.match(name):
             message = (
                 f"{name} is not a host. Give a name or an address with an optional port, such as "
                 "gamut.example.org:8443 or *.example.org."
             )
             raise ValueError(message)
-    return found
+    return names
 
 
 def is_loopback(host: str) -> bool:

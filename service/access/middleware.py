@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
     from service.access.hosts import Hosts
-    from service.storage.gamuts import GamutStore
+    from service.storage.gamut_store import GamutStore
 
 __all__ = [
     "ANONYMOUS_SCOPES",
@@ -170,10 +170,10 @@ class Access:
             detail = "There is more than one Authorization header field."
             where = {"header": "Authorization"}
             raise ProblemError(Problem("bad-request", detail, where, "Send exactly one."))
-        given = _key_in_headers(scope)
-        if given is None:
+        text = _key_in_headers(scope)
+        if text is None:
             return client_of(scope), self.rules.anonymous
-        key = self.rules.keys.find(given)
+        key = self.rules.keys.find(text)
         if key is not None:
             scope.setdefault("state", {})[_STATE] = key
             if not key.is_expired(self.rules.clock()):

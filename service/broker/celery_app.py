@@ -165,8 +165,8 @@ class Outbox:
         """Return the ids of all marked jobs, and the waiting jobs not yet `known`, oldest first."""
         marked = set(self.ids())
         with ThreadPoolExecutor(_READERS) as threads:
-            found = threads.map(self._book.read, marked.difference(known))
-            documents = [each for each in found if each is not None and self._waits(each)]
+            jobs = threads.map(self._book.read, marked.difference(known))
+            documents = [job for job in jobs if job is not None and self._waits(job)]
         return marked, sorted(documents, key=lambda document: document.created)
 
     def waits(self, job_id: str) -> bool:

@@ -21,7 +21,7 @@ from service.jobs.book import JobBook, JobDocument
 from service.problems.problem import Problem, ProblemError
 from service.settings import Settings
 from service.storage.blobs import StoreUnavailableError
-from service.storage.gamuts import GamutStore
+from service.storage.gamut_store import GamutStore
 
 __all__ = ["CeleryEngine"]
 

@@ -40,9 +40,9 @@ from service.building.job_runner import Interruption, JobRunner, Outcome
 from service.building.process import WORKER_COMMAND, ProcessDiedError
 from service.jobs.book import JobBook
 from service.settings import Settings
-from service.storage import StoreLocationError, gamut_store
+from service.storage import StoreLocationError, store_at
 from service.storage.blobs import StoreUnavailableError
-from service.storage.gamuts import GamutStore
+from service.storage.gamut_store import GamutStore
 from service.telemetry.logs import complain
 from service.telemetry.metrics import serve_metrics
 
@@ -195,7 +195,7 @@ def run_worker(settings: Settings) -> int:
     """Take jobs and run them until the process is stopped; return the exit status."""
     with contextlib.ExitStack() as closing:
         try:
-            store = gamut_store(settings.store, keep_inputs=settings.keep_inputs)
+            store = store_at(settings.store, keep_inputs=settings.keep_inputs)
             closing.callback(store.close)
             store.open()
         except (StoreLocationError, StoreUnavailableError, OSError) as error:

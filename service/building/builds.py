@@ -20,10 +20,10 @@ from typing import Any
 from service.building.engine import Engine, EngineFacts
 from service.concurrency import SingleFlight
 from service.http.request_context import timed
-from service.jobs.book import UNHEARD, JobBook, JobDocument, client_mark
+from service.jobs.book import NEVER_QUEUED, JobBook, JobDocument, client_mark
 from service.problems.problem import Problem, ProblemError
 from service.storage.blobs import StoreUnavailableError
-from service.storage.gamuts import GamutNotStoredError, GamutStore
+from service.storage.gamut_store import GamutNotStoredError, GamutStore
 from service.storage.published import PublishedGamut
 
 __all__ = ["JOB_SECONDS", "Builds"]
@@ -130,19 +130,21 @@ class Builds:
             options = await asyncio.to_thread(self._store.input_options, gamut_id)
         except LookupError:
             return None
-        found = await self.submit(gamut_id, options, None)
-        return None if isinstance(found, PublishedGamut) else found
+        gamut_or_job = await self.submit(gamut_id, options, None)
+        return None if isinstance(gamut_or_job, PublishedGamut) else gamut_or_job
 
     async def job(self, job_id: str) -> JobDocument | None:
         """Return a job; None if there is none."""
         document = self._engine.document(job_id)
-        return document or await self._take_up(await asyncio.to_thread(self._book.read, job_id))
+        return document or await self._queue_recovered_job(
+            await asyncio.to_thread(self._book.read, job_id)
+        )
 
     async def page(self, after: str, limit: int) -> list[JobDocument]:
         """Return up to `limit` jobs after the id `after`, in the order of their ids."""
         documents = await asyncio.to_thread(self._book.page, after, limit)
         for document in documents:
-            await self._take_up(document)
+            await self._queue_recovered_job(document)
         return [self._engine.document(document.id) or document for document in documents]
 
     async def wait(self, job_id: str, seconds: float) -> JobDocument | None:
@@ -218,7 +220,9 @@ class Builds:
         with contextlib.suppress(GamutNotStoredError), timed("store"):
             stored = await asyncio.to_thread(self._store.record, gamut_id)
             if data is not None:
-                await asyncio.to_thread(self._keep_again, gamut_id, options, data, sha256)
+                await asyncio.to_thread(
+                    self._restore_evicted_input, gamut_id, options, data, sha256
+                )
             return stored
         # Requests for a job under way need no room in the queue.
         present = await asyncio.to_thread(self._book.read, gamut_id)
@@ -239,7 +243,7 @@ class Builds:
             self._arriving -= 1
         return accepted
 
-    def _keep_again(
+    def _restore_evicted_input(
         self, gamut_id: str, options: Mapping[str, Any], data: bytes, sha256: str | None
     ) -> None:
         """Store the input of an existing gamut that was evicted: device models are made of it."""
@@ -268,9 +272,9 @@ class Builds:
                     await asyncio.to_thread(self._book.withdraw, document.id, problem)
             raise
 
-    async def _take_up(self, document: JobDocument | None) -> JobDocument | None:
+    async def _queue_recovered_job(self, document: JobDocument | None) -> JobDocument | None:
         """Return a job. A job that was recovered from a damaged document is queued first."""
-        if document is None or document.state != "queued" or document.updated != UNHEARD:
+        if document is None or document.state != "queued" or document.updated != NEVER_QUEUED:
             return document
         # Exactly one caller revives it. The queue limit does not apply: the request was accepted.
         revived = await asyncio.to_thread(self._book.revive, document.id, 0.0)

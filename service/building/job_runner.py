@@ -1,7 +1,7 @@
 """Job runner: one job at a time with one worker process: claim, input, build, publish, finish.
 
-The slots of `service.building.embedded` and the workers of a broker use the same runner. Its state
-comes from the store and goes back to the store. All methods block.
+The builders of `service.building.local_engine` and the workers of a broker use the same runner. Its
+state comes from the store and goes back to the store. All methods block.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from service.openapi.models import StoredDescription
 from service.problems.problem import Problem, sentence
 from service.settings import Settings
 from service.storage.blobs import BlobNotFoundError, StoreUnavailableError
-from service.storage.gamuts import GamutStore
+from service.storage.gamut_store import GamutStore
 from service.storage.published import PublishedGamut
 
 __all__ = ["LEASE_SECONDS", "Interrupted", "Interruption", "JobRunner", "Outcome"]

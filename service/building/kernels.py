@@ -137,12 +137,12 @@ class Kernels:
 
     async def _count_kernels(self, group: str, names: asyncio.StreamReader) -> None:
         """Count the kernels that the compiler has named, and log the number now and then."""
-        usable, told = set(), time.monotonic()
+        usable, logged = set(), time.monotonic()
         async for name in names:
             usable.add(name)
             self._count = len(usable)
-            if time.monotonic() - told > LOG_INTERVAL:
-                told = time.monotonic()
+            if time.monotonic() - logged > LOG_INTERVAL:
+                logged = time.monotonic()
                 logger.info(
                     "compiling the %s kernels: %d of %d", group, self._count, ENTRY_POINTS[group]
                 )

@@ -1,6 +1,6 @@
-"""The build engine of a single machine: a queue in memory, and slots that take jobs from it.
+"""The build engine of a single machine: a queue in memory, and builders that take jobs from it.
 
-Clients with waiting jobs take turns. A slot is a thread with one worker process. Nothing here is
+Clients with waiting jobs take turns. A builder is a thread with one worker process. Nothing here is
 durable: accepted jobs are in the job book and are queued again at the start. See
 ``docs/decisions/builds-in-a-worker-process.md``.
 """
@@ -30,9 +30,9 @@ from service.building.process import WORKER_COMMAND, BuildProcess, ProcessDiedEr
 from service.jobs.book import JobBook, JobDocument
 from service.settings import Settings
 from service.storage.blobs import StoreUnavailableError
-from service.storage.gamuts import GamutStore
+from service.storage.gamut_store import GamutStore
 
-__all__ = ["EmbeddedEngine"]
+__all__ = ["LocalEngine"]
 
 logger = logging.getLogger(__name__)
 
@@ -51,13 +51,13 @@ _WEIGHT = 0.2
 
 @dataclass(eq=False)
 class _Run:
-    """A job that a slot is building."""
+    """A job that a builder has taken."""
 
     document: JobDocument
     interruption: Interruption = field(default_factory=Interruption)
 
 
-class EmbeddedEngine(Engine):
+class LocalEngine(Engine):
     """Builds in worker processes of this machine.
 
     With `sole_owner`, the store belongs to this process alone, so all earlier owners of jobs are
@@ -85,7 +85,7 @@ class EmbeddedEngine(Engine):
         self._waiting = FairQueue()
         self._idle: set[asyncio.Future[bool]] = set()
         self._runs: dict[str, _Run] = {}
-        self._slots: list[asyncio.Task[None]] = []
+        self._builders: list[asyncio.Task[None]] = []
         self._recovery: asyncio.Task[None] | None = None
         self._timers: set[asyncio.TimerHandle] = set()
         self._closing = Interruption()
@@ -96,8 +96,8 @@ class EmbeddedEngine(Engine):
     async def start(self, changed: Callable[[JobDocument], None]) -> None:
         """Start the workers in the background, and queue the jobs of an earlier process."""
         self._changed = changed
-        self._slots = [
-            asyncio.create_task(self._slot(runner), name=f"build slot {number}")
+        self._builders = [
+            asyncio.create_task(self._run_builder(runner), name=f"builder {number}")
             for number, runner in enumerate(self._runners)
         ]
         self._recovery = asyncio.create_task(self._recover(), name="recovery of jobs")
@@ -107,7 +107,7 @@ class EmbeddedEngine(Engine):
         if self._draining.is_set():
             return
         self._draining.set()
-        self._wake_slots()
+        self._wake_builders()
         for timer in self._timers:
             timer.cancel()
         self._closing.release()
@@ -120,7 +120,7 @@ class EmbeddedEngine(Engine):
         self.drain()
         if self._recovery is not None:
             self._recovery.cancel()
-        await asyncio.gather(*self._slots, return_exceptions=True)
+        await asyncio.gather(*self._builders, return_exceptions=True)
         self._threads.shutdown(wait=True)
 
     async def check_admission(self, arriving: int) -> None:
@@ -167,9 +167,9 @@ class EmbeddedEngine(Engine):
 
     def _put(self, document: JobDocument) -> None:
         self._waiting.put(document)
-        self._wake_slots()
+        self._wake_builders()
 
-    def _wake_slots(self) -> None:
+    def _wake_builders(self) -> None:
         for signal in self._idle:
             _resolve(signal, True)
 
@@ -195,7 +195,7 @@ class EmbeddedEngine(Engine):
 
     def _unfinished(self) -> list[JobDocument]:
         own = {runner.owner for runner in self._runners}
-        found = []
+        documents = []
         for document in self._book.unfinished():
             if document.owner in own:
                 continue
@@ -203,8 +203,8 @@ class EmbeddedEngine(Engine):
             if self._sole_owner and document.state == "running":
                 current = self._book.requeue(document.id, document.token)
             if current is not None and not current.final:
-                found.append(current)
-        return sorted(found, key=lambda document: document.created)
+                documents.append(current)
+        return sorted(documents, key=lambda document: document.created)
 
     def _enqueue_after(self, document: JobDocument, seconds: float) -> None:
         """Queue a job after some seconds, unless it is here by then."""
@@ -217,7 +217,7 @@ class EmbeddedEngine(Engine):
         timer = asyncio.get_running_loop().call_later(seconds, enqueue)
         self._timers.add(timer)
 
-    async def _slot(self, runner: JobRunner) -> None:
+    async def _run_builder(self, runner: JobRunner) -> None:
         """Keep a worker process, and run jobs with it until the engine stops."""
         loop = asyncio.get_running_loop()
         failures = 0
@@ -241,7 +241,7 @@ class EmbeddedEngine(Engine):
                     failures += 1
                     logger.error("build worker did not start: %s", error)  # noqa: TRY400 - no defect
                 except Exception:
-                    # Any error: a slot that ended would leave its builds unprocessed.
+                    # Any error: a builder that ended would leave its builds unprocessed.
                     failures += 1
                     logger.exception("build worker failed unexpectedly")
                     await loop.run_in_executor(self._threads, runner.close)

@@ -326,8 +326,8 @@ def _unique_members(members: list[tuple[str, Any]]) -> dict[str, Any]:
 
     The service cannot know which value was intended.
     """
-    found = dict(members)
-    if len(found) < len(members):
+    document = dict(members)
+    if len(document) < len(members):
         seen: set[str] = set()
         for name, _ in members:
             if name in seen:
@@ -335,7 +335,7 @@ def _unique_members(members: list[tuple[str, Any]]) -> dict[str, Any]:
                 remedy = "Give every member of a JSON object once."
                 raise ProblemError(Problem("invalid-body", detail, {"field": name[:80]}, remedy))
             seen.add(name)
-    return found
+    return document
 
 
 def _refuse_constant(name: str) -> NoReturn:

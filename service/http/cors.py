@@ -81,15 +81,15 @@ def origins(text: str) -> tuple[str, ...]:
 
     Raise ValueError unless each is scheme, host and optional port, in lower case, without a path.
     """
-    found = tuple(text.replace(",", " ").split())
-    for origin in found:
+    values = tuple(text.replace(",", " ").split())
+    for origin in values:
         if not _ORIGIN.match(origin):
             message = (
                 f"{origin} is not an origin. Give scheme, host and optional port, such as "
                 "https://example.org, or *."
             )
             raise ValueError(message)
-    return found
+    return values
 
 
 class Cors(CORSMiddleware):

@@ -128,7 +128,7 @@ def preferred_media_type(accept: str | None, offered: Sequence[str]) -> str | No
 
 def _qualities(field: str) -> dict[str, float]:
     """Return the names of a list in lower case with their quality values (section 12.4.2)."""
-    found: dict[str, float] = {}
+    qualities: dict[str, float] = {}
     for element in _ELEMENT.findall(field):
         name, *parameters = (part.strip().lower() for part in element.split(";"))
         quality = 1.0
@@ -137,8 +137,8 @@ def _qualities(field: str) -> dict[str, float]:
             if key.strip() == "q" and _QUALITY.match(value.strip()):
                 quality = float(value)
         if name:
-            found[name] = max(quality, found.get(name, 0.0))
-    return found
+            qualities[name] = max(quality, qualities.get(name, 0.0))
+    return qualities
 
 
 @dataclass(frozen=True)
@@ -166,12 +166,12 @@ class Preference:
 
 def preference(prefer: Sequence[str]) -> Preference:
     """Return the preferences of a request. The first occurrence of a name counts."""
-    found: dict[str, str] = {}
+    preferences: dict[str, str] = {}
     for element in _ELEMENT.findall(",".join(prefer)):
         name, _, value = element.partition(";")[0].partition("=")
-        found.setdefault(name.strip().lower(), value.strip().strip('"'))
-    wait = found.get("wait", "")
-    return Preference("respond-async" in found, int(wait) if _SECONDS.match(wait) else None)
+        preferences.setdefault(name.strip().lower(), value.strip().strip('"'))
+    wait = preferences.get("wait", "")
+    return Preference("respond-async" in preferences, int(wait) if _SECONDS.match(wait) else None)
 
 
 @lru_cache(maxsize=256)
@@ -181,11 +181,11 @@ def preferred_coding(accept_encoding: bytes) -> str:
     >>> preferred_coding(b"gzip, br")
     'gzip'
     """
-    asked = _qualities(accept_encoding.decode("latin-1"))
+    qualities = _qualities(accept_encoding.decode("latin-1"))
     # Identity is acceptable unless it is excluded, but ranks below every coding that is named.
-    best, most = IDENTITY, asked.get("identity", 0.0)
+    best, most = IDENTITY, qualities.get("identity", 0.0)
     for coding in CODINGS:
-        quality = asked.get(coding, asked.get("*", 0.0))
+        quality = qualities.get(coding, qualities.get("*", 0.0))
         if quality > 0.0 and (quality > most or (best == IDENTITY and quality == most)):
             best, most = coding, quality
     return best
@@ -237,18 +237,18 @@ def check_if_match(fields: Sequence[str], *etags: str) -> None:
         raise ProblemError(Problem(code, KINDS[code].detail, {"header": "If-Match"}))
 
 
-def conditional(answer: Response, asked: Headers) -> Response:
+def conditional(answer: Response, request_headers: Headers) -> Response:
     """Return a complete response with its entity tag, or 304 if the client has it already.
 
     ``If-Match`` among the header fields of the request may raise ``precondition-failed``.
     """
     etag = answer.headers["ETag"] = entity_tag(bytes(answer.body))
-    check_if_match(asked.getlist("if-match"), etag)
-    known = asked.getlist("if-none-match")
+    check_if_match(request_headers.getlist("if-match"), etag)
+    known = request_headers.getlist("if-none-match")
     if known and matches(",".join(known), etag):
         names = ("ETag", "Cache-Control", "Vary")
-        kept = {name: answer.headers[name] for name in names if name in answer.headers}
-        return Response(status_code=304, headers=kept)
+        headers = {name: answer.headers[name] for name in names if name in answer.headers}
+        return Response(status_code=304, headers=headers)
     return answer
 
 
@@ -261,10 +261,10 @@ def byte_range(
     content, which section 14.2 allows a server to ignore. Raise ``range-not-satisfiable`` if the
     range starts after the end.
     """
-    found = _RANGE.match(range_field)
-    if found is None or (if_range is not None and if_range.strip() != etag):
+    match = _RANGE.match(range_field)
+    if match is None or (if_range is not None and if_range.strip() != etag):
         return None
-    first, last = found.groups()
+    first, last = match.groups()
     if first:
         start, end = int(first), min(int(last) + 1, size) if last else size
         if last and int(last) < start:
@@ -314,8 +314,8 @@ def _without_suffix(name: str) -> str:
 
 def _cleaned(name: str) -> str:
     """Return a name that file systems accept."""
-    kept = _FORBIDDEN.sub("_", name).strip().lstrip(".")
-    short = kept.encode("utf-8", "replace")[:_LONGEST].decode("utf-8", "ignore").strip()
+    accepted = _FORBIDDEN.sub("_", name).strip().lstrip(".")
+    short = accepted.encode("utf-8", "replace")[:_LONGEST].decode("utf-8", "ignore").strip()
     return short or "gamut"
 
 

@@ -216,8 +216,8 @@ class ControlCharacters(BaseRoute):
 
     def matches(self, scope: Scope) -> tuple[Match, Scope]:
         """Match paths with control characters."""
-        found = scope["type"] == "http" and _CONTROL.search(scope["path"])
-        return (Match.FULL if found else Match.NONE), {}
+        match = scope["type"] == "http" and _CONTROL.search(scope["path"])
+        return (Match.FULL if match else Match.NONE), {}
 
     async def handle(self, scope: Scope, receive: Receive, send: Send) -> None:  # noqa: ARG002
         """Raise the problem."""

@@ -29,12 +29,12 @@ from service.storage.blobs import (
     seal,
     unseal,
 )
-from service.storage.gamuts import GamutStore
+from service.storage.gamut_store import GamutStore
 from service.storage.published import id_of
 
 __all__ = [
     "ABANDONED_SECONDS",
-    "UNHEARD",
+    "NEVER_QUEUED",
     "Claim",
     "JobBook",
     "JobCancelledError",
@@ -50,7 +50,7 @@ logger = logging.getLogger(__name__)
 
 JobState = Literal["queued", "running", "succeeded", "failed", "cancelled", "forgotten"]
 
-UNHEARD = "1970-01-01T00:00:00.000Z"
+NEVER_QUEUED = "1970-01-01T00:00:00.000Z"
 """Update time of a queued job that no engine has received yet."""
 
 ABANDONED_SECONDS = 60.0
@@ -212,15 +212,15 @@ class JobBook:
         while True:
             time_, options = self._now(), dict(options)
             fresh = JobDocument(job_id, options, created=time_, updated=time_, client=client)
-            found = self._read(job_id)
-            if found is None:
+            stored = self._read(job_id)
+            if stored is None:
                 if self._blobs.create(_key(job_id), fresh.to_bytes()) is not None:
                     return fresh, True
                 instead = self._replace_forgotten(fresh)
                 if instead is not None:
                     return instead, True
                 continue
-            document, version = found
+            document, version = stored
             if not document.final:
                 return document, self._is_abandoned(document, ABANDONED_SECONDS)
             # The token keeps growing, which fences off a late builder of the old job.
@@ -230,8 +230,8 @@ class JobBook:
 
     def read(self, job_id: str) -> JobDocument | None:
         """Return a job; None if there is none."""
-        found = self._read(job_id)
-        return None if found is None else found[0]
+        stored = self._read(job_id)
+        return None if stored is None else stored[0]
 
     def claim(self, job_id: str, owner: str, lease: float) -> Claim | None:
         """Claim a job for `owner`, valid for `lease` seconds without renewal; count an attempt.
@@ -240,10 +240,10 @@ class JobBook:
         without attempts left is marked as failed.
         """
         while True:
-            found = self._read(job_id)
-            if found is None or found[0].final:
+            stored = self._read(job_id)
+            if stored is None or stored[0].final:
                 return None
-            document, version = found
+            document, version = stored
             if document.state == "running" and (document.lease_until or 0.0) > self._clock():
                 return None
             if document.attempts >= _ATTEMPTS:
@@ -341,11 +341,11 @@ class JobBook:
         A running job is lost when its lease has ended, a queued job after `silence` seconds without
         an update. A lost job without attempts left is failed.
         """
-        found = self._read(job_id)
-        if found is None or found[0].final or not self._is_abandoned(found[0], silence):
+        stored = self._read(job_id)
+        if stored is None or stored[0].final or not self._is_abandoned(stored[0], silence):
             return None
-        changed = self._queue_or_give_up(found[0])
-        if self._replace(changed, found[1]) is None or changed.final:
+        changed = self._queue_or_give_up(stored[0])
+        if self._replace(changed, stored[1]) is None or changed.final:
             return None
         return changed
 
@@ -367,10 +367,10 @@ class JobBook:
         forgotten = []
         for key in self._blobs.keys("jobs/"):
             job_id = id_of(key)
-            found = self._read_any(job_id)
-            if found is None:
+            stored = self._read_any(job_id)
+            if stored is None:
                 continue
-            document, version = found
+            document, version = stored
             over = document.final and (document.finished or "") < limit
             if not over and not self._removal_failed(document):
                 continue
@@ -388,8 +388,8 @@ class JobBook:
     def _replace_forgotten(self, fresh: JobDocument) -> JobDocument | None:
         """Return a job that replaced a forgotten one; None if the latter has been removed."""
         deadline = time.monotonic() + _REMOVAL_WAIT
-        while (found := self._read_any(fresh.id)) is not None and found[0].state == "forgotten":
-            document, version = found
+        while (stored := self._read_any(fresh.id)) is not None and stored[0].state == "forgotten":
+            document, version = stored
             if self._removal_failed(document):
                 renewed = replace(fresh, token=document.token)
                 return None if self._replace(renewed, version) is None else renewed
@@ -405,12 +405,12 @@ class JobBook:
         readers = _READERS if self._blobs.remote else 1
         with ThreadPoolExecutor(readers, thread_name_prefix="jobs") as threads:
             while batch := [id_of(key) for key in islice(keys, readers)]:
-                found = threads.map(self.read, batch) if readers > 1 else map(self.read, batch)
-                yield from (document for document in found if document is not None)
+                documents = threads.map(self.read, batch) if readers > 1 else map(self.read, batch)
+                yield from (each for each in documents if each is not None)
 
     def _read(self, job_id: str) -> tuple[JobDocument, str] | None:
-        found = self._read_any(job_id)
-        return None if found is None or found[0].state == "forgotten" else found
+        stored = self._read_any(job_id)
+        return None if stored is None or stored[0].state == "forgotten" else stored
 
     def _read_any(self, job_id: str) -> tuple[JobDocument, str] | None:
         """Return the document and its version, forgotten or not; None if there is none."""
@@ -432,7 +432,7 @@ class JobBook:
             # A token greater than all before fences off the owner of the damaged document.
             token = int(1000 * self._clock())
             fresh = JobDocument(
-                job_id, dict(options), created=self._now(), updated=UNHEARD, token=token
+                job_id, dict(options), created=self._now(), updated=NEVER_QUEUED, token=token
             )
             version = self._replace(fresh, blob.version)
             if version is not None:
@@ -459,10 +459,10 @@ class JobBook:
         A change may have succeeded although its answer was lost. The document is then the claim's
         own, in another version.
         """
-        found = self._read(claim.document.id)
-        if found is None:
+        stored = self._read(claim.document.id)
+        if stored is None:
             return None
-        document, version = found
+        document, version = stored
         if document.state == "cancelled" and document.token == claim.document.token:
             raise JobCancelledError(document.id)
         if document.state != "running" or document.token != claim.document.token:
@@ -511,11 +511,11 @@ class JobBook:
         self, job_id: str, change: Callable[[JobDocument], JobDocument | None]
     ) -> JobDocument | None:
         """Change a job, unless `change` gives None, and return it; None if there is none."""
-        while (found := self._read(job_id)) is not None:
-            changed = change(found[0])
+        while (stored := self._read(job_id)) is not None:
+            changed = change(stored[0])
             if changed is None:
-                return found[0]
-            if self._replace(changed, found[1]) is not None:
+                return stored[0]
+            if self._replace(changed, stored[1]) is not None:
                 return changed
         return None
 

@@ -8,7 +8,8 @@ from service.library.encoding import (
     EncodedResponse,
     PictureOptions,
 )
-from service.library.library import Library, OpenGamut, QueryLevel
+from service.library.library import Library, QueryLevel
+from service.library.open_gamut import OpenGamut
 from service.library.process_memory import (
     PROCESS_BYTES,
     keep_heap_small,

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from starlette.types import Receive, Scope, Send
 
     from service.admission import Holding
-    from service.library.library import OpenGamut
+    from service.library.open_gamut import OpenGamut
 
 __all__ = [
     "INLINE_TRIANGLES",
@@ -148,8 +148,8 @@ class EncodedLevel:
     def response(self, if_none_match: str | None) -> tuple[int, list[tuple[bytes, bytes]], bytes]:
         """Return status, header fields and content: 304 if the client has the mesh already."""
         if if_none_match is not None and matches(if_none_match, self.etag):
-            kept = [item for item in self.headers if not item[0].startswith(b"content-")]
-            return 304, kept, b""
+            headers = [item for item in self.headers if not item[0].startswith(b"content-")]
+            return 304, headers, b""
         return 200, self.headers, self.body
 
 

@@ -14,14 +14,13 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple, ParamSpec, TypeVar
 from weakref import WeakValueDictionary
 
 import numpy as np
 
 from gamutcore.building import device_model
-from gamutcore.colours.spaces import ColourSpace
 from gamutcore.errors import DeviceModelError, HistoryFileError, TriangleCountError
 from gamutcore.export.provenance import mesh_provenance
 from gamutcore.export.rendering import PICTURE_TRIANGLES
@@ -42,18 +41,19 @@ from service.library.encoding import (
     PictureOptions,
     encode_level,
 )
+from service.library.open_gamut import OpenGamut
 from service.storage.blobs import BlobNotFoundError, StoreFullError, StoreUnavailableError
-from service.storage.gamuts import GamutNotStoredError
-from service.storage.names import display_name
+from service.storage.gamut_names import display_name
+from service.storage.gamut_store import GamutNotStoredError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable, Sequence
 
     from gamutcore.levels import LevelError, Side
-    from service.storage.gamuts import GamutStore
+    from service.storage.gamut_store import GamutStore
     from service.storage.published import PublishedGamut
 
-__all__ = ["Library", "OpenGamut", "QueryLevel"]
+__all__ = ["Library", "QueryLevel"]
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -81,22 +81,6 @@ _DRAWN_PIXELS = 4 / 3
 
 _FITTED = 1 / 2
 """Fitting a device model, per square of the number of patches, in pixels: a matrix, two copies."""
-
-
-@dataclass(frozen=True)
-class OpenGamut:
-    """A gamut in memory, with its record and history.
-
-    A newer gamut with another record may have the same id. `provenance` is for mesh files, `space`
-    is the space of the coordinates, and `name` is for the names of files.
-    """
-
-    record: PublishedGamut
-    gamut: Gamut
-    provenance: dict[str, str]
-    space: ColourSpace
-    name: str
-    holding: Holding = field(repr=False)
 
 
 class QueryLevel(NamedTuple):
@@ -164,7 +148,7 @@ class Library:
             stored = await self.in_thread(self._store.names.read, gamut_id)
             if self._used.get(gamut_id) is opened:
                 self._open.discard(gamut_id)
-                self._keep(replace(opened, name=display_name(opened.record, stored)))
+                self._put_open(replace(opened, name=display_name(opened.record, stored)))
         self._encoded.discard_where(lambda key: key.gamut_id == gamut_id)
 
     def discard(self, gamut_id: str) -> None:
@@ -199,15 +183,15 @@ class Library:
 
     def _find_open(self, gamut_id: str) -> OpenGamut | None:
         """Return a gamut if it is open; else None. The caller has its record."""
-        found = self._open.get(gamut_id)
-        if found is None:
-            found = self._used.get(gamut_id)
-            if found is not None:
+        opened = self._open.get(gamut_id)
+        if opened is None:
+            opened = self._used.get(gamut_id)
+            if opened is not None:
                 # It had to give way while it was in use.
-                self._keep(found)
-        if found is not None:
+                self._put_open(opened)
+        if opened is not None:
             self._store.mark_used(gamut_id)
-        return found
+        return opened
 
     async def gamut(self, gamut_id: str, client: str) -> OpenGamut:
         """Return a gamut, after opening it in a place of its own if needed.
@@ -233,12 +217,12 @@ class Library:
 
         Raise `GamutNotStoredError` if the gamut is missing or damaged.
         """
-        found: OpenGamut | None = self._find_open(gamut_id)
-        if found is None:
-            found = await self._flights.value(
+        opened: OpenGamut | None = self._find_open(gamut_id)
+        if opened is None:
+            opened = await self._flights.value(
                 (gamut_id, "open"), lambda: self._open_and_keep(gamut_id)
             )
-        return found
+        return opened
 
     def model_need(self, record: PublishedGamut) -> int:
         """Return the bytes for `load_device_model`."""
@@ -266,7 +250,7 @@ class Library:
         async def load() -> None:
             with timed("model"):
                 await self.in_thread(self._prepare_recipes, opened)
-            self.settle(opened)
+            self.keep(opened)
 
         await self._flights.value((gamut_id, "model"), load)
         return opened
@@ -317,7 +301,7 @@ class Library:
     async def unpack(self, opened: OpenGamut, triangles: int) -> None:
         """Unpack an existing level of an open gamut, so that it can be read.
 
-        The caller calls `settle` in the end. Raise `GamutDamagedError` if the history file is
+        The caller calls `keep` in the end. Raise `GamutDamagedError` if the history file is
         damaged.
         """
         record, history = opened.record, opened.gamut.history
@@ -336,16 +320,16 @@ class Library:
                 reason = str(error)
                 raise await self.in_thread(self._store.set_aside, record, reason) from error
 
-    def settle(self, opened: OpenGamut) -> None:
-        """Count what a gamut has grown by, after work on it."""
+    def keep(self, opened: OpenGamut) -> None:
+        """Keep a gamut after work on it, and count the memory that it has by now."""
         gamut_id, search = opened.record.id, opened.gamut.search
         opened.holding.resize(opened.gamut.nbytes)
         # Nothing is kept of a gamut that was deleted or renamed meanwhile.
         if self._used.get(gamut_id) is opened:
-            self._keep(opened)
+            self._put_open(opened)
             self._searches.put(gamut_id, search, search.nbytes)
 
-    def _keep(self, opened: OpenGamut) -> None:
+    def _put_open(self, opened: OpenGamut) -> None:
         self._used[opened.record.id] = opened
         self._open.put(opened.record.id, opened, opened.gamut.nbytes)
 
@@ -357,7 +341,7 @@ class Library:
         opened.holding.resize(opened.gamut.nbytes)
         # A gamut that was deleted while it was opened is returned but not kept.
         if self._flights.is_current((gamut_id, "open")):
-            self._keep(opened)
+            self._put_open(opened)
         return opened
 
     def _open_from_store(
@@ -433,7 +417,7 @@ class Library:
             known = search.known_curve(side)
             if known is None:
                 known = await self._search(opened, side, lambda: search.curve(history, side))
-                self.settle(opened)
+                self.keep(opened)
             return known
 
     def _search_of(self, gamut_id: str) -> LevelSearch | None:
@@ -454,8 +438,8 @@ class Library:
                 return await self.in_thread(find)
 
         key = opened.record.id, "search", wanted
-        found: T = await self._flights.value(key, unpack_and_find)
-        return found
+        result: T = await self._flights.value(key, unpack_and_find)
+        return result
 
     # --- indexed levels ---------------------------------------------------------------------------
 
@@ -513,7 +497,7 @@ class Library:
         with timed("index"):
             await self.in_thread(opened.gamut.levels.level, triangles)
             max_error = await self.in_thread(search.error_bound, history, triangles)
-        self.settle(opened)
+        self.keep(opened)
         return QueryLevel(opened.gamut, triangles, max_error, opened.holding)
 
     # --- encoded levels ---------------------------------------------------------------------------
@@ -618,20 +602,20 @@ class Library:
         encoded = self._encoded.get(key)
         if encoded is None:
             encoded = await self._flights.value(key, encode)
-        self.settle(opened)
+        self.keep(opened)
         return encoded
 
     def _keep_encoded(
         self, made: dict[EncodedKey, EncodedLevel], opened: OpenGamut
     ) -> dict[EncodedKey, EncodedLevel]:
         """Count encoded levels; keep them unless the gamut was deleted or renamed meanwhile."""
-        kept = {}
+        levels = {}
         for key, level in made.items():
             nbytes = len(level.body) + _ENTRY_BYTES
-            kept[key] = replace(level, holding=self.admission.hold("meshes", nbytes))
+            levels[key] = replace(level, holding=self.admission.hold("meshes", nbytes))
             if self._used.get(key.gamut_id) is opened:
-                self._encoded.put(key, kept[key], nbytes)
-        return kept
+                self._encoded.put(key, levels[key], nbytes)
+        return levels
 
 
 def _full_count(record: PublishedGamut) -> int:

@@ -22,7 +22,7 @@ from gamutcore.errors import GamutError
 from service.problems.kinds import KINDS
 from service.problems.problem import Problem, ProblemError, problem_response
 from service.storage.blobs import StoreUnavailableError
-from service.storage.gamuts import GamutDamagedError, GamutNotStoredError
+from service.storage.gamut_store import GamutDamagedError, GamutNotStoredError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -101,30 +101,30 @@ async def answer_exception(request: Request, error: Exception) -> Response:
 
 def _problem(request: Request, error: Exception) -> Problem:
     """Return the problem of an exception."""
-    found: Problem | None = None
+    problem: Problem | None = None
     match error:
         case ProblemError():
-            found = error.problem
+            problem = error.problem
         case GamutError():
-            found = Problem.from_error(error)
+            problem = Problem.from_error(error)
         case RequestValidationError():
-            found = _invalid_parameter(error)
+            problem = _invalid_parameter(error)
         case HTTPException():
-            found = _http_error(request, error)
+            problem = _http_error(request, error)
         case StoreUnavailableError():
-            found = Problem.store_unavailable()
+            problem = Problem.store_unavailable()
             logger.error("%s %s: %s", request.method, request.url.path, error)
         case OSError():
             remote = request.app.state.service.store.blobs.remote
-            found = Problem.from_errno(error.errno, remote=remote)
-            if found is None:
+            problem = Problem.from_errno(error.errno, remote=remote)
+            if problem is None:
                 logger.error("%s %s", request.method, request.url.path, exc_info=error)
             else:  # a full disk is not a defect, so no traceback is logged
                 logger.error("%s %s: %s", request.method, request.url.path, error)
     # The server closes the connection after a defect. A client that is not told would send its
     # next request there, and get no answer.
     headers = {"Connection": "close"}
-    return found or Problem("internal-error", KINDS["internal-error"].detail, headers=headers)
+    return problem or Problem("internal-error", KINDS["internal-error"].detail, headers=headers)
 
 
 async def _no_gamut(request: Request, error: GamutNotStoredError) -> Problem:

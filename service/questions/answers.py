@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from pydantic_core import to_json
 
-from service.questions.bodies import CSV, JSON, NPY
+from service.questions.colour_bodies import CSV, JSON, NPY
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from gamutcore.questions import Answer, Question
     from gamutcore.tables import ColourTable
     from service.library import QueryLevel
-    from service.questions.bodies import Body
+    from service.questions.colour_bodies import Body
 
 __all__ = [
     "WRITERS",
@@ -230,8 +230,8 @@ class CsvWriter(Writer):
             own = np.hstack([points[start:end] for points in self.body.inputs]).tolist()
             return _lines(
                 [*cells, *(_empty_if_nan(cell) for cell in new)]
-                for cells, found in zip(own, entries, strict=True)
-                for new in found or [nothing]
+                for cells, entry in zip(own, entries, strict=True)
+                for new in entry or [nothing]
             )
         cell_of, rows = self._table.cell, []
         following = iter(entries)
@@ -240,9 +240,9 @@ class CsvWriter(Writer):
             cells, known = next(self._own, ([], None))
             if known is None:
                 break
-            found = next(following) if known else []
+            entry = next(following) if known else []
             left -= known
-            rows += [[*cells, *map(cell_of, new)] for new in found or [nothing]] if cells else [[]]
+            rows += [[*cells, *map(cell_of, new)] for new in entry or [nothing]] if cells else [[]]
         return "".join(self._table.lines(iter(rows))).encode()
 
 

@@ -134,11 +134,11 @@ def parse_body(
     question: Question,
     own: ColourSpace,
     width: int,
-    given: Mapping[str, Any],
+    query: Mapping[str, Any],
 ) -> Body:
     """Return the content of a body of a form of `FORMS`. A table is not copied if it is bytes.
 
-    `own` is the space of the gamut, `width` the number of values in a row of an input, and `given`
+    `own` is the space of the gamut, `width` the number of values in a row of an input, and `query`
     has the parameters in the query string. Raise `ProblemError` if the body is malformed, has other
     members, columns or shapes, or too many rows, and `InvalidPointsError` if a row is not as many
     finite numbers.
@@ -148,7 +148,7 @@ def parse_body(
     elif media_type == NPY:
         body = Body(_npy(content, question.inputs, width), {})
     else:
-        table = _table(bytes(content), question.inputs, own, given)
+        table = _table(bytes(content), question.inputs, own, query)
         body = Body(table.inputs, {}, table)
     checked = []
     for name, points in zip(question.inputs, body.inputs, strict=True):
@@ -261,11 +261,11 @@ def _npy(content: bytes | bytearray, names: Sequence[str], each: int) -> list[Fl
 
 
 def _table(
-    content: bytes, names: Sequence[str], own: ColourSpace, given: Mapping[str, Any]
+    content: bytes, names: Sequence[str], own: ColourSpace, query: Mapping[str, Any]
 ) -> ColourTable:
     """Return the table in a body. With several names, columns have them as a prefix: ``from_L``."""
     most = FORMS[CSV].most_rows
-    space, columns, scale = (given.get(name) for name in ("space", "columns", "table_scale"))
+    space, columns, scale = (query.get(name) for name in ("space", "columns", "table_scale"))
     if content.startswith(_NPY_MAGIC):
         remedy = "Send it with Content-Type: application/x-npy."
         raise ProblemError(Problem("invalid-body", "The body is an .npy file.", {}, remedy))

@@ -61,21 +61,21 @@ def checked(parameter: Parameter, value: object, place: str) -> object:
 def check_alternatives(question: Question, values: Mapping[str, object]) -> None:
     """Refuse none or several of parameters of which one is needed."""
     names = question.alternatives
-    given = [name for name in names if values[name] is not None]
-    if names and len(given) != 1:
-        verb = "are" if len(given) > 1 else "is"
-        fault = f"{' and '.join(given) or f'No {names[-1]}'} {verb} given."
+    arguments = [name for name in names if values[name] is not None]
+    if names and len(arguments) != 1:
+        verb = "are" if len(arguments) > 1 else "is"
+        fault = f"{' and '.join(arguments) or f'No {names[-1]}'} {verb} given."
         remedy = f"Give one of {', '.join(names[:-1])} and {names[-1]}."
-        raise refuse(fault, "query", given[1] if given else names[0], remedy)
+        raise refuse(fault, "query", arguments[1] if arguments else names[0], remedy)
 
 
 def schema(parameter: Parameter) -> dict[str, Any]:
     """Return the JSON schema of the values."""
     schemas = [_schema(each) for each in marks(parameter.kind)]
-    found = schemas[0] if len(schemas) == 1 else {"anyOf": schemas}
+    values = schemas[0] if len(schemas) == 1 else {"anyOf": schemas}
     if parameter.default is not None:
-        found = {**found, "default": parameter.default}
-    return found
+        values = {**values, "default": parameter.default}
+    return values
 
 
 def description(parameter: Parameter) -> str:

@@ -64,10 +64,10 @@ class MappingRequest:
 
     def document(self) -> dict[str, Any]:
         """Return the request of the worker."""
-        files = ("picture", "output", "gamut", "model", "profile", "source", "heat_map")
-        paths = {name: getattr(self, name) for name in files}
-        found = {name: str(path) for name, path in paths.items() if path is not None}
-        return {**found, "arguments": self.arguments}
+        names = ("picture", "output", "gamut", "model", "profile", "source", "heat_map")
+        paths = {name: getattr(self, name) for name in names}
+        files = {name: str(path) for name, path in paths.items() if path is not None}
+        return {**files, "arguments": self.arguments}
 
 
 class Pictures:

@@ -13,7 +13,7 @@ from gamutcore.questions.declarations import (
 )
 from service.http.representations import IMMUTABLE
 from service.openapi.documentation import header
-from service.questions.bodies import CSV, FORMS, JSON, NPY, TABLES
+from service.questions.colour_bodies import CSV, FORMS, JSON, NPY, TABLES
 from service.questions.parameters import description
 from service.questions.parameters import schema as schema_of
 

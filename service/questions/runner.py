@@ -17,7 +17,7 @@ from service.admission import Work, needed_bytes
 from service.http.request_context import timed
 from service.problems.problem import Problem, ProblemError
 from service.questions.answers import WRITERS, level_document, shape_file
-from service.questions.bodies import CSV, FORMS, JSON, parse_body
+from service.questions.colour_bodies import CSV, FORMS, JSON, parse_body
 from service.questions.parameters import check_alternatives
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from service.http.bodies import Body as Sent
     from service.library import Library, QueryLevel
     from service.questions.answers import Writer
-    from service.questions.bodies import Body
+    from service.questions.colour_bodies import Body
     from service.telemetry.metrics import QueryMetrics
 
 __all__ = ["Query", "QuestionRunner", "answer_bytes", "is_inline", "level_values", "work_of"]
@@ -88,8 +88,8 @@ def level_values(levels: Sequence[QueryLevel], values: Mapping[str, Any]) -> dic
 
     The levels of two gamuts are chosen by the same values.
     """
-    found = {"triangles": levels[0].triangles, "max_error": None} if len(levels) == 1 else {}
-    return {**values, **found}
+    level = {"triangles": levels[0].triangles, "max_error": None} if len(levels) == 1 else {}
+    return {**values, **level}
 
 
 class QuestionRunner:
@@ -112,14 +112,14 @@ class QuestionRunner:
         question: Question,
         own: ColourSpace,
         width: int,
-        given: Mapping[str, Any],
+        query: Mapping[str, Any],
     ) -> Body:
         """Return the content of a body that has arrived; see `parse_body`."""
 
         def parse() -> Body:
             # The text of a table is kept for its answer, so it is read as bytes at once.
             content = sent.read(0, sent.size) if media_type == CSV else sent.content()
-            return parse_body(content, media_type, question, own, width, given)
+            return parse_body(content, media_type, question, own, width, query)
 
         with timed("body"):
             if media_type == JSON and sent.size <= INLINE_BYTES:

@@ -107,8 +107,12 @@ class NamedGamuts:
         Reference gamuts that are not stored are built, all of the request at once. Raise
         `PendingBuildError` if that takes longer than the client waits.
         """
-        found = {each: _reference(each) for each in (*self._names, name) if each not in self._ids}
-        wanted = {each: reference for each, reference in found.items() if reference is not None}
+        references = {
+            each: _reference(each) for each in (*self._names, name) if each not in self._ids
+        }
+        wanted = {
+            each: reference for each, reference in references.items() if reference is not None
+        }
         if wanted:
             if self._request.method not in {"GET", "POST"}:
                 raise read_only(next(iter(wanted.values())).slug)
@@ -128,8 +132,8 @@ class NamedGamuts:
             return None
         scope, parts = self._request.scope, []
         name = self._path_name
-        found = self._ids.get(name, name)
-        path: str = scope["path"].replace(f"/gamuts/{name}", f"/gamuts/{found}", 1)
+        gamut_id = self._ids.get(name, name)
+        path: str = scope["path"].replace(f"/gamuts/{name}", f"/gamuts/{gamut_id}", 1)
         for part in scope["query_string"].decode("latin-1").split("&"):
             parameter, equals, value = part.partition("=")
             if unquote_plus(parameter) in self._naming:
@@ -143,16 +147,16 @@ class NamedGamuts:
         return parameter not in self._own and _option_name(parameter) in OPTIONS
 
     def _build_options(self) -> Options:
-        given: dict[str, object] = {}
+        values: dict[str, object] = {}
         for parameter, text in self._options:
             name = _option_name(parameter)
-            if name in given:
+            if name in values:
                 detail = f"The parameter {name!r} is given twice."
                 where = {"in": "query", "field": name}
                 remedy = "Give each option once."
                 raise ProblemError(Problem("invalid-parameter", detail, where, remedy))
-            given[name] = option_value(name, text)
-        options = Options.from_mapping(given)
+            values[name] = option_value(name, text)
+        options = Options.from_mapping(values)
         check_surface_samples(options)
         options.check_data("reference")
         return options
@@ -161,17 +165,17 @@ class NamedGamuts:
         """Build the gamuts that are not stored, by id."""
         service, scope = service_of(self._request), self._request.scope
         jobs = []
-        for found, (reference, options) in wanted.items():
-            if service.library.find_open(found) is not None:
+        for gamut_id, (reference, options) in wanted.items():
+            if service.library.find_open(gamut_id) is not None:
                 continue
-            if await asyncio.to_thread(service.store.is_stored, found):
+            if await asyncio.to_thread(service.store.is_stored, gamut_id):
                 continue
             refuse = scope.get("refuse_build")
             problem = refuse(options != Options()) if refuse else None
             if problem is not None:
                 raise ProblemError(problem)
             job = await service.builds.submit(
-                found,
+                gamut_id,
                 options.to_mapping(),
                 reference.data,
                 reference.sha256,
@@ -289,10 +293,10 @@ def as_alias(request: Request, answer: Response) -> Response:
     location = NamedGamuts.of(request).location()
     if location is not None and answer.status_code in {200, 206, 304}:
         # A new list, because answers with the same content may share the old one.
-        kept = [
+        headers = [
             (name, _SHORT_LIVED if name == b"cache-control" and b"immutable" in value else value)
             for name, value in answer.raw_headers
             if name != b"content-location"
         ]
-        answer.raw_headers = [*kept, (b"content-location", location.encode("latin-1"))]
+        answer.raw_headers = [*headers, (b"content-location", location.encode("latin-1"))]
     return answer

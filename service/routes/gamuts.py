@@ -61,8 +61,8 @@ from service.routes.paging import After, Limit, next_page
 from service.routes.submission import Submission, submission
 from service.routes.viewer import prefers_page, viewer_page
 from service.storage.blobs import StoreUnavailableError
-from service.storage.gamuts import GamutDamagedError, GamutNotStoredError
-from service.storage.names import LONGEST_NAME
+from service.storage.gamut_names import LONGEST_NAME
+from service.storage.gamut_store import GamutDamagedError, GamutNotStoredError
 from service.storage.published import PublishedGamut
 
 __all__ = ["HISTORY_MEDIA_TYPE", "router"]
@@ -182,17 +182,17 @@ async def create_gamut(request: Request) -> Response:
     await _check_admission_of_large(request, service)
     async with submission(request, service) as posted:
         gamut_id = posted.gamut_id
-        found = await service.builds.submit(
+        gamut_or_job = await service.builds.submit(
             gamut_id,
             posted.options.to_mapping(),
             posted.data,
             posted.sha256,
             client_of(request.scope),
         )
-        if isinstance(found, PublishedGamut):
+        if isinstance(gamut_or_job, PublishedGamut):
             await _keep_name(request, posted, is_new=False)
-            return _existing(await _named(service, found))
-        job = found
+            return _existing(await _named(service, gamut_or_job))
+        job = gamut_or_job
         await claim(request, service.store, gamut_id)
         await _keep_name(request, posted, is_new=True)
     # The data leaves the memory before the wait for the build.

@@ -18,7 +18,7 @@ from service.openapi.documentation import EXAMPLE_ID, EXAMPLE_JOB, header, json_
 from service.openapi.models import JobDescription, JobList
 from service.problems.problem import JsonResponse, Problem, ProblemError
 from service.routes.paging import After, Limit, page_of
-from service.storage.gamuts import GamutDamagedError, GamutNotStoredError
+from service.storage.gamut_store import GamutDamagedError, GamutNotStoredError
 
 __all__ = ["LONGEST_WAIT", "PendingBuildError", "job_description", "router", "wait_for_build"]
 

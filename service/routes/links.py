@@ -130,15 +130,15 @@ async def download_link(request: Request) -> Response:
         prepared = [await library.load_device_model(each) for each in ids]
         levels = await library.levels(wanted)
         del prepared
-        data, headers, found = await library.in_thread(_file, levels, values, chosen)
+        data, headers, file_format = await library.in_thread(_file, levels, values, chosen)
         levels.clear()
     name = "-to-".join(each[:12] for each in names)
     headers |= {
         "Cache-Control": IMMUTABLE,
-        "Content-Disposition": content_disposition("attachment", name, SUFFIXES[found]),
+        "Content-Disposition": content_disposition("attachment", name, SUFFIXES[file_format]),
         "X-Content-Type-Options": "nosniff",
     }
-    answer = Response(data, 200, headers, MEDIA_TYPES[found])
+    answer = Response(data, 200, headers, MEDIA_TYPES[file_format])
     return service.admission.hold_response(conditional(answer, request.headers), client)
 
 
@@ -147,9 +147,9 @@ def _file(
 ) -> tuple[bytes, dict[str, str], str]:
     """Return the file, header fields and the format."""
     source, destination = (level.gamut for level in levels)
-    found = link(source, destination, **values)  # type: ignore[arg-type]  # checked
+    device_link = link(source, destination, **values)  # type: ignore[arg-type]  # checked
     headers = {
-        "Gamut-Link-Error": str(found.errors),
-        **condition_headers(levels, found.warnings),
+        "Gamut-Link-Error": str(device_link.errors),
+        **condition_headers(levels, device_link.warnings),
     }
-    return found.to_bytes(chosen), headers, chosen or found.format
+    return device_link.to_bytes(chosen), headers, chosen or device_link.format

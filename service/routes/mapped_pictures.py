@@ -67,8 +67,8 @@ def is_picture(request: Request) -> bool:
 async def answer_picture(request: Request, gamut_id: str) -> Response:
     """Return the picture of the body, mapped."""
     service = service_of(request)
-    given = query_values(PARAMETERS, NamedGamuts.of(request).items)
-    values = values_of(PARAMETERS, given, {})
+    query = query_values(PARAMETERS, NamedGamuts.of(request).items)
+    values = values_of(PARAMETERS, query, {})
     answer, source = values.pop("result"), values.pop("source")
     if source is not None:
         source = await checked_gamut(request, source, "query", "source")
@@ -89,7 +89,7 @@ async def answer_picture(request: Request, gamut_id: str) -> Response:
         effort = _BYTE_EFFORT * arriving.size
         place = library.admission.place(Work.HEAVY, client, need, effort)
         with await place as taken, _files(service) as files:
-            picture = files.folder / "given"
+            picture = files.folder / "picture"
             await asyncio.to_thread(_copy, arriving, picture)
             arriving.close()
             model, profile = await files.device(gamut_id) if of_device else (None, None)
@@ -161,11 +161,11 @@ class _Files:
         return path, None
 
     def _profile(self, gamut_id: str) -> Path | None:
-        kept = self.service.store.input_path(gamut_id)
+        input_file = self.service.store.input_path(gamut_id)
         try:
-            content = kept.read_bytes()
+            content = input_file.read_bytes()
         finally:
-            kept.unlink(missing_ok=True)
+            input_file.unlink(missing_ok=True)
         if not looks_like_icc(content):
             return None
         path = self.folder / "profile"

@@ -281,9 +281,9 @@ def _plain_request(
     if len(values) < len(items) or not values.keys() <= MeshQuery.model_fields.keys():
         return None
     try:
-        asked = MeshQuery.model_validate(values)
+        mesh_query = MeshQuery.model_validate(values)
         return mesh_request(
-            asked, suffix, accept.decode("latin-1"), accept_encoding.decode("latin-1")
+            mesh_query, suffix, accept.decode("latin-1"), accept_encoding.decode("latin-1")
         )
     except (ValidationError, ProblemError):
         return None

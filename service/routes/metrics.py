@@ -16,7 +16,7 @@ from service.building.engine import EngineFacts
 from service.container import ServiceContainer, service_of
 from service.library import ByteBoundedCache
 from service.openapi.documentation import header, problems
-from service.storage.gamuts import GamutStore
+from service.storage.gamut_store import GamutStore
 from service.storage.local import LocalBlobs
 from service.telemetry.metrics import exposition
 

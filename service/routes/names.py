@@ -17,8 +17,8 @@ from service.openapi.models import GamutName
 from service.problems.problem import JsonResponse
 from service.routes.dependencies import GamutId, GamutRoute, check_gamut_query, read_only
 from service.routes.submission import submitted_name
-from service.storage.gamuts import GamutStore
-from service.storage.names import display_name
+from service.storage.gamut_names import display_name
+from service.storage.gamut_store import GamutStore
 from service.storage.published import PublishedGamut
 
 __all__ = [
@@ -120,19 +120,19 @@ def named_page(
     stands for all gamuts. Blocks on the store.
     """
     wanted = _folded(part)
-    found: list[NamedRecord] = []
+    matches: list[NamedRecord] = []
     examined = 0
     while True:
         records = store.page(after, limit + 1)
-        found += [each for each in named(store, records) if wanted in _folded(each.name)]
-        if len(found) > limit:
-            return found[:limit], found[limit - 1].id
+        matches += [each for each in named(store, records) if wanted in _folded(each.name)]
+        if len(matches) > limit:
+            return matches[:limit], matches[limit - 1].id
         if len(records) <= limit:
-            return found, None
+            return matches, None
         examined += len(records)
         after = records[-1].id
         if examined >= _MOST_EXAMINED:
-            return found, after
+            return matches, after
 
 
 def ranked_page(

@@ -52,15 +52,15 @@ _T = TypeVar("_T", bound=_Listed)
 
 
 def page_of(
-    found: Sequence[_T], limit: int, path: str
+    entries: Sequence[_T], limit: int, path: str
 ) -> tuple[Sequence[_T], str | None, dict[str, str]]:
     """Return the entries on a page, the address of the next page, and the ``Link`` to it.
 
-    `found` has the entries after the previous page; one more than `limit` means that there is a
+    `entries` has the entries after the previous page; one more than `limit` means that there is a
     next page of the list at `path`.
     """
-    shown = found[:limit]
-    last = shown[-1].id if len(found) > limit else None
+    shown = entries[:limit]
+    last = shown[-1].id if len(entries) > limit else None
     return shown, *next_page(last, limit, path)
 
 
@@ -73,6 +73,6 @@ def next_page(
     """
     if last is None:
         return None, {}
-    given = {name: value for name, value in query.items() if value}
-    following = f"{path}?{urlencode({'limit': limit, 'after': last, **given})}"
+    parameters = {name: value for name, value in query.items() if value}
+    following = f"{path}?{urlencode({'limit': limit, 'after': last, **parameters})}"
     return following, {"Link": f'<{following}>; rel="next"'}

@@ -25,9 +25,9 @@ from service.http.request_context import timed
 from service.openapi.documentation import problems
 from service.problems.problem import Problem, ProblemError
 from service.questions.answers import condition_headers, reading_header
-from service.questions.bodies import CSV, FORMS, JSON, NPY, TABLE_PARAMETERS, TABLES
-from service.questions.documentation import query_response, request_body, stated_header
+from service.questions.colour_bodies import CSV, FORMS, JSON, NPY, TABLE_PARAMETERS, TABLES
 from service.questions.parameters import documentation, query_values, refuse, values_of
+from service.questions.question_schemas import query_response, request_body, stated_header
 from service.questions.runner import Query, answer_bytes, is_inline, level_values, work_of
 from service.routes.dependencies import (
     GamutId,
@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     from gamutcore.levels import LevelRequest
     from service.admission import Holding
     from service.http.bodies import Body
-    from service.questions.bodies import Body as Rows
+    from service.questions.colour_bodies import Body as Rows
     from service.storage.published import PublishedGamut
 
 __all__ = ["READING_POSTS", "QueryRoute", "router", "wait_for_kernels", "wanted_levels"]
@@ -188,9 +188,9 @@ async def _answer(request: Request, gamut_id: str, question: Question) -> Respon
     service = service_of(request)
     tables = () if question.of_device else TABLE_PARAMETERS
     parameters = (*question.all_parameters, *tables)
-    given = query_values(parameters, NamedGamuts.of(request).items)
+    query = query_values(parameters, NamedGamuts.of(request).items)
     sent = _sent_form(request, (*FORMS, *TABLES) if tables else (JSON, NPY))
-    _check_table_parameters(given, sent)
+    _check_table_parameters(query, sent)
     accepted = _accepted_form(request, sent)
     form, client = FORMS[sent], client_of(request.scope)
     with service.bodies.body(request, client) as arriving:
@@ -201,10 +201,10 @@ async def _answer(request: Request, gamut_id: str, question: Question) -> Respon
         if question.needs_model and not opened.gamut.is_of_device:
             raise opened.gamut.no_device_model()
         width = len(opened.gamut.channels) if question.of_device else 3
-        posted = _Posted(request, question, arriving, sent, accepted, opened.space, width, given)
+        posted = _Posted(request, question, arriving, sent, accepted, opened.space, width, query)
         # JSON names the level, so it is parsed before the memory for the level is known.
         body = await posted.parse() if sent == JSON else None
-        values = values_of(parameters, given, {} if body is None else body.members)
+        values = values_of(parameters, query, {} if body is None else body.members)
         if values.get("metric") == "CIE 2000":
             await wait_for_kernels(service, "ciede2000")
         ids = [gamut_id]
@@ -243,7 +243,7 @@ class _Posted(NamedTuple):
     accepted: str
     space: ColourSpace
     width: int
-    given: Mapping[str, Any]
+    query: Mapping[str, Any]
 
     @property
     def most_rows(self) -> int:
@@ -260,7 +260,7 @@ class _Posted(NamedTuple):
         """Return the content of the body."""
         runner = service_of(self.request).questions
         body = await runner.parse(
-            self.arriving, self.sent, self.question, self.space, self.width, self.given
+            self.arriving, self.sent, self.question, self.space, self.width, self.query
         )
         self.arriving.close()
         return body
@@ -348,9 +348,9 @@ def _sent_form(request: Request, accepted: Iterable[str]) -> str:
     return CSV if media_type in TABLES else media_type
 
 
-def _check_table_parameters(given: Mapping[str, Any], sent: str) -> None:
+def _check_table_parameters(query: Mapping[str, Any], sent: str) -> None:
     for each in TABLE_PARAMETERS:
-        if each.name in given and sent != CSV:
+        if each.name in query and sent != CSV:
             fault = f"{each.name} is given for a body that is {sent}."
             raise refuse(fault, "query", each.name, f"Give {each.name} for tables only.")
 

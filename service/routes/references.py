@@ -18,7 +18,7 @@ from service.openapi.models import (
     ReferenceList,
 )
 from service.problems.problem import JsonResponse
-from service.storage.names import LONGEST_NAME
+from service.storage.gamut_names import LONGEST_NAME
 
 __all__ = ["router"]
 

@@ -27,7 +27,7 @@ from service.admission import Work
 from service.http.bodies import FIELD_BYTES, IN_MEMORY, parse_json
 from service.http.request_context import timed
 from service.problems.problem import Problem, ProblemError
-from service.storage.names import InvalidNameError, checked_name
+from service.storage.gamut_names import InvalidNameError, checked_name
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Awaitable, Callable, Iterable
@@ -97,7 +97,7 @@ class Submission:
         return gamut_id(self.options, self.sha256)
 
 
-class _Sent(NamedTuple):
+class SubmittedParts(NamedTuple):
     """The parts of a body before validation: data, options, names of the gamut and of the file."""
 
     data: bytes
@@ -106,7 +106,7 @@ class _Sent(NamedTuple):
     file: str = ""
 
 
-_Hold: TypeAlias = "Callable[[int], Awaitable[None]]"
+HoldMemory: TypeAlias = "Callable[[int], Awaitable[None]]"
 """Holds memory for data that is read from the disk."""
 
 
@@ -138,7 +138,7 @@ async def submission(request: Request, service: ServiceContainer) -> AsyncIterat
 
 
 async def _read_submission(
-    request: Request, settings: Settings, body: Body, hold: _Hold
+    request: Request, settings: Settings, body: Body, hold: HoldMemory
 ) -> Submission:
     coding = request.headers.get("content-encoding", "").strip().lower()
     if coding not in {"", "identity"}:
@@ -210,7 +210,7 @@ async def submitted_name(request: Request, bodies: Bodies) -> str:
     return _name_or_problem(document["name"])
 
 
-async def _multipart(settings: Settings, body: Body, hold: _Hold) -> _Sent:
+async def _multipart(settings: Settings, body: Body, hold: HoldMemory) -> SubmittedParts:
     with timed("body"):
         parts = await body.form(settings.max_body_bytes, _FORM_PARTS)
     single: dict[str, Part] = {}
@@ -235,12 +235,12 @@ async def _multipart(settings: Settings, body: Body, hold: _Hold) -> _Sent:
         if len(content) > FIELD_BYTES:
             _refuse(f"The options are larger than {FIELD_BYTES} bytes.", "options")
 
-    def given_options() -> list[tuple[str, object]]:
+    def stated_options() -> list[tuple[str, object]]:
         mapping = _options(_parse_json(content, "options"))
         options = [(option_name(name), value) for name, value in mapping.items()]
         return options + [(name, option_value(name, text)) for name, text in fields]
 
-    options = _merge_options(await asyncio.to_thread(given_options))
+    options = _merge_options(await asyncio.to_thread(stated_options))
     name = None
     if "name" in single:
         name = _name_or_problem(None if single["name"].file is not None else single["name"].text)
@@ -248,13 +248,13 @@ async def _multipart(settings: Settings, body: Body, hold: _Hold) -> _Sent:
     if file is not None:
         await hold(file.size or 0)
         data = await file.read()
-    return _Sent(data, options, name, single["file"].file_name)
+    return SubmittedParts(data, options, name, single["file"].file_name)
 
 
-def _merge_options(given: Iterable[tuple[str, object]]) -> dict[str, object]:
+def _merge_options(pairs: Iterable[tuple[str, object]]) -> dict[str, object]:
     """Return options by name. An option may occur several times with the same value."""
     options: dict[str, object] = {}
-    for name, value in given:
+    for name, value in pairs:
         other = options.setdefault(name, value)
         if other != value:
             kind = OPTIONS[name].kind
@@ -264,14 +264,14 @@ def _merge_options(given: Iterable[tuple[str, object]]) -> dict[str, object]:
     return options
 
 
-def _form_option(given: str) -> str:
+def _form_option(name: str) -> str:
     """Return the name of the option that a form field is."""
     try:
-        return option_name(given)
+        return option_name(name)
     except OptionError as error:
-        detail = f"There is a part named {given[:80]!r}."
+        detail = f"There is a part named {name[:80]!r}."
         remedy = f"Parts are file, name, options, and options by their names. {error.remedy}"
-        problem = Problem("invalid-body", detail, {"field": given[:80]}, remedy)
+        problem = Problem("invalid-body", detail, {"field": name[:80]}, remedy)
         raise ProblemError(problem) from error
 
 
@@ -283,7 +283,7 @@ def _check_inline(text: str, options: Options) -> None:
         options.check_data("reference")
 
 
-def _inline(text: bytearray) -> _Sent:
+def _inline(text: bytearray) -> SubmittedParts:
     document = _parse_json(text)
     if not isinstance(document, dict):
         _refuse("The JSON is not an object.", "samples")
@@ -310,10 +310,10 @@ def _inline(text: bytearray) -> _Sent:
         # 1e999 is valid JSON, but infinite as a double.
         problem = Problem("malformed-body", "A number in the JSON is out of range.")
         raise ProblemError(problem) from error
-    return _Sent(canonical.encode(), mapping, named)
+    return SubmittedParts(canonical.encode(), mapping, named)
 
 
-def _inline_reference(document: dict[str, Any]) -> _Sent:
+def _inline_reference(document: dict[str, Any]) -> SubmittedParts:
     """Return the definition of a reference gamut: the same data for all of its names."""
     for name in document:
         if name not in {"reference", "options"}:
@@ -321,7 +321,7 @@ def _inline_reference(document: dict[str, Any]) -> _Sent:
     if not isinstance(document["reference"], str):
         _refuse("The member reference is not the slug of a reference gamut.", "reference")
     reference = find_reference(document["reference"])
-    return _Sent(reference.data, _options(document.get("options", {})), None)
+    return SubmittedParts(reference.data, _options(document.get("options", {})), None)
 
 
 def _name_or_problem(text: object) -> str:

@@ -43,9 +43,9 @@ from service.openapi.documentation import (
 )
 from service.problems.problem import Problem, ProblemError
 from service.questions.answers import condition_headers
-from service.questions.bodies import FORMS, JSON, NPY
-from service.questions.documentation import view_response
+from service.questions.colour_bodies import FORMS, JSON, NPY
 from service.questions.parameters import documentation, query_values, refuse, values_of
+from service.questions.question_schemas import view_response
 from service.questions.runner import answer_bytes
 from service.routes.dependencies import (
     GamutId,
@@ -275,8 +275,8 @@ async def download_page(
     if len(names) >= MOST_GAMUTS:
         fault = f"There are {len(names)} gamuts beside the first."
         raise refuse(fault, "query", "with", f"Give at most {MOST_GAMUTS - 1}.")
-    found = [await NamedGamuts.of(request).id_of(name) for name in names]
-    records = [await library.record(each) for each in dict.fromkeys([gamut_id, *found])]
+    other_ids = [await NamedGamuts.of(request).id_of(name) for name in names]
+    records = [await library.record(each) for each in dict.fromkeys([gamut_id, *other_ids])]
     full = {record.id: record.description["counts"]["triangles"] for record in records}
     page_triangles = _PAGE * max(full.values()) + _PAGE_SHARE * sum(full.values())
 
@@ -309,7 +309,7 @@ async def download_page(
             opened.append(gamut)
             check_space(opened[0].gamut, gamut.gamut)
             await library.unpack(gamut, full[record.id])
-            library.settle(gamut)
+            library.keep(gamut)
         page = conditional(await library.in_thread(answer), request.headers)
         opened.clear()
         return service.admission.hold_response(page, client)

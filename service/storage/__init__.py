@@ -9,10 +9,10 @@ import re
 from pathlib import Path
 
 from service.storage.blobs import Blobs
-from service.storage.gamuts import GamutStore
+from service.storage.gamut_store import GamutStore
 from service.storage.local import LocalBlobs
 
-__all__ = ["StoreLocationError", "blobs_at", "gamut_store", "is_address"]
+__all__ = ["StoreLocationError", "blobs_at", "is_address", "store_at"]
 
 
 class StoreLocationError(ValueError):
@@ -47,7 +47,7 @@ def blobs_at(location: str, limit: int = 0, reserve: int = 0) -> Blobs:
         raise StoreLocationError(str(error)) from None
 
 
-def gamut_store(
+def store_at(
     location: str, limit: int = 0, reserve: int = 0, *, keep_inputs: bool = True
 ) -> GamutStore:
     """Return the gamut store at a location, not yet opened; parameters as for `blobs_at`."""

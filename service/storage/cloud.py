@@ -350,8 +350,8 @@ _REASONS = (
 
 def _reason(error: Exception) -> str:
     text = str(error)
-    found = [match[1].strip() for pattern in _REASONS if (match := pattern.search(text))]
-    return ", ".join([type(error).__name__, *found])
+    reasons = [match[1].strip() for pattern in _REASONS if (match := pattern.search(text))]
+    return ", ".join([type(error).__name__, *reasons])
 
 
 def _version(result: Any) -> str:  # noqa: ANN401 - a PutResult or an ObjectMeta

@@ -27,7 +27,7 @@ from service.storage.published import PublishedGamut, blob_key, id_of
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
-    from service.storage.gamuts import GamutStore
+    from service.storage.gamut_store import GamutStore
     from service.storage.local import LocalBlobs
 
 __all__ = ["Eviction", "remove_uncommitted"]
@@ -52,10 +52,10 @@ class _Queue:
         self.heap: list[tuple[float, str]] = []
         self.horizon = -math.inf
 
-    def fill(self, found: Iterable[tuple[float, str]]) -> None:
+    def fill(self, uses: Iterable[tuple[float, str]]) -> None:
         """Replace the content by the oldest of some gamuts."""
         # A sorted list is a heap.
-        self.heap = heapq.nsmallest(_MOST, found)
+        self.heap = heapq.nsmallest(_MOST, uses)
         self.horizon = math.inf if len(self.heap) < _MOST else self.heap[-1][0]
 
     def add(self, used: float, gamut_id: str) -> None:
@@ -171,11 +171,11 @@ class Eviction:
 
     def _next_in_quarantine(self) -> str | None:
         if not self._quarantined:
-            found = []
+            dated_keys = []
             for key in self._blobs.keys("quarantine/"):
                 with contextlib.suppress(BlobNotFoundError):
-                    found.append((self._blobs.stat(key).st_mtime, key))
-            self._quarantined.extend(key for _, key in sorted(found))
+                    dated_keys.append((self._blobs.stat(key).st_mtime, key))
+            self._quarantined.extend(key for _, key in sorted(dated_keys))
         return self._quarantined.popleft() if self._quarantined else None
 
     def _drop(self, key: str) -> int:

@@ -48,8 +48,8 @@ from service.storage.blobs import (
     unseal,
 )
 from service.storage.eviction import Eviction, remove_uncommitted
+from service.storage.gamut_names import Names, Owners
 from service.storage.local import LocalBlobs
-from service.storage.names import Names, Owners
 from service.storage.published import PublishedCache, PublishedGamut, blob_key, id_of
 
 __all__ = ["GamutDamagedError", "GamutNotStoredError", "GamutStore"]
@@ -276,11 +276,11 @@ class GamutStore:
             if self.blobs.remote:
                 # Sequential reads would take seconds per page.
                 with ThreadPoolExecutor(min(_READERS, len(batch))) as threads:
-                    found = list(threads.map(self._find_record, batch))
+                    stored = list(threads.map(self._find_record, batch))
             else:
-                found = [self._find_record(gamut_id) for gamut_id in batch]
+                stored = [self._find_record(gamut_id) for gamut_id in batch]
             # Some may be deleted or damaged since the listing.
-            records += [record for record in found if record is not None]
+            records += [record for record in stored if record is not None]
         return records
 
     def ids(self, after: str = "") -> Iterator[str]:

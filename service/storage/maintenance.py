@@ -16,9 +16,9 @@ from typing import NamedTuple, TextIO
 
 from gamutcore.version import ALGORITHM_VERSION
 from service.storage.blobs import BlobNotFoundError
-from service.storage.gamuts import GamutStore
+from service.storage.gamut_names import display_name
+from service.storage.gamut_store import GamutStore
 from service.storage.local import LocalBlobs
-from service.storage.names import display_name
 from service.storage.published import PublishedGamut, blob_key
 
 __all__ = ["list_gamuts", "prune"]

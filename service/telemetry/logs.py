@@ -45,18 +45,18 @@ _SECRETS = (
     # The value of a field with such a name, in any notation: a: b, a=b, 'a': 'b', (b'a', b'b'); for
     # a header field with its scheme.
     re.compile(
-        rf"""(?P<kept>\b(?:{_NAMES})\b(?:["']?\s*[:=]\s*|["']\s*,\s*)(?:b?["'])?"""
+        rf"""(?P<name>\b(?:{_NAMES})\b(?:["']?\s*[:=]\s*|["']\s*,\s*)(?:b?["'])?"""
         r"""(?:(?:bearer|basic|digest)\s+)?)"""
         r"""(?P<secret>[^\s"',;&)}\]]+)""",
         re.IGNORECASE,
     ),
     # Credentials without a name.
-    re.compile(r"(?P<kept>\b(?:bearer|basic)\s+)(?P<secret>[A-Za-z0-9._~+/=-]{8,})", re.IGNORECASE),
+    re.compile(r"(?P<name>\b(?:bearer|basic)\s+)(?P<secret>[A-Za-z0-9._~+/=-]{8,})", re.IGNORECASE),
     # User and password in an address, such as a broker's.
-    re.compile(r"(?P<kept>\b[a-z][a-z0-9+.-]*://)(?P<secret>[^\s/@\"']+)(?=@)", re.IGNORECASE),
+    re.compile(r"(?P<name>\b[a-z][a-z0-9+.-]*://)(?P<secret>[^\s/@\"']+)(?=@)", re.IGNORECASE),
 )
 
-_API_KEY = re.compile(r"(?P<kept>gamut_[a-z0-9-]{1,32}_)(?P<secret>[A-Za-z0-9_-]{16,})")
+_API_KEY = re.compile(r"(?P<name>gamut_[a-z0-9-]{1,32}_)(?P<secret>[A-Za-z0-9_-]{16,})")
 """An API key of this service, whole or with its end cut off, wherever it stands."""
 
 _HINTS = (
@@ -77,7 +77,7 @@ def without_secrets(text: str) -> str:
     if not _may_hold_secret(text):
         return text
     for pattern in (_API_KEY, *_SECRETS):
-        text = pattern.sub(r"\g<kept>***", text)
+        text = pattern.sub(r"\g<name>***", text)
     return text
 
 
@@ -113,8 +113,8 @@ class JsonLines(logging.Formatter):
         if request_id := _request_id(record):
             members["request_id"] = request_id
         # A job has the id of its gamut.
-        if found := _GAMUT_ID.search(message):
-            members["gamut_id"] = found.group()
+        if gamut_id := _GAMUT_ID.search(message):
+            members["gamut_id"] = gamut_id.group()
         members |= {name: value for name, value in vars(record).items() if name not in _USUAL}
         exception = _exception(record)
         if exception is not None:
@@ -156,8 +156,8 @@ def _time(record: logging.LogRecord) -> str:
 
 
 def _request_id(record: logging.LogRecord) -> str:
-    given: str = getattr(record, "request_id", "")
-    return given or current_request_id()
+    identifier: str = getattr(record, "request_id", "")
+    return identifier or current_request_id()
 
 
 def _exception(record: logging.LogRecord) -> str | None:
@@ -169,9 +169,9 @@ def _exception(record: logging.LogRecord) -> str | None:
     return without_secrets("\n".join(parts)) if parts else None
 
 
-def _escape(found: re.Match[str]) -> str:
+def _escape(character: re.Match[str]) -> str:
     # A value must not be able to forge a line of the log.
-    return found.group().encode("unicode_escape").decode("ascii")
+    return character.group().encode("unicode_escape").decode("ascii")
 
 
 @functools.lru_cache(maxsize=1024)

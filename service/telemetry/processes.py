@@ -63,11 +63,11 @@ def _fields(process: str) -> list[int] | None:
 
 def _children(process: str) -> list[str] | None:
     """Return the ids of the children of a process; None if the kernel does not report them."""
-    found: list[str] = []
+    children: list[str] = []
     try:
         for task in (Path("/proc") / process / "task").iterdir():
-            found += (task / "children").read_text().split()
+            children += (task / "children").read_text().split()
     except OSError:
         # A thread ended meanwhile, or the kernel lacks this file.
-        return found or None
-    return found
+        return children or None
+    return children

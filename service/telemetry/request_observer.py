@@ -139,10 +139,10 @@ class RequestObserver:
 
 def _identifier(scope: Scope) -> bytes:
     """Return the client's own id if it is well formed, else a new one."""
-    given = [value for name, value in scope["headers"] if name == _FIELD]
-    if len(given) == 1 and _SANE_ID.match(given[0]):
-        identifier: bytes = given[0]
-        return identifier
+    identifiers = [value for name, value in scope["headers"] if name == _FIELD]
+    if len(identifiers) == 1 and _SANE_ID.match(identifiers[0]):
+        only: bytes = identifiers[0]
+        return only
     return os.urandom(16).hex().encode()
 
 

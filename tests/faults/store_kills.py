@@ -27,7 +27,7 @@ from itertools import cycle, islice
 from pathlib import Path
 
 from service.storage.blobs import BlobNotFoundError, seal, unseal
-from service.storage.gamuts import GamutNotStoredError, GamutStore
+from service.storage.gamut_store import GamutNotStoredError, GamutStore
 from service.storage.local import LocalBlobs
 from service.storage.published import PublishedGamut, id_of
 

@@ -15,7 +15,7 @@ import pytest
 
 from gamutcore import Gamut, Options
 from service.openapi.documentation import EXAMPLE_GAMUT
-from service.storage.gamuts import GamutStore
+from service.storage.gamut_store import GamutStore
 from service.storage.local import LocalBlobs
 from service.storage.published import PublishedGamut
 

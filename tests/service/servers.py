@@ -22,7 +22,7 @@ from service.access.api_keys import new_key
 from service.application import create_app
 from service.server import server_config
 from service.settings import Settings
-from service.storage.gamuts import GamutStore
+from service.storage.gamut_store import GamutStore
 from service.storage.local import LocalBlobs
 
 PATIENCE = 600

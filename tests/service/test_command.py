@@ -9,7 +9,7 @@ from gamutcore.version import __version__
 from service.__main__ import main
 from service.access.api_keys import ApiKeys
 from service.settings import Settings
-from service.storage.gamuts import GamutStore
+from service.storage.gamut_store import GamutStore
 from service.storage.local import LocalBlobs
 
 

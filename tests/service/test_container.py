@@ -18,7 +18,7 @@ from service.container import EngineMissingError, ServiceContainer, _build_engin
 from service.jobs.book import JobBook
 from service.server import AddressUnavailableError, bind_sockets, server_config
 from service.settings import Settings
-from service.storage.gamuts import GamutStore
+from service.storage.gamut_store import GamutStore
 from service.storage.local import LocalBlobs
 
 

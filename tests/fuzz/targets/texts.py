@@ -14,7 +14,7 @@ from gamutcore.tables import read_table
 from service.library import QueryLevel
 from service.problems.problem import ProblemError
 from service.questions.answers import WRITERS
-from service.questions.bodies import CSV, JSON, NPY, parse_body
+from service.questions.colour_bodies import CSV, JSON, NPY, parse_body
 from service.questions.parameters import values_of
 from targets.checks import Target, refused_by_name
 

@@ -11,7 +11,7 @@ from service.broker.celery_engine import CeleryEngine
 from service.building.builds import Builds
 from service.jobs.book import JobBook
 from service.problems.problem import ProblemError
-from service.storage.gamuts import GamutStore
+from service.storage.gamut_store import GamutStore
 from service.storage.local import LocalBlobs
 
 pytestmark = pytest.mark.anyio

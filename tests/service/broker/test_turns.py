@@ -6,7 +6,7 @@ from service.broker.celery_app import BrokerUnavailableError
 from service.broker.celery_worker import Worker
 from service.jobs.book import JobBook
 from service.settings import Settings
-from service.storage.gamuts import GamutStore
+from service.storage.gamut_store import GamutStore
 from service.storage.local import LocalBlobs
 
 

@@ -9,11 +9,11 @@ import pytest
 
 from service.building import process
 from service.building.builds import Builds
-from service.building.embedded import EmbeddedEngine
 from service.building.job_runner import JobRunner
+from service.building.local_engine import LocalEngine
 from service.jobs.book import JobBook
 from service.settings import Settings
-from service.storage.gamuts import GamutStore
+from service.storage.gamut_store import GamutStore
 from service.storage.local import LocalBlobs
 
 PATIENCE = 600.0
@@ -88,7 +88,7 @@ def replica(store, book, scripted_worker, reports):
     @contextlib.asynccontextmanager
     async def started(*, sole_owner=False, command=scripted_worker, **settings):
         values = Settings(**{"drain_seconds": 0, **settings})
-        engine = EmbeddedEngine(
+        engine = LocalEngine(
             values,
             store,
             book,

@@ -22,7 +22,7 @@ from PIL import Image
 
 from gamutcore import Options
 from gamutcore.building import gamut_id
-from service.building import embedded, process
+from service.building import local_engine, process
 from service.building.builds import JOB_SECONDS
 from service.building.engine import queue_full
 from service.building.job_runner import Interruption, JobRunner
@@ -31,7 +31,7 @@ from service.problems.problem import ProblemError
 from service.routes.jobs import job_description
 from service.settings import Settings
 from service.storage.blobs import StoreFullError, StoreUnavailableError
-from service.storage.gamuts import GamutDamagedError
+from service.storage.gamut_store import GamutDamagedError
 
 pytestmark = pytest.mark.anyio
 
@@ -289,7 +289,7 @@ def test_a_full_queue_says_when_to_come_back_within_reason(estimate, told):
 
 async def test_the_time_to_come_back_is_learnt_from_builds(replica, clock, monkeypatch):
     # builds that take no time
-    monkeypatch.setattr(embedded, "time", SimpleNamespace(monotonic=clock, time=clock))
+    monkeypatch.setattr(local_engine, "time", SimpleNamespace(monotonic=clock, time=clock))
     async with replica() as builds:
         before = builds.facts().retry_after
         for name in "abcdefgh":
@@ -334,7 +334,7 @@ async def test_the_age_of_the_oldest_waiting_build_is_known(
     replica, scripted_worker, clock, monkeypatch
 ):
     later = SimpleNamespace(time=lambda: clock.seconds + 100, monotonic=time.monotonic)
-    monkeypatch.setattr(embedded, "time", later)
+    monkeypatch.setattr(local_engine, "time", later)
     async with replica() as builds:
         await builds.submit(JOB, OPTIONS, b"gate")
         await begun(builds, JOB)
@@ -700,7 +700,7 @@ async def test_what_is_stored_by_then_is_not_built_again(replica, accept, script
 async def test_what_was_left_is_taken_up_when_the_store_can_be_used_again(
     replica, accept, book, monkeypatch, error
 ):
-    monkeypatch.setattr(embedded, "_RECOVERY_DELAYS", (0.0, 0.01))
+    monkeypatch.setattr(local_engine, "_RECOVERY_DELAYS", (0.0, 0.01))
     monkeypatch.setattr(book, "unfinished", failing(error, 3, function=book.unfinished))
     accept("build")
     async with replica(sole_owner=True) as builds:

@@ -15,7 +15,7 @@ import pytest
 from service.application import create_app
 from service.http import bodies
 from service.settings import Settings
-from service.storage.gamuts import GamutStore
+from service.storage.gamut_store import GamutStore
 from service.storage.local import LocalBlobs
 
 HANG = 600

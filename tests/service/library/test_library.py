@@ -8,7 +8,7 @@ import pytest
 from gamutcore.history import columns
 from service.admission import Admission
 from service.library import Library
-from service.storage.gamuts import GamutDamagedError, GamutNotStoredError
+from service.storage.gamut_store import GamutDamagedError, GamutNotStoredError
 from service.storage.published import PublishedGamut
 
 NAME = "a" * 64

@@ -15,7 +15,7 @@ from service.application import create_app
 from service.building.kernels import Kernels
 from service.settings import Settings
 from service.storage import published
-from service.storage.gamuts import GamutStore
+from service.storage.gamut_store import GamutStore
 from service.storage.local import LocalBlobs
 
 LIMIT = "max_error=0.7&max_mismatch=0.02"

@@ -17,7 +17,7 @@ from service.problems.kinds import KINDS
 from service.problems.problem import Problem
 from service.settings import Settings
 from service.storage.blobs import StoreUnavailableError
-from service.storage.gamuts import GamutStore
+from service.storage.gamut_store import GamutStore
 
 MANY = hypothesis.settings(
     max_examples=80, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]

@@ -10,7 +10,7 @@ import pytest
 
 from service.application import create_app
 from service.settings import Settings
-from service.storage import gamut_store
+from service.storage import store_at
 
 CSV = b"LAB_L,LAB_A,LAB_B\n0,0,0\n100,0,0\n50,60,0\n50,-30,52\n50,-30,-%d"
 
@@ -204,7 +204,7 @@ def test_of_two_replicas_the_last_writer_wins(s3, monkeypatch, request_app, buil
     for name, value in s3.items():
         monkeypatch.setenv(name, value)
     location = f"s3://bucket/names-{sys.version_info[1]}"
-    with contextlib.closing(gamut_store(location)) as store:
+    with contextlib.closing(store_at(location)) as store:
         store.open()
         for gamut in built:
             publish_built(store, gamut)

@@ -11,7 +11,7 @@ from gamutcore.references import NOT_OFFERED, REFERENCES
 from service.application import create_app
 from service.routes.dependencies import CACHE_SECONDS
 from service.settings import Settings
-from service.storage import gamut_store
+from service.storage import store_at
 
 FEW = {"surface_samples": 400}
 
@@ -155,7 +155,7 @@ def test_an_evicted_reference_is_built_again(server):
 
 def test_readers_start_builds_with_default_options_only(request_app, tmp_path, assert_problem):
     """A reader could fill the store by combining options. Nothing is built in this process."""
-    store = gamut_store(str(tmp_path))
+    store = store_at(str(tmp_path))
     store.open()
     store.close()
     readers = Settings(
@@ -175,7 +175,7 @@ def test_readers_start_builds_with_default_options_only(request_app, tmp_path, a
 
 def test_options_apply_to_slugs_and_not_to_ids_beside_them(request_app, tmp_path, assert_problem):
     """Nothing is built in this process, so the answer is the job of the first gamut."""
-    store = gamut_store(str(tmp_path))
+    store = store_at(str(tmp_path))
     store.open()
     store.close()
     app = create_app(Settings(store=str(tmp_path)))

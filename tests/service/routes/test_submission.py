@@ -16,7 +16,7 @@ from gamutcore import Options
 from gamutcore.building import gamut_id
 from service.application import create_app
 from service.settings import Settings
-from service.storage.gamuts import GamutStore
+from service.storage.gamut_store import GamutStore
 from service.storage.local import LocalBlobs
 
 JSON = {"Content-Type": "application/json"}

@@ -10,7 +10,7 @@ import pytest
 
 from service.storage import cloud
 from service.storage.cloud import CloudBlobs
-from service.storage.gamuts import GamutStore
+from service.storage.gamut_store import GamutStore
 from service.storage.local import LocalBlobs
 from service.storage.published import PublishedGamut
 

@@ -12,7 +12,7 @@ from obstore.exceptions import BaseError
 from service.storage import cloud, gamuts, published
 from service.storage.blobs import StoreUnavailableError
 from service.storage.cloud import CloudBlobs
-from service.storage.gamuts import GamutStore
+from service.storage.gamut_store import GamutStore
 
 KEY = "jobs/ab/abcd.job"
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from service.storage import eviction, gamuts
 from service.storage.blobs import StoreFullError
-from service.storage.gamuts import GamutNotStoredError, GamutStore
+from service.storage.gamut_store import GamutNotStoredError, GamutStore
 from service.storage.local import LocalBlobs
 from service.storage.published import blob_key
 

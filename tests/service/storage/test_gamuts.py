@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from service.storage.blobs import BlobNotFoundError, StoreUnavailableError
 from service.storage.eviction import remove_uncommitted
-from service.storage.gamuts import GamutDamagedError, GamutNotStoredError, GamutStore
+from service.storage.gamut_store import GamutDamagedError, GamutNotStoredError, GamutStore
 from service.storage.local import LocalBlobs
 from service.storage.published import (
     PublishedGamut,

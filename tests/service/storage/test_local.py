@@ -11,7 +11,7 @@ import pytest
 
 from service.storage import local as module
 from service.storage.blobs import StoreFullError
-from service.storage.gamuts import GamutStore
+from service.storage.gamut_store import GamutStore
 from service.storage.local import LocalBlobs, StoreInUseError
 
 KEY = "jobs/ab/abcd.job"

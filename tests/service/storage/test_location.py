@@ -5,7 +5,7 @@ import sys
 import pytest
 
 from service.__main__ import main
-from service.storage import StoreLocationError, blobs_at, gamut_store, is_address
+from service.storage import StoreLocationError, blobs_at, is_address, store_at
 from service.storage.cloud import CloudBlobs
 from service.storage.local import LocalBlobs
 
@@ -52,7 +52,7 @@ def test_an_account_that_azure_needs_is_asked_for(monkeypatch):
 
 
 def test_the_store_is_as_the_settings_say(tmp_path):
-    store = gamut_store(str(tmp_path), 12345, keep_inputs=False)
+    store = store_at(str(tmp_path), 12345, keep_inputs=False)
     assert store.blobs.directory == tmp_path
     assert store.blobs.limit == 12345
     assert store.keep_inputs is False

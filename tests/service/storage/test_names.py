@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.storage.names import (
+from service.storage.gamut_names import (
     LONGEST_NAME,
     GamutName,
     InvalidNameError,

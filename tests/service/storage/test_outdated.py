@@ -8,7 +8,7 @@ import pytest
 from gamutcore.version import ALGORITHM_VERSION
 from service.__main__ import main
 from service.storage.cloud import CloudBlobs
-from service.storage.gamuts import GamutStore
+from service.storage.gamut_store import GamutStore
 from service.storage.local import LocalBlobs
 from service.storage.published import PublishedGamut, blob_key
 
