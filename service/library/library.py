@@ -190,7 +190,7 @@ class Library:
                 # It had to give way while it was in use.
                 self._put_open(opened)
         if opened is not None:
-            self._store.mark_used(gamut_id)
+            self._store.uses.mark(gamut_id)
         return opened
 
     async def gamut(self, gamut_id: str, client: str) -> OpenGamut:

@@ -27,8 +27,9 @@ from service.storage.published import PublishedGamut, blob_key, id_of
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
-    from service.storage.gamut_store import GamutStore
+    from service.storage.blobs import Blobs
     from service.storage.local import LocalBlobs
+    from service.storage.uses import GamutUses
 
 __all__ = ["Eviction", "remove_uncommitted"]
 
@@ -67,11 +68,12 @@ class _Queue:
 
 
 class Eviction:
-    """Makes room in a local store."""
+    """Makes room in a local store. `evict` removes a gamut and returns the freed bytes."""
 
-    def __init__(self, store: GamutStore, blobs: LocalBlobs) -> None:
-        self._store = store
+    def __init__(self, blobs: LocalBlobs, uses: GamutUses, evict: Callable[[str], int]) -> None:
         self._blobs = blobs
+        self._uses = uses
+        self._evict = evict
         self._lock = threading.RLock()
         self._evicting = False
         self._inputs = _Queue()
@@ -125,7 +127,7 @@ class Eviction:
             elif (key := self._next_in_quarantine()) is not None:
                 freed += self._drop(key)
             elif (gamut_id := self._oldest(self._gamuts)) is not None:
-                freed += self._store.evict(gamut_id)
+                freed += self._evict(gamut_id)
             else:
                 break
         return freed
@@ -139,9 +141,9 @@ class Eviction:
                 return None
             used, gamut_id = heapq.heappop(queue.heap)
             # A gamut that is being published is noted afterwards.
-            if not self._store.is_being_published(gamut_id):
+            if not self._uses.is_being_published(gamut_id):
                 with contextlib.suppress(BlobNotFoundError):
-                    current = self._store.last_use(gamut_id)
+                    current = self._uses.last(gamut_id)
                     if current == used:
                         return gamut_id
                     queue.add(current, gamut_id)
@@ -150,22 +152,22 @@ class Eviction:
         self._scans_left -= 1
         self._outdated = False
         self._noted.clear()
-        self._inputs.fill(self._uses("inputs/", ".input"))
-        self._gamuts.fill(self._uses("published/", ".record"))
+        self._inputs.fill(self._dated_ids("inputs/", ".input"))
+        self._gamuts.fill(self._dated_ids("published/", ".record"))
 
-    def _uses(self, prefix: str, suffix: str) -> Iterator[tuple[float, str]]:
+    def _dated_ids(self, prefix: str, suffix: str) -> Iterator[tuple[float, str]]:
         """Iterate over last use and id of the published gamuts that have such a blob."""
         for key in self._blobs.keys(prefix):
             if key.endswith(suffix):
                 with contextlib.suppress(BlobNotFoundError):
-                    yield self._store.last_use(id_of(key)), id_of(key)
+                    yield self._uses.last(id_of(key)), id_of(key)
 
     def _take_noted(self) -> None:
         while self._noted:
             gamut_id = self._noted.popleft()
             # Without a record, the input belongs to a job that is not finished.
             with contextlib.suppress(BlobNotFoundError):
-                used = self._store.last_use(gamut_id)
+                used = self._uses.last(gamut_id)
                 self._inputs.add(used, gamut_id)
                 self._gamuts.add(used, gamut_id)
 
@@ -183,19 +185,19 @@ class Eviction:
         return nbytes if self._blobs.delete(key) else 0
 
 
-def remove_uncommitted(store: GamutStore, goes_on: Callable[[], bool]) -> int:
+def remove_uncommitted(blobs: Blobs, uses: GamutUses, goes_on: Callable[[], bool]) -> int:
     """Remove histories whose publisher died before it created the record; return their number.
 
     The storage must belong to this process: in a shared one, other publishers are unknown.
     `goes_on` tells whether to continue.
     """
-    removed, blobs = 0, store.blobs
+    removed = 0
     for gamut_id, keys in groupby(blobs.keys("published/"), id_of):
         if not goes_on():
             break
         histories = [key for key in keys if key.endswith(".gamut")]
         # The keys are read first: a gamut that is not being published now was committed before.
-        if store.is_being_published(gamut_id):
+        if uses.is_being_published(gamut_id):
             continue
         record = blob_key(gamut_id, "record")
         if len(histories) == 1 and stored_bytes(blobs, record):

@@ -29,7 +29,6 @@ import logging
 import secrets
 import threading
 import time
-from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -51,6 +50,7 @@ from service.storage.eviction import Eviction, remove_uncommitted
 from service.storage.gamut_names import Names, Owners
 from service.storage.local import LocalBlobs
 from service.storage.published import PublishedCache, PublishedGamut, blob_key, id_of
+from service.storage.uses import GamutUses
 
 __all__ = ["GamutDamagedError", "GamutNotStoredError", "GamutStore"]
 
@@ -70,9 +70,6 @@ _RECORD_SECONDS = 60.0
 
 _READERS = 16
 """Number of simultaneous reads of remote records for a page."""
-
-_FLUSH_SECONDS = 600.0
-"""Interval of writing the times of last use."""
 
 _ATTEMPTS = 3
 """Number of attempts to create or read a record or an input during concurrent deletes."""
@@ -105,21 +102,19 @@ class GamutStore:
         self.blobs = blobs
         self.names = Names(blobs)
         self.owners = Owners(blobs)
+        self.uses = GamutUses(blobs)
         self.keep_inputs = keep_inputs
         self.hits = self.misses = self.corruptions = self.evictions = 0
         self.on_evicted: Callable[[str], None] | None = None
         self._lock = threading.Lock()
         self._quarantine_lock = threading.Lock()
-        self._publishing: Counter[str] = Counter()
         # Local records are read in microseconds, so only remote ones are cached.
         self._cached = PublishedCache(_CACHED_RECORDS, _RECORD_SECONDS if blobs.remote else 0)
-        self._used: dict[str, float] = {}
-        self._flushed = time.monotonic()
         self._sweeping: threading.Thread | None = None
         self._opened = threading.Event()
         self._eviction: Eviction | None = None
         if isinstance(blobs, LocalBlobs):
-            self._eviction = Eviction(self, blobs)
+            self._eviction = Eviction(blobs, self.uses, self.evict)
             blobs.make_room = self._eviction.make_room
 
     @property
@@ -135,7 +130,7 @@ class GamutStore:
             # In the background, because scanning a million names takes seconds.
             self._sweeping = threading.Thread(
                 target=remove_uncommitted,
-                args=(self, self._opened.is_set),
+                args=(self.blobs, self.uses, self._opened.is_set),
                 name="store sweep",
                 daemon=True,
             )
@@ -147,7 +142,7 @@ class GamutStore:
         if self._sweeping is not None:
             self._sweeping.join()
             self._sweeping = None
-            self.flush_uses()
+            self.uses.flush()
         self.blobs.close()
 
     def scratch(self, suffix: str) -> Path:
@@ -173,7 +168,7 @@ class GamutStore:
                 content.unlink(missing_ok=True)
             if not self.keep_inputs:
                 self.drop_input(record.id)
-            self.mark_used(record.id)
+            self.uses.mark(record.id)
         self._cached.put(record)
         return record
 
@@ -196,9 +191,8 @@ class GamutStore:
             self._cached.put(record)
         with self._lock:
             self.hits += 1
-        self.mark_used(gamut_id)
-        if time.monotonic() > self._flushed + _FLUSH_SECONDS:
-            self.flush_uses()
+        self.uses.mark(gamut_id)
+        self.uses.flush_if_due()
         return record
 
     def is_current(self, gamut_id: str) -> bool:
@@ -247,7 +241,7 @@ class GamutStore:
             return False
         deleted = self.blobs.delete(blob_key(gamut_id, "record"))
         self._cached.discard(gamut_id)
-        self._used.pop(gamut_id, None)
+        self.uses.discard(gamut_id)
         self.blobs.delete(record.key)
         self.drop_input(gamut_id)
         self.blobs.delete(blob_key(gamut_id, "model"))
@@ -260,7 +254,7 @@ class GamutStore:
         others = [blob_key(gamut_id, kind) for kind in ("input", "model")]
         keys = [*others, *self._keys_of(gamut_id)]
         nbytes = sum(stored_bytes(self.blobs, key) for key in keys)
-        if self.is_being_published(gamut_id) or not self.delete(gamut_id):
+        if self.uses.is_being_published(gamut_id) or not self.delete(gamut_id):
             return 0
         with self._lock:
             self.evictions += 1
@@ -419,50 +413,16 @@ class GamutStore:
         """Remove the input of a gamut; return whether there was one."""
         return self.blobs.delete(blob_key(gamut_id, "input"))
 
-    def is_being_published(self, gamut_id: str) -> bool:
-        """Return whether a thread of this process is publishing the gamut."""
-        return gamut_id in self._publishing
-
-    def mark_used(self, gamut_id: str) -> None:
-        """Record the use of a gamut. The least recently used gamuts are evicted first."""
-        if not self.blobs.remote:
-            with self._lock:
-                self._used[gamut_id] = time.time()
-
-    def last_use(self, gamut_id: str) -> float:
-        """Return the time of a gamut's last use; raises `BlobNotFoundError` if there is none.
-
-        A bucket does not keep it, and evicts nothing.
-        """
-        assert isinstance(self.blobs, LocalBlobs)  # noqa: S101
-        # Memory first, because a flush writes the time before it forgets it.
-        unwritten = self._used.get(gamut_id)
-        written = self.blobs.stat(blob_key(gamut_id, "record")).st_mtime
-        return written if unwritten is None else unwritten
-
-    def flush_uses(self) -> None:
-        """Write the times of last use as modification times of the records."""
-        if isinstance(self.blobs, LocalBlobs):
-            self._flushed = time.monotonic()
-            for gamut_id, when in list(self._used.items()):
-                self.blobs.touch(blob_key(gamut_id, "record"), when)
-                with self._lock:
-                    if self._used.get(gamut_id) == when:
-                        del self._used[gamut_id]
-
     def _note(self, gamut_id: str) -> None:
         if self._eviction is not None:
             self._eviction.note(gamut_id)
 
     @contextlib.contextmanager
     def _mark_publishing(self, gamut_id: str) -> Iterator[None]:
-        with self._lock:
-            self._publishing[gamut_id] += 1
         try:
-            yield
+            with self.uses.publishing(gamut_id):
+                yield
         finally:
-            with self._lock:
-                self._publishing -= Counter([gamut_id])
             self._note(gamut_id)
 
     def _commit(self, record: PublishedGamut) -> PublishedGamut:
@@ -565,7 +525,7 @@ class GamutStore:
         histories = []
         if record is not None and record.id == gamut_id:
             histories = [record.key]
-        elif not self.blobs.remote and not self.is_being_published(gamut_id):
+        elif not self.blobs.remote and not self.uses.is_being_published(gamut_id):
             # The record does not tell which copy it named. In a bucket, another process may be
             # publishing one.
             histories = [key for key in self._keys_of(gamut_id) if key.endswith(".gamut")]

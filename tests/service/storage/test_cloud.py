@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import pytest
 from obstore.exceptions import BaseError
 
-from service.storage import cloud, gamuts, published
+from service.storage import cloud, gamut_store, published
 from service.storage.blobs import StoreUnavailableError
 from service.storage.cloud import CloudBlobs
 from service.storage.gamut_store import GamutStore
@@ -90,7 +90,7 @@ def test_a_record_is_read_once_in_a_while_and_those_read_last_are_remembered(
 ):
     blobs, handler = proxied
     clock = SimpleNamespace(now=1000.0)
-    monkeypatch.setattr(gamuts, "_CACHED_RECORDS", 2)
+    monkeypatch.setattr(gamut_store, "_CACHED_RECORDS", 2)
     monkeypatch.setattr(published, "time", SimpleNamespace(monotonic=lambda: clock.now))
     ids = [publish(GamutStore(blobs), number).id for number in range(3)]
     store = GamutStore(blobs)

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.storage import eviction, gamuts
+from service.storage import eviction, uses
 from service.storage.blobs import StoreFullError
 from service.storage.gamut_store import GamutNotStoredError, GamutStore
 from service.storage.local import LocalBlobs
@@ -39,9 +39,9 @@ def test_the_least_recently_used_gamuts_go_first(limited, publish):
     ids = [publish(limited, number, bytes(9_000)).id for number in range(9)]
     for place, gamut_id in enumerate(ids):
         aged(limited, gamut_id, 100 - place)
-    limited._used.clear()
+        limited.uses.discard(gamut_id)
     limited.record(ids[0])  # the oldest, but used
-    limited.mark_used(ids[1])
+    limited.uses.mark(ids[1])
     new = publish(limited, 100, bytes(40_000)).id
     assert evicted == ids[2:5]
     assert limited.evictions == 3
@@ -158,7 +158,7 @@ def test_the_order_is_that_of_the_last_use_and_inputs_go_first(publish, identity
     ):
         patch.setattr(eviction, "_MOST", most)
         patch.setattr(eviction, "_SCANS", 1000)  # few gamuts in memory need many scans
-        patch.setattr(gamuts.time, "time", lambda: float(next(clock)))
+        patch.setattr(uses.time, "time", lambda: float(next(clock)))
         store = GamutStore(LocalBlobs(Path(folder), limit=110_000))
         store.open()
         used, inputs = {}, set()
@@ -184,7 +184,7 @@ def test_the_order_is_that_of_the_last_use_and_inputs_go_first(publish, identity
                 inputs -= {gamut_id} & used.keys()
                 used.pop(gamut_id, None)
             elif kind == "flush":
-                store.flush_uses()
+                store.uses.flush()
             elif kind == "rescan":
                 store._eviction._outdated = True
             oldest_first = sorted(used, key=used.get)
@@ -197,7 +197,7 @@ def test_the_order_is_that_of_the_last_use_and_inputs_go_first(publish, identity
             for each in evicted:
                 del used[each]
             if published or (kind == "use" and gamut_id in used):
-                used[gamut_id] = store.last_use(gamut_id)
+                used[gamut_id] = store.uses.last(gamut_id)
             assert stored(store) == set(used)
             assert store.blobs.used <= 110_000
         store.close()

@@ -340,8 +340,8 @@ def test_last_uses_are_written_down(store, publish):
     path = files(store, record.id)[1]
     os.utime(path, (1, 1))
     began = time.time()
-    store.mark_used(record.id)
-    store.flush_uses()
+    store.uses.mark(record.id)
+    store.uses.flush()
     assert path.stat().st_mtime >= began - 0.01
 
 
@@ -405,9 +405,9 @@ def test_histories_that_no_record_names_are_swept_and_all_else_stays(tmp_path):
                 blob_key(whole.id, "record"), whole.to_bytes() if record is None else record
             )
     store = GamutStore(blobs)
-    assert remove_uncommitted(store, lambda: False) == 0  # told to end
+    assert remove_uncommitted(store.blobs, store.uses, lambda: False) == 0  # told to end
     blobs.close()
-    with store._mark_publishing("e" * 64):
+    with store.uses.publishing("e" * 64):
         store.open()
         store._sweeping.join()
     left = [key.rpartition("/")[2].split(".") for key in blobs.keys("published/")]
