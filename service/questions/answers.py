@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from gamutcore.questions import Answer, Question
     from gamutcore.tables import ColourTable
     from service.library import QueryLevel
-    from service.questions.colour_bodies import Body
+    from service.questions.colour_bodies import QuestionBody
 
 __all__ = [
     "WRITERS",
@@ -90,7 +90,7 @@ class Writer:
     """Writes an answer from its first row to its last."""
 
     def __init__(
-        self, question: Question, level: QueryLevel, body: Body, warnings: Sequence[str]
+        self, question: Question, level: QueryLevel, body: QuestionBody, warnings: Sequence[str]
     ) -> None:
         self.question, self.level, self.body, self.warnings = question, level, body, warnings
 
@@ -168,7 +168,7 @@ class CsvWriter(Writer):
     """
 
     def __init__(
-        self, question: Question, level: QueryLevel, body: Body, warnings: Sequence[str]
+        self, question: Question, level: QueryLevel, body: QuestionBody, warnings: Sequence[str]
     ) -> None:
         super().__init__(question, level, body, warnings)
         self._axes = body.axes or level.axes

@@ -42,8 +42,8 @@ __all__ = [
     "NPY",
     "TABLES",
     "TABLE_PARAMETERS",
-    "Body",
     "Form",
+    "QuestionBody",
     "parse_body",
 ]
 
@@ -111,7 +111,7 @@ _BROKEN_HEADER = (
 """What NumPy raises for the headers of damaged files."""
 
 
-class Body(NamedTuple):
+class QuestionBody(NamedTuple):
     """The content of a body: an array (n, 3) for each name of the question's inputs."""
 
     inputs: list[FloatArray]
@@ -135,7 +135,7 @@ def parse_body(
     own: ColourSpace,
     width: int,
     query: Mapping[str, Any],
-) -> Body:
+) -> QuestionBody:
     """Return the content of a body of a form of `FORMS`. A table is not copied if it is bytes.
 
     `own` is the space of the gamut, `width` the number of values in a row of an input, and `query`
@@ -146,10 +146,10 @@ def parse_body(
     if media_type == JSON:
         body = _json(content, question, width)
     elif media_type == NPY:
-        body = Body(_npy(content, question.inputs, width), {})
+        body = QuestionBody(_npy(content, question.inputs, width), {})
     else:
         table = _table(bytes(content), question.inputs, own, query)
-        body = Body(table.inputs, {}, table)
+        body = QuestionBody(table.inputs, {}, table)
     checked = []
     for name, points in zip(question.inputs, body.inputs, strict=True):
         try:
@@ -161,7 +161,7 @@ def parse_body(
     return body._replace(inputs=checked)
 
 
-def _json(content: bytes | bytearray, question: Question, width: int) -> Body:
+def _json(content: bytes | bytearray, question: Question, width: int) -> QuestionBody:
     most = FORMS[JSON].most_rows
     # Decoding makes an object of two bytes, so the number is limited before.
     if content.count(b"[") > most * len(question.inputs) + 100:
@@ -180,7 +180,7 @@ def _json(content: bytes | bytearray, question: Question, width: int) -> Body:
             raise _invalid(f"The JSON object has no member {name}.", name)
         inputs.append(_points(document.pop(name), name, most, width))
     _same_rows(question.inputs, inputs)
-    return Body(inputs, document)
+    return QuestionBody(inputs, document)
 
 
 def _decoded(content: bytes | bytearray) -> Any:  # noqa: ANN401 - JSON before its shape is known

@@ -27,10 +27,10 @@ if TYPE_CHECKING:
     from gamutcore.colours.spaces import ColourSpace
     from gamutcore.questions import Answer, Question
     from gamutcore.tables import ColourTable
-    from service.http.bodies import Body as Sent
+    from service.http.bodies import Body
     from service.library import Library, QueryLevel
     from service.questions.answers import Writer
-    from service.questions.colour_bodies import Body
+    from service.questions.colour_bodies import QuestionBody
     from service.telemetry.metrics import QueryMetrics
 
 __all__ = ["Query", "QuestionRunner", "answer_bytes", "is_inline", "level_values", "work_of"]
@@ -77,7 +77,7 @@ class Query(NamedTuple):
 
     question: Question
     levels: Sequence[QueryLevel]
-    body: Body
+    body: QuestionBody
     values: Mapping[str, Any]
     media_type: str
     warnings: tuple[str, ...]
@@ -107,22 +107,22 @@ class QuestionRunner:
 
     async def parse(
         self,
-        sent: Sent,
+        arriving: Body,
         media_type: str,
         question: Question,
         own: ColourSpace,
         width: int,
         query: Mapping[str, Any],
-    ) -> Body:
+    ) -> QuestionBody:
         """Return the content of a body that has arrived; see `parse_body`."""
 
-        def parse() -> Body:
+        def parse() -> QuestionBody:
             # The text of a table is kept for its answer, so it is read as bytes at once.
-            content = sent.read(0, sent.size) if media_type == CSV else sent.content()
+            content = arriving.read(0, arriving.size) if media_type == CSV else arriving.content()
             return parse_body(content, media_type, question, own, width, query)
 
         with timed("body"):
-            if media_type == JSON and sent.size <= INLINE_BYTES:
+            if media_type == JSON and arriving.size <= INLINE_BYTES:
                 return parse()
             return await self._in_thread(parse)
 

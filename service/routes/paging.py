@@ -43,12 +43,12 @@ After = Annotated[
 """The query parameter `after`."""
 
 
-class _Listed(Protocol):
+class _Entry(Protocol):
     @property
     def id(self) -> str: ...
 
 
-_T = TypeVar("_T", bound=_Listed)
+_T = TypeVar("_T", bound=_Entry)
 
 
 def page_of(

@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     from gamutcore.levels import LevelRequest
     from service.admission import Holding
     from service.http.bodies import Body
-    from service.questions.colour_bodies import Body as Rows
+    from service.questions.colour_bodies import QuestionBody
     from service.storage.published import PublishedGamut
 
 __all__ = ["READING_POSTS", "QueryRoute", "router", "wait_for_kernels", "wanted_levels"]
@@ -201,7 +201,9 @@ async def _answer(request: Request, gamut_id: str, question: Question) -> Respon
         if question.needs_model and not opened.gamut.is_of_device:
             raise opened.gamut.no_device_model()
         width = len(opened.gamut.channels) if question.of_device else 3
-        posted = _Posted(request, question, arriving, sent, accepted, opened.space, width, query)
+        posted = _QuestionRequest(
+            request, question, arriving, sent, accepted, opened.space, width, query
+        )
         # JSON names the level, so it is parsed before the memory for the level is known.
         body = await posted.parse() if sent == JSON else None
         values = values_of(parameters, query, {} if body is None else body.members)
@@ -233,7 +235,7 @@ async def _answer(request: Request, gamut_id: str, question: Question) -> Respon
             return await _answer_rows(posted, wanted, body, values)
 
 
-class _Posted(NamedTuple):
+class _QuestionRequest(NamedTuple):
     """A question whose body has arrived."""
 
     request: Request
@@ -256,7 +258,7 @@ class _Posted(NamedTuple):
         """Memory of a table's text, which stays for the answer."""
         return 0 if self.sent == JSON else 2 * self.arriving.size
 
-    async def parse(self) -> Rows:
+    async def parse(self) -> QuestionBody:
         """Return the content of the body."""
         runner = service_of(self.request).questions
         body = await runner.parse(
@@ -265,7 +267,7 @@ class _Posted(NamedTuple):
         self.arriving.close()
         return body
 
-    def hold_pieces(self, body: Rows) -> Holding:
+    def hold_pieces(self, body: QuestionBody) -> Holding:
         """Count the memory of an answer in pieces until it is sent."""
         service = service_of(self.request)
         ahead = 1 if body.table is not None else service.questions.ahead
@@ -274,9 +276,9 @@ class _Posted(NamedTuple):
 
 
 async def _answer_rows(
-    posted: _Posted,
+    posted: _QuestionRequest,
     wanted: Sequence[tuple[PublishedGamut, LevelRequest]],
-    body: Rows,
+    body: QuestionBody,
     values: dict[str, Any],
 ) -> Response:
     """Return the answer for the rows of a body."""
