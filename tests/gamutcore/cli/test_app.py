@@ -219,7 +219,7 @@ READERS = [
     ("map", "colours.csv", "--gamut", "good.gamut", "--method", "sgck", "--from", NOTES),
     ("map", "cut.png", "--gamut", "good.gamut", "-o", "x.png"),
     ("compare", "good.gamut", NOTES),
-    ("plot", NOTES, "-o", "x.svg"),
+    pytest.param(("plot", NOTES, "-o", "x.svg"), marks=pytest.mark.slow),  # needs matplotlib
     ("slice", NOTES, "--lightness", "50"),
     ("rings", NOTES),
     ("rings", "good.gamut", "--reference", NOTES),

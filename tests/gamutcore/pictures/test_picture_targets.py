@@ -183,6 +183,7 @@ def test_encodings_that_do_not_fit_are_refused(press, photo, tmp_path, options, 
     assert list(tmp_path.iterdir()) == [photo]
 
 
+@pytest.mark.slow
 def test_devices_need_a_model_and_tiff(press, photo, tmp_path):
     colours = Gamut(2.0 * np.array(list(np.ndindex(2, 2, 2))) * 20 + 20, gamma=1)
     with pytest.raises(DeviceModelError, match="colours only"):

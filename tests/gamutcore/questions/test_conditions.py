@@ -184,11 +184,13 @@ class TestPictures:
             picture.load()
             assert picture.text == {"Gamut": str(press.conditions)}
 
+    @pytest.mark.slow
     def test_a_reference_is_stated_as_well(self, press, absolute):
         axes = press.plot_rings(absolute, figure().add_subplot())
         words = {word for text in axes.texts for word in text.get_text().split()}
         assert words >= {"reference:", "absolute", "relative", "Warning:"}
 
+    @pytest.mark.slow
     def test_plots(self, press):
         axes = press.plot_slice(50, figure().add_subplot())
         press.plot_slice(60, axes)

@@ -246,6 +246,7 @@ def prepare(made):
     asyncio.run(scenario())
 
 
+@pytest.mark.slow
 def test_an_installation_that_is_compiled_is_loaded():
     made = Kernels()
     prepare(made)
