@@ -51,7 +51,7 @@ myst_heading_anchors = 4
 default_role = "py:obj"
 nb_execution_mode = "force"
 nb_execution_raise_on_error = True
-nb_execution_timeout = 120
+nb_execution_timeout = 600  # seconds of a cell, beside other checks
 nb_merge_streams = True
 
 # --- reference of the Python package ---
