@@ -204,7 +204,7 @@ def test_a_mesh_that_is_no_boundary_is_a_problem(server, gamut, assert_problem):
 
 
 def test_a_build_goes_on_when_its_client_leaves(server, sphere):
-    body = json.dumps({"samples": sphere(seed=9, count=20000)}).encode()
+    body = json.dumps({"samples": sphere(seed=9, count=10_000)}).encode()
     address = urlsplit(server.url)
     head = (
         f"POST /v1/gamuts HTTP/1.1\r\nHost: {address.netloc}\r\nContent-Type: application/json\r\n"
