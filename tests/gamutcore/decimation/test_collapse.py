@@ -429,6 +429,7 @@ PRIORITIES = st.one_of(
 )
 
 
+@pytest.mark.slow
 @given(
     st.dictionaries(st.integers(0, 24), PRIORITIES),
     st.randoms(use_true_random=False),

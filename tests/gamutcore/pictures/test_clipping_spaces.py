@@ -27,6 +27,7 @@ def press():
     return Gamut(PRESS, space=PICTURE_SPACE, **COARSE)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["clip-hue", "clip-nearest"])
 def test_clipping_is_as_near_as_that_of_other_programs(press, method):
     rgb = np.random.default_rng(46).random((3000, 3))

@@ -89,6 +89,7 @@ def test_appearance_spaces_state_how_colours_are_seen():
     assert str(seen).startswith("colours as given")
 
 
+@pytest.mark.slow
 def test_every_result_states_its_gamut(press, srgb):
     colour = (50, 90, 0)
     answers = [

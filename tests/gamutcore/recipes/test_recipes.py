@@ -310,6 +310,7 @@ def test_the_model_is_a_small_part_of_a_saved_press() -> None:
     assert len(gamut.to_bytes()) >= 0.7 * len(gamut.to_bytes(device_model=True))
 
 
+@pytest.mark.slow
 def test_another_reader_evaluates_a_saved_model_by_its_specification(tmp_path: Path) -> None:
     """Only docs/device-model-format.md, safetensors and numpy: the kind `fit`."""
     path = tmp_path / "press.gamut"
