@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
-from gamutclient.results import Shown
+from gamutclient.results import TabularRepr
 
 if TYPE_CHECKING:
     import trimesh
@@ -30,7 +30,7 @@ def _not_loaded(_format_name: str) -> NoReturn:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
-class Mesh(Shown):
+class Mesh(TabularRepr):
     """A level as a triangle mesh.
 
     Attributes
