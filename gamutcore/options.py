@@ -442,6 +442,25 @@ class Options(BaseModel):
                 raise OptionError.refusal(name, value, "a value, or leave it out for the default")
         return cls(**values)
 
+    @classmethod
+    def from_stored(cls, mapping: Mapping[str, object]) -> Options:
+        """Return options that an earlier version of the service stored with a gamut or a job.
+
+        The boundary ``convex-hull`` was the modified one with a gamma of 1. Spaces had the option
+        `scale`, of which only 1 can be built.
+
+        Raises
+        ------
+        OptionError
+            As for `from_mapping`.
+        """
+        options = dict(mapping)
+        if options.get("boundary") == "convex-hull":
+            options |= {"boundary": "modified-convex-hull", "gamma": 1.0}
+        if options.get("scale") == 1.0:
+            del options["scale"]
+        return cls.from_mapping(options)
+
     def to_mapping(self) -> dict[str, object]:
         """Return all options that apply, as JSON-able values; `from_mapping` reads them back."""
         return {

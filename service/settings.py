@@ -9,6 +9,7 @@ import re
 from collections.abc import Callable
 from collections.abc import Set as AbstractSet
 from typing import Annotated, Literal
+from urllib.parse import urlsplit
 
 from pydantic import (
     AfterValidator,
@@ -236,6 +237,14 @@ class Settings(BaseSettings):
         if broker and not _BROKER.match(broker):
             message = "must be redis://… or rediss://…"
             raise ValueError(message)
+        try:
+            _ = urlsplit(broker).port
+        except ValueError:
+            message = (
+                "must have a host and a port, as redis://:password@host:6379/0. Write /, # and ? "
+                "of a password as %2F, %23 and %3F."
+            )
+            raise ValueError(message) from None
         if broker and not is_address(info.data.get("store", "")):
             message = (
                 "GAMUT_STORE must be a bucket (s3://…, gs://… or az://…), which the API and the "

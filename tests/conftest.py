@@ -133,7 +133,7 @@ def typescript_program(tmp_path_factory: pytest.TempPathFactory) -> Callable[[Pa
     if node is None:
         missing("Programs in TypeScript need Node.js, which is not installed")
     if not esbuild.exists():
-        missing("The packages of web/ are not installed: run `make test`, or npm ci in web")
+        missing("The packages of web/ are not installed: run `make test-all`, or npm ci in web")
 
     def command(source: Path) -> list[str]:
         bundle = tmp_path_factory.mktemp("typescript") / f"{source.stem}.mjs"
@@ -158,7 +158,7 @@ def gltf_report(
         missing("Khronos' glTF validator needs Node.js, which is not installed")
     if not (VALIDATOR / "node_modules" / "gltf-validator").is_dir():
         missing(
-            "Khronos' glTF validator is not installed: run `make test`, or npm ci in tests/gltf"
+            "Khronos' glTF validator is not installed: run `make test-all`, or npm ci in tests/gltf"
         )
 
     def report(asset: bytes | Path) -> dict[str, Any]:

@@ -202,3 +202,11 @@ def test_the_examples_are_the_files_that_their_notices_speak_of():
         if digests:  # a file of others
             content = (ROOT / "examples" / name).read_bytes()
             assert [hashlib.sha256(content).hexdigest()] == digests, name
+
+
+def test_the_client_has_links_to_the_core():
+    """An edit in place makes a copy of a link, which falls behind."""
+    for name in ("number_text.py", "results.py"):
+        link = ROOT / "client" / "gamutclient" / name
+        assert link.is_symlink()
+        assert link.resolve() == ROOT / "gamutcore" / name

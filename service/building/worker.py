@@ -142,7 +142,7 @@ def build(request: dict[str, Any], events: Events) -> None:
         _limit_processor_time(request["seconds"])
     result: dict[str, Any]
     try:
-        options, default = Options.from_mapping(request["options"]), Options()
+        options, default = Options.from_stored(request["options"]), Options()
         if (options.cost, options.boundary) != (default.cost, default.boundary):
             # outside the limit, which the compiler's processes would inherit
             ensure_compiled("optional")

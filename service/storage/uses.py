@@ -51,7 +51,8 @@ class GamutUses:
 
     def discard(self, gamut_id: str) -> None:
         """Forget the last use of a deleted gamut."""
-        self._unwritten.pop(gamut_id, None)
+        with self._lock:
+            self._unwritten.pop(gamut_id, None)
 
     def flush_if_due(self) -> None:
         """Write the times of last use if the last flush is long ago."""

@@ -190,6 +190,9 @@ class TestWorker:
         [
             ("s3://bucket", "", 2, "GAMUT_BROKER"),
             ("var/gamuts", "redis://127.0.0.1:1/0", 2, "must be a bucket"),
+            ("s3://bucket", "redis://host:port/0", 2, "a host and a port"),
+            ("s3://bucket", "redis://:pass/word@host:6379/0", 2, "%2F"),
+            ("s3://bucket", "redis://[::1/0", 2, "a host and a port"),
             pytest.param(  # it needs Celery
                 *("ftp://host/folder", "redis://127.0.0.1:1/0", 1, "s3://bucket/prefix"),
                 marks=pytest.mark.slow,

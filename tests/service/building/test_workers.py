@@ -85,6 +85,28 @@ def test_a_job_of_another_version_gets_the_gamut_of_this_one(result, sphere):
     assert "id" not in built
 
 
+@pytest.mark.parametrize(
+    ("stored", "options"),
+    [
+        ({"space": "Oklab", "scale": 1.0}, {"space": "Oklab"}),
+        (
+            {"boundary": "convex-hull", "gamma": 1.0},
+            {"boundary": "modified-convex-hull", "gamma": 1},
+        ),
+    ],
+)
+def test_options_that_an_earlier_version_stored_are_built(result, sphere, stored, options):
+    content = document(sphere())
+    *_, built = result(content, stored, job="0" * 64)
+    assert (built["event"], built["id"]) == ("built", Gamut(content, options).id)
+
+
+def test_coordinates_with_a_factor_are_not_built(result, sphere):
+    (refused,) = result(document(sphere()), {"space": "Oklab", "scale": 2.0}, job="0" * 64)
+    assert (refused["code"], refused["where"]) == ("invalid-option", {"field": "scale"})
+    assert "multiply the coordinates" in refused["remedy"]
+
+
 def test_an_option_of_another_version_is_refused(result, sphere):
     (refused,) = result(document(sphere()), {"unknown": 1})
     assert refused["seconds"] == {}
