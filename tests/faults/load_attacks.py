@@ -2,8 +2,9 @@
 
 The clients have two addresses behind a proxy. The gamuts are FOGRA39L with different ink limits, of
 140,000 triangles each. Every attack is sent at once. Meanwhile the other client asks one question
-after the other, until the attack ends or `--seconds` are over. The program prints one line of JSON,
-and exits with 1 if a goal is missed. Goals in seconds are those of a quiet machine of two cores.
+after the other, until the attack ends or `--seconds` are over. The program prints a line for each
+attack, and exits with 1 if a goal is missed. Goals in seconds are those of a quiet machine of two
+cores.
 """
 
 import argparse
@@ -198,6 +199,20 @@ def warm(server, ids):
         server.client.post(f"/v1/gamuts/{ids[-1]}/{name}", json=body).raise_for_status()
 
 
+def summary(name, figures):
+    """Describe what another client waited, and what became of the attack."""
+    waits = [
+        f"{question} {wait['p99']:.2f} s" + ("" if wait["met"] else f" (goal {wait['goal']:g} s)")
+        for question, wait in figures.items()
+        if isinstance(wait, dict) and "p99" in wait
+    ]
+    statuses = ", ".join(f"{count} × {status}" for status, count in figures["attack"].items())
+    return (
+        f"{name}: p99 of {', '.join(waits)}; attack {statuses}; "
+        f"`/livez` p99 {figures['livez_p99_ms']:.0f} ms; peak {figures['peak_mb']} MB"
+    )
+
+
 def main():
     """Run all attacks and return the exit status."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -239,8 +254,7 @@ def main():
                     "peak_mb": round(server.peak() / 1e6),
                     "budget_mb": round(budget / 1e6),
                 }
-            print(name, figures[name], file=sys.stderr)
-    print(json.dumps(figures))
+            print(summary(name, figures[name]), flush=True)
     parts = [part for each in figures.values() for part in each.values() if isinstance(part, dict)]
     met = all(part.get("met", True) for part in parts)
     return (

@@ -211,6 +211,9 @@ def main():
         "other_statuses": sum(not set(map(int, row["statuses"])) <= STATUSES for row in rows),
         "tracebacks": tracebacks,
     }
+    for row in rows:
+        statuses = ", ".join(f"{count} × {status}" for status, count in row["statuses"].items())
+        print(f"{row['attack']} {statuses}, peak {row['peak_mb']} MB, kept {row['kept_ratio']:.2f}")
     print(json.dumps(figures))
     right = peak <= MOST_OVER_BUDGET * arguments.budget and kept <= MOST_KEPT
     return 0 if right and not figures["other_statuses"] and not tracebacks else 1
