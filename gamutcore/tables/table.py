@@ -65,7 +65,7 @@ if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
     from gamutcore.errors import Where
 
-__all__ = ["ColourTable", "read_table", "write_workbook"]
+__all__ = ["ColourTable", "read_table", "write_sheets", "write_workbook"]
 
 _DAMAGED = (
     *(ValueError, EOFError, TypeError, SyntaxError, KeyError, MemoryError, RecursionError),
@@ -843,12 +843,40 @@ _CONTROLS = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f]")
 _LONGEST_CELL = 32_767
 """Characters of a cell, by Excel's specifications."""
 
+_SHEET_TITLE = re.compile(r"[\\/*?:\[\]]")
+"""Characters that Excel does not accept in the title of a sheet."""
+
+_LONGEST_TITLE = 31
+"""Characters of the title of a sheet, by Excel's specifications."""
+
 
 def write_workbook(table: ColourTable, columns: Mapping[str, Sequence[Any]], path: Path) -> None:
     """Write a table with further columns as a workbook of one sheet.
 
     The colours of the table and the added numbers are numbers. Other cells are texts, also if they
     look like numbers or formulas.
+
+    Raises
+    ------
+    ModuleNotFoundError
+        openpyxl is not installed.
+    """
+    numbers = set(table.colour_places)
+    answers = zip(*columns.values(), strict=True) if columns else iter(())
+    rows: list[list[Any]] = [[*table.header, *table.added_names(list(columns))]]
+    for cells, known in table.rows():
+        row: list[Any] = [
+            _cell_number(cell) if known and at in numbers else (cell or None)
+            for at, cell in enumerate(cells)
+        ]
+        if known:
+            row += [_plain(value) for value in next(answers)]
+        rows.append(row)
+    write_sheets(path, {"colours": rows})
+
+
+def write_sheets(path: Path, sheets: Mapping[str, Sequence[Sequence[Any]]]) -> None:
+    """Write rows of cells as a workbook, a sheet for each title. Texts are never formulas.
 
     Raises
     ------
@@ -865,25 +893,17 @@ def write_workbook(table: ColourTable, columns: Mapping[str, Sequence[Any]], pat
     from openpyxl.cell import WriteOnlyCell  # noqa: PLC0415
 
     book = Workbook(write_only=True)
-    sheet = book.create_sheet("colours")
-
-    def text(value: str) -> Any:  # noqa: ANN401  # openpyxl has no types
-        cell = WriteOnlyCell(sheet, value=None)
-        cell.value = _CONTROLS.sub("", value)[:_LONGEST_CELL]
-        cell.data_type = "s"
-        return cell
-
-    sheet.append([text(name) for name in (*table.header, *table.added_names(list(columns)))])
-    numbers = set(table.colour_places)
-    answers = zip(*columns.values(), strict=True) if columns else iter(())
-    for cells, known in table.rows():
-        row = [
-            _cell_number(cell) if known and at in numbers else (text(cell) if cell else None)
-            for at, cell in enumerate(cells)
-        ]
-        if known:
-            row += [_plain(value) for value in next(answers)]
-        sheet.append([text(cell) if isinstance(cell, str) else cell for cell in row])
+    for title, rows in sheets.items():
+        sheet = book.create_sheet(_SHEET_TITLE.sub(" ", title)[:_LONGEST_TITLE])
+        for row in rows:
+            cells = []
+            for value in row:
+                cell = WriteOnlyCell(sheet, value=None if isinstance(value, str) else value)
+                if isinstance(value, str):
+                    cell.value = _CONTROLS.sub("", value)[:_LONGEST_CELL]
+                    cell.data_type = "s"
+                cells.append(cell)
+            sheet.append(cells)
     book.save(path)
 
 
