@@ -894,7 +894,7 @@ def write_sheets(path: Path, sheets: Mapping[str, Sequence[Sequence[Any]]]) -> N
 
     book = Workbook(write_only=True)
     for title, rows in sheets.items():
-        sheet = book.create_sheet(_SHEET_TITLE.sub(" ", title)[:_LONGEST_TITLE])
+        sheet = book.create_sheet(_SHEET_TITLE.sub(" ", title)[:_LONGEST_TITLE].strip())
         for row in rows:
             cells = []
             for value in row:
