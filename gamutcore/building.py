@@ -226,7 +226,7 @@ def _volume_error(decimation: Decimation, full: TriangleMesh) -> dict[str, Any]:
 class _FullBoundary(NamedTuple):
     """A boundary in its space, with device values of its vertices and what describes it.
 
-    `absolute` is the way from media-relative colours to absolute ones.
+    `absolute` maps media-relative colours to absolute ones.
     """
 
     boundary: Boundary
@@ -243,12 +243,12 @@ class _FullBoundary(NamedTuple):
 def parsed_input(content: bytes, options: Options, limits: Limits) -> Characterisation:
     """Return the characterisation data of a file, and check that the options apply to it."""
     with apply_limits(limits):
-        parsed = _parsed(content, options)
+        parsed = _read_input(content, options)
     options.check_data(_data_kind(parsed))
-    return parsed if options.inks is None else _with_inks(parsed, options.inks)
+    return parsed if options.inks is None else _rename_inks(parsed, options.inks)
 
 
-def _with_inks(parsed: Characterisation, inks: str) -> Characterisation:
+def _rename_inks(parsed: Characterisation, inks: str) -> Characterisation:
     """Return data with other names of its inks."""
     assert isinstance(parsed, Samples | IccProfile)  # noqa: S101  # of the option's kinds of data
     names, channels = tuple(inks.split(",")), parsed.channels
@@ -330,11 +330,10 @@ def _warnings(provenance: dict[str, JSON]) -> list[JSON]:
 
 
 IN_PER_CENT = 50.0
-"""Given limits below are likely to be meant as a number of full inks: half of one ink prints
-little."""
+"""Limits of the option below this get a warning: the user probably means a number of full inks."""
 
 ONE_INK = 100.0
-"""Stated limits below are not used: no press has them, and the unit is likely to be another."""
+"""Limits that data states below this are not used: no press has them, so the unit is another."""
 
 
 def ink_limits(data: Characterisation, options: Options) -> tuple[InkLimits, list[str]]:
@@ -365,7 +364,7 @@ def ink_limits(data: Characterisation, options: Options) -> tuple[InkLimits, lis
     return InkLimits(stated.total, options.black_limit, stated.source), [warning]
 
 
-def _parsed(data: bytes, options: Options) -> Characterisation:
+def _read_input(data: bytes, options: Options) -> Characterisation:
     """Read characterisation data, or the part of an ICC profile that `options.source` names."""
     if options.source == "measurements":
         return embedded_measurements(read_characterisation(data), condition=options.condition)
@@ -420,7 +419,7 @@ def _boundary_of_colours(
             where={"field": "channels"},
             remedy="Send a device or a picture of three or more channels, such as RGB or CMYK.",
         ) from error
-    colours, wrapping, missed = _raised_to_folds(colours, wrapping, space.white_lightness)
+    colours, wrapping, missed = _add_folds(colours, wrapping, space.white_lightness)
     boundary, values = wrapping.boundary, None
     if colours.device is not None:
         values = vertex_device_values(boundary, colours.points, colours.device, colours.channels)
@@ -449,7 +448,7 @@ def _boundary_of_colours(
 
 
 SPREAD_VALUES = 2**15
-"""Number of device values inside of the cube and on its faces whose colours are tried."""
+"""Number of device values inside the cube and on its faces at which `_farthest_values` begins."""
 
 SEARCH_STARTS = 512
 """Number of device values around which the farthest colours are searched."""
@@ -461,8 +460,8 @@ SEARCH_STEPS = tuple(0.1 * 0.6**step for step in range(8))
 """Largest changes of the search, as shares of a channel's range."""
 
 FOLDED = 0.05
-"""Distance outside of the boundary at which a fold is raised, where the white has a lightness of
-100. Surfaces without folds have errors of 0.001 to 0.03."""
+"""Distance outside of the boundary from which a fold becomes part of it, where the white has a
+lightness of 100. Surfaces without folds have errors of 0.001 to 0.03."""
 
 FLAT_PIECES = 2.0
 """Multiple of the error of the flat pieces of the surface from which an error is that of a fold."""
@@ -471,7 +470,7 @@ FOLD = -1
 """Label of the triangles of folds, which belong to no patch of the surface."""
 
 FOLD_ROUNDS = 2
-"""Largest number of times that the boundary is raised to folds. The first leaves small ones."""
+"""Largest number of rounds in which folds are added. The first round leaves small ones."""
 
 
 def _distance_outside(boundary: Boundary) -> Callable[[FloatArray], FloatArray]:
@@ -486,17 +485,19 @@ def _distance_outside(boundary: Boundary) -> Callable[[FloatArray], FloatArray]:
     return outside
 
 
-def _raised_to_folds(
+def _add_folds(
     colours: SurfaceColours, wrapping: Wrapping, white_lightness: float
 ) -> tuple[SurfaceColours, Wrapping, float]:
-    """Return the colours and their boundary, both with the device's folds, and the boundary error.
+    """Add the device's folds to its colours and boundary; return both, and the boundary error.
 
-    The error counts the colours of the device model and the measured ones.
+    A fold is a piece of the gamut's surface whose device values are inside the cube
+    (`gamutcore.colours.folds`). The error counts the colours of the device model and the measured
+    ones.
     """
     error, values = _farthest_values(colours, wrapping.boundary)
     device, threshold, triangles = colours.device_colours, FOLDED * white_lightness / 100.0, 0
     if device is not None and wrapping.choices["method"] == "device-surface":
-        folds = _knows_the_inside(device) and error > max(
+        folds = _has_inner_samples(device) and error > max(
             threshold, FLAT_PIECES * _surface_error(device, wrapping.boundary)
         )
         for number in range(FOLD_ROUNDS if folds else 0):
@@ -534,8 +535,8 @@ def _raised_to_folds(
     return colours, wrapping, error
 
 
-def _knows_the_inside(device: DeviceColours) -> bool:
-    """Return whether colours inside the cube are known. A fit to its faces only guesses them."""
+def _has_inner_samples(device: DeviceColours) -> bool:
+    """Whether samples inside the cube support the model. A fit to the faces alone extrapolates."""
     function = device.model.function
     if not isinstance(function, Fit):
         return True

@@ -6,8 +6,8 @@ and others: CGATS text with device values and colours) and `CxF `. Gretag and X-
 values without the profile's smoothing, and the measurement conditions. `targ` may instead name a
 data set of ICC's characterization data registry.
 
-A stated ink limit is never applied: the same options have the same meaning for all data. A warning
-names the limit instead.
+`stated_ink_limit` only reads the limit. `gamutcore.building.ink_limits` applies it, unless the
+options give another one.
 """
 
 from __future__ import annotations

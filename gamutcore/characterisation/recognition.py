@@ -42,13 +42,13 @@ class Format:
     Attributes
     ----------
     name, title : str
-    Name in the provenance of a gamut, ``format``, and name for people.
+        Name in the provenance of a gamut, ``format``, and name for people.
     kind : str
-    Content: ``"profile"``, ``"measurements"``, ``"picture"``, ``"mesh"`` or ``"reference"``.
+        Content: ``"profile"``, ``"measurements"``, ``"picture"``, ``"mesh"`` or ``"reference"``.
     extensions : tuple of str
-    Usual extensions.
+        Usual extensions.
     media_types : tuple of str
-    Registered media types, the usual one first; empty if there is none.
+        Registered media types, the usual one first; empty if there is none.
     """
 
     name: str
@@ -172,7 +172,7 @@ def format_summary() -> str:
 
 
 Characterisation: TypeAlias = Samples | IccProfile | Picture | GamutMesh | Reference
-
+"""What a file says of a device: the result of `read_characterisation`."""
 
 _MESHES_IN_BYTES: tuple[tuple[Callable[[bytes], bool], Callable[[bytes], GamutMesh]], ...] = (
     (looks_like_ply, ply_mesh),
@@ -185,7 +185,7 @@ _MESHES_IN_TEXT: tuple[tuple[Callable[[str], bool], Callable[[str], GamutMesh]],
     (looks_like_argyll, argyll_mesh),
     (looks_like_obj, obj_mesh),
 )
-"""Whether a file has the format, and the reader, in the order in which they are tried."""
+"""Readers of meshes in the order of trial, each with the function that recognises its format."""
 
 
 def read_characterisation(
@@ -231,10 +231,11 @@ def read_characterisation(
     encoding = text_encoding(data)
     if encoding is None:
         raise _unrecognised("The content is binary, and its format is unknown.")
-    return _of_text(data, encoding, condition)
+    return _read_text(data, encoding, condition)
 
 
-def _of_text(data: bytes, encoding: str, condition: str | None) -> Characterisation:
+def _read_text(data: bytes, encoding: str, condition: str | None) -> Characterisation:
+    """Return the characterisation data in a text: a mesh, JSON, CGATS or a table."""
     text = data.decode(encoding)
     if not text.strip("\0 \t\r\n"):
         raise _unrecognised("The content is empty.")

@@ -1,6 +1,8 @@
-"""From a source to colours: spaces, colorimetry, device models and the surface of a gamut.
+"""From characterisation data to colours: colorimetry, spaces, device models, surface samples.
 
-`surface_colours` is the entry point, and `colours_in_space` gives its result in a `ColourSpace`.
+`surface_colours` is the entry point, and `colours_in_space` gives its result in a `ColourSpace`. A
+device's *cube* is the set of all its device values, 0 to 1 in each channel. Ink limits cut it. The
+colours at the surface of the cut cube are those that a boundary is wrapped around.
 """
 
 from gamutcore.colours.colorimetry import (

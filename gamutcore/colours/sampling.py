@@ -88,9 +88,10 @@ class DeviceSurface:
 class DeviceColours(NamedTuple):
     """All colours that a device can make.
 
-    `points` maps device values (m, k) in the cube to colours, as those of `SurfaceColours`. A
-    boundary is likely to miss the colours of the device values `tried` (j, k). `model` has them in
-    CIELAB. `measured` (r, 3) has the colours of the printable samples, as they were measured.
+    `points` maps device values (m, k) in the cube to colours, as those of `SurfaceColours`. `tried`
+    (j, k) are device values between the surface samples, whose colours a boundary is likely to
+    miss. `model` gives colours in CIELAB. `measured` (r, 3) are the measured colours of the
+    printable samples.
     """
 
     cube: InkCube
@@ -101,12 +102,12 @@ class DeviceColours(NamedTuple):
 
 
 class AbsoluteColours(NamedTuple):
-    """What media-relative colours are with the intent absolute, and as the device's own.
+    """The way from media-relative colours to absolute ones, and to the device's unadapted ones.
 
-    `matrix` (3, 3) leads from tristimulus values relative to D50, Y = 1 for the white of the
-    medium, to absolute ones. These are the device's own if `as_measured`. `own` (3, 3) leads to the
-    device's own values, without adaptation and up to a common factor; None if they are the absolute
-    ones.
+    `matrix` (3, 3) maps tristimulus values relative to D50, with Y = 1 for the white of the medium,
+    to those of the intent absolute. With `as_measured` these are unadapted already. Otherwise `own`
+    (3, 3) maps to the unadapted values of the device, up to a common factor; None if there is no
+    such matrix.
     """
 
     matrix: FloatArray
@@ -114,7 +115,7 @@ class AbsoluteColours(NamedTuple):
     own: FloatArray | None = None
 
     def own_from(self, intent: object) -> FloatArray | None:
-        """Return the matrix from the colours of an intent to the device's own; None for unity."""
+        """Return the matrix from an intent to the device's unadapted values; None for identity."""
         if intent != "absolute":
             return self.matrix if self.own is None else self.own
         return None if self.own is None else self.own @ np.linalg.inv(self.matrix)

@@ -213,8 +213,8 @@ def _queue_next_candidate(state: State, work: LoopWorkspace, edge: int, count: i
 
 
 LARGE = 4.0
-"""An edge with more than so many times the error of the cheapest one is not evaluated at once when
-its link changes. It will hardly be the next one."""
+"""Ratio to the error of the cheapest edge above which a changed edge is not evaluated at once. Such
+an edge is hardly the next one."""
 
 
 @leaf_kernel
@@ -502,8 +502,8 @@ SWEEPS_PER_BLOCK = 3
 """Number of sweeps of a block in each round."""
 
 WHOLE = 2.5
-"""Levels of at most so many times the vertices of the last swept level form a single block, because
-the last limit has to be reached everywhere."""
+"""Ratio to the vertices of the last swept level up to which all edges form a single block. The last
+limit has to be reached everywhere."""
 
 
 @leaf_kernel
@@ -540,10 +540,10 @@ def _collapse_in_sweeps(state: State, record: Record, work: LoopWorkspace, wante
 
 
 FIRST_PART = 16
-"""The first limit lies above the errors of one in so many edges."""
+"""The first limit lies above the errors of one sixteenth of the edges."""
 
 SAMPLED = 16
-"""One in so many edges is evaluated to find that limit."""
+"""Every sixteenth edge is evaluated to find that limit."""
 
 
 @leaf_kernel

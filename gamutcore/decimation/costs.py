@@ -1,10 +1,11 @@
 """The three costs ``quadric``, ``volume`` and ``finest``: parameters, state and evaluation.
 
 ``quadric`` is the published cost. ``volume``, the default, and ``finest`` are the same algorithm
-with different parameters. Fine levels use memoryless quadrics. From `Parameters.compared_vertices`
-on, the error of an edge is the change of the mismatch with a reference, evaluated by samples.
-``volume`` compares with the level at which the comparison begins, and preserves the volume.
-``finest`` compares with the full boundary and moves vertices to lower the mismatch.
+with different parameters. Fine levels use memoryless quadrics. In levels of at most
+`Parameters.compared_vertices` vertices, the error of an edge is the change of the mismatch with a
+reference, evaluated by samples. The reference of ``volume`` is the first of these levels, and every
+level keeps the volume. The reference of ``finest`` is the full boundary, and vertices move to lower
+the mismatch.
 
 All costs share one type of state, so the collapse loop is compiled once. Each kernel selects the
 algorithm by `Parameters.kind`. A cost only proposes positions. The collapse loop rounds and tests
@@ -61,14 +62,14 @@ SWEPT_DOWN_TO = 6000
 """Number of vertices at which the sweeps end and strict order begins."""
 
 MOVED_FRACTION = 10
-"""Vertices move in levels with at most one in so many of the full boundary's vertices.
+"""Vertices move in levels with at most this part of the full boundary's vertices, one in ten.
 
 A move takes 28 bits of a history, and six neighbours move in a split. Levels with half as many
 vertices as the first level with moves are as accurate as if all levels had moves.
 """
 
 MOVED_AT_LEAST = 100
-"""Vertices move in levels with so many vertices and fewer, whatever the size of the boundary."""
+"""Vertices move in levels with at most this number of vertices, whatever the boundary's size."""
 
 SAMPLES_OF_REFERENCE_FACE = 12
 """Largest mean number of samples per face of the reference. More samples of a flat face add time
@@ -93,9 +94,8 @@ class Parameters(NamedTuple):
     # half of the samples are removed when a face has twice as many on average, so that the time for
     # an edge stays the same
     samples_per_face: int = 0
-    thinned_vertices: int = (
-        0  # levels of at most this size keep their samples: each collapse counts
-    )
+    # levels of at most this size keep their samples: each collapse counts
+    thinned_vertices: int = 0
 
     def for_boundary(self, vertices: int, faces: int) -> Parameters:
         """Return the parameters with the limits that depend on the size of the full boundary."""
@@ -123,9 +123,11 @@ class Cost(NamedTuple):
     trials: Trials | None = None
 
 
-_TRACKED_VERTICES = 2000
+_COMPARED_BY_VOLUME = 2000
+"""`Parameters.compared_vertices` of ``volume``; the surface is compacted there as well."""
 
-_COMPARED_VERTICES = 4000
+_COMPARED_BY_FINEST = 4000
+"""`Parameters.compared_vertices` of ``finest``; the surface is compacted there as well."""
 
 _COSTS = {
     cost.name: cost
@@ -135,7 +137,7 @@ _COSTS = {
             Parameters(
                 MEMORYLESS,
                 compares_with_full=True,
-                compared_vertices=_COMPARED_VERTICES,
+                compared_vertices=_COMPARED_BY_FINEST,
                 moved_vertices=1500,
                 eager_collapses=2500,
                 samples=40_000,
@@ -143,7 +145,7 @@ _COSTS = {
                 samples_per_face=16,
                 thinned_vertices=250,
             ),
-            compacted=(_COMPARED_VERTICES,),
+            compacted=(_COMPARED_BY_FINEST,),
             trials=Trials(150, 8, 27),
         ),
         Cost("quadric", Parameters(ACCUMULATED)),
@@ -152,14 +154,14 @@ _COSTS = {
             Parameters(
                 MEMORYLESS,
                 preserves_volume=True,
-                compared_vertices=_TRACKED_VERTICES,
+                compared_vertices=_COMPARED_BY_VOLUME,
                 eager_collapses=700,
                 samples=16_000,
                 largest_samples=1 << 40,
                 samples_per_face=12,
                 thinned_vertices=100,
             ),
-            compacted=(SWEPT_DOWN_TO, _TRACKED_VERTICES),
+            compacted=(SWEPT_DOWN_TO, _COMPARED_BY_VOLUME),
             trials=Trials(70, 4, 27),
         ),
     )

@@ -4,6 +4,9 @@ A collapse removes the `dead` vertex of an edge and the two faces at the edge, a
 vertex. In the finer level, the face left of the directed edge kept → dead is (kept, dead, left).
 The face right of it is (dead, kept, right). Both are counter-clockwise from outside. The faces of
 the dead vertex between `right` and `left` pass to the kept vertex.
+
+Two words are kept apart here and in histories. A corner that *moves* gets another vertex. A vertex
+that *shifts* gets another position; only the cost ``finest`` shifts vertices.
 """
 
 from __future__ import annotations

@@ -1,8 +1,9 @@
 """The decimation of a full boundary: checks, the schedule of its phases, and the joined record.
 
-`decimate` scales the boundary to the grid and runs its schedule. Between phases the remaining
-surface is compacted. A phase numbers its vertices and faces from 0 and writes a record of its own.
-`_join_records` joins the records in the numbers of the full boundary.
+A *phase* leads from one level to a coarser one; the *schedule* is the list of phases. `decimate`
+rounds the boundary to the grid and runs the schedule. Before each phase but the first, the
+remaining surface is compacted: its vertices and faces are numbered from 0. A phase writes a record
+in its own numbers. `_join_records` joins the records in the numbers of the full boundary.
 
 The coarse end of a decimation is chaotic. Any change of a rounding leads to other levels, whose
 mismatch scatters by some per cent. From a small level on, several trials with perturbed errors are
@@ -145,7 +146,7 @@ def decimate(
     positions = on_grid.astype(np.float64) - origin / unit
     faces = np.ascontiguousarray(mesh.faces, np.int32)
     opposite = opposite_corners(faces, len(positions))
-    _check(mesh, faces, opposite, positions)
+    _check_boundary(mesh, faces, opposite, positions)
     phases = _schedule(chosen, len(positions))
     coarse = COARSE if chosen.trials else 0.0
     work = _Progress([(phase.collapses, phase.work(coarse)) for phase in phases])
@@ -168,9 +169,9 @@ def decimate(
             f"no edge could be collapsed validly with {2 * results[-1].left - 4} triangles left",
             remedy="Give a boundary whose faces are less degenerate, or another centre.",
         )
-    for places in (record.position, record.shift, final):
+    for positions_in_units in (record.position, record.shift, final):
         # the unit is a power of two, so nothing is rounded
-        np.multiply(places, np.float32(unit), out=places)
+        np.multiply(positions_in_units, np.float32(unit), out=positions_in_units)
     volume_error = None
     if chosen.parameters.preserves_volume:
         deficit = results[-1].state.surface.deficit[DEFICIT_LARGEST]
@@ -178,7 +179,7 @@ def decimate(
     return Decimation(record, vertex, final, origin, step, volume_error)
 
 
-def _check(
+def _check_boundary(
     mesh: TriangleMesh, faces: IndexArray, opposite: IndexArray, positions: FloatArray
 ) -> None:
     """Raise `MeshError` unless the mesh is a valid boundary."""
@@ -197,12 +198,12 @@ def _check(
             remedy=f"Give {2 * vertices - 4} faces: one closed piece without handles or unused "
             "vertices.",
         )
-    spoilt = faces_not_seeing_centre(positions, faces)
-    if spoilt.size:
+    hidden = faces_not_seeing_centre(positions, faces)
+    if hidden.size:
         raise MeshError(
-            f"the mesh is not star-shaped about the centre: {spoilt.size} faces do not see it from"
-            f" inside, the first of them face {spoilt[0]}",
-            where={"face": int(spoilt[0])},
+            f"the mesh is not star-shaped about the centre: {hidden.size} faces do not see it from"
+            f" inside, the first of them face {hidden[0]}",
+            where={"face": int(hidden[0])},
             remedy="Give a centre that all faces see from inside.",
         )
 
@@ -353,7 +354,7 @@ def _join_records(results: list[_PhaseResult]) -> tuple[Record, IndexArray, Floa
     for number, (state, record) in enumerate(results):
         part = record
         if number > 0:
-            part = _in_full_numbers(state, record)
+            part = _renumber_record(state, record)
             vertex.reshape(-1, 3)[state.faces] = state.vertices[state.surface.vertex.reshape(-1, 3)]
             positions[state.vertices] = state.grid.position
         parts.append(
@@ -363,7 +364,9 @@ def _join_records(results: list[_PhaseResult]) -> tuple[Record, IndexArray, Floa
     return Record(*map(np.concatenate, zip(*parts, strict=True))), vertex, positions
 
 
-def _in_full_numbers(state: State, record: Record) -> Record:
+def _renumber_record(state: State, record: Record) -> Record:
+    """Return the record of a phase in the numbers of the full boundary."""
+
     def corner(corners: IndexArray) -> IndexArray:
         return 3 * state.faces[corners // 3] + corners % 3
 

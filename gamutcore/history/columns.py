@@ -1,4 +1,4 @@
-"""The columns of a group of splits: their bytes in a file, and the test of what they say.
+"""The columns of a group of splits: their bytes in a file, and the test of their validity.
 
 A group holds one column for each quantity of its splits. A column is an array of unsigned integers
 whose bytes are transposed, so that the high bytes of all rows follow one another; then deflate
@@ -8,11 +8,15 @@ specifies the columns.
 Positions and device values are differences from the parent before the split. The sums along all
 chains of differences are computed together by pointer doubling, so no split is replayed.
 
-Reading tests a group against the level before it (`test_group`). The states of all faces of the
-group are laid out in one table, sorted by face and time. From it follow that moved corners are a
-contiguous fan of the parent, and the neighbours beside the fan. These make a vertex split, which
-leads from a closed, oriented mesh of genus 0 to another one. The star test then computes the
-determinant of every face in every state. A group that passes has valid levels only.
+Reading tests a group against the level before it, in two steps. A *state* of a face is its three
+slots between two splits that change them; all states of a group are rows, sorted by face and time.
+
+1. `_read_connectivity`: the moved corners of each split are a contiguous fan of faces around the
+   parent. Each is then a vertex split, which leads from a closed, oriented mesh of genus 0 to
+   another one. The neighbours beside the fan are its sides, left and right.
+2. `_test_stars`: the determinant of every face in every state is positive.
+
+A group that passes has valid levels only.
 """
 
 from __future__ import annotations
@@ -62,7 +66,7 @@ LARGEST_WORK = 2**26
 3 for each split. One vertex of many neighbours that is split many times would exceed it."""
 
 STEP_WORK = 256
-"""What a step of all faces together takes, in states of faces."""
+"""Time of one vectorised step over all faces, in units of the time of one state."""
 
 DAMAGE_REMEDY = "Give the file as it was delivered, unchanged."
 
@@ -89,7 +93,7 @@ class Group(NamedTuple):
 
 
 class GroupRows(NamedTuple):
-    """The splits of a group, with ends of parts that count from the begin of the group.
+    """The splits of a group. Its arrays `moved_end` and `shifted_end` count from the group's begin.
 
     `device` has the columns of `SplitValues` as int64; it is empty without device values.
     """
@@ -187,7 +191,7 @@ def pack_group(
     rows = slice(start - 4, end - 4)
     moved, moved_count = _part(splits.moved_end, rows)
     shifted, shifted_count = _part(splits.shifted_end, rows)
-    edge, middle = _lifted(splits.coarse[rows], splits.fine[rows], splits.added[rows])
+    edge, middle = _edge_and_middle(splits.coarse[rows], splits.fine[rows], splits.added[rows])
     arrays: list[NDArray[Any]] = [
         splits.parent[rows],
         moved_count,
@@ -196,17 +200,17 @@ def pack_group(
         edge,
         splits.moved[moved],
         splits.shifted[shifted],
-        _folded(splits.shifted_fine[shifted] - splits.shifted_coarse[shifted]),
+        _fold_signs(splits.shifted_fine[shifted] - splits.shifted_coarse[shifted]),
     ]
     channels = 0
     if device:
         coarse, fine, added, before, after = (array.astype(np.int64) for array in device)
         channels = coarse.shape[1]
-        edge, middle = _lifted(coarse[rows], fine[rows], added[rows])
-        arrays += [middle, edge, _folded(after[shifted] - before[shifted])]
+        edge, middle = _edge_and_middle(coarse[rows], fine[rows], added[rows])
+        arrays += [middle, edge, _fold_signs(after[shifted] - before[shifted])]
     content = zlib.compress(
         b"".join(
-            _shuffled(array.astype("<" + column.dtype))
+            _shuffle_bytes(array.astype("<" + column.dtype))
             for array, column in zip(arrays, columns_of(channels), strict=True)
         )
     )
@@ -239,7 +243,7 @@ def _inflate_columns(group: Group, content: bytes, channels: int) -> dict[str, N
         # slots, corners and counts are one number for each row; the others are folded differences
         is_flat = column.dtype == "i4"
         arrays[column.name] = (
-            array.reshape(count) if is_flat else _unfolded(array.reshape(count, numbers))
+            array.reshape(count) if is_flat else _unfold_signs(array.reshape(count, numbers))
         )
         begin += size
     return arrays
@@ -260,7 +264,7 @@ def _read_group(
     """
     connectivity = _read_connectivity(group, columns, faces)
     writes = _slot_writes(group, connectivity)
-    nodes = _summed(group, writes, level, [columns[n] for n in ("middle", "edge", "shift")])
+    nodes = _sum_chains(group, writes, level, [columns[n] for n in ("middle", "edge", "shift")])
     x, y, z = np.abs(nodes[group.start :].T) > LARGEST_COORDINATE
     message = "a coordinate is beyond 2^24 steps"
     _refuse_first(group, x | y | z, writes.time[group.start :], message)
@@ -290,7 +294,7 @@ def _read_group(
     if "device_edge" not in columns:
         return GroupRows(rows, [])
     names = ("device_middle", "device_edge", "device_shift")
-    nodes = _summed(group, writes, values, [columns[name] for name in names])
+    nodes = _sum_chains(group, writes, values, [columns[name] for name in names])
     fine, added, shifted = np.split(nodes[start:], [splits, 2 * splits])
     coarse = nodes[writes.before]
     return GroupRows(rows, [coarse[:splits], fine, added, coarse[2 * splits :], shifted])
@@ -302,26 +306,28 @@ def _part(ends: IndexArray, rows: slice) -> tuple[slice, IndexArray]:
     return slice(begin, int(ends[rows.stop - 1])), np.diff(ends[rows], prepend=begin)
 
 
-def _shuffled(array: NDArray[Any]) -> bytes:
+def _shuffle_bytes(array: NDArray[Any]) -> bytes:
+    """Return the first bytes of all rows, then the second bytes, and so on."""
     return array.view(np.uint8).reshape(len(array), -1).T.tobytes() if array.size else b""
 
 
-def _folded(numbers: NDArray[Any]) -> NDArray[Any]:
-    """Return 0, 1, 2, 3, 4 for 0, −1, 1, −2, 2, and so on."""
+def _fold_signs(numbers: NDArray[Any]) -> NDArray[Any]:
+    """Return numbers without a sign: 0, 1, 2, 3, 4 for 0, −1, 1, −2, 2, and so on."""
     return np.where(numbers < 0, -2 * numbers - 1, 2 * numbers)
 
 
-def _unfolded(numbers: NDArray[Any]) -> IndexArray:
+def _unfold_signs(numbers: NDArray[Any]) -> IndexArray:
+    """Invert `_fold_signs`."""
     half = (numbers >> 1).astype(np.int32)
     return half ^ -(numbers & 1).astype(np.int32)
 
 
-def _lifted(
+def _edge_and_middle(
     coarse: NDArray[Any], fine: NDArray[Any], added: NDArray[Any]
 ) -> tuple[NDArray[Any], NDArray[Any]]:
     """Return the columns `edge` and `middle` of a value before and after splits."""
     edge = added - fine
-    return _folded(edge), _folded(fine + (edge >> 1) - coarse)
+    return _fold_signs(edge), _fold_signs(fine + (edge >> 1) - coarse)
 
 
 def _refuse_first(group: Group, faulty: NDArray[Any], time: Numbers, message: str) -> None:
@@ -406,12 +412,12 @@ def _read_connectivity(
     first_move = np.full(old + new, corners.shape[1])
     first_move[changed] = birth + 1
 
-    following, preceding = (moved_place + 1) % 3, (moved_place + 2) % 3
+    next_place, previous_place = (moved_place + 1) % 3, (moved_place + 2) % 3
     ends = counts.cumsum()
     sides = np.stack(
         [
-            corners[preceding[ends - 1], move[ends - 1]],
-            corners[following[ends - counts], move[ends - counts]],
+            corners[previous_place[ends - 1], move[ends - 1]],
+            corners[next_place[ends - counts], move[ends - counts]],
         ],
         axis=1,
     ).reshape(-1)
@@ -422,7 +428,7 @@ def _read_connectivity(
     corners[later] = sides[-1 - corners[later]]
     wrong = corners[moved_place, move - 1] != parent[split]
     follows = np.diff(split) == 0
-    left, right = corners[preceding, move], corners[following, move]
+    left, right = corners[previous_place, move], corners[next_place, move]
     wrong[1:] |= follows & (left[:-1] != right[1:])
     wrong[ends - 1] |= sides[::2] == sides[1::2]
     message = "the corners that move are no fan around the parent"
@@ -472,7 +478,9 @@ def _slot_writes(group: Group, splits: _Connectivity) -> _Writes:
     return _Writes(slot, time, keys[order], order, rank, before)
 
 
-def _summed(group: Group, writes: _Writes, level: NDArray[Any], columns: list[Numbers]) -> Numbers:
+def _sum_chains(
+    group: Group, writes: _Writes, level: NDArray[Any], columns: list[Numbers]
+) -> Numbers:
     """Return the values of all writes from those of the level and the columns of differences.
 
     The columns are the middle of both ends of the new edge, the edge, and the shifts.
@@ -542,10 +550,10 @@ def _test_stars(
     current[:, 2] = np.searchsorted(writes.keys, keys, "right") - 1
     test(current, born)
     current = np.concatenate([rank[faces[changed]], current])
-    following = np.concatenate([splits.first_move[changed], splits.first_move[old:]])
+    next_move = np.concatenate([splits.first_move[changed], splits.first_move[old:]])
     work = 0
     while True:
-        written, move = rewritten.take(current), moving.take(following)
+        written, move = rewritten.take(current), moving.take(next_move)
         time = np.minimum(np.minimum(written[:, 0], written[:, 1]), np.minimum(written[:, 2], move))
         left = np.flatnonzero(time < never)
         if not left.size:
@@ -553,13 +561,13 @@ def _test_stars(
         work += len(left) + STEP_WORK
         if work > LARGEST_WORK:
             raise _group_error(group, "too many triangles meet at vertices that move")
-        time, written, move, following = time[left], written[left], move[left], following[left]
+        time, written, move, next_move = time[left], written[left], move[left], next_move[left]
         current = current[left]
         current += written == time[:, np.newaxis]
         moves = np.flatnonzero(move == time)
-        rows = following[moves]
+        rows = next_move[moves]
         current[moves, moved_place[rows]] = moved_rank[rows]
-        following[moves] += 1
+        next_move[moves] += 1
         test(current, time)
 
 

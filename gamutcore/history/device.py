@@ -53,8 +53,8 @@ FULL_SCALE = 5100
 """Steps of full scale: 51 for each percent, 20 for each of 255 codes."""
 
 CORRECTED = 8192
-"""Levels with fewer vertices have the nearest values of the full boundary: a twentieth of the error
-with 500 vertices."""
+"""Levels with fewer vertices have the nearest values of the full boundary. With 500 vertices, that
+has a twentieth of the error."""
 
 LARGEST_SCALE = 2**15 - 1
 """Values in steps must fit into int16."""
@@ -225,7 +225,9 @@ def parse_device_section(entry: object) -> tuple[DeviceSection, ShortArray]:
 
 
 def _edge_fractions(splits: Splits) -> FloatArray:
-    """Return where the parent before each split is on the new edge: 0 at the parent, 1 at the end.
+    """Return the position of each parent before its split along the new edge, 0 to 1.
+
+    It is 0 at the parent after the split, and 1 at the new slot.
 
     Positions are multiples of a power of two and at most 2²⁴ steps from the origin. All sums are
     exact, so every order of operations gives the same quotients.

@@ -216,7 +216,7 @@ class History:
             yield self.level(triangles)
 
     def _make_snapshots(self, groups: int) -> None:
-        """Make the snapshots of so many groups."""
+        """Read and unpack the first `groups` groups, with the snapshot at the end of each."""
         if groups < len(self._snapshots):
             return
         with self._lock:
@@ -259,10 +259,10 @@ class History:
 
 
 class LevelCursor:
-    """A level that moves through its history in place, first any level of it."""
+    """A level that is refined and coarsened in place, split by split."""
 
     def __init__(self, splits: Splits, level: TriangleMesh) -> None:
-        self._most = splits.vertices
+        self._full_vertices = splits.vertices
         self._columns = fine_columns(splits), _coarse_columns(splits)
         self._vertices = len(level.vertices)
         self._positions = np.empty((splits.vertices, 3), np.float32)
@@ -296,11 +296,11 @@ class LevelCursor:
         self._move(self._vertices - steps)
 
     def _move(self, vertices: int) -> None:
-        if not 4 <= vertices <= self._most:
+        if not 4 <= vertices <= self._full_vertices:
             raise TriangleCountError(
                 f"a level of {2 * vertices - 4} triangles was asked for",
                 where={"field": "steps"},
-                remedy=f"Give a level of 4 to {2 * self._most - 4} triangles.",
+                remedy=f"Give a level of 4 to {2 * self._full_vertices - 4} triangles.",
             )
         fine, coarse = self._columns
         if vertices > self._vertices:

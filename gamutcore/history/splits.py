@@ -7,7 +7,8 @@ to k + 1 vertices. The level with v vertices is slots [0, v) and faces [0, 2v �
 A vertex is renumbered once, from the boundary's order to its slot (`vertex_slots`). A corner is
 renumbered once, from 3 · boundary face + place to 3 · face + place. Each face begins with its
 oldest corner. Everything after this module (columns, device values, levels) uses these numbers.
-Within a split, `moved` is in the order of the ring and `shifted` is ascending.
+The *part* of a split in `moved` or `shifted` is its range of entries: in the order of the ring in
+`moved`, ascending in `shifted`.
 
 A split writes the new positions of the parent and of neighbours that move, and the position of the
 new slot. It writes the new slot into the corners that pass to it, and adds two faces. A collapse
@@ -134,7 +135,7 @@ def no_splits(base_positions: Float32Array, base_faces: IndexArray) -> Splits:
 
 
 def joined_splits(splits: Splits, rows: Splits) -> Splits:
-    """Return splits and the next ones, whose ends of parts count from their own begin."""
+    """Return splits followed by the next group, whose arrays `…_end` count from its own begin."""
     rows = rows._replace(
         moved_end=rows.moved_end + np.int32(len(splits.moved)),
         shifted_end=rows.shifted_end + np.int32(len(splits.shifted)),

@@ -1,4 +1,4 @@
-"""Compiled functions over plain arrays: how they are compiled, cached and found out of date.
+"""Compiled functions over plain arrays: compilation, cache, and the check whether code is stale.
 
 With ``NUMBA_DISABLE_JIT=1`` the decorators return the function as it is: debuggers and coverage
 tools see plain Python.

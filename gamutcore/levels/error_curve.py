@@ -38,7 +38,7 @@ EVEN_UP_TO = 16
 
 DENSE = 2.0**0.5
 """Ratio of the following counts, up to full count ÷ `DENSE_PART`. Levels in between are compared
-when a limit needs them (module `search`)."""
+when a limit needs them (module `level_search`)."""
 
 SPARSE = ((2_000, DENSE, 2), (20_000, 2.0, 4), (2**62, 4.0, 16))
 """Counts above full count ÷ `DENSE_PART`. Each row: largest full count that the row applies to,

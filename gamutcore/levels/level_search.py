@@ -2,9 +2,10 @@
 
 A limit of the distance selects the first of fixed triangle counts whose level is within the limit.
 A limit of the mismatch first gives a least count, by bisection; the search begins there. Both
-depend on the history and the limit only. So looser limits never give more triangles, and no answer
-promises what a smaller answer promises as well. See ``docs/decisions/error-curve.md``. Levels on
-one side are compared one by one, from coarse to fine (module `sides`).
+depend on the history and the limit only. So looser limits never give more triangles, and the bounds
+that an answer states, asked for as limits, give the same answer. See
+``docs/decisions/error-curve.md``. Levels on one side are compared one by one, from coarse to fine
+(module `sides`).
 
 Evidence rejects most levels in about a microsecond, so that only few are compared as a whole. A
 vertex of the full boundary that is too far from every face of a level rejects the level. It also
@@ -86,7 +87,7 @@ SIMILAR = 1.2
 """Evidence comes first from a level of the curve whose bound is this many times the limit. Bounds
 of the curve are 8 % too large on average."""
 
-KEPT = 2048
+CACHED_LEVELS = 2048
 """Most levels in a search's cache."""
 
 ROW_BYTES = 400
@@ -187,14 +188,14 @@ class LevelSearch:
         self._sides: dict[Side, SidedCurve] = {
             side: SidedCurve(full, side) for side in SIDES if side != "both"
         }
-        # results of searches, and compared levels by their counts
-        self._found: dict[LevelRequest, BoundedLevel] = {}
+        # results of searches by request; compared levels by the request of their count
+        self._cache: dict[LevelRequest, BoundedLevel] = {}
 
     @property
     def nbytes(self) -> int:
         """Approximate memory in bytes."""
         sides = sum(curve.nbytes for curve in self._sides.values())
-        return ROW_BYTES * (1 + len(self._curve) + len(self._found)) + sides
+        return ROW_BYTES * (1 + len(self._curve) + len(self._cache)) + sides
 
     def bounds(self, triangles: int) -> Bounds:
         """Return the bounds of a level in the error curve; infinite for all other levels."""
@@ -221,9 +222,11 @@ class LevelSearch:
         if limits is None:
             full = self._curve[-1].triangles
             count = request.count(full)
-            return self._at(count, request.side) if MINIMUM_TRIANGLES <= count <= full else None
-        if request in self._found:
-            return self._found[request]
+            return (
+                self._level_at(count, request.side) if MINIMUM_TRIANGLES <= count <= full else None
+            )
+        if request in self._cache:
+            return self._cache[request]
         if request.side != "both":
             return self._sides[request.side].find_known(limits)
         level = self._find_bound(limits)
@@ -245,19 +248,21 @@ class LevelSearch:
             The history file is damaged.
         """
         if request.limits is None:
-            return self._at(history.level_triangles(request.count(history.triangles)), request.side)
+            return self._level_at(
+                history.level_triangles(request.count(history.triangles)), request.side
+            )
         level = self.find_known(request)
         if level is None:
             if request.side == "both":
                 level = self._search(history, request.limits)
             else:
                 level = self._sides[request.side].find(history, request.limits)
-            self._keep(request, level)
+            self._remember(request, level)
         return level
 
     def find_error_bound(self, triangles: int) -> float | None:
         """Return the result of `error_bound` if it needs no comparison; else None."""
-        compared = self._found.get(LevelRequest(triangles))
+        compared = self._cache.get(LevelRequest(triangles))
         bounds = self.bounds(triangles) if compared is None else compared.bounds
         return bounds.distance if bounds.distance < inf else None
 
@@ -270,7 +275,7 @@ class LevelSearch:
         known = self.find_error_bound(triangles)
         if known is None:
             (level,) = error_bounds(history, [triangles])
-            self._keep(LevelRequest(triangles), level)
+            self._remember(LevelRequest(triangles), level)
             known = level.bounds.distance
         return known
 
@@ -286,14 +291,14 @@ class LevelSearch:
         """
         return self._sides[side].curve(history)
 
-    def _at(self, triangles: int, side: Side) -> BoundedLevel:
+    def _level_at(self, triangles: int, side: Side) -> BoundedLevel:
         count = triangles // 2 * 2  # closed meshes have even counts
         return BoundedLevel(count, self.bounds(count) if side == "both" else Bounds())
 
-    def _keep(self, request: LevelRequest, level: BoundedLevel) -> None:
-        if len(self._found) >= KEPT:
-            self._found = {}
-        self._found[request] = level
+    def _remember(self, request: LevelRequest, level: BoundedLevel) -> None:
+        if len(self._cache) >= CACHED_LEVELS:
+            self._cache = {}
+        self._cache[request] = level
 
     def _find_bound(self, limits: Bounds) -> BoundedLevel:
         """Return the smallest level of the error curve within limits; `find` has no larger one."""
@@ -323,7 +328,8 @@ class LevelSearch:
         if limits.mismatch == inf:
             coarser = (level for level in self._curve if level.triangles <= bounded_level.triangles)
             mismatch = min(level.bounds.mismatch for level in coarser)
-        # a level is found for the mismatch that it promises
+        # the stated mismatch is at least the one at which the search began: as a limit, it gives
+        # this level again
         if mismatch < inf:
             mismatch = max(mismatch, bounded_level.bounds.mismatch)
             bounded_level = bounded_level._replace(
@@ -517,14 +523,14 @@ class _LevelWalk:
         faces of the present level, and `limit` is the largest accepted distance. With `stop`, go
         to the next level.
         """
-        self.index = _walk(
+        self.index = _skip_levels(
             self._counts, self.index, self._positions, self._surface, self._centre,
             evidence, limit, stop, self._splits,
         )  # fmt: skip
 
 
 @kernel
-def _walk(  # noqa: C901, PLR0912  # one pass, so that nothing is copied
+def _skip_levels(  # noqa: C901, PLR0912  # one pass, so that nothing is copied
     counts: IndexArray,
     index: int,
     positions: Float32Array,

@@ -24,10 +24,9 @@ Data layout: a `Surface` has the corners of its faces in one array, and the face
 another. `Cones` has a row for each face. `Clipping` is a stack of parts of one face. A corner
 (u, v) of a part is the point a + u U + v V of the face. An array of `BOUNDS` numbers has the bounds
 of the distances in both directions, the points where they are attained, and the halvings that are
-left. The closed forms have ten divisions, and a special case for triangles that the face cuts,
-which is half of them. Triangles are pushed to a queue. A full queue is integrated in one loop
-without branches. The compiler vectorises the loop, which then takes a third of the time. Results
-are added to the sums of the faces in the order of the queue, so they do not depend on the batches.
+left. Triangles of pieces are pushed to a queue, and a full queue is integrated in one loop without
+branches, which the compiler vectorises: a third of the time. Results are added to the sums of the
+faces in the order of the queue, so they do not depend on the batches.
 """
 
 from __future__ import annotations

@@ -14,8 +14,8 @@ taken.
 
 For limits of the error, the levels have fixed triangle counts. Each is computed when a limit first
 needs it, from coarse to fine, and the answer is the first that keeps the limit. A looser limit
-therefore never has more triangles. No answer promises what a smaller answer promises as well. Both
-hold in whatever order limits are asked for.
+therefore never has more triangles, and the bounds that an answer states, asked for as limits, give
+the same answer. Both hold in whatever order limits are asked for.
 """
 
 from __future__ import annotations
@@ -266,7 +266,7 @@ class _SidedLevels(FullBoundary):
         level, sign = self.history.level(triangles), self._sign
         surface = self.surface(level)
         position, corner = surface.position, surface.corner
-        u = self._best_factors(surface)
+        u = self._inverse_radii(surface)
         scaling = 0.0
         for attempt in range(REPAIRS + SCALINGS):
             rounded = (position / u[:, np.newaxis] + self.centre).astype(np.float32)
@@ -288,8 +288,8 @@ class _SidedLevels(FullBoundary):
                 u = u * (1.0 + scaling) ** sign
         return None
 
-    def _best_factors(self, surface: Surface) -> FloatArray:
-        """Return u of each vertex of a level before rounding."""
+    def _inverse_radii(self, surface: Surface) -> FloatArray:
+        """Return the inverse radius u of each vertex of a level before rounding."""
         sign, position, corner = self._sign, surface.position, surface.corner
         cones = compute_cones(surface)
         corners, location = self._piece_corners(cones)
@@ -324,7 +324,7 @@ class _SidedLevels(FullBoundary):
 def _moved(
     u: FloatArray, corner: IndexArray, sign: float, lowest: FloatArray, highest: FloatArray
 ) -> FloatArray:
-    """Return u, so that all points of faces with these extremes of Σ w u − 1 are on the side."""
+    """Return u with all points on the side, from the extremes of Σ w u − 1 in each face's cone."""
     inside = sign > 0
     depth = np.minimum(lowest, 0.0) if inside else np.maximum(highest, 0.0)
     factor = np.ones(len(u))
@@ -360,7 +360,11 @@ def _descend(
     sweeps: int,
     converged: float,
 ) -> None:
-    """Move each u in turn by a share of what the points in the cones around it allow."""
+    """Relax the inverse radius u of each vertex towards the bound that its one-ring sets.
+
+    `points` has the rows of `weights` in the cone of each face, from `start` on. `share` is the
+    part of the way to the bound. The sweeps end when no u changes by more than `converged`.
+    """
     corner, fan_start, fan = level.corner, level.fan_start, level.fan
     for _ in range(sweeps):
         largest = 0.0

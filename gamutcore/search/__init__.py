@@ -1,7 +1,8 @@
-"""Queries: what a level answers about colours.
+"""Geometry of a level: containment, nearest points, crossings, sections, mapping, comparison.
 
-Every query takes a level as its vertices, faces and centre, or as an index that `build_index` has
-computed once. Without an index, the errors of `build_index` are raised as well.
+Every function takes a level as its vertices, faces and centre, or as an index that `build_index`
+has computed once. Without an index, the errors of `build_index` are raised as well. What users ask,
+with parameters and columns, is declared in `gamutcore.questions`.
 """
 
 from gamutcore.search.chromaticity import (

@@ -1,4 +1,4 @@
-"""The index of a level: all tables that queries look up, computed once.
+"""The index of a level: everything that searches look up, computed once.
 
 Layout, plain arrays in a named tuple (`LevelIndex`):
 
@@ -13,7 +13,7 @@ Layout, plain arrays in a named tuple (`LevelIndex`):
   (`gamutcore.search.hue_tables`).
 - The box around the mesh, and the radius of a ball inside; both decide most points alone.
 
-The module also checks the arguments of all queries: shape, numbers, range. Errors name the row.
+The module also checks the arguments of all searches: shape, numbers, range. Errors name the row.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ differ by 4 π."""
 
 
 class LevelIndex(NamedTuple):
-    """A level with all tables that its queries look up.
+    """A level with everything that searches look up.
 
     Attributes
     ----------

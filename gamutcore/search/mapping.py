@@ -184,11 +184,11 @@ def map_colours(
     colours, index = checked_points(points), as_index(level)
     if source is not None:
         mapped = _compress(colours, index, as_index(source), white, tolerance)
-        result = _clipped(mapped, colours, index, NEAREST, None, tolerance)
+        result = _clip_points(mapped, colours, index, NEAREST, None, tolerance)
         rest = np.flatnonzero(
             np.linalg.norm(result.points - mapped, axis=1) > SURFACE_ERROR * white
         )
-        clipped = _clipped(mapped[rest], colours[rest], index, HUE, None, tolerance)
+        clipped = _clip_points(mapped[rest], colours[rest], index, HUE, None, tolerance)
         result.points[rest], result.moved[rest] = clipped.points, clipped.moved
         result.faces[rest], result.weights[rest] = clipped.faces, clipped.weights
         return result
@@ -197,20 +197,20 @@ def map_colours(
         focal = checked_points(np.reshape(np.asarray(focus), (1, -1)), "focus")[0]
     elif isinstance(focus, str) and focus != "cusp":
         raise OptionError.refusal("focus", focus, "a point or cusp")
-    return _clipped(
+    return _clip_points(
         colours, colours, index, get_args(MappingMethod).index(method), focal, tolerance
     )
 
 
-def _clipped(
+def _clip_points(
     points: FloatArray,
-    given: FloatArray,
+    originals: FloatArray,
     index: LevelIndex,
     method: int,
     focal: FloatArray | None,
     tolerance: float,
 ) -> Mapped:
-    """Clip points that are out of gamut, and compare all points with the given colours."""
+    """Clip points that are out of gamut; `moved` tells which differ from the original colours."""
     result = Mapped(
         points.copy(),
         np.full(len(points), -1, np.int32),
@@ -219,15 +219,15 @@ def _clipped(
     )
     rows = np.flatnonzero(~contains(points, index, tolerance))
     if len(rows):
-        clipped = _clipped_outside(points[rows], index, method, focal)
+        clipped = _clip_outside_points(points[rows], index, method, focal)
         result.points[rows], result.faces[rows] = clipped.points, clipped.faces
         result.weights[rows] = clipped.weights
-    changed = result.points != given
+    changed = result.points != originals
     result.moved[:] = changed[:, 0] | changed[:, 1] | changed[:, 2]
     return result
 
 
-def _clipped_outside(
+def _clip_outside_points(
     points: FloatArray, index: LevelIndex, method: int, focal: FloatArray | None
 ) -> Mapped:
     """Clip points outside of the level."""
@@ -588,7 +588,7 @@ def _compress(
     if contains(source.vertices, index, max(SURFACE_ERROR * white, tolerance)).all():
         return points.copy()
     ranges = (*source.box[:, 0].tolist(), *index.box[:, 0].tolist(), white)
-    scaled = _with_lightness(points, ranges)
+    scaled = _map_lightness(points, ranges)
     hues = np.degrees(np.arctan2(points[:, 2], points[:, 1]))
     focus = np.zeros_like(points)
     focus[:, 0] = cusp_points(hues, index).points[:, 0]
@@ -597,19 +597,19 @@ def _compress(
     focus, target = focus[rows], scaled[rows]
     # distances from the focus ÷ that of the colour
     into = _Rays.of(focus, target, index)
-    origin = _Rays.of(focus, target, _compressed_source(source, ranges))
+    origin = _Rays.of(focus, target, _source_after_lightness(source, ranges))
     surface, limit = into.distances(0), origin.distances(-1)
     with np.errstate(invalid="ignore", divide="ignore"):
         knee = KNEE * surface
         slope = (surface - knee) / (limit - knee)
         share = np.minimum(knee + slope * (1.0 - knee), surface)
     # NaN compares as false
-    share[~((knee < 1.0) & (limit > surface)) | into.has_gaps_of(origin)] = 1.0
+    share[~((knee < 1.0) & (limit > surface)) | into.shares_gaps_with(origin)] = 1.0
     scaled[rows] = focus + share[:, np.newaxis] * (target - focus)
     return scaled
 
 
-def _mapped_lightness(
+def _sigmoid_lightness(
     lightness: FloatArray, chroma: FloatArray, ranges: tuple[float, float, float, float, float]
 ) -> FloatArray:
     """Return the lightness after the sigmoid and before the knee.
@@ -637,25 +637,25 @@ def _mapped_lightness(
     return mapped
 
 
-def _with_lightness(
+def _map_lightness(
     points: FloatArray, ranges: tuple[float, float, float, float, float]
 ) -> FloatArray:
     low, high, lowest, highest, _ = ranges
     if lowest <= low and high <= highest:
         return points.copy()
     chroma = np.hypot(points[:, 1], points[:, 2])
-    return np.column_stack([_mapped_lightness(points[:, 0], chroma, ranges), points[:, 1:]])
+    return np.column_stack([_sigmoid_lightness(points[:, 0], chroma, ranges), points[:, 1:]])
 
 
-def _compressed_source(
+def _source_after_lightness(
     source: LevelIndex, ranges: tuple[float, float, float, float, float]
 ) -> LevelIndex:
     """Return the source after the mapping of lightness."""
     low, high, lowest, highest, _ = ranges
     if lowest <= low and high <= highest:
         return source
-    vertices = _with_lightness(source.vertices, ranges)
-    centre = _with_lightness(source.centre[np.newaxis], ranges)[0]
+    vertices = _map_lightness(source.vertices, ranges)
+    centre = _map_lightness(source.centre[np.newaxis], ranges)[0]
     try:
         return build_index(vertices, source.faces, centre)
     except MeshError:
@@ -673,7 +673,7 @@ class _Rays(NamedTuple):
 
     @classmethod
     def of(cls, start: FloatArray, target: FloatArray, index: LevelIndex) -> _Rays:
-        """Return those of rays from starts, at t = 0, through targets, at t = 1."""
+        """Return the crossings of rays from starts, at t = 0, through targets, at t = 1."""
         ray_crossings = crossings(start, target, index, "ray")
         return cls(ray_crossings.t, ray_crossings.offsets)
 
@@ -685,8 +685,8 @@ class _Rays(NamedTuple):
         distances[inside] = self.t[begin[inside] if which == 0 else end[inside] - 1]
         return distances
 
-    def has_gaps_of(self, other: _Rays) -> BooleanArray:
-        """Return which rays have gaps, and those of another level within `GAP`, but no others."""
+    def shares_gaps_with(self, other: _Rays) -> BooleanArray:
+        """Whether each ray has gaps, and the same ones as in another level, within `GAP`."""
         counts, others = np.diff(self.offsets), np.diff(other.offsets)
         same = np.zeros(len(counts), np.bool_)
         for count in range(3, int(counts.max(initial=0)) + 1, 2):

@@ -1,4 +1,4 @@
-"""Tables of colours: questions about colours come as files of many kinds, and as data frames.
+"""Tables of colours that users give, as files of many kinds or as data frames.
 
 `read_table` reads a file, and states what it understood. The `ColourTable` writes an answer beside
 the columns of the file, in its dialect. `frame_colours` reads a data frame. `write_workbook` and
