@@ -282,6 +282,13 @@ wheel: .venv/bin/pip ## build the wheels of the service and of the client into d
 	rm -rf dist
 	$(python) -m pip wheel -q --no-deps --wheel-dir dist . ./client
 
+# Pythons that get a wheel with machine code: those of the machine.
+WHEEL_PYTHONS ?= $(shell for python in python3.11 python3.12 python3.13 python3.14; do $$python -c 'import sys; print(sys.executable)' 2>/dev/null; done)
+
+.PHONY: wheels
+wheels: .venv/bin/pip ## build the wheels of a release into dist/, with machine code for each of WHEEL_PYTHONS
+	$(python) .ci/wheels.py $(WHEEL_PYTHONS)
+
 .PHONY: wheel-check
 wheel-check: wheel ## install each wheel without extras into a clean venv and use it
 	.ci/wheel-check dist/gamut_boundary_service-*.whl dist/gamutclient-*.whl
