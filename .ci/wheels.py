@@ -3,8 +3,9 @@
     python .ci/wheels.py [PYTHON...]
 
 These are the pure wheel, the client's, and for each Python a wheel with machine code for every
-processor of this architecture. Such a wheel has the platform tag of Numba's own wheel, which its
-code needs anyway. Each Python gets an environment with the versions of ``constraints.txt``.
+processor of this architecture, and with the references that people ask for first. Such a wheel has
+the platform tag of Numba's own wheel, which its code needs anyway. Each Python gets an environment
+with the versions of ``constraints.txt``.
 """
 
 import json
@@ -22,6 +23,9 @@ PINS = {"PIP_CONSTRAINT": "constraints.txt", "PIP_BUILD_CONSTRAINT": "constraint
 
 # a processor that every one of the architecture can stand in for, as in the Dockerfile
 GENERIC = {"NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": ""}
+
+# a build takes 2 s, and a file 1.7 MB
+REFERENCES = ("srgb", "display-p3", "bt2020", "adobe-rgb-1998")
 
 FACTS = """
 import importlib.metadata, json, re, sysconfig
@@ -46,10 +50,9 @@ def build_wheel(*projects: str, **environment: str) -> None:
 
 def build_compiled_wheel(python: str, pure: Path) -> None:
     """Build the wheel with machine code for a Python."""
-    folder = SCRATCH / "venv"
     shutil.rmtree(SCRATCH, ignore_errors=True)
-    run(python, "-m", "venv", folder)
-    inside = folder / "bin" / "python"
+    run(python, "-m", "venv", SCRATCH / "venv")
+    inside = SCRATCH / "venv" / "bin" / "python"
     run(inside, "-m", "pip", "install", "-q", "--upgrade", "pip>=26")
     run(inside, "-m", "pip", "install", "-q", pure)
     tag, packages = json.loads(run(inside, "-I", "-c", FACTS))
@@ -60,12 +63,19 @@ def build_compiled_wheel(python: str, pure: Path) -> None:
             target.parent.mkdir(exist_ok=True)
             shutil.copy(path, target)
     names = set(run(inside, "-I", "-m", "gamutcore.warm", "--print", **GENERIC).split())
-    code = SCRATCH / "compiled"
-    code.mkdir()
+    folder = SCRATCH / "added"
+    code = folder / "kernels" / "compiled"
+    code.mkdir(parents=True)
     for path in (Path(packages) / "gamutcore").rglob("__pycache__/*.*"):
         if path.suffix == ".stamp" or (path.suffix == ".nbc" and path.stem in names):
             shutil.copy(path, code)
-    build_wheel(".", GAMUT_MACHINE_CODE=str(code), GAMUT_WHEEL_TAG=tag)
+    for slug in REFERENCES:
+        cache = {"GAMUTCORE_CACHE_DIR": str(SCRATCH / "cache")}
+        run(inside, "-I", "-m", "gamutcore", "info", slug, **GENERIC, **cache)
+    (versions,) = (SCRATCH / "cache").iterdir()
+    (folder / "references").mkdir()
+    versions.rename(folder / "references" / "built")
+    build_wheel(".", GAMUT_WHEEL_FOLDER=str(folder), GAMUT_WHEEL_TAG=tag)
 
 
 def main() -> None:

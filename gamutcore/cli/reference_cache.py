@@ -1,5 +1,7 @@
 """Reference gamuts that earlier commands built, in the user's cache directory.
 
+A wheel may bring some in `BUILT`, so that the first command need not build them.
+
 A file is named after the gamut's id, which contains the options, the definition and the version of
 the algorithm, in a folder of the program's version. It appears by one rename, so processes may read
 and write at the same time. A file that cannot be read is built again, and a directory that cannot
@@ -22,7 +24,10 @@ if TYPE_CHECKING:
     from gamutcore.options import Options
     from gamutcore.references import Reference
 
-__all__ = ["CACHE_VARIABLE", "cache_directory", "cached_reference"]
+__all__ = ["BUILT", "CACHE_VARIABLE", "cache_directory", "cached_reference"]
+
+BUILT = Path(__file__).parents[1] / "references" / "built"
+"""Reference gamuts that came with the installation; ``.ci/wheels.py`` makes them."""
 
 CACHE_VARIABLE = "GAMUTCORE_CACHE_DIR"
 """Names another directory; empty to keep nothing."""
@@ -45,16 +50,17 @@ def cached_reference(reference: Reference, options: Options, build: Callable[[],
     """Return a reference gamut of these options from the cache, or build and keep it."""
     from gamutcore.building import gamut_id  # noqa: PLC0415
 
+    name = f"{gamut_id(options, reference.sha256)}.gamut"
     folder = cache_directory()
-    if folder is None:
-        return build()
-    path = folder / f"{gamut_id(options, reference.sha256)}.gamut"
-    gamut = _read(path)
-    # files of earlier versions have no device model
-    if gamut is None or (gamut.is_of_device and not gamut.has_device_model):
-        gamut = build()
+    paths = [BUILT / name, *([folder / name] if folder else [])]
+    for gamut in filter(None, map(_read, paths)):
+        # files of earlier versions have no device model
+        if gamut.has_device_model or not gamut.is_of_device:
+            return gamut
+    gamut = build()
+    if folder:
         with suppress(OSError):
-            _write(path, gamut.to_bytes(device_model=True))
+            _write(folder / name, gamut.to_bytes(device_model=True))
     return gamut
 
 
