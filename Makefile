@@ -182,11 +182,14 @@ figures: install .venv/.installed-figures ## measure accuracy beside other libra
 documents: install ## update the generated tables of all documents
 	$(python) -m benchmarks.documents
 
+version := $(shell sed -n 's/^__version__ = "\(.*\)"/\1/p' gamutcore/version.py)
+
 .PHONY: docs
-docs: install .venv/.installed-docs web/node_modules/.package-lock.json ## build the site of the documents into build/docs; warnings are errors
-	rm -rf build/docs docs/api
-	PYTHONPATH=$(CURDIR)/client $(python) -m sphinx -q -W --keep-going -b html -c docs/site . build/docs
-	@if chromium=$$(command -v chromium); then CHROMIUM=$$chromium node docs/site/check.mjs build/docs; \
+docs: install .venv/.installed-docs web/node_modules/.package-lock.json ## build the site of the documents into build/docs/VERSION; warnings are errors
+	rm -rf build/docs/$(version) docs/api
+	PYTHONPATH=$(CURDIR)/client $(python) -m sphinx -q -W --keep-going -b html -c docs/site . build/docs/$(version)
+	@sed 's|url=docs|url=$(version)/docs|; s|href="docs|href="$(version)/docs|' docs/site/extra/index.html > build/docs/index.html
+	@if chromium=$$(command -v chromium); then CHROMIUM=$$chromium node docs/site/check.mjs build/docs/$(version); \
 	else echo "The pages are not checked in a browser: chromium is not installed."; fi
 
 # --- checks ---------------------------------------------------------------------------------------
