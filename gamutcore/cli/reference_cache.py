@@ -52,11 +52,10 @@ def cached_reference(reference: Reference, options: Options, build: Callable[[],
 
     name = f"{gamut_id(options, reference.sha256)}.gamut"
     folder = cache_directory()
-    paths = [BUILT / name, *([folder / name] if folder else [])]
-    for gamut in filter(None, map(_read, paths)):
-        # files of earlier versions have no device model
-        if gamut.has_device_model or not gamut.is_of_device:
-            return gamut
+    gamut = _read(BUILT / name) or (_read_checked(folder / name) if folder else None)
+    # files of earlier versions have no device model
+    if gamut is not None and (gamut.has_device_model or not gamut.is_of_device):
+        return gamut
     gamut = build()
     if folder:
         with suppress(OSError):
@@ -70,12 +69,24 @@ def _read(path: Path) -> Gamut | None:
 
     try:
         gamut = Gamut.load(path)
-        gamut.history.level(gamut.history.triangles)  # reads all groups, so damage is found
     except (OSError, HistoryFileError):
         return None
-    with suppress(OSError):
-        os.utime(path)
     return gamut if gamut.id == path.stem else None
+
+
+def _read_checked(path: Path) -> Gamut | None:
+    """Read all groups as well, so that damage is noticed and the gamut built again."""
+    from gamutcore.errors import HistoryFileError  # noqa: PLC0415
+
+    gamut = _read(path)
+    if gamut is not None:
+        try:
+            gamut.history.level(gamut.history.triangles)
+        except HistoryFileError:
+            return None
+        with suppress(OSError):
+            os.utime(path)
+    return gamut
 
 
 def _write(path: Path, data: bytes) -> None:
