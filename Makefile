@@ -182,11 +182,14 @@ figures: install .venv/.installed-figures ## measure accuracy beside other libra
 documents: install ## update the generated tables of all documents
 	$(python) -m benchmarks.documents
 
+version := $(shell sed -n 's/^__version__ = "\(.*\)"/\1/p' gamutcore/version.py)
+
 .PHONY: docs
-docs: install .venv/.installed-docs web/node_modules/.package-lock.json ## build the site of the documents into build/docs; warnings are errors
-	rm -rf build/docs docs/api
-	PYTHONPATH=$(CURDIR)/client $(python) -m sphinx -q -W --keep-going -b html -c docs/site . build/docs
-	@if chromium=$$(command -v chromium); then CHROMIUM=$$chromium node docs/site/check.mjs build/docs; \
+docs: install .venv/.installed-docs web/node_modules/.package-lock.json ## build the site of the documents into build/docs/VERSION; warnings are errors
+	rm -rf build/docs/$(version) docs/api
+	PYTHONPATH=$(CURDIR)/client $(python) -m sphinx -q -W --keep-going -b html -c docs/site . build/docs/$(version)
+	@sed 's|url=docs|url=$(version)/docs|; s|href="docs|href="$(version)/docs|' docs/site/extra/index.html > build/docs/index.html
+	@if chromium=$$(command -v chromium); then CHROMIUM=$$chromium node docs/site/check.mjs build/docs/$(version); \
 	else echo "The pages are not checked in a browser: chromium is not installed."; fi
 
 # --- checks ---------------------------------------------------------------------------------------
@@ -261,6 +264,12 @@ concepts: install .venv/.installed-docs ## redraw the pictures of docs/concepts.
 viewer-pictures: install .venv/.installed-test-all web/node_modules/.package-lock.json ## take the pictures of the viewer for README and docs/tour.md
 	PYTHONPATH=$(CURDIR) $(python) docs/pictures/viewer.py
 
+.PHONY: packages
+packages: ## list what the image installs, with versions, in build/packages.txt (SECURITY.md scans it)
+	@mkdir -p build
+	sed -n 's/^\([a-z0-9._-]*\)==\([^ ;]*\).*/\1 \2/p' docker/requirements.txt > build/packages.txt
+	@echo "$$(wc -l < build/packages.txt) packages in build/packages.txt"
+
 .PHONY: image-lint
 image-lint: .venv/.installed-lint ## hadolint on the Dockerfile
 	.venv/bin/hadolint --failure-threshold style Dockerfile
@@ -270,21 +279,24 @@ hooks: .venv/.installed-lint ## have git run the checks of .pre-commit-config.ya
 	.venv/bin/pre-commit install
 
 .PHONY: static-checks
-static-checks: lint types contracts openapi-check viewer-check image-lint ## all checks that run no test
+static-checks: lint types contracts openapi-check viewer-check image-lint packages ## all checks that run no test
 
 .PHONY: check
 check: static-checks test-all ## all checks, and all tests but the long ones
 
 # --- distribution ---------------------------------------------------------------------------------
 
-.PHONY: wheel
-wheel: .venv/bin/pip ## build the wheels of the service and of the client into dist/
-	rm -rf dist
-	$(python) -m pip wheel -q --no-deps --wheel-dir dist . ./client
+# Pythons that get a wheel with machine code: those of the machine.
+WHEEL_PYTHONS ?= $(shell for python in python3.11 python3.12 python3.13 python3.14; do $$python -c 'import sys; print(sys.executable)' 2>/dev/null; done)
+
+.PHONY: wheels
+wheels: .venv/bin/pip ## build the wheels of a release into dist/: pure, of the client, and compiled for each of WHEEL_PYTHONS
+	$(python) .ci/wheels.py $(WHEEL_PYTHONS)
 
 .PHONY: wheel-check
-wheel-check: wheel ## install each wheel without extras into a clean venv and use it
-	.ci/wheel-check dist/gamut_boundary_service-*.whl dist/gamutclient-*.whl
+wheel-check: .venv/bin/pip ## build the wheels for the Python of .venv, install them into clean environments and use them
+	$(python) .ci/wheels.py $(python)
+	.ci/wheel-check dist/gamut_boundary_service-*-cp*.whl dist/gamutclient-*.whl
 
 .PHONY: image-check
 image-check: .venv/.installed ## build the container image and use it (Debian, as root; .ci/run installs the tools)

@@ -31,7 +31,7 @@ def commands(block):
     return [line.strip() for line in lines if line.strip() and not line.startswith("#")]
 
 
-FIRST, CURL, _ = blocks("sh")
+FIRST, _, _, CURL = blocks("sh")
 
 
 @pytest.fixture

@@ -65,14 +65,14 @@ numpydoc_show_class_members = False
 # --- pages ---
 
 html_theme = "pydata_sphinx_theme"
-html_title = project
+html_title = f"{project} {release}"
 html_copy_source = False
 html_extra_path = ["extra"]
 html_static_path = ["static"]
 html_css_files = ["site.css"]
 html_sidebars = {"**": ["contents.html"]}
 html_theme_options = {
-    "logo": {"text": project},
+    "logo": {"text": f"{project} {release}"},  # each page says for which version it is
     "navbar_center": [],
     "navbar_end": ["theme-switcher"],
     "navbar_persistent": ["search-button"],

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -9,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from typer.core import TyperCommand, TyperOption
+from typer.core import TyperCommand
 
 from gamutcore.cli.reference_cache import cached_reference
 
@@ -88,24 +89,47 @@ class BuildCommand(TyperCommand):
 
     def get_params(self, ctx: Any) -> list[Any]:  # noqa: ANN401  # typer's own click is private
         """Return the parameters of the command and the options of builds."""
-        from gamutcore.options import OPTIONS  # noqa: PLC0415
-
         own = super().get_params(ctx)
         if self.question:
             _describe(own, self.question)
         taken = {name for option in own for name in option.opts}
-        added = [
-            TyperOption(
-                param_decls=[f"build_{name}", _flag(name, taken)],
-                type=str,
+        return [*own, *_build_options(taken)]
+
+
+def _build_options(taken: set[str]) -> list[Any]:
+    """Return an option of the command line for each option of builds.
+
+    Typer makes them from the signature of a function, as it does for every command.
+    """
+    from gamutcore.options import OPTIONS  # noqa: PLC0415
+
+    def command(**_options: str | None) -> None:
+        pass
+
+    declared = {
+        f"build_{name}": Annotated[
+            str | None,
+            typer.Option(
+                _flag(name, taken),
                 metavar="VALUE",
                 help=f"{option.documentation} Accepted: {option.accepted}.",
                 callback=_keep,
                 expose_value=False,
-            )
-            for name, option in OPTIONS.items()
+            ),
         ]
-        return [*own, *added]
+        for name, option in OPTIONS.items()
+    }
+    command.__annotations__ = declared
+    command.__signature__ = inspect.Signature(  # type: ignore[attr-defined]
+        [
+            inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=kind)
+            for name, kind in declared.items()
+        ]
+    )
+    options = typer.Typer(add_completion=False)
+    options.command(add_help_option=False)(command)
+    made: list[Any] = list(typer.main.get_command(options).params)
+    return made
 
 
 def asking(question: str) -> type[BuildCommand]:
@@ -115,7 +139,7 @@ def asking(question: str) -> type[BuildCommand]:
 
 def _describe(params: list[Any], question: str) -> None:
     """Give parameters without a help the description that the question declares."""
-    from gamutcore.arguments import accepted_values  # noqa: PLC0415
+    from gamutcore.arguments import Number, accepted_values, marks  # noqa: PLC0415
     from gamutcore.questions import QUESTIONS  # noqa: PLC0415
 
     declared = {option.name: option for option in QUESTIONS[question].all_parameters}
@@ -123,7 +147,8 @@ def _describe(params: list[Any], question: str) -> None:
         if option.name in declared and option.help is None:
             parameter = declared[option.name]
             # the bounds of floats are those of requests
-            bounded = not option.is_flag and option.type.name != "float"
+            is_float = [type(mark) for mark in marks(parameter.kind)] == [Number]
+            bounded = not option.is_flag and not is_float
             accepted = f" Accepted: {accepted_values(parameter.kind)}." if bounded else ""
             option.help = parameter.description + accepted
 

@@ -1,5 +1,7 @@
 """Reference gamuts that earlier commands built, in the user's cache directory.
 
+A wheel may bring some in `BUILT`, so that the first command need not build them.
+
 A file is named after the gamut's id, which contains the options, the definition and the version of
 the algorithm, in a folder of the program's version. It appears by one rename, so processes may read
 and write at the same time. A file that cannot be read is built again, and a directory that cannot
@@ -22,7 +24,10 @@ if TYPE_CHECKING:
     from gamutcore.options import Options
     from gamutcore.references import Reference
 
-__all__ = ["CACHE_VARIABLE", "cache_directory", "cached_reference"]
+__all__ = ["BUILT", "CACHE_VARIABLE", "cache_directory", "cached_reference"]
+
+BUILT = Path(__file__).parents[1] / "references" / "built"
+"""Reference gamuts that came with the installation; ``.ci/wheels.py`` makes them."""
 
 CACHE_VARIABLE = "GAMUTCORE_CACHE_DIR"
 """Names another directory; empty to keep nothing."""
@@ -45,16 +50,16 @@ def cached_reference(reference: Reference, options: Options, build: Callable[[],
     """Return a reference gamut of these options from the cache, or build and keep it."""
     from gamutcore.building import gamut_id  # noqa: PLC0415
 
+    name = f"{gamut_id(options, reference.sha256)}.gamut"
     folder = cache_directory()
-    if folder is None:
-        return build()
-    path = folder / f"{gamut_id(options, reference.sha256)}.gamut"
-    gamut = _read(path)
+    gamut = _read(BUILT / name) or (_read_checked(folder / name) if folder else None)
     # files of earlier versions have no device model
-    if gamut is None or (gamut.is_of_device and not gamut.has_device_model):
-        gamut = build()
+    if gamut is not None and (gamut.has_device_model or not gamut.is_of_device):
+        return gamut
+    gamut = build()
+    if folder:
         with suppress(OSError):
-            _write(path, gamut.to_bytes(device_model=True))
+            _write(folder / name, gamut.to_bytes(device_model=True))
     return gamut
 
 
@@ -64,12 +69,24 @@ def _read(path: Path) -> Gamut | None:
 
     try:
         gamut = Gamut.load(path)
-        gamut.history.level(gamut.history.triangles)  # reads all groups, so damage is found
     except (OSError, HistoryFileError):
         return None
-    with suppress(OSError):
-        os.utime(path)
     return gamut if gamut.id == path.stem else None
+
+
+def _read_checked(path: Path) -> Gamut | None:
+    """Read all groups as well, so that damage is noticed and the gamut built again."""
+    from gamutcore.errors import HistoryFileError  # noqa: PLC0415
+
+    gamut = _read(path)
+    if gamut is not None:
+        try:
+            gamut.history.level(gamut.history.triangles)
+        except HistoryFileError:
+            return None
+        with suppress(OSError):
+            os.utime(path)
+    return gamut
 
 
 def _write(path: Path, data: bytes) -> None:

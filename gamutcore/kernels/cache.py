@@ -5,6 +5,10 @@ from other files. It refuses a directory that cannot be written to, such as the 
 container, and it fails on a damaged file. Here each kernel, signature and processor has a file,
 stamped with the `fingerprint` of the kernel. What cannot be read is compiled again.
 
+Machine code lies beside the sources, in the user's cache where that folder cannot be written, or in
+``NUMBA_CACHE_DIR``. A wheel may bring machine code in `SHIPPED`, compiled for every processor of
+the architecture, so that nothing is compiled after an installation.
+
 Kernels are compiled in three groups. The ``default`` group is what a build with default options and
 every reader of a gamut need. The ``ciede2000`` group searches by CIEDE2000, and the ``optional``
 group is the rest. A stamp beside the machine code says that a group is complete for the present
@@ -31,6 +35,7 @@ from typing import Any
 
 import numba
 import numpy as np
+import platformdirs
 from numba.core import config
 from numba.core.caching import NullCache, UserProvidedCacheLocator
 from numba.core.compiler import CompileResult
@@ -72,7 +77,14 @@ LONG_COMPILATION = 2.0
 
 PACKAGE = Path(__file__).parents[1]
 
-VERSIONS = f"numba {numba.__version__} numpy {np.__version__} {sys.implementation.cache_tag}"
+SHIPPED = PACKAGE / "kernels" / "compiled"
+"""Machine code that came with the installation; ``.ci/wheels.py`` makes it."""
+
+VERSIONS = (
+    f"numba {numba.__version__} numpy {np.__version__.partition('.')[0]} "
+    f"{sys.implementation.cache_tag}"
+)
+"""Numba writes the machine code. Of NumPy, its code knows what stays within a major version."""
 
 
 # --- what the machine code of a kernel depends on ------------------------------------------------
@@ -164,6 +176,12 @@ def _processor() -> tuple[str, ...]:
     return processor
 
 
+def _processors() -> tuple[tuple[str, ...], ...]:
+    """Return the processors whose machine code runs here: this one, and the generic one."""
+    own = _processor()
+    return own, (own[0], "generic", "")
+
+
 # --- the machine code of one kernel --------------------------------------------------------------
 
 
@@ -172,7 +190,7 @@ class KernelCache(NullCache):
 
     def __init__(self, kernel: Any) -> None:  # noqa: ANN401
         self._kernel = kernel
-        self._folder = _cache_folder(kernel.py_func.__code__.co_filename)
+        self._source = kernel.py_func.__code__.co_filename
         function = kernel.py_func
         name = hashlib.sha256(f"{function.__module__}.{function.__qualname__}".encode()).hexdigest()
         self._name = f"{function.__name__}-{name[:8]}"
@@ -180,44 +198,53 @@ class KernelCache(NullCache):
     @property
     def cache_path(self) -> str:
         """The directory."""
-        return str(self._folder)
+        return str(_folders(self._source)[0])
 
     @functools.cached_property
     def _stamp(self) -> tuple[str, bytes]:
         # computed on first use: when a decorator runs, later names of the module do not exist yet
         return VERSIONS, fingerprint(self._kernel)
 
-    def _path(self, signature: object) -> Path:
-        digest = hashlib.sha256(f"{signature} {_processor()}".encode()).hexdigest()
-        return self._folder / f"{self._name}-{digest[:16]}.nbc"
+    def _file_name(self, signature: object, processor: tuple[str, ...]) -> str:
+        digest = hashlib.sha256(f"{signature} {processor}".encode()).hexdigest()
+        return f"{self._name}-{digest[:16]}.nbc"
+
+    def _paths(self, signature: object) -> Iterator[Path]:
+        """Return the files that may have the code of a signature, the best first."""
+        for processor in dict.fromkeys(_processors()):
+            name = self._file_name(signature, processor)
+            yield from (folder / name for folder in _folders(self._source))
 
     def signatures(self) -> list[tuple[Any, ...]]:
         """Return the argument types of all entries for this processor."""
-        found = []
-        for path in self._folder.glob(f"{self._name}-*.nbc"):
-            # Unpickling can raise anything: it depends on the names in the file and on the damage.
-            with contextlib.suppress(Exception), path.open("rb") as file:
-                stamp, signature = pickle.load(file)  # noqa: S301  # our own
-                if stamp == self._stamp and path == self._path(signature):
-                    found.append(signature)
-        return found
+        entries = {}
+        for folder in _folders(self._source):
+            for path in folder.glob(f"{self._name}-*.nbc"):
+                # Unpickling can raise anything: it depends on the names in the file and on damage.
+                with contextlib.suppress(Exception), path.open("rb") as file:
+                    stamp, signature = pickle.load(file)  # noqa: S301  # our own
+                    if stamp == self._stamp and path in self._paths(signature):
+                        entries[str(signature)] = signature
+        return list(entries.values())
 
     def load_overload(self, signature: object, context: Any) -> Any:  # noqa: ANN401
         """Return compiled code. Where none can be loaded, say so if it will take long."""
-        path = self._path(signature)
-        with contextlib.suppress(Exception), path.open("rb") as file:
-            if pickle.load(file) == (self._stamp, signature):  # noqa: S301  # our own
-                code = CompileResult._rebuild(context, *pickle.load(file))  # noqa: S301, SLF001
-                _tell_watchers(path)
-                return code
+        for path in self._paths(signature):
+            with contextlib.suppress(Exception), path.open("rb") as file:
+                if pickle.load(file) == (self._stamp, signature):  # noqa: S301  # our own
+                    content = pickle.load(file)  # noqa: S301
+                    code = CompileResult._rebuild(context, *content)  # noqa: SLF001
+                    _tell_watchers(path)
+                    return code
         seconds = SECONDS_PER_BYTE * _bytecode_size(self._kernel)
         if seconds > LONG_COMPILATION:
             logger.warning(
-                "compiling %s.%s for this processor: about %.0f s, once; kept in %s",
+                "compiling %s.%s for this processor: about %.0f s, once; kept in %s%s",
                 self._kernel.py_func.__module__,
                 self._kernel.py_func.__qualname__,
                 seconds,
-                self._folder,
+                self.cache_path,
+                _shipped_note(),
             )
         return None
 
@@ -226,7 +253,7 @@ class KernelCache(NullCache):
         if compiled.library.has_dynamic_globals:  # such code holds addresses of this process
             return
         content = dumps((self._stamp, signature)) + dumps(compiled._reduce())  # noqa: SLF001
-        path = self._path(signature)
+        path = _folders(self._source)[0] / self._file_name(signature, _processor())
         _write(path, content)
         _tell_watchers(path)
 
@@ -236,12 +263,37 @@ def _tell_watchers(path: Path) -> None:
         watcher(path.stem)
 
 
-def _cache_folder(source: str) -> Path:
-    """Directory of the machine code of a source file: beside it, or in ``NUMBA_CACHE_DIR``."""
+def _folders(source: str) -> tuple[Path, ...]:
+    """Return the directories that may have machine code of a source file.
+
+    The first one is written to.
+    """
     chosen: str = getattr(config, "CACHE_DIR", "")
     if chosen:
-        return Path(chosen) / UserProvidedCacheLocator.get_suitable_cache_subpath(source)
-    return Path(source).parent / "__pycache__"
+        return Path(chosen) / UserProvidedCacheLocator.get_suitable_cache_subpath(source), SHIPPED
+    beside = Path(source).parent / "__pycache__"
+    if _is_writable(beside):
+        return beside, SHIPPED
+    cache = platformdirs.user_cache_path("gamut-boundary-service", appauthor=False) / "kernels"
+    below = UserProvidedCacheLocator.get_suitable_cache_subpath(source)
+    return cache / below, beside, SHIPPED
+
+
+def _is_writable(folder: Path) -> bool:
+    """Whether a directory can be written, or made."""
+    existing = next(each for each in (folder, *folder.parents) if each.exists())
+    return os.access(existing, os.W_OK)
+
+
+@functools.cache
+def _shipped_note() -> str:
+    """Say for which versions there is machine code, if it is not for those of this process."""
+    name = _stamp_files(GROUPS[0])[0].name
+    with contextlib.suppress(OSError, IndexError):
+        numba_version = (SHIPPED / name).read_text().split()[2]
+        if numba_version != numba.__version__:
+            return f"; the installation has machine code for numba {numba_version}"
+    return ""
 
 
 def _write(path: Path, content: bytes) -> None:
@@ -258,20 +310,22 @@ def _write(path: Path, content: bytes) -> None:
 
 def is_compiled(group: str) -> bool:
     """Whether the machine code of a group of `GROUPS` is complete."""
-    try:
-        return _stamp_file(group).read_text() == _state()
-    except OSError:
-        return False
+    states = {_state(processor) for processor in _processors()}
+    for path in _stamp_files(group):
+        with contextlib.suppress(OSError):
+            if path.read_text() in states:
+                return True
+    return False
 
 
 def mark_compiled(group: str) -> None:
     """Note that all kernels of a group are compiled; where nothing can be written, do nothing."""
-    _write(_stamp_file(group), _state().encode())
+    _write(_stamp_files(group)[0], _state(_processor()).encode())
 
 
 def stamps_can_be_kept() -> bool:
     """Whether machine code and stamps can be written."""
-    folders = _stamp_file(GROUPS[0]).parents
+    folders = _stamp_files(GROUPS[0])[0].parents
     return os.access(next(folder for folder in folders if folder.exists()), os.W_OK)
 
 
@@ -310,15 +364,15 @@ def compilation_lock(group: str) -> Iterator[None]:
         with contextlib.suppress(ImportError, OSError):
             import fcntl  # noqa: PLC0415
 
-            path = _stamp_file(group).with_suffix(".lock")
+            path = _stamp_files(group)[0].with_suffix(".lock")
             path.parent.mkdir(parents=True, exist_ok=True)
             fcntl.flock(held.enter_context(path.open("w")), fcntl.LOCK_EX)
         yield
 
 
-def _stamp_file(group: str) -> Path:
+def _stamp_files(group: str) -> list[Path]:
     name = f"kernels-{group}.py{sys.version_info.major}{sys.version_info.minor}.stamp"
-    return _cache_folder(str(PACKAGE / "warm.py")) / name
+    return [folder / name for folder in _folders(str(PACKAGE / "warm.py"))]
 
 
 @functools.cache
@@ -329,6 +383,6 @@ def _sources() -> str:
     return digest.hexdigest()
 
 
-def _state() -> str:
+def _state(processor: tuple[str, ...]) -> str:
     """Return all that machine code depends on: sources, versions and processor."""
-    return f"{_sources()} {VERSIONS} {_processor()}\n"
+    return f"{_sources()} {VERSIONS} {processor}\n"

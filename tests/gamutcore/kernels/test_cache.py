@@ -96,6 +96,37 @@ def test_is_read_where_it_cannot_be_written(module, tmp_path, monkeypatch):
     assert set(tmp_path.rglob("*.nb*")) == files
 
 
+@pytest.mark.slow
+def test_generic_code_that_came_with_the_installation_is_used(module, tmp_path, monkeypatch):
+    shipped = tmp_path / "shipped"
+    shipped.mkdir()
+    own = cache._processor()
+    with monkeypatch.context() as patch:
+        patch.setattr(cache, "_processor", lambda: (own[0], "generic", ""))
+        module().double(np.ones(2))
+    (entry,) = tmp_path.rglob("*.nbc")
+    entry.rename(shipped / entry.name)
+    monkeypatch.setattr(cache, "SHIPPED", shipped)
+    again = module().double
+    np.testing.assert_array_equal(again(np.ones(2)), 2.0)
+    assert hits(again) == 1
+    assert module().double.load()
+
+
+@pytest.mark.slow
+def test_lies_in_the_cache_of_the_user_where_the_package_cannot_be_written(
+    module, tmp_path, monkeypatch
+):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "home"))
+    monkeypatch.setattr(cache, "_is_writable", lambda _: False)
+    module().double(np.ones(2))
+    (written,) = tmp_path.rglob("*.nbc")
+    assert tmp_path / "home" in written.parents
+    again = module().double
+    again(np.ones(2))
+    assert hits(again) == 1
+
+
 def test_an_entry_that_names_a_module_that_is_gone_is_no_obstacle(module, tmp_path, monkeypatch):
     """A kernel compiled for a type of another module, which is then deleted."""
     monkeypatch.syspath_prepend(str(tmp_path))
