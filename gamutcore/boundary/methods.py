@@ -12,7 +12,7 @@ import numpy as np
 
 from gamutcore.boundary.device_surface import device_surface_boundary
 from gamutcore.boundary.modified_convex_hull import Boundary, modified_convex_hull
-from gamutcore.boundary.spherical_segments import SEGMENTS, segment_maxima, usv
+from gamutcore.boundary.published import SEGMENTS, segment_maxima, usv
 from gamutcore.errors import OptionError
 from gamutcore.geometry import DeviceValues
 

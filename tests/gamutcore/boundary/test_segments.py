@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gamutcore.boundary import compute_boundary, modified_convex_hull, segment_maxima, usv
-from gamutcore.boundary.spherical_segments import BASES, sphere_triangles, triangles_towards
+from gamutcore.boundary.published.usv import BASES, sphere_triangles, triangles_towards
 from gamutcore.characterisation import read_characterisation
 from gamutcore.colours import surface_colours
 from gamutcore.errors import (
