@@ -193,14 +193,14 @@ class KernelCache(NullCache):
 
     def signatures(self) -> list[tuple[Any, ...]]:
         """Return the argument types of all entries for this processor."""
-        found = []
+        signatures = []
         for path in self._folder.glob(f"{self._name}-*.nbc"):
             # Unpickling can raise anything: it depends on the names in the file and on the damage.
             with contextlib.suppress(Exception), path.open("rb") as file:
                 stamp, signature = pickle.load(file)  # noqa: S301  # our own
                 if stamp == self._stamp and path == self._path(signature):
-                    found.append(signature)
-        return found
+                    signatures.append(signature)
+        return signatures
 
     def load_overload(self, signature: object, context: Any) -> Any:  # noqa: ANN401
         """Return compiled code. Where none can be loaded, say so if it will take long."""
