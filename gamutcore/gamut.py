@@ -196,7 +196,7 @@ class Gamut:
         """The gamut's id, 64 hexadecimal digits."""
         return str(self.description["id"])
 
-    @property
+    @cached_property
     def options(self) -> Options:
         """The options of the build."""
         return Options.from_mapping(self.description["options"])
@@ -204,7 +204,7 @@ class Gamut:
     @cached_property
     def colour_space(self) -> ColourSpace:
         """The colour space of the coordinates."""
-        return _colour_space(self.description)
+        return _colour_space(self.description, self.options)
 
     @property
     def volume(self) -> float:
@@ -845,8 +845,7 @@ def _chosen_options(given: object, choices: Mapping[str, object]) -> Options:
     )
 
 
-def _colour_space(description: dict[str, Any]) -> ColourSpace:
-    options = Options.from_mapping(description["options"])
+def _colour_space(description: dict[str, Any], options: Options) -> ColourSpace:
     return options.colour_space(description.get("provenance", {}).get("white_luminance"))
 
 
@@ -854,7 +853,7 @@ def _description(stored: dict[str, Any] | None) -> dict[str, Any]:
     try:
         description = dict(stored or {})
         bytes.fromhex(description["id"])
-        _colour_space(description)
+        _colour_space(description, Options.from_mapping(description["options"]))
         LevelSearch(description["levels"])
     except (
         LookupError,

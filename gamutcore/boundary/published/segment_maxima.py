@@ -15,11 +15,11 @@ segments as far as needed.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Literal, cast
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
 
-from gamutcore.arguments import Array, WholeNumber, check_option
+from gamutcore.arguments import Array, WholeNumber
 from gamutcore.boundary.modified_convex_hull import Boundary
 from gamutcore.boundary.published.segments import centred_points, farthest_points
 from gamutcore.errors import BoundaryError
@@ -88,7 +88,7 @@ def segment_maxima(
     Raises
     ------
     OptionError
-        The numbers of segments are not accepted, or the centre is not three numbers.
+        The centre is not three numbers.
     InvalidPointsError
         The points are not an (n, 3) array of finite numbers below 10¹².
     TooFewPointsError, FlatPointsError, CentreError
@@ -96,7 +96,7 @@ def segment_maxima(
     BoundaryError
         The grid of positions does not resolve the segments about this centre.
     """
-    polar, azimuth = cast("tuple[int, int]", check_option("segments", segments, SEGMENT_COUNTS))
+    polar, azimuth = segments
     rounded, middle = centred_points(points, centre)
     relative = rounded - middle
     radii = np.linalg.norm(relative, axis=1)

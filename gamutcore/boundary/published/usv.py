@@ -10,11 +10,11 @@ the surface. Empty segments add nothing.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Literal, cast
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
 
-from gamutcore.arguments import Choice, WholeNumber, check_option
+from gamutcore.arguments import Choice, WholeNumber
 from gamutcore.arrays import FloatArray, IndexArray, LongArray
 from gamutcore.boundary.modified_convex_hull import Boundary, modified_convex_hull
 from gamutcore.boundary.published.segments import centred_points, farthest_points
@@ -80,7 +80,7 @@ def usv(
     Raises
     ------
     OptionError
-        The basis, the subdivisions or γ are not accepted, or the centre is not three numbers.
+        The centre is not three numbers.
     InvalidPointsError
         The points are not an (n, 3) array of finite numbers below 10¹².
     TooFewPointsError, FlatPointsError, CentreError
@@ -88,16 +88,14 @@ def usv(
     BoundaryError
         The farthest points of the segments do not surround the centre.
     """
-    body = str(check_option("basis", basis, BASIS))
-    splits = cast("int", check_option("subdivisions", subdivisions, SUBDIVISIONS))
     rounded, middle = centred_points(points, centre)
     relative = rounded - middle
     radii = np.linalg.norm(relative, axis=1)
     usable = np.flatnonzero(radii > radii.max() * 1e-12)
     # unit length: products with the sides of triangles neither vanish nor overflow
     directions = relative[usable] / radii[usable, np.newaxis]
-    segment = triangles_towards(directions, body, splits)
-    count = (2 * len(BASES[body]) - 4) * 4**splits
+    segment = triangles_towards(directions, basis, subdivisions)
+    count = (2 * len(BASES[basis]) - 4) * 4**subdivisions
     farthest = farthest_points(segment, radii[usable], count)
     chosen = usable[farthest[farthest >= 0]]
     try:
