@@ -1,7 +1,7 @@
 """Questions to a gamut: each is declared once, beside the function that answers it.
 
 A function takes a gamut, finds the level that answers, converts the colours, asks
-`gamutcore.search`, and interpolates device values. The methods of `gamutcore.Gamut` call these
+`gamutcore.search`, and interpolates device values. Methods of `gamutcore.Gamut` are these
 functions. `QUESTIONS` has the declarations, from which the service makes its routes and forms.
 """
 
