@@ -12,17 +12,17 @@ import threading
 import warnings
 from collections.abc import Mapping
 from dataclasses import replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 from math import inf
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, Self, cast
+from typing import TYPE_CHECKING, Any, Literal, Self
 
 from gamutcore import questions
 from gamutcore.building import build, report_progress
 from gamutcore.characterisation.icc import looks_like_icc
-from gamutcore.colours import SPACE_PARAMETERS, DeviceModel
+from gamutcore.colours import DeviceModel
 from gamutcore.colours.spaces import ColourSpace
-from gamutcore.content import content_of, gamut_source, is_saved_gamut
+from gamutcore.content import content_of
 from gamutcore.errors import DeviceModelError, HistoryFileError, OptionError, errors_in
 from gamutcore.export.provenance import mesh_provenance
 from gamutcore.export.viewer_page import HTML_SUFFIXES, PageGamut, viewer_page
@@ -43,22 +43,14 @@ from gamutcore.questions import (
     DEFAULT_EDGE_WIDTH,
     DEFAULT_ERROR,
     INDEX_BYTES,
-    SECTORS,
     IndexedLevels,
     build_warnings,
     check_space,
     colours_in,
-    compare,
     compared_conditions,
     comparison_warnings,
     conditions_of,
-    map_colours,
-    plot,
-    plot_rings,
-    plot_slice,
-    positions,
-    rings,
-    section,
+    other_gamut,
     tolerance_of,
 )
 from gamutcore.recipes import InverseModel
@@ -68,20 +60,15 @@ from gamutcore.results import VIEWER_HEIGHT, Intersection, ViewerPage
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import ArrayLike
 
-    from gamutcore.arrays import BooleanArray, FloatArray
+    from gamutcore.arrays import FloatArray
     from gamutcore.colour_rows import Colours
     from gamutcore.export.picture_file import Depth
     from gamutcore.geometry import TriangleMesh
     from gamutcore.pictures import MappedPicture
-    from gamutcore.references import Reference
     from gamutcore.results import (
-        ColourSection,
         Conditions,
-        GamutComparison,
-        GamutRings,
-        MappedColours,
     )
 
 __all__ = ["Gamut", "read_description"]
@@ -209,7 +196,7 @@ class Gamut:
         """The gamut's id, 64 hexadecimal digits."""
         return str(self.description["id"])
 
-    @property
+    @cached_property
     def options(self) -> Options:
         """The options of the build."""
         return Options.from_mapping(self.description["options"])
@@ -217,7 +204,7 @@ class Gamut:
     @cached_property
     def colour_space(self) -> ColourSpace:
         """The colour space of the coordinates."""
-        return _colour_space(self.description)
+        return _colour_space(self.description, self.options)
 
     @property
     def volume(self) -> float:
@@ -330,43 +317,7 @@ class Gamut:
 
     # --- questions about colours ------------------------------------------------------------------
 
-    def contains(
-        self,
-        colours: Colours,
-        *,
-        tolerance: float | None = None,
-        space: str | None = None,
-        triangles: int | None = None,
-        max_error: float | None = None,
-    ) -> BooleanArray:
-        """Whether colours are in gamut: inside the level, or within a tolerance of it.
-
-        Parameters
-        ----------
-        tolerance : float, optional
-            Largest distance of a colour outside, in units of the gamut's space; by default that of
-            `tolerance`, which covers the measured patches, and the colours of the device model
-            that a search found. 0 asks for colours inside or on the surface of the level, without
-            rounding errors.
-
-        Returns
-        -------
-        (...) bool
-
-        Examples
-        --------
-        >>> colours = [(20, 0, 0), (90, 0, 0), (50, 60, 0), (50, -40, 50), (50, -40, -50)]
-        >>> Gamut(colours).contains((50, 0, 300), space="LCHab").item()
-        True
-        """
-        return positions(
-            self,
-            colours,
-            tolerance=tolerance,
-            space=space,
-            triangles=triangles,
-            max_error=max_error,
-        ).inside
+    contains = questions.contains
 
     def tolerance(self, *, triangles: int | None = None, max_error: float | None = None) -> float:
         """Return the distance up to which a colour outside of a level counts as in gamut.
@@ -405,113 +356,11 @@ class Gamut:
 
     distance = questions.distance
 
-    def classify(
-        self,
-        colours: Colours,
-        *,
-        edge_width: float | None = None,
-        tolerance: float | None = None,
-        space: str | None = None,
-        triangles: int | None = None,
-        max_error: float | None = None,
-    ) -> NDArray[Any]:
-        """Say where colours are: inside, at the edge or outside.
-
-        Parameters
-        ----------
-        edge_width : float, optional
-            Largest distance from the surface of a colour at the edge, in units of the gamut's
-            space. By default `tolerance` if that is given, else `default_edge_width`: 1 in CIELAB.
-        tolerance : float, optional
-            As for `contains`. Colours within it are at the edge as well.
-
-        Returns
-        -------
-        (...) str
-            ``"inside"``, ``"edge"`` or ``"outside"``. `contains` is true for colours inside, false
-            for colours outside, and decides by `tolerance` at the edge.
-
-        Examples
-        --------
-        >>> cube = [(l, a, b) for l in (40, 60) for a in (-10, 10) for b in (-10, 10)]
-        >>> Gamut(cube).classify([(50, 0, 0), (50, 0, 11), (50, 0, 25)], edge_width=2).tolist()
-        ['inside', 'edge', 'outside']
-        """
-        found = positions(
-            self,
-            colours,
-            position=True,
-            tolerance=tolerance,
-            edge_width=edge_width,
-            space=space,
-            triangles=triangles,
-            max_error=max_error,
-        )
-        return cast("NDArray[Any]", found.position)
+    classify = questions.classify
 
     nearest = questions.nearest
 
-    def map(
-        self,
-        colours: Colours,
-        method: str = "clip-hue",
-        *,
-        focus: Colours | Literal["cusp"] | None = None,
-        source: Self | str | os.PathLike[str] | None = None,
-        black_point_compensation: bool = False,
-        space: str | None = None,
-        triangles: int | None = None,
-        max_error: float | None = None,
-    ) -> MappedColours:
-        """Map colours into the gamut.
-
-        Parameters
-        ----------
-        method : str, optional
-            ``"clip-nearest"``: to the nearest colour, by the distance in the space of the gamut:
-            ΔE*ab in CIELAB. ``"clip-hue"``: to the nearest colour of the same hue (HPMINDE, CIE
-            156:2004). ``"clip-lightness"``: the chroma stays.
-            ``"clip-chroma"``: the lightness stays. ``"clip-focal"``: towards a focal point.
-            ``"sgck"``: compression from a source gamut (CIE 156:2004).
-        focus : (3,) array_like or "cusp", optional
-            Focal point of ``"clip-focal"``, in the space of the colours; ``"cusp"``, the default,
-            is the lightness of the cusp on the neutral axis.
-        source : Gamut, str or path, optional
-            The gamut that ``"sgck"`` maps from.
-        black_point_compensation : bool, optional
-            Whether colours are first scaled in CIEXYZ, so that black, L* = 0, becomes the darkest
-            neutral colour of the gamut, and white stays (ISO 18619). Not for ``"sgck"``, which maps
-            black itself.
-
-        Returns
-        -------
-        MappedColours
-            With `points`, `moved`, `delta_e` and `device`. Colours inside, and outside within the
-            tolerance of `contains` if it is not above `default_error`, stay as they are, except by
-            ``"sgck"`` and with black-point compensation.
-
-        Raises
-        ------
-        OptionError
-            Also if `focus`, `source` or `black_point_compensation` does not apply.
-
-        Examples
-        --------
-        >>> cube = [(l, a, b) for l in (40, 60) for a in (-10, 10) for b in (-10, 10)]
-        >>> Gamut(cube).map((50, 30, 0), "clip-chroma").points.round(3).tolist()
-        [50.0, 10.0, 0.0]
-        """
-        return map_colours(
-            self,
-            colours,
-            method,
-            focus=focus,
-            source=self._other(source),
-            black_point_compensation=black_point_compensation,
-            space=space,
-            triangles=triangles,
-            max_error=max_error,
-        )
+    map = questions.map_colours
 
     def map_picture(
         self,
@@ -602,7 +451,7 @@ class Gamut:
         that of the picture. Through a table, those next to the surface may move within
         the stated error, where the surface bulges into a cell whose corners are all outside.
         """
-        other = self._other(source)
+        other = None if source is None else other_gamut(self, source)
         with errors_in(picture):
             return map_picture_file(
                 self,
@@ -635,148 +484,17 @@ class Gamut:
 
     max_chroma = questions.max_chroma
 
-    def slice(
-        self,
-        L: float | None = None,
-        *,
-        hue: float | None = None,
-        plane: ArrayLike | None = None,
-        triangles: int | None = None,
-        max_error: float | None = None,
-    ) -> ColourSection:
-        """Return the section by a plane of constant lightness, by a hue, or by any plane.
-
-        Parameters
-        ----------
-        L : float, optional
-            Lightness, the first coordinate (the second in CIEXYZ).
-        hue : float, optional
-            Hue in degrees: the half-plane of `leaf`.
-        plane : (4,) array_like, optional
-            a, b, c, d: the points with a x + b y + c z = d.
-
-        Returns
-        -------
-        ColourSection
-            With `polygons`, `points` and `device`.
-
-        Raises
-        ------
-        InvalidPointsError
-            A number is not finite, or the plane has no direction.
-        OptionError
-            Not exactly one of `L`, `hue` and `plane` is given, or the space has no hue.
-
-        Examples
-        --------
-        >>> cube = [(l, a, b) for l in (40, 60) for a in (-10, 10) for b in (-10, 10)]
-        >>> (square,) = Gamut(cube).slice(L=50).polygons
-        >>> abs(square[:, 1:]).max().round(3).item()
-        10.0
-        """
-        return section(self, L, hue=hue, plane=plane, triangles=triangles, max_error=max_error)
+    slice = questions.section
 
     leaf = questions.leaf
 
     leaves = questions.leaves
 
-    def rings(
-        self,
-        reference: Self | str | os.PathLike[str] | None = None,
-        *,
-        lightness: ArrayLike | None = None,
-        sectors: int = 360,
-        triangles: int | None = None,
-        max_error: float | None = None,
-    ) -> GamutRings:
-        """Return the gamut rings, alone or with those of a reference and the intersection.
-
-        Parameters
-        ----------
-        reference : Gamut, str or path, optional
-        lightness : (n,) array_like, optional
-            Of the rings, in increasing order; tenths of the lightness of white by default, which
-            are those of the standard, 10 to 100, in CIELAB.
-        sectors : int, optional
-            Number of equal sectors of hue.
-
-        Returns
-        -------
-        GamutRings
-            The area within a ring is the volume of the gamut up to its lightness. Warnings name
-            differences of intent or white from the reference.
-
-        Notes
-        -----
-        IDMS 1.1, section 5.32; Smith and Masaoka.
-
-        Examples
-        --------
-        >>> cube = [(l, a, b) for l in (40, 60) for a in (-10, 10) for b in (-10, 10)]
-        >>> round(Gamut(cube).rings().volume)
-        8000
-        """
-        return rings(
-            self,
-            self._other(reference),
-            lightness=lightness,
-            sectors=sectors,
-            triangles=triangles,
-            max_error=max_error,
-        )
+    rings = questions.rings
 
     # --- questions about two gamuts ---------------------------------------------------------------
 
-    def compare(
-        self,
-        other: Self | str | os.PathLike[str],
-        *,
-        sectors: int = SECTORS,
-        lost: bool = False,
-        triangles: int | None = None,
-        max_error: float | None = None,
-    ) -> GamutComparison:
-        """Compare this gamut, A, with another one, B.
-
-        Parameters
-        ----------
-        other : Gamut, str or path
-        sectors : int, optional
-            Number of equal sectors of hue.
-        lost : bool, optional
-            Whether to find `lost_a` and `lost_b`: ΔE00 between the surface of each gamut and the
-            nearest colours of the other one. It takes some tenths of a second.
-
-        Returns
-        -------
-        GamutComparison
-            With `volume_a`, `volume_b`, `intersection`, `union`, `a_covers_b`, `b_covers_a`,
-            `jaccard`, `symmetric_difference`, the same by sector of hue with the largest chroma,
-            the lightest and darkest colours, areas and coverage of the chromaticities, warnings,
-            and a `summary` in words.
-
-        Notes
-        -----
-        Colours lost are those of 2,048 points on the surface, each of which stands for the same
-        area. A colour that the other gamut has within its tolerance loses 0. Nearest is by ΔE00 in
-        CIELAB with D50, and by the distance of the space elsewhere.
-
-        Hues in the summary of CIELAB gamuts have names: red 38°, yellow 96°, green 146°, cyan 214°,
-        blue 299° and magenta 343°. These are the means of the primaries and secondaries of sRGB and
-        of FOGRA39 coated offset.
-
-        Examples
-        --------
-        >>> import numpy as np
-        >>> cube = np.array([(l, a, b) for l in (-1, 1) for a in (-1, 1) for b in (-1, 1)])
-        >>> whole, part = Gamut(20 * cube + (50, 0, 0)), Gamut(10 * cube + (50, 0, 0))
-        >>> round(whole.compare(part).b_covers_a, 3)
-        0.125
-        """
-        two = self._in_same_space(other)
-        return compare(
-            self, two, sectors=sectors, lost=lost, triangles=triangles, max_error=max_error
-        )
+    compare = questions.compare
 
     chromaticity = questions.chromaticity
 
@@ -804,7 +522,7 @@ class Gamut:
         >>> Gamut(20 * cube + (50, 0, 0)).coverage_of(Gamut(10 * cube + (50, 0, 0)))
         1.0
         """
-        other = self._in_same_space(other)
+        other = other_gamut(self, other)
         for warning in comparison_warnings(self.conditions, other.conditions):
             warnings.warn(warning, stacklevel=2)
         return self.compare(other, sectors=1).a_covers_b
@@ -837,154 +555,17 @@ class Gamut:
             found.warnings,
         )
 
-    def _other(self, given: Self | str | os.PathLike[str] | None) -> Self | None:
-        return None if given is None else self._in_same_space(given)
-
-    def _in_same_space(self, other: Self | str | os.PathLike[str]) -> Self:
-        """Return another gamut, or the one of a name or file, in the space of this one."""
-        if not isinstance(other, type(self)):
-            other = self._opened(cast("str | os.PathLike[str]", other))
-        check_space(self, other)
-        return other
-
-    def _opened(self, given: str | os.PathLike[str]) -> Self:
-        """Return the gamut of a name or a file; unless it is saved, built in this one's space."""
-        found = gamut_source(given)
-        if isinstance(found, bytes) and is_saved_gamut(found):
-            return self.load(given)
-        chosen = self.options.to_mapping()
-        names = {"space", *SPACE_PARAMETERS} & chosen.keys()
-        if not isinstance(found, bytes) and found.peak is not None:
-            names -= {"luminance"}  # its luminances are known
-        options = Options.from_mapping({name: chosen[name] for name in names})
-        if isinstance(found, bytes):
-            return type(self)(given, options)
-        kind: Any = type(self)  # mypy takes a class for unhashable
-        return cast("Self", _reference(kind, found, options))
-
     # --- pictures ---------------------------------------------------------------------------------
 
     _repr_html_ = questions.notebook_html
 
     picture = questions.picture
 
-    def plot(
-        self,
-        ax: Any = None,  # noqa: ANN401  # of matplotlib, which is optional
-        *,
-        triangles: int | None = None,
-        max_error: float | None = None,
-        **style: Any,  # noqa: ANN401
-    ) -> Any:  # noqa: ANN401
-        """Draw the gamut in three dimensions with its own colours.
+    plot = questions.plot
 
-        Further gamuts on the same axes are shells with dashed lines of constant lightness.
+    plot_slice = questions.plot_slice
 
-        Parameters
-        ----------
-        ax : mpl_toolkits.mplot3d.Axes3D, optional
-            New axes unless given.
-        triangles, max_error : optional
-            The level, of 2,000 triangles by default.
-        **style
-            For `mpl_toolkits.mplot3d.art3d.Poly3DCollection`, such as ``alpha=0.5``; and ``label``,
-            a name instead of `Gamut.name`.
-
-        Returns
-        -------
-        mpl_toolkits.mplot3d.Axes3D
-
-        Raises
-        ------
-        ModuleNotFoundError
-            matplotlib is not installed.
-        """
-        return plot(self, ax, triangles=triangles, max_error=max_error, **style)
-
-    def plot_slice(
-        self,
-        L: float | None = None,
-        ax: Any = None,  # noqa: ANN401  # of matplotlib
-        *,
-        hue: float | None = None,
-        plane: ArrayLike | None = None,
-        triangles: int | None = None,
-        max_error: float | None = None,
-        **style: Any,  # noqa: ANN401
-    ) -> Any:  # noqa: ANN401
-        """Draw a section in the colours that it shows.
-
-        Parameters
-        ----------
-        L, hue, plane : optional
-            One of them, as for `slice`.
-        ax : matplotlib.axes.Axes, optional
-            New axes unless given. The first gamut is filled with its colours. Further gamuts on
-            the same axes are dashed, and there is a legend.
-        **style
-            For `matplotlib.axes.Axes.fill`; ``label`` is a name instead of `Gamut.name`, and with
-            ``color`` or ``fill`` the section does not have its colours.
-
-        Returns
-        -------
-        matplotlib.axes.Axes
-
-        Raises
-        ------
-        ModuleNotFoundError
-            matplotlib is not installed.
-        """
-        return plot_slice(
-            self,
-            L,
-            ax,
-            hue=hue,
-            plane=plane,
-            triangles=triangles,
-            max_error=max_error,
-            **style,
-        )
-
-    def plot_rings(
-        self,
-        reference: Self | str | os.PathLike[str] | None = None,
-        ax: Any = None,  # noqa: ANN401  # of matplotlib
-        *,
-        sectors: int = 360,
-        triangles: int | None = None,
-        max_error: float | None = None,
-        **style: Any,  # noqa: ANN401
-    ) -> Any:  # noqa: ANN401
-        """Draw the gamut rings, with the outer one of a reference dashed.
-
-        Parameters
-        ----------
-        reference : Gamut, str or path, optional
-        ax : matplotlib.axes.Axes, optional
-            New axes unless given.
-        sectors : int, optional
-            Number of equal sectors of hue.
-        **style
-            For `matplotlib.axes.Axes.plot`.
-
-        Returns
-        -------
-        matplotlib.axes.Axes
-
-        Raises
-        ------
-        ModuleNotFoundError
-            matplotlib is not installed.
-        """
-        return plot_rings(
-            self,
-            self._other(reference),
-            ax,
-            sectors=sectors,
-            triangles=triangles,
-            max_error=max_error,
-            **style,
-        )
+    plot_rings = questions.plot_rings
 
     # --- levels and files -------------------------------------------------------------------------
 
@@ -1156,7 +737,7 @@ class Gamut:
         >>> Gamut(colours).show(state="lightness=50")
         <ViewerPage: height 520>
         """
-        gamuts = [self._in_same_space(other) for other in others]
+        gamuts = [other_gamut(self, other) for other in others]
         return ViewerPage.restoring(self.to_html((), *gamuts), state, height)
 
     @classmethod
@@ -1227,11 +808,6 @@ class Gamut:
         return gamut
 
 
-@lru_cache(maxsize=8)  # many gamuts are compared with a few references, of 2 MB each
-def _reference(kind: type[Gamut], found: Reference, options: Options) -> Gamut:
-    return kind(found.data, options)
-
-
 def read_description(path: Path) -> dict[str, Any]:
     """Return the description of a gamut file without reading the history.
 
@@ -1269,8 +845,7 @@ def _chosen_options(given: object, choices: Mapping[str, object]) -> Options:
     )
 
 
-def _colour_space(description: dict[str, Any]) -> ColourSpace:
-    options = Options.from_mapping(description["options"])
+def _colour_space(description: dict[str, Any], options: Options) -> ColourSpace:
     return options.colour_space(description.get("provenance", {}).get("white_luminance"))
 
 
@@ -1278,7 +853,7 @@ def _description(stored: dict[str, Any] | None) -> dict[str, Any]:
     try:
         description = dict(stored or {})
         bytes.fromhex(description["id"])
-        _colour_space(description)
+        _colour_space(description, Options.from_mapping(description["options"]))
         LevelSearch(description["levels"])
     except (
         LookupError,

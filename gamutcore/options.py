@@ -457,8 +457,14 @@ class Options(BaseModel):
         options = dict(mapping)
         if options.get("boundary") == "convex-hull":
             options |= {"boundary": "modified-convex-hull", "gamma": 1.0}
-        if options.get("scale") == 1.0:
-            del options["scale"]
+        scale = options.pop("scale", 1.0)
+        if scale != 1.0:
+            raise OptionError(
+                f"The option scale is {scale}, and coordinates have no factor in this version.",
+                where={"field": "scale"},
+                remedy="Post the data again without scale, and multiply the coordinates of answers"
+                " by the factor.",
+            )
         return cls.from_mapping(options)
 
     def to_mapping(self) -> dict[str, object]:

@@ -18,7 +18,12 @@ from pathlib import Path
 
 import numpy as np
 
-from gamutcore.boundary import BOUNDARIES, compute_boundary, device_surface_boundary
+from gamutcore.boundary import (
+    BOUNDARIES,
+    compute_boundary,
+    device_surface_boundary,
+    voxel_mismatch,
+)
 from gamutcore.boundary.centre import face_planes
 from gamutcore.boundary.device_surface import hidden_area
 from gamutcore.boundary.radial_envelope import COARSE, radial_volume
@@ -46,7 +51,6 @@ from gamutcore.levels import (
     curve_counts,
     error_curve,
     radial_difference,
-    voxel_mismatch,
 )
 from gamutcore.search import (
     LevelIndex,

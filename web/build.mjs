@@ -59,8 +59,8 @@ if (process.argv.includes("--check")) {
 async function licences(inputs) {
   const names = new Set();
   for (const input of inputs) {
-    const found = /^node_modules\/((?:@[^/]+\/)?[^/]+)\//.exec(input);
-    if (found) names.add(found[1]);
+    const path = /^node_modules\/((?:@[^/]+\/)?[^/]+)\//.exec(input);
+    if (path) names.add(path[1]);
   }
   let text = "The files of this folder are built from web/ of the project, under the licence of the project.\n";
   text += "They contain parts of these npm packages:\n";

@@ -4,12 +4,14 @@ from gamutcore.boundary.device_surface import device_surface_boundary
 from gamutcore.boundary.mesh_boundary import mesh_boundary, mesh_vertices
 from gamutcore.boundary.methods import BOUNDARIES, compute_boundary, vertex_device_values
 from gamutcore.boundary.modified_convex_hull import GAMMA, Boundary, modified_convex_hull
-from gamutcore.boundary.spherical_segments import (
+from gamutcore.boundary.published import (
     BASIS,
     SEGMENT_COUNTS,
     SUBDIVISIONS,
+    VoxelMismatch,
     segment_maxima,
     usv,
+    voxel_mismatch,
 )
 from gamutcore.boundary.wrapping import Wrapping, raise_wrapping, wrap_colours
 
@@ -20,6 +22,7 @@ __all__ = [
     "SEGMENT_COUNTS",
     "SUBDIVISIONS",
     "Boundary",
+    "VoxelMismatch",
     "Wrapping",
     "compute_boundary",
     "device_surface_boundary",
@@ -30,5 +33,6 @@ __all__ = [
     "segment_maxima",
     "usv",
     "vertex_device_values",
+    "voxel_mismatch",
     "wrap_colours",
 ]

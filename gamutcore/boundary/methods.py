@@ -12,7 +12,7 @@ import numpy as np
 
 from gamutcore.boundary.device_surface import device_surface_boundary
 from gamutcore.boundary.modified_convex_hull import Boundary, modified_convex_hull
-from gamutcore.boundary.spherical_segments import SEGMENTS, segment_maxima, usv
+from gamutcore.boundary.published import SEGMENTS, segment_maxima, usv
 from gamutcore.errors import OptionError
 from gamutcore.geometry import DeviceValues
 
@@ -82,7 +82,8 @@ def compute_boundary(
     faces : SurfaceFaces, optional
         Triangles between the points that cover the surface of a device's cube.
     **parameters
-        Options of the method; the others have their defaults.
+        Options of the method, as `gamutcore.Options` has checked them; the others have their
+        defaults.
 
     Returns
     -------
@@ -92,7 +93,7 @@ def compute_boundary(
     Raises
     ------
     OptionError
-        A parameter is not accepted, or the method needs faces and none are given.
+        The method needs faces and none are given, or the centre is not three numbers.
     InvalidPointsError, BoundaryError
         No valid surface can be wrapped around the points.
 

@@ -27,11 +27,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import sqrt
-from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple, cast
+from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
 
 import numpy as np
 
-from gamutcore.arguments import Choice, Number, check_option
+from gamutcore.arguments import Choice, Number
 from gamutcore.arrays import FloatArray, IndexArray, LongArray
 from gamutcore.boundary.centre import automatic_centre, bounds, centre_on_grid, points_on_grid
 from gamutcore.boundary.radial_hull import radial_hull
@@ -139,7 +139,7 @@ def modified_convex_hull(
     Raises
     ------
     OptionError
-        γ is not in (0, 1], or the centre is not three numbers.
+        The centre is not three numbers.
     InvalidPointsError
         The points are not an (n, 3) array of finite numbers below 10¹².
     TooFewPointsError, FlatPointsError, CentreError
@@ -153,8 +153,7 @@ def modified_convex_hull(
     >>> modified_convex_hull(octahedron, gamma=0.2).mesh.triangles
     8
     """
-    checked = check_option("gamma", gamma, GAMMA)
-    power = SCATTERED if checked == "auto" else cast("float", checked)
+    power = SCATTERED if gamma == "auto" else float(gamma)
     rounded, step = points_on_grid(points)
     option_centre = centre_on_grid(centre, rounded, step)
     about = sum(bounds(rounded)) / 2 if option_centre is None else option_centre

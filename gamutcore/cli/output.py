@@ -204,9 +204,17 @@ def drawing_axes(output: Path | None, **kind: Any) -> Any | None:  # noqa: ANN40
     return figure().add_subplot(**kind)
 
 
+_UNDATED = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
+"""Metadata of formats in which matplotlib states the time of writing by default."""
+
+
 def write_drawing(axes: Any, output: Path) -> None:  # noqa: ANN401  # of matplotlib
-    """Write the figure of axes in the format of the suffix."""
-    axes.figure.savefig(output, format=output.suffix[1:].lower())
+    """Write the figure of axes in the format of the suffix, the same figure as the same bytes."""
+    from matplotlib import rc_context  # noqa: PLC0415  # optional
+
+    file_format = output.suffix[1:].lower()
+    with rc_context({"svg.hashsalt": "gamut"}):  # ids of SVG are random otherwise
+        axes.figure.savefig(output, format=file_format, metadata=_UNDATED.get(file_format))
 
 
 def write_bytes(data: bytes, output: Path | None) -> None:

@@ -9,11 +9,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import lru_cache
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gamutcore.arguments import Choice, check_option
 from gamutcore.characterisation import IccProfile, Picture
 from gamutcore.characterisation.samples import JSON
 from gamutcore.colours.colorimetry import ICC_D50, lab_to_xyz, xyz_to_lab
@@ -24,7 +23,6 @@ from gamutcore.colours.profile import profile_surface
 from gamutcore.colours.reference import reference_surface
 from gamutcore.colours.repeats import consistent_samples
 from gamutcore.colours.sampling import (
-    SURFACE_SAMPLES,
     AbsoluteColours,
     SurfaceColours,
     outward_faces,
@@ -83,14 +81,12 @@ def surface_colours(
     Raises
     ------
     OptionError
-        The intent or the number of samples is not accepted, or the data does not have the intent;
-        there are ink limits for a device without inks, an observer or illuminant for data without
-        spectra, or a device model that the samples cannot have.
+        The data does not have the intent; there are ink limits for a device without inks, an
+        observer or illuminant for data without spectra, or a device model that the samples cannot
+        have.
     CharacterisationError, InvalidPointsError
         The data is broken.
     """
-    intent = str(check_option("intent", intent, Annotated[str, Choice(INTENTS)]))
-    check_option("surface_samples", surface_samples, SURFACE_SAMPLES)
     if isinstance(characterisation, Picture):
         return picture_colours(characterisation, intent, popularity, adaptation=adaptation)
     if isinstance(characterisation, IccProfile):

@@ -727,13 +727,13 @@ def _refuse_other_space(declared: ColourSpace, requested: ColourSpace) -> None:
 
 
 def _all_parameters(space: ColourSpace) -> dict[str, object]:
-    """All that coordinates depend on, by the names of the options."""
-    settings = {name: getattr(space, name) for name in SPACE_PARAMETERS}
-    parameters = space_parameters(space.name, settings)
-    # the defaults of CIELAB are None
-    parameters["reference_white"] = parameters["reference_white"] or space.definition.white
-    parameters["adaptation"] = parameters["adaptation"] or "Bradford"
-    return {"space": space.name, **parameters}
+    """All that coordinates depend on, by the names of the options, with defaults filled in."""
+    parameters: dict[str, object] = {"space": space.name}
+    defaults = parameter_defaults(space.name)
+    for name in SPACE_PARAMETERS:
+        value = getattr(space, name)
+        parameters[name] = defaults.get(name) if value is None else value
+    return parameters
 
 
 def _same(one: object, other: object) -> bool:

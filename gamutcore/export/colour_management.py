@@ -135,15 +135,15 @@ def _cusps(device: DeviceValues) -> dict[str, int]:
     else:
         return {}
     others = values[:, 3:]  # black ink, which cusps have none of
-    found = {}
+    primaries = {}
     for name, cusp in CUSPS.items():
         apart = np.abs(red_green_blue - cusp).max(axis=1)
         apart = np.maximum(apart, np.abs(others).max(axis=1, initial=0.0))
         nearest = int(np.argmin(apart))
         if apart[nearest] > NEAR:
             return {}
-        found[name] = nearest
-    return found
+        primaries[name] = nearest
+    return primaries
 
 
 def _triple(numbers: Iterable[float]) -> str:

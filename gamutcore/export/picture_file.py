@@ -293,11 +293,11 @@ def device_writer(
 
 def _check(draft: Path, file_format: str, like: Raster) -> None:
     """Refuse a file whose values mean something else than those of the picture."""
-    with open_raster(draft.read_bytes(), file_format) as found:
-        meanings = [picture_meaning(each)[0] for each in (found, like)]
-        if found.profile != like.profile or (not like.profile and meanings[0] != meanings[1]):
+    with open_raster(draft.read_bytes(), file_format) as raster:
+        meanings = [picture_meaning(each)[0] for each in (raster, like)]
+        if raster.profile != like.profile or (not like.profile and meanings[0] != meanings[1]):
             raise _refusal(f"A {file_format} file cannot state the encoding of the picture.")
-        if found.has_alpha != like.has_alpha or found.premultiplied != like.premultiplied:
+        if raster.has_alpha != like.has_alpha or raster.premultiplied != like.premultiplied:
             raise _refusal(f"A {file_format} file cannot store the alpha of the picture.")
 
 

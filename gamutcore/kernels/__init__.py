@@ -17,7 +17,6 @@ from gamutcore.kernels.cache import (
 )
 from gamutcore.kernels.decorators import (
     KERNELS,
-    bit_length,
     inlined_kernel,
     kernel,
     leaf_kernel,
@@ -28,7 +27,6 @@ __all__ = [
     "ENTRY_POINTS",
     "GROUPS",
     "KERNELS",
-    "bit_length",
     "compilation_lock",
     "compile_command",
     "ensure_compiled",

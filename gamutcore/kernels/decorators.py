@@ -15,9 +15,7 @@ from collections.abc import Callable
 from typing import Any, TypeVar, cast
 
 from numba.core import config, types
-from numba.core.extending import overload
 from numba.core.registry import CPUDispatcher
-from numba.cpython.unsafe.numbers import leading_zeros
 
 from gamutcore.kernels.cache import KernelCache
 from gamutcore.kernels.linking import EntryCompiler, SubroutineCompiler
@@ -25,7 +23,6 @@ from gamutcore.kernels.linking import EntryCompiler, SubroutineCompiler
 __all__ = [
     "KERNELS",
     "Kernel",
-    "bit_length",
     "inlined_kernel",
     "kernel",
     "leaf_kernel",
@@ -41,8 +38,6 @@ OPTIONS: dict[str, Any] = {
     "error_model": "numpy",
     "no_cfunc_wrapper": True,
 }
-
-_leading_zeros = cast("Callable[[int], int]", leading_zeros)
 
 KERNELS: list[Kernel] = []
 """All kernels of the modules that are imported."""
@@ -121,22 +116,6 @@ def load_kernels(modules: tuple[str, ...] = ("gamutcore",)) -> int:
     Only kernels of the given modules and packages are loaded, as far as they are imported.
     """
     return sum(kernel.load() for kernel in KERNELS if kernel.py_func.__module__.startswith(modules))
-
-
-def bit_length(number: int) -> int:
-    """Return the number of bits of a number from 0 to 2⁶³ − 1; 0 for 0.
-
-    Kernels compile it to one machine instruction.
-    """
-    return int(number).bit_length()
-
-
-@overload(bit_length)
-def _compiled_bit_length(number: int) -> Callable[[int], int]:  # noqa: ARG001
-    def length(number: int) -> int:
-        return 64 - _leading_zeros(int(number))
-
-    return length
 
 
 def _widened(argument: types.Type) -> types.Type:

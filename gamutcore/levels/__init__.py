@@ -12,7 +12,6 @@ from gamutcore.levels.error_curve import (
 from gamutcore.levels.level_search import DEFAULT_TRIANGLES, LevelRequest, LevelSearch, error_bounds
 from gamutcore.levels.overlay import Distances, RadialDifference, radial_difference
 from gamutcore.levels.sides import SIDES, Side, sided_level
-from gamutcore.levels.voxel_mismatch import VoxelMismatch, voxel_mismatch
 
 __all__ = [
     "DEFAULT_TRIANGLES",
@@ -26,12 +25,10 @@ __all__ = [
     "LevelSearch",
     "RadialDifference",
     "Side",
-    "VoxelMismatch",
     "curve_counts",
     "error_bounds",
     "error_curve",
     "radial_difference",
     "round_up",
     "sided_level",
-    "voxel_mismatch",
 ]

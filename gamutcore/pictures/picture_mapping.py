@@ -580,8 +580,8 @@ class _Pixels:
             assert self.spatial is not None  # noqa: S101  # checked by the caller
             lab = self._colours(samples[part] / self._full, self._meaning)
             outside, lines = self.spatial.lines(lab)
-            for each, found in zip(shifts, (*lines, outside), strict=True):
-                each[at[part]] = found
+            for shift, values in zip(shifts, (*lines, outside), strict=True):
+                shift[at[part]] = values
 
         for _ in self._workers.map(write, range(0, len(samples), _AT_A_TIME)):
             pass
@@ -593,28 +593,28 @@ class _Pixels:
         heat = self.heat[first : first + len(given)]
         begin, end = np.searchsorted(self._chosen, (first, first + len(given)))
         chosen = self._chosen[begin:end] - first
-        found, gray = self._opaque(band)
+        results, gray = self._opaque(band)
         if opaque is None or band.alpha is None:
             heat[:] = gray
-            self._checked.append((given[chosen], found[chosen]))
-            return found
+            self._checked.append((given[chosen], results[chosen]))
+            return results
         if len(heat):
             heat[opaque] = gray
         chosen = np.cumsum(opaque)[chosen[opaque[chosen]]] - 1
-        self._checked.append((straight[chosen], found[chosen]))
+        self._checked.append((straight[chosen], results[chosen]))
         if self._device is not None:
             samples = blank_samples(self._device, len(given), self._result.dtype)
-            samples[opaque] = found
+            samples[opaque] = results
             return samples
         samples = np.empty((len(given), 4), self._result.dtype)
         samples[:, :3], samples[:, 3] = self._stored(given), self._stored(band.alpha)
         if not self._result.premultiplied:
-            samples[opaque, :3] = found
+            samples[opaque, :3] = results
             return samples
         colours = self._stored(given[opaque])
-        changed = (found != self._stored(straight)).any(axis=1)
+        changed = (results != self._stored(straight)).any(axis=1)
         share = band.alpha[opaque][changed, np.newaxis] / self._full
-        product = found[changed] * share
+        product = results[changed] * share
         colours[changed] = product if self._full_result == 1.0 else np.round(product)
         samples[opaque, :3] = colours
         return samples
@@ -741,13 +741,13 @@ class _Pixels:
             lab[rows] = target
             rows, target = np.arange(len(lab)), lab
         if self._device is not None:
-            found, made = self._device.recipes(lab)
+            recipes, made = self._device.recipes(lab)
             missed = np.linalg.norm(made - lab, axis=1)
             changes["missed"] = missed > VISIBLE
-            return found, changes, missed
+            return recipes, changes, missed
         most = LARGEST_LIGHT if self._wide else 1.0
         begin = closed_form_values(target, self._encoded)
-        found, distance = find_values(
+        encodings, distance = find_values(
             target,
             values[rows] if begin is None else begin,
             self._encoded_colours,
@@ -755,7 +755,7 @@ class _Pixels:
             most,
         )
         result, missed = values.copy(), np.zeros(len(values))
-        result[rows], missed[rows] = found, distance
+        result[rows], missed[rows] = encodings, distance
         changes["missed"] = missed > VISIBLE
         return result, changes, missed
 
@@ -811,8 +811,8 @@ class _Pixels:
             kept = np.flatnonzero(kind == _KEPT)
             result[kept] = self._table.values(places[kept])[:, 3:]
         columns = self._table.values(places[rows])
-        found = columns[:, 3:]
-        result[rows] = found if self._recoded else self._shaped(found, back=True)
+        colours = columns[:, 3:]
+        result[rows] = colours if self._recoded else self._shaped(colours, back=True)
         missed[rows] = columns[:, 1]
         changes["delta_e"][rows], changes["moved"][rows] = columns[:, 0], True
         changes["missed"][rows], changes["outside"][rows] = (
@@ -827,10 +827,10 @@ class _Pixels:
         """Compare the chosen pixels with the exact calculation."""
         if self._table is None:
             return None
-        given, found = (np.concatenate(each) for each in zip(*self._checked, strict=True))
+        given, results = (np.concatenate(each) for each in zip(*self._checked, strict=True))
         exact = self._scaled(self._exact(given / self._full)[0])
         colours = self._encoded_colours if self._device is None else self._device.model.lab
-        one, two = (colours(each / self._full_result) for each in (found, exact))
+        one, two = (colours(each / self._full_result) for each in (results, exact))
         errors = delta_e_2000(one, two) if len(one) else np.zeros(1)
         return TableError(
             nodes=self._table.size,

@@ -133,8 +133,8 @@ def device_target(
     inverse = gamut.inverse_model
 
     def recipes(lab: FloatArray) -> tuple[FloatArray, FloatArray]:
-        found = inverse.recipes(lab_of(gamut, conversion.to_gamut(lab)), rule)
-        return found.device, found.lab
+        recipe = inverse.recipes(lab_of(gamut, conversion.to_gamut(lab)), rule)
+        return recipe.device, recipe.lab
 
     recipes(np.array([(50.0, 0.0, 0.0)]))  # makes tables before threads need them
     is_smooth = rule is DEFAULT_BLACK and len(model.channels) <= _SMOOTH_CHANNELS

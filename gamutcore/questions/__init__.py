@@ -1,7 +1,7 @@
 """Questions to a gamut: each is declared once, beside the function that answers it.
 
 A function takes a gamut, finds the level that answers, converts the colours, asks
-`gamutcore.search`, and interpolates device values. The methods of `gamutcore.Gamut` call these
+`gamutcore.search`, and interpolates device values. Methods of `gamutcore.Gamut` are these
 functions. `QUESTIONS` has the declarations, from which the service makes its routes and forms.
 """
 
@@ -28,10 +28,12 @@ from gamutcore.questions.levels import (
     INDEX_BYTES,
     GamutLike,
     IndexedLevels,
+    OtherGamut,
     check_space,
     colours_in,
     is_as_measured,
     lab_of,
+    other_gamut,
     tolerance_of,
 )
 from gamutcore.questions.mapping import (
@@ -67,6 +69,8 @@ from gamutcore.questions.points import (
     CONTAINS,
     CROSSINGS,
     NEAREST,
+    classify,
+    contains,
     crossings,
     distance,
     nearest,
@@ -114,6 +118,7 @@ __all__ = [
     "GamutLike",
     "IndexedLevels",
     "MappingRule",
+    "OtherGamut",
     "Parameter",
     "Question",
     "black_luminance",
@@ -121,12 +126,14 @@ __all__ = [
     "build_warnings",
     "check_space",
     "chromaticity",
+    "classify",
     "colours_in",
     "compare",
     "compared_conditions",
     "comparison_warnings",
     "compensates_black",
     "conditions_of",
+    "contains",
     "crossings",
     "cusps",
     "device_colours",
@@ -145,6 +152,7 @@ __all__ = [
     "nearest",
     "no_limit_warnings",
     "notebook_html",
+    "other_gamut",
     "picture",
     "plot",
     "plot_rings",

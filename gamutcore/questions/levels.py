@@ -5,20 +5,25 @@ from __future__ import annotations
 import threading
 from collections import OrderedDict
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from math import inf
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, TypeVar, cast
 
 import numpy as np
 
 from gamutcore.colour_rows import colour_rows
-from gamutcore.colours import xyz_to_lab
+from gamutcore.colours import SPACE_PARAMETERS, xyz_to_lab
 from gamutcore.colours.spaces import ColourConversion
+from gamutcore.content import gamut_source, is_saved_gamut
 from gamutcore.errors import OptionError
 from gamutcore.levels import LevelRequest
+from gamutcore.options import Options
 from gamutcore.search import LevelIndex, build_index
 from gamutcore.tables import frame_colours
 
 if TYPE_CHECKING:
+    import os
+
     from gamutcore.arrays import FloatArray, IndexArray
     from gamutcore.colour_rows import ColourRows, Colours
     from gamutcore.colours import DeviceModel
@@ -27,6 +32,7 @@ if TYPE_CHECKING:
     from gamutcore.history import History
     from gamutcore.levels import BoundedLevel, LevelSearch
     from gamutcore.recipes import InverseModel
+    from gamutcore.references import Reference
     from gamutcore.results import Conditions
 
 __all__ = [
@@ -36,6 +42,7 @@ __all__ = [
     "GamutLike",
     "IndexedLevel",
     "IndexedLevels",
+    "OtherGamut",
     "answering_level",
     "check_space",
     "colours_in",
@@ -43,6 +50,7 @@ __all__ = [
     "is_as_measured",
     "lab_of",
     "level_with_hue",
+    "other_gamut",
     "surface_facts",
     "tolerance_of",
 ]
@@ -160,6 +168,12 @@ class GamutLike(Protocol):
         """The ICC profile that the gamut was built from, if it is known."""
 
 
+G = TypeVar("G", bound=GamutLike)
+
+OtherGamut: TypeAlias = "GamutLike | str | os.PathLike[str]"
+"""Another gamut, the name of a reference, or a file."""
+
+
 class SurfacePlaces(Protocol):
     """Places on the surface: the face of each, and its barycentric coordinates there."""
 
@@ -250,6 +264,37 @@ def check_space(gamut: GamutLike, other: GamutLike) -> None:
             where={"field": "space"},
             remedy="Build both with the same space and the same parameters of it.",
         )
+
+
+def other_gamut(gamut: G, other: G | str | os.PathLike[str]) -> G:
+    """Return another gamut, or that of a name or a file, in the space of a gamut.
+
+    `OptionError` is raised if it is in another space.
+    """
+    if not isinstance(other, type(gamut)):
+        other = _opened(gamut, cast("str | os.PathLike[str]", other))
+    check_space(gamut, other)
+    return other
+
+
+def _opened(gamut: G, name: str | os.PathLike[str]) -> G:
+    """Return the gamut of a name or a file; unless it is saved, built in the space of a gamut."""
+    source, kind = gamut_source(name), cast("Any", type(gamut))
+    if isinstance(source, bytes) and is_saved_gamut(source):
+        return cast("G", kind.load(name))
+    options = gamut.description["options"]
+    names = {"space", *SPACE_PARAMETERS} & options.keys()
+    if not isinstance(source, bytes) and source.peak is not None:
+        names -= {"luminance"}  # its luminances are known
+    chosen = Options.from_mapping({name: options[name] for name in names})
+    if isinstance(source, bytes):
+        return cast("G", kind(name, chosen))
+    return cast("G", _reference(kind, source, chosen))
+
+
+@lru_cache(maxsize=8)  # many gamuts are compared with a few references, of 2 MB each
+def _reference(kind: Any, reference: Reference, options: Options) -> Any:  # noqa: ANN401
+    return kind(reference.data, options)
 
 
 def device_values(

@@ -36,6 +36,7 @@ from gamutcore.questions.levels import (
     is_as_measured,
     lab_of,
     level_with_hue,
+    other_gamut,
     surface_facts,
     tolerance_of,
 )
@@ -45,7 +46,7 @@ from gamutcore.search import delta_e_2000
 if TYPE_CHECKING:
     from gamutcore.arrays import BooleanArray, FloatArray
     from gamutcore.colour_rows import Colours
-    from gamutcore.questions.levels import GamutLike, IndexedLevel
+    from gamutcore.questions.levels import GamutLike, IndexedLevel, OtherGamut
     from gamutcore.search import LevelIndex, Mapped, MappingMethod
 
 __all__ = [
@@ -116,14 +117,52 @@ def map_colours(
     method: str = "clip-hue",
     *,
     focus: Colours | Literal["cusp"] | None = None,
-    source: GamutLike | None = None,
+    source: OtherGamut | None = None,
     black_point_compensation: bool = False,
-    black: float = 0.0,
     space: str | None = None,
     triangles: int | None = None,
     max_error: float | None = None,
 ) -> MappedColours:
-    """Map colours into the gamut. `black` is the luminance of their black."""
+    """Map colours into the gamut.
+
+    Parameters
+    ----------
+    method : str, optional
+        ``"clip-nearest"``: to the nearest colour, by the distance in the space of the gamut:
+        ΔE*ab in CIELAB. ``"clip-hue"``: to the nearest colour of the same hue (HPMINDE, CIE
+        156:2004). ``"clip-lightness"``: the chroma stays.
+        ``"clip-chroma"``: the lightness stays. ``"clip-focal"``: towards a focal point.
+        ``"sgck"``: compression from a source gamut (CIE 156:2004).
+    focus : (3,) array_like or "cusp", optional
+        Focal point of ``"clip-focal"``, in the space of the colours; ``"cusp"``, the default,
+        is the lightness of the cusp on the neutral axis.
+    source : Gamut, str or path, optional
+        The gamut that ``"sgck"`` maps from.
+    black_point_compensation : bool, optional
+        Whether colours are first scaled in CIEXYZ, so that black, L* = 0, becomes the darkest
+        neutral colour of the gamut, and white stays (ISO 18619). Not for ``"sgck"``, which maps
+        black itself.
+
+    Returns
+    -------
+    MappedColours
+        With `points`, `moved`, `delta_e` and `device`. Colours inside, and outside within the
+        tolerance of `contains` if it is not above `default_error`, stay as they are, except by
+        ``"sgck"`` and with black-point compensation.
+
+    Raises
+    ------
+    OptionError
+        Also if `focus`, `source` or `black_point_compensation` does not apply.
+
+    Examples
+    --------
+    >>> from gamutcore import Gamut
+    >>> cube = [(l, a, b) for l in (40, 60) for a in (-10, 10) for b in (-10, 10)]
+    >>> Gamut(cube).map((50, 30, 0), "clip-chroma").points.round(3).tolist()
+    [50.0, 10.0, 0.0]
+    """
+    source = None if source is None else other_gamut(gamut, source)
     rows, conversion = colours_in(gamut, colours, space)
     rule = mapping_rule(
         gamut,
@@ -131,7 +170,7 @@ def map_colours(
         conversion,
         focus=focus,
         source=source,
-        black=black if black_point_compensation else None,
+        black=0.0 if black_point_compensation else None,
         triangles=triangles,
         max_error=max_error,
     )

@@ -31,7 +31,7 @@ from gamutcore.geometry import TriangleMesh
 from gamutcore.levels import LevelRequest
 from gamutcore.number_text import number_text
 from gamutcore.questions.declarations import Parameter, Question
-from gamutcore.questions.levels import answering_level
+from gamutcore.questions.levels import answering_level, other_gamut
 from gamutcore.questions.shape import RINGS, rings, section
 from gamutcore.results import GamutRings, facts_table
 
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 
     from gamutcore.arrays import FloatArray, PositionArray
     from gamutcore.colours.spaces import ColourSpace
-    from gamutcore.questions.levels import GamutLike
+    from gamutcore.questions.levels import GamutLike, OtherGamut
 
 __all__ = [
     "MOST_DRAWN_TRIANGLES",
@@ -299,9 +299,28 @@ def plot(
     max_error: float | None = None,
     **style: Any,  # noqa: ANN401
 ) -> Any:  # noqa: ANN401
-    """Draw a gamut in three dimensions with its own colours.
+    """Draw the gamut in three dimensions with its own colours.
 
-    A further gamut on the same axes is a shell with dashed lines of constant lightness.
+    Further gamuts on the same axes are shells with dashed lines of constant lightness.
+
+    Parameters
+    ----------
+    ax : mpl_toolkits.mplot3d.Axes3D, optional
+        New axes unless given.
+    triangles, max_error : optional
+        The level, of 2,000 triangles by default.
+    **style
+        For `mpl_toolkits.mplot3d.art3d.Poly3DCollection`, such as ``alpha=0.5``; and ``label``,
+        a name instead of `Gamut.name`.
+
+    Returns
+    -------
+    mpl_toolkits.mplot3d.Axes3D
+
+    Raises
+    ------
+    ModuleNotFoundError
+        matplotlib is not installed.
     """
     if ax is None:
         ax = new_axes(projection="3d")
@@ -423,7 +442,7 @@ def plane_axes(normal: FloatArray, offset: float, space: ColourSpace) -> Section
 
 def plot_slice(
     gamut: GamutLike,
-    lightness: float | None = None,
+    L: float | None = None,
     ax: Any = None,  # noqa: ANN401  # of matplotlib
     *,
     hue: float | None = None,
@@ -432,12 +451,31 @@ def plot_slice(
     max_error: float | None = None,
     **style: Any,  # noqa: ANN401
 ) -> Any:  # noqa: ANN401
-    """Draw a section as `section` cuts it; further gamuts on the same axes are dashed."""
-    found = section(
-        gamut, lightness, hue=hue, plane=plane, triangles=triangles, max_error=max_error
-    )
+    """Draw a section in the colours that it shows.
+
+    Parameters
+    ----------
+    L, hue, plane : optional
+        One of them, as for `slice`.
+    ax : matplotlib.axes.Axes, optional
+        New axes unless given. The first gamut is filled with its colours. Further gamuts on
+        the same axes are dashed, and there is a legend.
+    **style
+        For `matplotlib.axes.Axes.fill`; ``label`` is a name instead of `Gamut.name`, and with
+        ``color`` or ``fill`` the section does not have its colours.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    Raises
+    ------
+    ModuleNotFoundError
+        matplotlib is not installed.
+    """
+    found = section(gamut, L, hue=hue, plane=plane, triangles=triangles, max_error=max_error)
     ax = new_axes() if ax is None else ax
-    axes = section_axes(gamut.colour_space, lightness, hue, plane)
+    axes = section_axes(gamut.colour_space, L, hue, plane)
     flat = [axes.flat(polygon) for polygon in found.polygons]
     number = len(_described(ax).labels)
     label = style.pop("label", gamut.name or f"gamut {number + 1}")
@@ -488,7 +526,7 @@ def _pixels(colours: FloatArray, space: ColourSpace) -> NDArray[np.uint8]:
 
 def plot_rings(
     gamut: GamutLike,
-    reference: GamutLike | None = None,
+    reference: OtherGamut | None = None,
     ax: Any = None,  # noqa: ANN401  # of matplotlib
     *,
     sectors: int = 360,
@@ -496,7 +534,28 @@ def plot_rings(
     max_error: float | None = None,
     **style: Any,  # noqa: ANN401
 ) -> Any:  # noqa: ANN401
-    """Draw the gamut rings, with the outer ring of a reference dashed."""
+    """Draw the gamut rings, with the outer one of a reference dashed.
+
+    Parameters
+    ----------
+    reference : Gamut, str or path, optional
+    ax : matplotlib.axes.Axes, optional
+        New axes unless given.
+    sectors : int, optional
+        Number of equal sectors of hue.
+    **style
+        For `matplotlib.axes.Axes.plot`.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    Raises
+    ------
+    ModuleNotFoundError
+        matplotlib is not installed.
+    """
+    reference = None if reference is None else other_gamut(gamut, reference)
     found = rings(gamut, reference, sectors=sectors, triangles=triangles, max_error=max_error)
     ax = new_axes() if ax is None else ax
     from matplotlib.collections import PolyCollection  # noqa: PLC0415  # optional

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple, cast
 
 import numpy as np
 
@@ -41,7 +41,17 @@ if TYPE_CHECKING:
     from gamutcore.colour_rows import Colours
     from gamutcore.questions.levels import GamutLike, IndexedLevel
 
-__all__ = ["CONTAINS", "CROSSINGS", "NEAREST", "crossings", "distance", "nearest", "positions"]
+__all__ = [
+    "CONTAINS",
+    "CROSSINGS",
+    "NEAREST",
+    "classify",
+    "contains",
+    "crossings",
+    "distance",
+    "nearest",
+    "positions",
+]
 
 METRIC = Annotated[
     str,
@@ -113,6 +123,92 @@ def positions(
     far = np.where(away < 0.0, "inside", "outside")
     places = np.where(np.abs(away) <= max(limits.values()), "edge", far)
     return Positions(rows.in_shape(inside), shown, rows.in_shape(places))
+
+
+def contains(
+    gamut: GamutLike,
+    colours: Colours,
+    *,
+    tolerance: float | None = None,
+    space: str | None = None,
+    triangles: int | None = None,
+    max_error: float | None = None,
+) -> BooleanArray:
+    """Whether colours are in gamut: inside the level, or within a tolerance of it.
+
+    Parameters
+    ----------
+    tolerance : float, optional
+        Largest distance of a colour outside, in units of the gamut's space; by default that of
+        `tolerance`, which covers the measured patches, and the colours of the device model
+        that a search found. 0 asks for colours inside or on the surface of the level, without
+        rounding errors.
+
+    Returns
+    -------
+    (...) bool
+
+    Examples
+    --------
+    >>> from gamutcore import Gamut
+    >>> colours = [(20, 0, 0), (90, 0, 0), (50, 60, 0), (50, -40, 50), (50, -40, -50)]
+    >>> Gamut(colours).contains((50, 0, 300), space="LCHab").item()
+    True
+    """
+    return positions(
+        gamut,
+        colours,
+        tolerance=tolerance,
+        space=space,
+        triangles=triangles,
+        max_error=max_error,
+    ).inside
+
+
+def classify(
+    gamut: GamutLike,
+    colours: Colours,
+    *,
+    edge_width: float | None = None,
+    tolerance: float | None = None,
+    space: str | None = None,
+    triangles: int | None = None,
+    max_error: float | None = None,
+) -> NDArray[Any]:
+    """Say where colours are: inside, at the edge or outside.
+
+    Parameters
+    ----------
+    edge_width : float, optional
+        Largest distance from the surface of a colour at the edge, in units of the gamut's
+        space. By default `tolerance` if that is given, else `default_edge_width`: 1 in CIELAB.
+    tolerance : float, optional
+        As for `contains`. Colours within it are at the edge as well.
+
+    Returns
+    -------
+    (...) str
+        ``"inside"``, ``"edge"`` or ``"outside"``. `contains` is true for colours inside, false
+        for colours outside, and decides by `tolerance` at the edge.
+
+    Examples
+    --------
+    >>> from gamutcore import Gamut
+    >>> cube = [(l, a, b) for l in (40, 60) for a in (-10, 10) for b in (-10, 10)]
+    >>> Gamut(cube).classify([(50, 0, 0), (50, 0, 11), (50, 0, 25)], edge_width=2).tolist()
+    ['inside', 'edge', 'outside']
+    """
+    classes = positions(
+        gamut,
+        colours,
+        position=True,
+        tolerance=tolerance,
+        edge_width=edge_width,
+        space=space,
+        triangles=triangles,
+        max_error=max_error,
+    ).position
+    return cast("NDArray[Any]", classes)
 
 
 def _signed_distance(

@@ -23,7 +23,7 @@ from gamutcore.questions.declarations import (
     described,
     list_of,
 )
-from gamutcore.questions.levels import answering_level, level_with_hue, surface_facts
+from gamutcore.questions.levels import answering_level, level_with_hue, other_gamut, surface_facts
 from gamutcore.results import ChromaTable, ColourCusps, ColourSection, GamutRings
 from gamutcore.search import MOST_SECTORS, RING_LIGHTNESSES
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from gamutcore.arrays import FloatArray
-    from gamutcore.questions.levels import GamutLike
+    from gamutcore.questions.levels import GamutLike, OtherGamut
 
 __all__ = [
     "CUSPS",
@@ -61,6 +61,7 @@ def hue_angles(hues: int | ArrayLike) -> FloatArray:
 
     Examples
     --------
+    >>> from gamutcore import Gamut
     >>> hue_angles(4).tolist(), hue_angles([40]).tolist()
     ([0.0, 90.0, 180.0, 270.0], [40.0])
     """
@@ -198,15 +199,45 @@ def max_chroma(
 
 def section(
     gamut: GamutLike,
-    lightness: float | None = None,
+    L: float | None = None,
     *,
     hue: float | None = None,
     plane: ArrayLike | None = None,
     triangles: int | None = None,
     max_error: float | None = None,
 ) -> ColourSection:
-    """Return the section by a lightness, by the half-plane of a hue, or by any plane."""
-    values = {"L": lightness, "hue": hue, "plane": plane}
+    """Return the section by a plane of constant lightness, by a hue, or by any plane.
+
+    Parameters
+    ----------
+    L : float, optional
+        Lightness, the first coordinate (the second in CIEXYZ).
+    hue : float, optional
+        Hue in degrees: the half-plane of `leaf`.
+    plane : (4,) array_like, optional
+        a, b, c, d: the points with a x + b y + c z = d.
+
+    Returns
+    -------
+    ColourSection
+        With `polygons`, `points` and `device`.
+
+    Raises
+    ------
+    InvalidPointsError
+        A number is not finite, or the plane has no direction.
+    OptionError
+        Not exactly one of `L`, `hue` and `plane` is given, or the space has no hue.
+
+    Examples
+    --------
+    >>> from gamutcore import Gamut
+    >>> cube = [(l, a, b) for l in (40, 60) for a in (-10, 10) for b in (-10, 10)]
+    >>> (square,) = Gamut(cube).slice(L=50).polygons
+    >>> abs(square[:, 1:]).max().round(3).item()
+    10.0
+    """
+    values = {"L": L, "hue": hue, "plane": plane}
     given = [name for name, value in values.items() if value is not None]
     if len(given) != 1:
         raise OptionError(
@@ -218,8 +249,8 @@ def section(
         return leaf(gamut, hue, triangles=triangles, max_error=max_error)
     level = answering_level(gamut, triangles, max_error)
     numbers = np.asarray(plane, np.float64)
-    if lightness is not None:
-        numbers = np.append(np.eye(3)[gamut.colour_space.definition.lightness], lightness)
+    if L is not None:
+        numbers = np.append(np.eye(3)[gamut.colour_space.definition.lightness], L)
     elif numbers.shape != (4,):
         raise OptionError.refusal("plane", plane, "four numbers a, b, c, d")
     found = search.slice_polygons(level.index, numbers[:3], numbers[3])
@@ -260,6 +291,19 @@ def leaf(
     return ColourSection(points=found.points, offsets=found.offsets, **facts)
 
 
+def _section(
+    gamut: GamutLike,
+    *,
+    lightness: float | None = None,
+    hue: float | None = None,
+    plane: ArrayLike | None = None,
+    triangles: int | None = None,
+    max_error: float | None = None,
+) -> ColourSection:
+    """Return a section by the names of the parameters of the question."""
+    return section(gamut, lightness, hue=hue, plane=plane, triangles=triangles, max_error=max_error)
+
+
 def _section_answer(found: ColourSection) -> Answer:
     counts = np.diff(found.offsets)
     table = {"polygon": np.repeat(np.arange(len(counts)), counts), "point": found.points}
@@ -290,7 +334,7 @@ SLICE = Question(
             "a,b,c,d: the points with a x + b y + c z = d.",
         ),
     ),
-    section,
+    _section,
     members={
         "channels": _CHANNELS,
         "polygons": described(list_of(_ROWS), "Corners of each polygon in the space of the gamut."),
@@ -434,14 +478,42 @@ _warnings = partial(comparison_warnings, names=_NAMES)
 
 def rings(
     gamut: GamutLike,
-    reference: GamutLike | None = None,
+    reference: OtherGamut | None = None,
     *,
     lightness: ArrayLike | None = None,
     sectors: int = 360,
     triangles: int | None = None,
     max_error: float | None = None,
 ) -> GamutRings:
-    """Return the gamut rings, alone or with those of a reference and the intersection."""
+    """Return the gamut rings, alone or with those of a reference and the intersection.
+
+    Parameters
+    ----------
+    reference : Gamut, str or path, optional
+    lightness : (n,) array_like, optional
+        Of the rings, in increasing order; tenths of the lightness of white by default, which
+        are those of the standard, 10 to 100, in CIELAB.
+    sectors : int, optional
+        Number of equal sectors of hue.
+
+    Returns
+    -------
+    GamutRings
+        The area within a ring is the volume of the gamut up to its lightness. Warnings name
+        differences of intent or white from the reference.
+
+    Notes
+    -----
+    IDMS 1.1, section 5.32; Smith and Masaoka.
+
+    Examples
+    --------
+    >>> from gamutcore import Gamut
+    >>> cube = [(l, a, b) for l in (40, 60) for a in (-10, 10) for b in (-10, 10)]
+    >>> round(Gamut(cube).rings().volume)
+    8000
+    """
+    reference = None if reference is None else other_gamut(gamut, reference)
     level = level_with_hue(gamut, triangles, max_error)
     if lightness is None:
         # the white of Oklab has the lightness 0.999999 by the published matrices

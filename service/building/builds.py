@@ -17,6 +17,8 @@ from collections.abc import AsyncIterator, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
+from gamutcore.errors import OptionError
+from gamutcore.options import Options
 from service.building.engine import Engine, EngineFacts
 from service.concurrency import SingleFlight
 from service.http.request_context import timed
@@ -121,7 +123,8 @@ class Builds:
     async def rebuild(self, gamut_id: str) -> JobDocument | None:
         """Return the job that builds a damaged gamut from its stored input.
 
-        The result is None if the gamut exists or no input is stored. Refusals are as for `submit`.
+        The result is None if the gamut exists or no input is stored. Refusals are as for `submit`,
+        and ``gamut-not-found`` if this version does not accept the stored options.
         """
         document = self._engine.document(gamut_id)
         if document is not None or await asyncio.to_thread(self._store.is_stored, gamut_id):
@@ -130,6 +133,16 @@ class Builds:
             options = await asyncio.to_thread(self._store.input_options, gamut_id)
         except LookupError:
             return None
+        try:
+            Options.from_stored(options)
+        except OptionError as error:
+            # A build would fail again at every request.
+            detail = f"The gamut {gamut_id} cannot be built again. {error.message}"
+            where = {"field": "gamut_id", "option": error.where["field"]}
+            remedy = error.remedy
+            if not remedy.startswith("Post"):
+                remedy = f"Post the data again with options of this version. {remedy}"
+            raise ProblemError(Problem("gamut-not-found", detail, where, remedy)) from error
         gamut_or_job = await self.submit(gamut_id, options, None)
         return None if isinstance(gamut_or_job, PublishedGamut) else gamut_or_job
 

@@ -65,7 +65,7 @@ report(before)
 OPTIONAL = """
 use_kernels("default")
 before = signatures()
-from gamutcore.levels import voxel_mismatch
+from gamutcore.boundary import voxel_mismatch
 hull = {"cost": "quadric", "gamma": 1, "intent": "absolute"}
 for data, options in (
     *((press, each) for each in ({"cost": "finest"}, hull, {"boundary": "segment-maxima"})),

@@ -9,8 +9,9 @@ import scipy.spatial
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from gamutcore import Gamut
 from gamutcore.boundary import compute_boundary, modified_convex_hull, segment_maxima, usv
-from gamutcore.boundary.spherical_segments import BASES, sphere_triangles, triangles_towards
+from gamutcore.boundary.published.usv import BASES, sphere_triangles, triangles_towards
 from gamutcore.characterisation import read_characterisation
 from gamutcore.colours import surface_colours
 from gamutcore.errors import (
@@ -272,26 +273,26 @@ class TestRefusals:
     @pytest.mark.parametrize(
         ("field", "value"),
         [
-            *[("basis", value) for value in ("cube", "", None, 20, ["icosahedron"], "x" * 1000)],
-            *[("subdivisions", value) for value in (-1, 8, 2.0, "2", None, True, 10**400)],
-            *[("gamma", value) for value in (0, 1.5, "0.2", None)],
+            *[("basis", value) for value in ("cube", "", 20, ["icosahedron"], "x" * 1000)],
+            *[("subdivisions", value) for value in (-1, 8, 2.0, "2", True, 10**400)],
+            *[("gamma", value) for value in (0, 1.5, "0.2")],
         ],
     )
     def test_of_a_parameter_of_usv(self, random_cloud, field, value):
         with pytest.raises(OptionError) as caught:
-            usv(random_cloud(45), **{field: value})
+            Gamut(random_cloud(45), boundary="usv", **{field: value})
         assert caught.value.where == {"field": field}
         expected = {"basis": "octahedron", "subdivisions": "0 to 7", "gamma": "1"}
         assert expected[field] in caught.value.remedy
 
     @pytest.mark.parametrize(
         "segments",
-        [(16,), (16, 16, 16), (1, 16), (16, 2), (181, 16), (16, 361), (16.0, 16), "16", 16, None,
+        [(16,), (16, 16, 16), (1, 16), (16, 2), (181, 16), (16, 361), (16.0, 16), "16", 16,
          (True, 16), ("16", 16), {16: 16}, (10**400, 16), [[16, 16]]],
     )  # fmt: skip
     def test_of_segments(self, segments):
         with pytest.raises(OptionError) as caught:
-            segment_maxima(np.eye(4, 3), segments)
+            Gamut(np.eye(4, 3), boundary="segment-maxima", segments=segments)
         assert caught.value.where == {"field": "segments"}
         assert "[180, 360]" in caught.value.remedy
         assert len(caught.value.message) < 120

@@ -169,6 +169,17 @@ def test_a_slice_is_drawn(command, cubes, tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(("suffix", "date"), [("svg", b"dc:date"), ("pdf", b"CreationDate")])
+def test_a_drawing_has_the_same_bytes_at_any_time(command, cubes, tmp_path, suffix, date):
+    paths = [tmp_path / f"{name}.{suffix}" for name in ("one", "two")]
+    for path in paths:
+        command("slice", cubes / "large.gamut", "--lightness", 50, "-o", path)
+    one, two = (path.read_bytes() for path in paths)
+    assert one == two
+    assert date not in one
+
+
+@pytest.mark.slow
 def test_rings(command, as_json, cubes, tmp_path):
     cube = cubes / "large.gamut"
     found = as_json("rings", cube, "--sectors", 4)

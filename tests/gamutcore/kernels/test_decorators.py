@@ -9,7 +9,7 @@ import pytest
 from numba.core import config
 from numba.core.compiler import Flags
 
-from gamutcore.kernels import bit_length, cache, inlined_kernel, kernel, leaf_kernel
+from gamutcore.kernels import cache, inlined_kernel, kernel, leaf_kernel
 from gamutcore.kernels.linking import ComparedFlags
 
 DECORATORS = pytest.mark.parametrize("decorator", [kernel, leaf_kernel, inlined_kernel])
@@ -108,13 +108,3 @@ def test_options_are_compared_as_numba_compares_them(stated, changed):
     for first, second in ((ComparedFlags(one), ComparedFlags(other)), (ComparedFlags(one), other)):
         assert (first == second) == (second == first) == (one == other)
         assert hash(first) == hash(second) == hash(one)
-
-
-@kernel
-def compiled_length(number):
-    return bit_length(number)
-
-
-@pytest.mark.parametrize("number", [0, 1, 2, 3, 4, 255, 256, 2**31 - 1, 2**31, 2**32, 2**63 - 1])
-def test_bit_length(number):
-    assert compiled_length(number) == bit_length(number) == len(f"{number:b}".lstrip("0"))

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 import trimesh
 
+from gamutcore.boundary import voxel_mismatch
 from gamutcore.errors import MeshError, OptionError
 from gamutcore.geometry import TriangleMesh
-from gamutcore.levels import radial_difference, voxel_mismatch
+from gamutcore.levels import radial_difference
 
 SPHERE = trimesh.creation.icosphere(1)
 CORNERS, FACES = np.asarray(SPHERE.vertices), np.asarray(SPHERE.faces)

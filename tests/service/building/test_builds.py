@@ -230,6 +230,29 @@ async def test_a_damaged_gamut_is_built_again_from_its_input(
     assert scripted_worker.begun() == 2
 
 
+@pytest.mark.parametrize(
+    ("options", "option", "remedy"),
+    [
+        ({"space": "Oklab", "scale": 100.0}, "scale", "Post the data again without scale"),
+        ({"space": "Oklab", "gamma": 7}, "gamma", "Post the data again with options"),
+        ({"left_out": 1}, "left_out", "Post the data again with options"),
+    ],
+)
+async def test_a_damaged_gamut_whose_options_are_refused_is_not_built_in_vain(
+    replica, store, options, option, remedy
+):
+    store.keep_input(JOB, CONTENT, options)
+    async with replica() as builds:
+        for _ in range(2):
+            with pytest.raises(ProblemError) as caught:
+                await builds.rebuild(JOB)
+            problem = caught.value.problem
+            assert problem.document()["status"] == 404
+            assert (problem.code, problem.where["option"]) == ("gamut-not-found", option)
+            assert problem.remedy.startswith(remedy)
+        assert await builds.job(JOB) is None
+
+
 @pytest.mark.parametrize("when", ["before the start", "after it"])
 async def test_a_job_whose_document_is_damaged_is_built_from_its_input(
     replica, store, book, accept, tmp_path, when

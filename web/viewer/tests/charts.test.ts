@@ -111,15 +111,15 @@ test("bands of rings have the colours of the hues of their space", () => {
     name: "ICtCp", axes: ["I", "Ct", "Cp"], reference_white: "D65", reference_white_xyz: [0.95046, 1, 1.08906], luminance: 203,
   });
   const hue = Array.from({ length: count }, (_, i) => (i + 0.5) * (360 / count));
-  const found = { volume: 1, lightness: [white / 2, white], hue, radius: [hue.map(() => 1), hue.map(() => 2)] };
+  const rings = { volume: 1, lightness: [white / 2, white], hue, radius: [hue.map(() => 1), hue.map(() => 2)] };
   const look = { size: SIZES.wide, theme: LIGHT, title: "", caption: "", names: [""], colours: ["#000"] };
   const sector = (chart: string) => {
     const fills = [...chart.matchAll(/fill="rgb\((\d+) (\d+) (\d+)\)"/g)].map(([, ...parts]) => parts.map(Number));
     assert.equal(fills.length, 2 * count);
     return fills[Math.round(red / (360 / count))]!;
   };
-  const [r, g, b] = sector(ringsChart(found, { ...look, axes: ictcp.axes, space: ictcp }));
+  const [r, g, b] = sector(ringsChart(rings, { ...look, axes: ictcp.axes, space: ictcp }));
   assert.ok(r! > g! + 40 && g! > b!, `${r} ${g} ${b}`);
-  const [red113, green113] = sector(ringsChart(found, { ...look, axes: space.axes, space }));
+  const [red113, green113] = sector(ringsChart(rings, { ...look, axes: space.axes, space }));
   assert.ok(green113! > red113! - 10, `${red113} ${green113}`);
 });

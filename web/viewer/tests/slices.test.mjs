@@ -96,9 +96,9 @@ test("a plane through the middle has the area of a great circle, whatever it fac
   await page.waitForFunction("/Ball B/.test(document.getElementById('section-chart').textContent)");
   const near = (area, radius) => Math.abs(area / (Math.PI * radius ** 2) - 1) < 0.02;
   for (let turn = 0; turn < 2; turn++) {
-    const found = await areas(page);
-    assert.deepEqual(found.map(([name]) => name), ["Ball A", "Ball B"]);
-    assert.ok(near(found[0][1], 40) && near(found[1][1], 30), JSON.stringify(found));
+    const sections = await areas(page);
+    assert.deepEqual(sections.map(([name]) => name), ["Ball A", "Ball B"]);
+    assert.ok(near(sections[0][1], 40) && near(sections[1][1], 30), JSON.stringify(sections));
     await page.click("#plane-facing");
   }
   // Across the line of sight from the front right, slightly above: the start view.

@@ -21,9 +21,9 @@ interface Case {
 
 const cases = JSON.parse(readFileSync(process.env["SPACES"]!, "utf8")) as Case[];
 
-function largest(found: Float32Array, expected: number[]): number {
-  assert.equal(found.length, expected.length);
-  return expected.reduce((most, value, i) => Math.max(most, Math.abs(value - found[i]!)), 0);
+function largest(values: Float32Array, expected: number[]): number {
+  assert.equal(values.length, expected.length);
+  return expected.reduce((most, value, i) => Math.max(most, Math.abs(value - values[i]!)), 0);
 }
 
 for (const { description, coordinates, lab, srgb, p3 } of cases) {

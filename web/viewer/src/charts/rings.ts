@@ -34,11 +34,11 @@ const WEDGES = 72;
 const SAMPLE_CHROMA = 0.8;
 
 /** Draw the rings, the outer ring of the reference, and the outer ends of the intersection. */
-export function ringsChart(found: Rings, { names, colours, axes, space, ...options }: RingsOptions): string {
-  const curves = (radius: number[][]) => radius.map((ring) => ring.map((length, i) => onCircle(length, found.hue[i]!)));
-  const rings = curves(found.radius);
+export function ringsChart(answer: Rings, { names, colours, axes, space, ...options }: RingsOptions): string {
+  const curves = (radius: number[][]) => radius.map((ring) => ring.map((length, i) => onCircle(length, answer.hue[i]!)));
+  const rings = curves(answer.radius);
   const outer = rings.length - 1;
-  const reference = curves(found.reference_radius ?? []).at(-1);
+  const reference = curves(answer.reference_radius ?? []).at(-1);
   const all = [...rings[outer]!, ...(reference ?? [])];
   const range = (axis: 0 | 1): Point => {
     const values = [0, ...all.map((point) => point[axis])];
@@ -55,23 +55,23 @@ export function ringsChart(found: Rings, { names, colours, axes, space, ...optio
     isEqual: true,
     legend: [
       ...styles.map((style, i) => ({ name: names[i]!, style })),
-      ...(found.intersection_radius === undefined ? [] : [{ name: "What both have of each band", style: both }]),
+      ...(answer.intersection_radius === undefined ? [] : [{ name: "What both have of each band", style: both }]),
     ],
     legendAt: "below",
   });
-  const hues = found.hue.map((hue) => labHue(space, found.lightness.at(-1)! / 2, hue));
+  const hues = answer.hue.map((hue) => labHue(space, answer.lightness.at(-1)! / 2, hue));
   drawBands(chart, rings, hues);
-  const within = curves(found.intersection_radius ?? []).map((curve) => chart.path(curve));
+  const within = curves(answer.intersection_radius ?? []).map((curve) => chart.path(curve));
   chart.draw(within.join(""), { ...both, stroke: "#fff" });
   for (const ring of rings.slice(0, -1)) chart.polygon(ring, { stroke: "#111", width: 0.7 });
   lines.forEach((line, i) => chart.polygon(line, { ...styles[i]!, rim: true }));
   chart.point([0, 0], { stroke: "#111", fill: "#fff" }, 2.5);
   // The labels are where the rings are farthest apart.
   const middle = Math.max(Math.floor(rings.length / 2) - 1, 0);
-  const room = found.radius[outer]!.map((length, i) => length - found.radius[middle]![i]!);
+  const room = answer.radius[outer]!.map((length, i) => length - answer.radius[middle]![i]!);
   const at = room.indexOf(Math.max(...room));
   for (const ring of new Set([0, middle, outer])) {
-    chart.text(rings[ring]![at]!, `${axes[0]} ${numberText(found.lightness[ring]!, 3)}`, [0, 0], "middle");
+    chart.text(rings[ring]![at]!, `${axes[0]} ${numberText(answer.lightness[ring]!, 3)}`, [0, 0], "middle");
   }
   return chart.svg();
 }

@@ -57,15 +57,15 @@ export function reachOf({ positions, faces }: Surface, lightness: readonly [numb
     const last = Math.min(rows - 1, Math.floor((Math.max(...heights) - low) / step - 0.5));
     for (let row = first; row <= last; row++) {
       const height = low + (row + 0.5) * step;
-      let found = 0;
-      for (let corner = 0; corner < 3 && found < 4; corner++) {
+      let count = 0;
+      for (let corner = 0; corner < 3 && count < 4; corner++) {
         const [from, to] = [heights[corner]!, heights[(corner + 1) % 3]!];
         if (from >= height === to >= height) continue;
         const t = (height - from) / (to - from);
         const [p, q] = [corners[corner]!, corners[(corner + 1) % 3]!];
-        for (let axis = 1; axis <= 2; axis++) ends[found++] = positions[p + axis]! + t * (positions[q + axis]! - positions[p + axis]!);
+        for (let axis = 1; axis <= 2; axis++) ends[count++] = positions[p + axis]! + t * (positions[q + axis]! - positions[p + axis]!);
       }
-      if (found === 4) extend(chroma, row * columns, columns, ends[0]!, ends[1]!, ends[2]!, ends[3]!);
+      if (count === 4) extend(chroma, row * columns, columns, ends[0]!, ends[1]!, ends[2]!, ends[3]!);
     }
   }
   return { columns, rows, lightness, chroma };
@@ -171,7 +171,7 @@ type Segment = [number, number, number, number];
 
 /** Lines where values of the grid have a level: marching squares between the middles of its cells. */
 function contours({ columns, rows }: Reach, values: Float32Array, level: number): Segment[] {
-  const found: Segment[] = [];
+  const segments: Segment[] = [];
   const at = (column: number, row: number) => values[row * columns + (column % columns)]! - level;
   for (let row = 0; row + 1 < rows; row++) {
     for (let column = 0; column < columns; column++) {
@@ -187,10 +187,10 @@ function contours({ columns, rows }: Reach, values: Float32Array, level: number)
         const t = value / (value - value2);
         return [[x + t * (x2 - x), y + t * (y2 - y)]];
       });
-      for (let i = 0; i + 1 < crossings.length; i += 2) found.push([...crossings[i]!, ...crossings[i + 1]!] as Segment);
+      for (let i = 0; i + 1 < crossings.length; i += 2) segments.push([...crossings[i]!, ...crossings[i + 1]!] as Segment);
     }
   }
-  return found;
+  return segments;
 }
 
 /** Hue and lightness of a place between the middles of cells. */

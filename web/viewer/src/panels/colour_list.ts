@@ -37,7 +37,7 @@ const STATED = ["space", "scale", "edge", "columns"] as const;
 const LONGEST_IN_ADDRESS = 1500;
 
 interface Answer {
-  found: CheckedTable;
+  checks: CheckedTable;
   near: Nearest;
   /** Recipes of the colours, and of the nearest ones of those outside; null before they are there. */
   made: Recipes | null;
@@ -174,8 +174,8 @@ export class ColourList {
     const reading = this.stated();
     await this.asking.ask(
       async (signal) => {
-        const found = await checkTable(gamut, table, reading, signal);
-        return { found, near: await nearest(gamut, found.colours, signal), made: null };
+        const checks = await checkTable(gamut, table, reading, signal);
+        return { checks, near: await nearest(gamut, checks.colours, signal), made: null };
       },
       (answer) => {
         this.answer = answer;
@@ -190,10 +190,10 @@ export class ColourList {
   /** Ask for recipes, and show them. Without them, the table stays as it is. */
   private async addRecipes(gamut: Gamut, answer: Answer): Promise<void> {
     if (!mayHaveRecipes(gamut)) return;
-    const { found, near } = answer;
+    const { checks, near } = answer;
     const note = byId("colours-recipes");
     note.textContent = "The recipes of the colours are on their way.";
-    const targets = found.colours.map((point, i) => (found.inside[i] ? point : near.point[i]!));
+    const targets = checks.colours.map((point, i) => (checks.inside[i] ? point : near.point[i]!));
     await this.asking.ask(
       (signal) => recipes(gamut, targets, signal),
       (made) => {
@@ -223,8 +223,8 @@ export class ColourList {
     this.reading.open = true; // how it is to be read can be stated there
   }
 
-  private draw({ found, near }: Answer): void {
-    const { colours, inside, position } = found;
+  private draw({ checks, near }: Answer): void {
+    const { colours, inside, position } = checks;
     const points = colours.flat();
     const linear = gamutSpace(this.gamut!).linear(Float32Array.from(points), SCREEN);
     const vectors = colours.flatMap((point, i) => (inside[i] ? [] : [...point, ...near.point[i]!]));
@@ -261,17 +261,17 @@ export class ColourList {
   }
 
   private tabulate(answer: Answer): void {
-    const { found, near, made } = answer;
-    const { colours, position } = found;
+    const { checks, near, made } = answer;
+    const { colours, position } = checks;
     const count = (where: Position) => `${position.filter((each) => each === where).length} ${where}`;
     const sentences = [
       this.file === null ? "" : `${this.file.name}: `,
-      `${colours.length} ${colours.length === 1 ? "colour" : "colours"}: ${count("inside")}, ${count("edge")}, ${count("outside")} (${edgeText(found)}).`,
-      ` ${found.reading}`,
+      `${colours.length} ${colours.length === 1 ? "colour" : "colours"}: ${count("inside")}, ${count("edge")}, ${count("outside")} (${edgeText(checks)}).`,
+      ` ${checks.reading}`,
     ];
     byId("colours-note").textContent = sentences.join("");
     byId("colours-warnings").replaceChildren(
-      ...warningTexts([found, near, made].flatMap((each) => each?.warnings ?? [])).map((warning) =>
+      ...warningTexts([checks, near, made].flatMap((each) => each?.warnings ?? [])).map((warning) =>
         element("p", warning, { className: "warning" }),
       ),
     );
@@ -279,14 +279,14 @@ export class ColourList {
     byId<HTMLButtonElement>("colours-csv").disabled = false;
   }
 
-  private columns({ found, near, made }: Answer): Column[] {
-    const { colours, inside, position } = found;
+  private columns({ checks, near, made }: Answer): Column[] {
+    const { colours, inside, position } = checks;
     const { channels } = this.gamut!;
     const linear = gamutSpace(this.gamut!).linear(Float32Array.from(colours.flat()), SCREEN);
     const device = (row: number) => made?.device[row] ?? (inside[row] ? undefined : near.device?.[row]);
     const far = (row: number) => (inside[row] ? 0 : near.delta_e_2000[row]!);
     const named = (row: number) => {
-      const cell = element("span", this.label(found, row), { title: this.label(found, row) });
+      const cell = element("span", this.label(checks, row), { title: this.label(checks, row) });
       const spot = element("span", "", { className: "spot" });
       spot.style.backgroundColor = cssColour(linear.subarray(3 * row, 3 * row + 3));
       cell.prepend(spot);
@@ -295,9 +295,9 @@ export class ColourList {
     const recipe = made !== null || near.device !== undefined;
     const text = (row: number) => (device(row) === undefined ? "" : deviceText(channels, device(row)!));
     const [least, most] = [made?.black_least, made?.black_most];
-    const distance = (row: number) => found.distance[row]!;
+    const distance = (row: number) => checks.distance[row]!;
     return [
-      { title: "Colour", value: (row) => this.label(found, row), cell: named },
+      { title: "Colour", value: (row) => this.label(checks, row), cell: named },
       {
         title: "Where",
         value: distance, // from the deepest inside to the farthest outside
@@ -320,8 +320,8 @@ export class ColourList {
 
   private download(): void {
     if (this.answer === null) return;
-    const { found, near, made } = this.answer;
-    const { colours, position } = found;
+    const { checks, near, made } = this.answer;
+    const { colours, position } = checks;
     const quoted = (text: string) => (/[",\r\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
     const channels = made || near.device ? this.gamut!.channels : [];
     const names = ["c1", "c2", "c3"];
@@ -329,11 +329,11 @@ export class ColourList {
     if (made) head.push("recipe ΔE00");
     if (made?.black_least) head.push(`least black ${DEVICE_UNIT}`, `most black ${DEVICE_UNIT}`);
     const rows = colours.map((point, i) => {
-      const inside = found.inside[i]!;
+      const inside = checks.inside[i]!;
       const amounts = made?.device[i] ?? (inside ? undefined : near.device?.[i]);
       const device = amounts === undefined ? channels.map(() => "") : devicePercent(amounts);
       const difference = inside ? 0 : near.delta_e_2000[i]!;
-      const row = [quoted(this.label(found, i)), ...point, position[i], inside, found.distance[i]!, difference, ...(inside ? point : near.point[i]!), ...device];
+      const row = [quoted(this.label(checks, i)), ...point, position[i], inside, checks.distance[i]!, difference, ...(inside ? point : near.point[i]!), ...device];
       if (made) row.push(made.delta_e_2000[i]!);
       if (made?.black_least) row.push(...[made.black_least[i], made.black_most![i]].map((end) => (end == null ? "" : devicePercent([end])[0]!)));
       return row;

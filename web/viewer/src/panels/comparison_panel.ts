@@ -23,7 +23,7 @@ const CHART_HEIGHT = 280;
 
 export class ComparisonPanel {
   private pair: Pair | null = null;
-  private found: Comparison | null = null;
+  private comparison: Comparison | null = null;
   private readonly asking = new Latest();
   private chart = "";
   private readonly highlight = byId<HTMLInputElement>("highlight");
@@ -40,12 +40,12 @@ export class ComparisonPanel {
       },
       write: () => [["outside", this.highlight.checked ? "on" : null]],
     });
-    page.kept.set("comparison", () => this.found);
+    page.kept.set("comparison", () => this.comparison);
     page.on("gamuts", () => {
       const [a, b] = [page.at("a"), page.at("b")];
       this.show(a !== null && b !== null ? { a, b } : null);
     });
-    page.on("theme", () => this.found !== null && this.redraw());
+    page.on("theme", () => this.comparison !== null && this.redraw());
     this.highlight.addEventListener("change", () => {
       // The part outside is a part of a solid.
       if (this.highlight.checked && !SOLIDS.includes(page.styles.a)) page.setStyle("a", "solid");
@@ -69,7 +69,7 @@ export class ComparisonPanel {
     this.mark();
     if (!isNew) return;
     this.asking.end();
-    this.found = null;
+    this.comparison = null;
     byId("coverage").replaceChildren();
     byId("comparison-figure").hidden = true;
     if (pair !== null) void this.compare(pair);
@@ -99,17 +99,17 @@ export class ComparisonPanel {
     numbers.append(element("summary", "Numbers"), definitions(facts(comparison, names)));
     const warnings = comparison.warnings.map((warning) => element("p", warning, { className: "warning" }));
     byId("coverage").replaceChildren(list, numbers, ...warnings);
-    this.found = comparison;
+    this.comparison = comparison;
     const hasHue = axisNames(a.gamut)[0] !== "X";
     byId("comparison-figure").hidden = !hasHue;
     if (hasHue) this.redraw();
   }
 
   private sectors(width: number): string {
-    const { pair, found } = this;
-    if (pair === null || found === null) return "<svg xmlns='http://www.w3.org/2000/svg'/>";
+    const { pair, comparison } = this;
+    if (pair === null || comparison === null) return "<svg xmlns='http://www.w3.org/2000/svg'/>";
     const { a, b } = pair;
-    return sectorChart(a.gamut.name, b.gamut.name, found.sectors, {
+    return sectorChart(a.gamut.name, b.gamut.name, comparison.sectors, {
       size: { width, height: CHART_HEIGHT },
       theme: pageTheme(byId("comparison-chart"), "--back"),
       space: gamutSpace(a.gamut),
@@ -134,14 +134,14 @@ export function named(sentence: string, [a, b]: [string, string]): string {
   return sentence.replaceAll(/\b[AB]\b/g, (letter) => (letter === "A" ? a : b));
 }
 
-function facts(found: Comparison, [a, b]: [string, string]): Definition[] {
+function facts(comparison: Comparison, [a, b]: [string, string]): Definition[] {
   const percent = (part: number) => `${(100 * part).toFixed(2)} %`;
   const colour = (values: number[]) => values.map((value) => Number(value.toFixed(value < 5 && value > -5 ? 3 : 1))).join(" ").replaceAll("-", "−");
   const rows: Definition[] = [
-    [`${a} covers`, `${percent(found.a_covers_b)} of ${b}`, "The volume that both have, relative to the volume of the covered gamut."],
-    [`${b} covers`, `${percent(found.b_covers_a)} of ${a}`],
+    [`${a} covers`, `${percent(comparison.a_covers_b)} of ${b}`, "The volume that both have, relative to the volume of the covered gamut."],
+    [`${b} covers`, `${percent(comparison.b_covers_a)} of ${a}`],
   ];
-  for (const [loss, name, other] of [[found.lost_a, a, b], [found.lost_b, b, a]] as const) {
+  for (const [loss, name, other] of [[comparison.lost_a, a, b], [comparison.lost_b, b, a]] as const) {
     if (loss == null) continue;
     rows.push([
       `${name} loses in ${other}`,
@@ -150,13 +150,13 @@ function facts(found: Comparison, [a, b]: [string, string]): Definition[] {
     ]);
   }
   rows.push(
-    ["White points", `${a} ${colour(found.white_a)}; ${b} ${colour(found.white_b)}`, "Lightest colours."],
-    ["Black points", `${a} ${colour(found.black_a)}; ${b} ${colour(found.black_b)}`, "Darkest colours."],
-    ["In common", Number(found.intersection.toPrecision(6)).toLocaleString("en"), "Volume that both have, in cubic units of the space."],
-    ["Jaccard index", found.jaccard.toFixed(4), "The volume that both have, relative to the volume that at least one has; 1 for equal gamuts."],
+    ["White points", `${a} ${colour(comparison.white_a)}; ${b} ${colour(comparison.white_b)}`, "Lightest colours."],
+    ["Black points", `${a} ${colour(comparison.black_a)}; ${b} ${colour(comparison.black_b)}`, "Darkest colours."],
+    ["In common", Number(comparison.intersection.toPrecision(6)).toLocaleString("en"), "Volume that both have, in cubic units of the space."],
+    ["Jaccard index", comparison.jaccard.toFixed(4), "The volume that both have, relative to the volume that at least one has; 1 for equal gamuts."],
   );
-  if (found.chromaticity !== null) {
-    for (const [diagram, areas] of [["x, y", found.chromaticity.xy], ["u′, v′", found.chromaticity.uv]] as const) {
+  if (comparison.chromaticity !== null) {
+    for (const [diagram, areas] of [["x, y", comparison.chromaticity.xy], ["u′, v′", comparison.chromaticity.uv]] as const) {
       rows.push(
         [`${diagram}: ${a} covers`, `${percent(areas.a_covers_b)} of ${b}; area ${percent(areas.area_ratio)}`, "Areas in the chromaticity diagram, without lightness."],
         [`${diagram}: ${b} covers`, `${percent(areas.b_covers_a)} of ${a}`],

@@ -31,8 +31,8 @@ function volumes({ volume, volumes: stated = {}, ...gamut }: Gamut): Definition[
   const terms = { own: "Volume", relative: "Volume, relative", absolute: "Volume, absolute" } as const;
   const shown = (value: number) => `${rounded(value, 6)} ${volumeUnit(gamut)}`;
   const rows = Object.entries(terms).flatMap(([name, term]): Definition[] => {
-    const found = stated[name as keyof typeof terms];
-    return found ? [[term, `${shown(found.volume)}, ${rounded(found.times_srgb, 3)} × sRGB`, TERMS["volume"]!]] : [];
+    const figures = stated[name as keyof typeof terms];
+    return figures ? [[term, `${shown(figures.volume)}, ${rounded(figures.times_srgb, 3)} × sRGB`, TERMS["volume"]!]] : [];
   });
   return rows.length > 0 ? rows : [["Volume", shown(volume)]];
 }

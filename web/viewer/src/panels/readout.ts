@@ -96,18 +96,18 @@ export async function distanceLines(other: Gamut, point: number[], signal: Abort
 
 /** The recipe of a colour. */
 export async function recipeLines(gamut: Gamut, point: number[], signal: AbortSignal): Promise<string[]> {
-  const found = await recipes(gamut, [point], signal);
+  const recipe = await recipes(gamut, [point], signal);
   const { channels } = gamut;
-  const range = blackRange(found, 0);
+  const range = blackRange(recipe, 0);
   const black = range === null ? "" : `; ${blackChannel(channels)} can be ${range} %`;
-  const kind = found.inside[0] ? "Recipe" : "Outside; recipe of the nearest colour";
-  return [`${kind}: ΔE00 ${found.delta_e_2000[0]!.toFixed(2)}${black}`, deviceLine(channels, found.device[0]!)];
+  const kind = recipe.inside[0] ? "Recipe" : "Outside; recipe of the nearest colour";
+  return [`${kind}: ΔE00 ${recipe.delta_e_2000[0]!.toFixed(2)}${black}`, deviceLine(channels, recipe.device[0]!)];
 }
 
-function distanceText(name: string, found: Positions): string {
-  const distance = found.distance[0]!;
+function distanceText(name: string, positions: Positions): string {
+  const distance = positions.distance[0]!;
   const shown = signed(distance, Math.abs(distance) < 0.1 ? 4 : 2);
-  return `Euclidean distance ${shown} from ${name}: ${found.position[0]!} (${edgeText(found)})`;
+  return `Euclidean distance ${shown} from ${name}: ${positions.position[0]!} (${edgeText(positions)})`;
 }
 
 function signed(value: number, digits: number): string {

@@ -63,7 +63,7 @@ export class SlicePanel {
   private pointed: Gamut | null = null;
   private readonly asking = new Latest();
   /** A saved page has those that were drawn, and cannot ask for others. */
-  private rings = (embedded?.state?.["rings"] ?? { address: "", found: null }) as { address: string; found: Rings | null };
+  private rings = (embedded?.state?.["rings"] ?? { address: "", answer: null }) as { address: string; answer: Rings | null };
   /** What the lightness and the offset are in. */
   private space = "";
   /** The colour at a pixel of the chart. */
@@ -78,8 +78,8 @@ export class SlicePanel {
     this.cut = new CutAway(page.view);
     this.handle = new PlaneHandle(page);
     this.figure = new SectionFigure(() => this.draw(), () => this.change({ kind: "off" }));
-    page.kept.set("rings", () => (this.rings.found === null ? null : this.rings));
-    if (this.rings.found !== null) byId("slice-rings").classList.remove("online");
+    page.kept.set("rings", () => (this.rings.answer === null ? null : this.rings));
+    if (this.rings.answer !== null) byId("slice-rings").classList.remove("online");
     page.address.add({ read: (given) => readState(this.state, given), write: () => entries(this.state) });
     for (const event of ["gamuts", "level", "theme"] as const) page.on(event, () => this.draw());
     page.on("camera", () => this.cut.follow());
@@ -324,32 +324,32 @@ export class SlicePanel {
     const space = gamutSpace(first!);
     if (space.lightness !== 0) {
       this.asking.end();
-      this.rings = { address: "", found: null };
+      this.rings = { address: "", answer: null };
       return this.figure.say("This space has no hue. Rings need a space such as CIELAB.");
     }
     const address = `/v1/gamuts/${first!.id}/rings${second === undefined ? "" : `?reference=${second.id}`}`;
     if (address !== this.rings.address) {
       if (embedded !== null) return this.figure.say("This page works offline. It was saved without these rings.");
-      this.rings = { address, found: null };
+      this.rings = { address, answer: null };
       void this.asking.ask(
         async (signal) => (await (await request(address, { signal })).json()) as Rings,
-        (found) => {
-          this.rings = { address, found };
+        (answer) => {
+          this.rings = { address, answer };
           this.draw();
         },
         (error) => {
-          this.rings = { address: "", found: null }; // the next drawing asks again
+          this.rings = { address: "", answer: null }; // the next drawing asks again
           if (this.state.kind === "rings") this.figure.say(problemText(error));
         },
       );
     }
-    const { found } = this.rings;
-    if (found === null) return this.figure.say("Computing the rings …");
-    const svg = ringsChart(found, {
+    const { answer } = this.rings;
+    if (answer === null) return this.figure.say("Computing the rings …");
+    const svg = ringsChart(answer, {
       size: this.figure.size,
       theme: pageTheme(this.figure.box),
       title: "Gamut rings",
-      caption: `The area within a ring is the volume of the gamut up to its lightness. Volume: ${areaText(found.volume)}`,
+      caption: `The area within a ring is the volume of the gamut up to its lightness. Volume: ${areaText(answer.volume)}`,
       names: [first!, second].flatMap((gamut) => gamut?.name ?? []),
       colours: shown.map(({ slot }) => tintOf(slot, this.page.isDark)),
       axes: axisNames(first!),

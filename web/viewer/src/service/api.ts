@@ -150,7 +150,7 @@ function plainProblem(detail: string, status: number): Problem {
 export async function choices(text: string, signal: AbortSignal): Promise<Entry[]> {
   const named = text === "" ? {} : { name: text };
   const query = new URLSearchParams({ limit: "50", ...named, match: "similar" });
-  const [stored, known, found] = await Promise.all([
+  const [stored, known, entries] = await Promise.all([
     request(`/v1/gamuts?${query}`, { signal }).then((response) => response.json()),
     references(),
     text === "" ? references() : searched(text, signal),
@@ -159,17 +159,17 @@ export async function choices(text: string, signal: AbortSignal): Promise<Entry[
   const gamuts = (stored.gamuts as Gamut[])
     .filter((gamut) => !slugs.has(gamut.name))
     .map((gamut) => ({ key: gamut.id, name: gamut.name, detail: `stored · ${gamut.options.space}` }));
-  if (text === "") return [...gamuts, ...found];
+  if (text === "") return [...gamuts, ...entries];
   const rank = ({ key: id, name }: Entry) => {
     const names = [id, name].map(folded);
     if (names.includes(folded(text))) return 0;
     return names.some((each) => each.startsWith(folded(text))) ? 1 : 3;
   };
   // What the service puts first, or before a better rank, is an alias: Rec2020 is ITU-R BT.2020.
-  const ranks = found.map(rank);
+  const ranks = entries.map(rank);
   const meant = (place: number) => Math.min(place === 0 ? 2 : 3, ...ranks.slice(place).map((each) => Math.max(1, each)), ranks[place]!);
   const all = [
-    ...found.map((entry, place): [Entry, number] => [entry, meant(place)]),
+    ...entries.map((entry, place): [Entry, number] => [entry, meant(place)]),
     ...gamuts.map((entry): [Entry, number] => [entry, rank(entry)]),
   ];
   return all.sort((one, other) => one[1] - other[1]).map(([entry]) => entry);

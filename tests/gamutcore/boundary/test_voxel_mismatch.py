@@ -10,10 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from benchmarks.booleans import mismatch
-from gamutcore.boundary import modified_convex_hull
+from gamutcore.boundary import modified_convex_hull, voxel_mismatch
 from gamutcore.errors import MeshError
 from gamutcore.geometry import TriangleMesh
-from gamutcore.levels import voxel_mismatch
 
 
 def box(lowest, highest):
