@@ -80,7 +80,7 @@ def create_app(settings: Settings) -> FastAPI:
     )
     app.state.service = service
     app.state.access_rules = rules
-    app.router.routes += [ControlCharacters(), meshes.ReadyMeshRoute(service.library)]
+    app.router.routes += [ControlCharacters(), meshes.PlainMeshRoute(service.library)]
     for router in _ROUTERS:
         app.include_router(router)
     app.state.routes = [route for router in _ROUTERS for route in router.routes]

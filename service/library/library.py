@@ -177,6 +177,10 @@ class Library:
                 self.discard(gamut_id)
                 raise
 
+    def is_current(self, gamut_id: str) -> bool:
+        """Whether a gamut is stored, and the store need not be asked for it."""
+        return self._store.is_current(gamut_id)
+
     def find_open(self, gamut_id: str) -> OpenGamut | None:
         """Return a gamut if it is open, and the store need not be asked for it; else None."""
         return self._find_open(gamut_id) if self._store.is_current(gamut_id) else None
@@ -502,16 +506,14 @@ class Library:
 
     # --- encoded levels ---------------------------------------------------------------------------
 
-    def find_mesh(
+    def _find_mesh(
         self, gamut_id: str, request: LevelRequest, format_name: str, coding: str = IDENTITY
     ) -> EncodedLevel | None:
         """Return a mesh that is cached or takes at most about a millisecond to encode; else None.
 
-        The level must exist, and be found and unpacked already, and the store need not be asked for
-        the gamut. `coding` is one of `CODINGS`, or `IDENTITY`.
+        The level must exist, and be found and unpacked already. `coding` is one of `CODINGS`, or
+        `IDENTITY`. The caller has the gamut's record.
         """
-        if not self._store.is_current(gamut_id):
-            return None
         opened = self._find_open(gamut_id)
         level = self.find_known(gamut_id, request)
         if level is None:
@@ -536,20 +538,24 @@ class Library:
         coding: str = IDENTITY,
         client: str = "",
     ) -> EncodedLevel:
-        """Return a mesh for a client; other parameters as for `find_mesh`.
+        """Return a mesh for a client. `coding` is one of `CODINGS`, or `IDENTITY`.
 
         Raise `GamutNotStoredError` if the gamut is missing or damaged, and `TriangleCountError` if
         it has no such level.
         """
-        record = await self.record(gamut_id)
-        ready = self.find_mesh(gamut_id, request, format_name, coding)
+        record = None if self._store.is_current(gamut_id) else await self.record(gamut_id)
+        ready = self._find_mesh(gamut_id, request, format_name, coding)
         if ready is not None:
             return ready
+        record = record or await self.record(gamut_id)
         full = _full_count(record)
 
         def need() -> int:
-            if self.find_mesh(gamut_id, request, format_name, coding) is not None:
-                return 0
+            level = self.find_known(gamut_id, request)
+            if level is not None:  # others may have made the mesh meanwhile
+                key = EncodedKey(gamut_id, level.triangles, format_name, coding, request.side)
+                if self._encoded.get(key) is not None:
+                    return 0
             triangles = _ENCODED * min(full, self.largest_count(record, request))
             triangles += 0 if request.side == "both" else _SIDED * full
             return self._find_need(record, request) + needed_bytes(prepared=triangles)
@@ -592,7 +598,7 @@ class Library:
         async def encode() -> EncodedLevel:
             plain = self._encoded.get(key.plain)
             if plain is not None and key == key.plain:
-                return plain  # `find_mesh` has encoded it since the last look
+                return plain  # `_find_mesh` has encoded it since the last look
             # a level on one side is compared with the full boundary
             needed = key.triangles if key.side == "both" else opened.gamut.history.triangles
             await self.unpack(opened, needed)

@@ -34,7 +34,7 @@ from service.problems.problem import Problem, ProblemError
 from service.routes.dependencies import GamutId, GamutRoute, check_gamut_query, level_request
 from service.telemetry.request_observer import MatchedRoute
 
-__all__ = ["MeshQuery", "MeshRequest", "ReadyMeshRoute", "mesh_request", "router"]
+__all__ = ["MeshQuery", "MeshRequest", "PlainMeshRoute", "mesh_request", "router"]
 
 router = APIRouter(
     prefix="/v1/gamuts",
@@ -72,6 +72,9 @@ _RESPONSES: dict[int | str, dict[str, Any]] = {
 
 _ROUTE = MatchedRoute("/v1/gamuts/{gamut_id}/mesh")
 _FILE_ROUTE = MatchedRoute("/v1/gamuts/{gamut_id}/mesh.{suffix}")
+
+_OF_BODIES = {b"content-length", b"content-type"}
+"""Header fields that `check_request` judges."""
 
 _PATH = re.compile(rf"/v1/gamuts/({ID_PATTERN})/mesh(?:\.([a-z]+))?\Z", re.ASCII)
 
@@ -230,27 +233,27 @@ async def download_mesh_file(
     return await download_mesh(request, gamut_id, wanted)
 
 
-class ReadyMeshRoute(BaseRoute):
-    """Answers plain requests for meshes that are ready, ahead of FastAPI's slower routing.
+class PlainMeshRoute(BaseRoute):
+    """Answers plain requests for meshes of stored gamuts, ahead of FastAPI's slower routing.
 
-    It matches only if the mesh is ready. Everything else, errors included, goes on to the routes
-    above. Both answer with `EncodedLevel.response`, so clients cannot tell them apart. See
-    ``docs/decisions/immutable-responses.md``.
+    Everything else goes on to the routes above: slugs, parameters that are refused, conditions, and
+    gamuts about which the store has to be asked. Both ways lead to `Library.mesh`, so clients
+    cannot tell them apart. See ``docs/decisions/immutable-responses.md``.
     """
 
     def __init__(self, library: Library) -> None:
         self._library = library
 
     def matches(self, scope: Scope) -> tuple[Match, Scope]:
-        """Match if the mesh is ready."""
+        """Match a plain request."""
         if scope["type"] != "http" or scope["method"] != "GET":
             return Match.NONE, {}
         path = _PATH.match(scope["path"])
-        if path is None:
+        if path is None or not self._library.is_current(path[1]):
             return Match.NONE, {}
         fields = {b"accept": b"", b"accept-encoding": b"", b"if-none-match": b""}
         for name, value in scope["headers"]:
-            if name == b"if-match":
+            if name == b"if-match" or name in _OF_BODIES:
                 return Match.NONE, {}
             if name in fields:
                 fields[name] = fields[name] + b"," + value if fields[name] else value
@@ -258,17 +261,17 @@ class ReadyMeshRoute(BaseRoute):
         wanted = _plain_request(
             scope["query_string"], suffix, fields[b"accept"], fields[b"accept-encoding"]
         )
-        mesh = None if wanted is None else self._library.find_mesh(gamut_id, *wanted)
-        if mesh is None:
+        if wanted is None:
             return Match.NONE, {}
         known = fields[b"if-none-match"].decode("latin-1")
         route = _ROUTE if suffix is None else _FILE_ROUTE
-        # The mesh itself, because its memory counts as long as it is in use.
-        return Match.FULL, {"route": route, "mesh": mesh, "known": known or None}
+        return Match.FULL, {"route": route, "mesh": (gamut_id, wanted), "known": known or None}
 
     async def handle(self, scope: Scope, receive: Receive, send: Send) -> None:  # noqa: ARG002
         """Send the mesh."""
-        await send_content(send, *scope["mesh"].response(scope["known"]))
+        gamut_id, wanted = scope["mesh"]
+        mesh = await self._library.mesh(gamut_id, *wanted, client_of(scope))
+        await send_content(send, *mesh.response(scope["known"]))
 
 
 @lru_cache(maxsize=256)
