@@ -60,6 +60,10 @@ UNWRITABLE = (
 """Fails where the user may write to a file of the image."""
 
 
+PARTS = "du -sm /usr /opt/gamut/lib/python3*/site-packages/* | sort -rn | head -15"
+"""What the image holds: Debian with Python, and the packages."""
+
+
 def run(*command: str | Path) -> str:
     """Run a command in the checkout and return its output, which is printed where it fails."""
     ended = subprocess.run(command, check=False, capture_output=True, text=True, cwd=CHECKOUT)
@@ -220,6 +224,19 @@ class Service:
             process = int(children[0])
         return process
 
+    def memory(self) -> float:
+        """Return the memory of the service and its workers, in MiB; shared pages count once."""
+        server = self.find_process()
+        children = Path(f"/proc/{server}/task").glob("*/children")
+        processes = [
+            server,
+            *(int(child) for file in children for child in file.read_text().split()),
+        ]
+        rollups = (Path(f"/proc/{each}/smaps_rollup").read_text() for each in processes)
+        return (
+            sum(int(re.findall(r"^Pss: +(\d+)", text, re.MULTILINE)[0]) for text in rollups) / 1024
+        )
+
     def stop(self) -> None:
         """Send SIGTERM to the service itself, because buildah kills its child on a signal."""
         os.kill(self.find_process(), signal.SIGTERM)
@@ -260,6 +277,7 @@ def check_image(folder: Path, image: str) -> None:
     for expected in (HTTPStatus.CREATED, HTTPStatus.OK):
         with service(image, data, config["Cmd"]) as running:
             seconds.append(running.wait_until_ready())
+            idle = running.memory()
             running.check_health(config["Healthcheck"])
             status, gamut = running.post_example()
             expect(status == expected, f"status {expected}, not {status}, for the example")
@@ -269,12 +287,22 @@ def check_image(folder: Path, image: str) -> None:
             running.run("python", "-c", LOAD_KERNELS)
             if expected == HTTPStatus.CREATED:
                 keep_sbom(run(*running.inside, "cat", SBOM))
+                running.run("sh", "-c", PARTS)
     # A figure and not a check: a machine that does other work delays the start.
+    packed = packed_size(folder, image)
     print(
         f"ready after {seconds[0]:.1f} s, after the restart in {seconds[1]:.1f} s"
-        f" (goal: {READY_SECONDS:g} s)",
+        f" (goal: {READY_SECONDS:g} s), {idle:.0f} MiB idle, {packed:.0f} MB packed",
         flush=True,
     )
+
+
+def packed_size(folder: Path, image: str) -> float:
+    """Return the megabytes that a registry stores and a machine downloads."""
+    target = folder / "packed"
+    compress = ("--compression-format=gzip", "--force-compression")
+    run("buildah", "push", "--quiet", *compress, image, f"dir:{target}")
+    return sum(path.stat().st_size for path in target.iterdir()) / 1e6
 
 
 def keep_sbom(text: str) -> None:
