@@ -18,8 +18,10 @@ from gamutcore.questions.comparison import (
 from gamutcore.questions.conditions import (
     build_warnings,
     comparison_warnings,
+    condition_lines,
     conditions_of,
     no_limit_warnings,
+    table_warnings,
 )
 from gamutcore.questions.declarations import LEVEL_PARAMETERS, SPACE, Answer, Parameter, Question
 from gamutcore.questions.levels import (
@@ -126,6 +128,7 @@ __all__ = [
     "compared_conditions",
     "comparison_warnings",
     "compensates_black",
+    "condition_lines",
     "conditions_of",
     "crossings",
     "cusps",
@@ -153,6 +156,7 @@ __all__ = [
     "recipes",
     "rings",
     "section",
+    "table_warnings",
     "tolerance_of",
 ]
 
