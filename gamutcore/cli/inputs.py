@@ -77,7 +77,7 @@ Black = Annotated[str, typer.Option("--gcr", "--black")]
 """How much black: presets of gray component replacement and other rules."""
 
 SAVED, TABLES = ".gamut", frozenset({".txt", ".csv", ".tsv", ".json", ".npy"})
-"""Suffix of saved gamuts, and those of files in a folder that may be something else than a gamut."""
+"""Suffix of saved gamuts, and suffixes of files in a folder that may be something else."""
 
 _CHOSEN = "gamutcore.options"
 """Key of the options of the build in the context of a command."""
@@ -217,7 +217,7 @@ def _files(given: Sequence[str]) -> list[str]:
                 or (file.suffix.lower() in suffixes - TABLES and file.stem not in saved)
             ]
         elif is_pattern(source):
-            files = sorted(map(Path, glob.glob(source)))
+            files = sorted(map(Path, glob.glob(source)))  # noqa: PTH207  # absolute ones as well
         else:
             sources.append(source)
             continue

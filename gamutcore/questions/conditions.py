@@ -218,8 +218,8 @@ def table_warnings(gamuts: Mapping[str, Conditions], space: str | None = None) -
         if absolute:
             warnings.append(
                 f"The whites of absolute gamuts are their own ({_names(absolute)}). White and "
-                "light colours of sRGB (hex) count as outside: for such colours, build gamuts with the "
-                "intent relative."
+                "light colours of sRGB (hex) count as outside: for such colours, build gamuts with "
+                "the intent relative."
             )
     elif space is not None and papers:
         warnings.append(
