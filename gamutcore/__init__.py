@@ -21,7 +21,8 @@ if TYPE_CHECKING:
     from gamutcore.gamut import Gamut
     from gamutcore.links import link, profile
     from gamutcore.options import Options
-    from gamutcore.reports import compare_all, match
+    from gamutcore.reports import compare_all
+    from gamutcore.reports.match import match
 
 __all__ = [
     "Gamut",
@@ -39,7 +40,7 @@ _HOME = {
     "Options": "gamutcore.options",
     "compare_all": "gamutcore.reports",
     "link": "gamutcore.links",
-    "match": "gamutcore.reports",
+    "match": "gamutcore.reports.match",
     "profile": "gamutcore.links",
 }
 """Modules of the names that are imported on first use. Their import takes a tenth of a second,

@@ -12,7 +12,7 @@ from gamutcore.reports.document import (
     ReportTable,
     check_report_suffix,
 )
-from gamutcore.reports.match import match, match_report
+from gamutcore.reports.match import match_report
 from gamutcore.reports.matrix import compare_all, matrix_report
 
 __all__ = [
@@ -23,7 +23,6 @@ __all__ = [
     "ReportTable",
     "check_report_suffix",
     "compare_all",
-    "match",
     "match_report",
     "matrix_report",
 ]

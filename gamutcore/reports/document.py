@@ -25,6 +25,7 @@ from gamutcore.tables import write_sheets
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+    from numpy.typing import NDArray
 
 __all__ = [
     "REPORT_SUFFIXES",
@@ -72,7 +73,7 @@ class ReportColumn:
     """
 
     name: str
-    values: Sequence[Any]
+    values: Sequence[Any] | NDArray[Any]
     unit: str = ""
     decimals: int = 2
     kind: str = ""

@@ -154,8 +154,7 @@ def match(
         opened, count = open_level(gamut, max_error=max_error, whole=recipes)
         rows, conversion = colours_in(opened, values, space)
         width = opened.default_edge_width if edge_width is None else edge_width
-        level = {"triangles": count}
-        where = positions(opened, rows.points, distance=True, edge_width=width, **level)
+        where = positions(opened, rows.points, distance=True, edge_width=width, triangles=count)
         assert where.distance is not None  # noqa: S101  # asked for
         assert where.position is not None  # noqa: S101  # implied by the edge width
         return _Match(
@@ -266,7 +265,7 @@ def _together(
         return int(covers[rows].any(axis=0).sum()), -float(misses[rows].min(axis=0).sum())
 
     numbers = range(len(gamuts))
-    chosen = max(((one,) for one in numbers), key=merit)
+    chosen: tuple[int, ...] = max(((one,) for one in numbers), key=merit)
     exact = len(gamuts) <= MOST_EXACT
     for size in (2, 3):
         if size > len(gamuts):
@@ -319,7 +318,7 @@ def _sentences(match: ColourMatch, order: list[int]) -> list[str]:
         )
         words.append(
             f"{len(nowhere)} {'is' if len(nowhere) == 1 else 'are'} printed by none: {shown}"
-            + (", …" if len(nowhere) > 3 else "")
+            + (f" and {len(nowhere) - 3} more" if len(nowhere) > 3 else "")
         )
     most = int(printed[one])
     for group in match.together:

@@ -44,7 +44,7 @@ class _Solid(NamedTuple):
     name: str
     conditions: Conditions
     colour_space: ColourSpace
-    index: LevelIndex
+    level: LevelIndex
 
 
 def compare_all(
@@ -99,7 +99,7 @@ def compare_all(
     common = np.empty((len(solids), len(solids)))
     pairs = list(combinations(range(len(solids)), 2))
     compared = in_order(
-        lambda pair: search.compare(solids[pair[0]].index, solids[pair[1]].index, 1), pairs
+        lambda pair: search.compare(solids[pair[0]].level, solids[pair[1]].level, 1), pairs
     )
     for done, ((one, two), found) in enumerate(zip(pairs, compared, strict=True), 1):
         common[one, two] = common[two, one] = found.intersection
@@ -112,7 +112,7 @@ def compare_all(
         volume=common.diagonal().copy(),
         intersection=common,
         space=solids[0].colour_space.name,
-        triangles=tuple(len(solid.index.faces) for solid in solids),
+        triangles=tuple(len(solid.level.faces) for solid in solids),
         conditions=tuple(conditions.values()),
         warnings=table_warnings(conditions),
     )
