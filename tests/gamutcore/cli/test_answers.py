@@ -420,7 +420,7 @@ def test_match_takes_a_folder(command, cubes, tmp_path):
     assert "1 is printed by none: far" in out
     assert max(map(len, out.splitlines())) <= 80
     command("match", colours, cubes / "*.gamut", "-o", tmp_path / "match.csv")
-    rows = list(csv.DictReader((tmp_path / "match.csv").open()))
+    rows = list(csv.DictReader((tmp_path / "match.csv").read_text().splitlines()))
     distances = {(row["colour"], row["gamut"]): float(row["distance"]) for row in rows}
     assert len(distances) == 9
     assert distances["middle", "large"] == pytest.approx(-20, abs=0.01)
