@@ -57,7 +57,7 @@ def test_positions_are_those_of_boxes(boxes):
     assert (found.prints == (exact <= 1.0)).all()
     assert np.allclose(found.share, (exact <= 1.0).mean(axis=0))
     assert (found.printed_by == (exact <= 1.0).sum(axis=1)).all()
-    assert ((found.delta_e == 0) == (exact < 0.1)).all()
+    assert ((found.delta_e == 0) == (exact <= 1e-3)).all()
 
 
 def test_the_best_groups_are_those_of_brute_force(boxes):
