@@ -1,7 +1,8 @@
 """Gamut boundaries at any triangle count: colour and geometry, without web or storage.
 
 `Gamut` builds a gamut from characterisation data and answers questions about it. `link` makes files
-that apply a gamut mapping in other programs, and `profile` makes ICC profiles. Data flows one way,
+that apply a gamut mapping in other programs, and `profile` makes ICC profiles. `match` and
+`compare_all` ask many gamuts. Data flows one way,
 and the folders are named after the stages: `characterisation` → `colours` → `boundary` →
 `decimation` → `history` → `levels` → `search` and `export`. The package needs none of the web
 packages of the extra ``service``.
@@ -20,13 +21,26 @@ if TYPE_CHECKING:
     from gamutcore.gamut import Gamut
     from gamutcore.links import link, profile
     from gamutcore.options import Options
+    from gamutcore.reports import compare_all
+    from gamutcore.reports.match import match
 
-__all__ = ["Gamut", "Options", "__version__", "link", "profile", "reference"]
+__all__ = [
+    "Gamut",
+    "Options",
+    "__version__",
+    "compare_all",
+    "link",
+    "match",
+    "profile",
+    "reference",
+]
 
 _HOME = {
     "Gamut": "gamutcore.gamut",
     "Options": "gamutcore.options",
+    "compare_all": "gamutcore.reports",
     "link": "gamutcore.links",
+    "match": "gamutcore.reports.match",
     "profile": "gamutcore.links",
 }
 """Modules of the names that are imported on first use. Their import takes a tenth of a second,

@@ -27,10 +27,12 @@ from gamutcore.errors import DeviceModelError, HistoryFileError, OptionError, er
 from gamutcore.export.provenance import mesh_provenance
 from gamutcore.export.viewer_page import HTML_SUFFIXES, PageGamut, viewer_page
 from gamutcore.history import (
+    MINIMUM_TRIANGLES,
     History,
     history_bytes,
     history_description,
     history_from_bytes,
+    history_prefix,
     history_section,
 )
 from gamutcore.level_mesh import LevelMesh
@@ -71,7 +73,7 @@ if TYPE_CHECKING:
         Conditions,
     )
 
-__all__ = ["Gamut", "read_description"]
+__all__ = ["Gamut", "load_level", "read_description", "stored_level"]
 
 DESCRIPTION = "gamut"
 """Key of the description in a history file's metadata."""
@@ -827,6 +829,49 @@ def read_description(path: Path) -> dict[str, Any]:
         The file cannot be read.
     """
     return _description(history_description(path))
+
+
+STORED_ERROR = 2.0
+"""Error of a level of the stored curve ÷ `Gamut.default_error`. The curve has few levels: those of
+a press have errors of about 0.4, 0.1 to 0.2 and 0 in CIELAB."""
+
+
+def stored_level(
+    description: dict[str, Any], triangles: int | None = None, max_error: float | None = None
+) -> int:
+    """Return the triangle count of the level that answers for many gamuts.
+
+    It is the largest one up to `triangles`, or the smallest level of the stored error curve within
+    `max_error`, by default `STORED_ERROR`. No levels are compared, so the beginning of a file will
+    do.
+    """
+    curve = description["levels"]
+    if triangles is None and max_error is None:
+        white: float = _colour_space(description).white_lightness
+        max_error = STORED_ERROR * DEFAULT_ERROR / 100.0 * white
+    count = LevelSearch(curve).largest_count(LevelRequest(triangles, max_error))
+    return max(min(count, int(curve[-1]["triangles"])), MINIMUM_TRIANGLES) // 2 * 2
+
+
+def load_level(
+    path: Path, triangles: int | None = None, max_error: float | None = None
+) -> tuple[Gamut, int]:
+    """Return a saved gamut for questions to its `stored_level`, and the count of this level.
+
+    Only the beginning of the file is read, so there are neither finer levels nor the device model.
+    """
+    counts: list[int] = []
+
+    def count_of(stored: dict[str, Any] | None) -> int:
+        counts.append(stored_level(_description(stored), triangles, max_error))
+        return counts[0]
+
+    with errors_in(path):
+        data = history_prefix(path, count_of)
+        history, description = history_from_bytes(data, partial=True)
+        gamut = Gamut.__new__(Gamut)
+        gamut._hold(_description(description), history, None)  # noqa: SLF001  # a constructor
+    return gamut, counts[0]
 
 
 def _chosen_options(given: object, choices: Mapping[str, object]) -> Options:

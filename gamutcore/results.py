@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import os
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import Field, dataclass, field, fields
 from html import escape
 from pathlib import Path
@@ -32,11 +32,14 @@ __all__ = [
     "ColourCrossings",
     "ColourCusps",
     "ColourLoss",
+    "ColourMatch",
     "ColourRecipes",
     "ColourSection",
     "Comparison",
     "Conditions",
+    "CoverageMatrix",
     "GamutComparison",
+    "GamutGroup",
     "GamutRings",
     "HueSectors",
     "Intersection",
@@ -222,7 +225,7 @@ class Conditions(TabularRepr):
         Of spaces that have any: luminances in cd/m², background, surround.
     medium_white : tuple of float or None
         L*, a*, b* of the medium's white, as measured; None if it is not known.
-    illuminant, observer : str
+    illuminant, observer, measurement_condition : str
         Of measurements; empty if not stated.
     is_print, inks : bool
         False if the gamut does not state it.
@@ -240,6 +243,7 @@ class Conditions(TabularRepr):
     medium_white: tuple[float, ...] | None = None
     illuminant: str = ""
     observer: str = ""
+    measurement_condition: str = ""
     is_print: bool = field(default=False, repr=False)
     inks: bool = field(default=False, repr=False)
     build_warnings: tuple[str, ...] = field(default=(), repr=False, compare=False)
@@ -935,3 +939,215 @@ class ViewerPage(TabularRepr):
             f'<iframe srcdoc="{source}" title="Gamut viewer" width="100%" height="{self.height}" '
             'style="border: 0"></iframe>'
         )
+
+
+@dataclass(frozen=True)
+class GamutGroup:
+    """Gamuts that together print most of a list of colours.
+
+    Attributes
+    ----------
+    gamuts : tuple of str
+    printed : int
+        Colours that at least one of them prints.
+    exact : bool
+        Whether all groups of the size were compared. Otherwise gamuts were added one by one, each
+        time the one that adds most.
+    """
+
+    gamuts: tuple[str, ...]
+    printed: int
+    exact: bool
+
+
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class ColourMatch(TabularRepr):
+    """Which of several gamuts print colours, and how near the others come.
+
+    Attributes
+    ----------
+    colours, gamuts : tuple of str
+        Names of the n colours and the g gamuts.
+    points : (n, 3) float64
+        The colours, in the space of the gamuts.
+    space : str
+    distance : (n, g) float64
+        Euclidean distance from the surface, ΔE76 in CIELAB; negative inside.
+    position : (n, g) str
+        ``"inside"``, ``"edge"`` or ``"outside"``.
+    delta_e : (n, g) float64 or None
+        ΔE00 from the nearest colour in gamut: 0 for colours in gamut. None if it was not asked for.
+    prints : (n, g) bool
+        Whether the colour is within the tolerance.
+    passing : float or None
+        Largest `delta_e` of a colour that is printed. None: it is inside or at the edge.
+    edge_width : float
+        Largest distance from the surface of a colour at the edge.
+    together : tuple of GamutGroup
+        The pair and the triple of gamuts that print most.
+    recipes : tuple of ColourRecipes or None
+        One for each gamut if they were asked for; None for a gamut without device model.
+    triangles : tuple of int
+        Of the levels that answered.
+    conditions : tuple of Conditions
+    warnings : tuple of str
+        Each once for all gamuts.
+    """
+
+    colours: tuple[str, ...]
+    gamuts: tuple[str, ...]
+    points: FloatArray
+    space: str
+    distance: FloatArray
+    position: NDArray[Any]
+    delta_e: FloatArray | None
+    prints: BooleanArray
+    passing: float | None
+    edge_width: float
+    together: tuple[GamutGroup, ...]
+    recipes: tuple[ColourRecipes | None, ...] = field(default=(), repr=False)
+    triangles: tuple[int, ...]
+    conditions: tuple[Conditions, ...] = field(repr=False)
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def share(self) -> FloatArray:
+        """Share (g,) of the colours that a gamut prints."""
+        return self.prints.mean(axis=0) if len(self.prints) else np.full(len(self.gamuts), np.nan)
+
+    @property
+    def mean_delta_e(self) -> FloatArray | None:
+        """Mean (g,) of `delta_e` over all colours."""
+        return _over_colours(np.mean, self.delta_e)
+
+    @property
+    def percentile_95(self) -> FloatArray | None:
+        """95th percentile (g,) of `delta_e` over all colours."""
+        return _over_colours(lambda values: np.percentile(values, 95), self.delta_e)
+
+    @property
+    def printed_by(self) -> NDArray[np.integer[Any]]:
+        """Number (n,) of gamuts that print a colour."""
+        return np.count_nonzero(self.prints, axis=1)
+
+    @property
+    def excess(self) -> FloatArray:
+        """How far (n, g) a gamut misses a colour: `delta_e`, or else the distance outside."""
+        return np.maximum(self.distance, 0.0) if self.delta_e is None else self.delta_e
+
+    @property
+    def best(self) -> NDArray[np.integer[Any]]:
+        """Number (n,) of the gamut that comes nearest; of several, the one with most room."""
+        excess = self.excess
+        nearest = excess <= excess.min(axis=1, keepdims=True)
+        return np.where(nearest, self.distance, np.inf).argmin(axis=1)
+
+    def worst(self, gamut: int, most: int = 3) -> list[int]:
+        """Return the numbers of the colours out of gamut that a gamut misses most."""
+        excess = self.excess[:, gamut]
+        order = np.argsort(-excess, kind="stable")[:most]
+        return [int(at) for at in order if excess[at] > 0.0]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the match as a JSON-able mapping, with an array for each gamut."""
+        document: dict[str, Any] = {
+            "space": self.space,
+            "tolerance": {"delta_e_2000": self.passing, "edge_width": self.edge_width},
+            "colours": {
+                "name": list(self.colours),
+                "point": self.points.tolist(),
+                "printed_by": self.printed_by.tolist(),
+                "best": [self.gamuts[at] for at in self.best],
+            },
+            "gamuts": [],
+            "together": [
+                {"gamuts": list(each.gamuts), "printed": each.printed, "exact": each.exact}
+                for each in self.together
+            ],
+            "warnings": list(self.warnings),
+        }
+        mean, percentile = self.mean_delta_e, self.percentile_95
+        for at, name in enumerate(self.gamuts):
+            gamut: dict[str, Any] = {
+                "name": name,
+                "share": _number(self.share[at]),
+                "mean_delta_e_2000": None if mean is None else _number(mean[at]),
+                "percentile_95_delta_e_2000": None
+                if percentile is None
+                else _number(percentile[at]),
+                "worst": [self.colours[row] for row in self.worst(at)],
+                "triangles": self.triangles[at],
+                "conditions": self.conditions[at].to_dict(),
+                "prints": self.prints[:, at].tolist(),
+                "position": self.position[:, at].tolist(),
+                "distance": self.distance[:, at].tolist(),
+            }
+            if self.delta_e is not None:
+                gamut["delta_e_2000"] = self.delta_e[:, at].tolist()
+            recipes = self.recipes[at] if self.recipes else None
+            if recipes is not None:
+                gamut |= {"channels": list(recipes.channels), "device": recipes.device.tolist()}
+            document["gamuts"].append(gamut)
+        return document
+
+
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class CoverageMatrix(TabularRepr):
+    """How much of each of several gamuts each other one covers.
+
+    Attributes
+    ----------
+    gamuts : tuple of str
+    volume : (g,) float64
+        In cubic units of the space, of the levels that were compared.
+    intersection : (g, g) float64
+        Volumes that two gamuts have in common; on the diagonal, their own volumes.
+    space : str
+    triangles : tuple of int
+    conditions : tuple of Conditions
+    warnings : tuple of str
+        Each once for all gamuts.
+    """
+
+    gamuts: tuple[str, ...]
+    volume: FloatArray
+    intersection: FloatArray
+    space: str
+    triangles: tuple[int, ...]
+    conditions: tuple[Conditions, ...] = field(repr=False)
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def coverage(self) -> FloatArray:
+        """Share (g, g) of the volume of the gamut of a column that the one of a row covers."""
+        return self.intersection / self.volume
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the matrix as a JSON-able mapping."""
+        return {
+            "space": self.space,
+            "gamuts": [
+                {"name": name, "volume": volume, "triangles": count, "conditions": each.to_dict()}
+                for name, volume, count, each in zip(
+                    self.gamuts, self.volume.tolist(), self.triangles, self.conditions, strict=True
+                )
+            ],
+            "intersection": self.intersection.tolist(),
+            "coverage": self.coverage.tolist(),
+            "warnings": list(self.warnings),
+        }
+
+
+def _over_colours(
+    figure: Callable[[FloatArray], Any], values: FloatArray | None
+) -> FloatArray | None:
+    """Return a figure of each column; NaN of no rows, None of no values."""
+    if values is None:
+        return None
+    if not len(values):
+        return np.full(values.shape[1], np.nan)
+    return np.array([figure(column) for column in values.T])
+
+
+def _number(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None

@@ -1,4 +1,4 @@
-"""Commands that answer questions about colours: query, map, compare, plot."""
+"""Commands that answer questions about colours: query, match, map, compare, plot."""
 
 from __future__ import annotations
 
@@ -20,8 +20,11 @@ from gamutcore.cli.inputs import (
     asking,
     chosen_options,
     gamut_of,
+    gamuts_of,
+    is_pattern,
     number_or_text,
     numbers_of,
+    share_of,
 )
 from gamutcore.cli.output import (
     DIAGRAM_NAMES,
@@ -34,6 +37,7 @@ from gamutcore.cli.output import (
     write_answer,
     write_drawing,
     write_facts,
+    write_report,
     write_table,
 )
 from gamutcore.number_text import number_text
@@ -44,6 +48,9 @@ if TYPE_CHECKING:
     from gamutcore.tables import ColourTable
 
 __all__ = ["add_to"]
+
+SECTORS = 36
+"""Default number of sectors of hue, as in `gamutcore.questions`."""
 
 
 Colours = Annotated[
@@ -79,6 +86,7 @@ def add_to(app: typer.Typer) -> None:
     """Add the commands to a program."""
     app.command(cls=asking("nearest"))(query)
     app.command(cls=asking("comparisons"))(compare)
+    app.command(cls=BuildCommand)(match)
     app.command(cls=BuildCommand)(plot)
     app.command("map", cls=asking("map"))(map_colours)
     app.command(cls=asking("recipes"))(recipe)
@@ -505,9 +513,15 @@ def _axes_of(table: ColourTable, gamut: Gamut) -> tuple[str, ...]:
 
 def compare(
     ctx: typer.Context,
-    first: Source,
-    second: Annotated[str, typer.Argument(metavar="GAMUT", help="The other gamut.")],
-    sectors: int = 36,
+    gamuts: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="GAMUT...",
+            help="Files to build from, saved .gamut files, names of references, folders or "
+            "patterns.",
+        ),
+    ],
+    sectors: int = SECTORS,
     lost: bool = False,
     triangles: int | None = None,
     max_error: float | None = None,
@@ -515,13 +529,23 @@ def compare(
     as_json: AsJson = False,
     as_csv: AsCsv = False,
 ) -> None:
-    """Compare gamuts A and B in words and by volume and coverage.
+    """Compare gamuts A and B in words and by volume and coverage, or three and more in a matrix.
 
-    With --csv, the result is a table of the sectors of hue.
+    With --csv, the result of two is a table of the sectors of hue.
+
+    Three or more, a folder or a pattern give the volumes, and the share of each gamut that each
+    other one covers. The output is a table (.csv, .xlsx, .json, .html, .txt) or a heat map (.png,
+    .svg, .pdf).
     """
     from gamutcore.questions import COMPARISON  # noqa: PLC0415
 
-    one, two = (gamut_of(source, ctx, alone=False) for source in (first, second))
+    if len(gamuts) != 2 or any(Path(name).is_dir() or is_pattern(name) for name in gamuts):
+        if lost or sectors != SECTORS:
+            raise typer.BadParameter("--lost and --sectors are for two gamuts.")
+        _compare_all(ctx, gamuts, triangles, max_error, output, as_json=as_json, as_csv=as_csv)
+        return
+    first, second = gamuts
+    one, two = (gamut_of(source, ctx, alone=False) for source in gamuts)
     comparison = one.compare(
         two, sectors=sectors, lost=lost, triangles=triangles, max_error=max_error
     )
@@ -556,6 +580,104 @@ def compare(
         )
         typer.echo("\n".join((*words, "")))
     write_facts(facts, output, as_json=False)
+
+
+def _compare_all(
+    ctx: typer.Context,
+    gamuts: list[str],
+    triangles: int | None,
+    max_error: float | None,
+    output: Path | None,
+    *,
+    as_json: bool,
+    as_csv: bool,
+) -> None:
+    """Write the matrix of many gamuts."""
+    from gamutcore.reports import check_report_suffix, compare_all, matrix_report  # noqa: PLC0415
+
+    if output is not None:
+        check_report_suffix(output, charts=True)
+    sources = gamuts_of(gamuts, ctx)
+    if len(sources) < 2:
+        raise typer.BadParameter("Give at least two gamuts.", param_hint="GAMUT")
+    with share_of("Comparing") as progress:
+        matrix = compare_all(sources, triangles=triangles, max_error=max_error, progress=progress)
+    write_report(matrix_report(matrix), output, as_json=as_json, as_csv=as_csv)
+
+
+def match(
+    ctx: typer.Context,
+    colours: Colours,
+    gamuts: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="GAMUT...",
+            help="Saved .gamut files, files to build from, names of references, folders or "
+            "patterns.",
+        ),
+    ],
+    passing: Annotated[
+        float | None,
+        typer.Option(
+            "--pass",
+            help="Largest ΔE00 from the nearest colour of a gamut that counts as printed. By "
+            "default, colours inside and at the edge count.",
+        ),
+    ] = None,
+    edge_width: Annotated[
+        float | None,
+        typer.Option(help="Largest distance from the surface at the edge. 1 in CIELAB."),
+    ] = None,
+    delta_e: Annotated[
+        bool, typer.Option(help="Find ΔE00 of colours outside, which takes most of the time.")
+    ] = True,
+    recipe: Annotated[
+        bool, typer.Option("--recipe", help="Add device values in per cent: CSV, .xlsx and JSON.")
+    ] = False,
+    colours_in: ColourSpace = None,
+    columns: ColumnNames = None,
+    scale: Scale = None,
+    max_error: Annotated[
+        float | None,
+        typer.Option(
+            help="Largest error of the levels that answer: 0.2 in CIELAB by default; 0 is the full "
+            "boundary."
+        ),
+    ] = None,
+    output: Output = None,
+    as_json: AsJson = False,
+    as_csv: AsCsv = False,
+) -> None:
+    """Find which gamuts print a table of colours, and how near the others come.
+
+    For each gamut: the share of the colours that it prints, mean and 95th percentile of ΔE00, and
+    the worst colours. For each colour: how many gamuts print it, and which is best. Also the two or
+    three gamuts that print most together. This is advice, and no routing of jobs.
+
+    The suffix of the output chooses the form: .csv (a row for each colour and gamut), .xlsx, .json,
+    .html, .pdf or .txt.
+    """
+    from gamutcore import match as match_gamuts  # noqa: PLC0415
+    from gamutcore.reports import check_report_suffix, match_report  # noqa: PLC0415
+
+    if output is not None:
+        check_report_suffix(output)
+    table = _table(colours, colours_in, columns, scale)
+    sources = gamuts_of(gamuts, ctx)
+    with share_of("Matching") as progress:
+        found = match_gamuts(
+            table,
+            sources,
+            passing=passing,
+            edge_width=edge_width,
+            delta_e=delta_e,
+            recipes=recipe,
+            max_error=max_error,
+            progress=progress,
+        )
+    write_report(match_report(found), output, as_json=as_json, as_csv=as_csv)
+    if table.without_colour:
+        typer.echo(_skipped(table).strip(), err=True)
 
 
 def plot(

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import glob
 import inspect
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -28,8 +29,11 @@ __all__ = [
     "asking",
     "chosen_options",
     "gamut_of",
+    "gamuts_of",
+    "is_pattern",
     "number_or_text",
     "numbers_of",
+    "share_of",
 ]
 
 Source = Annotated[
@@ -72,6 +76,9 @@ MaxError = Annotated[
 
 Black = Annotated[str, typer.Option("--gcr", "--black")]
 """How much black: presets of gray component replacement and other rules."""
+
+SAVED, TABLES = ".gamut", frozenset({".txt", ".csv", ".tsv", ".json", ".npy"})
+"""Suffix of saved gamuts, and suffixes of files in a folder that may be something else."""
 
 _CHOSEN = "gamutcore.options"
 """Key of the options of the build in the context of a command."""
@@ -210,6 +217,81 @@ def gamut_of(
     gamut = build()
     gamut.name = gamut.name or Path(source).stem
     return gamut
+
+
+def _files(given: Sequence[str]) -> list[str]:
+    """Return gamuts as arguments, with the files of folders and patterns in their place.
+
+    A folder stands for its files of measurements, profiles and saved gamuts. A saved gamut takes
+    the place of a file with the same stem.
+    """
+    from gamutcore.characterisation import FORMATS  # noqa: PLC0415
+
+    kinds = {"profile", "measurements"}
+    suffixes = {end for form in FORMATS if form.kind in kinds for end in form.extensions}
+    sources: list[str] = []
+    for source in given:
+        path = Path(source)
+        if path.is_dir():
+            files = sorted(file for file in path.iterdir() if file.is_file())
+            saved = {file.stem for file in files if file.suffix.lower() == SAVED}
+            files = [
+                file
+                for file in files
+                if file.suffix.lower() == SAVED
+                or (file.suffix.lower() in suffixes - TABLES and file.stem not in saved)
+            ]
+        elif is_pattern(source):
+            files = sorted(map(Path, glob.glob(source)))  # noqa: PTH207  # absolute ones as well
+        else:
+            sources.append(source)
+            continue
+        if not files:
+            raise typer.BadParameter(
+                f"{source} has no saved gamuts, profiles or measurements.", param_hint="GAMUT"
+            )
+        sources += map(str, files)
+    return sources
+
+
+def is_pattern(source: str) -> bool:
+    """Return whether an argument is a pattern of names of files, such as ``presses/*.icc``."""
+    return glob.has_magic(source) and not Path(source).exists()
+
+
+def gamuts_of(sources: Sequence[str], ctx: typer.Context) -> list[Gamut | Path]:
+    """Return the gamuts of arguments; saved ones as paths, to be opened one after the other."""
+    from gamutcore.content import is_saved_gamut  # noqa: PLC0415
+
+    gamuts: list[Gamut | Path] = []
+    for source in _files(sources):
+        path = Path(source)
+        if path.is_file():
+            with path.open("rb") as file:
+                if is_saved_gamut(file.read(64)):
+                    gamuts.append(path)
+                    continue
+        gamut = gamut_of(source, ctx, alone=False)
+        if path.is_file():
+            gamut.name = path.stem
+        gamuts.append(gamut)
+    return gamuts
+
+
+@contextmanager
+def share_of(name: str) -> Iterator[Callable[[str, float], None] | None]:
+    """Show a bar for a fraction of the whole on a terminal, and nothing elsewhere."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console  # noqa: PLC0415
+    from rich.progress import Progress  # noqa: PLC0415
+
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(name, total=1.0)
+        yield lambda done, fraction: bar.update(
+            task, completed=fraction, description=f"{name}: {done}"
+        )
 
 
 def numbers_of(text: str, option: str, remedy: str) -> list[float]:

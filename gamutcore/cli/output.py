@@ -16,6 +16,7 @@ import typer
 from gamutcore.number_text import number_text
 
 if TYPE_CHECKING:
+    from gamutcore.reports import Report
     from gamutcore.results import Conditions
     from gamutcore.tables import ColourTable
 
@@ -33,6 +34,7 @@ __all__ = [
     "write_bytes",
     "write_drawing",
     "write_facts",
+    "write_report",
     "write_table",
 ]
 
@@ -93,6 +95,18 @@ def state(*gamuts: Conditions, warnings: Sequence[str] | None = None) -> dict[st
         else {"gamuts": dict(zip("ab", documents, strict=True))}
     )
     return {**named, "warnings": list(warnings)}
+
+
+def write_report(report: Report, output: Path | None, *, as_json: bool, as_csv: bool) -> None:
+    """Write a report: text, JSON or CSV on standard output, or a file in the form of its suffix."""
+    if as_json and as_csv:
+        raise typer.BadParameter("Give --json or --csv, not both.")
+    if output is not None and not (as_json or as_csv):
+        report.save(output)
+        typer.echo(f"{output}: {report.sentences[0]}", err=True)
+        return
+    text = report.to_json() if as_json else report.to_csv() if as_csv else report.to_text()
+    write_bytes(text.encode(), output)
 
 
 def write_table(

@@ -9,6 +9,7 @@ from gamutcore.history.file import (
     history_bytes,
     history_description,
     history_from_bytes,
+    history_prefix,
     history_section,
 )
 from gamutcore.history.history import MINIMUM_TRIANGLES, History, LevelCursor, build_history
@@ -27,6 +28,7 @@ __all__ = [
     "history_bytes",
     "history_description",
     "history_from_bytes",
+    "history_prefix",
     "history_section",
     "nearest_places",
 ]

@@ -17,7 +17,7 @@ import math
 import operator
 import struct
 import zlib
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple
 
 import numpy as np
 
@@ -36,10 +36,10 @@ from gamutcore.history.columns import (
 )
 from gamutcore.history.device import DeviceHistory, SplitValues, parse_device_section
 from gamutcore.history.history import History
-from gamutcore.history.splits import group_ranges, no_splits
+from gamutcore.history.splits import group_count, group_ranges, no_splits
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
     from pathlib import Path
 
     from gamutcore.arrays import FloatArray, IndexArray
@@ -51,6 +51,7 @@ __all__ = [
     "history_bytes",
     "history_description",
     "history_from_bytes",
+    "history_prefix",
     "history_section",
 ]
 
@@ -240,11 +241,34 @@ def history_description(path: Path) -> dict[str, Any] | None:
         If the file cannot be read.
     """
     with path.open("rb") as file:
-        begin = file.read(PREFIX.size)
-        size = PREFIX.unpack(begin)[0] if len(begin) == PREFIX.size else 0
-        header, _ = _parse_header(begin + file.read(min(size, LARGEST_HEADER)))
+        header, _ = _parse_header(_header_bytes(file))
     description = header.get("gamut")
     return description if isinstance(description, dict) else None
+
+
+def history_prefix(path: Path, triangles: Callable[[dict[str, Any] | None], int]) -> bytes:
+    """Return the beginning of a history file, as `history_from_bytes` reads it with `partial`.
+
+    It is the header and the groups of the level that `triangles` gives for the description of the
+    gamut. The rest of the file is not read. Damage raises a `HistoryFileError`.
+    """
+    with path.open("rb") as file:
+        head = _header_bytes(file)
+        header, _ = _parse_header(head)
+        description = header.get("gamut")
+        count = triangles(description if isinstance(description, dict) else None)
+        groups = _groups(header, _vertex_count(header))[: group_count(count // 2 + 2)]
+        size = sum(group.nbytes for group in groups)
+        content = file.read(size)
+    if len(content) < size:
+        raise _field_error("groups", f"the file ends after {len(head) + len(content)} bytes")
+    return head + content
+
+
+def _header_bytes(file: BinaryIO) -> bytes:
+    begin = file.read(PREFIX.size)
+    size = PREFIX.unpack(begin)[0] if len(begin) == PREFIX.size else 0
+    return begin + file.read(min(size, LARGEST_HEADER))
 
 
 LINE = ("vertices", "moved", "shifted", "bytes", "crc32")

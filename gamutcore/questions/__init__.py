@@ -18,8 +18,10 @@ from gamutcore.questions.comparison import (
 from gamutcore.questions.conditions import (
     build_warnings,
     comparison_warnings,
+    condition_lines,
     conditions_of,
     no_limit_warnings,
+    table_warnings,
 )
 from gamutcore.questions.declarations import LEVEL_PARAMETERS, SPACE, Answer, Parameter, Question
 from gamutcore.questions.levels import (
@@ -132,6 +134,7 @@ __all__ = [
     "compared_conditions",
     "comparison_warnings",
     "compensates_black",
+    "condition_lines",
     "conditions_of",
     "contains",
     "crossings",
@@ -161,6 +164,7 @@ __all__ = [
     "recipes",
     "rings",
     "section",
+    "table_warnings",
     "tolerance_of",
 ]
 

@@ -16,7 +16,7 @@ from gamutcore.number_text import number_text
 from gamutcore.results import AS_GIVEN, Conditions
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from gamutcore.colours import DeviceModel
     from gamutcore.options import Options
@@ -25,14 +25,26 @@ __all__ = [
     "build_warnings",
     "colour_warnings",
     "comparison_warnings",
+    "condition_lines",
     "conditions_of",
     "no_limit_warnings",
+    "table_warnings",
 ]
 
 VIEWING = ("luminance", "adapting_luminance", "background", "surround")
 """Parameters of a space that describe how its colours are seen."""
 
 WHITE_LAB = (100.0, 0.0, 0.0)
+
+MEASUREMENT = {
+    "illuminant": "illuminant",
+    "observer": "observer",
+    "measurement_condition": "measurement condition",
+}
+"""What measurements state, and how it is called."""
+
+MOST_NAMES = 3
+"""Most names of gamuts in a list that stands for a condition."""
 
 SAME_WHITE = 0.5
 """ΔE*ab up to which two whites count as one: below the spread of measurements of one paper."""
@@ -54,6 +66,7 @@ def conditions_of(description: Mapping[str, Any]) -> Conditions:
         medium_white=None if white is None else tuple(white),
         illuminant=_stated(provenance.get("illuminant")),
         observer=_stated(provenance.get("observer")),
+        measurement_condition=_stated(provenance.get("measurement_condition")),
         is_print=provenance.get("medium") == "reflective"
         or provenance.get("device_class") == "output",
         inks="ink_limits" in provenance,
@@ -181,13 +194,125 @@ def comparison_warnings(
                 "intent relative compares each with its own white."
             )
     if one.is_print and two.is_print:
-        for name in ("illuminant", "observer"):
+        for name, words in MEASUREMENT.items():
             first, second = getattr(one, name), getattr(two, name)
             if first and second and first != second:
                 warnings.append(
-                    f"The colours of {a} are for the {name} {first}, those of {b} for {second}."
+                    f"The colours of {a} are for the {words} {first}, those of {b} for {second}."
                 )
     return tuple(warnings)
+
+
+def table_warnings(gamuts: Mapping[str, Conditions], space: str | None = None) -> tuple[str, ...]:
+    """Return reasons why a table of many gamuts may mislead, each once for the whole table.
+
+    `space` is that of the colours that meet the gamuts; None if there are none.
+    """
+    warnings = [
+        f"{_names(names)}: {warning}"
+        for warning, names in _groups(gamuts, "build_warnings").items()
+    ]
+    papers = [name for name, each in gamuts.items() if _paper_counts_as_white(each)]
+    if space == "sRGB":
+        absolute = [name for name, each in gamuts.items() if _white_of_screens_is_outside(each)]
+        if absolute:
+            warnings.append(
+                f"The whites of absolute gamuts are their own ({_names(absolute)}). White and "
+                "light colours of sRGB (hex) count as outside: for such colours, build gamuts with "
+                "the intent relative."
+            )
+    elif space is not None and papers:
+        warnings.append(
+            f"The paper counts as white in gamuts with the intent relative ({_names(papers)}): for "
+            "colours as measured, build them with the intent absolute."
+        )
+    relative = [
+        name for name, each in gamuts.items() if each.is_print and each.intent == "relative"
+    ]
+    if space is None and len(relative) > 1:
+        warnings.append(
+            f"Gamuts are media-relative, so each paper counts as white ({_names(relative)}). Build "
+            "them with the intent absolute to compare the papers as well."
+        )
+    return (*warnings, *_differences(gamuts, papers))
+
+
+def _differences(gamuts: Mapping[str, Conditions], papers: Sequence[str]) -> list[str]:
+    """Return a sentence for each condition in which gamuts differ."""
+    warnings = []
+    intents = _groups(gamuts, "intent")
+    if AS_GIVEN in intents and not papers:
+        del intents[AS_GIVEN]
+    if len(intents) > 1:
+        warnings.append(
+            f"The intents differ: {_listed(intents)}. Whites are not treated alike. Build all with "
+            "the same intent."
+        )
+    absolute = {name: each for name, each in gamuts.items() if each.intent == "absolute"}
+    whites = {
+        name: each.medium_white for name, each in absolute.items() if each.medium_white is not None
+    }
+    lights = [name for name in whites if not absolute[name].is_print]
+    apart = [
+        name
+        for name, white in whites.items()
+        if any(_distance(white, whites[light]) > SAME_WHITE for light in lights)
+    ]
+    if apart:
+        shown = ", ".join(f"{_lab(whites[name])} of {name}" for name in apart[:MOST_NAMES])
+        more = f" and {len(apart) - MOST_NAMES} more" if len(apart) > MOST_NAMES else ""
+        warnings.append(
+            f"The whites differ: L*a*b* {shown}{more}, relative to D50. Absolute colours are not "
+            "adapted; the intent relative compares each with its own white."
+        )
+    prints = {name: each for name, each in gamuts.items() if each.is_print}
+    for attribute, words in MEASUREMENT.items():
+        stated = _groups(prints, attribute)
+        if len(stated) > 1:
+            warnings.append(f"The prints are for different {words}s: {_listed(stated)}.")
+    return warnings
+
+
+def condition_lines(gamuts: Mapping[str, Conditions]) -> dict[str, str]:
+    """Return the conditions of many gamuts, each once, with the names that it holds for."""
+    lines = {
+        "Intent": _groups(gamuts, "intent"),
+        "White": _groups(gamuts, "white"),
+        "Ink limit": _groups(gamuts, "ink_limit"),
+        "Illuminant": _groups(gamuts, "illuminant"),
+        "Observer": _groups(gamuts, "observer"),
+        "Measurement": _groups(gamuts, "measurement_condition"),
+        "Space": _groups(gamuts, "space"),
+    }
+    return {
+        title: next(iter(groups))
+        if len(groups) == 1 and len(next(iter(groups.values()))) == len(gamuts)
+        else _listed(groups)
+        for title, groups in lines.items()
+        if groups
+    }
+
+
+def _groups(gamuts: Mapping[str, Conditions], attribute: str) -> dict[str, list[str]]:
+    """Return the names of the gamuts by the values that they state, in the order of the gamuts."""
+    groups: dict[str, list[str]] = {}
+    for name, conditions in gamuts.items():
+        stated = getattr(conditions, attribute)
+        for value in stated if isinstance(stated, tuple) else (stated,):
+            if value not in {"", None}:
+                text = f"{value:g} %" if isinstance(value, float) else str(value)
+                groups.setdefault(text, []).append(name)
+    return groups
+
+
+def _listed(groups: Mapping[str, Sequence[str]]) -> str:
+    return "; ".join(f"{value} ({_names(names)})" for value, names in groups.items())
+
+
+def _names(names: Sequence[str]) -> str:
+    if len(names) <= MOST_NAMES + 1:
+        return ", ".join(names)
+    return f"{', '.join(names[:MOST_NAMES])} and {len(names) - MOST_NAMES} more"
 
 
 def _stated(text: object) -> str:

@@ -251,7 +251,15 @@ def lab_of(gamut: GamutLike, points: FloatArray) -> FloatArray:
     return xyz_to_lab(gamut.colour_space.tristimulus(points, as_measured=is_as_measured(gamut)))
 
 
-def check_space(gamut: GamutLike, other: GamutLike) -> None:
+class InSpace(Protocol):
+    """Something with coordinates in a colour space."""
+
+    @property
+    def colour_space(self) -> ColourSpace:
+        """The colour space of the coordinates."""
+
+
+def check_space(gamut: InSpace, other: InSpace) -> None:
     """Refuse a gamut in another space."""
     # coordinates of absolute spaces are comparable whatever the luminances of the whites
     one, two = (replace(each.colour_space, luminance=None) for each in (gamut, other))

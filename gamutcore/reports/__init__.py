@@ -12,6 +12,8 @@ from gamutcore.reports.document import (
     ReportTable,
     check_report_suffix,
 )
+from gamutcore.reports.match import match_report
+from gamutcore.reports.matrix import compare_all, matrix_report
 
 __all__ = [
     "REPORT_SUFFIXES",
@@ -20,4 +22,7 @@ __all__ = [
     "ReportColumn",
     "ReportTable",
     "check_report_suffix",
+    "compare_all",
+    "match_report",
+    "matrix_report",
 ]

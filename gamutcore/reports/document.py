@@ -25,6 +25,7 @@ from gamutcore.tables import write_sheets
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+    from numpy.typing import NDArray
 
 __all__ = [
     "REPORT_SUFFIXES",
@@ -37,6 +38,18 @@ __all__ = [
 
 REPORT_SUFFIXES = (".csv", ".xlsx", ".json", ".html", ".pdf", ".txt")
 """Suffixes of the files of a report."""
+
+PICTURES = (".png", ".svg")
+"""Suffixes of the first chart of a report that has any."""
+
+MOST_ROWS = 40
+"""Rows of a table in text."""
+
+FEWEST = 16
+"""Characters of a column of texts that is shortened in text rather than left out."""
+
+SHADES = 10
+"""Shades of cells, from 0 to 1."""
 
 WIDTH = 80
 """Characters of a line of text."""
@@ -54,19 +67,23 @@ class ReportColumn:
 
     `values` are numbers, texts, truth values, or None for an empty cell. Text and pages show
     numbers with `decimals`, other files in full. `kind` is "share" for numbers from 0 to 1, which
-    are shown in per cent and shaded on pages, "colour" for ``#rrggbb``, which is a swatch on pages,
-    and empty otherwise.
+    are shown in per cent with a bar on pages, "heat" for those whose cells are shaded instead,
+    "colour" for ``#rrggbb``, which is a swatch on pages, and empty otherwise. `heading` takes the
+    place of name and unit in text and on pages.
     """
 
     name: str
-    values: Sequence[Any]
+    values: Sequence[Any] | NDArray[Any]
     unit: str = ""
     decimals: int = 2
     kind: str = ""
+    heading: str = ""
 
     @property
     def title(self) -> str:
-        """The name with the unit."""
+        """The heading, or the name with the unit."""
+        if self.heading:
+            return self.heading
         unit = "%" if self.kind == "share" else self.unit
         return f"{self.name} ({unit})" if unit else self.name
 
@@ -78,7 +95,7 @@ class ReportColumn:
         if isinstance(value, bool):
             return "yes" if value else "no"
         if isinstance(value, int | float):
-            if self.kind == "share":
+            if self.kind in {"share", "heat"}:
                 return f"{100 * value:.{max(self.decimals - 1, 0)}f}"
             return f"{value:,.{self.decimals}f}" if isinstance(value, float) else f"{value:,}"
         return str(value)
@@ -126,13 +143,15 @@ class Report:
     conditions : mapping of str to str
         What the figures hold for: gamuts, intent, white, standard and edition.
     tables : sequence of ReportTable
-        CSV has the first one only.
+        CSV has the first one only, unless there are `rows`.
     charts : sequence of Chart
         On pages and in PDF.
     warnings : sequence of str
         Reasons why the answer may mislead.
     data : mapping
         Members of the JSON document besides title, sentences, conditions, warnings and tables.
+    rows : ReportTable, optional
+        A long table: CSV has it alone, and workbooks have it besides the others.
     """
 
     title: str
@@ -142,12 +161,15 @@ class Report:
     charts: Sequence[Chart] = ()
     warnings: Sequence[str] = ()
     data: Mapping[str, Any] = field(default_factory=dict)
+    rows: ReportTable | None = None
 
     def __str__(self) -> str:
         return self.to_text()
 
     def save(self, path: str | Path) -> None:
         """Write the report in the format of the suffix, one of `REPORT_SUFFIXES`.
+
+        Reports with charts are also written as PNG and SVG, which have the first chart.
 
         Raises
         ------
@@ -157,11 +179,13 @@ class Report:
             matplotlib or openpyxl is needed, and not installed.
         """
         path = Path(path)
-        suffix = check_report_suffix(path)
+        suffix = check_report_suffix(path, charts=bool(self.charts))
         if suffix == ".xlsx":
             write_sheets(path, self._sheets())
         elif suffix == ".pdf":
             self._write_pdf(path)
+        elif suffix in PICTURES:
+            path.write_bytes(_chart_file(self.charts[0], suffix[1:]))
         else:
             text = {
                 ".csv": self.to_csv,
@@ -196,12 +220,13 @@ class Report:
         return "\n\n".join(parts) + "\n"
 
     def to_csv(self) -> str:
-        """Return the first table as CSV."""
+        """Return the long table, or else the first one, as CSV."""
         file = io.StringIO()
         writer = csv.writer(file, lineterminator="\n")
-        if self.tables:
-            writer.writerow([column.name for column in self.tables[0].columns])
-            writer.writerows([[_csv_cell(cell) for cell in row] for row in self.tables[0].rows])
+        tables = self.tables if self.rows is None else [self.rows]
+        if tables:
+            writer.writerow([column.name for column in tables[0].columns])
+            writer.writerows([_csv_cell(cell) for cell in row] for row in tables[0].rows)
         return file.getvalue()
 
     def to_json(self) -> str:
@@ -264,12 +289,13 @@ class Report:
 
     def _sheets(self) -> dict[str, list[list[Any]]]:
         """Return the rows of the sheets of a workbook: the tables, and what they hold for."""
+        tables = [*self.tables, *([] if self.rows is None else [self.rows])]
         sheets = {
             table.title: [
-                [column.title for column in table.columns],
+                [column.name if column.heading else column.title for column in table.columns],
                 *([_plain(cell) for cell in row] for row in table.rows),
             ]
-            for table in self.tables
+            for table in tables
         }
         about = [[self.title], *([text] for text in (*self.sentences, *self.warnings))]
         about += [list(pair) for pair in self.conditions.items()]
@@ -295,11 +321,12 @@ class Report:
                 pages.savefig(page)
 
 
-def check_report_suffix(path: Path) -> str:
+def check_report_suffix(path: Path, *, charts: bool = False) -> str:
     """Return the suffix of a report in lower case; refuse others before anything is computed."""
     suffix = path.suffix.lower()
-    if suffix not in REPORT_SUFFIXES:
-        names = ", ".join(REPORT_SUFFIXES)
+    accepted = (*REPORT_SUFFIXES, *PICTURES) if charts else REPORT_SUFFIXES
+    if suffix not in accepted:
+        names = ", ".join(accepted)
         raise OptionError.refusal("output", path.name, f"a name that ends in one of {names}")
     return suffix
 
@@ -323,7 +350,7 @@ def _chart_file(chart: Chart, form: str) -> bytes:
 def _table_text(table: ReportTable) -> str:
     """Return a table in lines of at most `WIDTH` characters."""
     cells = [
-        [column.title, *map(column.text, column.values)]
+        [column.title, *map(column.text, column.values[:MOST_ROWS])]
         for column in table.columns
         if column.kind != "colour"
     ]
@@ -332,6 +359,13 @@ def _table_text(table: ReportTable) -> str:
     count, total = 0, -2
     while count < len(cells) and total + widths[count] + 2 <= WIDTH:
         total += widths[count] + 2
+        count += 1
+    room = WIDTH - total - 2
+    if count < len(cells) and not numeric[count] and room >= FEWEST:
+        cells[count] = [
+            cell if len(cell) <= room else f"{cell[: room - 1]}…" for cell in cells[count]
+        ]
+        widths[count] = room
         count += 1
     lines = [
         "  ".join(
@@ -342,6 +376,9 @@ def _table_text(table: ReportTable) -> str:
     ]
     left_out = len(cells) - count
     notes = [textwrap.fill(note, WIDTH) for note in table.notes]
+    rows_left_out = max((len(column.values) for column in table.columns), default=0) - MOST_ROWS
+    if rows_left_out > 0:
+        notes.append(f"{rows_left_out:,} more rows; a file such as report.html has all.")
     if left_out:
         notes.append(f"{left_out} more columns do not fit; write a file with -o.")
     return "\n".join([table.title, *lines, *notes])
@@ -372,7 +409,9 @@ def _table_html(table: ReportTable) -> str:
 def _cell_html(column: ReportColumn, cell: Any, right: bool) -> str:  # noqa: ANN401
     value = _plain(cell)
     key = "" if value is None else str(value)
-    attributes = f" data-key='{escape(key, quote=True)}'" + (" class='number'" if right else "")
+    shade = f" s{round(SHADES * value)}" if column.kind == "heat" and _is_number(value) else ""
+    attributes = f" data-key='{escape(key, quote=True)}'"
+    attributes += f" class='number{shade}'" if right else ""
     if column.kind == "colour" and value is not None:
         swatch = f"<rect width='16' height='16' fill='{escape(key, quote=True)}'/>"
         return f"<td{attributes}><svg width='16' height='16'>{swatch}</svg></td>"
@@ -436,7 +475,10 @@ td { white-space: nowrap }
   background: color-mix(in srgb, currentcolor 12%, transparent) }
 figure { margin: 1.5rem 0 } figcaption { font-weight: 600 }
 img { max-width: 100%; height: auto; background: #fff }
-"""
+""" + "".join(
+    f".s{shade} {{ background: color-mix(in srgb, #38c {100 * shade // SHADES}%, transparent) }}\n"
+    for shade in range(SHADES + 1)
+)
 
 _SCRIPT = """
 for (const table of document.querySelectorAll("table")) {

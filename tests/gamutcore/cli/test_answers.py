@@ -406,3 +406,37 @@ def test_without_matplotlib_drawings_say_what_to_install(
     _, err = command(name, cubes / "large.gamut", *asked, "-o", path, status=1)
     assert "gamut-boundary-service[plot]" in err
     assert not path.exists()
+
+
+COLOURS = "name,L,a,b\nmiddle,50,0,0\nwing,50,60,0\nfar,50,0,90\n"
+
+
+def test_match_takes_a_folder(command, cubes, tmp_path):
+    """The cubes have the edges 40 and 20 about the axis, and 20 about a* 60."""
+    colours = tmp_path / "colours.csv"
+    colours.write_text(COLOURS)
+    out, _ = command("match", colours, cubes)
+    assert "beside and large print 2" in out
+    assert "1 is printed by none: far" in out
+    assert max(map(len, out.splitlines())) <= 80
+    command("match", colours, cubes / "*.gamut", "-o", tmp_path / "match.csv")
+    rows = list(csv.DictReader((tmp_path / "match.csv").read_text().splitlines()))
+    distances = {(row["colour"], row["gamut"]): float(row["distance"]) for row in rows}
+    assert len(distances) == 9
+    assert distances["middle", "large"] == pytest.approx(-20, abs=0.01)
+    assert distances["far", "small"] == pytest.approx(80, abs=0.01)
+    _, err = command("match", colours, tmp_path / "none*.gamut", status=2)
+    assert "no saved gamuts" in err
+    command("match", colours, cubes, "-o", "match.doc", status=2)
+
+
+def test_compare_three(command, as_json, cubes):
+    document = as_json(
+        "compare", cubes / "large.gamut", cubes / "small.gamut", cubes / "beside.gamut"
+    )
+    assert document["coverage"] == pytest.approx(
+        np.array([[1, 1, 0], [1 / 8, 1, 0], [0, 0, 1]]), abs=1e-6
+    )
+    out, _ = command("compare", cubes)
+    assert "64,000" in out
+    command("compare", cubes, "--lost", status=2)
