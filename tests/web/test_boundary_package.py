@@ -1,4 +1,4 @@
-"""The npm package ``web/boundary``: its answers are those of `gamutcore`, and it can be installed."""
+"""The npm package ``web/boundary``: it answers as `gamutcore` does, and can be installed."""
 
 import json
 import os
@@ -21,7 +21,7 @@ FILES = {
     "television": ROOT / "examples" / "Panasonic-TV.icc",
     "Display P3 profile": ROOT / "tests" / "data" / "DisplayP3-v4.icc",
 }
-REFERENCES = ("srgb", "bt2020", "pointer", "optimal")
+REFERENCES = ("srgb", "bt2020", "pointer", "optimal-colours-d50-2")
 
 
 def run(command, **environment):
@@ -92,7 +92,8 @@ def test_answers_are_those_of_the_core(name, answers):
     assert certain.mean() > 0.99
     assert found["triangles"] == len(level.faces)
     assert found["volume"] == pytest.approx(level.volume, rel=1e-9)
-    assert found["tolerance"] == pytest.approx(gamut.tolerance(triangles=count), rel=0.5)
+    # the bound of the next coarser level in the history's error curve
+    assert found["tolerance"] >= gamut.tolerance(triangles=count) - 1e-9
     inside = contains(colours, mesh)
     assert 0.1 < inside.mean() < 0.9
     assert np.array_equal(np.array(found["inside"])[certain], inside[certain])
@@ -149,7 +150,8 @@ import { Boundary, History } from "@gamut/boundary";
 const history: History = await History.from(new Uint8Array(readFileSync("srgb.gamut")));
 const boundary = Boundary.of(history, 500);
 const intervals: [number, number][] = boundary.chroma(50, 40);
-console.log(boundary.contains([53.2, 80, 67]), boundary.contains([53.2, 60, -120]), intervals.length);
+const [inside, outside] = [[53.2, 80, 67], [53.2, 60, -120]].map((lab) => boundary.contains(lab));
+console.log(inside, outside, intervals.length);
 """
     (page / "page.ts").write_text(program)
     reader = "export function readFileSync(path: string): Uint8Array;"
