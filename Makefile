@@ -231,6 +231,11 @@ viewer: web/node_modules/.package-lock.json ## check the types of web/ and build
 	npm --prefix web run check
 	npm --prefix web run build
 
+.PHONY: npm
+npm: web/node_modules/.package-lock.json ## pack the npm package of web/boundary into dist/
+	mkdir -p dist
+	cd web/boundary && npm pack --pack-destination ../../dist
+
 .PHONY: examples
 examples: install ## make the built-in examples of the viewer, gamutcore/export/examples
 	PYTHONPATH=$(CURDIR) $(python) docs/pictures/examples.py
@@ -315,5 +320,5 @@ constraints: ## pin the newest versions that pyproject.toml allows (Python 3.11)
 
 .PHONY: clean
 clean: ## remove installed, built and cached files; keep the data under var/
-	rm -rf .venv build dist docs/api tests/*/node_modules web/node_modules .pytest_cache .hypothesis .mypy_cache .ruff_cache .import_linter_cache
+	rm -rf .venv build dist docs/api tests/*/node_modules web/node_modules web/boundary/dist web/boundary/LICENSE .pytest_cache .hypothesis .mypy_cache .ruff_cache .import_linter_cache
 	find gamutcore service tests benchmarks -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -847,7 +847,8 @@ def stored_level(
     """
     curve = description["levels"]
     if triangles is None and max_error is None:
-        white: float = _colour_space(description).white_lightness
+        options = Options.from_mapping(description["options"])
+        white: float = _colour_space(description, options).white_lightness
         max_error = STORED_ERROR * DEFAULT_ERROR / 100.0 * white
     count = LevelSearch(curve).largest_count(LevelRequest(triangles, max_error))
     return max(min(count, int(curve[-1]["triangles"])), MINIMUM_TRIANGLES) // 2 * 2

@@ -193,7 +193,7 @@ def javascript_levels(
     The levels are those of `counts`, or all. Each is (positions, faces), with the values of
     `channels` device channels if there are any.
     """
-    program = typescript_program(WEB / "history" / "tests" / "levels.ts")
+    program = typescript_program(WEB / "boundary" / "tests" / "levels.ts")
 
     def levels(
         data: bytes, counts: list[int] | None = None, channels: int = 0

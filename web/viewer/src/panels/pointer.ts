@@ -1,9 +1,9 @@
 // The colour of the surface under the pointer.
 import type { Object3D } from "three";
-import { byId } from "../page/elements.js";
+import { byId, element } from "../page/elements.js";
 import { embedded } from "../page/embedded.js";
 import { type Page, type Shown, axisNames } from "../page/page.js";
-import { AnswerLines, distanceLines, readout, valuesAt } from "./readout.js";
+import { AnswerLines, distanceLines, levelDistance, readout, valuesAt } from "./readout.js";
 
 export function connectPointer(page: Page): void {
   const { canvas, view } = page;
@@ -55,10 +55,15 @@ export function connectPointer(page: Page): void {
     output.replaceChildren(...readout(gamut, axisNames(gamut), layer.level!, hit), distance.element);
     const other = page.shown.find((each) => each !== shown);
     pointed = [shown, ...(other ? [other] : [])];
-    // Distances need equal coordinates, and the service.
-    if (embedded === null && other?.gamut.options.space === gamut.options.space) {
-      const point = valuesAt(hit, layer.level!.positions, 3);
-      distance.ask((signal) => distanceLines(other.gamut, point, signal));
-    } else distance.clear();
+    // Distances need equal coordinates. A saved page has no service, and asks the level that it shows.
+    const point = valuesAt(hit, layer.level!.positions, 3);
+    const comparable = other?.gamut.options.space === gamut.options.space ? other : undefined;
+    if (comparable !== undefined && embedded === null) {
+      distance.ask((signal) => distanceLines(comparable.gamut, point, signal));
+    } else {
+      distance.clear();
+      const text = comparable === undefined ? null : levelDistance(comparable.gamut, comparable.layer.level, point);
+      if (text !== null) distance.element.append(element("span", text));
+    }
   }
 }

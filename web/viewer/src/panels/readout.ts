@@ -1,5 +1,6 @@
-// The colour under the pointer: coordinates, chroma and hue, device values, and what the service is
-// asked for: the distance to the other gamut, and the recipe of a colour in a slice.
+// The colour under the pointer: coordinates, chroma and hue, device values, the distance to the other
+// gamut, and what the service is asked for: whether that is at the edge, and the recipe in a slice.
+import { Boundary } from "@gamut/boundary";
 import type { Intersection } from "three";
 import type { Gamut } from "../service/api.js";
 import { BEYOND, SCREEN, cssColour, excessOf, polar } from "../colours/colours.js";
@@ -94,6 +95,21 @@ export async function distanceLines(other: Gamut, point: number[], signal: Abort
   return [distanceText(other.name, await positionsOf(other, [point], signal))];
 }
 
+const boundaries = new WeakMap<LevelBuffers, Boundary>();
+
+/** Triangles of a level that the page prepares for questions without a pause. */
+const MOST_TRIANGLES = 50_000;
+
+/** The signed distance of a colour to the level of another gamut that the page shows; null if it is too fine. */
+export function levelDistance(other: Gamut, level: LevelBuffers | null, point: number[]): string | null {
+  if (level === null || level.triangles > MOST_TRIANGLES) return null;
+  const boundary = boundaries.get(level) ?? new Boundary(level, other.centre);
+  boundaries.set(level, boundary);
+  const distance = boundary.distance(point);
+  const where = distance > 0 ? "outside" : "inside";
+  return `Euclidean distance ${distanceNumber(distance)} from ${other.name}: ${where} (${level.triangles} triangles)`;
+}
+
 /** The recipe of a colour. */
 export async function recipeLines(gamut: Gamut, point: number[], signal: AbortSignal): Promise<string[]> {
   const recipe = await recipes(gamut, [point], signal);
@@ -106,8 +122,11 @@ export async function recipeLines(gamut: Gamut, point: number[], signal: AbortSi
 
 function distanceText(name: string, positions: Positions): string {
   const distance = positions.distance[0]!;
-  const shown = signed(distance, Math.abs(distance) < 0.1 ? 4 : 2);
-  return `Euclidean distance ${shown} from ${name}: ${positions.position[0]!} (${edgeText(positions)})`;
+  return `Euclidean distance ${distanceNumber(distance)} from ${name}: ${positions.position[0]!} (${edgeText(positions)})`;
+}
+
+function distanceNumber(distance: number): string {
+  return signed(distance, Math.abs(distance) < 0.1 ? 4 : 2);
 }
 
 function signed(value: number, digits: number): string {

@@ -1,5 +1,5 @@
 // Worker of one gamut: loads its history in growing parts, and answers with levels.
-import { History, parts } from "gamut-history";
+import { History, parts } from "@gamut/boundary";
 import { spaceOf } from "../colours/spaces.js";
 import type { LevelBuffers, Order, Report, Source } from "./messages.js";
 

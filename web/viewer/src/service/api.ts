@@ -32,6 +32,7 @@ export interface Gamut {
   options: { space: string; boundary: string; adaptation?: string | null };
   /** Convex polygon in CIE 1931 xy, before any adaptation; null or missing without chromaticities. */
   chromaticity?: { basis: "primaries" | "colours"; corners: [number, number][] } | null;
+  centre: [number, number, number];
   bounds: [number[], number[]];
   /** The error curve: levels from coarse to fine, with a bound of their distance in both directions. */
   levels: { triangles: number; distance_bound: number }[];

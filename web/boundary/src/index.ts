@@ -1,5 +1,5 @@
-// Reader of history files, version 3, as docs/history-format.md specifies them. It has no dependencies
-// and runs in browsers and Node.js 18 or later.
+// Gamut boundaries in any page: history files (docs/history-format.md), and questions about colours.
+export { Boundary, type ClipMethod, type Colour, type Interval } from "./boundary.js";
 export { HistoryError } from "./errors.js";
 export type { DeviceHeader, Group, Header } from "./file.js";
 export { History, type Level } from "./history.js";
