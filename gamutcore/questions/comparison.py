@@ -407,7 +407,7 @@ COMPARISON = Question(
         ),
     ),
     compare,
-    members={
+    answer_schema={
         "summary": described(
             list_of({"type": "string"}),
             "The comparison in two to six sentences. The words A and B stand for the gamuts.",
@@ -451,8 +451,8 @@ COMPARISON = Question(
             "additionalProperties": _NUMBERS,
         },
     },
-    shape=_answer,
-    answered={
+    tabulate_result=_answer,
+    example_answer={
         "volume_a": 402000.0,
         "volume_b": 832000.0,
         "intersection": 389000.0,
@@ -483,5 +483,5 @@ COMPARISON = Question(
         "sectors": {"hue_from": [0], "hue_to": [360], "max_chroma_a": [94.5]},
     },
     other="other",
-    compared=compared_conditions,
+    pair_warnings=compared_conditions,
 )

@@ -378,9 +378,9 @@ MAP = Question(
         ),
     ),
     other="source",
-    compared=_warnings,
+    pair_warnings=_warnings,
     example={"colours": [[50, 90, 0]], "method": "clip-chroma"},
-    answered={
+    example_answer={
         "mapped": [[50, 75.9, 0]],
         "moved": [True],
         "delta_e_2000": [3.3],

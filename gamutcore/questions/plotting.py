@@ -554,7 +554,7 @@ def rings_caption(found: GamutRings) -> str:
     warnings: tuple[str, ...] = ()
     if found.gamut is not None and found.reference_gamut is not None:
         parts.append(f"reference: {found.reference_gamut}")
-        warnings = RINGS.compared(found.gamut, found.reference_gamut)
+        warnings = RINGS.pair_warnings(found.gamut, found.reference_gamut)
     return " ".join(["; ".join(parts), *(f"Warning: {each}" for each in warnings)])
 
 

@@ -216,7 +216,7 @@ CONTAINS = Question(
         ),
     ),
     example={"colours": [[50, 0, 0], [50, 90, 0]], "distance": True, "tolerance": 0.5},
-    answered={
+    example_answer={
         "inside": [True, False],
         "distance": [-38.5, 18.5],
         "position": ["inside", "outside"],
@@ -224,7 +224,7 @@ CONTAINS = Question(
         "edge_width": 0.5,
         "metric": "CIE 1976",
     },
-    stated=_stated,
+    echoed=_stated,
 )
 
 
@@ -333,14 +333,14 @@ NEAREST = Question(
         DEVICE,
     ),
     example={"colours": [[50, 90, 0]], "metric": "CIE 1976"},
-    answered={
+    example_answer={
         "point": [[50.9, 76.9, 1.2]],
         "distance": [13.2],
         "delta_e_2000": [3.1],
         "device": [[0.0, 1.0, 0.05, 0.0]],
         "metric": "CIE 1976",
     },
-    stated=_metric,
+    echoed=_metric,
 )
 
 
@@ -424,7 +424,7 @@ CROSSINGS = Question(
         replace(DEVICE, schema=list_of(DEVICE.schema)),
     ),
     example={"from": [[50, 0, 0]], "to": [[50, 100, 0]]},
-    answered={
+    example_answer={
         "t": [[0.75]],
         "entering": [[False]],
         "point": [[[50, 75, 0]]],

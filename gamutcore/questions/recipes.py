@@ -190,7 +190,7 @@ COLOURS = Question(
     inputs=("device",),
     columns=(Column("colour", "Colour of the device value.", COLOUR, "axes", "points"),),
     example={"device": [[0.15, 0.62, 0.55, 0.21]]},
-    answered={"colour": [[50, 30, 20]]},
+    example_answer={"colour": [[50, 30, 20]]},
     level=(),
     needs_model=True,
     of_device=True,
@@ -243,7 +243,7 @@ RECIPES = Question(
         Column("black_most", "Most possible black.", NULLABLE_NUMBER),
     ),
     example={"colours": [[50, 30, 20]], "black": "medium"},
-    answered={
+    example_answer={
         "device": [[0.15, 0.62, 0.55, 0.21]],
         "colour": [[50, 30, 20]],
         "delta_e_2000": [0.0],

@@ -136,7 +136,7 @@ CUSPS = Question(
         ),
     ),
     cusps,
-    members={
+    answer_schema={
         "channels": _CHANNELS,
         "hue": described(_NUMBERS, "Hue in degrees."),
         "lightness": described(_NUMBERS, "Lightness of the cusp; null if the hue has no colour."),
@@ -144,8 +144,8 @@ CUSPS = Question(
         "point": described(_ROWS, "The cusp in the space of the gamut."),
         "device": described(_ROWS, "Its device values from 0 to 1, if the gamut has any."),
     },
-    shape=_cusps_answer,
-    answered={
+    tabulate_result=_cusps_answer,
+    example_answer={
         "channels": ["C", "M", "Y", "K"],
         "hue": [0],
         "lightness": [48.1],
@@ -291,13 +291,13 @@ SLICE = Question(
         ),
     ),
     section,
-    members={
+    answer_schema={
         "channels": _CHANNELS,
         "polygons": described(list_of(_ROWS), "Corners of each polygon in the space of the gamut."),
         "device": described(list_of(_ROWS), "Device values of the corners, if the gamut has any."),
     },
-    shape=_section_answer,
-    answered={
+    tabulate_result=_section_answer,
+    example_answer={
         "channels": ["C", "M", "Y", "K"],
         "polygons": [[[50, 70, 0], [50, 0, 60], [50, -60, 0]]],
         "device": [[[0, 1, 0, 0], [0, 0.4, 1, 0.2], [1, 0, 0.6, 0]]],
@@ -402,7 +402,7 @@ LEAVES = Question(
         ),
     ),
     leaves,
-    members={
+    answer_schema={
         "channels": _CHANNELS,
         "hue": described(_NUMBERS, "Hues in degrees."),
         "lightness": described(_NUMBERS, "Lightnesses."),
@@ -416,8 +416,8 @@ LEAVES = Question(
             "null on the neutral axis. Tables have those of the largest chroma.",
         ),
     },
-    shape=_leaves_answer,
-    answered={
+    tabulate_result=_leaves_answer,
+    example_answer={
         "channels": ["R", "G", "B"],
         "hue": [0],
         "lightness": [0, 50],
@@ -501,7 +501,7 @@ RINGS = Question(
         ),
     ),
     rings,
-    members={
+    answer_schema={
         "reference_level": {"type": "object"},
         "reference_gamut": {"type": "object"},
         "volume": {
@@ -514,13 +514,13 @@ RINGS = Question(
         "reference_radius": described(_ROWS, "The same of the reference."),
         "intersection_radius": described(_ROWS, "Outer end of the intersection in each band."),
     },
-    shape=_rings_answer,
-    answered={
+    tabulate_result=_rings_answer,
+    example_answer={
         "volume": 402000.0,
         "lightness": [50, 100],
         "hue": [90, 270],
         "radius": [[320.1, 300.2], [380.3, 340.4]],
     },
     other="reference",
-    compared=_warnings,
+    pair_warnings=_warnings,
 )

@@ -116,7 +116,7 @@ class JsonWriter(Writer):
             "level": level_document(self.level),
             "gamut": self.level.gamut.conditions.to_dict(),
             "warnings": list(self.warnings),
-            **result.stated,
+            **result.echoed,
             **self._understood(),
         }
         for name, values in result.columns.items():

@@ -24,8 +24,8 @@ from gamutcore.questions import Parameter
 from gamutcore.search import LARGEST_COORDINATE, checked_points
 from gamutcore.tables import read_table
 from service.http.bodies import parse_json
+from service.http.requests import invalid_parameter
 from service.problems.problem import Problem, ProblemError
-from service.questions.parameters import refuse
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -289,7 +289,7 @@ def _table(
         ) from error
     except OptionError as error:
         field = str(error.where.get("field", "columns"))
-        raise refuse(error.message, "query", field, error.remedy) from error
+        raise invalid_parameter(error.message, "query", field, error.remedy) from error
     except CharacterisationError as error:
         raise ProblemError(
             Problem("invalid-body", error.message, error.where, error.remedy)

@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from gamutcore.errors import InvalidPointsError
 from service.admission import Work, needed_bytes
 from service.http.request_context import timed
+from service.http.requests import invalid_parameter
 from service.problems.problem import Problem, ProblemError
 from service.questions.answers import WRITERS, level_document, shape_file
 from service.questions.colour_bodies import CSV, FORMS, JSON, parse_body
-from service.questions.parameters import check_alternatives
 
 if TYPE_CHECKING:
     from collections.abc import AsyncGenerator, Mapping, Sequence
@@ -169,7 +169,7 @@ class QuestionRunner:
         media_type: str,
     ) -> bytes:
         clock = time.perf_counter()
-        check_alternatives(question, values)
+        _check_alternatives(question, values)
         gamuts, values = [level.gamut for level in levels], level_values(levels, values)
         with timed("query"):
             answer = question.answer(gamuts, (), values)
@@ -255,6 +255,18 @@ class QuestionRunner:
         seconds = time.perf_counter() - clock
         self._metrics.count(query.question.name, len(rows[0]), seconds)
         return result
+
+
+def _check_alternatives(question: Question, values: Mapping[str, object]) -> None:
+    """Refuse none or several of parameters of which one is needed."""
+    names = question.alternatives
+    arguments = [name for name in names if values[name] is not None]
+    if names and len(arguments) != 1:
+        verb = "are" if len(arguments) > 1 else "is"
+        fault = f"{' and '.join(arguments) or f'No {names[-1]}'} {verb} given."
+        remedy = f"Give one of {', '.join(names[:-1])} and {names[-1]}."
+        field = arguments[1] if arguments else names[0]
+        raise invalid_parameter(fault, "query", field, remedy)
 
 
 def _shift_row(error: InvalidPointsError, start: int) -> None:
