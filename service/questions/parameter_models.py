@@ -52,9 +52,9 @@ class Parameters(BaseModel):
     @classmethod
     def _check(
         cls,
-        value: Any,
+        value: Any,  # noqa: ANN401  # a text, or JSON
         accept: ValidatorFunctionWrapHandler,
-        info: ValidationInfo,  # noqa: ANN401
+        info: ValidationInfo,
     ) -> object:
         values = [value] if info.context == _IN_BODY else list(_meanings(value))
         for meaning in values:
@@ -73,7 +73,8 @@ class Parameters(BaseModel):
 
         `options` are further names that the query string may have.
         """
-        check_names(items, (*cls.model_fields, *options))
+        if items:
+            check_names(items, (*cls.model_fields, *options))
         try:
             return cls.model_validate(dict(items))
         except ValidationError as error:
@@ -81,6 +82,8 @@ class Parameters(BaseModel):
 
     def with_members(self, members: Mapping[str, object]) -> dict[str, Any]:
         """Return all values, with those of the members of a JSON body."""
+        if not members:
+            return dict(self)
         for name in members:
             if name in self.model_fields_set:
                 fault = f"{name} is given in the query string and in the body."

@@ -150,7 +150,7 @@ def request_body(question: Question) -> dict[str, Any]:
     schema = _object(title, {**colours, **members}, names)
     schema["additionalProperties"] = False
     width = "channels" if question.of_device else 3 * len(names)
-    others = ", ".join(f"`{each}`" for each in sorted(TABLES - {CSV}))
+    others = ", ".join(f"`{media_type}`" for media_type in sorted(TABLES - {CSV}))
     content = {
         JSON: {"schema": schema, "examples": {"colours": {"value": dict(question.example)}}},
         NPY: {
@@ -174,7 +174,8 @@ def request_body(question: Question) -> dict[str, Any]:
 def query_response(question: Question) -> dict[str, Any]:
     """Return the description of the answer to a question about colours."""
     columns = {
-        each.name: described(list_of(each.schema), each.description) for each in question.columns
+        column.name: described(list_of(column.schema), column.description)
+        for column in question.columns
     }
     stated = {
         name: described(

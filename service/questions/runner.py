@@ -84,7 +84,7 @@ class Query(NamedTuple):
 
 
 def level_values(levels: Sequence[QueryLevel], values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the values of parameters, with the count of the level that was found.
+    """Return the values of parameters, with the count of the level that answers.
 
     The levels of two gamuts are chosen by the same values.
     """
@@ -110,7 +110,7 @@ class QuestionRunner:
         arriving: Body,
         media_type: str,
         question: Question,
-        own: ColourSpace,
+        gamut_space: ColourSpace,
         width: int,
         query: Mapping[str, Any],
     ) -> QuestionBody:
@@ -119,7 +119,7 @@ class QuestionRunner:
         def parse() -> QuestionBody:
             # The text of a table is kept for its answer, so it is read as bytes at once.
             content = arriving.read(0, arriving.size) if media_type == CSV else arriving.content()
-            return parse_body(content, media_type, question, own, width, query)
+            return parse_body(content, media_type, question, gamut_space, width, query)
 
         with timed("body"):
             if media_type == JSON and arriving.size <= INLINE_BYTES:
@@ -243,7 +243,7 @@ class QuestionRunner:
         return writer.piece(start, self._result(query, start))
 
     def _result(self, query: Query, start: int) -> Answer:
-        rows: list[FloatArray] = [each[start : start + PIECE] for each in query.body.inputs]
+        rows: list[FloatArray] = [points[start : start + PIECE] for points in query.body.inputs]
         gamuts = [level.gamut for level in query.levels]
         clock = time.perf_counter()
         try:
