@@ -161,10 +161,10 @@ def comparison_warnings(
     a, b = names
     if AS_GIVEN in {one.intent, two.intent}:
         if _paper_counts_as_white(one) or _paper_counts_as_white(two):
-            unsure, other = (a, b) if one.intent == AS_GIVEN else (b, a)
+            first, other = (a, b) if one.intent == AS_GIVEN else (b, a)
             warnings.append(
-                f"The colours of {unsure} are as given, and {other} is relative to its paper. Build "
-                f"{other} with the intent absolute if the colours of {unsure} are as measured."
+                f"The colours of {first} are as given, and {other} is relative to its paper. Build "
+                f"{other} with the intent absolute if the colours of {first} are as measured."
             )
     elif one.intent != two.intent:
         warnings.append(
