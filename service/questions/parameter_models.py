@@ -69,7 +69,7 @@ class Parameters(BaseModel):
 
     @classmethod
     def of_query(cls, items: Sequence[tuple[str, str]], options: Iterable[str] = ()) -> Self:
-        """Return the parameters in a query string, as FastAPI does, in a tenth of its time.
+        """Return the parameters in a query string, for routes without FastAPI's dependencies.
 
         `options` are further names that the query string may have.
         """

@@ -99,9 +99,9 @@ _PICTURE_PROBLEMS = (
 
 
 class QueryRoute(APIRoute):
-    """A route whose endpoint reads the request itself, because FastAPI takes longer than a colour.
+    """A route whose endpoint validates the parameters itself; its dependencies document them.
 
-    Its dependencies document the parameters.
+    FastAPI's dependencies take 0.2 ms, which is a quarter of the answer to one colour.
     """
 
     def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
