@@ -104,7 +104,7 @@ def parameter_model(title: str, parameters: Iterable[Parameter]) -> type[Paramet
                 default=parameter.default,
                 description=parameter.description + _NOTES.get(parameter.name, ""),
                 examples=None if parameter.example is None else [parameter.example],
-                json_schema_extra=_strip_schema,
+                json_schema_extra=_without_null,
             ),
         )
         for parameter in parameters
@@ -122,9 +122,8 @@ def query_of(model: type[ModelT]) -> Callable[..., Awaitable[ModelT]]:
     return parameters
 
 
-def _strip_schema(schema: dict[str, Any]) -> None:
-    """Remove the title, which repeats the name, and the default None, which is no value."""
-    schema.pop("title", None)
+def _without_null(schema: dict[str, Any]) -> None:
+    """Remove the default None, which no client may send."""
     if schema.get("default", "") is None:
         del schema["default"]
 
