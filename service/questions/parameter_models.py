@@ -56,7 +56,10 @@ class Parameters(BaseModel):
         accept: ValidatorFunctionWrapHandler,
         info: ValidationInfo,
     ) -> object:
-        values = [value] if info.context == _IN_BODY else list(_meanings(value))
+        if info.context == _IN_BODY:
+            values = [value]
+        else:  # FastAPI has a list of all texts for a parameter that may be an array
+            values = list(_meanings(value[0] if isinstance(value, list) else value))
         for meaning in values:
             with suppress(ValidationError):
                 return accept(meaning)

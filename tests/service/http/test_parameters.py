@@ -97,6 +97,24 @@ def test_a_missing_parameter_is_named(refused, path, name):
     assert name in problem["remedy"]
 
 
+@pytest.mark.parametrize(
+    ("path", "name", "text"),
+    [
+        ("gamuts/{id}/slice", "plane", "0,1,0"),
+        ("gamuts/{id}/slice", "plane", "red"),
+        ("gamuts/{id}/picture.png", "view", "1,2,3"),
+        ("gamuts/{id}/picture.png", "view", "topp"),
+        ("links?source={id}&destination={id}", "focus", "1,2"),
+    ],
+)
+def test_arrays_are_refused_as_other_values_are(refused, path, name, text):
+    address = f"/v1/{path.format(id=ID)}"
+    problem = refused(f"{address}{'&' if '?' in address else '?'}{name}={text}")
+    assert problem["where"] == {"in": "query", "field": name}
+    assert "Give " in problem["remedy"]
+    assert ("Did you mean 'top'?" in problem["remedy"]) == (text == "topp")
+
+
 FAULTY_BOTH = ["", " 1", "+1", "-1", "1_0", "0x10", "nan", "many", "\x00", "\u0661", "9" * 13]
 FAULTY_NUMBERS = [*FAULTY_BOTH, "10 ", "10.0", "1e1", "9" * 5000]
 FAULTY_DECIMALS = [*FAULTY_BOTH, "-0", ".5", "5.", "1e", "1e+2", "1e999", "inf", "1,5"]
