@@ -14,7 +14,13 @@ from functools import cache
 from types import UnionType
 from typing import Annotated, Any, TypeAlias, Union, get_args, get_origin
 
-from pydantic import BeforeValidator, GetCoreSchemaHandler, TypeAdapter, ValidationError
+from pydantic import (
+    BeforeValidator,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
+    TypeAdapter,
+    ValidationError,
+)
 from pydantic.json_schema import WithJsonSchema
 from pydantic_core import CoreSchema, core_schema
 from typing_extensions import TypeAliasType
@@ -157,6 +163,11 @@ class Text:
         text = core_schema.str_schema(min_length=1, max_length=self.longest, strict=True)
         return core_schema.no_info_after_validator_function(self._canonical, text)
 
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        return {**handler(schema), "description": self.accepted}
+
     def _canonical(self, text: str) -> str:
         printable = text.strip() and text.isprintable()
         return self.normalise(text if printable else _required(None))
@@ -173,6 +184,16 @@ class Array:
         self, source: object, handler: GetCoreSchemaHandler
     ) -> CoreSchema:
         return core_schema.no_info_before_validator_function(self._array, handler(source))
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        array = handler(schema)
+        first, *others = array.get("prefixItems", [None])
+        if others and all(item == first for item in others):  # few client generators read these
+            del array["prefixItems"]
+            array["items"] = first
+        return array
 
     def _array(self, value: object) -> object:
         return _required(value if isinstance(value, list | tuple) else None)

@@ -169,8 +169,8 @@ __all__ = [
 ]
 
 QUESTIONS: Mapping[str, Question] = {
-    each.name: each
-    for each in (
+    question.name: question
+    for question in (
         *(CONTAINS, NEAREST, MAP, CROSSINGS, RECIPES, COLOURS),
         *(CUSPS, LEAVES, SLICE, RINGS),
         *(COMPARISON, PICTURE),

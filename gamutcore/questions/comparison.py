@@ -126,8 +126,8 @@ def compare(
     """
     other = other_gamut(gamut, other)
     both = gamut, other
-    levels = [answering_level(each, triangles, max_error) for each in both]
-    found = search.compare(levels[0].index, levels[1].index, sectors)
+    levels = [answering_level(side, triangles, max_error) for side in both]
+    volumes = search.compare(levels[0].index, levels[1].index, sectors)
     (white_a, black_a), (white_b, black_b) = (_extremes(gamut, level) for level in levels)
     one, two = map(chromaticity, both)
     by_hue: dict[str, FloatArray] = {}
@@ -141,15 +141,15 @@ def compare(
         chroma_a, chroma_b = (_max_chroma(level.index, SECTORS) for level in levels)
         words += _reach(chroma_a, chroma_b, gamut.colour_space)
     words.append(
-        f"A covers {_percent(found.a_covers_b)} of the volume of B, and B covers "
-        f"{_percent(found.b_covers_a)} of the volume of A."
+        f"A covers {_percent(volumes.a_covers_b)} of the volume of B, and B covers "
+        f"{_percent(volumes.b_covers_a)} of the volume of A."
     )
     if lost:
-        for name, own, (target, target_level) in (
+        for name, from_level, (target, target_level) in (
             ("a", levels[0], (other, levels[1])),
             ("b", levels[1], (gamut, levels[0])),
         ):
-            points = _surface_points(own.index)
+            points = _surface_points(from_level.index)
             values, outside = _loss(points, target, target_level.triangles)
             loss = ColourLoss(*_figures(values), float(np.mean(outside)))
             losses[f"lost_{name}"] = loss
@@ -158,11 +158,11 @@ def compare(
             words.append(_loss_in_words(loss, *("AB" if name == "a" else "BA")))
     words.append(_ends_in_words(gamut, (white_a, white_b), (black_a, black_b)))
     return GamutComparison(
-        found.volume_a,
-        found.volume_b,
-        found.intersection,
-        found.hues,
-        HueSectors(**vars(found.sectors), **by_hue),
+        volumes.volume_a,
+        volumes.volume_b,
+        volumes.intersection,
+        volumes.hues,
+        HueSectors(**vars(volumes.sectors), **by_hue),
         white_a=white_a,
         white_b=white_b,
         black_a=black_a,
@@ -190,8 +190,8 @@ def _extremes(gamut: GamutLike, level: IndexedLevel) -> tuple[FloatArray, FloatA
 def _sectors_of(points: FloatArray, sectors: int) -> LongArray:
     """Return the sector of hue of each point."""
     turns = np.arctan2(points[:, 2], points[:, 1]) / (2.0 * np.pi) % 1.0
-    found: LongArray = (turns * sectors).astype(np.int64) % sectors
-    return found
+    numbers: LongArray = (turns * sectors).astype(np.int64) % sectors
+    return numbers
 
 
 def _max_chroma(index: LevelIndex, sectors: int) -> FloatArray:
@@ -201,11 +201,11 @@ def _max_chroma(index: LevelIndex, sectors: int) -> FloatArray:
     vertex, or on a border of the sector, where it is a cusp.
     """
     borders = search.cusp_points(np.linspace(0.0, 360.0, sectors + 1), index).chroma
-    found: FloatArray = np.fmax(borders[:-1], borders[1:])
+    maxima: FloatArray = np.fmax(borders[:-1], borders[1:])
     vertices = index.vertices
     chroma = np.hypot(vertices[:, 1], vertices[:, 2])
-    np.fmax.at(found, _sectors_of(vertices, sectors), chroma)
-    return found
+    np.fmax.at(maxima, _sectors_of(vertices, sectors), chroma)
+    return maxima
 
 
 def _surface_points(index: LevelIndex) -> FloatArray:
@@ -232,8 +232,8 @@ def _surface_points(index: LevelIndex) -> FloatArray:
     faces = order[np.searchsorted(areas, (numbers + 0.5) / POINTS * areas[-1])]
     root, v = np.sqrt(numbers / PLASTIC % 1.0), numbers / PLASTIC**2 % 1.0
     weights = np.stack([1.0 - root, root * (1.0 - v), root * v], axis=1)
-    found: FloatArray = np.einsum("nk,nkj->nj", weights, index.vertices[index.faces[faces]])
-    return found
+    points: FloatArray = np.einsum("nk,nkj->nj", weights, index.vertices[index.faces[faces]])
+    return points
 
 
 def _loss(points: FloatArray, gamut: GamutLike, triangles: int) -> tuple[FloatArray, BooleanArray]:
@@ -278,14 +278,14 @@ def _reach(chroma_a: FloatArray, chroma_b: FloatArray, space: ColourSpace) -> li
     least = EQUAL_CHROMA * chromas.max()
     sides = {"A": gain, "B": -gain}
     where = {name: side > least for name, side in sides.items()}
-    found: list[str] = []
+    sentences: list[str] = []
     whole = True
     for name in sorted(sides, key=lambda name: int(np.count_nonzero(where[name]))):
         if not where[name].any():
             continue
         if where[name].all():
             place = "at every hue"
-        elif found and whole and (where["A"] | where["B"]).all():
+        elif sentences and whole and (where["A"] | where["B"]).all():
             place = "everywhere else"
         else:
             place, whole = _ranges_in_words(where[name], sides[name], named=named)
@@ -293,8 +293,8 @@ def _reach(chroma_a: FloatArray, chroma_b: FloatArray, space: ColourSpace) -> li
         hue, colour = f"hue {(most + 0.5) * 360 / SECTORS:.0f}°", _hue_name(most)
         at = f"in {colour} ({hue})" if named and f"in {colour} (" not in place else f"at {hue}"
         far = _rounded(float(sides[name][most]), space, 3)
-        found.append(f"{name} reaches further {place}: by up to {far} in chroma, {at}.")
-    return found or ["A and B reach equally far at every hue."]
+        sentences.append(f"{name} reaches further {place}: by up to {far} in chroma, {at}.")
+    return sentences or ["A and B reach equally far at every hue."]
 
 
 def _hue_name(sector: int) -> str:
@@ -308,14 +308,14 @@ def _ranges_in_words(where: BooleanArray, gain: FloatArray, *, named: bool) -> t
     for start in np.flatnonzero(where & ~np.roll(where, 1)):
         sectors = (start + np.arange(int(np.argmin(np.roll(where, -start))))) % SECTORS
         ranges.append((float(gain[sectors].max()), sectors))
-    kept = sorted(ranges, key=lambda each: -each[0])[:MOST_RANGES]
+    largest = sorted(ranges, key=lambda gains: -gains[0])[:MOST_RANGES]
     texts = []
-    for _, sectors in sorted(kept, key=lambda each: int(each[1][0])):
+    for _, sectors in sorted(largest, key=lambda gains: int(gains[1][0])):
         low, high = (sectors[0] * 360 // SECTORS, (sectors[-1] + 1) * 360 // SECTORS)
         names = dict.fromkeys(map(_hue_name, sectors.tolist()))
         hues = f"hue {low}° to {high}°"
         texts.append(f"in {_listed(list(names))} ({hues})" if named else f"at {hues}")
-    whole = len(kept) == len(ranges)
+    whole = len(largest) == len(ranges)
     return ("" if whole else "chiefly ") + _listed(texts), whole
 
 
@@ -323,11 +323,11 @@ def _listed(words: list[str]) -> str:
     return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
 
 
-def _loss_in_words(loss: ColourLoss, own: str, other: str) -> str:
+def _loss_in_words(loss: ColourLoss, name: str, other: str) -> str:
     if loss.share_outside == 0.0:
-        return f"The whole surface of {own} is inside {other}."
+        return f"The whole surface of {name} is inside {other}."
     return (
-        f"Of the surface of {own}, {_percent(loss.share_outside)} is outside {other}; with the "
+        f"Of the surface of {name}, {_percent(loss.share_outside)} is outside {other}; with the "
         f"nearest colours of {other} instead, ΔE00 is {loss.mean:.1f} on average over the surface "
         f"(0 where it is inside {other}) and {loss.percentile_95:.1f} at the 95th percentile."
     )
@@ -372,25 +372,27 @@ def chromaticity(gamut: GamutLike) -> ChromaticityGamut | None:
 
 def compared_conditions(one: Conditions, two: Conditions) -> tuple[str, ...]:
     """Return reasons why a comparison may mislead; two media-relative gamuts are one."""
-    relative = all(each.is_print and each.intent == "relative" for each in (one, two))
+    relative = all(side.is_print and side.intent == "relative" for side in (one, two))
     return (*comparison_warnings(one, two), *((MEDIA_RELATIVE,) if relative else ()))
 
 
-def _answer(found: GamutComparison) -> Answer:
+def _answer(comparison: GamutComparison) -> Answer:
     sectors = {
         name: np.asarray(values)
         for name in (*FIGURES, *SECTOR_FIGURES)
-        if (values := getattr(found.sectors, name)) is not None
+        if (values := getattr(comparison.sectors, name)) is not None
     }
-    table = {"hue_from": found.hues[:-1], "hue_to": found.hues[1:], **sectors}
+    table = {"hue_from": comparison.hues[:-1], "hue_to": comparison.hues[1:], **sectors}
     document: dict[str, Any] = {
-        "summary": list(found.summary),
-        **{name: getattr(found, name) for name in (*FIGURES, *ENDS)},
+        "summary": list(comparison.summary),
+        **{name: getattr(comparison, name) for name in (*FIGURES, *ENDS)},
         **{
             name: None if loss is None else dict(vars(loss))
-            for name, loss in (("lost_a", found.lost_a), ("lost_b", found.lost_b))
+            for name, loss in (("lost_a", comparison.lost_a), ("lost_b", comparison.lost_b))
         },
-        "chromaticity": None if found.chromaticity is None else found.chromaticity.to_mapping(),
+        "chromaticity": None
+        if comparison.chromaticity is None
+        else comparison.chromaticity.to_mapping(),
         "sectors": table,
     }
     return Answer(table, document=document)
@@ -445,7 +447,7 @@ COMPARISON = Question(
         ),
     ),
     compare,
-    members={
+    answer_schema={
         "summary": described(
             list_of({"type": "string"}),
             "The comparison in two to six sentences. The words A and B stand for the gamuts.",
@@ -489,8 +491,8 @@ COMPARISON = Question(
             "additionalProperties": _NUMBERS,
         },
     },
-    shape=_answer,
-    answered={
+    tabulate_result=_answer,
+    example_answer={
         "volume_a": 402000.0,
         "volume_b": 832000.0,
         "intersection": 389000.0,
@@ -521,5 +523,5 @@ COMPARISON = Question(
         "sectors": {"hue_from": [0], "hue_to": [360], "max_chroma_a": [94.5]},
     },
     other="other",
-    compared=compared_conditions,
+    pair_warnings=compared_conditions,
 )

@@ -129,7 +129,7 @@ def _white_of_screens_is_outside(conditions: Conditions) -> bool:
     is_icc = conditions.space == "CIELAB" and conditions.white == "D50"
     if not (conditions.is_print or is_icc) and conditions.white_xyz:
         whites.append(xyz_to_lab(np.array(conditions.white_xyz)))
-    return min(_distance(conditions.medium_white, tuple(each)) for each in whites) > SAME_WHITE
+    return min(_distance(conditions.medium_white, tuple(white)) for white in whites) > SAME_WHITE
 
 
 def colour_warnings(conditions: Conditions, space: str) -> tuple[str, ...]:
@@ -174,10 +174,10 @@ def comparison_warnings(
     a, b = names
     if AS_GIVEN in {one.intent, two.intent}:
         if _paper_counts_as_white(one) or _paper_counts_as_white(two):
-            given, other = (a, b) if one.intent == AS_GIVEN else (b, a)
+            first, other = (a, b) if one.intent == AS_GIVEN else (b, a)
             warnings.append(
-                f"The colours of {given} are as given, and {other} is relative to its paper. Build "
-                f"{other} with the intent absolute if the colours of {given} are as measured."
+                f"The colours of {first} are as given, and {other} is relative to its paper. Build "
+                f"{other} with the intent absolute if the colours of {first} are as measured."
             )
     elif one.intent != two.intent:
         warnings.append(
@@ -317,8 +317,8 @@ def _names(names: Sequence[str]) -> str:
 
 def _stated(text: object) -> str:
     """Return an illuminant or observer without notes such as "(assumed, not stated)"."""
-    given = str(text or "")
-    return "" if given.startswith(("none", "as stated")) else given.partition(" (")[0]
+    words = str(text or "")
+    return "" if words.startswith(("none", "as stated")) else words.partition(" (")[0]
 
 
 def _distance(one: tuple[float, ...], two: tuple[float, ...]) -> float:

@@ -77,14 +77,14 @@ class Answer(NamedTuple):
     `columns` are arrays (n,) or (n, k) by name; (m,) or (m, k) if rows have several entries, where
     `offsets` (n + 1,) has the first entry of each row. `channels` are the names of the k device
     values. `document` has the members of the JSON of a question about the shape, as arrays or
-    lists. `stated` has the values of parameters that the answer states.
+    lists. `echoed` has the values of parameters that the answer repeats.
     """
 
     columns: dict[str, NDArray[Any]]
     offsets: NDArray[np.integer[Any]] | None = None
     channels: tuple[str, ...] = ()
     document: Mapping[str, Any] = {}
-    stated: Mapping[str, float | str] = {}
+    echoed: Mapping[str, float | str] = {}
 
 
 NUMBER = {"type": "number"}
@@ -157,20 +157,20 @@ class Question:
         the values of the parameters, by their names.
     columns : tuple of Column
         All that an answer to rows may have; parameters and gamut decide which it has.
-    members : mapping
+    answer_schema : mapping
         JSON schemas of the members of an answer about the shape.
-    shape : callable, optional
+    tabulate_result : callable, optional
         From the result to the answer, for answers about the shape.
-    example, answered : mapping
+    example, example_answer : mapping
         Members of an exemplary question and of its answer.
     inputs : tuple of str
         Names of the colours of a row; empty for questions about the shape.
     other : str
         Parameter of `function` that is another gamut.
-    compared : callable, optional
+    pair_warnings : callable
         From the conditions of the gamut and of the other one to warnings.
-    stated : callable
-        From a gamut and the values of parameters to the values that the answer states.
+    echoed : callable
+        From a gamut and the values of parameters to the values that the answer repeats.
     alternatives : tuple of str
         Parameters of which exactly one is given.
     level : tuple of Parameter
@@ -188,14 +188,14 @@ class Question:
     parameters: tuple[Parameter, ...]
     function: Callable[..., Any]
     columns: tuple[Column, ...] = ()
-    members: Mapping[str, Any] = field(default_factory=dict)
-    shape: Callable[[Any], Answer] | None = None
+    answer_schema: Mapping[str, Any] = field(default_factory=dict)
+    tabulate_result: Callable[[Any], Answer] | None = None
     example: Mapping[str, Any] = field(default_factory=dict)
-    answered: Mapping[str, Any] = field(default_factory=dict)
+    example_answer: Mapping[str, Any] = field(default_factory=dict)
     inputs: tuple[str, ...] = ()
     other: str = ""
-    compared: Callable[[Conditions, Conditions], tuple[str, ...]] = comparison_warnings
-    stated: Callable[[GamutLike, Mapping[str, Any]], Mapping[str, float | str]] = (
+    pair_warnings: Callable[[Conditions, Conditions], tuple[str, ...]] = comparison_warnings
+    echoed: Callable[[GamutLike, Mapping[str, Any]], Mapping[str, float | str]] = (
         lambda _gamut, _values: {}
     )
     alternatives: tuple[str, ...] = ()
@@ -212,33 +212,37 @@ class Question:
         self, gamuts: Sequence[GamutLike], inputs: Sequence[Any], values: Mapping[str, Any]
     ) -> Answer:
         """Return the answer of a gamut, perhaps with another one, as columns."""
-        found = self.function(gamuts[0], *inputs, **self._named(gamuts, values))
-        return self.tabulate(found)._replace(stated=self.stated(gamuts[0], values))
+        result = self.function(gamuts[0], *inputs, **self._arguments(gamuts, values))
+        return self.tabulate(result)._replace(echoed=self.echoed(gamuts[0], values))
 
-    def tabulate(self, found: Any) -> Answer:  # noqa: ANN401  # of `function`
+    def tabulate(self, result: Any) -> Answer:  # noqa: ANN401  # of `function`
         """Return a result as columns."""
-        if self.shape is not None:
-            return self.shape(found)
-        columns = {each.name: getattr(found, each.attribute or each.name) for each in self.columns}
+        if self.tabulate_result is not None:
+            return self.tabulate_result(result)
+        columns = {
+            column.name: getattr(result, column.attribute or column.name) for column in self.columns
+        }
         return Answer(
             {name: array for name, array in columns.items() if array is not None},
-            getattr(found, "offsets", None),
-            getattr(found, "channels", ()),
+            getattr(result, "offsets", None),
+            getattr(result, "channels", ()),
         )
 
-    def _named(self, gamuts: Sequence[GamutLike], values: Mapping[str, Any]) -> dict[str, Any]:
+    def _arguments(self, gamuts: Sequence[GamutLike], values: Mapping[str, Any]) -> dict[str, Any]:
         for other in gamuts[1:]:
             check_space(gamuts[0], other)
-        named = {each.name: values[each.name] for each in self.all_parameters}
-        return named | ({self.other: gamuts[1] if len(gamuts) > 1 else None} if self.other else {})
+        arguments = {parameter.name: values[parameter.name] for parameter in self.all_parameters}
+        if self.other:
+            arguments[self.other] = gamuts[1] if len(gamuts) > 1 else None
+        return arguments
 
     def warnings(self, gamuts: Sequence[GamutLike], space: str | None) -> tuple[str, ...]:
         """Return reasons why the answer may mislead: of the builds, and by the conditions."""
-        own, *others = conditions = [each.conditions for each in gamuts]
+        conditions = [gamut.conditions for gamut in gamuts]
         names = ("A", "B") if self.other in {"", "other"} else ("the gamut", f"the {self.other}")
-        found = build_warnings(*conditions, names=names)
+        warnings = build_warnings(*conditions, names=names)
         # lines between two colours are no colours that meet a gamut
-        found += colour_warnings(own, space or "") if len(self.inputs) == 1 else ()
-        for other in others:
-            found += self.compared(own, other)
-        return found
+        warnings += colour_warnings(conditions[0], space or "") if len(self.inputs) == 1 else ()
+        for other in conditions[1:]:
+            warnings += self.pair_warnings(conditions[0], other)
+        return warnings

@@ -229,11 +229,11 @@ def colours_in(
     gamut: GamutLike, colours: Colours, space: str | None, name: str = "colours"
 ) -> tuple[ColourRows, ColourConversion]:
     """Return colours in the space of the gamut, and the way back."""
-    own = gamut.colour_space
-    frame = frame_colours(colours, space, own.name)
+    gamut_space = gamut.colour_space
+    frame = frame_colours(colours, space, gamut_space.name)
     if frame is not None:
         colours, space = frame
-    conversion = ColourConversion(space, own, as_measured=is_as_measured(gamut))
+    conversion = ColourConversion(space, gamut_space, as_measured=is_as_measured(gamut))
     rows = colour_rows(colours, name)
     return rows._replace(points=conversion.to_gamut(rows.points)), conversion
 
@@ -262,7 +262,7 @@ class InSpace(Protocol):
 def check_space(gamut: InSpace, other: InSpace) -> None:
     """Refuse a gamut in another space."""
     # coordinates of absolute spaces are comparable whatever the luminances of the whites
-    one, two = (replace(each.colour_space, luminance=None) for each in (gamut, other))
+    one, two = (replace(side.colour_space, luminance=None) for side in (gamut, other))
     if one != two:
         differ = f"{one.name} with different parameters"
         if one.name != two.name:
@@ -320,11 +320,11 @@ def device_values(
 def surface_facts(
     gamut: GamutLike,
     level: IndexedLevel,
-    found: SurfacePlaces,
+    places: SurfacePlaces,
     rows: ColourRows | None = None,
 ) -> dict[str, Any]:
     """Return what a `SurfaceAnswer` states besides its points; device values as the rows."""
-    device, channels = device_values(level, found.faces, found.weights)
+    device, channels = device_values(level, places.faces, places.weights)
     return {
         "device": device if device is None or rows is None else rows.in_shape(device),
         "channels": channels,

@@ -177,8 +177,8 @@ def map_colours(
     built, about = mapping_warnings(gamut, source, rule.method)
     warnings = built + colour_warnings(gamut.conditions, conversion.name) + about
     level, start = rule.level, rule.start(rows.points)
-    found = rule.mapped(start)
-    points = found.points
+    mapping = rule.mapped(start)
+    points = mapping.points
     difference = delta_e_2000(lab_of(gamut, rows.points), lab_of(gamut, points))
     moved = np.abs(points - rows.points).max(axis=1, initial=0.0)
     return MappedColours(
@@ -187,7 +187,7 @@ def map_colours(
         warnings=warnings,
         moved=rows.in_shape(moved > ROUNDING * gamut.default_error),
         delta_e=rows.in_shape(difference),
-        **surface_facts(gamut, level, found, rows),
+        **surface_facts(gamut, level, mapping, rows),
     )
 
 
@@ -275,11 +275,11 @@ class MappingRule:
             tolerance=self._tolerance,
         )
 
-    def moved(self, own: FloatArray) -> tuple[BooleanArray, FloatArray]:
+    def moved(self, points: FloatArray) -> tuple[BooleanArray, FloatArray]:
         """Return which points are out of gamut, and all points after mapping."""
-        mapped = self.mapped(self.start(own))
+        mapped = self.mapped(self.start(points))
         is_clipping = self.method != "sgck" and self.blacks is None
-        return mapped.moved if is_clipping else self.outside(own), mapped.points
+        return mapped.moved if is_clipping else self.outside(points), mapped.points
 
     @cached_property
     def _tolerance(self) -> float:
@@ -360,10 +360,10 @@ def _darkest_neutral(gamut: GamutLike, level: IndexedLevel) -> float | None:
     points = space.from_tristimulus(greys, as_measured=as_measured)[0]
     if search.contains(points[:1], level.index, ROUNDING * gamut.default_error)[0]:
         return 0.0
-    found = search.crossings(points[:-1], points[1:], level.index, "segment")
-    if len(found.t) == 0:
+    hits = search.crossings(points[:-1], points[1:], level.index, "segment")
+    if len(hits.t) == 0:
         return None
-    return luminance_of_black(space.tristimulus(found.points[:1], as_measured=as_measured)[0])
+    return luminance_of_black(space.tristimulus(hits.points[:1], as_measured=as_measured)[0])
 
 
 MAP = Question(
@@ -417,9 +417,9 @@ MAP = Question(
         ),
     ),
     other="source",
-    compared=_warnings,
+    pair_warnings=_warnings,
     example={"colours": [[50, 90, 0]], "method": "clip-chroma"},
-    answered={
+    example_answer={
         "mapped": [[50, 75.9, 0]],
         "moved": [True],
         "delta_e_2000": [3.3],

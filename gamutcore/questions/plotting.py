@@ -473,10 +473,12 @@ def plot_slice(
     ModuleNotFoundError
         matplotlib is not installed.
     """
-    found = section(gamut, L, hue=hue, plane=plane, triangles=triangles, max_error=max_error)
+    plane_section = section(
+        gamut, L, hue=hue, plane=plane, triangles=triangles, max_error=max_error
+    )
     ax = new_axes() if ax is None else ax
     axes = section_axes(gamut.colour_space, L, hue, plane)
-    flat = [axes.flat(polygon) for polygon in found.polygons]
+    flat = [axes.flat(polygon) for polygon in plane_section.polygons]
     number = len(_described(ax).labels)
     label = style.pop("label", gamut.name or f"gamut {number + 1}")
     line = {"linestyle": LINES[number % len(LINES)], "linewidth": 1.6 * POINTS}
@@ -490,7 +492,7 @@ def plot_slice(
     _dress(ax, axes.labels)
     entry = _line(label, **line, color=drawn[0].get_edgecolor() if drawn else INK)
     note = gamut.colour_space.name if flat else f"{gamut.colour_space.name} · empty"
-    _describe(ax, str(found.gamut), note, [entry], title=axes.title, label=label)
+    _describe(ax, str(plane_section.gamut), note, [entry], title=axes.title, label=label)
     return ax
 
 
@@ -501,7 +503,7 @@ def _fill(ax: Any, flat: list[FloatArray], axes: SectionAxes, space: ColourSpace
     points = np.vstack(flat)
     low, high = points.min(axis=0), points.max(axis=0)
     pixels = section_pixels(axes, space, low.tolist(), high.tolist())
-    shape = Path.make_compound_path(*(Path(np.vstack([each, each[:1]])) for each in flat))
+    shape = Path.make_compound_path(*(Path(np.vstack([polygon, polygon[:1]])) for polygon in flat))
     extent = (low[0], high[0], low[1], high[1])
     image = ax.imshow(pixels, extent=extent, interpolation="bilinear", zorder=0.9)
     image.set_clip_path(shape, transform=ax.transData)
@@ -556,13 +558,13 @@ def plot_rings(
         matplotlib is not installed.
     """
     reference = None if reference is None else other_gamut(gamut, reference)
-    found = rings(gamut, reference, sectors=sectors, triangles=triangles, max_error=max_error)
+    gamut_rings = rings(gamut, reference, sectors=sectors, triangles=triangles, max_error=max_error)
     ax = new_axes() if ax is None else ax
     from matplotlib.collections import PolyCollection  # noqa: PLC0415  # optional
     from matplotlib.patheffects import withStroke  # noqa: PLC0415
 
-    angle = ring_angles(found.hues)
-    curves = ring_curves(found.radius, angle)
+    angle = ring_angles(gamut_rings.hues)
+    curves = ring_curves(gamut_rings.radius, angle)
     if not ax.collections:
         shapes, colours = zip(*ring_bands(curves, angle, gamut.colour_space), strict=True)
         fills = np.array(colours) / 255.0
@@ -576,13 +578,13 @@ def plot_rings(
         for number, ring in enumerate(curves)
     ]
     handles = []
-    if found.reference_radius is not None:
+    if gamut_rings.reference_radius is not None:
         dashed = {"linestyle": LINES[1], "linewidth": 1.6 * POINTS}
         dotted = {"linestyle": LINES[2], "linewidth": 1.2 * POINTS}
-        drawn.append((ring_curves(found.reference_radius, angle)[-1], dashed))
+        drawn.append((ring_curves(gamut_rings.reference_radius, angle)[-1], dashed))
         handles.append(_line((reference and reference.name) or "reference", **dashed))
-    if found.intersection_radius is not None:
-        inner = ring_curves(found.intersection_radius, angle)
+    if gamut_rings.intersection_radius is not None:
+        inner = ring_curves(gamut_rings.intersection_radius, angle)
         drawn = [(ring, dotted | {"color": "white"}) for ring in inner] + drawn
         handles.append(_line("intersection", **dotted | {"color": FRAME}))
     for ring, look in drawn:
@@ -590,11 +592,15 @@ def plot_rings(
         ax.plot(closed[:, 0], closed[:, 1], **({"color": INK} | look | style))
     ax.plot(0.0, 0.0, "+", color="white", markersize=14 * POINTS)
     # the labels are where they are farthest apart
-    at = len(angle) // len(found.hues) * int(np.argmax(found.radius[outer] - found.radius[middle]))
+    at = (
+        len(angle)
+        // len(gamut_rings.hues)
+        * int(np.argmax(gamut_rings.radius[outer] - gamut_rings.radius[middle]))
+    )
     for number in sorted({0, middle, outer}):
         ax.text(
             *curves[number][at],
-            f"{names[0]} {number_text(found.lightness[number])}",
+            f"{names[0]} {number_text(gamut_rings.lightness[number])}",
             fontsize=SMALL * POINTS,
             color=INK,
             va="center",
@@ -602,19 +608,19 @@ def plot_rings(
             path_effects=[withStroke(linewidth=3 * POINTS, foreground="white")],
         )
     _dress(ax, (f"{names[1]}$_\\mathrm{{RSS}}$", f"{names[2]}$_\\mathrm{{RSS}}$"))
-    note = rings_note(gamut.name, found.volume)
-    _describe(ax, rings_caption(found), note, handles, title=RINGS_TITLE, name=gamut.name)
+    note = rings_note(gamut.name, gamut_rings.volume)
+    _describe(ax, rings_caption(gamut_rings), note, handles, title=RINGS_TITLE, name=gamut.name)
     return ax
 
 
-def rings_caption(found: GamutRings) -> str:
+def rings_caption(gamut_rings: GamutRings) -> str:
     """Return the conditions of one or two gamuts, and the warnings about their comparison."""
-    parts = [str(found.gamut)]
+    parts = [str(gamut_rings.gamut)]
     warnings: tuple[str, ...] = ()
-    if found.gamut is not None and found.reference_gamut is not None:
-        parts.append(f"reference: {found.reference_gamut}")
-        warnings = RINGS.compared(found.gamut, found.reference_gamut)
-    return " ".join(["; ".join(parts), *(f"Warning: {each}" for each in warnings)])
+    if gamut_rings.gamut is not None and gamut_rings.reference_gamut is not None:
+        parts.append(f"reference: {gamut_rings.reference_gamut}")
+        warnings = RINGS.pair_warnings(gamut_rings.gamut, gamut_rings.reference_gamut)
+    return " ".join(["; ".join(parts), *(f"Warning: {warning}" for warning in warnings)])
 
 
 def rings_note(name: str, volume: float | None) -> str:
@@ -638,7 +644,7 @@ def ring_curves(radius: FloatArray, angle: FloatArray) -> list[FloatArray]:
     """Return the corners of closed curves with the radii of equal sectors."""
     circle = np.column_stack([np.cos(angle), np.sin(angle)])
     times = len(circle) // radius.shape[1]
-    return [np.repeat(each, times)[:, np.newaxis] * circle for each in radius]
+    return [np.repeat(radii, times)[:, np.newaxis] * circle for radii in radius]
 
 
 def ring_bands(
@@ -711,10 +717,10 @@ class _Described(SimpleNamespace):
 
 def _described(ax: Any) -> _Described:  # noqa: ANN401  # of matplotlib
     """Return what the texts around some axes are made of; they keep it until they are cleared."""
-    kept: _Described | None = vars(ax).get("described_gamuts")
-    if kept is None or not any(text in ax.texts for text in kept.texts):
-        kept = ax.described_gamuts = _Described(labels=[], conditions={}, lines=[], texts=[])
-    return kept
+    drawn: _Described | None = vars(ax).get("described_gamuts")
+    if drawn is None or not any(text in ax.texts for text in drawn.texts):
+        drawn = ax.described_gamuts = _Described(labels=[], conditions={}, lines=[], texts=[])
+    return drawn
 
 
 def _describe(
@@ -732,37 +738,37 @@ def _describe(
     The labels of the gamuts are the title unless one is given; else they are in the line below.
     `name` says whose conditions they are, if there is no label.
     """
-    kept, flat = _described(ax), ax.name != "3d"
-    kept.labels += [label] if label else []
-    kept.lines += lines
-    kept.conditions.setdefault(conditions, []).extend(filter(None, [label or name]))
-    names = ", ".join(kept.labels)
+    drawn, flat = _described(ax), ax.name != "3d"
+    drawn.labels += [label] if label else []
+    drawn.lines += lines
+    drawn.conditions.setdefault(conditions, []).extend(filter(None, [label or name]))
+    names = ", ".join(drawn.labels)
     if title and names:
         note = f"{names} · {note}"
-    for text in kept.texts:
+    for text in drawn.texts:
         if text in ax.texts:
             text.remove()
     look = {"fontsize": SMALL * POINTS, "color": NOTE, "annotation_clip": False}
     size = ax.bbox.width / ax.figure.dpi * 72.0
     wrapped = [
         line
-        for text, of in kept.conditions.items()
+        for text, of in drawn.conditions.items()
         for line in textwrap.wrap(
-            _plain(f"{', '.join(of)}: {text}" if of and len(kept.conditions) > 1 else text),
+            _plain(f"{', '.join(of)}: {text}" if of and len(drawn.conditions) > 1 else text),
             max(20, int(size / (CHARACTER * POINTS))),
         )
     ]
     below = {"xytext": (-40, -38), "textcoords": "offset points", "va": "top"}
     above = {"xytext": (0, 6), "textcoords": "offset points"}
-    kept.texts = [
+    drawn.texts = [
         ax.annotate(_plain(note), (0, 1), xycoords="axes fraction", **above, **look),
         ax.annotate("\n".join(wrapped), (0, 0), xycoords="axes fraction", **below, **look),
     ]
     strong = {"fontsize": TITLE * POINTS, "fontweight": "bold", "color": INK}
     ax.set_title(_plain(title or names), loc="left", y=1.0, pad=22, **strong)
-    if len(kept.lines) > (1 if label else 0):
+    if len(drawn.lines) > (1 if label else 0):
         ax.legend(
-            handles=kept.lines,
+            handles=drawn.lines,
             loc="best" if flat else "upper right",
             fontsize=SMALL * POINTS,
             labelcolor=NOTE,

@@ -105,11 +105,11 @@ def positions(
     name = check_option("metric", metric, METRIC)
     rows, _ = colours_in(gamut, colours, space)
     level = answering_level(gamut, triangles, max_error)
-    given = {
+    widths = {
         name: None if value is None else check_option(name, value, TOLERANCE)
         for name, value in (("tolerance", tolerance), ("edge_width", edge_width))
     }
-    limits = _limits(gamut, {**given, "triangles": level.triangles})
+    limits = _limits(gamut, {**widths, "triangles": level.triangles})
     position = position or tolerance is not None or edge_width is not None
     inside = search.contains(rows.points, level.index, limits["tolerance"])
     away, shown = None, None
@@ -312,7 +312,7 @@ CONTAINS = Question(
         ),
     ),
     example={"colours": [[50, 0, 0], [50, 90, 0]], "distance": True, "tolerance": 0.5},
-    answered={
+    example_answer={
         "inside": [True, False],
         "distance": [-38.5, 18.5],
         "position": ["inside", "outside"],
@@ -320,7 +320,7 @@ CONTAINS = Question(
         "edge_width": 0.5,
         "metric": "CIE 1976",
     },
-    stated=_stated,
+    echoed=_stated,
 )
 
 
@@ -392,18 +392,18 @@ def nearest(
     name = check_option("metric", metric, METRIC)
     rows, conversion = colours_in(gamut, colours, space)
     level = answering_level(gamut, triangles, max_error)
-    found = _nearest(gamut, rows.points, level, name)
-    difference = delta_e_2000(lab_of(gamut, rows.points), lab_of(gamut, found.points))
+    places = _nearest(gamut, rows.points, level, name)
+    difference = delta_e_2000(lab_of(gamut, rows.points), lab_of(gamut, places.points))
     return NearestColours(
-        points=rows.in_shape(conversion.from_gamut(found.points)),
+        points=rows.in_shape(conversion.from_gamut(places.points)),
         space=conversion.name,
         warnings=(
             *build_warnings(gamut.conditions),
             *colour_warnings(gamut.conditions, conversion.name),
         ),
-        distance=rows.in_shape(found.distance),
+        distance=rows.in_shape(places.distance),
         delta_e=rows.in_shape(difference),
-        **surface_facts(gamut, level, found, rows),
+        **surface_facts(gamut, level, places, rows),
     )
 
 
@@ -429,14 +429,14 @@ NEAREST = Question(
         DEVICE,
     ),
     example={"colours": [[50, 90, 0]], "metric": "CIE 1976"},
-    answered={
+    example_answer={
         "point": [[50.9, 76.9, 1.2]],
         "distance": [13.2],
         "delta_e_2000": [3.1],
         "device": [[0.0, 1.0, 0.05, 0.0]],
         "metric": "CIE 1976",
     },
-    stated=_metric,
+    echoed=_metric,
 )
 
 
@@ -485,15 +485,15 @@ def crossings(
     lines = np.broadcast_arrays(first.in_shape(first.points), second.in_shape(second.points))
     level = answering_level(gamut, triangles, max_error)
     # Copies, because kernels take arrays that may be written to.
-    one, two = (np.array(each, order="C").reshape(-1, 3) for each in lines)
-    found = search.crossings(one, two, level.index, kind)
+    one, two = (np.array(points, order="C").reshape(-1, 3) for points in lines)
+    hits = search.crossings(one, two, level.index, kind)
     return ColourCrossings(
-        points=conversion.from_gamut(found.points),
+        points=conversion.from_gamut(hits.points),
         space=conversion.name,
-        offsets=found.offsets,
-        t=found.t,
-        entering=found.entering,
-        **surface_facts(gamut, level, found),
+        offsets=hits.offsets,
+        t=hits.t,
+        entering=hits.entering,
+        **surface_facts(gamut, level, hits),
     )
 
 
@@ -520,7 +520,7 @@ CROSSINGS = Question(
         replace(DEVICE, schema=list_of(DEVICE.schema)),
     ),
     example={"from": [[50, 0, 0]], "to": [[50, 100, 0]]},
-    answered={
+    example_answer={
         "t": [[0.75]],
         "entering": [[False]],
         "point": [[[50, 75, 0]]],

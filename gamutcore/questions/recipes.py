@@ -103,17 +103,17 @@ def recipes(
         )
         targets[outside] = mapped.points
         warnings += distance_warnings(gamut, method)
-    found = gamut.inverse_model.recipes(lab_of(gamut, targets), rule)
-    points = _in_space(gamut, found.lab)
+    inks = gamut.inverse_model.recipes(lab_of(gamut, targets), rule)
+    points = _in_space(gamut, inks.lab)
     has_black = gamut.inverse_model.black is not None
-    least, most = (rows.in_shape(found.black[:, end]) for end in range(2))
+    least, most = (rows.in_shape(inks.black[:, end]) for end in range(2))
     return ColourRecipes(
         points=rows.in_shape(conversion.from_gamut(points)),
         space=conversion.name,
-        device=rows.in_shape(found.device),
+        device=rows.in_shape(inks.device),
         channels=model.channels,
         inside=rows.in_shape(inside),
-        delta_e=rows.in_shape(delta_e_2000(lab_of(gamut, rows.points), found.lab)),
+        delta_e=rows.in_shape(delta_e_2000(lab_of(gamut, rows.points), inks.lab)),
         black_least=least if has_black else None,
         black_most=most if has_black else None,
         triangles=level.triangles,
@@ -190,7 +190,7 @@ COLOURS = Question(
     inputs=("device",),
     columns=(Column("colour", "Colour of the device value.", COLOUR, "axes", "points"),),
     example={"device": [[0.15, 0.62, 0.55, 0.21]]},
-    answered={"colour": [[50, 30, 20]]},
+    example_answer={"colour": [[50, 30, 20]]},
     level=(),
     needs_model=True,
     of_device=True,
@@ -243,7 +243,7 @@ RECIPES = Question(
         Column("black_most", "Most possible black.", NULLABLE_NUMBER),
     ),
     example={"colours": [[50, 30, 20]], "black": "medium"},
-    answered={
+    example_answer={
         "device": [[0.15, 0.62, 0.55, 0.21]],
         "colour": [[50, 30, 20]],
         "delta_e_2000": [0.0],

@@ -99,27 +99,27 @@ def cusps(
     """
     angles = hue_angles(hues)
     level = level_with_hue(gamut, triangles, max_error)
-    found = search.cusp_points(angles, level.index)
+    cusp_points = search.cusp_points(angles, level.index)
     return ColourCusps(
-        points=found.points,
+        points=cusp_points.points,
         hue=angles,
-        lightness=found.points[:, 0],
-        chroma=found.chroma,
-        **surface_facts(gamut, level, found),
+        lightness=cusp_points.points[:, 0],
+        chroma=cusp_points.chroma,
+        **surface_facts(gamut, level, cusp_points),
     )
 
 
-def _cusps_answer(found: ColourCusps) -> Answer:
+def _cusps_answer(cusp_line: ColourCusps) -> Answer:
     table = {
-        "hue": found.hue,
-        "lightness": found.lightness,
-        "chroma": found.chroma,
-        "point": found.points,
+        "hue": cusp_line.hue,
+        "lightness": cusp_line.lightness,
+        "chroma": cusp_line.chroma,
+        "point": cusp_line.points,
     }
-    if found.device is not None:
-        table["device"] = found.device
-    document = {"channels": list(found.channels), **table}
-    return Answer(table, channels=found.channels, document=document)
+    if cusp_line.device is not None:
+        table["device"] = cusp_line.device
+    document = {"channels": list(cusp_line.channels), **table}
+    return Answer(table, channels=cusp_line.channels, document=document)
 
 
 CUSPS = Question(
@@ -137,7 +137,7 @@ CUSPS = Question(
         ),
     ),
     cusps,
-    members={
+    answer_schema={
         "channels": _CHANNELS,
         "hue": described(_NUMBERS, "Hue in degrees."),
         "lightness": described(_NUMBERS, "Lightness of the cusp; null if the hue has no colour."),
@@ -145,8 +145,8 @@ CUSPS = Question(
         "point": described(_ROWS, "The cusp in the space of the gamut."),
         "device": described(_ROWS, "Its device values from 0 to 1, if the gamut has any."),
     },
-    shape=_cusps_answer,
-    answered={
+    tabulate_result=_cusps_answer,
+    example_answer={
         "channels": ["C", "M", "Y", "K"],
         "hue": [0],
         "lightness": [48.1],
@@ -185,15 +185,15 @@ def max_chroma(
     [10.0, 14.14]
     """
     level = level_with_hue(gamut, triangles, max_error)
-    light, angle = np.broadcast_arrays(*(np.asarray(each, float) for each in (lightness, hue)))
+    light, angle = np.broadcast_arrays(*(np.asarray(values, float) for values in (lightness, hue)))
     turn = np.radians(angle)
     ends = np.stack([light, np.cos(turn), np.sin(turn)], axis=-1)
     rows = colour_rows(ends, "lightness and hue")
     starts = rows.points * (1.0, 0.0, 0.0)
-    found = search.crossings(starts, rows.points, level.index, "ray")
+    hits = search.crossings(starts, rows.points, level.index, "ray")
     chroma = np.full(len(starts), np.nan)
-    crossed = found.offsets[1:] > found.offsets[:-1]
-    chroma[crossed] = found.t[found.offsets[1:][crossed] - 1]
+    crossed = hits.offsets[1:] > hits.offsets[:-1]
+    chroma[crossed] = hits.t[hits.offsets[1:][crossed] - 1]
     return rows.in_shape(chroma)
 
 
@@ -238,11 +238,11 @@ def section(
     10.0
     """
     values = {"L": L, "hue": hue, "plane": plane}
-    given = [name for name, value in values.items() if value is not None]
-    if len(given) != 1:
+    arguments = [name for name, value in values.items() if value is not None]
+    if len(arguments) != 1:
         raise OptionError(
-            f"{' and '.join(given) or 'Nothing'} is given.",
-            where={"field": given[1] if given else "L"},
+            f"{' and '.join(arguments) or 'Nothing'} is given.",
+            where={"field": arguments[1] if arguments else "L"},
             remedy="Give one of L, hue and plane.",
         )
     if hue is not None:
@@ -253,9 +253,9 @@ def section(
         numbers = np.append(np.eye(3)[gamut.colour_space.definition.lightness], L)
     elif numbers.shape != (4,):
         raise OptionError.refusal("plane", plane, "four numbers a, b, c, d")
-    found = search.slice_polygons(level.index, numbers[:3], numbers[3])
-    facts = surface_facts(gamut, level, found)
-    return ColourSection(points=found.points, offsets=found.offsets, **facts)
+    polygons = search.slice_polygons(level.index, numbers[:3], numbers[3])
+    facts = surface_facts(gamut, level, polygons)
+    return ColourSection(points=polygons.points, offsets=polygons.offsets, **facts)
 
 
 def leaf(
@@ -286,9 +286,9 @@ def leaf(
     1
     """
     level = level_with_hue(gamut, triangles, max_error)
-    found = search.hue_leaf(level.index, hue)
-    facts = surface_facts(gamut, level, found)
-    return ColourSection(points=found.points, offsets=found.offsets, **facts)
+    polygons = search.hue_leaf(level.index, hue)
+    facts = surface_facts(gamut, level, polygons)
+    return ColourSection(points=polygons.points, offsets=polygons.offsets, **facts)
 
 
 def _section(
@@ -304,14 +304,14 @@ def _section(
     return section(gamut, lightness, hue=hue, plane=plane, triangles=triangles, max_error=max_error)
 
 
-def _section_answer(found: ColourSection) -> Answer:
-    counts = np.diff(found.offsets)
-    table = {"polygon": np.repeat(np.arange(len(counts)), counts), "point": found.points}
-    document: dict[str, Any] = {"channels": list(found.channels), "polygons": found.polygons}
-    if found.device is not None:
-        table["device"] = found.device
-        document["device"] = np.split(found.device, found.offsets[1:-1]) if len(counts) else []
-    return Answer(table, channels=found.channels, document=document)
+def _section_answer(colours: ColourSection) -> Answer:
+    counts = np.diff(colours.offsets)
+    table = {"polygon": np.repeat(np.arange(len(counts)), counts), "point": colours.points}
+    document: dict[str, Any] = {"channels": list(colours.channels), "polygons": colours.polygons}
+    if colours.device is not None:
+        table["device"] = colours.device
+        document["device"] = np.split(colours.device, colours.offsets[1:-1]) if len(counts) else []
+    return Answer(table, channels=colours.channels, document=document)
 
 
 _FINITE = Annotated[float, Number(-1e6, 1e6)]
@@ -335,13 +335,13 @@ SLICE = Question(
         ),
     ),
     _section,
-    members={
+    answer_schema={
         "channels": _CHANNELS,
         "polygons": described(list_of(_ROWS), "Corners of each polygon in the space of the gamut."),
         "device": described(list_of(_ROWS), "Device values of the corners, if the gamut has any."),
     },
-    shape=_section_answer,
-    answered={
+    tabulate_result=_section_answer,
+    example_answer={
         "channels": ["C", "M", "Y", "K"],
         "polygons": [[[50, 70, 0], [50, 0, 60], [50, -60, 0]]],
         "device": [[[0, 1, 0, 0], [0, 0.4, 1, 0.2], [1, 0, 0.6, 0]]],
@@ -385,45 +385,47 @@ def leaves(
     else:
         heights = np.atleast_1d(np.asarray(lightness, np.float64))
     level = level_with_hue(gamut, triangles, max_error)
-    found = search.leaves(level.index, hue_angles(hues), heights)
-    ends = found._replace(faces=found.faces.reshape(-1), weights=found.weights.reshape(-1, 3))
+    intervals = search.leaves(level.index, hue_angles(hues), heights)
+    ends = intervals._replace(
+        faces=intervals.faces.reshape(-1), weights=intervals.weights.reshape(-1, 3)
+    )
     facts = surface_facts(gamut, level, ends)
     if facts["device"] is not None:
-        facts["device"] = facts["device"].reshape(len(found.chroma), 2, len(facts["channels"]))
+        facts["device"] = facts["device"].reshape(len(intervals.chroma), 2, len(facts["channels"]))
     return ChromaTable(
-        hue=found.hues,
-        lightness=found.lightness,
-        offsets=found.offsets,
-        chroma=found.chroma,
+        hue=intervals.hues,
+        lightness=intervals.lightness,
+        offsets=intervals.offsets,
+        chroma=intervals.chroma,
         **facts,
     )
 
 
-def _leaves_answer(found: ChromaTable) -> Answer:
-    counts = np.diff(found.offsets)
-    across = len(found.lightness)
+def _leaves_answer(chroma_table: ChromaTable) -> Answer:
+    counts = np.diff(chroma_table.offsets)
+    across = len(chroma_table.lightness)
 
     def by_hue(ends: FloatArray) -> list[list[Any]]:
         entries = ends.tolist()
-        cells = [entries[start:end] for start, end in pairwise(found.offsets.tolist())]
+        cells = [entries[start:end] for start, end in pairwise(chroma_table.offsets.tolist())]
         return [cells[at : at + across] for at in range(0, len(cells), across)]
 
     document: dict[str, Any] = {
-        "channels": list(found.channels),
-        "hue": found.hue,
-        "lightness": found.lightness,
-        "intervals": by_hue(found.chroma),
+        "channels": list(chroma_table.channels),
+        "hue": chroma_table.hue,
+        "lightness": chroma_table.lightness,
+        "intervals": by_hue(chroma_table.chroma),
     }
     table = {
-        "hue": np.repeat(np.repeat(found.hue, across), counts),
-        "lightness": np.repeat(np.tile(found.lightness, len(found.hue)), counts),
-        "chroma_from": found.chroma[:, 0],
-        "chroma_to": found.chroma[:, 1],
+        "hue": np.repeat(np.repeat(chroma_table.hue, across), counts),
+        "lightness": np.repeat(np.tile(chroma_table.lightness, len(chroma_table.hue)), counts),
+        "chroma_from": chroma_table.chroma[:, 0],
+        "chroma_to": chroma_table.chroma[:, 1],
     }
-    if found.device is not None:
-        table["device"] = found.device[:, 1]
-        document["device"] = by_hue(found.device)
-    return Answer(table, channels=found.channels, document=document)
+    if chroma_table.device is not None:
+        table["device"] = chroma_table.device[:, 1]
+        document["device"] = by_hue(chroma_table.device)
+    return Answer(table, channels=chroma_table.channels, document=document)
 
 
 LEAVES = Question(
@@ -446,7 +448,7 @@ LEAVES = Question(
         ),
     ),
     leaves,
-    members={
+    answer_schema={
         "channels": _CHANNELS,
         "hue": described(_NUMBERS, "Hues in degrees."),
         "lightness": described(_NUMBERS, "Lightnesses."),
@@ -460,8 +462,8 @@ LEAVES = Question(
             "null on the neutral axis. Tables have those of the largest chroma.",
         ),
     },
-    shape=_leaves_answer,
-    answered={
+    tabulate_result=_leaves_answer,
+    example_answer={
         "channels": ["R", "G", "B"],
         "hue": [0],
         "lightness": [0, 50],
@@ -520,31 +522,31 @@ def rings(
         white = float(f"{gamut.colour_space.white_lightness:.5g}")
         lightness = np.asarray(RING_LIGHTNESSES) / 100.0 * white
     if reference is None:
-        found = search.gamut_rings(level.index, None, lightness, sectors)
+        gamut_rings = search.gamut_rings(level.index, None, lightness, sectors)
         conditions = gamut.conditions
-        return replace(found, gamut=conditions, warnings=build_warnings(conditions))
+        return replace(gamut_rings, gamut=conditions, warnings=build_warnings(conditions))
     other = answering_level(reference, triangles, max_error)
-    found = search.gamut_rings(level.index, other.index, lightness, sectors)
+    gamut_rings = search.gamut_rings(level.index, other.index, lightness, sectors)
     one, two = gamut.conditions, reference.conditions
     warnings = (*build_warnings(one, two, names=_NAMES), *_warnings(one, two))
-    return replace(found, gamut=one, reference_gamut=two, warnings=warnings)
+    return replace(gamut_rings, gamut=one, reference_gamut=two, warnings=warnings)
 
 
-def _rings_answer(found: GamutRings) -> Answer:
+def _rings_answer(gamut_rings: GamutRings) -> Answer:
     radii = {
         name: radius
         for name in ("radius", "reference_radius", "intersection_radius")
-        if (radius := getattr(found, name)) is not None
+        if (radius := getattr(gamut_rings, name)) is not None
     }
     document = {
-        "volume": found.volume,
-        "lightness": found.lightness,
-        "hue": found.hues,
+        "volume": gamut_rings.volume,
+        "lightness": gamut_rings.lightness,
+        "hue": gamut_rings.hues,
         **radii,
     }
     table = {
-        "lightness": np.repeat(found.lightness, len(found.hues)),
-        "hue": np.tile(found.hues, len(found.lightness)),
+        "lightness": np.repeat(gamut_rings.lightness, len(gamut_rings.hues)),
+        "hue": np.tile(gamut_rings.hues, len(gamut_rings.lightness)),
         **{name: radius.reshape(-1) for name, radius in radii.items()},
     }
     return Answer(table, document=document)
@@ -573,7 +575,7 @@ RINGS = Question(
         ),
     ),
     rings,
-    members={
+    answer_schema={
         "reference_level": {"type": "object"},
         "reference_gamut": {"type": "object"},
         "volume": {
@@ -586,13 +588,13 @@ RINGS = Question(
         "reference_radius": described(_ROWS, "The same of the reference."),
         "intersection_radius": described(_ROWS, "Outer end of the intersection in each band."),
     },
-    shape=_rings_answer,
-    answered={
+    tabulate_result=_rings_answer,
+    example_answer={
         "volume": 402000.0,
         "lightness": [50, 100],
         "hue": [90, 270],
         "radius": [[320.1, 300.2], [380.3, 340.4]],
     },
     other="reference",
-    compared=_warnings,
+    pair_warnings=_warnings,
 )

@@ -6,13 +6,14 @@ another question. Messages state the accepted form, which pydantic's messages do
 
 import re
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Annotated
 
 from fastapi import Query, Request
 from fastapi.dependencies.utils import get_flat_params
+from fastapi.exceptions import RequestValidationError
 from fastapi.params import Header, Path
-from pydantic import BeforeValidator
+from pydantic import BeforeValidator, ValidationError
 from pydantic_core import PydanticCustomError
 from starlette.routing import BaseRoute, Match
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
@@ -41,6 +42,8 @@ __all__ = [
     "check_items",
     "check_names",
     "check_query",
+    "invalid_parameter",
+    "request_error",
 ]
 
 LARGEST_WHOLE = 10**12 - 1
@@ -151,20 +154,22 @@ async def check_query(request: Request) -> None:
     check_items(request, request.query_params.multi_items())
 
 
-def check_items(request: Request, items: list[tuple[str, str]]) -> None:
+def check_items(
+    request: Request, items: list[tuple[str, str]], options: Iterable[str] = ()
+) -> None:
     """Refuse unknown and repeated parameters among `items` of the query.
 
-    Raise ``invalid-parameter``, with the names that the operation accepts.
+    Raise ``invalid-parameter``, with the names that the operation accepts, and with `options`.
     """
     if not items:
         return
     parameters = get_flat_params(request.scope["route"].dependant)
     # Fields of a model of the query have no class of FastAPI.
     known = [each.alias for each in parameters if not isinstance(each.field_info, Path | Header)]
-    check_names(items, known)
+    check_names(items, (*known, *options))
 
 
-def check_names(items: Iterable[tuple[str, str]], known: list[str]) -> None:
+def check_names(items: Iterable[tuple[str, str]], known: Sequence[str]) -> None:
     """Refuse names of a query that are not among `known`, or repeated."""
     for name, count in Counter(name for name, _ in items).items():
         shown = name[:LONGEST_SHOWN]
@@ -175,8 +180,20 @@ def check_names(items: Iterable[tuple[str, str]], known: list[str]) -> None:
         else:
             continue
         remedy = f"Give each at most once: {', '.join(known)}." if known else "Leave the query out."
-        where = {"in": "query", "field": shown, "known": known}
+        where = {"in": "query", "field": shown, "known": list(known)}
         raise ProblemError(Problem("invalid-parameter", fault, where, remedy))
+
+
+def invalid_parameter(detail: str, place: str, field: str, remedy: str) -> ProblemError:
+    """Return the error of an invalid parameter in the query, the path or the body."""
+    where = {"in": place, "field": field}
+    return ProblemError(Problem("invalid-parameter", detail, where, remedy))
+
+
+def request_error(error: ValidationError, *place: str) -> RequestValidationError:
+    """Return the error that FastAPI raises, of a value that the service validates itself."""
+    faults = error.errors(include_url=False, include_input=False)
+    return RequestValidationError([{**fault, "loc": (*place, *fault["loc"])} for fault in faults])
 
 
 class HeadAsGet:

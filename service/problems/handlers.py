@@ -152,6 +152,8 @@ def _invalid_parameter(error: RequestValidationError) -> Problem:
     place, *names = first["loc"]
     field = ".".join(str(name) for name in names)
     detail, remedy = f"{first['msg']}.", first.get("ctx", {}).get("remedy", "")
+    if first["type"] == "missing":
+        detail, remedy = f"The parameter {field!r} is missing.", f"Give {field!r} once."
     return Problem("invalid-parameter", detail, {"in": place, "field": field}, remedy)
 
 

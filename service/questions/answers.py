@@ -57,7 +57,7 @@ def condition_headers(levels: Sequence[QueryLevel], warnings: Sequence[str]) -> 
 
     Warnings are a list of strings (RFC 9651, 3.1 and 3.3.3), which are ASCII.
     """
-    fields = {"Gamut-Conditions": ", ".join(each.gamut.conditions.header for each in levels)}
+    fields = {"Gamut-Conditions": ", ".join(level.gamut.conditions.header for level in levels)}
     return fields | warning_header(warnings)
 
 
@@ -65,9 +65,9 @@ def warning_header(warnings: Sequence[str]) -> dict[str, str]:
     """Return the header field with warnings if there are any."""
     if not warnings:
         return {}
-    plain = (each.encode("ascii", "replace").decode() for each in warnings)
-    escaped = (each.replace("\\", "\\\\").replace('"', '\\"') for each in plain)
-    return {"Gamut-Warning": ", ".join(f'"{each}"' for each in escaped)}
+    plain = (warning.encode("ascii", "replace").decode() for warning in warnings)
+    escaped = (text.replace("\\", "\\\\").replace('"', '\\"') for text in plain)
+    return {"Gamut-Warning": ", ".join(f'"{text}"' for text in escaped)}
 
 
 def reading_header(table: ColourTable | None) -> dict[str, str]:
@@ -82,7 +82,7 @@ def reading_header(table: ColourTable | None) -> dict[str, str]:
         escaped = text.replace("\\", "\\\\").replace('"', '\\"')
         return {"Gamut-Reading": f'"{escaped}"'}
     plain = frozenset(range(0x20, 0x7F)) - set(b'%"')
-    encoded = (chr(each) if each in plain else f"%{each:02x}" for each in text.encode())
+    encoded = (chr(byte) if byte in plain else f"%{byte:02x}" for byte in text.encode())
     return {"Gamut-Reading": f'%"{"".join(encoded)}"'}
 
 
@@ -116,7 +116,7 @@ class JsonWriter(Writer):
             "level": level_document(self.level),
             "gamut": self.level.gamut.conditions.to_dict(),
             "warnings": list(self.warnings),
-            **result.stated,
+            **result.echoed,
             **self._understood(),
         }
         for name, values in result.columns.items():
@@ -185,8 +185,8 @@ class CsvWriter(Writer):
         prefixes = [f"{name}_" for name in self.question.inputs]
         prefixes = prefixes if len(prefixes) > 1 else [""]
         axes = self.level.gamut.channels if self.question.of_device else self._axes
-        own = [prefix + axis for prefix in prefixes for axis in axes]
-        return _lines([own + self._names(first)])
+        columns = [prefix + axis for prefix in prefixes for axis in axes]
+        return _lines([columns + self._names(first)])
 
     def _own_values(self, name: str, values: NDArray[Any]) -> NDArray[Any]:
         """Return a column of a result, whose colours are in the scale of the client's table."""
@@ -227,10 +227,10 @@ class CsvWriter(Writer):
         nothing = ("",) * width
         if self._table is None or self._own is None:
             end = start + len(entries)
-            own = np.hstack([points[start:end] for points in self.body.inputs]).tolist()
+            colours = np.hstack([points[start:end] for points in self.body.inputs]).tolist()
             return _lines(
                 [*cells, *(_empty_if_nan(cell) for cell in new)]
-                for cells, entry in zip(own, entries, strict=True)
+                for cells, entry in zip(colours, entries, strict=True)
                 for new in entry or [nothing]
             )
         cell_of, rows = self._table.cell, []

@@ -24,8 +24,8 @@ from gamutcore.questions import Parameter
 from gamutcore.search import LARGEST_COORDINATE, checked_points
 from gamutcore.tables import read_table
 from service.http.bodies import parse_json
+from service.http.requests import invalid_parameter
 from service.problems.problem import Problem, ProblemError
-from service.questions.parameters import refuse
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -132,23 +132,22 @@ def parse_body(
     content: bytes | bytearray,
     media_type: str,
     question: Question,
-    own: ColourSpace,
+    gamut_space: ColourSpace,
     width: int,
     query: Mapping[str, Any],
 ) -> QuestionBody:
     """Return the content of a body of a form of `FORMS`. A table is not copied if it is bytes.
 
-    `own` is the space of the gamut, `width` the number of values in a row of an input, and `query`
-    has the parameters in the query string. Raise `ProblemError` if the body is malformed, has other
-    members, columns or shapes, or too many rows, and `InvalidPointsError` if a row is not as many
-    finite numbers.
+    `width` is the number of values in a row of an input, and `query` has the parameters in the
+    query string. Raise `ProblemError` if the body is malformed, has other members, columns or
+    shapes, or too many rows, and `InvalidPointsError` if a row is not as many finite numbers.
     """
     if media_type == JSON:
         body = _json(content, question, width)
     elif media_type == NPY:
         body = QuestionBody(_npy(content, question.inputs, width), {})
     else:
-        table = _table(bytes(content), question.inputs, own, query)
+        table = _table(bytes(content), question.inputs, gamut_space, query)
         body = QuestionBody(table.inputs, {}, table)
     checked = []
     for name, points in zip(question.inputs, body.inputs, strict=True):
@@ -167,7 +166,7 @@ def _json(content: bytes | bytearray, question: Question, width: int) -> Questio
     if content.count(b"[") > most * len(question.inputs) + 100:
         raise _too_many(f"more than {most}", most)
     document = _decoded(content)
-    known = [*question.inputs, *(each.name for each in question.all_parameters)]
+    known = [*question.inputs, *(parameter.name for parameter in question.all_parameters)]
     if not isinstance(document, dict):
         raise _invalid("The JSON is not an object.", question.inputs[0])
     for name in document:
@@ -233,7 +232,7 @@ def _is_row(colour: object, width: int) -> bool:
     )
 
 
-def _npy(content: bytes | bytearray, names: Sequence[str], each: int) -> list[FloatArray]:
+def _npy(content: bytes | bytearray, names: Sequence[str], width: int) -> list[FloatArray]:
     file = io.BytesIO(content[: _HEADER_BYTES + 12])
     try:
         version = np.lib.format.read_magic(file)
@@ -244,24 +243,24 @@ def _npy(content: bytes | bytearray, names: Sequence[str], each: int) -> list[Fl
         shape, is_fortran, dtype = readers[version](file, max_header_size=_HEADER_BYTES)
     except _BROKEN_HEADER as error:
         raise _no_npy("The body is not an .npy file with a valid header.") from error
-    width = each * len(names)
-    if len(shape) != 2 or shape[1] != width or dtype.kind != "f" or dtype.itemsize not in {4, 8}:
+    columns = width * len(names)
+    if len(shape) != 2 or shape[1] != columns or dtype.kind != "f" or dtype.itemsize not in {4, 8}:
         detail = f"The array has the shape {shape} and the type {dtype}"[:200] + "."
-        remedy = f"Send an (n, {width}) array of float32 or float64: {', '.join(names)}."
+        remedy = f"Send an (n, {columns}) array of float32 or float64: {', '.join(names)}."
         raise _no_npy(detail, remedy)
     most = FORMS[NPY].most_rows
     if shape[0] > most:
         raise _too_many(str(shape[0]), most)
     size = len(content) - file.tell()
-    if size != shape[0] * width * dtype.itemsize:
+    if size != shape[0] * columns * dtype.itemsize:
         raise _no_npy(f"The array of shape {shape} has {size} bytes of data.")
     flat = np.frombuffer(content, dtype, offset=file.tell())
     array = flat.reshape(shape, order="F" if is_fortran else "C")
-    return [array[:, first : first + each] for first in range(0, width, each)]
+    return [array[:, first : first + width] for first in range(0, columns, width)]
 
 
 def _table(
-    content: bytes, names: Sequence[str], own: ColourSpace, query: Mapping[str, Any]
+    content: bytes, names: Sequence[str], gamut_space: ColourSpace, query: Mapping[str, Any]
 ) -> ColourTable:
     """Return the table in a body. With several names, columns have them as a prefix: ``from_L``."""
     most = FORMS[CSV].most_rows
@@ -278,7 +277,7 @@ def _table(
             columns=columns,
             scale=scale,
             names=names,
-            own=own.name,
+            own=gamut_space.name,
             most=most,
             most_bytes=_TABLE_BYTES,
         )
@@ -289,7 +288,7 @@ def _table(
         ) from error
     except OptionError as error:
         field = str(error.where.get("field", "columns"))
-        raise refuse(error.message, "query", field, error.remedy) from error
+        raise invalid_parameter(error.message, "query", field, error.remedy) from error
     except CharacterisationError as error:
         raise ProblemError(
             Problem("invalid-body", error.message, error.where, error.remedy)

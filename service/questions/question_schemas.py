@@ -14,8 +14,7 @@ from gamutcore.questions.declarations import (
 from service.http.representations import IMMUTABLE
 from service.openapi.documentation import header
 from service.questions.colour_bodies import CSV, FORMS, JSON, NPY, TABLES
-from service.questions.parameters import description
-from service.questions.parameters import schema as schema_of
+from service.questions.parameter_models import parameter_model
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -145,13 +144,13 @@ def request_body(question: Question) -> dict[str, Any]:
     colours = dict.fromkeys(names, described(_COLOURS, "Colours, in the space of the gamut."))
     if question.of_device:
         colours = dict.fromkeys(names, described(_DEVICE_VALUES, "Device values, 0 to 1."))
-    members = {
-        each.name: described(schema_of(each), description(each)) for each in question.all_parameters
-    }
-    schema = _object(f"{_title(question)}Query", {**colours, **members}, names)
+    title = f"{_title(question)}Query"
+    model = parameter_model(title, question.all_parameters)
+    members = model.model_json_schema(ref_template="#/components/schemas/{model}")["properties"]
+    schema = _object(title, {**colours, **members}, names)
     schema["additionalProperties"] = False
     width = "channels" if question.of_device else 3 * len(names)
-    others = ", ".join(f"`{each}`" for each in sorted(TABLES - {CSV}))
+    others = ", ".join(f"`{media_type}`" for media_type in sorted(TABLES - {CSV}))
     content = {
         JSON: {"schema": schema, "examples": {"colours": {"value": dict(question.example)}}},
         NPY: {
@@ -175,14 +174,15 @@ def request_body(question: Question) -> dict[str, Any]:
 def query_response(question: Question) -> dict[str, Any]:
     """Return the description of the answer to a question about colours."""
     columns = {
-        each.name: described(list_of(each.schema), each.description) for each in question.columns
+        column.name: described(list_of(column.schema), column.description)
+        for column in question.columns
     }
     stated = {
         name: described(
             {"type": "string"} if isinstance(value, str) else NUMBER,
             f"Value of the parameter `{name}`, or its default.",
         )
-        for name, value in question.answered.items()
+        for name, value in question.example_answer.items()
         if name not in columns
     }
     of_tables = {**_READING, **dict.fromkeys(question.inputs, described(_COLOURS, _OWN_SPACE))}
@@ -205,7 +205,7 @@ def query_response(question: Question) -> dict[str, Any]:
                 "0.268516",
             ),
             **{
-                stated_header(name): header(schema["description"], question.answered[name])
+                stated_header(name): header(schema["description"], question.example_answer[name])
                 for name, schema in stated.items()
             },
             "Cache-Control": header("Answers to POST are not cached.", "no-store"),
@@ -237,7 +237,7 @@ def view_response(question: Question) -> dict[str, Any]:
         "content": _forms(
             question,
             required,
-            question.members,
+            question.answer_schema,
             shown,
             array="A structured array",
             table="A table",
@@ -260,7 +260,7 @@ def _forms(
     `required` and `others` are schemas by name. `shown` has examples that all questions share.
     """
     answer = _object(f"{_title(question)}Answer", {**required, **others}, required)
-    example = {"value": {**shown, **question.answered}}
+    example = {"value": {**shown, **question.example_answer}}
     return {
         JSON: {"schema": answer, "examples": {"answer": example}},
         NPY: {"schema": _BINARY, "examples": {"array": {"summary": array}}},

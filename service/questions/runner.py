@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from gamutcore.errors import InvalidPointsError
 from service.admission import Work, needed_bytes
 from service.http.request_context import timed
+from service.http.requests import invalid_parameter
 from service.problems.problem import Problem, ProblemError
 from service.questions.answers import WRITERS, level_document, shape_file
 from service.questions.colour_bodies import CSV, FORMS, JSON, parse_body
-from service.questions.parameters import check_alternatives
 
 if TYPE_CHECKING:
     from collections.abc import AsyncGenerator, Mapping, Sequence
@@ -84,7 +84,7 @@ class Query(NamedTuple):
 
 
 def level_values(levels: Sequence[QueryLevel], values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the values of parameters, with the count of the level that was found.
+    """Return the values of parameters, with the count of the level that answers.
 
     The levels of two gamuts are chosen by the same values.
     """
@@ -110,7 +110,7 @@ class QuestionRunner:
         arriving: Body,
         media_type: str,
         question: Question,
-        own: ColourSpace,
+        gamut_space: ColourSpace,
         width: int,
         query: Mapping[str, Any],
     ) -> QuestionBody:
@@ -119,7 +119,7 @@ class QuestionRunner:
         def parse() -> QuestionBody:
             # The text of a table is kept for its answer, so it is read as bytes at once.
             content = arriving.read(0, arriving.size) if media_type == CSV else arriving.content()
-            return parse_body(content, media_type, question, own, width, query)
+            return parse_body(content, media_type, question, gamut_space, width, query)
 
         with timed("body"):
             if media_type == JSON and arriving.size <= INLINE_BYTES:
@@ -169,7 +169,7 @@ class QuestionRunner:
         media_type: str,
     ) -> bytes:
         clock = time.perf_counter()
-        check_alternatives(question, values)
+        _check_alternatives(question, values)
         gamuts, values = [level.gamut for level in levels], level_values(levels, values)
         with timed("query"):
             answer = question.answer(gamuts, (), values)
@@ -243,7 +243,7 @@ class QuestionRunner:
         return writer.piece(start, self._result(query, start))
 
     def _result(self, query: Query, start: int) -> Answer:
-        rows: list[FloatArray] = [each[start : start + PIECE] for each in query.body.inputs]
+        rows: list[FloatArray] = [points[start : start + PIECE] for points in query.body.inputs]
         gamuts = [level.gamut for level in query.levels]
         clock = time.perf_counter()
         try:
@@ -255,6 +255,18 @@ class QuestionRunner:
         seconds = time.perf_counter() - clock
         self._metrics.count(query.question.name, len(rows[0]), seconds)
         return result
+
+
+def _check_alternatives(question: Question, values: Mapping[str, object]) -> None:
+    """Refuse none or several of parameters of which one is needed."""
+    names = question.alternatives
+    arguments = [name for name in names if values[name] is not None]
+    if names and len(arguments) != 1:
+        verb = "are" if len(arguments) > 1 else "is"
+        fault = f"{' and '.join(arguments) or f'No {names[-1]}'} {verb} given."
+        remedy = f"Give one of {', '.join(names[:-1])} and {names[-1]}."
+        field = arguments[1] if arguments else names[0]
+        raise invalid_parameter(fault, "query", field, remedy)
 
 
 def _shift_row(error: InvalidPointsError, start: int) -> None:

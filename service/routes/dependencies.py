@@ -16,7 +16,6 @@ from typing import Annotated, Any
 from urllib.parse import unquote_plus
 
 from fastapi import Depends, Path, Request
-from fastapi.exceptions import RequestValidationError
 from fastapi.responses import Response
 from fastapi.routing import APIRoute
 from pydantic import TypeAdapter, ValidationError
@@ -28,7 +27,7 @@ from gamutcore.references import REFERENCES, Reference
 from service.access.rate_limits import client_of
 from service.container import service_of
 from service.http.bodies import check_head
-from service.http.requests import GAMUT_ID, GAMUT_PATTERN, ID_PATTERN, check_items
+from service.http.requests import GAMUT_ID, GAMUT_PATTERN, ID_PATTERN, check_items, request_error
 from service.openapi.documentation import EXAMPLE_ID
 from service.problems.problem import Problem, ProblemError
 from service.routes.jobs import wait_for_build
@@ -63,6 +62,12 @@ _NAMING = {
 }
 """Query parameters that name gamuts, by path. Others have `reference` and `source`."""
 
+_READING = frozenset({"GET", "POST"})
+"""Methods of operations that build reference gamuts."""
+
+_REFERENCE_OPTIONS = tuple(name for name, each in OPTIONS.items() if "reference" in each.data)
+"""Names of the options that reference gamuts have."""
+
 _MOST_NAMES = 400
 """Largest number of slugs and ids in a list."""
 
@@ -86,7 +91,8 @@ class NamedGamuts:
         for parameter, text in items:
             if parameter in self._naming:
                 self._names += text.split(",")[:_MOST_NAMES]
-        self._has_slug = not REFERENCES.keys().isdisjoint(self._names)
+        # A misspelled slug may have options too, so the slug is refused, and not the options.
+        self._has_slug = any(name and not _ID.match(name) for name in self._names)
         self._options: list[tuple[str, str]] = []
         if self._has_slug:
             self._options = [item for item in items if self._is_option(item[0])]
@@ -114,7 +120,7 @@ class NamedGamuts:
             each: reference for each, reference in references.items() if reference is not None
         }
         if wanted:
-            if self._request.method not in {"GET", "POST"}:
+            if self._request.method not in _READING:
                 raise read_only(next(iter(wanted.values())).slug)
             options = self._build_options()
             builds = {}
@@ -125,6 +131,13 @@ class NamedGamuts:
                 builds[self._ids[each]] = reference, chosen
             await self._build(builds)
         return self._ids.get(name, name)
+
+    @property
+    def options(self) -> tuple[str, ...]:
+        """Names of the options of the build that the query may have: none without a slug."""
+        if not self._has_slug or self._request.method not in _READING:
+            return ()
+        return tuple(name for name in _REFERENCE_OPTIONS if name not in self._own)
 
     def location(self) -> str | None:
         """Return the address of the answer by ids; None if the request has ids only."""
@@ -245,8 +258,7 @@ async def checked_gamut(request: Request, name: str, place: str, field: str) -> 
         try:
             _GAMUT_NAME.validate_python(name)
         except ValidationError as error:
-            faults = [{**fault, "loc": (place, field)} for fault in error.errors()]
-            raise RequestValidationError(faults) from error
+            raise request_error(error, place, field) from error
     return await NamedGamuts.of(request).id_of(name)
 
 
@@ -257,7 +269,8 @@ async def check_request(request: Request) -> None:
 
 async def check_gamut_query(request: Request) -> None:
     """Refuse unknown and repeated parameters. With a slug, options of its build are known."""
-    check_items(request, NamedGamuts.of(request).items)
+    gamuts = NamedGamuts.of(request)
+    check_items(request, gamuts.items, gamuts.options)
 
 
 def level_request(

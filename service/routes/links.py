@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
-from fastapi import APIRouter, Request
+from fastapi import APIRouter, Depends, Request
 from fastapi.responses import Response
 
 from gamutcore.links import PARAMETERS, link, table_size
@@ -12,12 +12,13 @@ from service.access.rate_limits import client_of
 from service.admission import MODEL_BYTES, Work, needed_bytes
 from service.container import service_of
 from service.http.representations import IMMUTABLE, conditional, content_disposition
+from service.http.requests import GAMUT_ID
 from service.openapi.documentation import binary_content, header, problems
 from service.questions.answers import condition_headers
-from service.questions.parameters import documentation, query_values, values_of
-from service.routes.dependencies import GamutRoute, NamedGamuts, checked_gamut
+from service.questions.parameter_models import Parameters, parameter_model, query_of
+from service.routes.dependencies import GamutRoute, NamedGamuts, check_gamut_query
 from service.routes.questions import wait_for_kernels, wanted_levels
-from service.routes.views import NOT_MODIFIED, named_gamut, only
+from service.routes.views import NOT_MODIFIED, named_gamut
 
 if TYPE_CHECKING:
     from service.library import QueryLevel
@@ -41,9 +42,14 @@ MEDIA_TYPES = {"cube": "text/plain; charset=us-ascii", "icc": "application/vnd.i
 
 SUFFIXES = {"cube": ".cube", "icc": ".icc"}
 
-_SIDES = ("source", "destination")
+_query = query_of(parameter_model("link_query", PARAMETERS))
 
-router = APIRouter(prefix="/v1/links", tags=["gamuts"], route_class=GamutRoute)
+router = APIRouter(
+    prefix="/v1/links",
+    tags=["gamuts"],
+    route_class=GamutRoute,
+    dependencies=[Depends(check_gamut_query)],
+)
 
 
 @router.get(
@@ -92,18 +98,17 @@ router = APIRouter(prefix="/v1/links", tags=["gamuts"], route_class=GamutRoute)
             "store-unavailable",
         ),
     },
-    openapi_extra={"parameters": [*map(named_gamut, _SIDES), *documentation(PARAMETERS)]},
 )
-async def download_link(request: Request) -> Response:
+async def download_link(
+    request: Request,
+    source: Annotated[str, named_gamut("of the source"), GAMUT_ID],
+    destination: Annotated[str, named_gamut("of the destination"), GAMUT_ID],
+    parameters: Annotated[Parameters, Depends(_query)],
+) -> Response:
     """Download a mapping between two devices."""
-    service, items = service_of(request), NamedGamuts.of(request).items
-    names = [only(items, side) for side in _SIDES]
-    ids = [
-        await checked_gamut(request, name, "query", side)
-        for name, side in zip(names, _SIDES, strict=True)
-    ]
-    others = [item for item in items if item[0] not in _SIDES]
-    values = values_of(PARAMETERS, query_values(PARAMETERS, others), {})
+    service, names = service_of(request), [source, destination]
+    ids = [await NamedGamuts.of(request).id_of(name) for name in names]
+    values = dict(parameters)
     await wait_for_kernels(service)
     library, client = service.library, client_of(request.scope)
     gamuts = [(await library.gamut(each, client)).gamut for each in ids]

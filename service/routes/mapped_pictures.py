@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -24,20 +25,26 @@ from service.http.request_context import timed
 from service.openapi.documentation import binary_content, header
 from service.problems.problem import JsonResponse, Problem, ProblemError
 from service.questions.answers import warning_header
-from service.questions.parameters import documentation, query_values, values_of
+from service.questions.parameter_models import parameter_model
 from service.questions.pictures import MappingRequest, report_header
 from service.routes.dependencies import NamedGamuts, checked_gamut
 from service.storage.blobs import SCRATCH_FOLDER, BlobNotFoundError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator, Mapping, Sequence
 
     from fastapi import Request
 
     from service.container import ServiceContainer
     from service.http.bodies import Body
 
-__all__ = ["PARAMETERS", "answer_picture", "document_pictures", "is_picture"]
+__all__ = [
+    "PARAMETERS",
+    "answer_picture",
+    "document_pictures",
+    "is_picture",
+    "with_picture_parameters",
+]
 
 PICTURES = {"image/png": "png", "image/tiff": "tif", "image/jpeg": "jpg", "image/x-exr": "exr"}
 """Media types of the answers, and the suffixes of their files. OpenEXR has no registered one."""
@@ -58,6 +65,8 @@ PARAMETERS = (
     ),
 )
 
+_Query = parameter_model("picture_query", PARAMETERS)
+
 
 def is_picture(request: Request) -> bool:
     """Return whether the body is declared as a picture."""
@@ -67,8 +76,8 @@ def is_picture(request: Request) -> bool:
 async def answer_picture(request: Request, gamut_id: str) -> Response:
     """Return the picture of the body, mapped."""
     service = service_of(request)
-    query = query_values(PARAMETERS, NamedGamuts.of(request).items)
-    values = values_of(PARAMETERS, query, {})
+    named = NamedGamuts.of(request)
+    values = dict(_Query.of_query(named.items, named.options))
     answer, source = values.pop("result"), values.pop("source")
     if source is not None:
         source = await checked_gamut(request, source, "query", "source")
@@ -202,17 +211,24 @@ def _media_type(request: Request, start: bytes, answer: str, to: str) -> str:
     return media_type
 
 
-def document_pictures(
-    parameters: list[dict[str, Any]], body: dict[str, Any], answer: dict[str, Any]
-) -> None:
+def with_picture_parameters(parameters: Sequence[Parameter]) -> tuple[Parameter, ...]:
+    """Return the parameters for colours and those for pictures, to be documented together."""
+    of_pictures = {parameter.name: parameter for parameter in PARAMETERS}
+    both = [
+        of_pictures["method"] if parameter.name == "method" else parameter
+        for parameter in parameters
+    ]
+    names = {parameter.name for parameter in both}
+    both += [
+        replace(parameter, description=f"For pictures: {parameter.description}")
+        for name, parameter in of_pictures.items()
+        if name not in names
+    ]
+    return tuple(both)
+
+
+def document_pictures(body: dict[str, Any], answer: dict[str, Any]) -> None:
     """Add pictures to the OpenAPI description of the route for colours."""
-    known = {each["name"]: each for each in parameters}
-    for each in documentation(PARAMETERS):
-        name = each["name"]
-        if name not in known:
-            parameters.append({**each, "description": f"For pictures: {each['description']}"})
-        elif name == "method":
-            known[name] |= {"schema": each["schema"], "description": each["description"]}
     body["description"] += (
         " A picture of gray or RGB is recognised by its content: any media type image/* stands for "
         "every format that is read. Its parameters are in the query string."

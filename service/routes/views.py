@@ -32,7 +32,7 @@ from service.http.representations import (
     content_disposition,
     preferred_media_type,
 )
-from service.http.requests import GAMUT_IDS, GAMUT_PATTERN
+from service.http.requests import GAMUT_ID, GAMUT_IDS, GAMUT_PATTERN, invalid_parameter
 from service.library import EncodedResponse, PictureOptions
 from service.openapi.documentation import (
     EXAMPLE_ID,
@@ -44,7 +44,7 @@ from service.openapi.documentation import (
 from service.problems.problem import Problem, ProblemError
 from service.questions.answers import condition_headers
 from service.questions.colour_bodies import FORMS, JSON, NPY
-from service.questions.parameters import documentation, query_values, refuse, values_of
+from service.questions.parameter_models import Parameters, parameter_model, query_of
 from service.questions.question_schemas import view_response
 from service.questions.runner import answer_bytes
 from service.routes.dependencies import (
@@ -56,14 +56,14 @@ from service.routes.dependencies import (
     level_request,
 )
 from service.routes.names import named
-from service.routes.questions import QueryRoute, wait_for_kernels, wanted_levels
+from service.routes.questions import wait_for_kernels, wanted_levels
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from service.library import OpenGamut
 
-__all__ = ["NOT_MODIFIED", "named_gamut", "only", "routers"]
+__all__ = ["NOT_MODIFIED", "named_gamut", "routers"]
 
 _PROBLEMS = (
     "not-acceptable",
@@ -89,26 +89,35 @@ _PAGE, _PAGE_SHARE = 0.4, 0.1
 """Encoding the history of a page, per triangle of the largest full boundary, because one follows
 the other. And writing the page, per triangle of all, with copies in Base64. In indexes."""
 
-router = APIRouter(prefix="/v1/gamuts", tags=["queries"], route_class=QueryRoute)
+_CHECKS = [Depends(check_gamut_query)]
 
-comparisons = APIRouter(prefix="/v1/comparisons", tags=["queries"], route_class=GamutRoute)
+router = APIRouter(
+    prefix="/v1/gamuts", tags=["queries"], route_class=GamutRoute, dependencies=_CHECKS
+)
 
-pictures = APIRouter(prefix="/v1/gamuts", tags=["meshes"], route_class=QueryRoute)
+comparisons = APIRouter(
+    prefix="/v1/comparisons", tags=["queries"], route_class=GamutRoute, dependencies=_CHECKS
+)
+
+pictures = APIRouter(
+    prefix="/v1/gamuts", tags=["meshes"], route_class=GamutRoute, dependencies=_CHECKS
+)
 
 pages = APIRouter(
-    prefix="/v1/gamuts",
-    tags=["gamuts"],
-    route_class=GamutRoute,
-    dependencies=[Depends(check_gamut_query)],
+    prefix="/v1/gamuts", tags=["gamuts"], route_class=GamutRoute, dependencies=_CHECKS
 )
 
 routers = (router, comparisons, pictures, pages)
 
 
 def _add_route(question: Question) -> None:
-    async def endpoint(request: Request, gamut_id: GamutId) -> Response:
-        values = _values(question, NamedGamuts.of(request).items)
-        return await _answer(request, question, [gamut_id], values, _accepted_form(request))
+    query = Depends(query_of(parameter_model(f"{question.name}_query", question.all_parameters)))
+
+    async def endpoint(
+        request: Request, gamut_id: GamutId, parameters: Parameters = query
+    ) -> Response:
+        values, media_type = dict(parameters), _accepted_form(request)
+        return await _answer(request, question, [gamut_id], values, media_type)
 
     router.add_api_route(
         f"/{{gamut_id}}/{question.name}",
@@ -119,26 +128,25 @@ def _add_route(question: Question) -> None:
         description=question.description,
         response_class=Response,
         responses={200: view_response(question), 304: NOT_MODIFIED, **problems(*_PROBLEMS)},
-        openapi_extra={"parameters": documentation(question.all_parameters)},
     )
 
 
 for _question in QUESTIONS.values():
-    if _question.members and _question is not COMPARISON:
+    if _question.answer_schema and _question is not COMPARISON:
         _add_route(_question)
 
 
-def named_gamut(name: str) -> dict[str, object]:
-    """Return the documentation of a query parameter that names a gamut."""
-    shown = name.upper() if len(name) == 1 else f"of the {name}"
-    return {
-        "name": name,
-        "in": "query",
-        "required": True,
-        "description": f"Id of the gamut {shown}, or slug of a reference gamut.",
-        "schema": {"type": "string", "pattern": f"^{GAMUT_PATTERN}$"},
-        "example": EXAMPLE_ID,
-    }
+def named_gamut(which: str) -> Any:  # noqa: ANN401 - as of FastAPI
+    """Return the query parameter that names one of two gamuts."""
+    return Query(
+        description=f"Id of the gamut {which}, or slug of a reference gamut.",
+        pattern=f"^{GAMUT_PATTERN}$",
+        examples=[EXAMPLE_ID],
+    )
+
+
+_comparison_query = query_of(parameter_model("comparison_query", COMPARISON.all_parameters))
+_picture_query = query_of(parameter_model("picture_query", PICTURE.parameters))
 
 
 @comparisons.get(
@@ -148,20 +156,17 @@ def named_gamut(name: str) -> dict[str, object]:
     description=COMPARISON.description,
     response_class=Response,
     responses={200: view_response(COMPARISON), 304: NOT_MODIFIED, **problems(*_PROBLEMS)},
-    openapi_extra={
-        "parameters": [
-            *map(named_gamut, "ab"),
-            *documentation(COMPARISON.all_parameters),
-        ]
-    },
 )
-async def compare_gamuts(request: Request) -> Response:
+async def compare_gamuts(
+    request: Request,
+    a: Annotated[str, named_gamut("A"), GAMUT_ID],
+    b: Annotated[str, named_gamut("B"), GAMUT_ID],
+    parameters: Annotated[Parameters, Depends(_comparison_query)],
+) -> Response:
     """Compare two gamuts."""
-    items = NamedGamuts.of(request).items
-    values = _values(COMPARISON, [item for item in items if item[0] not in {"a", "b"}])
-    names = {name: only(items, name) for name in "ab"}
-    ids = [await checked_gamut(request, names[name], "query", name) for name in names]
-    return await _answer(request, COMPARISON, ids, values, _accepted_form(request))
+    ids = [await NamedGamuts.of(request).id_of(name) for name in (a, b)]
+    values, media_type = dict(parameters), _accepted_form(request)
+    return await _answer(request, COMPARISON, ids, values, media_type)
 
 
 @pictures.get(
@@ -195,13 +200,14 @@ async def compare_gamuts(request: Request) -> Response:
             "store-unavailable",
         ),
     },
-    openapi_extra={"parameters": documentation(PICTURE.parameters)},
 )
-async def draw_gamut(request: Request, gamut_id: GamutId) -> Response:
+async def draw_gamut(
+    request: Request,
+    gamut_id: GamutId,
+    parameters: Annotated[Parameters, Depends(_picture_query)],
+) -> Response:
     """Draw a level."""
-    values = values_of(
-        PICTURE.parameters, query_values(PICTURE.parameters, NamedGamuts.of(request).items), {}
-    )
+    values = dict(parameters)
     level = level_request(values.pop("triangles"), values.pop("max_error"))
     options = PictureOptions(**values)
     service = service_of(request)
@@ -274,7 +280,7 @@ async def download_page(
     names = [] if others is None else others.split(",")
     if len(names) >= MOST_GAMUTS:
         fault = f"There are {len(names)} gamuts beside the first."
-        raise refuse(fault, "query", "with", f"Give at most {MOST_GAMUTS - 1}.")
+        raise invalid_parameter(fault, "query", "with", f"Give at most {MOST_GAMUTS - 1}.")
     other_ids = [await NamedGamuts.of(request).id_of(name) for name in names]
     records = [await library.record(each) for each in dict.fromkeys([gamut_id, *other_ids])]
     full = {record.id: record.description["counts"]["triangles"] for record in records}
@@ -313,19 +319,6 @@ async def download_page(
         page = conditional(await library.in_thread(answer), request.headers)
         opened.clear()
         return service.admission.hold_response(page, client)
-
-
-def only(items: Sequence[tuple[str, str]], name: str) -> str:
-    """Return the value of a parameter that names a gamut and must be given once."""
-    values = [value for key, value in items if key == name]
-    if len(values) != 1:
-        fault = f"The parameter {name!r} is given {len(values)} times."
-        raise refuse(fault, "query", name, "Give the id or slug of a gamut, once.")
-    return values[0]
-
-
-def _values(question: Question, items: Sequence[tuple[str, str]]) -> dict[str, Any]:
-    return values_of(question.all_parameters, query_values(question.all_parameters, items), {})
 
 
 async def _answer(

@@ -15,7 +15,7 @@ from service.library import QueryLevel
 from service.problems.problem import ProblemError
 from service.questions.answers import WRITERS
 from service.questions.colour_bodies import CSV, JSON, NPY, parse_body
-from service.questions.parameters import values_of
+from service.questions.parameter_models import parameter_model
 from targets.checks import Target, refused_by_name
 
 ROOT = Path(__file__).parents[3]
@@ -158,6 +158,9 @@ _CXF_TOKENS = [
 
 
 CUBE = Gamut((2.0 * np.array(list(np.ndindex(2, 2, 2))) - 1) * 20 + (50, 0, 0), gamma=1)
+MODELS = {
+    name: parameter_model(name, question.all_parameters) for name, question in QUESTIONS.items()
+}
 LEVEL = QueryLevel(CUBE, CUBE.history.triangles, 0.0)
 
 
@@ -198,7 +201,7 @@ def check_body(data):
             continue
         with refused_by_name(ProblemError):
             body = parse_body(bytearray(data), form, question, CUBE.colour_space, 3, {})
-            values = values_of(question.all_parameters, {}, body.members)
+            values = MODELS[question.name]().with_members(body.members)
             values |= {"triangles": LEVEL.triangles, "max_error": None}
             if body.table is not None:
                 values["space"] = body.table.space

@@ -2,6 +2,9 @@
 
 import pytest
 
+from service.application import create_app
+from service.settings import Settings
+
 ID = "0" * 64
 MESH = ["triangles", "max_error", "max_mismatch", "side", "format"]
 
@@ -35,6 +38,81 @@ def test_unknown_and_repeated_parameters_are_refused_and_named(
     assert (where["in"], where["field"]) == ("query", field)
     if known is not None:
         assert where["known"] == known
+
+
+OF_SLUGS = ["", "/mesh", "/mesh.ply", "/levels", "/history", "/viewer.html", "/cusps", "/leaves"]
+OF_SLUGS += ["/slice", "/rings", "/picture.png"]
+
+
+@pytest.fixture(scope="module")
+def refused(tmp_path_factory, request_app, assert_problem):
+    """Send a request that is refused before anything is read or built."""
+    app = create_app(Settings(store=str(tmp_path_factory.mktemp("store"))))
+    return lambda path, method="GET": assert_problem(
+        request_app(app, method, path), 422, "invalid-parameter"
+    )
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        *(f"/v1/gamuts/srgb{below}?" for below in OF_SLUGS),
+        "/v1/gamuts/srgb/mesh?triangles=100&",
+        f"/v1/gamuts/{ID}/viewer.html?with=srgb&",
+        f"/v1/gamuts/{ID}/rings?reference=srgb&",
+        f"/v1/comparisons?a={ID}&b=srgb&",
+        f"/v1/links?source=srgb&destination={ID}&",
+    ],
+)
+def test_the_remedy_of_a_query_of_a_slug_names_the_options_of_the_build(refused, path):
+    problem = refused(f"{path}scale=2")
+    assert (problem["where"]["in"], problem["where"]["field"]) == ("query", "scale")
+    known = problem["where"]["known"]
+    assert {"space", "gamma", "surface_samples", "reference_white"} <= set(known)
+    assert not {"scale", "ink_limit", "observer"} & set(known)  # no options of references
+    assert known.count("background") == 1
+    assert ", space, " in problem["remedy"] or ": space, " in problem["remedy"]
+
+
+def test_options_of_a_misspelled_slug_are_not_what_is_refused(refused):
+    problem = refused("/v1/gamuts/srbg?gamma=1")
+    assert problem["where"] == {"in": "path", "field": "gamut_id"}
+    assert "Did you mean srgb?" in problem["remedy"]
+
+
+@pytest.mark.parametrize("path", [f"/v1/gamuts/{ID}", f"/v1/gamuts/{ID}/mesh", "/v1/gamuts"])
+def test_options_need_a_slug(refused, path):
+    problem = refused(f"{path}?gamma=1")
+    assert problem["where"]["field"] == "gamma"
+    assert "space" not in problem["remedy"]
+
+
+@pytest.mark.parametrize(("path", "name"), [("/v1/comparisons", "b"), ("/v1/links", "source")])
+def test_a_missing_parameter_is_named(refused, path, name):
+    others = {"a", "b"} if path == "/v1/comparisons" else {"source", "destination"}
+    query = "&".join(f"{other}={ID}" for other in sorted(others - {name}))
+    problem = refused(f"{path}?{query}")
+    assert problem["where"] == {"in": "query", "field": name}
+    assert name in problem["detail"]
+    assert name in problem["remedy"]
+
+
+@pytest.mark.parametrize(
+    ("path", "name", "text"),
+    [
+        ("gamuts/{id}/slice", "plane", "0,1,0"),
+        ("gamuts/{id}/slice", "plane", "red"),
+        ("gamuts/{id}/picture.png", "view", "1,2,3"),
+        ("gamuts/{id}/picture.png", "view", "topp"),
+        ("links?source={id}&destination={id}", "focus", "1,2"),
+    ],
+)
+def test_arrays_are_refused_as_other_values_are(refused, path, name, text):
+    address = f"/v1/{path.format(id=ID)}"
+    problem = refused(f"{address}{'&' if '?' in address else '?'}{name}={text}")
+    assert problem["where"] == {"in": "query", "field": name}
+    assert "Give " in problem["remedy"]
+    assert ("Did you mean 'top'?" in problem["remedy"]) == (text == "topp")
 
 
 FAULTY_BOTH = ["", " 1", "+1", "-1", "1_0", "0x10", "nan", "many", "\x00", "\u0661", "9" * 13]

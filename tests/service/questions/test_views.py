@@ -9,7 +9,7 @@ from gamutcore.questions import QUESTIONS
 
 IMMUTABLE = "public, max-age=31536000, immutable"
 JSON, NPY, CSV = "application/json", "application/x-npy", "text/csv"
-NAMES = [name for name, question in QUESTIONS.items() if question.members]
+NAMES = [name for name, question in QUESTIONS.items() if question.answer_schema]
 
 
 @pytest.fixture(scope="module")
