@@ -4,6 +4,7 @@ from gamutcore.boundary.device_surface import device_surface_boundary
 from gamutcore.boundary.mesh_boundary import mesh_boundary, mesh_vertices
 from gamutcore.boundary.methods import BOUNDARIES, compute_boundary, vertex_device_values
 from gamutcore.boundary.modified_convex_hull import GAMMA, Boundary, modified_convex_hull
+from gamutcore.boundary.radial_envelope import radial_map
 from gamutcore.boundary.spherical_segments import (
     BASIS,
     SEGMENT_COUNTS,
@@ -26,6 +27,7 @@ __all__ = [
     "mesh_boundary",
     "mesh_vertices",
     "modified_convex_hull",
+    "radial_map",
     "raise_wrapping",
     "segment_maxima",
     "usv",

@@ -85,6 +85,7 @@ from gamutcore.questions.shape import (
     rings,
     section,
 )
+from gamutcore.questions.uncertainty import UNCERTAINTY, compare_with_interval, uncertainty
 
 __all__ = [
     "BLACK",
@@ -110,6 +111,7 @@ __all__ = [
     "SECTORS",
     "SPACE",
     "SPATIAL",
+    "UNCERTAINTY",
     "Answer",
     "GamutLike",
     "IndexedLevels",
@@ -123,6 +125,7 @@ __all__ = [
     "chromaticity",
     "colours_in",
     "compare",
+    "compare_with_interval",
     "compared_conditions",
     "comparison_warnings",
     "compensates_black",
@@ -154,13 +157,14 @@ __all__ = [
     "rings",
     "section",
     "tolerance_of",
+    "uncertainty",
 ]
 
 QUESTIONS: Mapping[str, Question] = {
     each.name: each
     for each in (
         *(CONTAINS, NEAREST, MAP, CROSSINGS, RECIPES, COLOURS),
-        *(CUSPS, LEAVES, SLICE, RINGS),
+        *(CUSPS, LEAVES, SLICE, RINGS, UNCERTAINTY),
         *(COMPARISON, PICTURE),
     )
 }
