@@ -1,9 +1,10 @@
 """Test the intervals of volumes on a device whose truth is known.
 
-``python -m benchmarks.intervals`` runs by hand. The truth is the fit of FOGRA39L. An experiment takes some of its patches, always with the solids of
-ink and their overprints, adds noise to their colours as measured, and asks for the interval of the
-volume. Each experiment is stored when it is done, so a run goes on where the last one ended. The
-figures go to ``benchmarks/intervals.json`` and into ``docs/uncertainty.md``.
+``python -m benchmarks.intervals`` runs by hand. The truth is the fit of FOGRA39L. An experiment
+takes some of its patches, always with the solids of ink and their overprints, adds noise to their
+colours as measured, and asks for the interval of the volume. Each experiment is stored when it is
+done, so a run goes on where the last one ended. The figures go to ``benchmarks/intervals.json`` and
+into ``docs/uncertainty.md``.
 """
 
 from __future__ import annotations

@@ -120,7 +120,7 @@ def test_a_reference_counts_as_exact(display: Gamut) -> None:
 
 
 def test_gamuts_without_patches_are_refused() -> None:
-    cube = [(l, a, b) for l in (40, 60) for a in (-10, 10) for b in (-10, 10)]
+    cube = [(light, a, b) for light in (40, 60) for a in (-10, 10) for b in (-10, 10)]
     with pytest.raises(DeviceModelError, match="no measured patches"):
         Gamut(cube).uncertainty(0.3)
 
@@ -139,3 +139,16 @@ def test_few_patches_warn_in_comparisons(display: Gamut) -> None:
     warnings = display.compare(Gamut(chart(patches=90), surface_samples=500)).warnings
     assert [text for text in warnings if text.startswith("A: The volume rests on 40 patches")]
     assert not [text for text in warnings if text.startswith("B: The volume rests")]
+
+
+@pytest.mark.slow
+def test_intervals_contain_the_truth() -> None:
+    from benchmarks.common import FOGRA39L
+    from benchmarks.intervals import Press
+
+    press = Press(FOGRA39L.read_bytes())
+    experiments = [press.experiment(100, 0.3, seed) for seed in range(1000, 1006)]
+    right = [one["low"] <= 0.0 <= one["high"] for one in experiments]
+    # of 95 % intervals, fewer than 4 of 6 contain the truth once in 450 runs
+    assert sum(right) >= 4
+    assert max(one["high"] - one["low"] for one in experiments) < 0.2
