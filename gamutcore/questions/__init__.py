@@ -22,6 +22,7 @@ from gamutcore.questions.conditions import (
     no_limit_warnings,
 )
 from gamutcore.questions.declarations import LEVEL_PARAMETERS, SPACE, Answer, Parameter, Question
+from gamutcore.questions.intervals import UNCERTAINTY, compare_with_interval, uncertainty
 from gamutcore.questions.levels import (
     DEFAULT_EDGE_WIDTH,
     DEFAULT_ERROR,
@@ -85,7 +86,6 @@ from gamutcore.questions.shape import (
     rings,
     section,
 )
-from gamutcore.questions.uncertainty import UNCERTAINTY, compare_with_interval, uncertainty
 
 __all__ = [
     "BLACK",

@@ -642,8 +642,8 @@ def _needed_words(needed: int | None, interval: Interval, patches: str) -> str:
     if needed is None:
         others = _percent(hypot(interval.noise, interval.instrument))
         return (
-            f"No number of patches gives ± 1 %: noise and instrument alone are ± {others}. Read the "
-            "chart, and above all its white, several times."
+            f"No number of patches gives ± 1 %: noise and instrument alone are ± {others}. Read "
+            "the chart, and above all its white, several times."
         )
     return f"For ± 1 %, {patches} would need about {needed} patches."
 
