@@ -33,6 +33,7 @@ from gamutcore.colours.device_model import (
 from gamutcore.colours.sampling import surface_values
 from gamutcore.errors import DeviceModelError, InvalidPointsError, OptionError
 from gamutcore.number_text import number_text
+from gamutcore.options import Options
 from gamutcore.questions.comparison import compared_conditions
 from gamutcore.questions.conditions import build_warnings
 from gamutcore.questions.declarations import (
@@ -105,6 +106,7 @@ class _Surface:
     def __init__(self, gamut: GamutLike) -> None:
         model = _measured_model(gamut)
         function = model.function
+        assert isinstance(function, Fit | Interpolation)  # noqa: S101  # by _measured_model
         self._gamut, self._inks = gamut, model.inks
         self.is_grid = isinstance(function, Interpolation)
         self.patches, self.lab = _patches_of(function)
@@ -175,7 +177,7 @@ class _Surface:
         method = gamut.description["provenance"].get("boundary", {}).get("method")
         if method == "device-surface" and self._faces is not None:
             return radial_map(coordinates, self._faces.corners, centre, PIXELS)
-        options = gamut.options
+        options = Options.from_mapping(gamut.description["options"])
         wrapped = wrap_colours(
             coordinates, self._faces, str(method), self.centre, options.boundary_parameters
         )
@@ -577,9 +579,9 @@ def compare_with_interval(
     study = _Study(surfaces, _pair_figures)
     parts = study.parts(readings, instrument, same_instrument=same_instrument)
     larger = parts.interval(0, -1.0, inf)
-    counts = tuple(
+    counts = [
         len(surface.patches) if isinstance(surface, _Surface) else None for surface in surfaces
-    )
+    ]
     fewest = min(count for count in counts if count is not None)
     needed = _patches_needed(larger, fewest)
     exact = tuple(
@@ -593,7 +595,7 @@ def compare_with_interval(
         b_covers_a=parts.interval(2, 0.0, 1.0),
         smallest_difference=2.0 * larger.half_width,
         noise=(readings[0].noise, readings[1].noise),
-        patches=counts,
+        patches=(counts[0], counts[1]),
         patches_needed=needed,
         summary=_pair_words(parts, needed),
         gamuts=(gamut.conditions, other.conditions),
