@@ -65,7 +65,8 @@ def conditions_of(description: Mapping[str, Any]) -> Conditions:
 
 FEW_PATCHES = {3: 60, 4: 100}
 """Numbers of patches by channels below which the interval of the volume exceeds 3 %
-(``docs/uncertainty.md``). More channels need more: half as many again for each."""
+(``docs/uncertainty.md``). Four channels are measured. Three are an estimate, as are more than four:
+half as many again for each."""
 
 
 def _few_patches(provenance: Mapping[str, Any]) -> tuple[str, ...]:
