@@ -9,7 +9,7 @@ import json
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
-from benchmarks import decimation_tables, reliability
+from benchmarks import decimation_tables, intervals, reliability
 from benchmarks.common import DOCUMENT, RESULTS, ROOT
 from benchmarks.markdown import rows_table, table, update_document
 from gamutcore.characterisation import FORMATS as INPUT_FORMATS
@@ -52,6 +52,9 @@ DOCUMENTS: dict[Path, Callable[[], dict[str, str]]] = {
     },
     decimation_tables.DOCUMENT: lambda: decimation_tables.document_blocks(
         json.loads(decimation_tables.RESULTS.read_text())
+    ),
+    intervals.DOCUMENT: lambda: intervals.document_blocks(
+        json.loads(intervals.RESULTS.read_text())
     ),
     reliability.DOCUMENT: lambda: reliability.document_blocks(
         json.loads(reliability.RESULTS.read_text())

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Self
 
 from gamutcore import questions
-from gamutcore.building import build, report_progress
+from gamutcore.building import build, device_model, report_progress
 from gamutcore.characterisation.icc import looks_like_icc
 from gamutcore.colours import DeviceModel
 from gamutcore.colours.spaces import ColourSpace
@@ -70,7 +70,9 @@ if TYPE_CHECKING:
     from gamutcore.geometry import TriangleMesh
     from gamutcore.pictures import MappedPicture
     from gamutcore.results import (
+        ComparisonUncertainty,
         Conditions,
+        VolumeUncertainty,
     )
 
 __all__ = ["Gamut", "load_level", "read_description", "stored_level"]
@@ -499,6 +501,103 @@ class Gamut:
     compare = questions.compare
 
     chromaticity = questions.chromaticity
+
+    # --- how sure -----------------------------------------------------------------------------
+
+    def uncertainty(
+        self,
+        noise: float | None = None,
+        repeats: Self | str | os.PathLike[str] | bytes | None = None,
+        *,
+        instrument: float = 0.0,
+    ) -> VolumeUncertainty:
+        """Return the 95 % interval of the volume of a measured device, with its parts.
+
+        Parameters
+        ----------
+        noise : float, optional
+            Noise of readings: root mean square ΔE*ab between one reading and the mean of many. By
+            default, that of `repeats`, else that of the repeated patches of the data.
+        repeats : Gamut, path or bytes, optional
+            A second reading of the same chart.
+        instrument : float, optional
+            Error in ΔE*ab that all readings have in common, at 50 units from mid grey. It never
+            averages out.
+
+        Returns
+        -------
+        VolumeUncertainty
+            With `volume`, `relative`, `patches_needed` and a `summary` in words.
+
+        Raises
+        ------
+        DeviceModelError
+            The gamut is not of measured patches.
+        InvalidPointsError
+            There are too few patches.
+
+        Notes
+        -----
+        Monte Carlo through the device model, JCGM 101:2008, and models of halves of the patches. It
+        takes seconds. ``docs/uncertainty.md`` explains the method.
+
+        Examples
+        --------
+        >>> press = Gamut("examples/FOGRA39L.ti3", surface_samples=1000)
+        >>> press.uncertainty(noise=0.3).noise_from  # doctest: +SKIP
+        'given'
+        """
+        second: DeviceModel | None = None
+        if isinstance(repeats, Gamut):
+            second = repeats.device_model
+        elif repeats is not None:
+            with errors_in(repeats):
+                made = device_model(content_of(repeats), self.options, Limits())
+            if made is None:
+                raise OptionError.not_applicable("repeats", "data", "it has no measured patches")
+            second = made[0]
+        return questions.uncertainty(self, noise, second, instrument)
+
+    def compare_with_interval(
+        self,
+        other: Self | str | os.PathLike[str],
+        *,
+        noise: float | None = None,
+        instrument: float = 0.0,
+        same_instrument: bool = False,
+    ) -> ComparisonUncertainty:
+        """Return the 95 % intervals of a comparison of this gamut, A, with another one, B.
+
+        Parameters
+        ----------
+        other : Gamut, str or path
+            A gamut without measured patches, such as a reference, counts as exact.
+        noise, instrument : float, optional
+            As for `uncertainty`, of the data of both.
+        same_instrument : bool, optional
+            Whether one instrument has read both, so that its error is the same. It then cancels
+            where the colours are alike.
+
+        Returns
+        -------
+        ComparisonUncertainty
+            With `larger`, `a_covers_b`, `b_covers_a`, `smallest_difference`, `patches_needed` and a
+            `summary` in words.
+
+        Raises
+        ------
+        DeviceModelError
+            Neither gamut is of measured patches.
+        InvalidPointsError
+            There are too few patches.
+        """
+        return questions.compare_with_interval(
+            self,
+            other_gamut(self, other),
+            noise=noise,
+            instrument=instrument,
+            same_instrument=same_instrument,
+        )
 
     def coverage_of(self, other: Self | str | os.PathLike[str]) -> float:
         """Return the share of another gamut's volume that this gamut covers.

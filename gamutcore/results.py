@@ -36,6 +36,7 @@ __all__ = [
     "ColourRecipes",
     "ColourSection",
     "Comparison",
+    "ComparisonUncertainty",
     "Conditions",
     "CoverageMatrix",
     "GamutComparison",
@@ -43,12 +44,14 @@ __all__ = [
     "GamutRings",
     "HueSectors",
     "Intersection",
+    "Interval",
     "MappedColours",
     "NearestColours",
     "Overlap",
     "SurfaceAnswer",
     "TabularRepr",
     "ViewerPage",
+    "VolumeUncertainty",
 ]
 
 FloatArray: TypeAlias = NDArray[np.float64]
@@ -231,6 +234,8 @@ class Conditions(TabularRepr):
         False if the gamut does not state it.
     build_warnings : tuple of str
         Warnings of the gamut's build. Answers have them among their warnings.
+    size_warnings : tuple of str
+        Warnings about its volume, which comparisons have among their warnings.
     """
 
     intent: str
@@ -247,6 +252,7 @@ class Conditions(TabularRepr):
     is_print: bool = field(default=False, repr=False)
     inks: bool = field(default=False, repr=False)
     build_warnings: tuple[str, ...] = field(default=(), repr=False, compare=False)
+    size_warnings: tuple[str, ...] = field(default=(), repr=False, compare=False)
 
     @classmethod
     def from_dict(cls, document: Mapping[str, Any]) -> Conditions:
@@ -825,10 +831,7 @@ class GamutComparison(Comparison):
 
     def summary_with(self, a: str, b: str) -> tuple[str, ...]:
         """Return the summary with the names of the gamuts."""
-        names = {"A": a, "B": b}
-        return tuple(
-            re.sub(r"\b[AB]\b", lambda word: names[word[0]], sentence) for sentence in self.summary
-        )
+        return named_summary(self.summary, a, b)
 
 
 @dataclass(frozen=True, repr=False)
@@ -887,6 +890,124 @@ class GamutRings(TabularRepr):
     gamut: Conditions | None = None
     reference_gamut: Conditions | None = None
     warnings: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, repr=False)
+class Interval(TabularRepr):
+    """A figure with its interval of 95 %, and the parts of which the interval is made.
+
+    Attributes
+    ----------
+    value, low, high : float
+        The figure, corrected for its bias, and the ends of the interval.
+    noise, patches, instrument : float
+        Half-widths by the noise of readings, by the number and choice of patches, and by what all
+        readings have in common. The half-width of the whole is the root of their sum of squares.
+    bias : float
+        The correction of the figure: few patches make a gamut smaller, and noise makes it larger.
+    """
+
+    value: float
+    low: float
+    high: float
+    noise: float
+    patches: float
+    instrument: float
+    bias: float
+
+    @property
+    def half_width(self) -> float:
+        """Half of the interval, before it is cut to possible values."""
+        return float(np.sqrt(self.noise**2 + self.patches**2 + self.instrument**2))
+
+    def to_mapping(self) -> dict[str, float]:
+        """Return the fields as a JSON-able mapping."""
+        return dict(vars(self))
+
+
+@dataclass(frozen=True, repr=False)
+class VolumeUncertainty(TabularRepr):
+    """How well the data lets the volume of a measured device be known.
+
+    Attributes
+    ----------
+    volume : Interval
+        In cubic units of the space.
+    relative : Interval
+        The same as shares of the volume.
+    noise : float or None
+        Noise of readings: root mean square ΔE*ab of one reading. None if it is not known; it then
+        counts as none.
+    noise_from : str
+        Where it is from: ``"given"``, ``"a second reading"``, ``"repeated patches of the data"`` or
+        ``"not known"``.
+    patches : int
+        Number of patches of the device model.
+    patches_needed : int or None
+        Number of patches for ± 1 %. None if the other parts alone exceed it.
+    summary : tuple of str
+        The interval in words.
+    gamut : Conditions or None
+    warnings : tuple of str
+        Reasons why the interval may mislead.
+    """
+
+    volume: Interval
+    relative: Interval
+    noise: float | None
+    noise_from: str
+    patches: int
+    patches_needed: int | None
+    summary: tuple[str, ...] = field(repr=False)
+    gamut: Conditions | None = field(default=None, repr=False)
+    warnings: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, repr=False)
+class ComparisonUncertainty(TabularRepr):
+    """How well two sets of data let a comparison be known.
+
+    Attributes
+    ----------
+    larger : Interval
+        By how much A is larger than B: volume of A ÷ volume of B − 1.
+    a_covers_b, b_covers_a : Interval
+        Shares of volume, from 0 to 1.
+    smallest_difference : float
+        The smallest difference of the volumes that is noticed reliably: twice the half-width.
+    noise : tuple of two (float or None)
+        Noise of readings, as of `VolumeUncertainty`.
+    patches : tuple of two (int or None)
+        Numbers of patches; None for a gamut without measured patches, which counts as exact.
+    patches_needed : int or None
+        Number of patches of each for ± 1 %. None if the other parts alone exceed it.
+    summary : tuple of str
+        The intervals in words, in which the words A and B stand for the gamuts.
+    gamuts : tuple of two Conditions
+    warnings : tuple of str
+        Reasons why the intervals may mislead.
+    """
+
+    larger: Interval
+    a_covers_b: Interval
+    b_covers_a: Interval
+    smallest_difference: float
+    noise: tuple[float | None, float | None]
+    patches: tuple[int | None, int | None]
+    patches_needed: int | None
+    summary: tuple[str, ...] = field(repr=False)
+    gamuts: tuple[Conditions | None, Conditions | None] = field(repr=False)
+    warnings: tuple[str, ...] = ()
+
+    def summary_with(self, a: str, b: str) -> tuple[str, ...]:
+        """Return the summary with the names of the gamuts."""
+        return named_summary(self.summary, a, b)
+
+
+def named_summary(summary: tuple[str, ...], a: str, b: str) -> tuple[str, ...]:
+    """Return sentences about A and B with the names of the gamuts."""
+    names = {"A": a, "B": b}
+    return tuple(re.sub(r"\b[AB]\b", lambda word: names[word[0]], text) for text in summary)
 
 
 @dataclass(frozen=True, repr=False)
@@ -1028,7 +1149,8 @@ class ColourMatch(TabularRepr):
     @property
     def printed_by(self) -> NDArray[np.integer[Any]]:
         """Number (n,) of gamuts that print a colour."""
-        return np.count_nonzero(self.prints, axis=1)
+        counts: NDArray[np.integer[Any]] = np.count_nonzero(self.prints, axis=1)
+        return counts
 
     @property
     def excess(self) -> FloatArray:
@@ -1040,7 +1162,8 @@ class ColourMatch(TabularRepr):
         """Number (n,) of the gamut that comes nearest; of several, the one with most room."""
         excess = self.excess
         nearest = excess <= excess.min(axis=1, keepdims=True)
-        return np.where(nearest, self.distance, np.inf).argmin(axis=1)
+        numbers: NDArray[np.integer[Any]] = np.where(nearest, self.distance, np.inf).argmin(axis=1)
+        return numbers
 
     def worst(self, gamut: int, most: int = 3) -> list[int]:
         """Return the numbers of the colours out of gamut that a gamut misses most."""

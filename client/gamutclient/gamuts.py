@@ -514,6 +514,26 @@ class RemoteGamut:
         params = {**level, "size": size, "view": view, "background": background, "axes": axes}
         return self._file("picture.png", params, "image/png")
 
+    @method
+    def uncertainty(
+        self, noise: float | None = None, *, instrument: float = 0.0
+    ) -> Steps[results.VolumeUncertainty]:
+        """Return the 95 % interval of the volume of a measured device, with its parts.
+
+        `noise` is the root mean square ΔE*ab of one reading, by default that of repeated patches.
+        `instrument` is the error that all readings have in common.
+        """
+        params = {"noise": noise, "instrument": instrument}
+        found = (yield from self._get("uncertainty", params, JSON)).json()
+        return results.VolumeUncertainty(
+            volume=results.Interval(**found["volume"]),
+            relative=results.Interval(**found["relative"]),
+            **{name: found[name] for name in ("noise", "noise_from", "patches", "patches_needed")},
+            summary=tuple(found["summary"]),
+            gamut=_conditions(found.get("gamut")),
+            warnings=tuple(found.get("warnings", ())),
+        )
+
     # --- two gamuts ------------------------------------------------------------------------------
 
     def _compare(

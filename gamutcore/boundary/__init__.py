@@ -13,6 +13,7 @@ from gamutcore.boundary.published import (
     usv,
     voxel_mismatch,
 )
+from gamutcore.boundary.radial_envelope import radial_map
 from gamutcore.boundary.wrapping import Wrapping, raise_wrapping, wrap_colours
 
 __all__ = [
@@ -29,6 +30,7 @@ __all__ = [
     "mesh_boundary",
     "mesh_vertices",
     "modified_convex_hull",
+    "radial_map",
     "raise_wrapping",
     "segment_maxima",
     "usv",

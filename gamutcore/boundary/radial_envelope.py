@@ -576,14 +576,7 @@ def radial_volume(
 
     `pixels` is the number along an edge of the cube: `FINE` or `COARSE`.
     """
-    radius = np.zeros((6, pixels, pixels))
-    corners = np.empty((3, 3))
-    for face in range(len(faces)):
-        for place in range(3):
-            for axis in range(3):
-                corners[place, axis] = points[faces[face, place], axis] - centre[axis]
-        for side in range(6):
-            _draw(radius, side, corners)
+    radius = radial_map(points, faces, centre, pixels)
     volume, uncovered, depth = 0.0, 0, np.inf
     for side in range(6):
         for line in range(pixels):
@@ -597,6 +590,25 @@ def radial_volume(
     rays = 6.0 * pixels * pixels
     # for a direction (1, u, v) scaled by t, the volume is ∫ t³ ÷ 3 du dv
     return RadialVolume(volume / 3.0 * (2.0 / pixels) ** 2, uncovered / rays, depth)
+
+
+@kernel
+def radial_map(
+    points: FloatArray, faces: IndexArray, centre: FloatArray, pixels: int
+) -> FloatArray:
+    """Return the radii of the envelope (6, pixels, pixels) at the pixels of the sides of a cube.
+
+    A radius is in units of the ray (1, u, v) through its pixel; 0 where no triangle is.
+    """
+    radius = np.zeros((6, pixels, pixels))
+    corners = np.empty((3, 3))
+    for face in range(len(faces)):
+        for place in range(3):
+            for axis in range(3):
+                corners[place, axis] = points[faces[face, place], axis] - centre[axis]
+        for side in range(6):
+            _draw(radius, side, corners)
+    return radius
 
 
 @leaf_kernel

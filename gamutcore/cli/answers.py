@@ -14,10 +14,14 @@ from gamutcore.cli.inputs import (
     BuildCommand,
     Compensation,
     Decode,
+    Instrument,
     MaxError,
+    Noise,
     Source,
     Triangles,
+    WithInterval,
     asking,
+    check_interval_options,
     chosen_options,
     gamut_of,
     gamuts_of,
@@ -37,6 +41,7 @@ from gamutcore.cli.output import (
     write_answer,
     write_drawing,
     write_facts,
+    write_interval,
     write_report,
     write_table,
 )
@@ -525,13 +530,20 @@ def compare(
     lost: bool = False,
     triangles: int | None = None,
     max_error: float | None = None,
+    interval: WithInterval = False,
+    noise: Noise = None,
+    instrument: Instrument = 0.0,
+    same_instrument: Annotated[
+        bool, typer.Option("--same-instrument", help="One instrument has read both.")
+    ] = False,
     output: Output = None,
     as_json: AsJson = False,
     as_csv: AsCsv = False,
 ) -> None:
     """Compare gamuts A and B in words and by volume and coverage, or three and more in a matrix.
 
-    With --csv, the result of two is a table of the sectors of hue.
+    With --csv, the result of two is a table of the sectors of hue. With --interval, it is how well
+    the data lets the comparison be known.
 
     Three or more, a folder or a pattern give the volumes, and the share of each gamut that each
     other one covers. The output is a table (.csv, .xlsx, .json, .html, .txt) or a heat map (.png,
@@ -540,24 +552,50 @@ def compare(
     from gamutcore.questions import COMPARISON  # noqa: PLC0415
 
     if len(gamuts) != 2 or any(Path(name).is_dir() or is_pattern(name) for name in gamuts):
-        if lost or sectors != SECTORS:
-            raise typer.BadParameter("--lost and --sectors are for two gamuts.")
+        if lost or interval or sectors != SECTORS:
+            raise typer.BadParameter("--lost, --sectors and --interval are for two gamuts.")
         _compare_all(ctx, gamuts, triangles, max_error, output, as_json=as_json, as_csv=as_csv)
         return
     first, second = gamuts
+    if not interval:
+        check_interval_options(noise, None, instrument)
     one, two = (gamut_of(source, ctx, alone=False) for source in gamuts)
+    names = [Path(name).stem if Path(name).exists() else name for name in (first, second)]
+    if interval:
+        answer = one.compare_with_interval(
+            two, noise=noise, instrument=instrument, same_instrument=same_instrument
+        )
+        stated = state(one.conditions, two.conditions, warnings=answer.warnings)
+        named = len({*names, "A", "B"}) > 3
+        write_interval(
+            answer.summary_with(*names) if named else answer.summary,
+            {
+                **{
+                    name: getattr(answer, name).to_mapping()
+                    for name in ("larger", "a_covers_b", "b_covers_a")
+                },
+                "smallest_difference": answer.smallest_difference,
+                "noise": list(answer.noise),
+                "patches": list(answer.patches),
+                "patches_needed": answer.patches_needed,
+                **stated,
+            },
+            output,
+            as_json=as_json,
+        )
+        return
     comparison = one.compare(
         two, sectors=sectors, lost=lost, triangles=triangles, max_error=max_error
     )
     stated = state(one.conditions, two.conditions, warnings=comparison.warnings)
-    answer = COMPARISON.tabulate(comparison)
-    by_hue: dict[str, Any] = {name: values.tolist() for name, values in answer.columns.items()}
+    tabular = COMPARISON.tabulate(comparison)
+    by_hue: dict[str, Any] = {name: values.tolist() for name, values in tabular.columns.items()}
     if as_csv or (output is not None and output.suffix.lower() == ".csv"):
         write_table(by_hue, output, as_json=False, as_csv=True)
         return
     facts = {
         name: value.tolist() if hasattr(value, "tolist") else value
-        for name, value in answer.document.items()
+        for name, value in tabular.document.items()
         if name != "sectors"
     }
     chromaticity = facts.pop("chromaticity")
@@ -574,7 +612,6 @@ def compare(
         values = facts.pop(name)
         facts |= {f"{name} {figure}": value for figure, value in (values or {}).items()}
     if output is None:
-        names = [Path(name).stem if Path(name).exists() else name for name in (first, second)]
         words = (
             comparison.summary_with(*names) if len({*names, "A", "B"}) > 3 else comparison.summary
         )

@@ -7,7 +7,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gamutcore.cli.inputs import BuildCommand, MaxError, Source, Triangles, gamut_of
+from gamutcore.cli.inputs import (
+    BuildCommand,
+    Instrument,
+    MaxError,
+    Noise,
+    Source,
+    Triangles,
+    WithInterval,
+    check_interval_options,
+    gamut_of,
+)
 from gamutcore.cli.output import (
     DIAGRAM_NAMES,
     AsCsv,
@@ -16,6 +26,7 @@ from gamutcore.cli.output import (
     state,
     write_bytes,
     write_facts,
+    write_interval,
     write_table,
 )
 from gamutcore.cli.sections import picture
@@ -67,13 +78,43 @@ def build(
 
 
 def info(
-    ctx: typer.Context, source: Source, as_json: AsJson = False, output: Output = None
+    ctx: typer.Context,
+    source: Source,
+    interval: WithInterval = False,
+    noise: Noise = None,
+    repeats: Annotated[
+        str | None,
+        typer.Option(metavar="FILE", help="A second reading of the chart, for the interval."),
+    ] = None,
+    instrument: Instrument = 0.0,
+    as_json: AsJson = False,
+    output: Output = None,
 ) -> None:
     """Show the key figures of a gamut.
 
-    JSON has the whole description.
+    JSON has the whole description. With --interval, the answer is how well the volume of a measured
+    device is known.
     """
     gamut = gamut_of(source, ctx)
+    if interval:
+        answer = gamut.uncertainty(noise, repeats, instrument=instrument)
+        stated = state(gamut.conditions, warnings=answer.warnings)
+        write_interval(
+            answer.summary,
+            {
+                "volume": answer.volume.to_mapping(),
+                "relative": answer.relative.to_mapping(),
+                "noise": answer.noise,
+                "noise_from": answer.noise_from,
+                "patches": answer.patches,
+                "patches_needed": answer.patches_needed,
+                **stated,
+            },
+            output,
+            as_json=as_json,
+        )
+        return
+    check_interval_options(noise, repeats, instrument)
     whole = as_json or (output is not None and output.suffix.lower() == ".json")
     write_facts(gamut.description if whole else _facts(gamut), output, as_json=as_json)
 
@@ -306,7 +347,8 @@ def _facts(gamut: Gamut) -> dict[str, Any]:
         facts["ink_limit"] = gamut.conditions.ink_limit
     facts["white"] = gamut.conditions.white
     facts |= _measurement_facts(provenance)
-    for number, warning in enumerate(provenance.get("warnings", ()), 1):
+    warnings = (*provenance.get("warnings", ()), *gamut.conditions.size_warnings)
+    for number, warning in enumerate(warnings, 1):
         facts[f"warning {number}"] = warning
     return facts
 

@@ -23,10 +23,14 @@ __all__ = [
     "BuildCommand",
     "Compensation",
     "Decode",
+    "Instrument",
     "MaxError",
+    "Noise",
     "Source",
     "Triangles",
+    "WithInterval",
     "asking",
+    "check_interval_options",
     "chosen_options",
     "gamut_of",
     "gamuts_of",
@@ -73,6 +77,31 @@ MaxError = Annotated[
     typer.Option(help="Largest distance of the level from the full boundary; 0 is the boundary."),
 ]
 """The level by its error."""
+
+WithInterval = Annotated[
+    bool,
+    typer.Option("--interval", help="How well the data lets it be known: 95 % intervals."),
+]
+"""Intervals instead of figures."""
+
+Noise = Annotated[
+    float | None,
+    typer.Option(
+        metavar="DE",
+        help="Noise of readings for the interval: root mean square ΔE*ab of one reading. By "
+        "default that of repeated patches in the data.",
+    ),
+]
+"""The noise of readings."""
+
+Instrument = Annotated[
+    float,
+    typer.Option(
+        metavar="DE",
+        help="Error that all readings have in common, in ΔE*ab, for the interval.",
+    ),
+]
+"""What never averages out."""
 
 Black = Annotated[str, typer.Option("--gcr", "--black")]
 """How much black: presets of gray component replacement and other rules."""
@@ -169,6 +198,14 @@ def _keep(ctx: typer.Context, param: typer.CallbackParam, value: str | None) -> 
     if value is not None:
         chosen = ctx.meta.setdefault(_CHOSEN, {})
         chosen[str(param.name).removeprefix("build_")] = value
+
+
+def check_interval_options(noise: float | None, repeats: str | None, instrument: float) -> None:
+    """Refuse options of intervals without --interval."""
+    if noise is not None or repeats is not None or instrument:
+        raise typer.BadParameter(
+            "Give --noise, --repeats and --instrument with --interval.", param_hint="--interval"
+        )
 
 
 def chosen_options(ctx: typer.Context) -> Mapping[str, str]:

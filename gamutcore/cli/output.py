@@ -7,6 +7,7 @@ import io
 import json
 import math
 import sys
+import textwrap
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
@@ -34,6 +35,7 @@ __all__ = [
     "write_bytes",
     "write_drawing",
     "write_facts",
+    "write_interval",
     "write_report",
     "write_table",
 ]
@@ -71,6 +73,24 @@ def write_facts(
     else:
         width = max(map(len, facts), default=0) + 2
         text = "".join(f"{name:{width}}{_text(value)}\n" for name, value in facts.items())
+    write_bytes(text.encode(), output)
+
+
+LINE = 80
+"""Columns of a terminal."""
+
+
+def write_interval(
+    summary: Sequence[str], facts: Mapping[str, Any], output: Path | None, *, as_json: bool
+) -> None:
+    """Write an interval: its sentences, or all of it as JSON."""
+    form = _form(output, as_json=as_json, as_csv=False)
+    if form == "csv":
+        raise typer.BadParameter("Intervals are written as text or JSON.", param_hint="--output")
+    if form == "json":
+        write_facts({"summary": list(summary), **facts}, output, as_json=True)
+        return
+    text = "".join(textwrap.fill(sentence, LINE) + "\n" for sentence in summary)
     write_bytes(text.encode(), output)
 
 

@@ -316,6 +316,9 @@ MAX_MODEL_SAMPLES = 5000
 """Largest number N of samples of a fit: the matrix takes N² · 8 bytes and N³ operations."""
 
 
+_ROWS = 512
+"""Number of points whose distances from all centres are in memory together."""
+
 _BLOCK = 64
 """Number of points that are evaluated together: all of them stay in the first-level cache."""
 
@@ -367,7 +370,7 @@ class ScatteredModel:
     `centres` (n, k) are the device values of the samples, `weights` (n, 3) those of the functions,
     and `linear` (k + 1, 3) the constant and the linear part. `leave_out_errors` are the distances
     of the samples from their predictions by the others, without samples that the others cannot
-    predict because they lie in a plane.
+    predict because they lie in a plane. A model of other columns than colours has `weights` (n, c).
     """
 
     centres: FloatArray
@@ -381,6 +384,18 @@ class ScatteredModel:
         add_cubic_sums(np.ascontiguousarray(device.T), self.centres, self.weights, sums)
         colours: FloatArray = self.linear[0] + device @ self.linear[1:] + sums.T
         return colours
+
+    def columns(self, device: FloatArray) -> FloatArray:
+        """Return the values (m, c) of a model of any number of columns, by matrix products."""
+        from scipy.spatial.distance import cdist  # noqa: PLC0415  # see scattered_model
+        from threadpoolctl import threadpool_limits  # noqa: PLC0415
+
+        values: FloatArray = self.linear[0] + device @ self.linear[1:]
+        with threadpool_limits(limits=1, user_api="blas"):
+            for start in range(0, len(device), _ROWS):
+                rows = slice(start, start + _ROWS)
+                values[rows] += cdist(device[rows], self.centres) ** 3 @ self.weights
+        return values
 
 
 def scattered_model(device: FloatArray, colours: FloatArray) -> ScatteredModel:
@@ -448,7 +463,8 @@ def _solution(device: FloatArray, colours: FloatArray) -> ScatteredModel:
     rotated = _reflection(
         np.column_stack([weights, colours]), reflectors, scales, "L", transposed=True
     )
-    remainder = rotated[:order, 3:] - head @ rotated[:, :3]
+    columns = weights.shape[1]
+    remainder = rotated[:order, columns:] - head @ rotated[:, :columns]
     linear = linalg.solve_triangular(triangle[:order], remainder, check_finite=False)
     # a sample that alone decides a coefficient of the linear part has no prediction by the others
     row_factors = linalg.solve_triangular(triangle[:order], basis.T, trans="T", check_finite=False)

@@ -84,6 +84,9 @@ _NEAR_WHITE = 0.05
 """Largest difference of device values from white of a sample that can stand for it without a
 device model: 1 ΔE00 of yellow, 3 of black."""
 
+_SAME_READING = 0.01
+"""ΔE*ab below which repeats are copies of one reading, or of their mean."""
+
 _FIT_REMEDY = (
     "Leave it out to use the samples' own colours. Or send at least two distinct device values "
     "more than there are varying channels, and not all of them in one plane."
@@ -677,6 +680,8 @@ def sample_surface(
 
     device, lab = _mean_colours(samples.device, medium.lab)
     averaged = len(samples.device) - len(device)
+    if averaged and (repeats := _repeat_noise(samples, medium.lab, device, lab)):
+        provenance["repeats"] = repeats
     if medium.white_sample is not None:
         device = np.concatenate([device, medium.white_sample[0]])
         lab = np.concatenate([lab, medium.white_sample[1]])
@@ -767,3 +772,30 @@ def _mean_colours(device: FloatArray, lab: FloatArray) -> tuple[FloatArray, Floa
     counts = np.diff(np.append(starts, len(ranked)))
     sums = np.add.reduceat(lab[order], starts, axis=0)
     return ranked[starts], sums / counts[:, np.newaxis]
+
+
+def _repeat_noise(
+    samples: Samples, readings: FloatArray, device: FloatArray, lab: FloatArray
+) -> dict[str, JSON]:
+    """Return the noise of readings by repeated patches; nothing if the repeats are all equal.
+
+    `device` and `lab` are the distinct device values, sorted, and their mean colours.
+    """
+    assert samples.device is not None  # noqa: S101 (only called with device values)
+    _, patch = np.unique(samples.device, axis=0, return_inverse=True)
+    order = np.lexsort(device.T[::-1])
+    means = lab[order][patch.reshape(-1)]
+    freedom = len(readings) - len(device)
+    noise = float(np.sqrt(((readings - means) ** 2).sum() / freedom))
+    if noise < _SAME_READING:
+        return {}
+    target = 1.0 if samples.additive else 0.0
+    white = int((np.abs(samples.device - target).max(axis=1) < _APART).sum())
+    counts = np.bincount(patch.reshape(-1))
+    return {
+        "unit": "ΔE*ab",
+        "noise": round(noise, 4),
+        "readings": int(counts[counts > 1].sum()),
+        "device_values": int((counts > 1).sum()),
+        "white": white,
+    }

@@ -24,6 +24,7 @@ from gamutcore.questions.conditions import (
     table_warnings,
 )
 from gamutcore.questions.declarations import LEVEL_PARAMETERS, SPACE, Answer, Parameter, Question
+from gamutcore.questions.intervals import UNCERTAINTY, compare_with_interval, uncertainty
 from gamutcore.questions.levels import (
     DEFAULT_EDGE_WIDTH,
     DEFAULT_ERROR,
@@ -116,6 +117,7 @@ __all__ = [
     "SECTORS",
     "SPACE",
     "SPATIAL",
+    "UNCERTAINTY",
     "Answer",
     "GamutLike",
     "IndexedLevels",
@@ -131,6 +133,7 @@ __all__ = [
     "classify",
     "colours_in",
     "compare",
+    "compare_with_interval",
     "compared_conditions",
     "comparison_warnings",
     "compensates_black",
@@ -166,13 +169,14 @@ __all__ = [
     "section",
     "table_warnings",
     "tolerance_of",
+    "uncertainty",
 ]
 
 QUESTIONS: Mapping[str, Question] = {
     question.name: question
     for question in (
         *(CONTAINS, NEAREST, MAP, CROSSINGS, RECIPES, COLOURS),
-        *(CUSPS, LEAVES, SLICE, RINGS),
+        *(CUSPS, LEAVES, SLICE, RINGS, UNCERTAINTY),
         *(COMPARISON, PICTURE),
     )
 }

@@ -8,7 +8,7 @@ import numpy as np
 
 from gamutcore import search
 from gamutcore.arguments import Boolean, WholeNumber
-from gamutcore.questions.conditions import build_warnings, comparison_warnings
+from gamutcore.questions.conditions import build_warnings, comparison_warnings, size_warnings
 from gamutcore.questions.declarations import (
     NULLABLE_NUMBER,
     NUMBER,
@@ -373,7 +373,11 @@ def chromaticity(gamut: GamutLike) -> ChromaticityGamut | None:
 def compared_conditions(one: Conditions, two: Conditions) -> tuple[str, ...]:
     """Return reasons why a comparison may mislead; two media-relative gamuts are one."""
     relative = all(side.is_print and side.intent == "relative" for side in (one, two))
-    return (*comparison_warnings(one, two), *((MEDIA_RELATIVE,) if relative else ()))
+    return (
+        *comparison_warnings(one, two),
+        *((MEDIA_RELATIVE,) if relative else ()),
+        *size_warnings(one, two),
+    )
 
 
 def _answer(comparison: GamutComparison) -> Answer:

@@ -28,6 +28,7 @@ __all__ = [
     "condition_lines",
     "conditions_of",
     "no_limit_warnings",
+    "size_warnings",
     "table_warnings",
 ]
 
@@ -71,6 +72,42 @@ def conditions_of(description: Mapping[str, Any]) -> Conditions:
         or provenance.get("device_class") == "output",
         inks="ink_limits" in provenance,
         build_warnings=tuple(map(str, provenance.get("warnings", ()))),
+        size_warnings=_few_patches(provenance),
+    )
+
+
+FEW_PATCHES = {3: 60, 4: 100}
+"""Numbers of patches by channels below which the interval of the volume exceeds 3 %
+(``docs/uncertainty.md``). Four channels are measured. Three are an estimate, as are more than four:
+half as many again for each."""
+
+
+def _few_patches(provenance: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return a warning about the volume of a device with few patches."""
+    channels = len(provenance.get("channels") or ())
+    used = provenance.get("patches", {}).get("used")
+    model = str(provenance.get("model", {}).get("name", "none"))
+    if used is None or channels < 3 or model.startswith("none"):
+        return ()
+    fewest = FEW_PATCHES.get(channels, round(FEW_PATCHES[4] * 1.5 ** (channels - 4)))
+    if used >= fewest:
+        return ()
+    warning = (
+        f"The volume rests on {used} patches of {channels} channels, and is uncertain by more than "
+        f"3 %. Fewer than {fewest} patches are too few; --interval, or Gamut.uncertainty, gives "
+        "the interval."
+    )
+    return (warning,)
+
+
+def size_warnings(*gamuts: Conditions) -> tuple[str, ...]:
+    """Return the warnings about the volumes of a gamut, or of two with their names."""
+    if len(gamuts) == 1:
+        return gamuts[0].size_warnings
+    return tuple(
+        f"{name}: {warning}"
+        for name, gamut in zip("AB", gamuts, strict=True)
+        for warning in gamut.size_warnings
     )
 
 

@@ -269,8 +269,8 @@ class PlainMeshRoute(BaseRoute):
 
     async def handle(self, scope: Scope, receive: Receive, send: Send) -> None:  # noqa: ARG002
         """Send the mesh."""
-        gamut_id, wanted = scope["mesh"]
-        mesh = await self._library.mesh(gamut_id, *wanted, client_of(scope))
+        gamut_id, (level, format_name, coding) = scope["mesh"]
+        mesh = await self._library.mesh(gamut_id, level, format_name, coding, client_of(scope))
         await send_content(send, *mesh.response(scope["known"]))
 
 

@@ -127,7 +127,13 @@ def _add_route(question: Question) -> None:
         summary=question.summary,
         description=question.description,
         response_class=Response,
-        responses={200: view_response(question), 304: NOT_MODIFIED, **problems(*_PROBLEMS)},
+        responses={
+            200: view_response(question),
+            304: NOT_MODIFIED,
+            **problems(
+                *_PROBLEMS, *(("no-device-model", "invalid-points") if question.needs_model else ())
+            ),
+        },
     )
 
 
@@ -338,9 +344,14 @@ async def _answer(
     answer_need = needed_bytes(prepared=compared) + answer_bytes(_cells(values), JSON)
 
     def need() -> int:
-        return library.need(wanted) + answer_need
+        models = library.model_need(wanted[0][0]) if question.needs_model else 0
+        return models + library.need(wanted) + answer_need
 
-    with await service.admission.place(Work.VIEW, client, need, need()):
+    work = Work.HEAVY if question.needs_model else Work.VIEW
+    in_use = []  # until the level keeps it
+    with await service.admission.place(work, client, need, need()):
+        if question.needs_model:
+            in_use.append(await library.load_device_model(ids[0]))
         levels = await library.levels(wanted)
         body = await service.questions.shape(question, levels, values, media_type)
         headers = {

@@ -9,7 +9,29 @@ from gamutcore.questions import QUESTIONS
 
 IMMUTABLE = "public, max-age=31536000, immutable"
 JSON, NPY, CSV = "application/json", "application/x-npy", "text/csv"
-NAMES = [name for name, question in QUESTIONS.items() if question.answer_schema]
+NAMES = [
+    name
+    for name, question in QUESTIONS.items()
+    if question.answer_schema and not question.needs_model
+]
+"""Views of any gamut."""
+
+PATCHES = [
+    [
+        *np.multiply(100.0, values),
+        100.0 * (0.25 * r + 0.65 * g + 0.1 * b) ** 0.5,
+        80.0 * (r - g),
+        70.0 * (g - b),
+    ]
+    for values, (r, g, b) in (
+        (rgb, np.power(rgb, 1.5).tolist())
+        for rgb in (
+            *np.ndindex(2, 2, 2),
+            *np.random.default_rng(1).random((40, 3)).tolist(),
+        )
+    )
+]
+"""RGB and colours of a display."""
 
 
 @pytest.fixture(scope="module")
@@ -228,3 +250,27 @@ def test_reference_gamuts_are_compared_by_slug(server, gamut, assert_problem):
 @pytest.mark.parametrize("name", ["slice.svg?lightness=50", "rings.svg", "cusps.svg"])
 def test_questions_have_no_drawings(server, gamut, assert_problem, name):
     assert_problem(server.client.get(f"{gamut['links']['self']}/{name}"), 404, "not-found")
+
+
+@pytest.mark.slow
+def test_uncertainty_of_measured_patches(server, cubes):
+    rows = "\n".join(" ".join(f"{value:.5f}" for value in row) for row in PATCHES)
+    chart = (
+        "CGATS.17\nDEVICE_CLASS DISPLAY\nBEGIN_DATA_FORMAT\n"
+        "RGB_R RGB_G RGB_B LAB_L LAB_A LAB_B\nEND_DATA_FORMAT\n"
+        f"NUMBER_OF_SETS {len(PATCHES)}\nBEGIN_DATA\n{rows}\nEND_DATA\n"
+    )
+    files, data = {"file": chart.encode()}, {"options": '{"surface_samples": 500}'}
+    posted = server.client.post("/v1/gamuts", files=files, data=data, timeout=600)
+    assert posted.status_code in {200, 201}, posted.text
+    path = f"{posted.json()['links']['self']}/uncertainty"
+    answer = server.client.get(path, params={"noise": 0.3}, timeout=600)
+    assert answer.status_code == 200, answer.text
+    found = answer.json()
+    assert found["volume"]["low"] < posted.json()["volume"] < found["volume"]["high"]
+    assert found["noise"] == 0.3
+    assert found["summary"]
+    assert answer.headers["cache-control"] == IMMUTABLE
+    refused = server.client.get(f"{cubes[0]}/uncertainty", params={"noise": 0.3})
+    assert refused.json()["code"] == "no-device-model"
+    assert server.client.get(path, params={"noise": -1}).json()["code"] == "invalid-parameter"
