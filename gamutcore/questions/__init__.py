@@ -17,6 +17,7 @@ from gamutcore.questions.comparison import (
 )
 from gamutcore.questions.conditions import (
     build_warnings,
+    colour_warnings,
     comparison_warnings,
     conditions_of,
     no_limit_warnings,
@@ -121,6 +122,7 @@ __all__ = [
     "build_warnings",
     "check_space",
     "chromaticity",
+    "colour_warnings",
     "colours_in",
     "compare",
     "compared_conditions",
