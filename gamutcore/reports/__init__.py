@@ -12,6 +12,7 @@ from gamutcore.reports.document import (
     ReportTable,
     check_report_suffix,
 )
+from gamutcore.reports.drift import drift
 
 __all__ = [
     "REPORT_SUFFIXES",
@@ -20,4 +21,5 @@ __all__ = [
     "ReportColumn",
     "ReportTable",
     "check_report_suffix",
+    "drift",
 ]
