@@ -268,7 +268,9 @@ def _verdict(pair: ReadingPair) -> str:
     marked, root = np.flatnonzero(beyond), float(np.sqrt(pair.squares.mean()))
     if not pair.larger_than_noise:
         return f"the change is within {stated}."
-    listed = ", ".join(pair.names[row] for row in marked[:MOST_NAMED])
+    listed = ", ".join(
+        f"{pair.names[row]}: {device_text(pair.device[row])} %" for row in marked[:MOST_NAMED]
+    )
     listed = f" ({listed}{', …' if len(marked) > MOST_NAMED else ''})" if listed else ""
     of_patches = f"{len(marked)} of {len(beyond)} patches changed more than it explains{listed}"
     whole = f"{number_text(root, 2)} times as large as noise alone gives"
