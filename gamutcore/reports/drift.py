@@ -229,8 +229,8 @@ def _sentences(pair: ReadingPair, volumes: _Volumes | None) -> list[str]:
     corners = _corners(pair)
     lightness = pair.first.lab[pair.rows[0], 0]
     darkest = min((row for _, row in corners), key=lambda row: lightness[row])
-    ends = [("White", row) for name, row in corners if name == "white"]
-    ends.append(("Black" if ("black", darkest) in corners else "The darkest patch", darkest))
+    ends = [("white", row) for name, row in corners if name == "white"]
+    ends.append(("black" if ("black", darkest) in corners else "darkest patch", darkest))
     told = "; ".join(
         f"{name} ({device_text(pair.device[row])} %): ΔE00 {pair.delta_e[row]:.2f}, "
         + ", ".join(
@@ -239,7 +239,7 @@ def _sentences(pair: ReadingPair, volumes: _Volumes | None) -> list[str]:
         )
         for name, row in ends
     )
-    sentences.append(f"{told}.")
+    sentences.append(f"{told[:1].upper()}{told[1:]}.")
     if volumes is not None:
         sentences.append(
             f"The volume changed by {100 * volumes.change:+.2f} %, from {volumes.first:,.0f} to "
