@@ -141,9 +141,10 @@ class ReadingPair:
         )
         expected = self.noise.value**2 * shares
         squares = np.square(self.difference[:, :3]).sum(axis=1)
-        return np.divide(
+        ratios: FloatArray = np.divide(
             squares, expected, out=np.where(squares > 0, np.inf, 0.0), where=expected > 0
         )
+        return ratios
 
     def beyond_noise(self, *, any_of_all: bool = False) -> BooleanArray | None:
         """Return which patches changed by more than noise explains; None if it is not known.
@@ -176,7 +177,8 @@ class ReadingPair:
     @property
     def device(self) -> FloatArray:
         """Device values (n, k) of the patches in both readings."""
-        return self.first.device[self.rows[0]]
+        device: FloatArray = self.first.device[self.rows[0]]
+        return device
 
     def only_in(self, second: bool) -> list[str]:
         """Return the names of the patches of one reading that the other one does not have."""
@@ -293,7 +295,7 @@ def pair_readings(first: Reading, second: Reading, noise: float | None) -> Readi
     `noise` replaces that of the repeats.
     """
     device = second.device[:, _order_of_channels(first, second)]
-    away, nearest = cKDTree(first.device).query(device, p=np.inf)
+    away, nearest = map(np.asarray, cKDTree(first.device).query(device, p=np.inf))
     # the nearest patch of the second reading keeps a patch of the first one
     order = np.lexsort([away, nearest])
     is_best = np.ones(len(order), dtype=bool)
