@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from gamutcore.gamut import Gamut
     from gamutcore.links import link, profile
     from gamutcore.options import Options
-    from gamutcore.reports import drift
+    from gamutcore.reports.drift import drift
 
 __all__ = ["Gamut", "Options", "__version__", "drift", "link", "profile", "reference"]
 

@@ -166,11 +166,11 @@ def _patch_table(
     differences = zip(("ΔL*", "Δa*", "Δb*", "ΔC*", "ΔH*"), pair.difference[at].T, strict=True)
     columns = [
         ReportColumn("patch", list(names)),
-        ReportColumn("ΔE00", pair.delta_e[at]),
-        *(ReportColumn(name, values) for name, values in differences),
+        ReportColumn("ΔE00", pair.delta_e[at].tolist()),
+        *(ReportColumn(name, values.tolist()) for name, values in differences),
         ReportColumn("beyond noise", [None] * len(at) if beyond is None else beyond[at].tolist()),
         *(
-            ReportColumn(name, values)
+            ReportColumn(name, values.tolist())
             for name, values in zip(("L*", "a*", "b*"), lab.T, strict=True)
         ),
         ReportColumn("device %", [device_text(values) for values in pair.device[at]]),
@@ -303,7 +303,10 @@ def _report(
             )
         ),
         ReportColumn("beyond noise", [pair.larger_than_noise for pair in pairs]),
-        *(ReportColumn(f"Δ{name}*", means[:, at]) for name, at in (("L", 0), ("C", 3), ("H", 4))),
+        *(
+            ReportColumn(f"Δ{name}*", means[:, at].tolist())
+            for name, at in (("L", 0), ("C", 3), ("H", 4))
+        ),
         ReportColumn("volume", changes, "%"),
         ReportColumn("coverage", covers, kind="share", decimals=3),
         ReportColumn("noise", [pair.noise and pair.noise.value for pair in pairs], "ΔE*ab"),
