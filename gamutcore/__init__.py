@@ -2,10 +2,10 @@
 
 `Gamut` builds a gamut from characterisation data and answers questions about it. `link` makes files
 that apply a gamut mapping in other programs, and `profile` makes ICC profiles. `match` and
-`compare_all` ask many gamuts. Data flows one way,
-and the folders are named after the stages: `characterisation` → `colours` → `boundary` →
-`decimation` → `history` → `levels` → `search` and `export`. The package needs none of the web
-packages of the extra ``service``.
+`compare_all` ask many gamuts, and `drift` compares readings of one device. Data flows one way, and
+the folders are named after the stages: `characterisation` → `colours` → `boundary` → `decimation` →
+`history` → `levels` → `search` and `export`. The package needs none of the web packages of the
+extra ``service``.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from gamutcore.links import link, profile
     from gamutcore.options import Options
     from gamutcore.reports import compare_all
+    from gamutcore.reports.drift import drift
     from gamutcore.reports.match import match
 
 __all__ = [
@@ -29,6 +30,7 @@ __all__ = [
     "Options",
     "__version__",
     "compare_all",
+    "drift",
     "link",
     "match",
     "profile",
@@ -39,6 +41,7 @@ _HOME = {
     "Gamut": "gamutcore.gamut",
     "Options": "gamutcore.options",
     "compare_all": "gamutcore.reports",
+    "drift": "gamutcore.reports",
     "link": "gamutcore.links",
     "match": "gamutcore.reports.match",
     "profile": "gamutcore.links",

@@ -7,8 +7,11 @@ measurement condition. Measurement and envelope files of the colour gamut envelo
 belong to the family.
 
 A spreadsheet saves such a file as cells: it separates them by tabs, commas or semicolons, encloses
-cells in quotation marks and doubles those within. Argyll's charts (.ti1, .ti2) have the same form,
-but their colours are estimates. They are refused.
+cells in quotation marks and doubles those within.
+
+Argyll's charts (.ti1, .ti2) have the same form, but their colours are estimates, made before
+anything was printed. They are refused unless the caller wants estimates. Only their first table has
+the patches; the others have the densest inks and the combinations of inks.
 """
 
 from __future__ import annotations
@@ -75,6 +78,12 @@ _SINGLE_VALUES = frozenset(
 _CHARTS = {"CTI1": ".ti1", "CTI2": ".ti2"}
 """First words of Argyll's charts (ArgyllCMS, File Formats), and their extensions."""
 
+_CHART_DESCRIPTOR = re.compile(r"Calibration Target chart information ([12])\b", re.IGNORECASE)
+"""Descriptor of the same charts, for files whose first line another program has changed."""
+
+_CHART_WHITE = "APPROX_WHITE_POINT"
+"""Keyword of the white that the estimates of a chart are relative to, Y 100."""
+
 _FORMAT_START = re.compile("BEGIN_DATA_FORMAT", re.IGNORECASE)
 _FORMAT_END = re.compile("END_DATA_FORMAT", re.IGNORECASE)
 _HEADER_CHARACTERS = 1_000_000
@@ -111,14 +120,17 @@ def looks_like_cgats(text: str) -> bool:
     return "begin_data" in text.lower() and _DATA_MARK.search(text) is not None
 
 
-def cgats_samples(text: str, *, condition: str | None = None) -> Samples:
+def cgats_samples(text: str, *, condition: str | None = None, estimates: bool = False) -> Samples:
     """Return the samples of the first table with colours in a text of the CGATS family.
+
+    `estimates` accepts charts. Their samples have the white of the chart, and their provenance has
+    ``chart``.
 
     Conditions are the keywords before the end of the table. Different texts of a repeated keyword
     in one header are joined by "; ". Of keywords with a single value, such as DEVICE_CLASS, the
     last one counts.
     """
-    return _parsed(_Parser(condition), text).samples()
+    return _parsed(_Parser(condition), text).samples(estimates=estimates)
 
 
 def cgats_rows(text: str, *, condition: str | None = None) -> tuple[list[str], list[list[str]]]:
@@ -247,9 +259,10 @@ class _Parser:
         else:
             self.read(" ".join(cells), line)
 
-    def samples(self) -> Samples:
-        if self.dialect.upper() in _CHARTS:
-            raise self._estimates()
+    def samples(self, *, estimates: bool) -> Samples:
+        chart = self._chart()
+        if chart and not estimates:
+            raise self._refused_chart(chart)
         if self.state is _State.DATA and self.table is not None:
             self.warnings.append("END_DATA is missing; the data ends with the file.")
             self._end_of_table()
@@ -273,23 +286,46 @@ class _Parser:
             values,
             lines=lines,
             conditions=self.keywords,
+            white=self._chart_white() if chart else None,
             illumination=self._illumination(),
             condition=self.condition,
             row_conditions=self.table.row_conditions,
             warnings=self.warnings,
         )
         samples.provenance["dialect"] = self.keywords.get("IDMS_FILE_TYPE", self.dialect)[:80]
+        if chart:
+            samples.provenance["chart"] = chart
         return samples
 
-    def _estimates(self) -> UnrecognisedFormatError:
-        extension = _CHARTS[self.dialect.upper()]
+    def _chart(self) -> str:
+        """Return the kind of the chart, a key of `_CHARTS`; empty for measurements."""
+        dialect = self.dialect.upper()
+        if dialect in _CHARTS or dialect == "CTI3":
+            return dialect if dialect in _CHARTS else ""
+        descriptor = _CHART_DESCRIPTOR.search(self.keywords.get("DESCRIPTOR", ""))
+        return "" if descriptor is None else f"CTI{descriptor[1]}"
+
+    def _refused_chart(self, chart: str) -> UnrecognisedFormatError:
+        by_first_word = self.dialect.upper() == chart
+        line = self.dialect_line if by_first_word else self.keyword_lines["DESCRIPTOR"]
         return UnrecognisedFormatError(
-            f"The file is a chart of Argyll ({self.dialect}, {extension}), not measurements: its "
-            "colours are estimates that targen made to spread the patches.",
-            where={"line": self.dialect_line},
-            remedy="Print or show the chart, measure it (chartread, dispread), and send the "
-            "measurements (.ti3, first line CTI3).",
+            f"The file is a chart of Argyll ({chart}, {_CHARTS[chart]}), not measurements: its "
+            "colours are estimates, which give the gamut of a device that does not exist.",
+            where={"line": line},
+            remedy="Print or show the chart, measure it (chartread, dispread), and give the "
+            "measurements (.ti3). Or ask how its patches lie in a gamut: gamut query "
+            f"chart{_CHARTS[chart]} --gamut press.icc.",
         )
+
+    def _chart_white(self) -> FloatArray | None:
+        """Return XYZ of the white of a chart, Y about 100; None if the chart does not state it."""
+        try:
+            white = np.array([number(word) for word in self.keywords[_CHART_WHITE].split()])
+        except (KeyError, ValueError):
+            return None
+        if len(white) != 3 or not ((white > 0) & (white < 1000)).all():
+            return None
+        return white if white[1] > 2.0 else 100.0 * white
 
     def _illumination(self) -> FloatArray | None:
         """Return XYZ of the perfect diffuser, the reference of reflective displays."""
@@ -394,6 +430,9 @@ class _Parser:
             )
         if self.finished:
             self._later_table()
+            return
+        if self.tables > 1 and self._chart():
+            self.other_tables += 1
             return
         try:
             roles = column_roles(

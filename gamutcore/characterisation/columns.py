@@ -537,6 +537,8 @@ def _no_colour(names: tuple[str, ...], where: Where) -> MissingColumnError:
         "Give the columns LAB_L, LAB_A, LAB_B or XYZ_X, XYZ_Y, XYZ_Z, xyY, LCh, or a spectrum of "
         f"at least {FEWEST_BANDS} bands."
     )
+    if _device_groups(names):
+        remedy += " Device values alone are a chart: measure it, and give the measurements."
     message = "No columns hold a complete colour"
     bands = sum(wavelength(name) is not None for name in names)
     if bands:

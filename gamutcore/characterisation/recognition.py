@@ -189,7 +189,11 @@ _MESHES_IN_TEXT: tuple[tuple[Callable[[str], bool], Callable[[str], GamutMesh]],
 
 
 def read_characterisation(
-    data: bytes, *, condition: str | None = None, layer: str | None = None
+    data: bytes,
+    *,
+    condition: str | None = None,
+    layer: str | None = None,
+    estimates: bool = False,
 ) -> Characterisation:
     """Return the characterisation data in the bytes of a file or message.
 
@@ -201,11 +205,14 @@ def read_characterisation(
         The measurement condition to read, such as ``"M1"``, if the data has several.
     layer : str, optional
         The layer of an OpenEXR picture.
+    estimates : bool, optional
+        Whether to read charts, whose colours are estimates (Argyll's .ti1 and .ti2). The provenance
+        of their samples has ``chart``.
 
     Raises
     ------
     UnrecognisedFormatError
-        The content has no known format.
+        The content has no known format, or is a chart.
     OptionError
         A condition is requested of a profile, a picture, a mesh or a reference gamut, or a layer of
         something else than OpenEXR.
@@ -231,10 +238,12 @@ def read_characterisation(
     encoding = text_encoding(data)
     if encoding is None:
         raise _unrecognised("The content is binary, and its format is unknown.")
-    return _read_text(data, encoding, condition)
+    return _read_text(data, encoding, condition, estimates=estimates)
 
 
-def _read_text(data: bytes, encoding: str, condition: str | None) -> Characterisation:
+def _read_text(
+    data: bytes, encoding: str, condition: str | None, *, estimates: bool
+) -> Characterisation:
     """Return the characterisation data in a text: a mesh, JSON, CGATS or a table."""
     text = data.decode(encoding)
     if not text.strip("\0 \t\r\n"):
@@ -250,7 +259,7 @@ def _read_text(data: bytes, encoding: str, condition: str | None) -> Characteris
         _refuse_condition(condition, "meshes and reference gamuts")
         return reference
     if looks_like_cgats(text):
-        return cgats_samples(text, condition=condition)
+        return cgats_samples(text, condition=condition, estimates=estimates)
     return delimited_samples(DelimitedText(data, encoding), condition=condition)
 
 

@@ -57,12 +57,16 @@ __all__ = ["add_to"]
 SECTORS = 36
 """Default number of sectors of hue, as in `gamutcore.questions`."""
 
+POSITIONS = ("inside", "edge", "outside")
+"""Positions of colours, as `Gamut.classify` has them."""
+
 
 Colours = Annotated[
     str,
     typer.Argument(
         metavar="COLOURS",
-        help="A table of colours: CSV, CGATS, CxF, .ase or .npy; - reads standard input.",
+        help="A table of colours: CSV, CGATS, CxF, .ase or .npy, or a chart of Argyll (.ti1, "
+        ".ti2); - reads standard input.",
     ),
 ]
 OfGamut = Annotated[
@@ -127,7 +131,7 @@ def query(
     output: Output = None,
     as_json: AsJson = False,
 ) -> None:
-    """Check a table of colours against a gamut.
+    """Check a table of colours, or the estimates of a chart, against a gamut.
 
     The columns of the table stay. Added are in_gamut, position (inside, edge or outside), distance
     and distance_euclidean from the surface (negative inside), the nearest colour of the gamut, its
@@ -219,9 +223,11 @@ def _report(
             device[inside] = recipes.device
         columns |= dict(zip(near.channels, 100.0 * device.T, strict=True))
     unit = f"in {gamut.colour_space.name}"
+    noun = "patches" if table.is_chart else "colours"
+    counts = {place: int((columns["position"] == place).sum()) for place in POSITIONS}
     summary = (
-        f"{int(inside.sum())} of {len(colours)} colours are in gamut."
-        f" {int((columns['position'] == 'edge').sum())} are at the edge."
+        f"{int(inside.sum())} of {len(colours)} {noun} are in gamut. By position:"
+        f" {counts['inside']} inside, {counts['edge']} at the edge, {counts['outside']} outside."
         f" Tolerance {number_text(tolerance, 2)}, edge width {number_text(edge_width, 2)} {unit}."
     )
     if passing is not None:
@@ -231,7 +237,23 @@ def _report(
         summary += (
             f" Worst: {table.label(worst)}, ΔE00 {difference[worst]:.2f} from the nearest colour."
         )
-    return columns, summary, near.warnings
+    warnings = _chart_warnings(gamut, near.warnings) if table.is_chart else near.warnings
+    return columns, summary, warnings
+
+
+def _chart_warnings(gamut: Gamut, warnings: tuple[str, ...]) -> tuple[str, ...]:
+    """Return warnings about the colours of a chart: relative to its white, and not as measured."""
+    from gamutcore.questions import colour_warnings  # noqa: PLC0415
+
+    about_measured = colour_warnings(gamut.conditions, "CIELAB")
+    others = tuple(warning for warning in warnings if warning not in about_measured)
+    if gamut.conditions.intent != "absolute":
+        return others
+    warning = (
+        "The gamut is absolute, and the estimates of a chart are relative to its white: build the "
+        "gamut with --intent relative."
+    )
+    return (*others, warning)
 
 
 def recipe(

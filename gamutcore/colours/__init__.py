@@ -44,7 +44,7 @@ from gamutcore.colours.picture import (
     profile_warnings,
 )
 from gamutcore.colours.reference import RGB_CURVES, RgbSpace, primary_matrix, reference_white
-from gamutcore.colours.repeats import consistent_samples
+from gamutcore.colours.repeats import consistent_samples, device_groups
 from gamutcore.colours.sampling import (
     SURFACE_SAMPLES,
     AbsoluteColours,
@@ -109,6 +109,7 @@ __all__ = [
     "cube_nodes",
     "declared_space",
     "decode_srgb",
+    "device_groups",
     "display_primaries",
     "encode_srgb",
     "find_values",

@@ -54,7 +54,7 @@ def consistent_samples(samples: Samples) -> Samples:
     """
     if samples.device is None:
         return samples
-    groups = _repeats(samples.device)
+    groups = [rows for rows in device_groups(samples.device) if len(rows) > 1]
     if not groups:
         return samples
     lab = _colours(samples)
@@ -72,8 +72,8 @@ def consistent_samples(samples: Samples) -> Samples:
     return _selected(samples, is_used, warnings)
 
 
-def _repeats(device: FloatArray) -> list[IntArray]:
-    """Rows of each device value that occurs more than once."""
+def device_groups(device: FloatArray) -> list[IntArray]:
+    """Return the rows of each distinct device value, ascending."""
     cells = np.empty(device.shape, dtype=np.int64)
     for channel, values in enumerate(device.T):
         order = np.argsort(values, kind="stable")
@@ -86,7 +86,7 @@ def _repeats(device: FloatArray) -> list[IntArray]:
     order = np.lexsort(cells.T[::-1])
     ranked_cells = cells[order]
     starts = np.flatnonzero((ranked_cells[1:] != ranked_cells[:-1]).any(axis=1)) + 1
-    return [np.sort(rows) for rows in np.split(order, starts) if len(rows) > 1]
+    return [np.sort(rows) for rows in np.split(order, starts)]
 
 
 def _colours(samples: Samples) -> FloatArray:

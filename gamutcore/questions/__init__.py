@@ -17,6 +17,7 @@ from gamutcore.questions.comparison import (
 )
 from gamutcore.questions.conditions import (
     build_warnings,
+    colour_warnings,
     comparison_warnings,
     condition_lines,
     conditions_of,
@@ -131,6 +132,7 @@ __all__ = [
     "check_space",
     "chromaticity",
     "classify",
+    "colour_warnings",
     "colours_in",
     "compare",
     "compare_with_interval",

@@ -12,6 +12,7 @@ from gamutcore.reports.document import (
     ReportTable,
     check_report_suffix,
 )
+from gamutcore.reports.drift import drift
 from gamutcore.reports.match import match_report
 from gamutcore.reports.matrix import compare_all, matrix_report
 
@@ -23,6 +24,7 @@ __all__ = [
     "ReportTable",
     "check_report_suffix",
     "compare_all",
+    "drift",
     "match_report",
     "matrix_report",
 ]

@@ -97,6 +97,8 @@ class ColourTable:
         The value of white in the file.
     reading : str
         What was understood, as sentences.
+    is_chart : bool
+        Whether the colours are the estimates of a chart, relative to its white.
     """
 
     def __init__(
@@ -110,6 +112,7 @@ class ColourTable:
         self.decimal = "."
         self.colour_places: tuple[int, ...] = ()
         self.headless = False
+        self.is_chart = False
         self._list: _List | None = None
         self._full = 1.0
         self._text = text
@@ -786,12 +789,16 @@ def _of_swatches(data: bytes) -> ColourTable:
 
 
 def _of_samples(data: bytes) -> ColourTable:
-    """Return the colours of measurements, as measured, in CIELAB relative to D50."""
-    samples = read_characterisation(data)
+    """Return the colours of measurements as measured, in CIELAB with D50.
+
+    The estimates of a chart are relative to the white of the chart, because no paper is known.
+    """
+    samples = read_characterisation(data, estimates=True)
     if not isinstance(samples, Samples):
         raise _no_table(data)
+    chart = samples.provenance.get("chart")
     try:
-        colours = measured_colours(samples, "absolute")
+        colours = measured_colours(samples, "relative" if chart else "absolute")
     except OptionError:
         colours = measured_colours(samples, "relative")
     points = np.ascontiguousarray(colours.lab, np.float64)
@@ -812,9 +819,14 @@ def _of_samples(data: bytes) -> ColourTable:
         cells = [[f"{value:.6g}" for value in row] for row in values.tolist()]
     table = _of_cells(header, points, "CIELAB", cells)
     kinds = ", ".join(map(str, samples.provenance["colour_columns"]))  # type: ignore[arg-type]
-    table.reading = " ".join(
-        [f"{kinds} of {samples.format} data is read as CIELAB (D50).", *colours.warnings]
-    )
+    reading = f"{kinds} of {samples.format} data is read as CIELAB (D50)."
+    if chart:
+        reading = (
+            f"{kinds} of a chart ({chart}), which are estimates and not measured, is read as "
+            "CIELAB (D50) relative to the white of the chart."
+        )
+    table.is_chart = bool(chart)
+    table.reading = " ".join([reading, *colours.warnings])
     return table
 
 

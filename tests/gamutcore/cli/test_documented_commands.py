@@ -65,6 +65,10 @@ def test_no_documented_command_is_refused(document, command, few_patches, tmp_pa
     press.unlink()
     press.write_bytes(few_patches)
     Image.new("RGB", (8, 8), (200, 60, 20)).save(tmp_path / "photo.png")
+    chart = ROOT / "tests" / "data" / "reports" / "chart-cmyk.ti1"
+    (tmp_path / "chart.ti1").write_bytes(chart.read_bytes())
+    for day in ("monday", "friday"):
+        (tmp_path / f"{day}.ti3").write_bytes(few_patches)
     monkeypatch.chdir(tmp_path)
     for arguments in documented_commands(document):
         if arguments[0] in NOT_RUN:

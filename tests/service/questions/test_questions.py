@@ -6,6 +6,7 @@ import json
 import os
 import socket
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -132,6 +133,15 @@ def test_a_table_keeps_its_own_columns(ask):
     assert rows[1] == ["Red, warm", "50", "5", "4", 'say "x"', "true"]
     assert rows[2] == []
     assert rows[3] == ["Blue", "30", "10", "-50", "", "false"]
+
+
+def test_a_chart_is_asked_by_its_estimates(ask):
+    chart = (Path(__file__).parents[2] / "data" / "reports" / "chart-cmyk.ti1").read_text()
+    gray = "11 0 0 0 60 17.76 18.42 15.19 \nEND_DATA"  # L* 50.0
+    chart = chart.replace("END_DATA\n", f"{gray}\n", 1)
+    rows = list(csv.reader(ask(chart, CSV).text.splitlines()))
+    assert rows[0][-4:] == ["XYZ_X", "XYZ_Y", "XYZ_Z", "inside"]
+    assert [row[-1] for row in rows[1:]] == ["false"] * 10 + ["true"]
 
 
 def test_a_table_keeps_its_dialect(ask):

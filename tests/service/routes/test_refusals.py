@@ -12,6 +12,11 @@ import pytest
         (b"LAB_L,LAB_A,LAB_X\n1,2,3\n", "missing-column", "field"),
         (b"\x00\x01\x02 no format at all", "unrecognised-format", None),
         (b"", "unrecognised-format", None),
+        (
+            b"CTI1\nBEGIN_DATA_FORMAT\nXYZ_X XYZ_Y XYZ_Z\nEND_DATA_FORMAT\n",
+            "unrecognised-format",
+            "line",
+        ),
         (b"LAB_L,LAB_A,LAB_B\n1,2,three\n", "malformed-file", "line"),
         (b"LAB_L,LAB_A,LAB_B\n1,2,3\n4,5,6\n", "too-few-points", None),
     ],
