@@ -91,6 +91,8 @@ class DeviceColours(NamedTuple):
     `points` maps device values (m, k) in the cube to colours, as those of `SurfaceColours`. A
     boundary is likely to miss the colours of the device values `tried` (j, k). `model` has them in
     CIELAB. `measured` (r, 3) has the colours of the printable samples, as they were measured.
+    `printed` maps device values (m, n) to those that a profile's B2A tables print in their place;
+    None if these are the same.
     """
 
     cube: InkCube
@@ -98,6 +100,7 @@ class DeviceColours(NamedTuple):
     tried: FloatArray
     model: DeviceModel
     measured: FloatArray
+    printed: Callable[[FloatArray], FloatArray] | None = None
 
 
 class AbsoluteColours(NamedTuple):
