@@ -1,10 +1,10 @@
 """Gamut boundaries at any triangle count: colour and geometry, without web or storage.
 
 `Gamut` builds a gamut from characterisation data and answers questions about it. `link` makes files
-that apply a gamut mapping in other programs, and `profile` makes ICC profiles. Data flows one way,
-and the folders are named after the stages: `characterisation` → `colours` → `boundary` →
-`decimation` → `history` → `levels` → `search` and `export`. The package needs none of the web
-packages of the extra ``service``.
+that apply a gamut mapping in other programs, and `profile` makes ICC profiles. `report` measures a
+gamut by a published standard. Data flows one way, and the folders are named after the stages:
+`characterisation` → `colours` → `boundary` → `decimation` → `history` → `levels` → `search` and
+`export`. The package needs none of the web packages of the extra ``service``.
 """
 
 from __future__ import annotations
@@ -20,14 +20,16 @@ if TYPE_CHECKING:
     from gamutcore.gamut import Gamut
     from gamutcore.links import link, profile
     from gamutcore.options import Options
+    from gamutcore.reports import report
 
-__all__ = ["Gamut", "Options", "__version__", "link", "profile", "reference"]
+__all__ = ["Gamut", "Options", "__version__", "link", "profile", "reference", "report"]
 
 _HOME = {
     "Gamut": "gamutcore.gamut",
     "Options": "gamutcore.options",
     "link": "gamutcore.links",
     "profile": "gamutcore.links",
+    "report": "gamutcore.reports",
 }
 """Modules of the names that are imported on first use. Their import takes a tenth of a second,
 which `gamutcore.errors` and the command line's help do not need."""

@@ -12,12 +12,21 @@ from gamutcore.reports.document import (
     ReportTable,
     check_report_suffix,
 )
+from gamutcore.reports.signals import SIGNAL_COUNTS, signal_codes, write_signals
+from gamutcore.reports.standards import STANDARDS, Standard, report, standard_intent
 
 __all__ = [
     "REPORT_SUFFIXES",
+    "SIGNAL_COUNTS",
+    "STANDARDS",
     "Chart",
     "Report",
     "ReportColumn",
     "ReportTable",
+    "Standard",
     "check_report_suffix",
+    "report",
+    "signal_codes",
+    "standard_intent",
+    "write_signals",
 ]
