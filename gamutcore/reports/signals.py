@@ -20,8 +20,8 @@ from gamutcore.errors import OptionError
 __all__ = [
     "SIGNAL_COUNTS",
     "cube_faces",
-    "signal_levels",
     "signal_codes",
+    "signal_levels",
     "write_signals",
 ]
 

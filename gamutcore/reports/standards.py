@@ -224,10 +224,8 @@ def _intent_warnings(gamut: Gamut, standard: Standard) -> list[str]:
         if wanted == "absolute"
         else "the white of the display is adapted to D50"
     )
-    return [
-        f"The gamut has the intent {gamut.conditions.intent}. By the standard, {white}: build it "
-        f"with the intent {wanted}."
-    ]
+    has = f"The gamut has the intent {gamut.conditions.intent}. By the standard, {white}"
+    return [f"{has}: build it with the intent {wanted}."]
 
 
 def _per_cent(share: float, form: str = ".1f") -> str:
