@@ -1,8 +1,9 @@
 """Colours of reference gamuts: RGB spaces, Pointer's gamut, the PRMG and the optimal colours.
 
 The primaries and the white of an RGB space give the matrix of its linear values. Pointer's colours
-and those of the PRMG are published tables, closed by the neutral colours in the middle of their first and last
-ring. An optimal colour reflects all light of one band of wavelengths and none of the rest, or the reverse.
+and those of the PRMG are published tables, closed by the neutral colours in the middle of their
+first and last ring. An optimal colour reflects all light of one band of wavelengths and none of the
+rest, or the reverse.
 """
 
 from __future__ import annotations
