@@ -14,7 +14,7 @@ from typing import Annotated
 import numpy as np
 
 from gamutcore.arguments import Choice, WholeNumber, check_option
-from gamutcore.arrays import FloatArray, IndexArray
+from gamutcore.arrays import FloatArray, IndexArray, LongArray
 from gamutcore.errors import OptionError
 
 __all__ = [
@@ -49,7 +49,7 @@ def signal_levels(count: int = 602, bits: int = 8) -> FloatArray:
             where={"field": "bits"},
             remedy=f"Give {least} bits or more, or fewer signals.",
         )
-    return codes.astype(np.float64)
+    return np.asarray(codes, np.float64)
 
 
 def cube_faces(levels: FloatArray) -> tuple[FloatArray, IndexArray]:
@@ -65,7 +65,8 @@ def cube_faces(levels: FloatArray) -> tuple[FloatArray, IndexArray]:
     along, across = corner + count, corner + 1
     squares = [(corner, along, across), (along, along + 1, across)]
     triangles = np.concatenate([np.stack(square, axis=1) for square in squares])
-    places, faces = [], []
+    places: list[LongArray] = []
+    faces: list[LongArray] = []
     for axis in range(3):
         for end in (0, count - 1):
             place = np.empty((len(one), 3), np.int64)

@@ -398,7 +398,7 @@ def _has_signals(readings: FloatArray, count: int) -> bool:
 
     signals = cube_faces(signal_levels(count) / 255.0)[0]
     distance, _ = cKDTree(readings).query(signals, p=np.inf)
-    return bool(distance.max() < SAME_SIGNAL)
+    return bool(np.max(distance) < SAME_SIGNAL)
 
 
 def _between_signals(model: DeviceModel, signals: FloatArray, count: int) -> FloatArray:
@@ -504,8 +504,8 @@ def _draw(
         band = both - np.concatenate([np.zeros((1, HUES)), both[:-1]])
         common = np.sqrt(below**2 + band)
     drawn = GamutRings(
-        np.array(rows) + 1.0,
-        np.arange(HUES) + 0.5,
+        np.asarray(rows, np.float64) + 1.0,
+        np.asarray(np.arange(HUES) + 0.5, np.float64),
         rings["gamut"],
         volume,
         rings.get("reference"),
