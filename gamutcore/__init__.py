@@ -2,10 +2,10 @@
 
 `Gamut` builds a gamut from characterisation data and answers questions about it. `link` makes files
 that apply a gamut mapping in other programs, and `profile` makes ICC profiles. `match` and
-`compare_all` ask many gamuts, and `drift` compares readings of one device. Data flows one way, and
-the folders are named after the stages: `characterisation` → `colours` → `boundary` → `decimation` →
-`history` → `levels` → `search` and `export`. The package needs none of the web packages of the
-extra ``service``.
+`compare_all` ask many gamuts, `drift` compares readings of one device, and `report` measures a
+gamut by a published standard. Data flows one way, and the folders are named after the stages:
+`characterisation` → `colours` → `boundary` → `decimation` → `history` → `levels` → `search` and
+`export`. The package needs none of the web packages of the extra ``service``.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from gamutcore.gamut import Gamut
     from gamutcore.links import link, profile
     from gamutcore.options import Options
-    from gamutcore.reports import compare_all
+    from gamutcore.reports import compare_all, report
     from gamutcore.reports.drift import drift
     from gamutcore.reports.match import match
 
@@ -35,6 +35,7 @@ __all__ = [
     "match",
     "profile",
     "reference",
+    "report",
 ]
 
 _HOME = {
@@ -45,6 +46,7 @@ _HOME = {
     "link": "gamutcore.links",
     "match": "gamutcore.reports.match",
     "profile": "gamutcore.links",
+    "report": "gamutcore.reports",
 }
 """Modules of the names that are imported on first use. Their import takes a tenth of a second,
 which `gamutcore.errors` and the command line's help do not need."""

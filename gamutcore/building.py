@@ -313,6 +313,7 @@ def _input_colours(
         adaptation=options.adaptation or "Bradford",
         popularity=options.popularity,
         model=options.device_model,
+        usable=options.source == "usable",
     )
     warnings = [*_warnings(colours.provenance), *limit_warnings]
     if colours.device_colours is not None:
@@ -369,7 +370,24 @@ def _read_input(data: bytes, options: Options) -> Characterisation:
     if options.source == "measurements":
         return embedded_measurements(read_characterisation(data), condition=options.condition)
     parsed = read_characterisation(data, condition=options.condition, layer=options.layer)
+    if options.source == "usable":
+        _check_usable(parsed, options)
     return embedded_boundary(parsed, options.intent) if options.source == "boundary" else parsed
+
+
+def _check_usable(parsed: Characterisation, options: Options) -> None:
+    """Refuse data without B2A tables, and limits that these tables do not keep."""
+    if not isinstance(parsed, IccProfile):
+        raise OptionError(
+            "source is 'usable', but the data is not an ICC profile.",
+            where={"field": "source"},
+            remedy="Leave it out: only profiles convert colours to device values.",
+        )
+    for name in ("ink_limit", "black_limit"):
+        if getattr(options, name) is not None:
+            reason = "the tables B2A of the usable gamut have their own limit"
+            raise OptionError.not_applicable(name, getattr(options, name), reason)
+    parsed.separation(options.intent)
 
 
 def _data_kind(parsed: Characterisation) -> str:
@@ -422,6 +440,10 @@ def _boundary_of_colours(
     colours, wrapping, missed = _add_folds(colours, wrapping, space.white_lightness)
     boundary, values = wrapping.boundary, None
     if colours.device is not None:
+        own = colours.device_colours
+        if own is not None and own.printed is not None:
+            colours = replace(colours, device=own.printed(colours.device))
+        assert colours.device is not None  # noqa: S101
         values = vertex_device_values(boundary, colours.points, colours.device, colours.channels)
     provenance = {**colours.provenance, "boundary": wrapping.choices}
     warnings = [*_warnings(colours.provenance), *wrapping.warnings]

@@ -242,13 +242,13 @@ class Options(BaseModel):
     )
     source: Annotated[
         str | None,
-        Choice(("transforms", "measurements", "boundary")),
+        Choice(("transforms", "usable", "measurements", "boundary")),
         Option(data=("profile",), unless_given="the transforms"),
     ] = Field(
         default=None,
-        description="Content of an ICC profile that is used: its transforms, the measurements it "
-        "carries (tags targ, or CIED with DevD), or the gamut boundary of an iccMAX profile (tags "
-        "gbd0 to gbd3).",
+        description="Content of an ICC profile that is used: its transforms, the `usable` colours "
+        "that its tables B2A of the intent reach, the measurements it carries (tags targ, or CIED "
+        "with DevD), or the gamut boundary of an iccMAX profile (tags gbd0 to gbd3).",
     )
     device_model: Annotated[
         str | None,

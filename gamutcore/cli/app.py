@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from gamutcore.cli import answers, drift, gamuts, links, sections
+from gamutcore.cli import answers, drift, gamuts, links, sections, standards
 from gamutcore.version import __version__
 
 __all__ = ["DATA_FAULT", "DEFECT", "USAGE_FAULT", "app", "run"]
@@ -71,6 +71,7 @@ answers.add_to(app)
 sections.add_to(app)
 links.add_to(app)
 drift.add_to(app)
+standards.add_to(app)
 
 
 def run(program: typer.Typer, arguments: Sequence[str] | None = None) -> int:

@@ -31,6 +31,7 @@ __all__ = [
     "WithInterval",
     "asking",
     "check_interval_options",
+    "choose_option",
     "chosen_options",
     "gamut_of",
     "gamuts_of",
@@ -212,6 +213,11 @@ def chosen_options(ctx: typer.Context) -> Mapping[str, str]:
     """Return the options of the build that a command was given, as texts."""
     chosen: dict[str, str] = ctx.meta.get(_CHOSEN, {})
     return chosen
+
+
+def choose_option(ctx: typer.Context, name: str, text: str) -> None:
+    """Give an option of the build a value, as the command line would."""
+    ctx.meta.setdefault(_CHOSEN, {})[name] = text
 
 
 def gamut_of(

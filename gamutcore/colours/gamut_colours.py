@@ -51,6 +51,7 @@ def surface_colours(
     adaptation: str = "Bradford",
     popularity: float | None = None,
     model: str | None = None,
+    usable: bool = False,
 ) -> SurfaceColours:
     """Return colours at the surface of a device's gamut.
 
@@ -77,6 +78,8 @@ def surface_colours(
         Share of a picture's pixels that is left out, those of the least frequent colours.
     model : str, optional
         Device model of measured samples, one of `gamutcore.colours.DEVICE_MODELS`.
+    usable : bool
+        Whether only the colours that a profile's B2A tables reach count.
 
     Raises
     ------
@@ -90,7 +93,8 @@ def surface_colours(
     if isinstance(characterisation, Picture):
         return picture_colours(characterisation, intent, popularity, adaptation=adaptation)
     if isinstance(characterisation, IccProfile):
-        return profile_surface(characterisation, intent, surface_samples, limits or InkLimits())
+        limits = limits or InkLimits()
+        return profile_surface(characterisation, intent, surface_samples, limits, usable=usable)
     if isinstance(characterisation, Reference):
         return reference_surface(characterisation, intent, surface_samples, adaptation)
     samples = consistent_samples(characterisation)

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import contextlib
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
@@ -119,6 +120,20 @@ def profile_colours(
         colours = np.maximum(lab_to_xyz(colours), 0.0)
     lab = xyz_to_lab(np.maximum(colours @ scale.T + offset, 0.0))
     return ProfileColours(lab, transform.tag, transform.kind, adaptation, tuple(warnings))
+
+
+def printed_values(profile: IccProfile, device: FloatArray, intent: str) -> FloatArray:
+    """Return the device values that a profile's B2A prints for the colours of device values.
+
+    They make the *usable* gamut of ISO/TS 18621-11: device values to colours by A2B, and back by
+    B2A of the intent. Profiles of matrix and curves give the same device values.
+    """
+    intent = "relative" if intent == "absolute" else intent
+    separation, transform = profile.separation(intent), profile.transform(intent)[0]
+    if separation is None:
+        return device
+    colours = transform.pcs_values(device)
+    return separation.device_values(colours)
 
 
 @device_function
@@ -294,18 +309,33 @@ def _same_chromaticity(one: FloatArray, two: FloatArray) -> bool:
 
 
 def profile_surface(
-    profile: IccProfile, intent: str, surface_samples: int, limits: InkLimits
+    profile: IccProfile,
+    intent: str,
+    surface_samples: int,
+    limits: InkLimits,
+    *,
+    usable: bool = False,
 ) -> SurfaceColours:
-    """Return the colours at the surface of a profile's device within its ink limits."""
+    """Return the colours at the surface of a profile's device within its ink limits.
+
+    `usable` is for `printed_values` of the whole device in their place; then the limits hold for
+    recipes, and the B2A tables have their own.
+    """
     channels = len(profile.channels)
     limited = limited_cube(
         profile.channels, np.zeros(channels), np.ones(channels), limits, inks=profile.inks
     )
     nodes = profile.transform(intent)[0].nodes
     function = ProfileTransform(profile, intent)
-    surface = surface_values(limited, function.lab, surface_samples, nodes)
+    printed = partial(printed_values, profile, intent=intent) if usable else None
+    sampled = limited
+    if usable:
+        whole = np.zeros(channels), np.ones(channels)
+        sampled = limited_cube(profile.channels, *whole, InkLimits(), inks=profile.inks)
+    surface = surface_values(sampled, function.lab, surface_samples, nodes)
     density = surface.density
-    colours = profile_colours(profile, surface.device, intent)
+    device = surface.device if printed is None else printed(surface.device)
+    colours = profile_colours(profile, device, intent)
     points = colours.lab
     white, white_warnings = declared_white(profile)
     warnings = [
@@ -327,6 +357,7 @@ def profile_surface(
         "model": {
             "name": "ICC profile",
             "tag": colours.tag,
+            **({"separation": _separation_tag(profile, intent)} if usable else {}),
             "kind": _KINDS.get(colours.kind, "matrix and curves"),
         },
         "surface": {"points": len(points), "density": density},
@@ -335,6 +366,14 @@ def profile_surface(
     absolute = absolute_colours(profile)
     if intent == "absolute" and absolute is not None:
         function = replace(function, absolute=absolute.matrix)
+    model = DeviceModel(profile.channels, profile.inks, limited, function)
+    own = device_colours(replace(model, limited=sampled), surface)
+    if printed is not None:
+        own = own._replace(
+            points=lambda values: function.lab(printed(sampled.device(values))),
+            model=model,
+            printed=printed,
+        )
     return SurfaceColours(
         points,
         surface.device,
@@ -342,9 +381,14 @@ def profile_surface(
         intent == "absolute" and absolute is not None and absolute.as_measured,
         profile.channels,
         surface.faces,
-        device_colours(DeviceModel(profile.channels, profile.inks, limited, function), surface),
+        own,
         absolute,
     )
+
+
+def _separation_tag(profile: IccProfile, intent: str) -> str:
+    separation = profile.separation(intent)
+    return "none: matrix and curves" if separation is None else separation.tag
 
 
 def _declared_luminance(profile: IccProfile) -> dict[str, JSON]:

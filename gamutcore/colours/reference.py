@@ -1,8 +1,9 @@
-"""Colours of reference gamuts: RGB spaces, Pointer's gamut and the optimal colours.
+"""Colours of reference gamuts: RGB spaces, Pointer's gamut, the PRMG and the optimal colours.
 
 The primaries and the white of an RGB space give the matrix of its linear values. Pointer's colours
-are the published table, closed by the neutral colours in the middle of its first and last ring. An
-optimal colour reflects all light of one band of wavelengths and none of the rest, or the reverse.
+and those of the PRMG are published tables, closed by the neutral colours in the middle of their
+first and last ring. An optimal colour reflects all light of one band of wavelengths and none of the
+rest, or the reverse.
 """
 
 from __future__ import annotations
@@ -37,7 +38,13 @@ from gamutcore.colours.sampling import (
 )
 from gamutcore.colours.spaces import DEFAULT_LUMINANCE
 from gamutcore.errors import OptionError
-from gamutcore.references import REFERENCES, Reference, parse_definition
+from gamutcore.references import (
+    PRMG_CHROMA,
+    PRMG_LIGHTNESS,
+    REFERENCES,
+    Reference,
+    parse_definition,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -129,6 +136,18 @@ def _pointer_xyz(white: FloatArray) -> tuple[FloatArray, IndexArray]:
     lab = np.stack([lightness, chroma * np.cos(angle), chroma * np.sin(angle)], axis=1)
     caps = [[lightness.min(), 0.0, 0.0], [lightness.max(), 0.0, 0.0]]
     return lab_to_xyz(np.concatenate([lab, caps]), white), _ring_faces(16, 36)
+
+
+def _prmg_xyz(white: FloatArray) -> tuple[FloatArray, IndexArray]:
+    """The colours of the PRMG, with Y = 1 for the white of its medium, and their triangles."""
+    chroma = np.asarray(PRMG_CHROMA, np.float64).T[1:-1]  # the first and the last are neutral
+    rings, hues = chroma.shape
+    angle = np.radians(np.arange(hues) * 360.0 / hues)
+    height = np.broadcast_to(np.array(PRMG_LIGHTNESS)[1:-1, np.newaxis], chroma.shape)
+    lab = np.stack([height, chroma * np.cos(angle), chroma * np.sin(angle)], axis=-1)
+    caps = [[PRMG_LIGHTNESS[0], 0.0, 0.0], [PRMG_LIGHTNESS[-1], 0.0, 0.0]]
+    xyz = lab_to_xyz(np.concatenate([lab.reshape(-1, 3), caps]), white)
+    return xyz, _ring_faces(rings, hues)
 
 
 def _ring_faces(rings: int, points: int) -> IndexArray:
@@ -325,9 +344,15 @@ def reference_surface(
             xyz = optimal_colours(reference.illuminant, reference.observer, surface_samples)
             white, corners = xyz[-1], optimal_faces(len(xyz))
         else:
-            xyz, corners = _pointer_xyz(white)
+            tables = {"Pointer 1980": _pointer_xyz, "PRMG": _prmg_xyz}
+            xyz, corners = tables[reference.definition["colours"]](white)
         faces = SurfaceFaces(corners, np.zeros(len(corners), np.int32), closed=True)
+    # media-relative colours of a print are scaled by its white (ICC.1:2022, 6.3.2.2)
+    paper = float(reference.definition.get("white_reflectance", 1.0))
+    if intent == "absolute":
+        xyz = xyz * paper
     lab, adapted = reference_lab(xyz, white, intent, adaptation)
+    absolute = paper * adaptation_matrix(ICC_D50, white, adaptation)
     provenance: dict[str, JSON] = {
         "format": "reference",
         "reference": reference.slug,
@@ -351,5 +376,5 @@ def reference_surface(
         channels,
         faces=faces,
         device_colours=own,
-        absolute=AbsoluteColours(adaptation_matrix(ICC_D50, white, adaptation), as_measured=True),
+        absolute=AbsoluteColours(absolute, as_measured=True),
     )

@@ -91,7 +91,8 @@ class DeviceColours(NamedTuple):
     `points` maps device values (m, k) in the cube to colours, as those of `SurfaceColours`. `tried`
     (j, k) are device values between the surface samples, whose colours a boundary is likely to
     miss. `model` gives colours in CIELAB. `measured` (r, 3) are the measured colours of the
-    printable samples.
+    printable samples. `printed` maps device values (m, n) to those that a
+    profile's B2A tables print in their place; None if these are the same.
     """
 
     cube: InkCube
@@ -99,6 +100,7 @@ class DeviceColours(NamedTuple):
     tried: FloatArray
     model: DeviceModel
     measured: FloatArray
+    printed: Callable[[FloatArray], FloatArray] | None = None
 
 
 class AbsoluteColours(NamedTuple):

@@ -48,6 +48,7 @@ __all__ = [
     "MOST_DRAWN_TRIANGLES",
     "PICTURE",
     "PNG_KEYWORD",
+    "draw_rings",
     "face_colours",
     "figure",
     "new_axes",
@@ -560,18 +561,32 @@ def plot_rings(
     reference = None if reference is None else other_gamut(gamut, reference)
     gamut_rings = rings(gamut, reference, sectors=sectors, triangles=triangles, max_error=max_error)
     ax = new_axes() if ax is None else ax
+    name = (reference and reference.name) or "reference"
+    draw_rings(ax, gamut_rings, gamut.colour_space, gamut.name, name, **style)
+    return ax
+
+
+def draw_rings(
+    ax: Any,  # noqa: ANN401  # of matplotlib
+    gamut_rings: GamutRings,
+    space: ColourSpace,
+    name: str,
+    reference_name: str = "reference",
+    **style: Any,  # noqa: ANN401
+) -> None:
+    """Draw rings on axes, with the names of the gamut and of the reference."""
     from matplotlib.collections import PolyCollection  # noqa: PLC0415  # optional
     from matplotlib.patheffects import withStroke  # noqa: PLC0415
 
     angle = ring_angles(gamut_rings.hues)
     curves = ring_curves(gamut_rings.radius, angle)
     if not ax.collections:
-        shapes, colours = zip(*ring_bands(curves, angle, gamut.colour_space), strict=True)
+        shapes, colours = zip(*ring_bands(curves, angle, space), strict=True)
         fills = np.array(colours) / 255.0
         ax.add_collection(
             PolyCollection(shapes, facecolors=fills, edgecolors="face", antialiaseds=False)
         )
-    names = gamut.colour_space.axes
+    names = space.axes
     outer, middle = len(curves) - 1, max(len(curves) // 2 - 1, 0)
     drawn = [
         (ring, {"linewidth": POINTS * (1.8 if number == outer else 0.7)})
@@ -582,7 +597,7 @@ def plot_rings(
         dashed = {"linestyle": LINES[1], "linewidth": 1.6 * POINTS}
         dotted = {"linestyle": LINES[2], "linewidth": 1.2 * POINTS}
         drawn.append((ring_curves(gamut_rings.reference_radius, angle)[-1], dashed))
-        handles.append(_line((reference and reference.name) or "reference", **dashed))
+        handles.append(_line(reference_name, **dashed))
     if gamut_rings.intersection_radius is not None:
         inner = ring_curves(gamut_rings.intersection_radius, angle)
         drawn = [(ring, dotted | {"color": "white"}) for ring in inner] + drawn
@@ -608,9 +623,8 @@ def plot_rings(
             path_effects=[withStroke(linewidth=3 * POINTS, foreground="white")],
         )
     _dress(ax, (f"{names[1]}$_\\mathrm{{RSS}}$", f"{names[2]}$_\\mathrm{{RSS}}$"))
-    note = rings_note(gamut.name, gamut_rings.volume)
-    _describe(ax, rings_caption(gamut_rings), note, handles, title=RINGS_TITLE, name=gamut.name)
-    return ax
+    note = rings_note(name, gamut_rings.volume)
+    _describe(ax, rings_caption(gamut_rings), note, handles, title=RINGS_TITLE, name=name)
 
 
 def rings_caption(gamut_rings: GamutRings) -> str:

@@ -1,4 +1,4 @@
-"""Reference gamuts: RGB spaces, Pointer's gamut and the optimal colours, by slug.
+"""Reference gamuts: RGB spaces, Pointer's gamut, the PRMG and the optimal colours, by slug.
 
 `REFERENCES` is the catalogue. A reference is built from its definition, a small JSON document, as
 any gamut is built from its data. `gamutcore.reference` builds one by name. The colours are computed
@@ -12,6 +12,9 @@ The curves of BT.709, BT.2020 and NTSC there are no curves of displays. The memb
 the exponent of the display (ITU-R BT.1886, annex 1, with a black of 0; BT.470-6, table 1, as
 ITU-T H.273, table 3, transfer 4). All device values are for displays. The samples of a gamut lie by
 the curve of the definition, so that its shape does not depend on the display.
+
+``prmg.json`` has the chroma of the perceptual reference medium gamut by hue and lightness, with the
+licence of the package that it was computed with.
 """
 
 from __future__ import annotations
@@ -31,6 +34,8 @@ from gamutcore.names import EXACT, folded, print_condition, ranked, similarity
 __all__ = [
     "DECODINGS",
     "NOT_OFFERED",
+    "PRMG_CHROMA",
+    "PRMG_LIGHTNESS",
     "REFERENCES",
     "Reference",
     "find_reference",
@@ -237,6 +242,29 @@ _POINTER = Reference(
     aliases=("Pointer gamut", "real surface colours"),
 )
 
+_PRMG_ROWS: dict[str, Any] = json.loads(
+    files("gamutcore.references").joinpath("prmg.json").read_text("utf-8")
+)
+
+PRMG_LIGHTNESS: tuple[float, ...] = tuple(_PRMG_ROWS["lightness"])
+"""Lightnesses of `PRMG_CHROMA`. The first is near the black of the medium, the last its white."""
+
+PRMG_CHROMA: tuple[tuple[float, ...], ...] = tuple(map(tuple, _PRMG_ROWS["chroma"]))
+"""Chroma of the PRMG for the hues 0°, 10°, … 350° and the lightnesses of `PRMG_LIGHTNESS`."""
+
+_PRMG = Reference(
+    slug="prmg",
+    name="Perceptual reference medium gamut",
+    kind="surface",
+    # the reflectance of the white is that of the reference medium (ICC.1:2022, 6.3.3)
+    definition={"illuminant": "D50", "observer": 2, "colours": "PRMG", "white_reflectance": 0.89},
+    white=_OPTIMAL_WHITES["D50", 2],
+    illuminant="D50",
+    observer=2,
+    source=str(_PRMG_ROWS["source"]),
+    aliases=("PRM gamut", "ISO 12640-3 reference colour gamut"),
+)
+
 REFERENCES: Mapping[str, Reference] = MappingProxyType(
     {
         each.slug: each
@@ -249,6 +277,7 @@ REFERENCES: Mapping[str, Reference] = MappingProxyType(
             *(_bt2100("PQ", peak) for peak in (1000, 4000, 10_000)),
             _bt2100("HLG", 1000),
             _POINTER,
+            _PRMG,
             *(_optimal_colours(*key) for key in _OPTIMAL_WHITES),
         )
     }

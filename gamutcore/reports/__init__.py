@@ -15,16 +15,25 @@ from gamutcore.reports.document import (
 from gamutcore.reports.drift import drift
 from gamutcore.reports.match import match_report
 from gamutcore.reports.matrix import compare_all, matrix_report
+from gamutcore.reports.signals import SIGNAL_COUNTS, signal_codes, write_signals
+from gamutcore.reports.standards import STANDARDS, Standard, report, standard_intent
 
 __all__ = [
     "REPORT_SUFFIXES",
+    "SIGNAL_COUNTS",
+    "STANDARDS",
     "Chart",
     "Report",
     "ReportColumn",
     "ReportTable",
+    "Standard",
     "check_report_suffix",
     "compare_all",
     "drift",
     "match_report",
     "matrix_report",
+    "report",
+    "signal_codes",
+    "standard_intent",
+    "write_signals",
 ]

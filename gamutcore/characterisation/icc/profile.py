@@ -16,11 +16,13 @@ import numpy as np
 from gamutcore.characterisation.icc.transforms import (
     CurveSet,
     Matrix,
+    Separation,
     TagData,
     Transform,
     curve_at,
     lut_transform,
     process_elements_transform,
+    separation,
 )
 from gamutcore.characterisation.samples import JSON
 from gamutcore.errors import MalformedProfileError, UnsupportedProfileError
@@ -82,6 +84,13 @@ PROCESS_TAGS = {
     "relative": ("D2B1",),
     "saturation": ("D2B2",),
     "absolute": ("D2B3", "D2B1"),
+}
+SEPARATION_TAGS = {
+    # The tag of each intent, and its substitutes, as for A2B.
+    "perceptual": ("B2A0", "B2A1"),
+    "relative": ("B2A1", "B2A0"),
+    "saturation": ("B2A2", "B2A0", "B2A1"),
+    "absolute": ("B2A1", "B2A0"),
 }
 PROCESS_STAND_INS = ("D2B1", "D2B0", "D2B2")
 """Tags of other intents, for profiles without any other transform."""
@@ -292,6 +301,24 @@ class IccProfile:
             "The profile has no transform from device values to colour.",
             where={"tag": wanted},
             remedy="It needs A2B or D2B tags, or rXYZ, gXYZ, bXYZ and rTRC, gTRC, bTRC, or kTRC.",
+        )
+
+    def separation(self, intent: str) -> Separation | None:
+        """Return the separation of a rendering intent, from the connection space to device values.
+
+        None for matrix and curves, which reach all device values. ``"absolute"`` has the table of
+        relative colours. A profile with neither raises `UnsupportedProfileError`.
+        """
+        for tag in SEPARATION_TAGS[intent]:
+            if tag in self.tags:
+                return separation(self.element(tag), len(self.channels), self.pcs)
+        if "TRC" in self.transform(intent)[0].tag:
+            return None
+        wanted = SEPARATION_TAGS[intent][0]
+        raise UnsupportedProfileError(
+            f"The profile has no table {wanted} from colours to device values.",
+            where={"tag": wanted},
+            remedy="Leave source=usable out: without B2A, no conversion reaches the device.",
         )
 
     def _lut_tags(self, intent: str) -> tuple[str, ...]:

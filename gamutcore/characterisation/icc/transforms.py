@@ -25,6 +25,7 @@ __all__ = [
     "CurveSet",
     "Grid",
     "Matrix",
+    "Separation",
     "Stage",
     "TagData",
     "Transform",
@@ -34,6 +35,7 @@ __all__ = [
     "lut_transform",
     "multilinear",
     "process_elements_transform",
+    "separation",
 ]
 
 
@@ -585,9 +587,86 @@ def largest_output_sum(element: TagData, channels: int) -> float | None:
     return float(sums.max()) if np.isfinite(sums).all() else None
 
 
-def _grid(element: TagData, offset: int, nodes: tuple[int, ...], size: int) -> Grid:
-    values = element.integers(offset, 3 * element.node_count(nodes), size)
-    return Grid(nodes, (values.reshape(-1, 3),), full=65535.0)
+@dataclass(frozen=True, eq=False)
+class Separation:
+    """Colours of the connection space to device values: a B2A tag.
+
+    `pcs` is as that of `Transform`.
+    """
+
+    tag: str
+    stages: tuple[Stage, ...]
+    pcs: str
+
+    def device_values(self, colours: FloatArray) -> FloatArray:
+        """Return device values (m, n), 0 to 1, of colours (m, 3) in the connection space."""
+        values = colours
+        for stage in self.stages:
+            values = np.clip(stage.values(values), 0.0, 1.0)
+        return values
+
+
+def separation(element: TagData, channels: int, pcs: str) -> Separation:
+    """Return the separation of a B2A tag with a lookup table: lut8, lut16 or lutBToA."""
+    kind = element.kind
+    if kind not in {"mft1", "mft2", "mBA "}:
+        raise element.unsupported(
+            f"has the type {kind!r}", "Lookup tables of the types mft1, mft2 and mBA are supported."
+        )
+    element.refuse_other_channels(3, channels)
+    lab = _LEGACY_LAB_ENCODING if kind == "mft2" else _LAB_ENCODING
+    encoding = _XYZ_ENCODING if pcs == "XYZ" else lab
+    scale = np.diag(encoding.matrix)
+    first: tuple[Stage, ...] = (Matrix(np.diag(1.0 / scale), -encoding.offset / scale),)
+    if kind == "mBA ":
+        stages = _lut_b_to_a_stages(element, channels)
+    else:
+        if pcs == "XYZ":
+            first += (Matrix(element.fixed(12, 9).reshape(3, 3), np.zeros(3)),)
+        stages = _lut_stages(element, 3, channels)
+    return Separation(element.tag, (*first, *stages), pcs)
+
+
+def _lut_b_to_a_stages(element: TagData, outputs: int) -> tuple[Stage, ...]:
+    """Return the stages of lutBToA, B curves to A curves (ICC.1:2022, 10.14)."""
+    b, matrix, m, clut, a = (element.unsigned(offset, 4) for offset in range(12, 32, 4))
+    if not b:
+        raise element.malformed("has no B curves")
+    if not clut and outputs != 3:
+        raise element.malformed(f"has no grid for its {outputs} channels")
+    stages: list[Stage] = [_curves(element, b, 3)]
+    if matrix:
+        numbers = element.fixed(matrix, 12)
+        stages.append(Matrix(numbers[:9].reshape(3, 3), numbers[9:]))
+    if m:
+        stages.append(_curves(element, m, 3))
+    if clut:
+        stages.append(_element_grid(element, clut, 3, outputs))
+    if a:
+        stages.append(_curves(element, a, outputs))
+    return tuple(stages)
+
+
+def _grid(
+    element: TagData, offset: int, nodes: tuple[int, ...], size: int, outputs: int = 3
+) -> Grid:
+    values = element.integers(offset, outputs * element.node_count(nodes), size)
+    values = values.reshape(-1, outputs)
+    if outputs % 3:
+        values = np.pad(values, ((0, 0), (0, -outputs % 3)))
+    tables = tuple(
+        np.ascontiguousarray(values[:, at : at + 3]) for at in range(0, values.shape[1], 3)
+    )
+    return Grid(nodes, tables, outputs, full=65535.0)
+
+
+def _element_grid(element: TagData, offset: int, inputs: int, outputs: int) -> Grid:
+    """Return the grid of lutAToB or lutBToA."""
+    size = element.unsigned(offset + 16, 1)
+    if size not in {1, 2}:
+        raise element.malformed(f"has a grid of {size} bytes per value")
+    nodes = tuple(element.raw(offset, 16)[:inputs])
+    return _grid(element, offset + 20, nodes, size, outputs)
 
 
 def _lut_layout(element: TagData) -> tuple[int, int, int, int]:
@@ -597,11 +676,11 @@ def _lut_layout(element: TagData) -> tuple[int, int, int, int]:
     return 2, 52, element.unsigned(48, 2), element.unsigned(50, 2)
 
 
-def _lut_stages(element: TagData, inputs: int) -> tuple[Stage, ...]:
+def _lut_stages(element: TagData, inputs: int, outputs: int = 3) -> tuple[Stage, ...]:
     """Return the stages of lut8 and lut16 (ICC.1:2022, 10.11 and 10.12).
 
-    The matrix at the start applies only to PCSXYZ inputs, which device profiles do not have. With
-    device values, errors would be up to 35 ΔE*ab.
+    The matrix at the start applies only to PCSXYZ inputs, and is not among them. With device
+    values, errors would be up to 35 ΔE*ab.
     """
     grid_points = element.unsigned(10, 1)
     size, offset, input_entries, output_entries = _lut_layout(element)
@@ -609,9 +688,9 @@ def _lut_stages(element: TagData, inputs: int) -> tuple[Stage, ...]:
         raise element.malformed("has tables of fewer than 2 entries")
     before = _tables(element, offset, inputs, input_entries, size)
     offset += inputs * input_entries * size
-    grid = _grid(element, offset, (grid_points,) * inputs, size)
-    offset += grid.tables[0].size * size
-    return before, grid, _tables(element, offset, 3, output_entries, size)
+    grid = _grid(element, offset, (grid_points,) * inputs, size, outputs)
+    offset += len(grid.tables[0]) * outputs * size
+    return before, grid, _tables(element, offset, outputs, output_entries, size)
 
 
 def _tables(element: TagData, offset: int, channels: int, entries: int, size: int) -> CurveSet:
@@ -630,11 +709,7 @@ def _lut_a_to_b_stages(element: TagData, inputs: int) -> tuple[Stage, ...]:
     if a:
         stages.append(_curves(element, a, inputs))
     if clut:
-        nodes = tuple(element.raw(clut, 16)[:inputs])
-        size = element.unsigned(clut + 16, 1)
-        if size not in {1, 2}:
-            raise element.malformed(f"has a grid of {size} bytes per value")
-        stages.append(_grid(element, clut + 20, nodes, size))
+        stages.append(_element_grid(element, clut, inputs, 3))
     if m:
         stages.append(_curves(element, m, 3))
     if matrix:
