@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from functools import partial
 from itertools import combinations
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
@@ -9,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import numpy as np
 
 from gamutcore.arguments import Number, check_option
-from gamutcore.errors import GamutError, OptionError
+from gamutcore.errors import DeviceModelError, GamutError, InvalidPointsError, OptionError
 from gamutcore.gamut import Gamut
 from gamutcore.number_text import number_text
 from gamutcore.options import Options
@@ -30,6 +31,8 @@ if TYPE_CHECKING:
 
     from matplotlib.figure import Figure
 
+    from gamutcore.results import ComparisonUncertainty
+
 __all__ = ["drift"]
 
 NOISE = Annotated[float, Number(0.0, 100.0)]
@@ -43,6 +46,8 @@ class _Volumes(NamedTuple):
     second: float
     first_covers: float
     second_covers: float
+    interval: ComparisonUncertainty | None
+    """Of the second reading beside the first; None if there are too few patches."""
 
     @property
     def change(self) -> float:
@@ -115,7 +120,9 @@ def drift(
         except GamutError as error:
             gamuts.append(None)
             warnings.append(f"{reading.name} has no volume: {error.message}")
-    volumes = [_volumes(gamuts[0], gamut) for gamut in gamuts[1:]]
+    volumes = [
+        _volumes(gamuts[0], gamut, pair) for gamut, pair in zip(gamuts[1:], pairs, strict=True)
+    ]
     if any(pair.noise is None for pair in pairs):
         warnings.append(
             "The noise is not known, because no reading has repeats that differ. Give it in ΔE*ab: "
@@ -124,16 +131,22 @@ def drift(
     return _report(pairs, volumes, warnings, chosen)
 
 
-def _volumes(first: Gamut | None, second: Gamut | None) -> _Volumes | None:
-    """Return volumes and coverage of two gamuts.
-
-    INTERVAL: the 95 % intervals of the volumes, the coverage and the change enter here.
-    """
+def _volumes(first: Gamut | None, second: Gamut | None, pair: ReadingPair) -> _Volumes | None:
+    """Return volumes and coverage of two gamuts, with their intervals."""
     if first is None or second is None:
         return None
     comparison = first.compare(second, sectors=1)
+    interval = None
+    with suppress(InvalidPointsError, DeviceModelError):
+        interval = second.compare_with_interval(
+            first, noise=None if pair.noise is None else pair.noise.value
+        )
     return _Volumes(
-        comparison.volume_a, comparison.volume_b, comparison.a_covers_b, comparison.b_covers_a
+        comparison.volume_a,
+        comparison.volume_b,
+        comparison.a_covers_b,
+        comparison.b_covers_a,
+        interval,
     )
 
 
@@ -204,7 +217,7 @@ def _figures(pair: ReadingPair, volumes: _Volumes | None) -> dict[str, Any]:
         "beyond_noise": None
         if beyond is None
         else [pair.names[row] for row in np.flatnonzero(beyond)],
-        "volume": None if volumes is None else {**volumes._asdict(), "change": volumes.change},
+        "volume": None if volumes is None else _volume_figures(volumes),
         "patches": {
             "name": pair.names,
             "device": 100.0 * pair.device,
@@ -213,6 +226,20 @@ def _figures(pair: ReadingPair, volumes: _Volumes | None) -> dict[str, Any]:
             "delta_e_2000": pair.delta_e,
         },
     }
+
+
+def _volume_figures(volumes: _Volumes) -> dict[str, Any]:
+    """Return volumes, coverage and their intervals, as JSON has them."""
+    interval = volumes.interval
+    intervals = None
+    if interval is not None:
+        intervals = {
+            "change": interval.larger.to_mapping(),
+            "second_covers": interval.a_covers_b.to_mapping(),
+            "first_covers": interval.b_covers_a.to_mapping(),
+            "smallest_difference": interval.smallest_difference,
+        }
+    return {**volumes._asdict(), "change": volumes.change, "interval": intervals}
 
 
 def _sentences(pair: ReadingPair, volumes: _Volumes | None) -> list[str]:
@@ -241,11 +268,29 @@ def _sentences(pair: ReadingPair, volumes: _Volumes | None) -> list[str]:
     )
     sentences.append(f"{told[:1].upper()}{told[1:]}.")
     if volumes is not None:
+        change, of_first, of_second = "", "", ""
+        if volumes.interval is not None:
+            change, of_first, of_second = (
+                f" ± {100 * interval.half_width:.2f} %"
+                for interval in (
+                    volumes.interval.larger,
+                    volumes.interval.a_covers_b,
+                    volumes.interval.b_covers_a,
+                )
+            )
         sentences.append(
-            f"The volume changed by {100 * volumes.change:+.2f} %, from {volumes.first:,.0f} to "
-            f"{volumes.second:,.0f}. {pair.second.name} covers {100 * volumes.second_covers:.2f} % "
-            f"of {pair.first.name}, which covers {100 * volumes.first_covers:.2f} % of it."
+            f"The volume changed by {100 * volumes.change:+.2f} %{change}, from "
+            f"{volumes.first:,.0f} to {volumes.second:,.0f}. {pair.second.name} covers "
+            f"{100 * volumes.second_covers:.2f} %{of_first} of {pair.first.name}, which covers "
+            f"{100 * volumes.first_covers:.2f} %{of_second} of it."
         )
+        if volumes.interval is not None:
+            smallest = 100 * volumes.interval.smallest_difference
+            noise = "without their noise" if pair.noise is None else "this noise"
+            sentences.append(
+                f"With these numbers of patches and {noise}, changes of volume below "
+                f"{smallest:.1f} % mean nothing."
+            )
     for name, second in ((pair.first.name, False), (pair.second.name, True)):
         alone = pair.only_in(second)
         if alone:
@@ -289,6 +334,10 @@ def _report(
     delta_e = [figures["delta_e_2000"] for figures in all_figures]
     means = np.array([pair.difference.mean(axis=0) for pair in pairs])
     changes = [None if volume is None else 100.0 * volume.change for volume in volumes]
+    widths = [
+        100.0 * volume.interval.larger.half_width if volume and volume.interval else None
+        for volume in volumes
+    ]
     covers = [None if volume is None else volume.second_covers for volume in volumes]
     columns = [
         ReportColumn("reading", [pair.second.name for pair in pairs]),
@@ -308,6 +357,7 @@ def _report(
             for name, at in (("L", 0), ("C", 3), ("H", 4))
         ),
         ReportColumn("volume", changes, "%"),
+        ReportColumn("±", widths, "%"),
         ReportColumn("coverage", covers, kind="share", decimals=3),
         ReportColumn("noise", [pair.noise and pair.noise.value for pair in pairs], "ΔE*ab"),
         ReportColumn("worst patch", [figures["worst"][0] for figures in delta_e]),

@@ -89,6 +89,9 @@ def test_noise_alone_is_within_the_noise_that_is_given_or_found(patches, noisy):
     twice = [*names, *names], np.vstack([device, device]), np.vstack([noisy(5), noisy(6)])
     given = pair(first, reading(names, device, noisy(5)), noise=0.3)
     assert given["larger_than_noise"] is False
+    change = given["volume"]["interval"]["change"]  # nothing but noise changed
+    assert change["low"] < 0.0 < change["high"]
+    assert given["volume"]["interval"]["smallest_difference"] < 0.1
     found = pair(first, reading(*twice))
     assert found["noise"]["delta_e_ab"] == pytest.approx(0.3, rel=0.06)
     assert found["larger_than_noise"] is False
