@@ -1062,8 +1062,8 @@ class ViewerPage(TabularRepr):
         )
 
 
-@dataclass(frozen=True)
-class GamutGroup:
+@dataclass(frozen=True, repr=False)
+class GamutGroup(TabularRepr):
     """Gamuts that together print most of a list of colours.
 
     Attributes

@@ -518,7 +518,7 @@ class RemoteGamut:
     def uncertainty(
         self, noise: float | None = None, *, instrument: float = 0.0
     ) -> Steps[results.VolumeUncertainty]:
-        """Return the 95 % interval of the volume of a measured device, with its parts.
+        """Estimate how well the volume is known: its 95 % interval, with the parts.
 
         `noise` is the root mean square ΔE*ab of one reading, by default that of repeated patches.
         `instrument` is the error that all readings have in common.

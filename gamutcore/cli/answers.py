@@ -131,7 +131,7 @@ def query(
     output: Output = None,
     as_json: AsJson = False,
 ) -> None:
-    """Check a table of colours, or the estimates of a chart, against a gamut.
+    """Check a table of colours, or a chart, against a gamut.
 
     The columns of the table stay. Added are in_gamut, position (inside, edge or outside), distance
     and distance_euclidean from the surface (negative inside), the nearest colour of the gamut, its
@@ -562,7 +562,7 @@ def compare(
     as_json: AsJson = False,
     as_csv: AsCsv = False,
 ) -> None:
-    """Compare gamuts A and B in words and by volume and coverage, or three and more in a matrix.
+    """Compare two gamuts in words and figures, or more in a matrix.
 
     With --csv, the result of two is a table of the sectors of hue. With --interval, it is how well
     the data lets the comparison be known.
@@ -707,7 +707,7 @@ def match(
     as_json: AsJson = False,
     as_csv: AsCsv = False,
 ) -> None:
-    """Find which gamuts print a table of colours, and how near the others come.
+    """Find which of many gamuts print a table of colours.
 
     For each gamut: the share of the colours that it prints, mean and 95th percentile of ΔE00, and
     the worst colours. For each colour: how many gamuts print it, and which is best. Also the two or

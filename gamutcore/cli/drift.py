@@ -38,7 +38,9 @@ def drift(
     as_json: AsJson = False,
     as_csv: AsCsv = False,
 ) -> None:
-    """Compare readings of one device: what changed, and whether by more than the noise.
+    """Find what changed between readings of one device.
+
+    The answer says whether the change is larger than the noise.
 
     Each SECOND is compared with FIRST. Patches are matched by device values within half a step of
     8 bits, and repeats are averaged. Stated are ΔE00, its direction, white and black, the solids

@@ -77,7 +77,9 @@ def signals(
         Path, typer.Option("--output", "-o", metavar="FILE", help="A .csv file.")
     ] = Path("signals.csv"),
 ) -> None:
-    """Write the test signals of a display's gamut: codes on the surface of the RGB cube.
+    """Write the test signals of a display's gamut.
+
+    They are codes on the surface of the RGB cube.
 
     Add the readings as columns XYZ_X, XYZ_Y and XYZ_Z; the file is then data of a gamut.
     """

@@ -130,6 +130,7 @@ def openapi_document(app: FastAPI) -> dict[str, Any]:
                 operation["parameters"].append(_REFERENCE_OPTIONS)
                 job = {"$ref": "#/components/responses/ReferenceJob"}
                 operation["responses"].setdefault("202", job)
+    _drop_repetitions(document["paths"])
     document["components"]["parameters"] = _share_parameters(document["paths"])
     return document
 
@@ -164,6 +165,20 @@ def _with_named_schemas(node: Any, schemas: dict[str, Any]) -> Any:  # noqa: ANN
         schemas[node["title"]] = node
         return {"$ref": f"#/components/schemas/{node['title']}"}
     return node
+
+
+def _drop_repetitions(paths: dict[str, Any]) -> None:
+    """Remove what pydantic writes into the schemas of parameters beside the parameters' own.
+
+    These are titles made of the names, and the descriptions again.
+    """
+    for operations in paths.values():
+        for operation in operations.values():
+            for parameter in operation.get("parameters", ()):
+                schema = parameter.get("schema", {})
+                schema.pop("title", None)
+                if schema.get("description") == parameter.get("description"):
+                    schema.pop("description", None)
 
 
 def _share_parameters(paths: dict[str, Any]) -> dict[str, Any]:

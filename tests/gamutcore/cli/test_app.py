@@ -31,7 +31,7 @@ def test_help_lists_all_commands_with_whole_sentences(command):
 def test_every_command_has_help_with_the_options_of_builds(command, name):
     shown, _ = command(name, "--help")
     assert "Usage: gamut" in shown
-    assert ("--ink-limit" in shown) == (name != "reference")
+    assert ("--ink-limit" in shown) == (name not in {"reference", "signals"})
 
 
 def test_the_version_is_printed(command):
