@@ -16,6 +16,7 @@ import textwrap
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from html import escape
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -50,6 +51,12 @@ FEWEST = 16
 
 SHADES = 10
 """Shades of cells, from 0 to 1."""
+
+NO_CHARTS = (
+    "The charts are left out, because matplotlib is not installed: "
+    "pip install 'gamut-boundary-service[plot]'."
+)
+"""A page is worth reading without its charts."""
 
 WIDTH = 80
 """Characters of a line of text."""
@@ -265,11 +272,13 @@ class Report:
             f"<dt>{escape(name)}</dt><dd>{escape(value)}</dd>"
             for name, value in self.conditions.items()
         )
-        charts = "".join(
+        drawn = self.charts if find_spec("matplotlib") else ()
+        left_out = "" if len(drawn) == len(self.charts) else f"<p class='note'>{NO_CHARTS}</p>"
+        charts = left_out + "".join(
             f"<figure><figcaption>{escape(chart.title)}</figcaption>"
             f"<img alt='{escape(chart.title, quote=True)}' src='data:image/svg+xml;base64,"
             f"{base64.b64encode(_chart_file(chart, 'svg')).decode()}'></figure>"
-            for chart in self.charts
+            for chart in drawn
         )
         tables = "".join(_table_html(table) for table in self.tables)
         return (
