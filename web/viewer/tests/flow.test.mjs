@@ -149,6 +149,19 @@ test("the list of gamuts is as wide as the panel, and each name and detail stand
   }
 });
 
+test("the list of gamuts begins with the common references, and ends with those of film production", async () => {
+  const page = await open(browser, EMPTY);
+  await page.click("#chooser-a");
+  await page.waitForSelector("[role=option]");
+  const names = await page.$$eval("[role=option]", (options) => options.map(({ firstChild }) => firstChild.data));
+  assert.deepEqual(names.slice(0, 4), ["sRGB", "Display P3", "ITU-R BT.2020", "Adobe RGB (1998)"]);
+  const [own, other] = [names.indexOf("Ball A"), names.indexOf("ProPhoto RGB")];
+  assert.ok(own >= 4 && own < other, `Ball A at ${own}, ProPhoto RGB at ${other}`);
+  const film = names.findIndex((name) => name.startsWith("ACES"));
+  assert.ok(film > other && names.slice(film).every((name) => name.startsWith("ACES")), names.slice(-6).join());
+  await close(page);
+});
+
 test("the distance of a level is a number without an exponent", async () => {
   const page = await open(browser, "/view#a=srgb&triangles=4");
   await page.waitForFunction("/sRGB: 4, /.test(document.getElementById('level-note').textContent)");
