@@ -61,7 +61,7 @@ export class Page {
   readonly kept = new Map<string, () => unknown>();
   /** Files that gamuts were built from on this page, by id. */
   readonly files = new Map<string, File>();
-  /** The file that is built for each slot. It moves with its slot, and ends with another choice for it. */
+  /** The file that is built for each slot. It ends with another choice for it. */
   readonly building = latestOfSlots();
   /** Triangles that are wished for, for all gamuts. */
   triangles = DEFAULT_TRIANGLES;
@@ -268,25 +268,6 @@ export class Page {
     this.followFirst();
     this.fit();
     this.restyle();
-  }
-
-  /** Exchange the gamuts of two slots. Only what is on its way is asked for again. */
-  swap(one: Slot, other: Slot): void {
-    for (const slot of [one, other]) this.opening[slot].end();
-    [this.building[one], this.building[other]] = [this.building[other], this.building[one]];
-    const moved = [this.at(one), this.at(other)];
-    const waiting = [this.wanted.get(one), this.wanted.get(other)];
-    [other, one].forEach((slot, place) => {
-      const shown = moved[place];
-      if (shown) this.gamuts.set(slot, { ...shown, slot });
-      else this.gamuts.delete(slot);
-      this.wanted.delete(slot);
-    });
-    this.restyle();
-    [other, one].forEach((slot, place) => {
-      const key = waiting[place];
-      if (key !== undefined) void this.load(slot, key);
-    });
   }
 
   /** Describe a gamut of a key, and say where its history is. */

@@ -5,6 +5,7 @@ import { embedded } from "../page/embedded.js";
 import { type Page, STYLE_NAMES } from "../page/page.js";
 import { SLOTS, type Slot, tintOf } from "../page/slots.js";
 import type { Style } from "../scene/layer.js";
+import { volumeText, volumeUnit } from "./conditions.js";
 
 const NAMES: Record<Slot, string> = {
   a: "First gamut",
@@ -23,6 +24,7 @@ interface Row {
   style: HTMLSelectElement;
   mark: HTMLElement;
   name: HTMLElement;
+  volume: HTMLElement;
 }
 
 export class GamutList {
@@ -37,7 +39,6 @@ export class GamutList {
       this.refresh();
       byId(`chooser-${SLOTS[this.count - 1]!}`).focus();
     });
-    byId("swap").addEventListener("click", () => page.swap("a", "b"));
     page.on("gamuts", () => this.refresh());
     this.refresh();
   }
@@ -60,19 +61,21 @@ export class GamutList {
     style.setAttribute("aria-label", `Style of the ${NAMES[slot].toLowerCase()}`);
     style.append(...Object.entries(STYLE_NAMES).map(([value, text]) => element("option", text, { value })));
     style.addEventListener("change", () => this.page.setStyle(slot, style.value as Style));
-    box.append(field, name, style);
-    return { box, chooser, style, mark, name };
+    const volume = element("span", "", { className: "volume" });
+    box.append(volume, field, name, style);
+    return { box, chooser, style, mark, name, volume };
   }
 
   private refresh(): void {
     const { page } = this;
     this.count = Math.max(this.count, ...page.shown.map(({ slot }) => SLOTS.indexOf(slot) + 1));
     SLOTS.forEach((slot, place) => {
-      const { box, chooser, style, mark, name } = this.rows.get(slot)!;
+      const { box, chooser, style, mark, name, volume } = this.rows.get(slot)!;
       const shown = page.at(slot);
       box.hidden = place >= this.count || (embedded !== null && shown === null);
       style.value = page.styles[slot];
       mark.style.backgroundColor = tintOf(slot, page.isDark);
+      volume.textContent = shown === null ? "" : `${volumeText(shown.gamut)} ${volumeUnit(shown.gamut)}`;
       if (embedded !== null) name.replaceChildren(mark, shown?.gamut.name ?? "");
       chooser.show(shown?.gamut.name ?? "");
     });

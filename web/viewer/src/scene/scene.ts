@@ -18,7 +18,6 @@ import {
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { SCREEN } from "../colours/colours.js";
 import { type AxesBox, type Edges, type Label, LABEL_ROOM, LabelLayer } from "./axes.js";
-import { surfaceUniforms } from "./materials.js";
 
 const FIELD_OF_VIEW = 30;
 const HALF_ANGLE = Math.tan((FIELD_OF_VIEW * Math.PI) / 360);
@@ -293,7 +292,6 @@ export class View {
       if (buffer.drawingBufferWidth < Math.floor(width * ratio) || buffer.drawingBufferHeight < Math.floor(height * ratio)) {
         throw new Error("This browser cannot draw so large a picture. Choose a smaller one.");
       }
-      surfaceUniforms.pixelRatio.value = ratio;
       const direction = azimuth === null ? this.fitted : camera.position.clone().sub(controls.target);
       if (direction !== null) {
         const { target, offset, zoom } = this.fittedPlace(direction, azimuth !== null);
@@ -489,7 +487,6 @@ export class View {
   private setSize(): void {
     const { canvas, height, renderer, width } = this;
     const ratio = this.resolution * Math.min(devicePixelRatio, 2);
-    surfaceUniforms.pixelRatio.value = ratio;
     if (canvas.width === Math.floor(width * ratio) && canvas.height === Math.floor(height * ratio)) return;
     renderer.setDrawingBufferSize(width, height, ratio);
   }
