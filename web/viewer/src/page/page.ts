@@ -221,7 +221,7 @@ export class Page {
     this.wanted.set(slot, key);
     await opening.ask(
       (signal) => {
-        const work = this.board.begin(key.length === 64 ? "The gamut" : key, () => {
+        const work = this.board.begin(key.length === 64 ? "The gamut" : key, slot, () => {
           opening.end();
           this.wanted.delete(slot);
           this.emit("gamuts");
@@ -275,7 +275,7 @@ export class Page {
     const saved = embedded?.gamuts.find(({ gamut }) => gamut.id === key);
     if (saved !== undefined) return { gamut: saved.gamut, source: { bytes: saved.history }, isPart: false };
     const example = await findExample(key);
-    const given = example && (await describeExample(example, () => this.board.prepare(example.name)));
+    const given = example && (await describeExample(example, () => this.board.prepare(example.name, slot)));
     const { anchor } = this.beside(slot);
     if (example !== undefined && !isWhole && (anchor === undefined || inSameSpace(given!, anchor))) {
       return { gamut: given!, source: { address: historyOf(example), headers: {}, isShort: true }, isPart: true };

@@ -61,7 +61,7 @@ export class Uploads {
       const gamut = this.page.at(slot)?.gamut;
       const upload = this.of(slot);
       if (upload?.isRefused && upload.refused !== gamut?.id) this.uploads.delete(this.page.building[slot]);
-      this.options.state(slot, this.of(slot)?.options ?? (gamut === undefined ? null : optionsOf(gamut)));
+      this.options.state(slot, gamut === undefined ? null : optionsOf(gamut), this.of(slot)?.options ?? null);
     }
   }
 
@@ -104,7 +104,7 @@ export class Uploads {
     page.emit("gamuts");
     await building.ask(
       (signal) => {
-        const work = page.board.begin(file.name, (job) => {
+        const work = page.board.begin(file.name, slot, (job) => {
           if (job !== "") cancelJob(job).catch(() => {}); // the build may have ended meanwhile
           building.end();
         });

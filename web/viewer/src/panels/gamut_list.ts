@@ -62,13 +62,14 @@ export class GamutList {
     style.append(...Object.entries(STYLE_NAMES).map(([value, text]) => element("option", text, { value })));
     style.addEventListener("change", () => this.page.setStyle(slot, style.value as Style));
     const volume = element("span", "", { className: "volume" });
-    box.append(volume, field, name, style);
+    box.append(volume, field, name, style, element("div", "", { className: "waiting" }));
     return { box, chooser, style, mark, name, volume };
   }
 
   private refresh(): void {
     const { page } = this;
-    this.count = Math.max(this.count, ...page.shown.map(({ slot }) => SLOTS.indexOf(slot) + 1));
+    const isUsed = (slot: Slot) => page.at(slot) !== null || this.rows.get(slot)!.box.querySelector(".work") !== null;
+    this.count = Math.max(this.count, SLOTS.findLastIndex(isUsed) + 1);
     SLOTS.forEach((slot, place) => {
       const { box, chooser, style, mark, name, volume } = this.rows.get(slot)!;
       const shown = page.at(slot);
