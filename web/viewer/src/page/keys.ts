@@ -2,9 +2,8 @@
 import { Vector3 } from "three";
 import { stepSection } from "../panels/plane_handle.js";
 import { orientation } from "../scene/layer.js";
-import { STYLE_NAMES, type Page, axisNames } from "./page.js";
+import { type Page, SHELL_OPACITY, axisNames } from "./page.js";
 import { byId, element } from "./elements.js";
-import type { Style } from "../scene/layer.js";
 
 const TURN = Math.PI / 36;
 const ENLARGEMENT = 1.15;
@@ -33,10 +32,7 @@ export function connectKeys(page: Page): void {
       select.value = select.value === "perspective" ? "orthographic" : "perspective";
       select.dispatchEvent(new Event("change"));
     },
-    w: () => {
-      const styles = Object.keys(STYLE_NAMES) as Style[];
-      page.setStyle("a", styles[(styles.indexOf(page.styles.a) + 1) % styles.length]!);
-    },
+    w: () => page.setOpacity("a", page.lookOf("a").opacity < 1 ? 1 : SHELL_OPACITY),
     a: () => byId("axes").click(),
     "?": () => help.showModal(),
   };

@@ -9,7 +9,6 @@ import { embedded } from "../page/embedded.js";
 import { Latest } from "../page/latest.js";
 import { type Page, type Shown, axisNames } from "../page/page.js";
 import { type Slot, tintOf } from "../page/slots.js";
-import type { Style } from "../scene/layer.js";
 import { ProblemError } from "../service/api.js";
 import { storedComparison } from "../service/examples.js";
 import { type Comparison, compare } from "../service/queries.js";
@@ -23,7 +22,6 @@ interface Pair {
   b: Shown;
 }
 
-const SOLIDS: Style[] = ["solid", "shaded", "both"];
 /** Height of the chart in CSS pixels. */
 const CHART_HEIGHT = 280;
 
@@ -57,7 +55,10 @@ export class ComparisonPanel {
     });
     this.highlight.addEventListener("change", () => {
       // The part outside is a part of a solid.
-      if (this.highlight.checked && !SOLIDS.includes(page.styles.a)) page.setStyle("a", "solid");
+      if (this.highlight.checked) {
+        page.setOpacity("a", 1);
+        page.setVisible("a", true);
+      }
       this.mark();
       page.address.save();
     });

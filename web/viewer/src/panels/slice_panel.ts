@@ -184,12 +184,12 @@ export class SlicePanel {
     const layers = shown.map(({ slot, gamut: each, layer }): CutLayer => {
       const { positions, faces } = layer.level!;
       const loops = sectionLoops(positions, faces, heightAbove(plane));
-      const isSolid = ["solid", "shaded", "both"].includes(page.styles[slot]);
+      const { isVisible, opacity } = page.lookOf(slot);
       return {
         layer,
         name: each.name,
         outlines: loops.map((loop) => placesIn(plane, loop)),
-        isFilled: isSolid || (slot === shown[0]!.slot && page.styles[slot] !== "hidden"),
+        isFilled: isVisible && (opacity === 1 || slot === shown[0]!.slot),
         colour: tintOf(slot, page.isDark),
         order: SLOTS.indexOf(slot),
       };

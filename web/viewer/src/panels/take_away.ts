@@ -2,7 +2,7 @@
 import { SCREEN } from "../colours/colours.js";
 import { byId, save } from "../page/elements.js";
 import { Latest } from "../page/latest.js";
-import { type Page, STYLE_NAMES, axisNames } from "../page/page.js";
+import { type Page, axisNames } from "../page/page.js";
 import { tintOf } from "../page/slots.js";
 import { type Picture, pngPicture, turntable } from "../scene/picture.js";
 import { withState } from "../page/embedded.js";
@@ -124,10 +124,9 @@ function pictureOf(page: Page): Picture {
     height: size("save-height"),
     ratio: Number(byId<HTMLSelectElement>("save-ratio").value),
     title: page.shown.map(({ gamut }) => gamut.name).join(" and "),
-    legend: page.shown.map(({ slot, gamut }) => ({
-      text: `${gamut.name} · ${STYLE_NAMES[page.styles[slot]].toLowerCase()}`,
-      colour: tintOf(slot, page.isDark),
-    })),
+    legend: page.shown
+      .filter(({ slot }) => page.lookOf(slot).isVisible)
+      .map(({ slot, gamut }) => ({ text: gamut.name, colour: tintOf(slot, page.isDark) })),
     note: `${space}${step}${cut}; colours for ${SCREEN === "srgb" ? "sRGB" : "Display P3"} screens`,
     colour: style.color,
     ground: style.backgroundColor,

@@ -4,20 +4,18 @@ import { MeshBasicMaterial, type MeshBasicMaterialParameters, type WebGLProgramP
 /** Light from the camera, slightly from the upper left. */
 const LIGHT = "normalize(vec3(-0.3, 0.5, 1.0))";
 /** Light of a face that is seen from the side, relative to one that faces the light. Shading only darkens. */
-const LEAST_LIGHT = 0.55;
+const LEAST_LIGHT = 0.72;
+
 /** Replaces the chunk that multiplies the vertex colour, linear RGB of the screen without clipping. */
 const COLOUR = /* glsl */ `
 diffuseColor.rgb *= clamp(vColor.rgb, 0.0, 1.0);
-#ifdef SHADED
-  vec3 faceNormal = normalize(cross(dFdx(vViewPosition), dFdy(vViewPosition)));
-  diffuseColor.rgb *= mix(${LEAST_LIGHT}, 1.0, max(0.0, dot(faceNormal, ${LIGHT})));
-#endif
+vec3 faceNormal = normalize(cross(dFdx(vViewPosition), dFdy(vViewPosition)));
+diffuseColor.rgb *= mix(${LEAST_LIGHT}, 1.0, max(0.0, dot(faceNormal, ${LIGHT})));
 `;
 
 /** A material for triangles with vertex colours. */
-export function surfaceMaterial(isShaded: boolean, given: MeshBasicMaterialParameters = {}): MeshBasicMaterial {
+export function surfaceMaterial(given: MeshBasicMaterialParameters = {}): MeshBasicMaterial {
   const material = new MeshBasicMaterial({ vertexColors: true, ...given });
-  if (isShaded) material.defines = { SHADED: "" };
   material.onBeforeCompile = addColour;
   return material;
 }
