@@ -84,7 +84,7 @@ export class GamutList {
       opacity.value = String(look.opacity);
       eye.disabled = opacity.disabled = shown === null;
       mark.style.backgroundColor = tintOf(slot, page.isDark);
-      volume.textContent = shown === null ? "" : `${volumeText(shown.gamut)} ${volumeUnit(shown.gamut)}`;
+      volume.replaceChildren(...(shown === null ? [] : [volumeText(shown.gamut), element("span", ` ${volumeUnit(shown.gamut)}`, { className: "unit" })]));
       if (embedded !== null) name.replaceChildren(mark, shown?.gamut.name ?? "");
       chooser.show(shown?.gamut.name ?? "");
     });

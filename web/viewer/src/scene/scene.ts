@@ -88,6 +88,8 @@ export class View {
   frames = 0;
   /** The plane in front of which everything is cut away, and nothing can be pointed at. */
   kept: Plane | null = null;
+  /** Called after each picture on the screen, also while the view turns by itself. */
+  onDraw: () => void = () => {};
   /** Called after the camera moved. */
   onMove: () => void = () => {};
 
@@ -325,6 +327,7 @@ export class View {
     this.render();
     this.labels.show(this.axes?.labels(this.camera, this.width, this.height, this.covered) ?? []);
     this.frames += 1;
+    this.onDraw();
   }
 
   private render(): void {
