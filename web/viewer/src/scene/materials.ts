@@ -1,8 +1,8 @@
 // Materials of surfaces: colours of the screen, and soft shading.
 import { MeshBasicMaterial, type MeshBasicMaterialParameters, type WebGLProgramParametersWithUniforms } from "three";
 
-/** Light from the camera, slightly from the upper left. */
-const LIGHT = "normalize(vec3(-0.3, 0.5, 1.0))";
+/** Light from the camera and the upper left, so strong that faces towards the viewer have their true colours. */
+const LIGHT = "vec3(-0.3, 0.5, 1.0)";
 /** Light of a face that is seen from the side, relative to one that faces the light. Shading only darkens. */
 const LEAST_LIGHT = 0.72;
 
@@ -10,7 +10,7 @@ const LEAST_LIGHT = 0.72;
 const COLOUR = /* glsl */ `
 diffuseColor.rgb *= clamp(vColor.rgb, 0.0, 1.0);
 vec3 faceNormal = normalize(cross(dFdx(vViewPosition), dFdy(vViewPosition)));
-diffuseColor.rgb *= mix(${LEAST_LIGHT}, 1.0, max(0.0, dot(faceNormal, ${LIGHT})));
+diffuseColor.rgb *= mix(${LEAST_LIGHT}, 1.0, clamp(dot(faceNormal, ${LIGHT}), 0.0, 1.0));
 `;
 
 /** A material for triangles with vertex colours. */
