@@ -15,10 +15,9 @@ const NAMESPACE = "http://www.w3.org/2000/svg";
 const LENGTH = 36;
 const RADII = [12, 8] as const;
 
-/** Draw the ends of axes. The middle, or the key Enter, is the start view. */
+/** Draw the ends of axes. The button behind them is the start view. */
 export function connectGizmo(page: Page, views: () => AxisView[]): void {
-  const button = byId("gizmo");
-  const picture = button.querySelector("svg")!;
+  const picture = byId("gizmo").querySelector("svg")!;
   let shown = "";
   let ends: { mark: SVGGElement; line: SVGLineElement | null; direction: Vector3 }[] = [];
   const fill = () => {
@@ -35,10 +34,7 @@ export function connectGizmo(page: Page, views: () => AxisView[]): void {
         svg("circle", { r: RADII[isUpper ? 0 : 1] }),
         ...(isUpper ? [svg("text", { dy: "0.35em" }, name.slice(1))] : []),
       );
-      mark.addEventListener("click", (event) => {
-        event.stopPropagation();
-        page.view.lookAlong(direction);
-      });
+      mark.addEventListener("click", () => page.view.lookAlong(direction));
       return { mark, line: isUpper ? svg("line", { x1: 50, y1: 50 }) : null, direction };
     });
     draw();
@@ -56,7 +52,7 @@ export function connectGizmo(page: Page, views: () => AxisView[]): void {
     }
     picture.replaceChildren(...places.flatMap(({ mark, line }) => (line === null ? [mark] : [line, mark])));
   };
-  button.addEventListener("click", () => page.view.home());
+  byId("home").addEventListener("click", () => page.view.home());
   page.on("gamuts", fill);
   page.view.onDraw = draw;
 }
