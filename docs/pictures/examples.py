@@ -2,14 +2,16 @@
 
 A press, three displays and a photograph: the description of each gamut, and the beginning of its
 history file, which gives 8,188 triangles. Their ids are those of the whole gamuts, so the
-service answers questions about them once it has built them from the same data. ``photo.jpg`` stays
-as it is; ``LICENSE`` has its origin.
+service answers questions about them once it has built them from the same data. The index has the
+comparison of each pair, which the page states before the service can compute it. ``photo.jpg``
+stays as it is; ``LICENSE`` has its origin.
 """
 
 from __future__ import annotations
 
 import gzip
 import io
+import itertools
 import json
 from pathlib import Path
 
@@ -40,12 +42,14 @@ def make_examples() -> None:
     """Write all files but the photograph and the licences."""
     _write_compressed(PRESS.name, PRESS.read_bytes())
     index = []
+    gamuts = {}
     for key, name, sentence, file in EXAMPLES:
         reference = REFERENCES.get(key)
         kind = "reference" if reference else "picture" if key == "photo" else "file"
         source = {"FOGRA39L.ti3": PRESS, "photo.jpg": EXAMPLE_FILES / "photo.jpg"}.get(file or "")
         gamut = Gamut(source or reference.data)
         shown = PageGamut(reference.name if reference else name, gamut.description, b"")
+        gamuts[gamut.id] = gamut
         history = gamut.to_bytes()
         description = {**shown.document, "state": "ready", "history_bytes": len(history)}
         _write_json(f"{key}.json", description)
@@ -54,7 +58,24 @@ def make_examples() -> None:
         if key == "press":
             picture = Image.open(io.BytesIO(gamut.picture(size=STILL, background="transparent")))
             picture.save(EXAMPLE_FILES / "still.webp", quality=80, method=6)
-    _write_json("index.json", {"examples": index})
+    _write_json("index.json", {"examples": index, "comparisons": _compare_pairs(gamuts)})
+
+
+def _compare_pairs(gamuts: dict[str, Gamut]) -> list[dict[str, object]]:
+    """Return coverage and summary of each ordered pair: as the service answers, by ids."""
+    pairs = []
+    for (a, first), (b, second) in itertools.permutations(gamuts.items(), 2):
+        comparison = first.compare(second)
+        pairs.append(
+            {
+                "a": a,
+                "b": b,
+                "a_covers_b": round(comparison.a_covers_b, 4),
+                "b_covers_a": round(comparison.b_covers_a, 4),
+                "summary": list(comparison.summary),
+            }
+        )
+    return pairs
 
 
 def _write_json(name: str, content: object) -> None:

@@ -34,7 +34,6 @@ def take_pictures() -> None:
             "pictures.mjs",
             running.port,
             FOLDER=folder,
-            OTHER=running.build(data)["id"],
             FILE=str(file),
             PHOTO=str(PHOTO),
         )

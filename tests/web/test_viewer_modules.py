@@ -79,7 +79,7 @@ def test_colour_spaces(typescript_program, tmp_path):
 def test_charts(typescript_program, tmp_path):
     run(typescript_program(TESTS / "charts.test.ts"), CHARTS=str(tmp_path))
     paths = sorted(tmp_path.glob("*.svg"))
-    assert len(paths) == 28
+    assert len(paths) == 16
     for path in paths:
         root = ET.parse(path).getroot()  # noqa: S314 (made by the test)
         width, height = float(root.get("width")), float(root.get("height"))

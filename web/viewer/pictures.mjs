@@ -1,11 +1,11 @@
 // Takes the pictures of the documents with the viewer in Chromium.
 //
-//   VIEWER_URL=... CHROMIUM=... OTHER=ID FILE=... PHOTO=... FOLDER=... [ONLY=one,two] node pictures.mjs
+//   VIEWER_URL=... CHROMIUM=... FILE=... PHOTO=... FOLDER=... [ONLY=one,two] node pictures.mjs
 import process from "node:process";
 import { join } from "node:path";
 import { chromium, drawn, open } from "./tests/pages.mjs";
 
-const { OTHER, FILE, PHOTO, FOLDER } = process.env;
+const { FILE, PHOTO, FOLDER } = process.env;
 const ONLY = process.env.ONLY?.split(",");
 const SIZE = { width: 1120, height: 700 };
 /** With a chart beside the view. */
@@ -47,8 +47,8 @@ async function choose(page, button, path) {
 
 await take("first", "/", compared);
 await take("phone", "/", compared, { width: 390, height: 780 });
-await take("dark", "/view#a=press&b=srgb&plane=20,30,0", compared, { ...WIDE, scheme: "dark" });
-await take("two", "/view#a=srgb&b=press&c=display-p3&style-c=wire", async (page) => {
+await take("dark", "/view#a=press&b=srgb&hue=20", compared, { ...WIDE, scheme: "dark" });
+await take("two", "/view#a=srgb&b=press&c=display-p3", async (page) => {
   await compared(page);
   await point(page, "#view", 0.5, 0.55);
   await has(page, "readout", " from ");
@@ -56,10 +56,8 @@ await take("two", "/view#a=srgb&b=press&c=display-p3&style-c=wire", async (page)
 await take("outside", "/view#a=srgb&b=press&style-b=hidden&outside=on", compared);
 await take("lightness", "/view#a=press&b=srgb&lightness=50", compared, WIDE);
 await take("hue", "/view#a=press&b=srgb&hue=40", compared, WIDE);
-await take("rings", `/view#a=press&b=${OTHER}&rings=on`, (page) => has(page, "section-chart", "L\\* 100"), WIDE);
 await take("chromaticity", "/view#a=display-p3&b=bt2020&diagram=uv", compared, WIDE);
-await take("unrolled", "/view#a=press&b=srgb&diagram=unrolled", compared, { width: 1120, height: 620 });
-await take("comparison", "/view#a=press&b=srgb&style-a=shaded", async (page) => {
+await take("comparison", "/view#a=press&b=srgb", async (page) => {
   await compared(page);
   await page.waitForSelector("#comparison-chart svg");
   await scrollTo(page, "#comparison");
@@ -75,7 +73,7 @@ await take("colours", "/view#a=press&lightness=50", async (page) => {
   await point(page, "#section-chart rect[fill=none]", 0.55, 0.5);
   await has(page, "readout", "ΔE00");
 }, WIDE);
-await take("picture", "/view#a=photo&b=press&style-a=shaded", async (page) => {
+await take("picture", "/view#a=photo&b=press", async (page) => {
   await page.$eval("#picture-gamut", (select) => {
     select.value = [...select.options].at(-1).value;
     select.dispatchEvent(new Event("change"));
@@ -98,7 +96,7 @@ await take("build", "/view#a=srgb", async (page) => {
 
 // The slider, from four triangles to as many as can be seen.
 if (ONLY?.includes("slider") !== false) {
-  const page = await open(browser, "/view#a=press&style-a=both&axes=off", { width: 1000, height: 620 });
+  const page = await open(browser, "/view#a=press&edges=on&axes=off", { width: 1000, height: 620 });
   await page.waitForFunction("window.gamutViewer.figures.triangles[0] > 4");
   await page.focus("#view");
   await page.keyboard.press("+");

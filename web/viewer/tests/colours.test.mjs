@@ -245,16 +245,16 @@ test("a check that is under way is made again for the gamut that takes the place
   const page = await open(browser, `/view#a=${FIRST}&b=${SECOND}`);
   await drawn(page, FINEST);
   await page.waitForFunction("window.gamutViewer.figures.triangles[1] > 4");
-  await page.evaluate(() => {
+  await page.evaluate((second) => {
     const ask = window.fetch;
-    // The first question is answered after the gamuts have changed places.
+    // The first question is answered after another gamut has taken the place of the first one.
     window.fetch = async (...given) => {
       if (!given[0].endsWith("/nearest")) return ask(...given);
       window.fetch = ask;
-      document.getElementById("swap").click();
+      void window.gamutViewer.show("a", second);
       return ask(...given);
     };
-  });
+  }, SECOND);
   const { rows } = await check(page, "between,50,35,0");
   assert.equal(await page.$eval("#colours-table caption", (caption) => caption.textContent), "Colours in Ball B");
   assert.equal(rows[0][1], "outside");

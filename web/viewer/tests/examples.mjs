@@ -15,7 +15,15 @@ async function files({ press, srgb, samples }) {
     made.set(`${key}.gamut`, Buffer.from(await (await get(`/v1/gamuts/${id}/history`)).arrayBuffer()).subarray(0, HISTORY_BYTES));
   }
   const entry = (key, name, file) => ({ key, name, text: `${name}.`, kind: file === null ? "reference" : "file", file });
-  const list = { examples: [entry("press", "Ball A", "press.csv"), entry("srgb", "sRGB", null)] };
+  const summary = [
+    "A reaches further in cyan (hue 170° to 250°): by up to 15 in chroma, in cyan (hue 225°).",
+    "B reaches further everywhere else: by up to 79 in chroma, in blue (hue 305°).",
+    "A covers 49.2 % of the volume of B, and B covers 99.9 % of the volume of A.",
+  ];
+  const list = {
+    examples: [entry("press", "Ball A", "press.csv"), entry("srgb", "sRGB", null)],
+    comparisons: [{ a: press, b: srgb, a_covers_b: 0.4916, b_covers_a: 0.9988, summary }],
+  };
   made.set("index.json", Buffer.from(JSON.stringify(list)));
   return made;
 }

@@ -34,9 +34,12 @@ test("a service that has just started shows examples at once, and says what it p
   await page.waitForFunction("window.gamutViewer.figures.triangles.every((count) => count > 4)");
   const start = await page.evaluate("window.gamutViewer.view.place");
   await page.waitForFunction((from) => window.gamutViewer.view.place.some((value, i) => Math.abs(value - from[i]) > 0.05), {}, start);
-  await page.waitForFunction("/Preparing the service: 4 of 9 kernels compiled/.test(document.getElementById('stage-note').textContent)");
+  await page.waitForFunction("/Preparing the service: 4 of 9 kernels compiled/.test(document.getElementById('preparation').innerText)");
+  assert.equal(await page.$eval("#preparation progress", (bar) => bar.value / bar.max), 4 / 9);
+  // The answer about examples comes with them.
+  assert.match(await textOf(page, "#answer"), /^Ball A covers 49 % of Ball B\n+Ball B covers over 99 % of Ball A\n+Volumes: Ball A [\d,]+, Ball B [\d,]+ cubic ΔE\*ab\.\n+Ball A reaches further in cyan \(170–250°\); Ball B reaches further everywhere else\.$/);
   assert.equal(await page.$eval("#problem", (box) => box.checkVisibility()), false);
-  assert.match(await textOf(page, "#legend"), /Ball A · solid\n+Ball B · translucent/);
+  assert.match(await textOf(page, "#legend"), /Ball A\s+Ball B/);
   // The pictures need no history of the service, and nothing is in the address until somebody acts.
   assert.deepEqual(service.cold.asked.filter((asked) => asked.includes("/history")), []);
   assert.equal(new URL(page.url()).hash, "");
@@ -55,13 +58,34 @@ test("a service that has just started shows examples at once, and says what it p
   await close(page);
 });
 
+test("the first gamut is five stops of the Tab key from the top, and parts open and close", async () => {
+  const page = await open(browser, "/view", { url: service.url, isOpen: false });
+  await page.waitForFunction("window.gamutViewer.figures.triangles.every((count) => count > 4)");
+  const stops = [];
+  for (let i = 0; i < 5 && stops.at(-1) !== "chooser-a"; i++) {
+    await page.keyboard.press("Tab");
+    stops.push(await page.evaluate("document.activeElement.id || document.activeElement.textContent.trim()"));
+  }
+  assert.equal(stops.at(-1), "chooser-a", stops.join());
+  const parts = () => page.$$eval(".part", (all) => all.map(({ open, firstElementChild }) => [firstElementChild.innerText.toLowerCase(), open]));
+  assert.deepEqual(await parts(), [["gamuts", true], ["compare", true], ["cut", false], ["colours", false], ["picture", false]]);
+  assert.deepEqual(await violations(page), []);
+  await page.click("#cut > summary");
+  await page.select("#slice-kind", "lightness");
+  await page.waitForFunction("location.hash.includes('lightness=')");
+  await page.reload();
+  await page.waitForSelector("#section-chart svg");
+  assert.deepEqual((await parts())[2], ["cut", true]);
+  await close(page);
+});
+
 test("a chip shows its example as the first gamut, and by its plus as the second", async () => {
   const page = await open(browser, EMPTY, { url: service.url });
   await page.waitForSelector("[data-key=srgb]");
   await page.click("[data-key=srgb]");
   await page.waitForFunction("/^Ball B/.test(document.title)");
   await page.click("[data-key=press] + button");
-  await page.waitForFunction("/Ball A . translucent/.test(document.getElementById('legend').innerText)");
+  await page.waitForFunction("/Ball B\\s+Ball A/.test(document.getElementById('legend').innerText)");
   assert.equal(await page.$eval("[data-key=press]", (chip) => chip.ariaPressed), "true");
   await close(page);
 });
@@ -98,10 +122,11 @@ test("a build that is cancelled leaves the view as it was, without an error", as
   await drawn(page, FINEST);
   service.cold.isCold = true;
   await drop(page, [["slow.csv", samples(53.5)]]);
-  await page.waitForFunction("/slow.csv.*Preparing the service: 4 of 9 kernels compiled, only once · \\d+ s/s.test(document.getElementById('job').innerText)");
+  await page.waitForFunction("/slow.csv.*Preparing the service: 4 of 9 kernels compiled, only once · \\d+ s/s.test(document.querySelector('.waiting').innerText)");
   assert.deepEqual(await violations(page), []);
-  await page.click("#job .cancel");
-  assert.equal(await page.$eval("#job", (box) => box.checkVisibility()), false);
+  assert.match(await textOf(page, ".options-line span"), /colours as given · no ink limit · CIELAB$/);
+  await page.click(".work .cancel");
+  assert.equal(await page.$(".work"), null);
   assert.match(await textOf(page, "#stage-note"), /slow\.csv was cancelled/);
   service.cold.isCold = false;
   assert.equal(await page.$eval("#problem", (box) => box.checkVisibility()), false);
@@ -147,6 +172,19 @@ test("the list of gamuts is as wide as the panel, and each name and detail stand
       await close(page);
     }
   }
+});
+
+test("the list of gamuts begins with the common references, and ends with those of film production", async () => {
+  const page = await open(browser, EMPTY);
+  await page.click("#chooser-a");
+  await page.waitForSelector("[role=option]");
+  const names = await page.$$eval("[role=option]", (options) => options.map(({ firstChild }) => firstChild.data));
+  assert.deepEqual(names.slice(0, 4), ["sRGB", "Display P3", "ITU-R BT.2020", "Adobe RGB (1998)"]);
+  const [own, other] = [names.indexOf("Ball A"), names.indexOf("ProPhoto RGB")];
+  assert.ok(own >= 4 && own < other, `Ball A at ${own}, ProPhoto RGB at ${other}`);
+  const film = names.findIndex((name) => name.startsWith("ACES"));
+  assert.ok(film > other && names.slice(film).every((name) => name.startsWith("ACES")), names.slice(-6).join());
+  await close(page);
 });
 
 test("the distance of a level is a number without an exponent", async () => {

@@ -78,7 +78,7 @@ test("a link keeps gamuts that cannot be shown, and says why beside those that c
   }
 });
 
-test("a second gamut is a translucent shell around or in the first, and they change places", async () => {
+test("a gamut inside another one is the solid, and a row hides its gamut and changes its opacity", async () => {
   const page = await open(browser, `/view#a=${FIRST}`);
   await drawn(page, FINEST);
   await page.click("#chooser-b");
@@ -86,23 +86,31 @@ test("a second gamut is a translucent shell around or in the first, and they cha
   await page.waitForFunction("document.querySelectorAll('[role=option]').length === 1");
   await page.click("[role=option]");
   await page.waitForFunction("window.gamutViewer.figures.triangles[1] > 4");
-  assert.match(await page.$eval("#legend", (legend) => legend.innerText), /Ball A · solid\n+Ball B · translucent/);
-  await page.click("#swap");
-  await page.waitForFunction("/^Ball B · solid/.test(document.getElementById('legend').innerText)");
+  const opacities = () => page.$$eval(".gamut-row:not([hidden]) input[type=range]", (sliders) => sliders.map((slider) => slider.valueAsNumber));
+  // The ball of radius 30 is inside that of radius 40, which would hide it.
+  await page.waitForFunction("document.getElementById('opacity-b').value === '1'");
+  assert.deepEqual(await opacities(), [0.3, 1]);
+  await page.click("#eye-a");
+  assert.equal(await page.$eval("#eye-a", (eye) => eye.ariaPressed), "false");
+  assert.equal(await page.$eval("#legend", (legend) => legend.innerText.trim()), "Ball B");
+  await page.click("#eye-a");
+  await page.focus("#opacity-a");
+  await page.keyboard.press("End");
+  assert.deepEqual(await opacities(), [1, 1]);
+  await page.waitForFunction("location.hash.includes('opacity-a=1')");
   await page.click("button.clear[aria-label='Remove second gamut']");
   await page.waitForFunction("window.gamutViewer.figures.triangles[1] === 0");
   await close(page);
 });
 
 test("coverage both ways, and only the part outside in colour", async () => {
-  const page = await open(browser, `/view#a=${FIRST}&b=${SECOND}&style-b=hidden&axes=off`);
+  const page = await open(browser, `/view#a=${FIRST}&b=${SECOND}&opacity-a=1&style-b=hidden&axes=off`);
   await drawn(page, FINEST);
   await page.waitForFunction("/covers/.test(document.getElementById('coverage').textContent)");
   const words = await page.$eval("#coverage", (box) => box.innerText);
   // The balls have the same directions: the ratio of their volumes is (30 / 40)³.
   assert.match(words, /Ball A covers 100\.0 % of the volume of Ball B, and Ball B covers 42\.2 % of the volume of Ball A\./);
   assert.match(words, /The whole surface of Ball B is inside Ball A\./);
-  await page.click("#coverage summary");
   const numbers = await page.$eval("#coverage dl", (list) => list.innerText);
   assert.match(numbers, /Ball B covers\n+42\.19 % of Ball A/);
   // The chromaticities of the smaller ball are among those of the larger one.
@@ -112,9 +120,8 @@ test("coverage both ways, and only the part outside in colour", async () => {
   await page.click("[data-axis='+a*']");
   const coloured = await pixel(page, 0.45, 0.5);
   await page.click("#highlight");
-  await page.click("#swap");
-  await page.waitForFunction("/^Ball B/.test(document.title)");
-  await page.select("#style-b", "hidden");
+  await page.evaluate(`Promise.all([window.gamutViewer.show("a", "${SECOND}"), window.gamutViewer.show("b", "${FIRST}")])`);
+  await page.waitForFunction("/^Ball B – Ball A/.test(document.title)");
   // All of the smaller ball is inside the larger one.
   let grey = coloured;
   for (const end = Date.now() + PATIENCE; chroma(grey) > 3 && Date.now() < end; ) {
@@ -130,7 +137,7 @@ test("a file that is dropped is built, with progress, and shown", async () => {
   const page = await open(browser, EMPTY);
   await page.evaluate((text) => {
     window.stages = new Set();
-    const box = document.getElementById("job");
+    const box = document.querySelector("[data-slot=a] .waiting");
     const read = () => window.stages.add(box.textContent);
     new MutationObserver(read).observe(box, { childList: true, subtree: true, characterData: true });
     const transfer = new DataTransfer();
@@ -143,7 +150,7 @@ test("a file that is dropped is built, with progress, and shown", async () => {
   assert.match(await page.$eval("#legend", (legend) => legend.innerText), /dropped colours/);
   const stages = await page.evaluate("[...window.stages]");
   assert.ok(stages.some((text) => /^dropped colours\.csvCancelSending the file \d+ % · \d+ s$/.test(text)), String(stages));
-  assert.equal(await page.$eval("#job", (box) => box.checkVisibility()), false);
+  assert.equal(await page.$(".work"), null);
   await close(page);
 });
 

@@ -124,43 +124,6 @@ test("the comparison of a pair that is gone is dropped", async () => {
   }
 });
 
-test("the rings of a pair that is gone are dropped, and those of the present one are drawn", async () => {
-  const page = await open(browser, `/view#a=${FIRST}&b=${SECOND}`);
-  await page.waitForFunction("window.gamutViewer.figures.triangles.every((count) => count > 4)");
-  await hold(page, "/rings", REFUSAL);
-  await page.select("#slice-kind", "rings");
-  await held(page);
-  await show(page, "b", null);
-  await page.waitForSelector("#section-chart svg");
-  await arrive(page);
-  assert.match((await kept(page, "rings")).address, new RegExp(`${FIRST}/rings$`));
-  assert.ok(await isVisible(page, "#section-chart svg"));
-  await close(page);
-});
-
-test("a mark that was taken away does not come back, and its late error does not take the next one", async () => {
-  for (const body of [null, REFUSAL]) {
-    const page = await open(browser, `/view#a=${FIRST}`);
-    await shows(page, FIRST);
-    await hold(page, "/cusps", body);
-    await press(page, "#mark-cusps");
-    await held(page);
-    await press(page, "#mark-cusps");
-    if (body !== null) await press(page, "#mark-cusps");
-    await arrive(page);
-    const loops = () => {
-      let count = 0;
-      window.gamutViewer.view.scene.traverse((part) => (count += part.isLineLoop ? 1 : 0));
-      return count;
-    };
-    if (body === null) assert.equal(await page.evaluate(loops), 0);
-    else await page.waitForFunction(`(${loops})() === 1`);
-    assert.equal(await page.$eval("#mark-cusps", (box) => box.checked), body !== null);
-    assert.equal(await page.$eval("#marks-note", (note) => note.textContent), "");
-    await close(page);
-  }
-});
-
 test("a gamut that was replaced while it was on its way stays away, and so does its error", async () => {
   for (const body of [null, REFUSAL]) {
     const page = await open(browser, EMPTY);
@@ -228,23 +191,21 @@ async function upload(page, name, lightness) {
   await held(page);
 }
 
-test("a file that is built moves with its gamut, and is dropped for another choice", async () => {
+test("a file that is built is shown in its row, and is dropped for another choice", async () => {
   const page = await open(browser, `/view#a=${FIRST}&b=${SECOND}`);
   await shows(page, FIRST, SECOND);
-  await upload(page, "moved.csv", 54.5);
-  await press(page, "#swap");
-  await shows(page, SECOND, FIRST);
+  await upload(page, "built.csv", 54.5);
   await arrive(page);
-  await page.waitForFunction("/^Ball B – moved.csv/.test(document.title)");
+  await page.waitForFunction("/^built.csv – Ball B/.test(document.title)");
   await upload(page, "dropped.csv", 55.5);
   await show(page, "a", FIRST);
-  await page.waitForFunction("/^Ball A – moved.csv/.test(document.title)");
-  assert.equal(await isVisible(page, "#job"), false);
+  await page.waitForFunction("/^Ball A – Ball B/.test(document.title)");
+  assert.equal(await page.$(".work"), null);
   const answered = page.waitForResponse((answer) => answer.request().method() === "POST" && answer.url().endsWith("/v1/gamuts"));
   await arrive(page);
   await answered;
   await page.evaluate("new Promise((resolve) => setTimeout(resolve, 50))");
-  assert.match(await page.title(), /^Ball A – moved.csv/);
+  assert.match(await page.title(), /^Ball A – Ball B/);
   await close(page);
 });
 

@@ -81,8 +81,8 @@ test("the part inside the second gamut ends where the surfaces meet, at a coarse
     assert.ok(isRight, `${triangles} triangles: ${outside.join("; ")} and ${inside.join("; ")}`);
   };
   await check(TRIANGLES, 1);
-  await page.select("#style-b", "shell");
-  await page.select("#style-b", "hidden");
+  await page.click("#eye-b");
+  await page.click("#eye-b");
   await page.evaluate("window.gamutViewer.setTriangles(200)");
   await drawn(page, 200, 200);
   await check(200, 3);
@@ -94,15 +94,15 @@ test("three gamuts: shells show what is behind them, with a tint each", async ()
   const page = await open(browser, `/view#a=${balls.large}&b=${balls.small}&c=${balls.far}&triangles=${TRIANGLES}${LOOK}`, SIZE);
   await drawn(page, TRIANGLES, TRIANGLES, TRIANGLES);
   const frame = await fromFront(page);
-  assert.equal(await page.$eval("#style-c", (select) => select.value), "shell");
+  assert.equal(await page.$eval("#opacity-c", (slider) => slider.valueAsNumber), 0.3);
   const tints = await page.$$eval("#legend .tint", (marks) => marks.map((mark) => mark.style.backgroundColor));
   assert.equal(new Set(tints).size, 3);
   // Inside the outline of the first one, left of the others' lines, the solid shines through the shell.
   const sample = async () => (await colours(page, frame, [[-52, 53]]))[0];
   const both = await sample();
-  await page.select("#style-c", "hidden");
+  await page.click("#eye-c");
   const ground = await sample();
-  await page.select("#style-c", "solid");
+  await page.evaluate("window.gamutViewer.setVisible('c', true), window.gamutViewer.setOpacity('c', 1)");
   const solid = await sample();
   const between = (i) => (both[i] - ground[i]) / (solid[i] - ground[i]);
   const shares = [0, 1, 2].filter((i) => Math.abs(solid[i] - ground[i]) > 40).map(between);
@@ -126,7 +126,6 @@ test("gamuts of different spaces are refused, and references follow the space of
   await page.waitForFunction("window.gamutViewer.shown[1]?.gamut.options.space === 'Oklab'");
   // What cannot follow is taken away, and the page says so.
   await page.evaluate(() => window.gamutViewer.show("b", null));
-  await page.evaluate(() => window.gamutViewer.swap("a", "b"));
   await page.evaluate((key) => window.gamutViewer.show("a", key), balls.small);
   assert.equal(await spaces(), "CIELAB");
   assert.match(await page.$eval("#problem", (box) => box.innerText), /Other space is in Oklab/);

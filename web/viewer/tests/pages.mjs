@@ -33,7 +33,7 @@ export function chromium() {
 const FEW_PIXELS = 0.5;
 
 /** Open an address of the service. The page collects what the browser complains of. */
-export async function open(browser, path, { url = process.env.VIEWER_URL, width = 1100, height = 700, scale = FEW_PIXELS, scheme = "light", motion = "reduce", gamut = "srgb", isOffline = false, isTouch = width < 600, ready = "window.gamutViewer !== undefined" } = {}) {
+export async function open(browser, path, { url = process.env.VIEWER_URL, width = 1100, height = 700, scale = FEW_PIXELS, scheme = "light", motion = "reduce", gamut = "srgb", isOffline = false, isTouch = width < 600, isOpen = true, ready = "window.gamutViewer !== undefined" } = {}) {
   // All pages share the browser's cache, which saves loading and compiling the scripts again.
   const page = await browser.newPage();
   page.setDefaultTimeout(PATIENCE);
@@ -52,6 +52,8 @@ export async function open(browser, path, { url = process.env.VIEWER_URL, width 
   await page.setOfflineMode(isOffline);
   await page.goto(path.startsWith("file:") ? path : `${url}${path}`);
   await page.waitForFunction(ready);
+  // Parts that are closed at first have their own tests.
+  if (isOpen) await page.$$eval("#panel details", (parts) => parts.forEach((part) => (part.open = true)));
   return page;
 }
 

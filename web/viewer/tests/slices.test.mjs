@@ -1,4 +1,4 @@
-// Sections and rings in the viewer, in Chromium over a real server.
+// Sections in the viewer, in Chromium over a real server.
 //
 //   VIEWER_URL=... CHROMIUM=... FIRST=ID SECOND=ID FINEST=N PAGE=FILE node --test slices.test.mjs
 //
@@ -87,26 +87,6 @@ test("a section has the exact colours of its plane, and nothing is in front of i
   await page.click("#slice-open");
   const closed = await pixel(page, ...(await placeOf(page, [50, 0, 0])));
   assert.ok(Math.hypot(...srgb([50, 0, 0]).map((value, i) => value - closed[i])) > 30, String(closed));
-  await close(page);
-});
-
-test("a plane through the middle has the area of a great circle, whatever it faces", async () => {
-  const page = await open(browser, `/view#a=${FIRST}&b=${SECOND}&plane=70,25,0`);
-  await drawn(page, FINEST);
-  await page.waitForFunction("/Ball B/.test(document.getElementById('section-chart').textContent)");
-  const near = (area, radius) => Math.abs(area / (Math.PI * radius ** 2) - 1) < 0.02;
-  for (let turn = 0; turn < 2; turn++) {
-    const sections = await areas(page);
-    assert.deepEqual(sections.map(([name]) => name), ["Ball A", "Ball B"]);
-    assert.ok(near(sections[0][1], 40) && near(sections[1][1], 30), JSON.stringify(sections));
-    await page.click("#plane-facing");
-  }
-  // Across the line of sight from the front right, slightly above: the start view.
-  await page.waitForFunction("/plane=(?!70,25)[0-9]+,[0-9]+,0/.test(location.hash)");
-  const [azimuth, elevation] = /plane=(\d+),(\d+),0/.exec(page.url()).slice(1).map(Number);
-  const towards = await page.evaluate(() => window.gamutViewer.view.towardsCamera.toArray());
-  assert.ok(Math.abs(Math.sin((elevation * Math.PI) / 180) - towards[1]) < 0.02);
-  assert.ok(Math.abs((Math.atan2(-towards[2], towards[0]) * 180) / Math.PI + 360 - azimuth) < 1);
   await close(page);
 });
 
@@ -218,19 +198,14 @@ test("the chart is beside the view, has readable text, can be resized, and is sa
   await close(page);
 });
 
-test("rings are drawn in the page, with both names; a page in one file has sections without them", async () => {
-  const page = await open(browser, `/view#a=${FIRST}&b=${SECOND}&rings=on`, { scheme: "dark" });
-  await page.waitForFunction("/Ball B[^]*L\\* 100|L\\* 100[^]*Ball B/.test(document.getElementById('section-chart').textContent)");
-  const { text } = await saved(page, "section-svg");
-  assert.ok(["Ball A", "Ball B", "Gamut rings"].every((part) => text.includes(part)));
+test("a page in one file has sections", async () => {
+  const page = await open(browser, `/view#a=${FIRST}&b=${SECOND}&lightness=50`, { scheme: "dark" });
+  await page.waitForFunction("/Ball A[^]*Ball B/.test(document.querySelector('#section-chart svg')?.textContent)");
   assert.deepEqual(await violations(page), []);
   const file = await savedPage(page);
   await close(page);
   const kept = await open(browser, file, { isOffline: true });
   await kept.waitForFunction("/Ball A[^]*Ball B/.test(document.querySelector('#section-chart svg')?.textContent)");
-  await kept.select("#slice-kind", "lightness");
-  await kept.select("#slice-kind", "rings");
-  await kept.waitForFunction("/Gamut rings/.test(document.getElementById('section-chart').textContent)");
   await close(kept);
   const offline = await open(browser, `${PAGE}#lightness=50&axes=off`, { isOffline: true });
   await drawn(offline, FINEST);
@@ -258,27 +233,6 @@ async function savedPage(page) {
   return pathToFileURL(path).href;
 }
 
-test("refused rings are a sentence, asked for again later, and nothing can be saved", async () => {
-  const page = await open(browser, `/view#a=${FIRST}&lightness=50`);
-  await drawn(page, FINEST);
-  await page.waitForSelector("#section-svg:not([disabled])");
-  await page.setRequestInterception(true);
-  const refuse = (request) => (request.url().includes("/rings") ? request.abort() : request.continue());
-  page.on("request", refuse);
-  await page.select("#slice-kind", "rings");
-  await page.waitForFunction("/does not answer/.test(document.getElementById('section-chart').textContent)");
-  for (const format of ["svg", "png"]) assert.equal(await page.$eval(`#section-${format}`, (button) => button.disabled), true);
-  page.off("request", refuse);
-  page.on("request", (request) => request.continue());
-  await page.select("#slice-kind", "lightness");
-  await page.waitForSelector("#section-svg:not([disabled])");
-  await page.select("#slice-kind", "rings");
-  await page.waitForFunction("/Gamut rings/.test(document.getElementById('section-chart').textContent)");
-  assert.equal(await page.$eval("#section-png", (button) => button.disabled), false);
-  page.complaints = page.complaints.filter((text) => !text.includes("ERR_FAILED"));
-  await close(page);
-});
-
 test("the plane is within the gamuts of another space, and of an address", async () => {
   const page = await open(browser, `/view#a=${FIRST}&lightness=50`);
   await drawn(page, FINEST);
@@ -293,8 +247,6 @@ test("the plane is within the gamuts of another space, and of an address", async
   // X, Y and Z have no hue; CIELAB has one again, also while nothing is drawn.
   await page.evaluate(`window.gamutViewer.show("a", "srgb?space=CIEXYZ")`);
   await page.waitForSelector("#slice-hue[disabled]");
-  await page.select("#slice-kind", "rings");
-  await page.waitForFunction("/no hue/.test(document.getElementById('section-chart').textContent)");
   await page.click("#section-close");
   await page.evaluate(`window.gamutViewer.show("a", "${FIRST}")`);
   await page.waitForSelector("#slice-hue:not([disabled])");

@@ -1,7 +1,7 @@
-// Two gamuts by hue: how far each reaches, and the volume that only one of them has.
+// Two gamuts by hue: the volume that only one of them has.
 import { cssColour } from "../colours/colours.js";
 import type { Space } from "../colours/spaces.js";
-import { Chart, DASHES, type Point, type Size, type Theme, niceStep, numberText, shortened } from "./chart.js";
+import { Chart, type Point, type Size, type Theme, niceStep, numberText, shortened } from "./chart.js";
 
 /** Figures by sector of hue, as `sectors` of a comparison. Hues are in degrees. */
 export interface HueSectors {
@@ -18,15 +18,8 @@ interface Options {
   space: Space;
 }
 
-export interface HueReach {
-  name: string;
-  /** Largest chroma in equal sectors of hue from 0° on, as `reachByHue` gives it. */
-  chroma: readonly number[];
-}
-
 /** Lightness of the colours that stand for hues, in parts of the white's. */
 const HUE_LIGHTNESS = 0.65;
-const SPOKES = 12;
 /** Characters of names in sentences. */
 const MOST_NAME = 36;
 
@@ -51,61 +44,6 @@ function whiteLightness(space: Space): number {
     else high = middle;
   }
   return low;
-}
-
-/** Return a polar chart as SVG: the largest chroma by hue of each gamut, at any lightness. */
-export function reachChart(gamuts: readonly HueReach[], { size, theme, space }: Options): string {
-  const most = Math.max(1e-9, ...gamuts.flatMap(({ chroma }) => chroma));
-  const step = niceStep(most, 4);
-  const outer = Math.ceil(most / step - 1e-6) * step;
-  const reach = 1.16 * outer;
-  const chart = new Chart({
-    size,
-    theme,
-    title: "Largest chroma by hue",
-    caption: "Distance from the middle: largest chroma at any lightness. Around: hue.",
-    x: { range: [-reach, reach], label: "" },
-    y: { range: [-reach, reach], label: "" },
-    isEqual: true,
-    isBare: true,
-    legend: gamuts.map(({ name }, place) => ({
-      name,
-      style: { stroke: theme.text, width: 1.8, dash: DASHES[place % DASHES.length]! },
-    })),
-    legendAt: "below",
-  });
-  const around = (radius: number, degrees: number): Point => {
-    const angle = (degrees * Math.PI) / 180;
-    return [radius * Math.cos(angle), radius * Math.sin(angle)];
-  };
-  const ring = (radius: number) => Array.from({ length: 120 }, (_, i) => around(radius, 3 * i));
-  const [first] = gamuts;
-  if (first !== undefined) {
-    // Wedges of the first gamut in the colours of their hues.
-    const sector = 360 / first.chroma.length;
-    const hues = first.chroma.map((_, i) => (i + 0.5) * sector);
-    hueColours(space, hues, 0.5 * most).forEach((colour, i) => {
-      const wedge = [[0, 0] as Point, around(first.chroma[i]!, i * sector), around(first.chroma[i]!, (i + 1) * sector)];
-      chart.polygon(wedge, { fill: colour, stroke: colour, width: 0.6 });
-    });
-  }
-  for (let radius = step; radius <= outer + step / 2; radius += step) {
-    chart.polygon(ring(radius), { stroke: theme.soft, width: 0.8, opacity: 0.5 });
-  }
-  for (let spoke = 0; spoke < SPOKES; spoke++) {
-    const degrees = (360 / SPOKES) * spoke;
-    chart.line([[0, 0], around(outer, degrees)], { stroke: theme.soft, width: 0.8, opacity: 0.35 });
-    chart.text(around(1.08 * outer, degrees), `${degrees}°`, [0, 0], "middle", theme.soft);
-  }
-  gamuts.forEach(({ chroma }, place) => {
-    const sector = 360 / chroma.length;
-    const outline = chroma.map((value, i) => around(value, (i + 0.5) * sector));
-    chart.polygon(outline, { stroke: theme.text, width: 1.8, dash: DASHES[place % DASHES.length]!, rim: true });
-  });
-  for (let radius = step; radius <= outer + step / 2; radius += step) {
-    chart.text(around(radius, 75), numberText(radius), [0, 8], "middle");
-  }
-  return chart.svg();
 }
 
 /**

@@ -17,6 +17,11 @@ export function optionsOf({ options, provenance }: Gamut): Chosen {
   return { intent: provenance.intent ?? "", space: options.space, ...(limit === null ? {} : { ink_limit: limit }) };
 }
 
+function optionsText({ intent, ink_limit: limit, space }: Chosen): string {
+  const white = intent === "" ? "Colours as given" : intent[0]!.toUpperCase() + intent.slice(1);
+  return [white, limit === undefined ? "no ink limit" : `ink limit ${limit}\u00a0%`, space].join(" · ");
+}
+
 export class BuildOptions {
   private readonly form = byId<HTMLFormElement>("options");
   private readonly intent = byId<HTMLSelectElement>("intent");
@@ -54,18 +59,13 @@ export class BuildOptions {
     return { intent: this.intent.value, space: this.space.value, ...limit };
   }
 
-  /** State the options of a slot; null hides the line. */
-  state(slot: Slot, options: Chosen | null): void {
+  /** State the options that the gamut of a slot has; the form begins with those that were asked for. */
+  state(slot: Slot, options: Chosen | null, asked: Chosen | null): void {
     const line = this.lines.get(slot)!;
-    line.hidden = options === null;
-    if (options === null) {
-      if (this.slot === slot) this.close();
-      return;
-    }
-    const intent = options.intent === "" ? "Colours as given" : options.intent[0]!.toUpperCase() + options.intent.slice(1);
-    const limit = options.ink_limit === undefined ? "no ink limit" : `ink limit ${options.ink_limit}\u00a0%`;
-    line.dataset["options"] = JSON.stringify(options);
-    line.firstElementChild!.textContent = [intent, limit, options.space].join(" · ");
+    line.hidden = options === null && asked === null;
+    if (line.hidden && this.slot === slot) this.close();
+    line.dataset["options"] = JSON.stringify(asked ?? options);
+    line.firstElementChild!.textContent = options === null ? "" : optionsText(options);
   }
 
   /** Show the form in the row of a slot. `source` tells what will be built. */
@@ -73,8 +73,8 @@ export class BuildOptions {
     this.close();
     this.slot = slot;
     const line = this.lines.get(slot)!;
-    const stated = JSON.parse(line.dataset["options"] ?? "{}") as Partial<Chosen>;
-    if (stated.space !== undefined) {
+    const stated = JSON.parse(line.dataset["options"] ?? "null") as Chosen | null;
+    if (stated !== null) {
       this.intent.value = stated.intent || "relative";
       this.space.value = stated.space;
       this.limit.value = stated.ink_limit === undefined ? "" : String(stated.ink_limit);

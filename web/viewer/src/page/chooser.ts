@@ -118,6 +118,7 @@ export class Chooser {
     if (items.length === 0) items.push(this.item("No gamut has this name.", { role: "presentation" }));
     this.list.replaceChildren(...items);
     this.list.hidden = false;
+    this.list.scrollIntoView({ block: "nearest" });
     this.input.setAttribute("aria-expanded", "true");
   }
 

@@ -5,6 +5,11 @@ export function byId<T extends HTMLElement = HTMLElement>(id: string): T {
   return document.getElementById(id) as T;
 }
 
+/** Open a part of the panel that has something to show. */
+export function openPart(id: string): void {
+  byId<HTMLDetailsElement>(id).open = true;
+}
+
 /** A new element with text and properties. */
 export function element<Name extends keyof HTMLElementTagNameMap>(
   name: Name,

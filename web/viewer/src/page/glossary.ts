@@ -3,15 +3,11 @@ import { byId, element } from "./elements.js";
 
 /** Terms in lower case, each with its sentence. */
 export const TERMS: Record<string, string> = {
-  gamut: "All colours that a device can show or print, as a solid in a colour space. A reference, such as sRGB, is defined by a standard instead of a file.",
-  comparison: "How much of each gamut the other one has as well, and what is lost.",
-  level: "A coarser or finer version of the same surface: with fewer triangles it is quicker to draw and a little less exact. The distance from the full boundary is in ΔE*ab: one unit is about what an eye can just see.",
   triangles: "The surface of a gamut is made of flat triangles. More of them follow it more closely.",
   "full boundary": "The surface with all triangles, before any were taken away.",
   δe00: "CIEDE2000: the difference of two colours as people see it. One unit is about what an eye can just see.",
   "rendering intent": "How the white of the paper or display is treated when colours are converted.",
   "ink limit": "Largest sum of all inks that the press may print. Four full inks are 400 %.",
-  slice: "The outline of a gamut where a plane cuts it.",
   volume: "The size of the solid in cubic units of its space, of which ΔE*ab is that of CIELAB: a measure of how many colours it has. × sRGB divides it by the volume of sRGB in the same space, relative to its white.",
   method: "How the surface was found from the colours of the device.",
   channels: "Inks or lights of the device, in the order of its values.",

@@ -1,10 +1,10 @@
-// The keyboard in the view, and the buttons of the points of view.
+// The keyboard in the view, and the views along the axes.
 import { Vector3 } from "three";
 import { stepSection } from "../panels/plane_handle.js";
 import { orientation } from "../scene/layer.js";
-import { STYLE_NAMES, type Page, axisNames } from "./page.js";
-import { byId, element } from "./elements.js";
-import type { Style } from "../scene/layer.js";
+import { type Page, SHELL_OPACITY, axisNames } from "./page.js";
+import { byId } from "./elements.js";
+import { type AxisView, connectGizmo } from "./gizmo.js";
 
 const TURN = Math.PI / 36;
 const ENLARGEMENT = 1.15;
@@ -13,8 +13,7 @@ export function connectKeys(page: Page): void {
   const { view, canvas } = page;
   const help = byId<HTMLDialogElement>("keys");
   byId("help").addEventListener("click", () => help.showModal());
-  document.querySelector('[data-view="home"]')!.addEventListener("click", () => view.home());
-  page.on("gamuts", () => fillViews(page));
+  connectGizmo(page, () => axisViews(page));
   const actions: Record<string, () => void> = {
     ArrowLeft: () => view.turn(-TURN, 0),
     ArrowRight: () => view.turn(TURN, 0),
@@ -33,10 +32,7 @@ export function connectKeys(page: Page): void {
       select.value = select.value === "perspective" ? "orthographic" : "perspective";
       select.dispatchEvent(new Event("change"));
     },
-    w: () => {
-      const styles = Object.keys(STYLE_NAMES) as Style[];
-      page.setStyle("a", styles[(styles.indexOf(page.styles.a) + 1) % styles.length]!);
-    },
+    w: () => page.setOpacity("a", page.lookOf("a").opacity < 1 ? 1 : SHELL_OPACITY),
     a: () => byId("axes").click(),
     "?": () => help.showModal(),
   };
@@ -49,28 +45,6 @@ export function connectKeys(page: Page): void {
     event.preventDefault();
     action();
   });
-}
-
-function fillViews(page: Page): void {
-  const toolbar = byId("views");
-  const views = axisViews(page);
-  const old = [...toolbar.querySelectorAll<HTMLElement>("[data-axis]")];
-  if (old.map((button) => button.dataset["axis"]).join() === views.map(({ name }) => name).join()) return;
-  for (const button of old) button.remove();
-  views.forEach(({ name, side, direction }, place) => {
-    const title = `From ${side} (${name}), key ${place + 1}`;
-    const button = element("button", name, { type: "button", title });
-    button.dataset["axis"] = name;
-    button.addEventListener("click", () => page.view.lookAlong(direction));
-    toolbar.append(button);
-  });
-}
-
-interface AxisView {
-  name: string;
-  /** The side from which the gamut is seen. */
-  side: string;
-  direction: Vector3;
 }
 
 /** Sides of the scene at the ends of its axes: the upper end, then the lower one. */

@@ -2,7 +2,8 @@
 import { Box3, type Intersection, type Mesh, Vector3 } from "three";
 import { spaceDescription } from "../colours/spaces.js";
 import { AxesBox, sceneAxes } from "../scene/axes.js";
-import { Layer, Materials, type Style, orientation } from "../scene/layer.js";
+import { liesInside } from "../scene/containment.js";
+import { Layer, type Look, Materials, orientation } from "../scene/layer.js";
 import { lineSteps } from "../scene/lines.js";
 import type { Source } from "../scene/messages.js";
 import { View } from "../scene/scene.js";
@@ -44,24 +45,37 @@ export interface Readable {
 /**
  * What the parts of the page follow.
  *
- * `gamuts`: other gamuts or styles. `level`: another level of a gamut is drawn. `camera`: the view
+ * `gamuts`: other gamuts or looks. `level`: another level of a gamut is drawn. `camera`: the view
  * was turned. `theme`: light or dark.
  */
 export type PageEvent = "gamuts" | "level" | "camera" | "theme";
 
 const WORKER = workerAddress();
 const DEFAULT_TRIANGLES = 10_000;
+/** Triangles of a level that tells whether a gamut lies inside another one. */
+const FINE_TRIANGLES = 1000;
+export const SHELL_OPACITY = 0.3;
+/** Opacities of the styles that addresses of earlier versions have. */
+const STYLE_OPACITIES: Record<string, number> = { solid: 1, shaded: 1, both: 1, shell: SHELL_OPACITY, wire: 0.05 };
 
 export class Page {
   readonly canvas = byId<HTMLCanvasElement>("view");
   readonly view = new View(this.canvas, byId("stage"));
   readonly address = new AddressBook();
-  readonly styles = Object.fromEntries(SLOTS.map((slot) => [slot, slot === "a" ? "solid" : "shell"])) as Record<Slot, Style>;
+  /** What the reader chose of the looks of gamuts. */
+  private readonly hidden = new Set<Slot>();
+  private readonly opacities = new Map<Slot, number>();
+  /** Whether solids show the edges of their triangles. */
+  hasEdges = false;
+  /** The gamut that is a solid unless the reader chooses an opacity. */
+  private solid: Slot = "a";
+  /** Whether gamuts lie almost inside others, by their ids. */
+  private readonly containment = new Map<string, boolean>();
   /** What parts add to the state of a saved page, by name. */
   readonly kept = new Map<string, () => unknown>();
   /** Files that gamuts were built from on this page, by id. */
   readonly files = new Map<string, File>();
-  /** The file that is built for each slot. It moves with its slot, and ends with another choice for it. */
+  /** The file that is built for each slot. It ends with another choice for it. */
   readonly building = latestOfSlots();
   /** Triangles that are wished for, for all gamuts. */
   triangles = DEFAULT_TRIANGLES;
@@ -100,14 +114,16 @@ export class Page {
         const triangles = Number(given.get("triangles"));
         if (Number.isInteger(triangles) && triangles >= 4) this.triangles = triangles;
         for (const slot of SLOTS) {
-          const style = given.get(`style-${slot}`);
-          if (style !== null && style in STYLE_NAMES) this.styles[slot] = style as Style;
+          this.readLook(slot, given.get(`style-${slot}`), Number(given.get(`opacity-${slot}`) ?? NaN));
         }
       },
       write: () => [
         ...SLOTS.map((slot): [string, string | null] => [slot, this.keyOf(slot) ?? (slot === "a" && this.own ? "" : null)]),
         ["triangles", String(this.triangles)],
-        ...this.shown.map(({ slot }): [string, string] => [`style-${slot}`, this.styles[slot]]),
+        ...this.shown.flatMap(({ slot }): [string, string | null][] => [
+          [`style-${slot}`, this.hidden.has(slot) ? "hidden" : null],
+          [`opacity-${slot}`, this.opacities.get(slot)?.toString() ?? null],
+        ]),
       ],
     });
     this.address.add({
@@ -221,7 +237,7 @@ export class Page {
     this.wanted.set(slot, key);
     await opening.ask(
       (signal) => {
-        const work = this.board.begin(key.length === 64 ? "The gamut" : key, () => {
+        const work = this.board.begin(key.length === 64 ? "The gamut" : key, slot, () => {
           opening.end();
           this.wanted.delete(slot);
           this.emit("gamuts");
@@ -270,31 +286,12 @@ export class Page {
     this.restyle();
   }
 
-  /** Exchange the gamuts of two slots. Only what is on its way is asked for again. */
-  swap(one: Slot, other: Slot): void {
-    for (const slot of [one, other]) this.opening[slot].end();
-    [this.building[one], this.building[other]] = [this.building[other], this.building[one]];
-    const moved = [this.at(one), this.at(other)];
-    const waiting = [this.wanted.get(one), this.wanted.get(other)];
-    [other, one].forEach((slot, place) => {
-      const shown = moved[place];
-      if (shown) this.gamuts.set(slot, { ...shown, slot });
-      else this.gamuts.delete(slot);
-      this.wanted.delete(slot);
-    });
-    this.restyle();
-    [other, one].forEach((slot, place) => {
-      const key = waiting[place];
-      if (key !== undefined) void this.load(slot, key);
-    });
-  }
-
   /** Describe a gamut of a key, and say where its history is. */
   private async find(slot: Slot, key: string, isWhole: boolean, work: Work, signal: AbortSignal): Promise<Found> {
     const saved = embedded?.gamuts.find(({ gamut }) => gamut.id === key);
     if (saved !== undefined) return { gamut: saved.gamut, source: { bytes: saved.history }, isPart: false };
     const example = await findExample(key);
-    const given = example && (await describeExample(example, () => this.board.prepare(example.name)));
+    const given = example && (await describeExample(example, () => this.board.prepare(example.name, slot)));
     const { anchor } = this.beside(slot);
     if (example !== undefined && !isWhole && (anchor === undefined || inSameSpace(given!, anchor))) {
       return { gamut: given!, source: { address: historyOf(example), headers: {}, isShort: true }, isPart: true };
@@ -341,10 +338,52 @@ export class Page {
     this.emit("level");
   }
 
-  /** Draw a gamut in another style. */
-  setStyle(slot: Slot, style: Style): void {
-    this.styles[slot] = style;
+  /** How a gamut is drawn: as the reader chose, else one solid among translucent shells. */
+  lookOf(slot: Slot): Look {
+    const opacity = this.opacities.get(slot) ?? (slot === this.solid ? 1 : SHELL_OPACITY);
+    return { isVisible: !this.hidden.has(slot), opacity, hasEdges: this.hasEdges };
+  }
+
+  setVisible(slot: Slot, isVisible: boolean): void {
+    if (isVisible) this.hidden.delete(slot);
+    else this.hidden.add(slot);
     this.restyle();
+  }
+
+  setOpacity(slot: Slot, opacity: number): void {
+    this.opacities.set(slot, Math.min(1, Math.max(0.05, opacity)));
+    this.restyle();
+  }
+
+  setEdges(hasEdges: boolean): void {
+    this.hasEdges = hasEdges;
+    this.restyle();
+  }
+
+  /** Take the look of a gamut from an address; links of earlier versions name a style. */
+  private readLook(slot: Slot, style: string | null, opacity: number): void {
+    if (style === "hidden") this.hidden.add(slot);
+    if (style !== null && style in STYLE_OPACITIES) this.opacities.set(slot, STYLE_OPACITIES[style]!);
+    if (style === "both") this.hasEdges = true;
+    if (opacity > 0 && opacity <= 1) this.opacities.set(slot, opacity);
+  }
+
+  /** The solid is the first gamut, or the smallest one inside it: a solid would hide that. */
+  private chooseSolid(): Slot {
+    const [first, ...others] = this.shown;
+    const inner = others.filter((each) => this.isInside(each, first!)).sort((one, other) => one.gamut.volume - other.gamut.volume);
+    return inner[0]?.slot ?? first?.slot ?? "a";
+  }
+
+  private isInside(one: Shown, other: Shown): boolean {
+    const key = `${one.gamut.id} ${other.gamut.id}`;
+    const known = this.containment.get(key);
+    const isFine = ({ gamut, layer }: Shown) =>
+      (layer.level?.triangles ?? 0) >= Math.min(FINE_TRIANGLES, this.triangles, gamut.counts.triangles);
+    if (known !== undefined || one.gamut.volume > other.gamut.volume || !isFine(one) || !isFine(other)) return known ?? false;
+    const isInside = liesInside(one.layer.level!, other.layer.level!);
+    this.containment.set(key, isInside);
+    return isInside;
   }
 
   setAxes(hasAxes: boolean): void {
@@ -375,8 +414,9 @@ export class Page {
   }
 
   private restyle(): void {
+    this.solid = this.chooseSolid();
     for (const { slot, layer } of this.shown) {
-      layer.setStyle(this.styles[slot], tintOf(slot, this.isDark), this.materials[slot]);
+      layer.setLook(this.lookOf(slot), tintOf(slot, this.isDark), this.materials[slot]);
     }
     const sizes = [...this.shown].sort((one, other) => one.gamut.volume - other.gamut.volume);
     sizes.forEach(({ layer }, rank) => layer.setRank(rank));
@@ -402,6 +442,7 @@ export class Page {
         Object.assign(this.marks, { first: now, firstTriangles: layer.level!.triangles, firstBytes: layer.bytes });
       }
     }
+    if (this.chooseSolid() !== this.solid) this.restyle();
     this.emit("level");
     this.view.draw();
   }
@@ -430,16 +471,6 @@ export class Page {
 function latestOfSlots(): Record<Slot, Latest> {
   return Object.fromEntries(SLOTS.map((slot) => [slot, new Latest()])) as Record<Slot, Latest>;
 }
-
-/** Styles of a gamut, with their names on the page. */
-export const STYLE_NAMES: Record<Style, string> = {
-  solid: "Solid",
-  shaded: "Shaded",
-  shell: "Translucent",
-  wire: "Lines",
-  both: "Triangles",
-  hidden: "Hidden",
-};
 
 /** Whether the service asks for an API key. */
 function isLocked(error: unknown): boolean {

@@ -1,7 +1,8 @@
-// What the reader waits for, in the middle of the stage: its name, the stage in plain words, seconds
-// and a bar. Notes that are no faults stand at the lower edge.
+// What the reader waits for, in the row of its gamut: its name, the stage in plain words, seconds and
+// a bar. Notes that are no faults stand at the lower edge of the stage.
 import { type Progress, preparation } from "../service/api.js";
 import { byId, element } from "./elements.js";
+import type { Slot } from "./slots.js";
 
 /** Stages of a build in plain words, with the part of the whole time at which each begins. */
 const STAGES: Record<string, [words: string, begin: number]> = {
@@ -24,8 +25,10 @@ export class Work {
   readonly report: Progress = (stage, fraction, job) => {
     this.job = job;
     const next = STAGES[stage] ?? [stage, 0];
-    if (!this.box.isConnected) this.place.append(this.box);
-    this.place.hidden = false;
+    if (!this.box.isConnected) {
+      this.row.querySelector(".waiting")!.append(this.box);
+      this.row.hidden = false;
+    }
     if (stage !== this.stage) {
       this.stage = stage;
       this.entered = Date.now();
@@ -41,7 +44,7 @@ export class Work {
   };
   job = "";
   private readonly box: HTMLElement;
-  private readonly place: HTMLElement;
+  private readonly row: HTMLElement;
   private readonly line = element("span");
   private readonly bar = element("progress", "", { max: 1 });
   private readonly clock = setInterval(() => this.tick(), 500);
@@ -53,19 +56,20 @@ export class Work {
   private isWaiting = false;
   private entered = 0;
 
-  /** Without `cancel` it is a line at the lower edge, over a view that can be used meanwhile. */
+  /** Without `cancel` it is prepared in the background. */
   constructor(
     private readonly board: Board,
     private readonly name: string,
+    slot: Slot,
     cancel: ((job: string) => void) | null,
   ) {
-    this.place = byId(cancel === null ? "answers" : "job");
+    this.row = document.querySelector<HTMLElement>(`.gamut-row[data-slot="${slot}"]`)!;
     this.box = element("div", "", { className: "work" });
+    this.bar.setAttribute("aria-label", `Progress of ${name}`);
     if (cancel === null) {
-      this.box.append(element("strong", name), this.line);
+      this.box.append(element("strong", name), this.line, this.bar);
       return;
     }
-    this.bar.setAttribute("aria-label", `Progress of ${name}`);
     const button = element("button", "Cancel", { type: "button", className: "cancel" });
     button.setAttribute("aria-label", `Cancel ${name}`);
     button.addEventListener("click", () => {
@@ -79,7 +83,6 @@ export class Work {
   end(): void {
     clearInterval(this.clock);
     this.box.remove();
-    this.place.hidden = this.place.childElementCount === 0;
   }
 
   private tick(): void {
@@ -89,6 +92,8 @@ export class Work {
     void preparation().then((text) => {
       if (!this.isWaiting) return;
       this.words = text ?? STAGES["waiting"]![0];
+      const [, done, all] = /(\d+) of (\d+) kernels/.exec(this.words) ?? [];
+      if (all !== undefined) this.bar.value = Number(done) / Number(all);
       this.percent = "";
     });
   }
@@ -104,13 +109,13 @@ export class Board {
 
   constructor(readonly announce: (text: string) => void) {}
 
-  begin(name: string, cancel: (job: string) => void): Work {
-    return new Work(this, name, cancel);
+  begin(name: string, slot: Slot, cancel: (job: string) => void): Work {
+    return new Work(this, name, slot, cancel);
   }
 
   /** The same for what is prepared in the background. */
-  prepare(name: string): Work {
-    return new Work(this, `Preparing answers about ${name}`, null);
+  prepare(name: string, slot: Slot): Work {
+    return new Work(this, `Preparing answers about ${name}`, slot, null);
   }
 
   /** A quiet sentence over the view; it leaves after a moment unless it `stays`. Null removes it. */

@@ -72,11 +72,17 @@ function fillChips(page: Page, all: Example[]): void {
 
 /** Say what a service that has just started prepares, until it is ready. */
 async function tellPreparation(page: Page): Promise<void> {
-  let isTold = false;
+  const line = byId("preparation");
   for (let text = await preparation(true); text !== null; text = await preparation(true)) {
-    page.board.note(`${text}. The examples can be looked at meanwhile.`, true);
-    isTold = true;
+    const [, done, all] = /(\d+) of (\d+) kernels/.exec(text) ?? [];
+    const bar = line.querySelector("progress")!;
+    bar.hidden = all === undefined;
+    if (all !== undefined) Object.assign(bar, { max: Number(all), value: Number(done) });
+    line.querySelector("span")!.textContent = `${text}.`;
+    if (line.hidden) page.announce(`${text}. The examples can be looked at meanwhile.`);
+    line.hidden = false;
     await new Promise((resolve) => setTimeout(resolve, ASKING_MILLISECONDS));
   }
-  if (isTold) page.board.note("The service is ready.");
+  if (!line.hidden) page.announce("The service is ready.");
+  line.hidden = true;
 }

@@ -61,7 +61,7 @@ export class Uploads {
       const gamut = this.page.at(slot)?.gamut;
       const upload = this.of(slot);
       if (upload?.isRefused && upload.refused !== gamut?.id) this.uploads.delete(this.page.building[slot]);
-      this.options.state(slot, this.of(slot)?.options ?? (gamut === undefined ? null : optionsOf(gamut)));
+      this.options.state(slot, gamut === undefined ? null : optionsOf(gamut), this.of(slot)?.options ?? null);
     }
   }
 
@@ -81,23 +81,17 @@ export class Uploads {
     await building.ask(
       async () => known ?? page.sourceOf(slot),
       (file) => {
-        const place = this.slotOf(building);
         const slug = gamut?.provenance.reference;
-        if (file !== null) void this.upload(file, place, options);
-        else if (slug !== undefined) void page.show(place, `${slug}?${new URLSearchParams({ intent: options.intent, space: options.space })}`);
+        if (file !== null) void this.upload(file, slot, options);
+        else if (slug !== undefined) void page.show(slot, `${slug}?${new URLSearchParams({ intent: options.intent, space: options.space })}`);
         else {
-          this.purpose = { slot: place, options };
+          this.purpose = { slot, options };
           page.board.note(`Choose the file of ${gamut?.name ?? "the gamut"} again: it is built with the new options.`);
           byId("file").click();
         }
       },
       (error) => page.complain(error),
     );
-  }
-
-  /** The slot that a build is for by now. */
-  private slotOf(building: Latest): Slot {
-    return SLOTS.find((slot) => this.page.building[slot] === building)!;
   }
 
   private async upload(file: File, slot: Slot, options: Chosen): Promise<void> {
@@ -110,7 +104,7 @@ export class Uploads {
     page.emit("gamuts");
     await building.ask(
       (signal) => {
-        const work = page.board.begin(file.name, (job) => {
+        const work = page.board.begin(file.name, slot, (job) => {
           if (job !== "") cancelJob(job).catch(() => {}); // the build may have ended meanwhile
           building.end();
         });
@@ -124,17 +118,16 @@ export class Uploads {
       (id) => {
         page.files.set(id, file);
         this.uploads.delete(building);
-        void this.show(this.slotOf(building), id, file.name);
+        void this.show(slot, id, file.name);
       },
       (error) => {
-        const place = this.slotOf(building);
         page.complain(error);
         // The file of a refused build is kept, and its options can be changed.
         upload.isRefused = error instanceof ProblemError;
-        upload.refused = page.at(place)?.gamut.id;
+        upload.refused = page.at(slot)?.gamut.id;
         if (!upload.isRefused) this.uploads.delete(building);
         this.refresh();
-        if (error instanceof ProblemError && error.problem.code === "invalid-option") this.options.open(place);
+        if (error instanceof ProblemError && error.problem.code === "invalid-option") this.options.open(slot);
       },
     );
   }

@@ -11,7 +11,7 @@ import {
 import { SCREEN, cssColour } from "../colours/colours.js";
 import { gamutSpace } from "../colours/spaces.js";
 import { blackChannel, blackRange, DEVICE_UNIT, devicePercent, deviceText } from "../colours/device_values.js";
-import { byId, element, problemElements, save, warningTexts } from "../page/elements.js";
+import { byId, element, openPart, problemElements, save, warningTexts } from "../page/elements.js";
 import { embedded } from "../page/embedded.js";
 import { Latest } from "../page/latest.js";
 import { type Page, axisNames } from "../page/page.js";
@@ -79,6 +79,7 @@ export class ColourList {
         }
         this.summarise();
         this.wanted = this.text.value.trim() !== "";
+        if (this.wanted) openPart("colours-part");
       },
       write: () => {
         const text = this.text.value.trim();
@@ -134,8 +135,9 @@ export class ColourList {
   private restore(saved: SavedList | null | undefined): void {
     this.clear();
     const isThis = saved != null && saved.gamut === this.gamut?.id;
-    byId("colours-section").hidden = !isThis;
+    byId("colours-part").hidden = !isThis;
     if (!isThis) return;
+    openPart("colours-part");
     this.answer = saved;
     this.draw(saved);
     this.tabulate(saved);

@@ -1,4 +1,5 @@
-// The first two gamuts: in words, in numbers and by hue, and the part of the first outside the second.
+// The first two gamuts: the answer as two bars, volumes and a sentence; in detail words, numbers and
+// hues; and the part of the first outside the second.
 import { fitChart, pageTheme, saveChart } from "../charts/save.js";
 import { sectorChart } from "../charts/hues.js";
 import { gamutSpace } from "../colours/spaces.js";
@@ -7,17 +8,20 @@ import { type Definition, definitions, withTerms } from "../page/glossary.js";
 import { embedded } from "../page/embedded.js";
 import { Latest } from "../page/latest.js";
 import { type Page, type Shown, axisNames } from "../page/page.js";
-import type { Style } from "../scene/layer.js";
+import { type Slot, tintOf } from "../page/slots.js";
 import { ProblemError } from "../service/api.js";
+import { storedComparison } from "../service/examples.js";
 import { type Comparison, compare } from "../service/queries.js";
-import { volumeUnit } from "./conditions.js";
+import { volumeText, volumeUnit } from "./conditions.js";
+
+/** What the answer needs of a comparison. */
+type Coverage = Pick<Comparison, "a_covers_b" | "b_covers_a" | "summary">;
 
 interface Pair {
   a: Shown;
   b: Shown;
 }
 
-const SOLIDS: Style[] = ["solid", "shaded", "both"];
 /** Height of the chart in CSS pixels. */
 const CHART_HEIGHT = 280;
 
@@ -45,10 +49,16 @@ export class ComparisonPanel {
       const [a, b] = [page.at("a"), page.at("b")];
       this.show(a !== null && b !== null ? { a, b } : null);
     });
-    page.on("theme", () => this.comparison !== null && this.redraw());
+    page.on("theme", () => {
+      this.tint();
+      if (this.comparison !== null) this.redraw();
+    });
     this.highlight.addEventListener("change", () => {
       // The part outside is a part of a solid.
-      if (this.highlight.checked && !SOLIDS.includes(page.styles.a)) page.setStyle("a", "solid");
+      if (this.highlight.checked) {
+        page.setOpacity("a", 1);
+        page.setVisible("a", true);
+      }
       this.mark();
       page.address.save();
     });
@@ -65,7 +75,7 @@ export class ComparisonPanel {
     const same = (one: Pair | null) => one && `${one.a.gamut.id} ${one.b.gamut.id}`;
     const isNew = same(pair) !== same(this.pair) || pair?.a.layer !== this.pair?.a.layer;
     this.pair = pair;
-    byId("comparison").hidden = pair === null;
+    byId("comparison-more").hidden = pair === null;
     this.mark();
     if (!isNew) return;
     this.asking.end();
@@ -73,30 +83,62 @@ export class ComparisonPanel {
     byId("coverage").replaceChildren();
     byId("comparison-figure").hidden = true;
     if (pair !== null) void this.compare(pair);
+    else byId("answer").replaceChildren(element("p", "Choose a second gamut to compare it with the first.", { className: "note" }));
   }
 
   private async compare({ a, b }: Pair): Promise<void> {
     // A saved page has the answer about its first two gamuts, if there was one.
     const saved = embedded?.state?.["comparison"] as Comparison | null | undefined;
     const say = (text: string) => byId("coverage").replaceChildren(element("p", text, { className: "note" }));
+    this.answer(null, { a, b });
     if (embedded === null) say("Comparing …");
     await this.asking.ask(
-      async (signal) => (embedded === null ? compare(a.gamut.id, b.gamut.id, signal) : saved),
+      async (signal) => {
+        if (embedded !== null) return saved;
+        const stored = await storedComparison(a.gamut.id, b.gamut.id);
+        if (stored !== undefined && !signal.aborted) this.answer(stored, { a, b });
+        return compare(a.gamut.id, b.gamut.id, signal);
+      },
       (comparison) => comparison && this.tell(comparison, { a, b }),
-      (error) => say(error instanceof ProblemError ? `${error.problem.detail} ${plainRemedy(error.problem)}` : String(error)),
+      (error) => {
+        const text = error instanceof ProblemError ? `${error.problem.detail} ${plainRemedy(error.problem)}` : String(error);
+        say(text);
+        byId("answer").querySelector(".pending")?.replaceChildren(text);
+      },
     );
+  }
+
+  /** State coverage both ways, both volumes, and who reaches further; null while coverage is computed. */
+  private answer(coverage: Coverage | null, { a, b }: Pair): void {
+    const bars = [[a, b, coverage?.a_covers_b], [b, a, coverage?.b_covers_a]] as const;
+    const volumes = [a, b].map(({ gamut }) => `${gamut.name} ${volumeText(gamut)}`).join(", ");
+    const isPending = coverage === null && embedded === null;
+    byId("answer").replaceChildren(
+      ...bars.flatMap(([one, other, share]) => (share === undefined ? [] : [coverageBar(one, other.gamut.name, share)])),
+      ...(isPending ? [element("p", "Comparing …", { className: "note pending" })] : []),
+      element("p", `Volumes: ${volumes} ${volumeUnit(a.gamut)}.`, { className: "note" }),
+      ...(coverage === null ? [] : [element("p", reachSentence(coverage.summary, [a.gamut.name, b.gamut.name]))]),
+    );
+    this.tint();
+  }
+
+  /** Give bars the colours of their gamuts. */
+  private tint(): void {
+    for (const bar of byId("answer").querySelectorAll<HTMLElement>("[data-slot]")) {
+      bar.style.backgroundColor = tintOf(bar.dataset["slot"] as Slot, this.page.isDark);
+    }
   }
 
   private tell(comparison: Comparison, { a, b }: Pair): void {
     const names: [string, string] = [a.gamut.name, b.gamut.name];
+    this.answer(comparison, { a, b });
     const list = element("ul", "", { className: "sentences" });
     for (const sentence of comparison.summary) {
       const item = element("li");
       item.append(...withTerms(named(sentence, names)));
       list.append(item);
     }
-    const numbers = element("details");
-    numbers.append(element("summary", "Numbers"), definitions(facts(comparison, names)));
+    const numbers = definitions(facts(comparison, names));
     const warnings = comparison.warnings.map((warning) => element("p", warning, { className: "warning" }));
     byId("coverage").replaceChildren(list, numbers, ...warnings);
     this.comparison = comparison;
@@ -127,6 +169,35 @@ export class ComparisonPanel {
     }
     page.view.draw();
   }
+}
+
+/** A gamut, how much of another one it covers, and a bar of that length. */
+function coverageBar({ slot, gamut }: Shown, other: string, share: number): HTMLElement {
+  const box = element("div", "", { className: "coverage-bar" });
+  const text = element("p", `${gamut.name} covers `);
+  text.append(element("strong", shareText(share)), ` of ${other}`);
+  const track = element("div");
+  const bar = element("div");
+  bar.dataset["slot"] = slot;
+  bar.style.width = `${100 * share}%`;
+  track.append(bar);
+  box.append(text, track);
+  return box;
+}
+
+/** Whole per cent; nothing that is not whole is 0 % or 100 %. */
+function shareText(share: number): string {
+  if (share > 0 && share < 0.005) return "under 1 %";
+  if (share >= 0.995 && share < 0.99995) return "over 99 %";
+  return `${Math.round(100 * share)} %`;
+}
+
+/** Who reaches further at which hues: sentences of the service in one, without figures. */
+export function reachSentence(summary: string[], names: [string, string]): string {
+  const parts = summary
+    .filter((sentence) => /^(A|B|A and B) reach(es)? /.test(sentence))
+    .map((sentence) => named(sentence.replace(/(: by up to .*)?\.$/, "").replaceAll(/\(hue (\d+)° to (\d+)°\)/g, "($1–$2°)"), names));
+  return parts.length === 0 ? "" : `${parts.join("; ")}.`;
 }
 
 /** A sentence of the service with the names of the gamuts instead of A and B. */

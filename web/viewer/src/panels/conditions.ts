@@ -23,6 +23,11 @@ export function volumeUnit({ options }: Pick<Gamut, "options">): string {
   return options.space === "CIELAB" ? "cubic ΔE*ab" : `cubic units of ${options.space}`;
 }
 
+/** A volume of a gamut to four digits, without its unit. */
+export function volumeText({ volume }: Pick<Gamut, "volume">): string {
+  return volume.toLocaleString("en", { maximumSignificantDigits: 4 });
+}
+
 export function conditions({ options, provenance }: Gamut): Definition[] {
   const { colour_space: space, ink_limits: limits, white, white_lab, medium } = provenance;
   const kind = medium ?? provenance.device_class;

@@ -1,9 +1,6 @@
-// Diagrams of the shown gamuts beside the view: chromaticities, the unrolled surface, chroma by hue.
+// Chromaticity diagrams of the shown gamuts beside the view.
 import type { Point, Size, Theme } from "../charts/chart.js";
 import { chromaticityChart } from "../charts/chromaticity.js";
-import { reachChart } from "../charts/hues.js";
-import { reachByHue, unrolledChart } from "../charts/unrolled.js";
-import { gamutSpace } from "../colours/spaces.js";
 import type { Page, Shown } from "../page/page.js";
 import { tintOf } from "../page/slots.js";
 
@@ -11,8 +8,6 @@ import { tintOf } from "../page/slots.js";
 export const DIAGRAMS = {
   xy: "Chromaticity diagram x, y",
   uv: "Chromaticity diagram u′, v′",
-  unrolled: "Unrolled surface",
-  reach: "Largest chroma by hue",
 } as const;
 export type DiagramKind = keyof typeof DIAGRAMS;
 
@@ -27,20 +22,12 @@ export function diagram(
   options: { size: Size; theme: Theme },
   isDark: boolean,
 ): { svg: string } | { sentence: string } {
-  if (kind === "xy" || kind === "uv") {
-    const gamuts = shown.flatMap(({ slot, gamut }) => {
-      const corners = gamut.chromaticity?.corners;
-      return corners ? [{ name: gamut.name, corners: corners as Point[], colour: tintOf(slot, isDark) }] : [];
-    });
-    if (gamuts.length === 0) return { sentence: "The chromaticities of this gamut are not known: its colours are relative to no stated white." };
-    return { svg: chromaticityChart(gamuts, { diagram: kind, ...options }) };
-  }
-  const space = gamutSpace(shown[0]!.gamut);
-  if (space.lightness !== 0) return { sentence: "This space has no hue. The diagram needs a space such as CIELAB." };
-  const surfaces = shown.map(({ gamut: { name }, layer }) => ({ name, ...layer.level! }));
-  if (kind === "unrolled") return { svg: unrolledChart(space, surfaces[0]!, surfaces[1] ?? null, options) };
-  const reaches = surfaces.map((surface) => ({ name: surface.name, chroma: reachByHue(surface) }));
-  return { svg: reachChart(reaches, { space, ...options }) };
+  const gamuts = shown.flatMap(({ slot, gamut }) => {
+    const corners = gamut.chromaticity?.corners;
+    return corners ? [{ name: gamut.name, corners: corners as Point[], colour: tintOf(slot, isDark) }] : [];
+  });
+  if (gamuts.length === 0) return { sentence: "The chromaticities of this gamut are not known: its colours are relative to no stated white." };
+  return { svg: chromaticityChart(gamuts, { diagram: kind, ...options }) };
 }
 
 /** What is drawn, in words. */

@@ -1,28 +1,25 @@
-// Slices and rings: the controls, the cut in the view, the chart beside it, and the colour at a point.
+// Slices and diagrams: the controls, the cut in the view, the chart beside it, and the colour at a point.
 import { Box3, Vector3 } from "three";
 import { numberText, png } from "../charts/chart.js";
-import { type Rings, ringsChart } from "../charts/rings.js";
 import { pageTheme } from "../charts/save.js";
 import { type Frame, sectionChart } from "../charts/section.js";
 import { SCREEN, cssColour, encoded } from "../colours/colours.js";
 import { type Screen, type Space, gamutSpace } from "../colours/spaces.js";
-import { byId, element, plainRemedy } from "../page/elements.js";
+import { byId, element, openPart } from "../page/elements.js";
 import { embedded } from "../page/embedded.js";
-import { Latest } from "../page/latest.js";
 import { type Page, type Shown, axisNames } from "../page/page.js";
 import { SLOTS, tintOf } from "../page/slots.js";
 import { CutAway, type CutLayer, type Half, type Raster } from "../scene/cut.js";
 import { orientation } from "../scene/layer.js";
 import { type Cut, type Place, type Point, type SectionPlane, areaWithin, heightAbove, placesIn, planeOf, pointAt, rightHalf, sectionLoops } from "../scene/sections.js";
-import { type Gamut, ProblemError, request } from "../service/api.js";
+import type { Gamut } from "../service/api.js";
 import { mayHaveRecipes } from "../service/queries.js";
 import { type DiagramKind, DIAGRAMS, diagram, diagramName, isDiagram } from "./diagrams.js";
 import { PlaneHandle } from "./plane_handle.js";
 import { AnswerLines, coordinates, recipeLines } from "./readout.js";
 import { SectionFigure } from "./section_figure.js";
 
-const KINDS = ["lightness", "hue", "plane", "rings"] as const;
-const PLANES: string[] = ["lightness", "hue", "plane"];
+const PLANES = ["lightness", "hue"] as const;
 /** Time in ms for which the pointer rests before a recipe is asked for. */
 const REST = 120;
 /** Columns and rows of the colours of a section; they are interpolated between. */
@@ -32,39 +29,30 @@ const CHART_MILLISECONDS = 100;
 /** Room between a frame and what is in it, relative to its size. */
 const OUTSIDE = 0.05;
 
-/** What the sections and diagrams are; a plane has a note beside its angles. */
+/** What the sections and diagrams are. */
 const SENTENCES: Partial<Record<SliceState["kind"], string>> = {
   lightness: "All colours of one lightness.",
   hue: "All colours of one hue, the kind of a colour such as red: an angle around the grey axis. Chroma is how far a colour is from grey.",
-  rings: "The chroma of a gamut by hue, added up in steps of lightness. The area is the volume (IDMS 1.1). Chroma is how far a colour is from grey.",
   xy: "Colours without their lightness. The colours of the spectrum are on the curve around them.",
   uv: "Colours without their lightness. The colours of the spectrum are on the curve around them.",
-  unrolled: "The largest chroma at each hue and lightness. Chroma is how far a colour is from grey.",
-  reach: "The largest chroma of each hue, at any lightness. Chroma is how far a colour is from grey.",
 };
 
 interface SliceState {
-  kind: "off" | (typeof KINDS)[number] | DiagramKind;
+  kind: "off" | (typeof PLANES)[number] | DiagramKind;
   lightness: number | null;
   hue: number;
-  azimuth: number;
-  elevation: number;
-  offset: number;
   half: Half;
 }
 
 export class SlicePanel {
-  private readonly state: SliceState = { kind: "off", lightness: null, hue: 40, azimuth: 300, elevation: 30, offset: 0, half: "front" };
+  private readonly state: SliceState = { kind: "off", lightness: null, hue: 40, half: "front" };
   private readonly cut: CutAway;
   private readonly handle: PlaneHandle;
   private readonly figure: SectionFigure;
   private readonly recipe = new AnswerLines(REST);
   /** The gamut that the readout is about; null while it is about no section. */
   private pointed: Gamut | null = null;
-  private readonly asking = new Latest();
-  /** A saved page has those that were drawn, and cannot ask for others. */
-  private rings = (embedded?.state?.["rings"] ?? { address: "", answer: null }) as { address: string; answer: Rings | null };
-  /** What the lightness and the offset are in. */
+  /** What the lightness is in. */
   private space = "";
   /** The colour at a pixel of the chart. */
   private chartPoint: (x: number, y: number) => Point | null = () => null;
@@ -78,14 +66,18 @@ export class SlicePanel {
     this.cut = new CutAway(page.view);
     this.handle = new PlaneHandle(page);
     this.figure = new SectionFigure(() => this.draw(), () => this.change({ kind: "off" }));
-    page.kept.set("rings", () => (this.rings.answer === null ? null : this.rings));
-    if (this.rings.answer !== null) byId("slice-rings").classList.remove("online");
-    page.address.add({ read: (given) => readState(this.state, given), write: () => entries(this.state) });
+    page.address.add({
+      read: (given) => {
+        readState(this.state, given);
+        if (this.state.kind !== "off") openPart("cut");
+      },
+      write: () => entries(this.state),
+    });
     for (const event of ["gamuts", "level", "theme"] as const) page.on(event, () => this.draw());
     page.on("camera", () => this.cut.follow());
     page.on("gamuts", () => this.pointed !== null && this.pointed !== page.shown[0]?.gamut && this.unread());
     page.readable.push({
-      targets: () => (PLANES.includes(this.state.kind) ? [this.cut.cap] : []),
+      targets: () => (isPlane(this.state.kind) ? [this.cut.cap] : []),
       read: ({ point }) => this.read(this.page.shown[0]!.gamut, this.cut.pointOf(point)),
       leave: () => this.leave(),
     });
@@ -109,24 +101,9 @@ export class SlicePanel {
 
   private connectControls(): void {
     this.kind.addEventListener("change", () => this.change({ kind: this.kind.value as SliceState["kind"], half: "front" }));
-    const controls = { azimuth: byId<HTMLInputElement>("plane-azimuth"), elevation: byId<HTMLInputElement>("plane-elevation") };
     this.value.addEventListener("input", () => {
       const { kind } = this.state;
-      if (kind === "lightness" || kind === "hue") this.change({ [kind]: this.value.valueAsNumber });
-      else this.change({ offset: this.value.valueAsNumber });
-    });
-    for (const [name, slider] of Object.entries(controls)) {
-      slider.addEventListener("input", () => this.change({ [name]: slider.valueAsNumber }));
-    }
-    byId("plane-facing").addEventListener("click", () => {
-      const names = axisNames(this.page.shown[0]!.gamut);
-      const [first, second] = names[0] === "X" ? [0, 2] : [1, 2];
-      const towards = this.page.view.towardsCamera.transformDirection(orientation(names).invert()).toArray();
-      const degrees = (radians: number) => Math.round((radians * 180) / Math.PI);
-      this.change({
-        azimuth: (degrees(Math.atan2(towards[second]!, towards[first]!)) + 360) % 360,
-        elevation: degrees(Math.asin(towards[names[0] === "X" ? 1 : 0]!)),
-      });
+      this.change({ [kind]: this.value.valueAsNumber });
     });
     byId("slice-flip").addEventListener("click", () => this.change({ half: this.cut.isAboveCut ? "below" : "above" }));
     byId<HTMLInputElement>("slice-open").addEventListener("change", ({ target }) => {
@@ -148,16 +125,15 @@ export class SlicePanel {
     const shown = this.page.shown.filter(({ layer }) => layer.level !== null);
     if (shown.length > 0) this.followSpace(shown[0]!.gamut);
     const isOn = state.kind !== "off" && shown.length > 0;
-    const isPlane = isOn && PLANES.includes(state.kind);
+    const hasPlane = isOn && isPlane(state.kind);
     this.kind.value = state.kind;
     this.kind.disabled = this.page.shown.length === 0;
     const sentence = isOn ? SENTENCES[state.kind] : undefined;
     byId("slice-note").hidden = sentence === undefined;
     byId("slice-note").textContent = sentence ?? "";
-    byId("slice-row").hidden = !isPlane;
-    byId("plane-angles").hidden = !isPlane || state.kind !== "plane";
-    byId("slice-half").hidden = !isPlane;
-    if (!isPlane) {
+    byId("slice-row").hidden = !hasPlane;
+    byId("slice-half").hidden = !hasPlane;
+    if (!hasPlane) {
       this.cut.hide(shown.map(({ layer }) => layer));
       this.handle.hide();
       this.chartPoint = () => null;
@@ -165,20 +141,19 @@ export class SlicePanel {
     if (!isOn) this.figure.close();
     else {
       this.figure.open();
-      if (isPlane) this.drawPlane(shown);
-      else if (isDiagram(state.kind)) this.drawDiagram(state.kind, shown);
-      else this.drawRings(shown);
+      if (isDiagram(state.kind)) this.drawDiagram(state.kind, shown);
+      else this.drawPlane(shown);
     }
   }
 
-  /** X, Y and Z have no hue. Lightness and offset of another space mean nothing in this one. */
+  /** X, Y and Z have no hue. The lightness of another space means nothing in this one. */
   private followSpace(gamut: Gamut): void {
     const { state } = this;
     const { lightness } = gamutSpace(gamut);
     byId<HTMLOptionElement>("slice-hue").disabled = lightness !== 0;
     if (lightness !== 0 && state.kind === "hue") state.kind = "lightness";
     const { space } = gamut.options;
-    if (this.space !== "" && this.space !== space) Object.assign(state, { lightness: null, offset: 0 });
+    if (this.space !== "" && this.space !== space) state.lightness = null;
     this.space = space;
   }
 
@@ -201,27 +176,25 @@ export class SlicePanel {
     const positions = shown.map(({ layer }) => layer.level!.positions);
     const origin: Point = [0, 0, 0];
     const reach = farthest(positions, origin, others);
-    origin[lightness] = middle;
-    const radius = farthest(positions, origin, [0, 1, 2]);
     const centre = Number(middle.toPrecision(2));
     state.lightness ??= centre;
     const cut = this.cutOf(box, lightness, centre);
-    const plane = planeOf(cut, lightness, middle);
-    const text = this.label(cut, names[lightness]!, box, lightness, radius);
+    const plane = planeOf(cut, lightness);
+    const text = this.label(cut, names[lightness]!, box, lightness);
     const layers = shown.map(({ slot, gamut: each, layer }): CutLayer => {
       const { positions, faces } = layer.level!;
       const loops = sectionLoops(positions, faces, heightAbove(plane));
-      const isSolid = ["solid", "shaded", "both"].includes(page.styles[slot]);
+      const { isVisible, opacity } = page.lookOf(slot);
       return {
         layer,
         name: each.name,
         outlines: loops.map((loop) => placesIn(plane, loop)),
-        isFilled: isSolid || (slot === shown[0]!.slot && page.styles[slot] !== "hidden"),
+        isFilled: isVisible && (opacity === 1 || slot === shown[0]!.slot),
         colour: tintOf(slot, page.isDark),
         order: SLOTS.indexOf(slot),
       };
     });
-    const frame = frameOf(cut, plane, box, reach, positions);
+    const frame = frameOf(cut, plane, box, reach);
     const raster = colours(space, plane, frame, SCREEN);
     const theme = pageTheme(this.figure.box);
     const turn = orientation(names);
@@ -233,7 +206,7 @@ export class SlicePanel {
     const isHue = cut.kind === "hue";
     const height = (bottom + top) / 2;
     this.handle.show(
-      (value) => this.cut.screen(pointAt(planeOf(movedTo(cut, value), lightness, middle), isHue ? [right, height] : [right, bottom])),
+      (value) => this.cut.screen(pointAt(planeOf({ ...cut, value }, lightness), isHue ? [right, height] : [right, bottom])),
       text,
       isHue ? { place: () => this.cut.screen(pointAt(plane, [left, height])), text: `Hue ${(cut.value + 180) % 360}°` } : undefined,
     );
@@ -244,7 +217,7 @@ export class SlicePanel {
         {
           size: this.figure.size,
           theme,
-          title: cut.kind === "plane" ? `Plane ${planeText(cut)}` : text,
+          title: text,
           labels: this.chartLabels(cut, names, lightness, others),
           frame: isHue ? [[0, right], frame[1]] : frame,
         },
@@ -273,89 +246,35 @@ export class SlicePanel {
 
   /** The cut of the state; through the middle if an address has a value far outside of the gamuts. */
   private cutOf(box: Box3, axis: number, middle: number): Cut {
-    const { kind, lightness, hue, azimuth, elevation, offset } = this.state;
-    if (kind === "plane") {
-      const isNear = Math.abs(offset) <= box.getSize(new Vector3()).length();
-      return { kind, azimuth, elevation, offset: isNear ? offset : 0 };
-    }
+    const { kind, lightness, hue } = this.state;
     if (kind === "hue") return { kind, value: hue };
     const isWithin = lightness! >= box.min.getComponent(axis) && lightness! <= box.max.getComponent(axis);
     return { kind: "lightness", value: isWithin ? lightness! : middle };
   }
 
   /** Set the slider and its label; returns the text of the present value. */
-  private label(cut: Cut, name: string, box: Box3, lightness: number, radius: number): string {
+  private label(cut: Cut, name: string, box: Box3, lightness: number): string {
     const span = box.max.getComponent(lightness) - box.min.getComponent(lightness);
     const fine = 10 ** Math.round(Math.log10(span / 100));
     const [low, high, step] = {
       lightness: [box.min.getComponent(lightness), box.max.getComponent(lightness), fine] as const,
       hue: [0, 360, 1] as const,
-      plane: [-radius, radius, fine] as const,
     }[cut.kind];
     const [from, to] = [Math.ceil(low / step), Math.floor(high / step)];
     const digits = Math.max(0, Math.ceil(-Math.log10(step)));
     const [min, max] = [from, to].map((steps) => (steps * step).toFixed(digits));
     Object.assign(this.value, { min, max, step: String(step) });
-    const value = cut.kind === "plane" ? cut.offset : cut.value;
-    this.value.value = String(value);
-    const shown = numberText(value, 4);
-    const text = { lightness: `${name} ${shown}`, hue: `Hue ${shown}°`, plane: `Offset ${shown}` }[cut.kind];
+    this.value.value = String(cut.value);
+    const shown = numberText(cut.value, 4);
+    const text = { lightness: `${name} ${shown}`, hue: `Hue ${shown}°` }[cut.kind];
     byId("slice-label").textContent = text;
-    if (cut.kind === "plane") {
-      for (const angle of ["azimuth", "elevation"] as const) {
-        byId<HTMLInputElement>(`plane-${angle}`).value = String(cut[angle]);
-        byId(`plane-${angle}-value`).textContent = `${numberText(cut[angle])}°`;
-      }
-    }
     return text;
   }
 
   private chartLabels(cut: Cut, names: string[], lightness: number, others: number[]): [string, string] {
     const light = `_${names[lightness]!}_`;
     if (cut.kind === "lightness") return [`_${names[others[0]!]!}_`, `_${names[others[1]!]!}_`];
-    if (cut.kind === "hue") return ["Chroma", light];
-    const across = `Towards the hue ${(cut.azimuth + 90) % 360}°`;
-    return [across, cut.elevation === 0 ? light : "Up the plane"];
-  }
-
-  /** Draw the gamut rings of the service, with those of the second gamut as reference. */
-  private drawRings(shown: Shown[]): void {
-    const [first, second] = shown.map(({ gamut }) => gamut);
-    const space = gamutSpace(first!);
-    if (space.lightness !== 0) {
-      this.asking.end();
-      this.rings = { address: "", answer: null };
-      return this.figure.say("This space has no hue. Rings need a space such as CIELAB.");
-    }
-    const address = `/v1/gamuts/${first!.id}/rings${second === undefined ? "" : `?reference=${second.id}`}`;
-    if (address !== this.rings.address) {
-      if (embedded !== null) return this.figure.say("This page works offline. It was saved without these rings.");
-      this.rings = { address, answer: null };
-      void this.asking.ask(
-        async (signal) => (await (await request(address, { signal })).json()) as Rings,
-        (answer) => {
-          this.rings = { address, answer };
-          this.draw();
-        },
-        (error) => {
-          this.rings = { address: "", answer: null }; // the next drawing asks again
-          if (this.state.kind === "rings") this.figure.say(problemText(error));
-        },
-      );
-    }
-    const { answer } = this.rings;
-    if (answer === null) return this.figure.say("Computing the rings …");
-    const svg = ringsChart(answer, {
-      size: this.figure.size,
-      theme: pageTheme(this.figure.box),
-      title: "Gamut rings",
-      caption: `The area within a ring is the volume of the gamut up to its lightness. Volume: ${areaText(answer.volume)}`,
-      names: [first!, second].flatMap((gamut) => gamut?.name ?? []),
-      colours: shown.map(({ slot }) => tintOf(slot, this.page.isDark)),
-      axes: axisNames(first!),
-      space,
-    });
-    this.figure.show(svg, `Gamut rings of ${[first!.name, second?.name].filter((name) => name !== undefined).join(" and ")}`);
+    return ["Chroma", light];
   }
 
   /** Show a colour of the section with its recipe for a gamut. */
@@ -383,7 +302,6 @@ export class SlicePanel {
 }
 
 function readState(state: SliceState, given: URLSearchParams): void {
-  if (given.has("rings")) state.kind = "rings";
   const named = given.get("diagram");
   if (named !== null && isDiagram(named)) state.kind = named;
   for (const kind of ["lightness", "hue"] as const) {
@@ -392,33 +310,18 @@ function readState(state: SliceState, given: URLSearchParams): void {
     state.kind = kind;
     state[kind] = Number(text);
   }
-  const [azimuth, elevation, offset] = (given.get("plane") ?? "").split(",").map(Number);
-  if ([azimuth, elevation, offset].every(Number.isFinite)) {
-    Object.assign(state, { kind: "plane", azimuth, elevation, offset });
-  }
   const half = given.get("cut") as Half | null;
   if (half !== null && ["above", "below", "none"].includes(half)) state.half = half;
 }
 
-function entries({ kind, lightness, hue, azimuth, elevation, offset, half }: SliceState): [string, string | null][] {
+function entries({ kind, lightness, hue, half }: SliceState): [string, string | null][] {
   if (kind === "off") return [];
   if (isDiagram(kind)) return [["diagram", kind]];
-  const value = { rings: "on", lightness: String(lightness), hue: String(hue), plane: [azimuth, elevation, offset].join(",") }[kind];
-  return [[kind, value], ["cut", half === "front" || kind === "rings" ? null : half]];
+  return [[kind, String(kind === "hue" ? hue : lightness)], ["cut", half === "front" ? null : half]];
 }
 
-function problemText(error: unknown): string {
-  if (error instanceof ProblemError) return `${error.problem.detail} ${plainRemedy(error.problem)}`;
-  return error instanceof Error ? error.message : String(error);
-}
-
-/** The same cut at another value of its slider. */
-function movedTo(cut: Cut, value: number): Cut {
-  return cut.kind === "plane" ? { ...cut, offset: value } : { ...cut, value };
-}
-
-function planeText({ azimuth, elevation, offset }: { azimuth: number; elevation: number; offset: number }): string {
-  return `facing hue ${azimuth}°, tilted by ${numberText(elevation)}°, offset ${numberText(offset, 4)}`;
+function isPlane(kind: string): boolean {
+  return (PLANES as readonly string[]).includes(kind);
 }
 
 function areaText(area: number): string {
@@ -445,19 +348,9 @@ function farthest(all: Float32Array[], origin: Point, axes: number[]): number {
 }
 
 /** Room for the section at any value of the slider, so that the drawing does not jump. */
-function frameOf(cut: Cut, plane: SectionPlane, box: Box3, reach: number, positions: Float32Array[]): Frame {
+function frameOf(cut: Cut, plane: SectionPlane, box: Box3, reach: number): Frame {
   const around = (low: number, high: number): Place => [low + OUTSIDE * (low - high), high + OUTSIDE * (high - low)];
-  const corners = [...box.min.toArray(), ...box.max.toArray()];
-  const all = cut.kind === "plane" ? positions : [corners];
-  const [low, high]: [Place, Place] = [[Infinity, Infinity], [-Infinity, -Infinity]];
-  for (const points of all) {
-    for (const place of placesIn(plane, points)) {
-      for (const axis of [0, 1] as const) {
-        low[axis] = Math.min(low[axis], place[axis]);
-        high[axis] = Math.max(high[axis], place[axis]);
-      }
-    }
-  }
+  const [low, high] = placesIn(plane, [...box.min.toArray(), ...box.max.toArray()]) as [Place, Place];
   return [cut.kind === "hue" ? around(-reach, reach) : around(low[0], high[0]), around(low[1], high[1])];
 }
 

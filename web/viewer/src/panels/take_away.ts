@@ -2,17 +2,16 @@
 import { SCREEN } from "../colours/colours.js";
 import { byId, save } from "../page/elements.js";
 import { Latest } from "../page/latest.js";
-import { type Page, STYLE_NAMES, axisNames } from "../page/page.js";
+import { type Page, axisNames } from "../page/page.js";
 import { tintOf } from "../page/slots.js";
-import { type Picture, pngPicture, svgPicture, turntable } from "../scene/picture.js";
+import { type Picture, pngPicture, turntable } from "../scene/picture.js";
 import { withState } from "../page/embedded.js";
 import { address, hasKey, request } from "../service/api.js";
 
-type Kind = "png" | "svg" | "webp" | "html";
+type Kind = "png" | "webp" | "html";
 
 const NOTES: Record<Kind, string> = {
   png: "The view with its title, legend and scales.",
-  svg: "The surfaces are a picture in the file; title, legend and scales stay text that can be edited.",
   webp: "One turn around the upright axis, again and again. Web browsers and slides show it.",
   html: "One file with all gamuts that are shown, as they are shown, and the list of colours. It works without a network.",
 };
@@ -101,7 +100,6 @@ async function content(page: Page, kind: Kind, progress: (part: number) => void,
   }
   const picture = pictureOf(page);
   if (kind === "png") return pngPicture(view, picture);
-  if (kind === "svg") return new Blob([svgPicture(view, picture)], { type: "image/svg+xml" });
   return turntable(view, picture, within("save-frames", ...FRAMES), progress, signal);
 }
 
@@ -126,10 +124,9 @@ function pictureOf(page: Page): Picture {
     height: size("save-height"),
     ratio: Number(byId<HTMLSelectElement>("save-ratio").value),
     title: page.shown.map(({ gamut }) => gamut.name).join(" and "),
-    legend: page.shown.map(({ slot, gamut }) => ({
-      text: `${gamut.name} · ${STYLE_NAMES[page.styles[slot]].toLowerCase()}`,
-      colour: tintOf(slot, page.isDark),
-    })),
+    legend: page.shown
+      .filter(({ slot }) => page.lookOf(slot).isVisible)
+      .map(({ slot, gamut }) => ({ text: gamut.name, colour: tintOf(slot, page.isDark) })),
     note: `${space}${step}${cut}; colours for ${SCREEN === "srgb" ? "sRGB" : "Display P3"} screens`,
     colour: style.color,
     ground: style.backgroundColor,

@@ -4,6 +4,7 @@ import {
   BufferAttribute,
   BufferGeometry,
   DecrementWrapStencilOp,
+  DoubleSide,
   EqualDepth,
   FrontSide,
   Group,
@@ -16,9 +17,12 @@ import {
   MeshBasicMaterial,
   NotEqualStencilFunc,
   type Plane,
+  ReplaceStencilOp,
   type Side,
   Sphere,
+  Vector2,
   Vector3,
+  type WebGLRenderer,
 } from "three";
 import { SCREEN } from "../colours/colours.js";
 import type { SpaceDescription } from "../colours/spaces.js";
@@ -26,7 +30,14 @@ import { Lines, type LineSteps, extend } from "./lines.js";
 import { surfaceMaterial } from "./materials.js";
 import type { LevelBuffers, Order, Report, Source } from "./messages.js";
 
-export type Style = "solid" | "shaded" | "shell" | "wire" | "both" | "hidden";
+/** How a gamut is drawn. */
+export interface Look {
+  isVisible: boolean;
+  /** 1 is a solid; below it the gamut is a translucent shell with its silhouette. */
+  opacity: number;
+  /** Edges of the triangles of a solid. */
+  hasEdges: boolean;
+}
 
 /** Scene coordinates of a colour: right, up and towards the viewer, as in the service's glTF. */
 export function orientation(axes: readonly string[]): Matrix4 {
@@ -48,56 +59,52 @@ export interface LayerEvents {
   failed(message: string): void;
 }
 
-/** Opacity of a translucent shell, and of its lines on its far and near side. */
-const SHELL_OPACITY = 0.28;
+/** Opacity of the lines of a translucent shell on its far and near side. */
 /** A shell that is the limit of a grey part tints it only slightly. */
 const LIMIT_OPACITY = 0.08;
-const LINE_OPACITY = { far: 0.35, near: 0.9 };
+const LINE_OPACITY = { far: 0.12, near: 0.4 };
+/** Width of the silhouette in CSS pixels. */
+const RIM = 1.5;
 
 /** Order among opaque objects: solids, the count of what is in another gamut, the grey part. */
 const COUNT_ORDER = 1;
 const GREY_ORDER = 2;
-/** Order among translucent objects: far sides from this on, near sides after all of them. */
+/** Order among translucent objects: far sides from this on, near sides after all of them, then silhouettes. */
 const SHELL_ORDER = 10;
+const RIM_ORDER = 20;
 
 /** Materials of one slot. They outlive the gamuts, so that no shader is compiled again. */
 export class Materials {
   readonly lines = new Lines();
-  readonly flat = surfaceMaterial(false, BEHIND_EDGES);
-  readonly lit = surfaceMaterial(true, BEHIND_EDGES);
-  readonly greyFlat = surfaceMaterial(false, BEHIND_EDGES);
-  readonly greyLit = surfaceMaterial(true, BEHIND_EDGES);
+  readonly surface = surfaceMaterial(BEHIND_EDGES);
+  readonly grey = surfaceMaterial(BEHIND_EDGES);
   readonly edge = new LineBasicMaterial({ transparent: true, color: 0x000000, opacity: 0.35 });
   readonly far = this.shell(BackSide, LINE_OPACITY.far);
   readonly near = this.shell(FrontSide, LINE_OPACITY.near);
+  readonly covered = covering();
+  readonly rims = RIM_STEPS.map(([x, y]) => rim(x, y));
   readonly countFar = counting(BackSide);
   readonly countNear = counting(FrontSide);
 
   constructor() {
-    for (const [material, isGrey] of [
-      [this.flat, false],
-      [this.lit, false],
-      [this.greyFlat, true],
-      [this.greyLit, true],
-    ] as const) {
-      turnGrey(material, isGrey);
-      if (isGrey) Object.assign(material, { depthFunc: EqualDepth, stencilWrite: true, stencilFunc: NotEqualStencilFunc });
-    }
+    turnGrey(this.surface, false);
+    turnGrey(this.grey, true);
+    Object.assign(this.grey, { depthFunc: EqualDepth, stencilWrite: true, stencilFunc: NotEqualStencilFunc });
   }
 
   /** Cut off what is beyond planes. The count needs the closed gamut, so it is not cut. */
   set clippingPlanes(planes: Plane[] | null) {
-    const { flat, lit, greyFlat, greyLit, edge, far, near } = this;
-    for (const material of [flat, lit, greyFlat, greyLit, edge, far, near]) material.clippingPlanes = planes;
+    const { surface, grey, edge, far, near, covered, rims } = this;
+    for (const material of [surface, grey, edge, far, near, covered, ...rims]) material.clippingPlanes = planes;
   }
 
-  /** Faces with this opacity under the lines of constant lightness and hue. */
+  /** Faces with this opacity under the section lines. */
   setShellOpacity(opacity: number): void {
     this.far.opacity = this.near.opacity = opacity;
   }
 
   private shell(side: Side, opacity: number): MeshBasicMaterial {
-    const material = surfaceMaterial(false, { transparent: true, depthWrite: false, side });
+    const material = surfaceMaterial({ transparent: true, depthWrite: false, side });
     this.lines.addTo(material, { value: opacity });
     return material;
   }
@@ -117,6 +124,44 @@ function counting(side: Side): MeshBasicMaterial {
     stencilZFail: side === BackSide ? IncrementWrapStencilOp : DecrementWrapStencilOp,
     ...BEHIND_EDGES,
   });
+}
+
+/** Where the surface is drawn again around its picture, in pixels: the silhouette is what is new. */
+const RIM_STEPS = Array.from({ length: 8 }, (_, i) => [Math.cos((i * Math.PI) / 4), Math.sin((i * Math.PI) / 4)] as const);
+
+/** A material that marks the pixels that a surface covers, also behind others. */
+function covering(): MeshBasicMaterial {
+  return new MeshBasicMaterial({
+    side: DoubleSide,
+    colorWrite: false,
+    depthWrite: false,
+    depthTest: false,
+    transparent: true, // drawn among the shells
+    stencilWrite: true,
+    stencilRef: 1,
+    stencilZPass: ReplaceStencilOp,
+  });
+}
+
+/** A material that draws a surface a little beside its place, where `covering` has not marked. */
+function rim(x: number, y: number): MeshBasicMaterial {
+  const material = new MeshBasicMaterial({
+    side: DoubleSide,
+    depthWrite: false,
+    transparent: true,
+    stencilWrite: true,
+    stencilRef: 1,
+    stencilFunc: NotEqualStencilFunc,
+  });
+  extend(material, (shader) => {
+    shader.uniforms["beside"] = { value: material.userData["beside"] };
+    shader.vertexShader = shader.vertexShader
+      .replace("#include <common>", "#include <common>\nuniform vec2 beside;")
+      .replace("#include <project_vertex>", "#include <project_vertex>\ngl_Position.xy += beside * gl_Position.w;");
+  });
+  material.userData["beside"] = new Vector2();
+  material.userData["step"] = [x, y];
+  return material;
 }
 
 /** Grey is a uniform: with the same program as in colour, its depths are equal to the last bit. */
@@ -151,7 +196,9 @@ export class Layer {
   private readonly near = new Mesh(this.surface);
   private readonly grey = new Mesh(this.surface);
   private readonly counts = [new Mesh(this.surface), new Mesh(this.surface)];
-  private style: Style = "hidden";
+  private readonly covered = new Mesh(this.surface);
+  private readonly rims = RIM_STEPS.map(() => new Mesh(this.surface));
+  private look: Look = { isVisible: false, opacity: 1, hasEdges: false };
   private capacity = 0;
   private busy = false;
   private shown = 0;
@@ -167,9 +214,13 @@ export class Layer {
     private readonly events: LayerEvents,
   ) {
     this.group.applyMatrix4(orientation(axes));
-    this.group.add(this.mesh, this.edges, this.far, this.near, this.grey, ...this.counts);
+    this.group.add(this.mesh, this.edges, this.far, this.near, this.grey, ...this.counts, this.covered, ...this.rims);
     for (const part of this.group.children) Object.assign(part, { frustumCulled: false, visible: false });
     for (const shell of [this.far, this.near]) shell.onBeforeRender = (renderer) => this.materials.lines.fit(renderer);
+    this.rims.forEach((part, place) => {
+      part.onBeforeRender = (renderer) => this.placeRim(renderer, place);
+    });
+    this.rims.at(-1)!.onAfterRender = (renderer) => renderer.clearStencil();
     this.grey.renderOrder = GREY_ORDER;
     this.grey.onAfterRender = (renderer) => renderer.clearStencil();
     for (const count of this.counts) count.renderOrder = COUNT_ORDER;
@@ -185,20 +236,24 @@ export class Layer {
     this.ask();
   }
 
-  /** Draw in a style, with the materials of a slot and a colour for lines. */
-  setStyle(style: Style, tint: string, materials: Materials): void {
-    const isSolid = style === "solid" || style === "shaded" || style === "both";
-    this.style = style;
+  /** Draw with a look, the materials of a slot and a colour for lines. */
+  setLook(look: Look, tint: string, materials: Materials): void {
+    const isSolid = look.isVisible && look.opacity === 1;
+    const isShell = look.isVisible && look.opacity < 1;
+    this.look = look;
     this.materials = materials;
     this.mesh.visible = isSolid;
-    this.mesh.material = style === "shaded" ? materials.lit : materials.flat;
-    this.grey.material = style === "shaded" ? materials.greyLit : materials.greyFlat;
+    this.mesh.material = materials.surface;
+    this.grey.material = materials.grey;
     this.grey.visible &&= isSolid;
-    this.edges.visible = style === "both";
+    this.edges.visible = isSolid && look.hasEdges;
     this.edges.material = materials.edge;
-    this.far.visible = this.near.visible = style === "shell" || style === "wire";
     this.far.material = materials.far;
     this.near.material = materials.near;
+    this.covered.material = materials.covered;
+    for (const part of [this.far, this.near, this.covered, ...this.rims]) part.visible = isShell;
+    this.rims.forEach((part, place) => (part.material = materials.rims[place]!));
+    for (const material of materials.rims) material.color.set(tint);
     [this.counts[0]!.material, this.counts[1]!.material] = [materials.countFar, materials.countNear];
     this.setCounted(this.counts[0]!.visible);
     materials.lines.colour.set(tint);
@@ -212,6 +267,17 @@ export class Layer {
   setRank(rank: number): void {
     this.far.renderOrder = SHELL_ORDER - rank;
     this.near.renderOrder = SHELL_ORDER + 1 + rank;
+    this.covered.renderOrder = RIM_ORDER + 2 * rank;
+    for (const part of this.rims) part.renderOrder = RIM_ORDER + 2 * rank + 1;
+  }
+
+  /** Move the surface beside its place by the width of the silhouette. */
+  private placeRim(renderer: WebGLRenderer, place: number): void {
+    const material = this.materials.rims[place]!;
+    const [x, y] = material.userData["step"] as [number, number];
+    const { width, height } = renderer.getDrawingBufferSize(new Vector2());
+    const pixels = 2 * RIM * renderer.getPixelRatio();
+    (material.userData["beside"] as Vector2).set((pixels * x) / width, (pixels * y) / height);
   }
 
   /** Cut off what is beyond planes; null shows all. */
@@ -227,7 +293,7 @@ export class Layer {
   /** Count the sides of this gamut, visible or not, for the grey part of another one. */
   setCounted(isCounted: boolean): void {
     for (const count of this.counts) count.visible = isCounted;
-    this.materials.setShellOpacity(this.style !== "shell" ? 0 : isCounted ? LIMIT_OPACITY : SHELL_OPACITY);
+    this.materials.setShellOpacity(isCounted ? Math.min(LIMIT_OPACITY, this.look.opacity) : this.look.opacity);
   }
 
   /** Objects that the pointer can hit: a solid, or what can be seen through. */
@@ -236,7 +302,7 @@ export class Layer {
   }
 
   get isVisible(): boolean {
-    return this.style !== "hidden";
+    return this.look.isVisible;
   }
 
   dispose(): void {

@@ -1,16 +1,15 @@
-// Lines of constant lightness and constant hue, drawn by the shader from the raw coordinates.
+// Section lines, of constant lightness, drawn by the shader from the raw coordinates.
 import { Color, type Material, type WebGLProgramParametersWithUniforms, type WebGLRenderer } from "three";
 
-/** Distance of the lines of constant lightness. Spaces that are not named have a white of 100. */
+/** Distance of the lines. Spaces that are not named have a white of 100. */
 const STEPS: Record<string, number> = {
-  CIEXYZ: 0.1,
-  Oklab: 0.1,
-  IPT: 0.1,
-  ICtCp: 0.1,
-  ITP: 50,
-  Jzazbz: 0.02,
+  CIEXYZ: 0.2,
+  Oklab: 0.2,
+  IPT: 0.2,
+  ICtCp: 0.2,
+  ITP: 100,
+  Jzazbz: 0.04,
 };
-const HUE_STEP = 15;
 /** Width in pixels of the page. */
 const WIDTH = 1.2;
 
@@ -18,14 +17,11 @@ export interface LineSteps {
   /** Which coordinate is the lightness. */
   axis: number;
   lightness: number;
-  /** Degrees; 0 without lines of constant hue. */
-  hue: number;
 }
 
-/** The lines that fit a space. CIEXYZ has a luminance, and no hue. */
+/** The lines that fit a space. CIEXYZ has a luminance in place of a lightness. */
 export function lineSteps(space: string, axes: readonly string[]): LineSteps {
-  const hasHue = axes[0] !== "X";
-  return { axis: hasHue ? 0 : 1, lightness: STEPS[space] ?? 10, hue: hasHue ? HUE_STEP : 0 };
+  return { axis: axes[0] === "X" ? 1 : 0, lightness: STEPS[space] ?? 20 };
 }
 
 /** Change a material's shader, after the changes that it has already. */
@@ -42,7 +38,7 @@ export function extend(material: Material, change: (shader: WebGLProgramParamete
 const DECLARATIONS = /* glsl */ `
 varying vec3 vRaw;
 uniform vec3 lineColour;
-uniform float lineOpacity, lineWidth, lightnessStep, hueStep;
+uniform float lineOpacity, lineWidth, lightnessStep;
 uniform int lightnessAxis;
 
 /** How much of a pixel a line has. Values are in steps; lines that are too dense fade. */
@@ -53,13 +49,7 @@ float lineShare(float value, float perPixel) {
 
 float lines(vec3 raw) {
   float lightness = raw[lightnessAxis] / lightnessStep;
-  float share = lineShare(lightness, length(vec2(dFdx(lightness), dFdy(lightness))));
-  if (hueStep == 0.0) return share;
-  // The slope of the hue from its differential, which has no jump at 180°.
-  vec2 ab = raw.yz;
-  vec2 perPixel = vec2(determinant(mat2(ab, dFdx(ab))), determinant(mat2(ab, dFdy(ab))));
-  float steps = degrees(1.0) / hueStep;
-  return max(share, lineShare(steps * atan(ab.y, ab.x), steps * length(perPixel) / max(dot(ab, ab), 1e-12)));
+  return lineShare(lightness, length(vec2(dFdx(lightness), dFdy(lightness))));
 }
 `;
 
@@ -70,14 +60,12 @@ export class Lines {
     lineColour: { value: this.colour },
     lineWidth: { value: WIDTH },
     lightnessStep: { value: 10 },
-    hueStep: { value: HUE_STEP },
     lightnessAxis: { value: 0 },
   };
 
-  set steps({ axis, lightness, hue }: LineSteps) {
+  set steps({ axis, lightness }: LineSteps) {
     this.uniforms.lightnessAxis.value = axis;
     this.uniforms.lightnessStep.value = lightness;
-    this.uniforms.hueStep.value = hue;
   }
 
   /** The width follows the number of pixels, which is lower while things move. */

@@ -1,4 +1,4 @@
-// Pictures of the view in any size, with title, legend and labels as vector text: SVG, PNG, turntable.
+// Pictures of the view in any size, with title, legend and labels: PNG and turntable.
 import { SCREEN } from "../colours/colours.js";
 import { FONT, type Edges, type Label, TEXT_SIZE } from "./axes.js";
 import { escaped } from "../charts/chart.js";
@@ -29,14 +29,7 @@ const LINE = 18;
 const TURN = 8000;
 const QUALITY = 0.9;
 
-/** The view as an SVG file: the surfaces are a picture in it, all text is text. */
-export function svgPicture(view: View, picture: Picture): string {
-  return view.at(picture, edges(picture), null, (canvas, labels) =>
-    drawing(picture, labels, canvas.toDataURL()),
-  );
-}
-
-/** The view as a PNG file, which looks like the SVG file. */
+/** The view as a PNG file. */
 export async function pngPicture(view: View, picture: Picture): Promise<Blob> {
   const context = contextFor(picture);
   await drawOn(context, view, picture, null);

@@ -18,7 +18,6 @@ import {
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { SCREEN } from "../colours/colours.js";
 import { type AxesBox, type Edges, type Label, LABEL_ROOM, LabelLayer } from "./axes.js";
-import { surfaceUniforms } from "./materials.js";
 
 const FIELD_OF_VIEW = 30;
 const HALF_ANGLE = Math.tan((FIELD_OF_VIEW * Math.PI) / 360);
@@ -89,6 +88,8 @@ export class View {
   frames = 0;
   /** The plane in front of which everything is cut away, and nothing can be pointed at. */
   kept: Plane | null = null;
+  /** Called after each picture on the screen, also while the view turns by itself. */
+  onDraw: () => void = () => {};
   /** Called after the camera moved. */
   onMove: () => void = () => {};
 
@@ -293,7 +294,6 @@ export class View {
       if (buffer.drawingBufferWidth < Math.floor(width * ratio) || buffer.drawingBufferHeight < Math.floor(height * ratio)) {
         throw new Error("This browser cannot draw so large a picture. Choose a smaller one.");
       }
-      surfaceUniforms.pixelRatio.value = ratio;
       const direction = azimuth === null ? this.fitted : camera.position.clone().sub(controls.target);
       if (direction !== null) {
         const { target, offset, zoom } = this.fittedPlace(direction, azimuth !== null);
@@ -327,6 +327,7 @@ export class View {
     this.render();
     this.labels.show(this.axes?.labels(this.camera, this.width, this.height, this.covered) ?? []);
     this.frames += 1;
+    this.onDraw();
   }
 
   private render(): void {
@@ -489,7 +490,6 @@ export class View {
   private setSize(): void {
     const { canvas, height, renderer, width } = this;
     const ratio = this.resolution * Math.min(devicePixelRatio, 2);
-    surfaceUniforms.pixelRatio.value = ratio;
     if (canvas.width === Math.floor(width * ratio) && canvas.height === Math.floor(height * ratio)) return;
     renderer.setDrawingBufferSize(width, height, ratio);
   }

@@ -70,18 +70,14 @@ export interface SectionPlane {
   up: Point;
 }
 
-/** What a plane cuts at: a lightness, a hue in degrees, or a normal and its distance from a pivot. */
-export type Cut =
-  | { kind: "lightness"; value: number }
-  | { kind: "hue"; value: number }
-  | { kind: "plane"; azimuth: number; elevation: number; offset: number };
+/** What a plane cuts at: a lightness, or a hue in degrees. */
+export interface Cut {
+  kind: "lightness" | "hue";
+  value: number;
+}
 
-/**
- * Return the plane of a cut, in the coordinates of a space whose lightness is the axis `lightness`.
- *
- * The pivot is the point on the neutral axis that a free plane with the offset 0 goes through.
- */
-export function planeOf(cut: Cut, lightness: number, pivot: number): SectionPlane {
+/** Return the plane of a cut, in the coordinates of a space whose lightness is the axis `lightness`. */
+export function planeOf(cut: Cut, lightness: number): SectionPlane {
   const [first, second] = lightness === 0 ? [1, 2] : [0, 2];
   const vector = (light: number, a: number, b: number): Point => {
     const made: Point = [0, 0, 0];
@@ -93,17 +89,8 @@ export function planeOf(cut: Cut, lightness: number, pivot: number): SectionPlan
   if (cut.kind === "lightness") {
     return withNormal(vector(cut.value, 0, 0), vector(0, 1, 0), vector(0, 0, 1));
   }
-  if (cut.kind === "hue") {
-    const [cos, sin] = direction(cut.value);
-    return withNormal([0, 0, 0], vector(0, cos, sin), vector(1, 0, 0));
-  }
-  const [cos, sin] = direction(cut.azimuth);
-  const [flat, steep] = direction(cut.elevation);
-  const normal = vector(steep, flat * cos, flat * sin);
-  const up = vector(flat, -steep * cos, -steep * sin);
-  const middle = vector(pivot, 0, 0);
-  const origin = middle.map((value, axis) => value + cut.offset * normal[axis]!) as Point;
-  return { origin, normal, up, right: cross(up, normal) };
+  const [cos, sin] = direction(cut.value);
+  return withNormal([0, 0, 0], vector(0, cos, sin), vector(1, 0, 0));
 }
 
 /** Height of a point above a plane. */

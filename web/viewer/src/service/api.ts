@@ -144,6 +144,17 @@ function plainProblem(detail: string, status: number): Problem {
   return { title: "No answer", detail, code: "", status, where: null, remedy: "Try again." };
 }
 
+/** References that are asked for most, in the order of the list. */
+const COMMON = ["srgb", "display-p3", "bt2020", "adobe-rgb-1998"];
+
+/** The common references, stored gamuts, other references, and the spaces of film production. */
+function usualOrder(stored: Entry[], known: Entry[]): Entry[] {
+  const common = COMMON.flatMap((slug) => known.find(({ key: id }) => id === slug) ?? []);
+  const others = known.filter((entry) => !common.includes(entry));
+  const isFilm = ({ key: slug }: Entry) => slug.startsWith("aces");
+  return [...common, ...stored, ...others.filter((entry) => !isFilm(entry)), ...others.filter(isFilm)];
+}
+
 /**
  * Stored gamuts and references that a text may mean in one list, the most likely first; all without a
  * text. The service finds aliases and similar names; exact names and beginnings of names come first.
@@ -160,7 +171,7 @@ export async function choices(text: string, signal: AbortSignal): Promise<Entry[
   const gamuts = (stored.gamuts as Gamut[])
     .filter((gamut) => !slugs.has(gamut.name))
     .map((gamut) => ({ key: gamut.id, name: gamut.name, detail: `stored · ${gamut.options.space}` }));
-  if (text === "") return [...gamuts, ...entries];
+  if (text === "") return usualOrder(gamuts, known);
   const rank = ({ key: id, name }: Entry) => {
     const names = [id, name].map(folded);
     if (names.includes(folded(text))) return 0;

@@ -14,16 +14,39 @@ export interface Example {
   file: string | null;
 }
 
+/** Figures of a comparison that come with the examples. `a` and `b` are ids of gamuts. */
+export interface StoredComparison {
+  a: string;
+  b: string;
+  a_covers_b: number;
+  b_covers_a: number;
+  summary: string[];
+}
+
+interface Index {
+  examples: Example[];
+  comparisons?: StoredComparison[];
+}
+
 const folder = new URL("examples/", import.meta.url);
-let list: Promise<Example[]> | null = null;
+let index: Promise<Index> | null = null;
 
 /** All examples; none if the service has no such files. */
-export function examples(): Promise<Example[]> {
-  if (embedded !== null) return Promise.resolve([]);
-  list ??= loaded("index.json")
-    .then(async (response) => ((await response.json()) as { examples: Example[] }).examples)
-    .catch(() => []);
-  return list;
+export async function examples(): Promise<Example[]> {
+  return (await loadIndex()).examples;
+}
+
+/** The comparison of two examples, which needs no service. */
+export async function storedComparison(a: string, b: string): Promise<StoredComparison | undefined> {
+  return (await loadIndex()).comparisons?.find((each) => each.a === a && each.b === b);
+}
+
+function loadIndex(): Promise<Index> {
+  if (embedded !== null) return Promise.resolve({ examples: [] });
+  index ??= loaded("index.json")
+    .then(async (response) => (await response.json()) as Index)
+    .catch(() => ({ examples: [] }));
+  return index;
 }
 
 async function loaded(name: string): Promise<Response> {

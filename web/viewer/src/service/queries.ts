@@ -139,24 +139,6 @@ export async function nearest(gamut: Gamut, colours: number[][], signal: AbortSi
   return (await response.json()) as Nearest;
 }
 
-/** The colours of largest chroma at equidistant hues. Hues without colours are left out. */
-export async function cusps(gamut: Gamut, hues: number, signal: AbortSignal): Promise<number[][]> {
-  const response = await request(`/v1/gamuts/${gamut.id}/cusps?hues=${hues}`, { signal });
-  const { point } = (await response.json()) as { point: (number | null)[][] };
-  return point.filter((each): each is number[] => each.every((value) => value !== null));
-}
-
-/** The colours of device values in 0 to 1. */
-export async function deviceColours(gamut: Gamut, device: number[][], signal: AbortSignal): Promise<number[][]> {
-  const response = await request(`/v1/gamuts/${gamut.id}/colours`, {
-    method: "POST",
-    body: JSON.stringify({ device }),
-    signal,
-    headers: { "Content-Type": "application/json" },
-  });
-  return ((await response.json()) as { colour: number[][] }).colour;
-}
-
 /** Gamuts of devices that have no recipes. They are not asked again. */
 const withoutModel = new Set<string>();
 
