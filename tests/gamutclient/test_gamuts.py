@@ -252,7 +252,7 @@ def test_both_kinds_have_the_same_methods(remote):
         name
         for name, _ in inspect.getmembers(gamutcore.Gamut, inspect.isfunction)
         if not name.startswith(("_", "plot"))
-    } - {"convert", "level", "to_html", "to_colour"}  # docs/client.md
+    } - {"convert", "level", "to_html", "to_colour", "compare_with_interval"}  # docs/client.md
     methods -= {"no_device_model", "use_device_model"}  # of the service
     assert methods <= set(dir(remote[0]))
     assert methods <= set(dir(gamutclient.AsyncGamut))
