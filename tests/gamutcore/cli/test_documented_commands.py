@@ -43,7 +43,7 @@ def coarse(arguments):
         argument.endswith(".gamut") and before not in {"-o", "--output"}
         for before, argument in itertools.pairwise(arguments)
     )
-    has_samples = "--surface-samples" in arguments or arguments[0] == "reference"
+    has_samples = "--surface-samples" in arguments or arguments[0] in {"reference", "signals"}
     samples = [] if reads_saved or has_samples else ["--surface-samples", "2000"]
     return [*arguments, *sizes, *samples]
 
