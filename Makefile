@@ -261,6 +261,10 @@ links: install .venv/.installed-docs ## redraw docs/pictures/links.png and neutr
 chromaticity: install .venv/.installed-docs ## redraw docs/pictures/chromaticity.svg
 	$(python) docs/pictures/chromaticity.py
 
+.PHONY: intervals
+intervals: install .venv/.installed-docs ## redraw docs/pictures/intervals.svg
+	$(python) docs/pictures/intervals.py
+
 .PHONY: concepts
 concepts: install .venv/.installed-docs ## redraw the pictures of docs/concepts.md
 	$(python) docs/pictures/concepts.py
