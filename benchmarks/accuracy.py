@@ -45,13 +45,14 @@ PHOTO_MARK = "https://www.photo-mark.com/notes/calculating-color-space-volumes/"
 LINDBLOOM = "http://www.brucelindbloom.com/WorkingSpaceInfo.html"
 GAMUT_VOLUME = "https://github.com/CIELab-gamut-tools/gamut-volume-m"
 PUBLISHED = (
-    ("sRGB", f"[Lindbloom]({LINDBLOOM})", 832_870, "coarser mesh"),
-    ("Adobe RGB", f"[Lindbloom]({LINDBLOOM})", 1_208_631, "coarser mesh"),
-    ("ProPhoto RGB", f"[Lindbloom]({LINDBLOOM})", 2_879_568, "coarser mesh"),
-    ("sRGB", f"[IDMS, MATLAB code of Masaoka and others]({GAMUT_VOLUME})", 830_732, "602 colours"),
+    ("sRGB", f"[Lindbloom]({LINDBLOOM})", 832_870, "sampling, not stated"),
+    ("Adobe RGB", f"[Lindbloom]({LINDBLOOM})", 1_208_631, "sampling, not stated"),
+    ("ProPhoto RGB", f"[Lindbloom]({LINDBLOOM})", 2_879_568, "sampling, not stated"),
+    ("sRGB", f"[gamut-volume-m, IDMS method]({GAMUT_VOLUME})", 830_732, "602 colours"),
     ("Adobe RGB", f"[ColorThink Pro, cited by Meyer]({PHOTO_MARK})", 1_306_820, "not published"),
 )
 """Device, source, volume and reason of the difference, all in CIELAB D50."""
+
 
 @dataclass(frozen=True)
 class Device:
@@ -289,7 +290,7 @@ def document_blocks(results: dict[str, Any]) -> dict[str, str]:
     dense = {row["device"]: row["dense"] for row in devices}
 
     def beside(volume: float | None, exact: float) -> str:
-        return "–" if volume is None else f"{volume:,.0f} ({100 * (volume / exact - 1):+.1f})"
+        return "–" if volume is None else f"{volume:,.0f} ({100 * (volume / exact - 1):+.2f})"
 
     def volumes(names: tuple[str, ...]) -> Rows:
         return [
@@ -335,7 +336,7 @@ def document_blocks(results: dict[str, Any]) -> dict[str, str]:
         if name in dense
     ]
     tables = {
-        "machine": results["machine"],
+        "machine": [_machine(results["machine"][0])],
         "ours": ours,
         "solids": volumes(SOLIDS),
         "hulls": volumes(HULLS),
@@ -344,6 +345,13 @@ def document_blocks(results: dict[str, Any]) -> dict[str, str]:
         "published": published,
     }
     return {name: rows_table(rows) for name, rows in tables.items()}
+
+
+def _machine(facts: dict[str, Any]) -> dict[str, Any]:
+    """Return the machine as a row, with the versions of programs in one cell."""
+    columns = ("date", "cpu", "system")
+    versions = [f"{name} {text}" for name, text in facts.items() if name not in (*columns, "cores")]
+    return {**{name: facts[name] for name in columns}, "versions": ", ".join(versions)}
 
 
 if __name__ == "__main__":

@@ -212,13 +212,9 @@ def display_model(path: Path) -> Model:
 
     def model(values: FloatArray) -> FloatArray:
         fixed, end = next(
-            (channel, end)
-            for channel, end in splines
-            if np.all(values[:, channel] == end)
+            (channel, end) for channel, end in splines if np.all(values[:, channel] == end)
         )
         free = [channel for channel in range(3) if channel != fixed]
-        return np.stack(
-            [spline.ev(*values[:, free].T) for spline in splines[fixed, end]], axis=1
-        )
+        return np.stack([spline.ev(*values[:, free].T) for spline in splines[fixed, end]], axis=1)
 
     return model
