@@ -22,7 +22,7 @@ import numpy as np
 import OpenImageIO
 from PIL import Image
 
-from benchmarks import markdown
+from benchmarks import markdown, summary
 from benchmarks.boundaries import boundaries
 from benchmarks.common import (
     DOCUMENT,
@@ -80,7 +80,7 @@ def main() -> None:
         if arguments.quick:
             print(markdown.rows_table(rows), flush=True)
         else:
-            markdown.record({name: rows})
+            summary.record({name: rows})
 
 
 def inputs(quick: bool) -> Rows:

@@ -9,9 +9,9 @@ import json
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
-from benchmarks import decimation_tables, intervals, reliability
+from benchmarks import accuracy, decimation_tables, intervals, reliability, summary
 from benchmarks.common import DOCUMENT, RESULTS, ROOT
-from benchmarks.markdown import rows_table, table, update_document
+from benchmarks.markdown import table, update_document
 from gamutcore.characterisation import FORMATS as INPUT_FORMATS
 from gamutcore.export import FORMATS
 from gamutcore.options import OPTIONS
@@ -47,9 +47,8 @@ DOCUMENTS: dict[Path, Callable[[], dict[str, str]]] = {
     ROOT / "docs" / "exports.md": lambda: {"formats": export_table()},
     ROOT / "docs" / "characterisation.md": lambda: {"formats": input_table()},
     ROOT / "docs" / "settings.md": lambda: {"settings": settings_table()},
-    DOCUMENT: lambda: {
-        name: rows_table(rows) for name, rows in json.loads(RESULTS.read_text()).items()
-    },
+    DOCUMENT: lambda: summary.document_blocks(json.loads(RESULTS.read_text())),
+    accuracy.DOCUMENT: lambda: accuracy.document_blocks(json.loads(accuracy.RESULTS.read_text())),
     decimation_tables.DOCUMENT: lambda: decimation_tables.document_blocks(
         json.loads(decimation_tables.RESULTS.read_text())
     ),

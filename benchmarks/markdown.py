@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from benchmarks.common import DOCUMENT, RESULTS, Rows
+from benchmarks.common import Rows
 
 _BLOCK = re.compile(r"<!-- begin ([\w-]+) -->\n(.*?)\n?<!-- end \1 -->", re.DOTALL)
 
@@ -89,9 +89,3 @@ def store(results: dict[str, Any], file: Path, document: Path, contents: Mapping
     file.write_text("{\n " + ",\n ".join(parts) + "\n}\n")
     update_document(document, contents)
     print(*contents.values(), sep="\n\n")
-
-
-def record(tables: Mapping[str, Rows]) -> None:
-    """Replace tables in ``benchmarks/results.json`` and in docs/benchmarks.md."""
-    contents = {name: rows_table(rows) for name, rows in tables.items()}
-    store({**json.loads(RESULTS.read_text()), **tables}, RESULTS, DOCUMENT, contents)
