@@ -103,7 +103,8 @@ class Solid:
     @staticmethod
     def _axis(lightness: FloatArray, ends: FloatArray) -> FloatArray:
         share = (lightness - ends[0, 0]) / (ends[1, 0] - ends[0, 0])
-        return ends[0, 1:] + share[..., np.newaxis] * (ends[1, 1:] - ends[0, 1:])
+        axis: FloatArray = ends[0, 1:] + share[..., np.newaxis] * (ends[1, 1:] - ends[0, 1:])
+        return axis
 
     @cached_property
     def rings(self) -> FloatArray:

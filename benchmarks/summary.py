@@ -79,9 +79,16 @@ def summary(results: Mapping[str, Any]) -> Rows:
     return [
         volume_row(),
         level_row(),
-        row("`contains`", "million/s", *contains, "trimesh, Embree", "queries"),
-        row("`nearest`", "million/s", *nearest, "trimesh", "queries"),
-        row("all crossings of a line", "million/s", *crossings, "trimesh, Embree", "queries"),
+        row("`contains`", "million/s", contains[0], contains[1], "trimesh, Embree", "queries"),
+        row("`nearest`", "million/s", nearest[0], nearest[1], "trimesh", "queries"),
+        row(
+            "all crossings of a line",
+            "million/s",
+            crossings[0],
+            crossings[1],
+            "trimesh, Embree",
+            "queries",
+        ),
         row(
             "comparison with sRGB",
             "ms",
