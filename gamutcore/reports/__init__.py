@@ -13,18 +13,30 @@ from gamutcore.reports.document import (
     check_report_suffix,
 )
 from gamutcore.reports.drift import drift
-from gamutcore.reports.match import match_report
+from gamutcore.reports.gamuts import distinct_name
+from gamutcore.reports.match import (
+    GamutMatch,
+    MatchTerms,
+    gathered_match,
+    match_gamut,
+    match_report,
+)
 from gamutcore.reports.matrix import compare_all, matrix_report
 
 __all__ = [
     "REPORT_SUFFIXES",
     "Chart",
+    "GamutMatch",
+    "MatchTerms",
     "Report",
     "ReportColumn",
     "ReportTable",
     "check_report_suffix",
     "compare_all",
+    "distinct_name",
     "drift",
+    "gathered_match",
+    "match_gamut",
     "match_report",
     "matrix_report",
 ]
