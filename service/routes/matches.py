@@ -55,7 +55,7 @@ from service.routes.questions import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Callable, Coroutine, Iterable, Mapping, Sequence
 
     from gamutcore.colours.spaces import ColourSpace
     from gamutcore.results import ColourMatch
@@ -244,10 +244,13 @@ def _response() -> dict[str, Any]:
 class _MatchRoute(APIRoute):
     """A route whose endpoint validates the parameters itself; its dependencies document them."""
 
-    def get_route_handler(self) -> Any:  # noqa: ANN401  # as of FastAPI
+    def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
+        """Return the endpoint."""
+
         async def handle(request: Request) -> Response:
             await check_request(request)
-            return await _answer(request)
+            answer: Response = await self.endpoint(request)
+            return answer
 
         return handle
 
@@ -271,10 +274,6 @@ router = APIRouter(prefix="/v1/matches", tags=["queries"], route_class=_MatchRou
 )
 async def match_colours(request: Request) -> Response:
     """Find which gamuts print colours."""
-    return await _answer(request)
-
-
-async def _answer(request: Request) -> Response:
     service, client = service_of(request), client_of(request.scope)
     query = _MODEL.of_query(request.query_params.multi_items())
     sent, accepted = sent_form(request, (*FORMS, *TABLES)), _accepted_form(request)
@@ -321,8 +320,8 @@ async def _answer(request: Request) -> Response:
             if body is None:
                 body = await parse(space)
                 _check_cells(body.rows, len(wanted))
-            answers = await _matches(request, wanted, body, values["space"], terms)
             labels = _labels(body, values["names"])
+            answers = await _matches(request, wanted, body, values["space"], terms)
             content, warnings = await service.library.in_thread(
                 _content, answers, labels, terms, records, body, accepted
             )
