@@ -9,6 +9,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import re
+import time
 from typing import TYPE_CHECKING, Annotated, Any
 
 from fastapi import APIRouter, Depends, Request
@@ -382,10 +383,12 @@ async def _matches(
                 opened = await library.load_device_model(record.id)
         level: QueryLevel = (await library.levels([(record, level_request)]))[0]
         name = distinct_name(opened.name, names)
+        clock = time.perf_counter()
         with timed("query"):
             answer = await library.in_thread(
                 match_gamut, name, level.gamut, level.triangles, points, space, terms
             )
+        service.metrics.queries.count(MATCH.name, len(points), time.perf_counter() - clock)
         answers.append(answer)
         del opened, level
         # What was made of a gamut stays only as long as the next one has room.

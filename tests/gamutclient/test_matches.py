@@ -45,9 +45,9 @@ def test_the_same_as_in_the_own_process(client, pair, stored, terms):
 
 def test_files_names_and_coroutines(server, client, pair, stored):
     table = "name,L,a,b\n" + "".join(
-        f"{row},{L},{a},{b}\n" for row, (L, a, b) in enumerate(COLOURS)
+        f"spot {row},{L},{a},{b}\n" for row, (L, a, b) in enumerate(COLOURS)
     )
-    here = gamutcore.match(COLOURS, pair, names=[str(row) for row in range(len(COLOURS))])
+    here = gamutcore.match(COLOURS, pair, names=[f"spot {row}" for row in range(len(COLOURS))])
     there = client.match(table.encode(), list(BOXES))
     assert there.colours == here.colours
     np.testing.assert_allclose(there.distance, here.distance, atol=1e-9)
