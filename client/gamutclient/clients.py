@@ -222,7 +222,7 @@ class ServiceClient(Generic[G]):
         """
         rows = colour_rows(colours)
         keys = [each if isinstance(each, str) else each.id for each in gamuts]
-        params = {
+        params: dict[str, Any] = {
             "pass": passing,
             "edge_width": edge_width,
             "delta_e": delta_e,
@@ -232,7 +232,8 @@ class ServiceClient(Generic[G]):
         }
         body: dict[str, Any]
         if rows.table is None and len(rows.points) <= MOST_IN_JSON:
-            kind, document = JSON, {"gamuts": keys, "colours": rows.points.tolist()}
+            kind = JSON
+            document: dict[str, Any] = {"gamuts": keys, "colours": rows.points.tolist()}
             body = {"json": document if names is None else {**document, "names": list(names)}}
         else:
             if names is not None:

@@ -10,7 +10,7 @@ import asyncio
 import contextlib
 import re
 import time
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 from fastapi import APIRouter, Depends, Request
 from fastapi.responses import Response
@@ -94,10 +94,12 @@ _NAMES = Annotated[str, Text(20_000, "ids, slugs or names of gamuts, separated b
 
 _LIST = Annotated[list[Annotated[str, Text(200, "a name")]], Array("a list of texts", 0)]
 
+_GAMUTS: TypeAlias = _NAMES | _LIST
+
 PARAMETERS = (
     Parameter(
         "gamuts",
-        _NAMES | _LIST,
+        _GAMUTS,
         "Ids, slugs of reference gamuts, or names of gamuts, of which one stored gamut has this "
         "text in its name: a list in JSON, separated by commas in the query string. At most "
         f"{MOST_GAMUTS}, in the same space, and {MOST_CELLS:,} colours times gamuts.",
