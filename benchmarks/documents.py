@@ -9,7 +9,7 @@ import json
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
-from benchmarks import decimation_tables, intervals, matches, reliability
+from benchmarks import decimation_tables, intervals, reliability
 from benchmarks.common import DOCUMENT, RESULTS, ROOT
 from benchmarks.markdown import rows_table, table, update_document
 from gamutcore.characterisation import FORMATS as INPUT_FORMATS
@@ -48,9 +48,7 @@ DOCUMENTS: dict[Path, Callable[[], dict[str, str]]] = {
     ROOT / "docs" / "characterisation.md": lambda: {"formats": input_table()},
     ROOT / "docs" / "settings.md": lambda: {"settings": settings_table()},
     DOCUMENT: lambda: {
-        name: rows_table(rows)
-        for file in (RESULTS, matches.RESULTS)
-        for name, rows in json.loads(file.read_text()).items()
+        name: rows_table(rows) for name, rows in json.loads(RESULTS.read_text()).items()
     },
     decimation_tables.DOCUMENT: lambda: decimation_tables.document_blocks(
         json.loads(decimation_tables.RESULTS.read_text())
