@@ -1107,7 +1107,8 @@ class ColourMatch(TabularRepr):
     together : tuple of GamutGroup
         The pair and the triple of gamuts that print most.
     recipes : tuple of ColourRecipes or None
-        One for each gamut if they were asked for; None for a gamut without device model.
+        One for each gamut, None for a gamut without device model; empty if all are None, and if
+        they were not asked for.
     triangles : tuple of int
         Of the levels that answered.
     conditions : tuple of Conditions
@@ -1209,9 +1210,48 @@ class ColourMatch(TabularRepr):
                 gamut["delta_e_2000"] = self.delta_e[:, at].tolist()
             recipes = self.recipes[at] if self.recipes else None
             if recipes is not None:
-                gamut |= {"channels": list(recipes.channels), "device": recipes.device.tolist()}
+                gamut |= {
+                    "channels": list(recipes.channels),
+                    "device": recipes.device.tolist(),
+                    "recipe_delta_e_2000": recipes.delta_e.tolist(),
+                    "recipe_point": recipes.points.tolist(),
+                    "recipe_inside": recipes.inside.tolist(),
+                }
             document["gamuts"].append(gamut)
         return document
+
+    @classmethod
+    def from_dict(cls, document: Mapping[str, Any]) -> ColourMatch:
+        """Return the match of a JSON document; the inverse of `to_dict`."""
+        colours, gamuts = document["colours"], document["gamuts"]
+        count, tolerance = len(colours["name"]), document["tolerance"]
+
+        def columns(name: str, kind: type) -> NDArray[Any]:
+            values = np.array([each[name] for each in gamuts], kind)
+            return np.ascontiguousarray(values.reshape(len(gamuts), count).T)
+
+        return cls(
+            colours=tuple(colours["name"]),
+            gamuts=tuple(each["name"] for each in gamuts),
+            points=np.array(colours["point"], np.float64).reshape(count, 3),
+            space=document["space"],
+            distance=columns("distance", float),
+            position=columns("position", str),
+            delta_e=columns("delta_e_2000", float) if "delta_e_2000" in gamuts[0] else None,
+            prints=columns("prints", bool),
+            passing=tolerance["delta_e_2000"],
+            edge_width=tolerance["edge_width"],
+            together=tuple(
+                GamutGroup(tuple(each["gamuts"]), each["printed"], each["exact"])
+                for each in document["together"]
+            ),
+            recipes=tuple(_recipes_of(each, document["space"]) for each in gamuts)
+            if any("device" in each for each in gamuts)
+            else (),
+            triangles=tuple(each["triangles"] for each in gamuts),
+            conditions=tuple(Conditions.from_dict(each["conditions"]) for each in gamuts),
+            warnings=tuple(document["warnings"]),
+        )
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -1259,6 +1299,23 @@ class CoverageMatrix(TabularRepr):
             "coverage": self.coverage.tolist(),
             "warnings": list(self.warnings),
         }
+
+
+def _recipes_of(gamut: Mapping[str, Any], space: str) -> ColourRecipes | None:
+    """Return the recipes of a gamut in the document of a match; None if it has none."""
+    if "device" not in gamut:
+        return None
+    channels = tuple(gamut["channels"])
+    return ColourRecipes(
+        device=np.array(gamut["device"], np.float64).reshape(-1, len(channels)),
+        channels=channels,
+        points=np.array(gamut["recipe_point"], np.float64).reshape(-1, 3),
+        delta_e=np.array(gamut["recipe_delta_e_2000"], np.float64),
+        inside=np.array(gamut["recipe_inside"], np.bool_),
+        triangles=gamut["triangles"],
+        max_error=None,
+        space=space,
+    )
 
 
 def _over_colours(

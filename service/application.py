@@ -27,6 +27,7 @@ from service.routes import (
     gamuts,
     jobs,
     links,
+    matches,
     meshes,
     metrics,
     names,
@@ -49,7 +50,7 @@ _ROUTERS = (
     questions.router,  # first: routes are tried in turn, and single colours are asked most often
     *(gamuts.router, names.router, meshes.router, references.router, jobs.router),
     *views.routers,
-    links.router,
+    *(links.router, matches.router),
     *(state.router, metrics.router, pages.router, viewer.router),
 )
 

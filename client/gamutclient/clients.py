@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import json
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Generic, Literal, Self, TypeVar
@@ -14,9 +14,10 @@ from urllib.parse import quote
 import httpx
 import numpy as np
 
-from gamutclient.arrays import npy_bytes
+from gamutclient.arrays import Colours, colour_rows, npy_bytes
 from gamutclient.errors import ServiceError
-from gamutclient.gamuts import AsyncGamut, Gamut, RemoteGamut
+from gamutclient.gamuts import CSV, JSON, NPY, AsyncGamut, Gamut, RemoteGamut
+from gamutclient.results import ColourMatch
 from gamutclient.transport import (
     Awaiting,
     Blocking,
@@ -38,6 +39,9 @@ POLL_SECONDS = 0.25
 """Time between two questions about a build whose progress is shown."""
 
 PAGE = 200
+
+MOST_IN_JSON = 10_000
+"""Rows of a request in JSON, which has lists of names of any length and with any characters."""
 
 TIMEOUT = httpx.Timeout(60.0, connect=10.0)
 """A build waits at most 20 s per request, and a million rows take seconds."""
@@ -181,6 +185,65 @@ class ServiceClient(Generic[G]):
         request = Request("GET", "/v1/references", {"name": name} if name else {})
         found: list[dict[str, Any]] = (yield from sent(request, self.retries)).json()["references"]
         return found
+
+    @method
+    def match(
+        self,
+        /,
+        colours: Colours,
+        gamuts: Iterable[RemoteGamut | str],
+        *,
+        passing: float | None = None,
+        edge_width: float | None = None,
+        delta_e: bool = True,
+        recipes: bool = False,
+        names: Sequence[str] | None = None,
+        space: str | None = None,
+        max_error: float | None = None,
+    ) -> Steps[ColourMatch]:
+        """Find which gamuts print colours, and how near the others come.
+
+        Parameters
+        ----------
+        colours : array or table
+            As for the questions to a gamut.
+        gamuts : iterable of Gamut or str
+            Gamuts of the service, or ids, slugs of references, or names, of which one gamut has the
+            text in its name. At most 200, and 500,000 colours times gamuts.
+        names : sequence of str, optional
+            Of up to 10,000 colours in an array; by default numbers from 1.
+        passing, edge_width, delta_e, recipes, space, max_error
+            As for `gamutcore.match`.
+
+        Raises
+        ------
+        ServiceError
+            A gamut is missing, a name is ambiguous, or a value is refused.
+        """
+        rows = colour_rows(colours)
+        keys = [each if isinstance(each, str) else each.id for each in gamuts]
+        params: dict[str, Any] = {
+            "pass": passing,
+            "edge_width": edge_width,
+            "delta_e": delta_e,
+            "recipes": recipes,
+            "space": space,
+            "max_error": max_error,
+        }
+        body: dict[str, Any]
+        if rows.table is None and len(rows.points) <= MOST_IN_JSON:
+            kind = JSON
+            document: dict[str, Any] = {"gamuts": keys, "colours": rows.points.tolist()}
+            body = {"json": document if names is None else {**document, "names": list(names)}}
+        else:
+            if names is not None:
+                raise ValueError("Names are for colours in an array of at most 10,000 rows.")
+            kind = NPY if rows.table is None else CSV
+            content = npy_bytes(rows.points) if rows.table is None else rows.table
+            params, body = {**params, "gamuts": keys}, {"content": content}
+        headers = {"Content-Type": kind, "Accept": JSON}
+        request = Request("POST", "/v1/matches", params, headers, body)
+        return ColourMatch.from_dict((yield from sent(request, self.retries)).json())
 
 
 class Client(Blocking, ServiceClient[Gamut]):

@@ -13,7 +13,14 @@ from gamutcore.reports.document import (
     check_report_suffix,
 )
 from gamutcore.reports.drift import drift
-from gamutcore.reports.match import match_report
+from gamutcore.reports.gamuts import distinct_name
+from gamutcore.reports.match import (
+    GamutMatch,
+    MatchTerms,
+    gathered_match,
+    match_gamut,
+    match_report,
+)
 from gamutcore.reports.matrix import compare_all, matrix_report
 from gamutcore.reports.signals import SIGNAL_COUNTS, signal_codes, write_signals
 from gamutcore.reports.standards import STANDARDS, Standard, report, standard_intent
@@ -23,13 +30,18 @@ __all__ = [
     "SIGNAL_COUNTS",
     "STANDARDS",
     "Chart",
+    "GamutMatch",
+    "MatchTerms",
     "Report",
     "ReportColumn",
     "ReportTable",
     "Standard",
     "check_report_suffix",
     "compare_all",
+    "distinct_name",
     "drift",
+    "gathered_match",
+    "match_gamut",
     "match_report",
     "matrix_report",
     "report",

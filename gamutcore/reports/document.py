@@ -301,7 +301,11 @@ class Report:
         tables = [*self.tables, *([] if self.rows is None else [self.rows])]
         sheets = {
             table.title: [
-                [column.name if column.heading else column.title for column in table.columns],
+                # Shares are numbers from 0 to 1, so their names have no "%".
+                [
+                    column.name if column.heading or column.kind == "share" else column.title
+                    for column in table.columns
+                ],
                 *([_plain(cell) for cell in row] for row in table.rows),
             ]
             for table in tables

@@ -17,7 +17,15 @@ from gamutcore.content import is_saved_gamut
 from gamutcore.gamut import Gamut, load_level, stored_level
 from gamutcore.references import find_reference
 
-__all__ = ["GamutSource", "NamedGamut", "Progress", "in_order", "named_gamuts", "open_level"]
+__all__ = [
+    "GamutSource",
+    "NamedGamut",
+    "Progress",
+    "distinct_name",
+    "in_order",
+    "named_gamuts",
+    "open_level",
+]
 
 GamutSource: TypeAlias = Gamut | str | os.PathLike[str]
 """A gamut, the path of a file, or the name of a reference."""
@@ -55,13 +63,17 @@ def named_gamuts(sources: Iterable[GamutSource], options: dict[str, Any]) -> Ite
             name, gamut = source, Gamut(find_reference(source).data, options)
         else:
             raise FileNotFoundError(2, "There is no such file.", str(source))
-        name = name or "gamut"
-        distinct, number = name, 1
-        while distinct in names:
-            number += 1
-            distinct = f"{name} ({number})"
-        names.add(distinct)
-        yield NamedGamut(distinct, gamut)
+        yield NamedGamut(distinct_name(name or "gamut", names), gamut)
+
+
+def distinct_name(name: str, names: set[str]) -> str:
+    """Return a name, with a number if it is among `names`, and add it to these."""
+    distinct, number = name, 1
+    while distinct in names:
+        number += 1
+        distinct = f"{name} ({number})"
+    names.add(distinct)
+    return distinct
 
 
 def open_level(

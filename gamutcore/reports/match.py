@@ -50,7 +50,7 @@ if TYPE_CHECKING:
     from gamutcore.gamut import Gamut
     from gamutcore.results import ColourRecipes, Conditions
 
-__all__ = ["match", "match_report"]
+__all__ = ["GamutMatch", "MatchTerms", "gathered_match", "match", "match_gamut", "match_report"]
 
 LIMIT = Annotated[float, Number(0.0, 1e6)]
 
@@ -63,7 +63,27 @@ MOST_COLUMNS = 20
 """Most gamuts that have a column in the table of colours."""
 
 
-class _Match(NamedTuple):
+class MatchTerms(NamedTuple):
+    """How colours are matched; see `match`."""
+
+    passing: float | None = None
+    edge_width: float | None = None
+    delta_e: bool = True
+    recipes: bool = False
+
+    def checked(self) -> MatchTerms:
+        """Return the terms with checked limits."""
+        passing, edge_width = self.passing, self.edge_width
+        if passing is not None:
+            passing = check_option("passing", passing, LIMIT)
+            if not self.delta_e:
+                raise OptionError.not_applicable("passing", passing, "delta_e is false")
+        if edge_width is not None:
+            edge_width = check_option("edge_width", edge_width, LIMIT)
+        return self._replace(passing=passing, edge_width=edge_width)
+
+
+class GamutMatch(NamedTuple):
     """What one gamut answers, for n colours."""
 
     name: str
@@ -141,36 +161,15 @@ def match(
     >>> found.share.tolist(), found.printed_by.tolist(), found.best.tolist()
     ([0.5, 1.0], [2, 1], [0, 1])
     """
-    if passing is not None:
-        passing = check_option("passing", passing, LIMIT)
-        if not delta_e:
-            raise OptionError.not_applicable("passing", passing, "delta_e is false")
-    if edge_width is not None:
-        edge_width = check_option("edge_width", edge_width, LIMIT)
+    terms = MatchTerms(passing, edge_width, delta_e, recipes).checked()
     values, space, labels = _read_colours(colours, space, names)
     chosen = Options.from_mapping(options).to_mapping()
 
-    def ask(gamut: NamedGamut) -> _Match:
+    def ask(gamut: NamedGamut) -> GamutMatch:
         opened, count = open_level(gamut, max_error=max_error, whole=recipes)
-        rows, conversion = colours_in(opened, values, space)
-        width = opened.default_edge_width if edge_width is None else edge_width
-        where = positions(opened, rows.points, distance=True, edge_width=width, triangles=count)
-        assert where.distance is not None  # noqa: S101  # asked for
-        assert where.position is not None  # noqa: S101  # implied by the edge width
-        return _Match(
-            gamut.name,
-            opened.conditions,
-            opened.colour_space,
-            rows.points,
-            (conversion.name, width),
-            where.distance,
-            where.position,
-            _differences(opened, rows.points, where.inside, count) if delta_e else None,
-            _device_values(opened, rows.points, count) if recipes else None,
-            count,
-        )
+        return match_gamut(gamut.name, opened, count, values, space, terms)
 
-    answers: list[_Match] = []
+    answers: list[GamutMatch] = []
     for answer in in_order(ask, named_gamuts(gamuts, chosen)):
         if answers:
             check_space(answers[0], answer)
@@ -179,18 +178,47 @@ def match(
             progress(answer.name, len(answers) / max(length_hint(gamuts), len(answers)))
     if not answers:
         raise OptionError.refusal("gamuts", "no gamut", "at least one gamut")
-    return _gathered(answers, labels, passing)
+    return gathered_match(answers, labels, terms.passing)
 
 
-def _gathered(
-    answers: list[_Match], labels: Sequence[str] | None, passing: float | None
+def match_gamut(
+    name: str,
+    gamut: Gamut,
+    triangles: int,
+    colours: Colours,
+    space: str | None,
+    terms: MatchTerms,
+) -> GamutMatch:
+    """Return what the level of a gamut answers about colours, as `match` does for each."""
+    rows, conversion = colours_in(gamut, colours, space)
+    width = gamut.default_edge_width if terms.edge_width is None else terms.edge_width
+    where = positions(gamut, rows.points, distance=True, edge_width=width, triangles=triangles)
+    assert where.distance is not None  # noqa: S101  # asked for
+    assert where.position is not None  # noqa: S101  # implied by the edge width
+    return GamutMatch(
+        name,
+        gamut.conditions,
+        gamut.colour_space,
+        rows.points,
+        (conversion.name, width),
+        where.distance,
+        where.position,
+        _differences(gamut, rows.points, where.inside, triangles) if terms.delta_e else None,
+        _device_values(gamut, rows.points, triangles) if terms.recipes else None,
+        triangles,
+    )
+
+
+def gathered_match(
+    answers: Sequence[GamutMatch], labels: Sequence[str] | None, passing: float | None
 ) -> ColourMatch:
-    """Return the answers of all gamuts as columns of arrays."""
+    """Return the answers of all gamuts, which have different names, as columns of arrays."""
     one = answers[0]
     distance = np.stack([each.distance for each in answers], axis=1)
     position = np.stack([each.position for each in answers], axis=1)
     known = [each.delta_e for each in answers if each.delta_e is not None]
     delta_e = np.stack(known, axis=1) if known else None
+    recipes = tuple(each.recipes for each in answers)
     prints: BooleanArray = position != "outside"
     if passing is not None and delta_e is not None:
         prints = delta_e <= passing
@@ -209,7 +237,7 @@ def _gathered(
         passing=passing,
         edge_width=width,
         together=tuple(_together(tuple(gamuts), prints, excess)),
-        recipes=tuple(each.recipes for each in answers),
+        recipes=recipes if any(recipes) else (),
         triangles=tuple(each.triangles for each in answers),
         conditions=tuple(gamuts.values()),
         warnings=table_warnings(gamuts, space),
@@ -392,8 +420,8 @@ def _pair_table(match: ColourMatch) -> ReportTable:
     """Return a row for each colour and gamut."""
     count, gamuts = match.distance.shape
     columns = [
-        ReportColumn("colour", np.repeat(match.colours, gamuts)),
-        ReportColumn("gamut", np.tile(match.gamuts, count)),
+        ReportColumn("colour", [name for name in match.colours for _ in range(gamuts)]),
+        ReportColumn("gamut", match.gamuts * count),
         ReportColumn("prints", match.prints.ravel()),
         ReportColumn("position", match.position.ravel()),
         ReportColumn("distance", match.distance.ravel()),

@@ -30,6 +30,7 @@ __all__ = [
     "JobLinks",
     "JobList",
     "Level",
+    "Match",
     "MultipartSubmission",
     "NewName",
     "ProblemDocument",
@@ -423,6 +424,88 @@ class ReferenceGamut(Model):
     """In cd/m²; null for gamuts relative to their white."""
     source: str
     links: ReferenceLinks
+
+
+class MatchTolerance(Model):
+    """Which colours a gamut prints."""
+
+    delta_e_2000: float | None
+    """Largest ΔE00 from the nearest colour; null if colours inside and at the edge count."""
+    edge_width: float
+    """Largest distance from the surface of a colour at the edge."""
+
+
+class MatchedColours(Model):
+    """The colours: one entry of each array per colour."""
+
+    name: list[str]
+    point: list[Annotated[list[float], Field(min_length=3, max_length=3)]]
+    """In the space of the gamuts."""
+    printed_by: list[int]
+    """Number of gamuts that print the colour."""
+    best: list[str]
+    """Name of the gamut that comes nearest; of several, the one with most room."""
+
+
+class MatchedGamut(Model):
+    """The answer of one gamut: one entry of each array per colour."""
+
+    id: str
+    name: str
+    """Other than that of all other gamuts of the answer."""
+    share: float | None
+    """Share of the colours that it prints, 0 to 1; null without colours."""
+    mean_delta_e_2000: float | None
+    """Over all colours, 0 for those in gamut."""
+    percentile_95_delta_e_2000: float | None
+    worst: list[str]
+    """Names of up to three colours that it misses most."""
+    triangles: int
+    """Of the level that answers."""
+    conditions: dict[str, Any]
+    """Intent, ink limits, white and space, as in the answers to queries."""
+    prints: list[bool]
+    position: list[Literal["inside", "edge", "outside"]]
+    distance: list[float]
+    """From the surface, negative inside. ΔE76 in CIELAB."""
+    delta_e_2000: list[float] | SkipJsonSchema[None] = None
+    """From the nearest colour in gamut; 0 in gamut. Missing with `delta_e=false`."""
+    channels: list[str] | SkipJsonSchema[None] = None
+    """With `recipes=true`, for gamuts with a device model, as the members that follow."""
+    device: list[list[float]] | SkipJsonSchema[None] = None
+    """Device values from 0 to 1."""
+    recipe_delta_e_2000: list[float] | SkipJsonSchema[None] = None
+    """ΔE00 between the colour and that of the device values."""
+    recipe_point: list[list[float]] | SkipJsonSchema[None] = None
+    """Colour of the device values."""
+    recipe_inside: list[bool] | SkipJsonSchema[None] = None
+    """Whether the colour is in gamut."""
+
+
+class MatchGroup(Model):
+    """Gamuts that together print most."""
+
+    gamuts: list[str]
+    """Names of two or three."""
+    printed: int
+    """Number of colours that at least one of them prints."""
+    exact: bool
+    """Whether all pairs or triples were compared. Otherwise gamuts were added one by one."""
+
+
+class Match(Model):
+    """Which of several gamuts print colours, and how near the others come."""
+
+    space: str
+    tolerance: MatchTolerance
+    reading: str | SkipJsonSchema[None] = None
+    """For tables: what was understood, in a sentence."""
+    colours: MatchedColours
+    gamuts: list[MatchedGamut]
+    """In the order of the request."""
+    together: list[MatchGroup]
+    warnings: list[str]
+    """Reasons why the answer may mislead, each once for all gamuts."""
 
 
 class MissingReference(Model):

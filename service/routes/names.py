@@ -23,6 +23,7 @@ from service.storage.published import PublishedGamut
 
 __all__ = [
     "NamedRecord",
+    "find_named",
     "gamut_document",
     "gamut_summary",
     "named",
@@ -147,6 +148,27 @@ def ranked_page(
     examined = named(store, records[:_MOST_EXAMINED])
     last = examined[-1].id if len(records) > _MOST_EXAMINED else None
     return ranked(name, ((each, (each.name,)) for each in examined))[:limit], last
+
+
+def find_named(store: GamutStore, names: Sequence[str]) -> dict[str, list[NamedRecord]]:
+    """Return the gamuts whose names contain each text, or only those that are called so.
+
+    All gamuts are read. Blocks on the store.
+    """
+    matches: dict[str, list[NamedRecord]] = {name: [] for name in names}
+    wanted = {name: _folded(name) for name in names}
+    after = ""
+    while records := store.page(after, _MOST_EXAMINED):
+        for each in named(store, records):
+            folded = _folded(each.name)
+            for name, part in wanted.items():
+                if part in folded:
+                    matches[name].append(each)
+        after = records[-1].id
+    for name, part in wanted.items():
+        equal = [each for each in matches[name] if _folded(each.name) == part]
+        matches[name] = equal or matches[name]
+    return matches
 
 
 def _folded(text: str) -> str:

@@ -56,15 +56,24 @@ if TYPE_CHECKING:
     from service.questions.parameter_models import Parameters
     from service.storage.published import PublishedGamut
 
-__all__ = ["READING_POSTS", "QueryRoute", "router", "wait_for_kernels", "wanted_levels"]
+__all__ = [
+    "POST_PROBLEMS",
+    "READING_POSTS",
+    "QueryRoute",
+    "check_table_parameters",
+    "router",
+    "sent_form",
+    "wait_for_kernels",
+    "wanted_levels",
+]
 
 MAP = QUESTIONS["map"]
 _POSTED = {question.name: question for question in QUESTIONS.values() if question.inputs}
 
-READING_POSTS = re.compile(rf"/v1/gamuts/[^/]+/(?:{'|'.join(_POSTED)})\Z")
+READING_POSTS = re.compile(rf"/v1/(?:matches|gamuts/[^/]+/(?:{'|'.join(_POSTED)}))\Z")
 """Paths of questions that are POST, because they have a body, and change nothing."""
 
-_PROBLEMS = (
+POST_PROBLEMS = (
     "malformed-body",
     "request-timeout",
     "body-too-large",
@@ -145,7 +154,7 @@ def _add_route(question: Question) -> None:
         responses={
             200: answer,
             **problems(
-                *_PROBLEMS,
+                *POST_PROBLEMS,
                 *(("no-device-model",) if question.needs_model or question is MAP else ()),
                 *(_PICTURE_PROBLEMS if question is MAP else ()),
             ),
@@ -200,8 +209,8 @@ async def _answer(
     service = service_of(request)
     gamuts = NamedGamuts.of(request)
     query = model.of_query(gamuts.items, gamuts.options)
-    sent = _sent_form(request, (JSON, NPY) if question.of_device else (*FORMS, *TABLES))
-    _check_table_parameters(query, sent)
+    sent = sent_form(request, (JSON, NPY) if question.of_device else (*FORMS, *TABLES))
+    check_table_parameters(query, sent)
     accepted = _accepted_form(request, sent)
     form, client = FORMS[sent], client_of(request.scope)
     with service.bodies.body(request, client) as arriving:
@@ -343,7 +352,8 @@ async def wait_for_kernels(service: ServiceContainer, group: str = "optional") -
         raise ProblemError(Problem("not-ready", detail, headers={"Retry-After": "10"}))
 
 
-def _sent_form(request: Request, accepted: Iterable[str]) -> str:
+def sent_form(request: Request, accepted: Iterable[str]) -> str:
+    """Return the form of a body, of `FORMS`; refuse media types that are not `accepted`."""
     coding = request.headers.get("content-encoding", "").strip().lower()
     if coding not in {"", "identity"}:
         detail = f"The body has the content coding {coding[:40]!r}."
@@ -361,7 +371,8 @@ def _sent_form(request: Request, accepted: Iterable[str]) -> str:
     return CSV if media_type in TABLES else media_type
 
 
-def _check_table_parameters(query: Parameters, sent: str) -> None:
+def check_table_parameters(query: Parameters, sent: str) -> None:
+    """Refuse the parameters of tables for a body of another form."""
     for name in (parameter.name for parameter in TABLE_PARAMETERS):
         if name in query.model_fields_set and sent != CSV:
             fault = f"{name} is given for a body that is {sent}."

@@ -13,6 +13,7 @@ import { connectFacts } from "./panels/facts.js";
 import { GamutList } from "./panels/gamut_list.js";
 import { connectLevel } from "./panels/level.js";
 import { Marks } from "./panels/marks.js";
+import { MatchTable } from "./panels/match_table.js";
 import { PicturePanel } from "./panels/picture_panel.js";
 import { connectPointer } from "./panels/pointer.js";
 import { SlicePanel } from "./panels/slice_panel.js";
@@ -35,7 +36,7 @@ function start(): Page {
   connectGlossary();
   new GamutList(page);
   new SlicePanel(page);
-  new ColourList(page);
+  new MatchTable(page, new ColourList(page));
   new ComparisonPanel(page);
   if (embedded === null) {
     new Uploads(page);

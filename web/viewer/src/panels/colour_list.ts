@@ -49,6 +49,8 @@ interface SavedList extends Answer {
 }
 
 export class ColourList {
+  /** Called when other colours are there, or none any more. */
+  onChange: () => void = () => {};
   private group: Group | null = null;
   /** The check, and after it the recipes of its answer. */
   private readonly asking = new Latest();
@@ -148,7 +150,12 @@ export class ColourList {
     return this.file ?? (this.text.value.trim() === "" ? null : new Blob([this.text.value]));
   }
 
-  private stated(): TableReading {
+  /** The list if it is answered, and so can be read. */
+  get colours(): Blob | null {
+    return this.answer === null ? null : this.list;
+  }
+
+  stated(): TableReading {
     const value = (name: string) => byId<HTMLInputElement | HTMLSelectElement>(`colours-${name}`).value.trim();
     return { space: value("space"), columns: value("columns"), table_scale: value("scale"), edge_width: value("edge") };
   }
@@ -183,6 +190,7 @@ export class ColourList {
         this.answer = answer;
         this.draw(answer);
         this.tabulate(answer);
+        this.onChange();
         void this.addRecipes(gamut, answer);
       },
       (error) => this.refuse(error),
@@ -368,6 +376,7 @@ export class ColourList {
     this.table.clear();
     byId("colours-note").textContent = "";
     byId<HTMLButtonElement>("colours-csv").disabled = true;
+    this.onChange();
   }
 }
 
