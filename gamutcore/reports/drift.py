@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import numpy as np
 
 from gamutcore.arguments import Number, check_option
-from gamutcore.errors import GamutError, OptionError
+from gamutcore.errors import GamutError, OptionError, errors_in
 from gamutcore.gamut import Gamut
 from gamutcore.number_text import number_text
 from gamutcore.options import Options
@@ -107,9 +107,10 @@ def drift(
     pairs = [pair_readings(readings[0], reading, noise) for reading in readings[1:]]
     warnings = condition_warnings(readings)
     gamuts: list[Gamut | None] = []
-    for reading in readings:
+    for source, reading in zip(sources, readings, strict=True):
         try:
-            gamuts.append(Gamut(reading.content, chosen))
+            with errors_in(source):
+                gamuts.append(Gamut(reading.content, chosen))
         except OptionError:
             raise
         except GamutError as error:
@@ -242,9 +243,10 @@ def _sentences(pair: ReadingPair, volumes: _Volumes | None) -> list[str]:
     sentences.append(f"{told[:1].upper()}{told[1:]}.")
     if volumes is not None:
         sentences.append(
-            f"The volume changed by {100 * volumes.change:+.2f} %, from {volumes.first:,.0f} to "
-            f"{volumes.second:,.0f}. {pair.second.name} covers {100 * volumes.second_covers:.2f} % "
-            f"of {pair.first.name}, which covers {100 * volumes.first_covers:.2f} % of it."
+            f"The volume changed by {_signed(100 * volumes.change)} %, from "
+            f"{volumes.first:,.0f} to {volumes.second:,.0f}. {pair.second.name} covers "
+            f"{100 * volumes.second_covers:.2f} % of {pair.first.name}, which covers "
+            f"{100 * volumes.first_covers:.2f} % of it."
         )
     for name, second in ((pair.first.name, False), (pair.second.name, True)):
         alone = pair.only_in(second)
