@@ -222,13 +222,13 @@ class DeviceModelError(GamutError, code="no-device-model"):
 def errors_in(source: object) -> Iterator[None]:
     """Name the file in errors of its content, as ``where["file"]``, if `source` is a path.
 
-    Errors of options are left alone: they are about what was asked, not about the file.
+    Errors of levels and of names of references are left alone: they are not about the file.
     """
     try:
         yield
     except GamutError as error:
         if isinstance(source, str | os.PathLike) and not isinstance(
-            error, OptionError | ReferenceNameError | TriangleCountError
+            error, ReferenceNameError | TriangleCountError
         ):
             error.where = {"file": os.fspath(source), **error.where}
         raise

@@ -1227,7 +1227,7 @@ class ColourMatch(TabularRepr):
         count, tolerance = len(colours["name"]), document["tolerance"]
 
         def columns(name: str, kind: type) -> NDArray[Any]:
-            values = np.array([each[name] for each in gamuts], kind)
+            values: NDArray[Any] = np.array([each[name] for each in gamuts], kind)
             return np.ascontiguousarray(values.reshape(len(gamuts), count).T)
 
         return cls(

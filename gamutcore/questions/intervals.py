@@ -32,7 +32,7 @@ from gamutcore.colours.device_model import (
 )
 from gamutcore.colours.sampling import surface_values
 from gamutcore.errors import DeviceModelError, InvalidPointsError, OptionError
-from gamutcore.number_text import number_text
+from gamutcore.number_text import number_text, volume_text
 from gamutcore.options import Options
 from gamutcore.questions.comparison import compared_conditions
 from gamutcore.questions.conditions import build_warnings
@@ -665,10 +665,11 @@ def _volume_words(
         if part
     ]
     sign = "+" if relative.bias > 0 else "−"
-    whole = (
-        f"The volume is {number_text(volume.value, 4)} ± {_percent(relative.half_width)}, from "
-        f"{number_text(volume.low, 4)} to {number_text(volume.high, 4)} (95 %)."
+    value, low, high = (
+        volume_text(float(number_text(figure, 4)))
+        for figure in (volume.value, volume.low, volume.high)
     )
+    whole = f"The volume is {value} ± {_percent(relative.half_width)}, from {low} to {high} (95 %)."
     correction = (
         f"It is corrected by {sign}{_percent(relative.bias)}: few patches make a gamut smaller, "
         "and noise makes it larger."

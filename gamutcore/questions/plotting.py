@@ -29,7 +29,7 @@ from gamutcore.export.rendering import (
 )
 from gamutcore.geometry import TriangleMesh
 from gamutcore.levels import LevelRequest
-from gamutcore.number_text import number_text
+from gamutcore.number_text import number_text, volume_text
 from gamutcore.questions.declarations import Parameter, Question
 from gamutcore.questions.levels import answering_level, other_gamut
 from gamutcore.questions.shape import RINGS, rings, section
@@ -641,8 +641,7 @@ def rings_note(name: str, volume: float | None) -> str:
     """Return the second line of the title: the name of the gamut, and its volume."""
     parts = [name] if name else []
     if volume is not None:
-        figure = f"{volume:,.0f}" if volume >= 1000.0 else number_text(volume, 4)
-        parts.append(f"volume {figure}".replace(",", "\N{NARROW NO-BREAK SPACE}"))
+        parts.append(f"volume {volume_text(volume)}".replace(",", "\N{NARROW NO-BREAK SPACE}"))
     return " · ".join(parts)
 
 

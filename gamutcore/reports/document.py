@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gamutcore.errors import OptionError
-from gamutcore.number_text import number_text
+from gamutcore.number_text import fixed_text, number_text
 from gamutcore.tables import write_sheets
 
 if TYPE_CHECKING:
@@ -103,8 +103,8 @@ class ReportColumn:
             return "yes" if value else "no"
         if isinstance(value, int | float):
             if self.kind in {"share", "heat"}:
-                return f"{100 * value:.{max(self.decimals - 1, 0)}f}"
-            return f"{value:,.{self.decimals}f}" if isinstance(value, float) else f"{value:,}"
+                return fixed_text(100 * value, max(self.decimals - 1, 0))
+            return fixed_text(value, self.decimals if isinstance(value, float) else 0)
         return str(value)
 
     @property

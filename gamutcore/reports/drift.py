@@ -10,7 +10,13 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import numpy as np
 
 from gamutcore.arguments import Number, check_option
-from gamutcore.errors import DeviceModelError, GamutError, InvalidPointsError, OptionError
+from gamutcore.errors import (
+    DeviceModelError,
+    GamutError,
+    InvalidPointsError,
+    OptionError,
+    errors_in,
+)
 from gamutcore.gamut import Gamut
 from gamutcore.number_text import number_text
 from gamutcore.options import Options
@@ -112,9 +118,10 @@ def drift(
     pairs = [pair_readings(readings[0], reading, noise) for reading in readings[1:]]
     warnings = condition_warnings(readings)
     gamuts: list[Gamut | None] = []
-    for reading in readings:
+    for source, reading in zip(sources, readings, strict=True):
         try:
-            gamuts.append(Gamut(reading.content, chosen))
+            with errors_in(source):
+                gamuts.append(Gamut(reading.content, chosen))
         except OptionError:
             raise
         except GamutError as error:
@@ -279,7 +286,7 @@ def _sentences(pair: ReadingPair, volumes: _Volumes | None) -> list[str]:
                 )
             )
         sentences.append(
-            f"The volume changed by {100 * volumes.change:+.2f} %{change}, from "
+            f"The volume changed by {_signed(100 * volumes.change)} %{change}, from "
             f"{volumes.first:,.0f} to {volumes.second:,.0f}. {pair.second.name} covers "
             f"{100 * volumes.second_covers:.2f} %{of_first} of {pair.first.name}, which covers "
             f"{100 * volumes.first_covers:.2f} %{of_second} of it."

@@ -11,6 +11,7 @@ import numpy as np
 
 from gamutcore import search
 from gamutcore.errors import OptionError
+from gamutcore.number_text import volume_unit
 from gamutcore.options import Options
 from gamutcore.questions import check_space, condition_lines, table_warnings
 from gamutcore.reports.document import Chart, Report, ReportColumn, ReportTable
@@ -128,12 +129,11 @@ def _solid(gamut: NamedGamut, triangles: int | None, max_error: float | None) ->
 def matrix_report(matrix: CoverageMatrix) -> Report:
     """Return a matrix as a report, with a heat map."""
     names, coverage = matrix.gamuts, matrix.coverage
-    cubic = "cubic units" if matrix.space != "CIELAB" else "cubic ΔE"
     numbers = [str(number) for number in range(1, len(names) + 1)]
     columns = [
         ReportColumn("no.", list(range(1, len(names) + 1))),
         ReportColumn("gamut", names),
-        ReportColumn("volume", matrix.volume, cubic, decimals=0),
+        ReportColumn("volume", matrix.volume, volume_unit(matrix.space), decimals=0),
         *(
             ReportColumn(f"covers {name}", coverage[:, at], kind="heat", heading=number)
             for at, (name, number) in enumerate(zip(names, numbers, strict=True))

@@ -130,7 +130,7 @@ def openapi_document(app: FastAPI) -> dict[str, Any]:
                 operation["parameters"].append(_REFERENCE_OPTIONS)
                 job = {"$ref": "#/components/responses/ReferenceJob"}
                 operation["responses"].setdefault("202", job)
-    _drop_repetitions(document["paths"])
+    _drop_repetitions(document["paths"], schemas)
     document["components"]["parameters"] = _share_parameters(document["paths"])
     return document
 
@@ -167,11 +167,12 @@ def _with_named_schemas(node: Any, schemas: dict[str, Any]) -> Any:  # noqa: ANN
     return node
 
 
-def _drop_repetitions(paths: dict[str, Any]) -> None:
-    """Remove what pydantic writes into the schemas of parameters beside the parameters' own.
-
-    These are titles made of the names, and the descriptions again.
-    """
+def _drop_repetitions(paths: dict[str, Any], schemas: dict[str, Any]) -> None:
+    """Remove what pydantic makes of the names of parameters and members, and second descriptions."""
+    for schema in schemas.values():
+        for member in schema.get("properties", {}).values():
+            if isinstance(member.get("title"), str):
+                del member["title"]
     for operations in paths.values():
         for operation in operations.values():
             for parameter in operation.get("parameters", ()):
