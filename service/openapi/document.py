@@ -168,7 +168,7 @@ def _with_named_schemas(node: Any, schemas: dict[str, Any]) -> Any:  # noqa: ANN
 
 
 def _drop_repetitions(paths: dict[str, Any], schemas: dict[str, Any]) -> None:
-    """Remove what pydantic makes of the names of parameters and members, and second descriptions."""
+    """Remove titles that pydantic makes of names, and descriptions that stand twice."""
     for schema in schemas.values():
         for member in schema.get("properties", {}).values():
             if isinstance(member.get("title"), str):
