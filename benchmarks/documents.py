@@ -9,7 +9,7 @@ import json
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
-from benchmarks import accuracy, decimation_tables, intervals, reliability, summary
+from benchmarks import accuracy, decimation_tables, intervals, matches, reliability, summary
 from benchmarks.common import DOCUMENT, RESULTS, ROOT
 from benchmarks.markdown import table, update_document
 from gamutcore.characterisation import FORMATS as INPUT_FORMATS
@@ -47,7 +47,10 @@ DOCUMENTS: dict[Path, Callable[[], dict[str, str]]] = {
     ROOT / "docs" / "exports.md": lambda: {"formats": export_table()},
     ROOT / "docs" / "characterisation.md": lambda: {"formats": input_table()},
     ROOT / "docs" / "settings.md": lambda: {"settings": settings_table()},
-    DOCUMENT: lambda: summary.document_blocks(json.loads(RESULTS.read_text())),
+    DOCUMENT: lambda: {
+        **summary.document_blocks(json.loads(RESULTS.read_text())),
+        **matches.document_blocks(json.loads(matches.RESULTS.read_text())),
+    },
     accuracy.DOCUMENT: lambda: accuracy.document_blocks(json.loads(accuracy.RESULTS.read_text())),
     decimation_tables.DOCUMENT: lambda: decimation_tables.document_blocks(
         json.loads(decimation_tables.RESULTS.read_text())
