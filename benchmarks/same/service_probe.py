@@ -156,7 +156,7 @@ serve --print-settings|serve --port 99999|key press --scopes read
 key Press!|worker --check|info nothing.ti3|info broken.gamut|info rgb.png --ink-limit 300
 info cmyk.txt --ink-limt 300|info cmyk.txt --gamma 7|info coated.gamut --gamma 0.1"""
 
-HELP = """build info mesh export reference query compare plot map slice rings picture serve worker
+HELP = """build info mesh export reference query compare map slice rings picture serve worker
 key openapi warm store"""
 
 

@@ -1,4 +1,4 @@
-"""Commands that answer questions about colours: query, match, map, compare, plot."""
+"""Commands that answer questions about colours: query, compare, match, map and recipe."""
 
 from __future__ import annotations
 
@@ -15,10 +15,7 @@ from gamutcore.cli.inputs import (
     Compensation,
     Decode,
     Instrument,
-    MaxError,
     Noise,
-    Source,
-    Triangles,
     WithInterval,
     asking,
     check_interval_options,
@@ -31,25 +28,34 @@ from gamutcore.cli.inputs import (
     share_of,
 )
 from gamutcore.cli.output import (
-    DIAGRAM_NAMES,
+    DIAGRAMS,
+    INTERVAL_HEADINGS,
     AsCsv,
     AsJson,
     Output,
+    answer_form,
     check_answer_form,
-    drawing_axes,
+    coordinate_text,
+    interval_row,
+    percent_text,
+    shortened,
     state,
+    tell,
     write_answer,
-    write_drawing,
     write_facts,
-    write_interval,
+    write_figures,
     write_report,
     write_table,
 )
-from gamutcore.number_text import number_text
+from gamutcore.number_text import fixed_text, number_text, volume_text, volume_unit
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from gamutcore.colours.spaces import ColourSpace
     from gamutcore.gamut import Gamut
     from gamutcore.pictures import MappedPicture
+    from gamutcore.results import ComparisonUncertainty, GamutComparison
     from gamutcore.tables import ColourTable
 
 __all__ = ["add_to"]
@@ -71,9 +77,9 @@ Colours = Annotated[
 ]
 OfGamut = Annotated[
     str,
-    typer.Option("--gamut", metavar="GAMUT", help="A file, a saved .gamut file or a reference."),
+    typer.Option("--gamut", metavar="GAMUT", help="A file, .gamut file or reference."),
 ]
-ColourSpace = Annotated[
+ColoursIn = Annotated[
     str | None,
     typer.Option(
         "--colours-in",
@@ -96,7 +102,6 @@ def add_to(app: typer.Typer) -> None:
     app.command(cls=asking("nearest"))(query)
     app.command(cls=asking("comparisons"))(compare)
     app.command(cls=BuildCommand)(match)
-    app.command(cls=BuildCommand)(plot)
     app.command("map", cls=asking("map"))(map_colours)
     app.command(cls=asking("recipes"))(recipe)
 
@@ -123,7 +128,7 @@ def query(
             "--pass", help="Largest ΔE00 from the gamut of a colour that passes. Adds passes."
         ),
     ] = None,
-    colours_in: ColourSpace = None,
+    colours_in: ColoursIn = None,
     columns: ColumnNames = None,
     scale: Scale = None,
     triangles: int | None = None,
@@ -131,7 +136,7 @@ def query(
     output: Output = None,
     as_json: AsJson = False,
 ) -> None:
-    """Check a table of colours, or the estimates of a chart, against a gamut.
+    """Check a table of colours or a chart against a gamut.
 
     The columns of the table stay. Added are in_gamut, position (inside, edge or outside), distance
     and distance_euclidean from the surface (negative inside), the nearest colour of the gamut, its
@@ -150,7 +155,7 @@ def query(
     added, summary, warnings = _report(target_gamut, table, metric, level, limits)
     stated = state(target_gamut.conditions, warnings=warnings)
     write_answer(table, added, output, as_json=as_json, stated=stated)
-    typer.echo(summary + _skipped(table), err=output is None)
+    tell(summary + _skipped(table), err=output is None)
 
 
 def _table(path: str, space: str | None, columns: str | None, scale: float | None) -> ColourTable:
@@ -166,7 +171,7 @@ def _table(path: str, space: str | None, columns: str | None, scale: float | Non
         if "line" in error.where:
             error.where.pop("row", None)
         raise
-    typer.echo(table.reading, err=True)
+    tell(table.reading)
     return table
 
 
@@ -262,7 +267,7 @@ def recipe(
     gamut: OfGamut,
     black: Black = "medium",
     method: str = "clip-nearest",
-    colours_in: ColourSpace = None,
+    colours_in: ColoursIn = None,
     columns: ColumnNames = None,
     scale: Scale = None,
     triangles: int | None = None,
@@ -303,7 +308,7 @@ def recipe(
         worst = float(recipes.delta_e[recipes.inside].max())
         missed = number_text(worst, 2)
         summary += f" Their recipes miss them by ΔE00 {missed} at most, by the device model."
-    typer.echo(summary + _skipped(table), err=output is None)
+    tell(summary + _skipped(table), err=output is None)
 
 
 def map_colours(
@@ -323,7 +328,7 @@ def map_colours(
     from_gamut: Annotated[
         str | None, typer.Option("--from", metavar="GAMUT", help="Gamut that sgck maps from.")
     ] = None,
-    colours_in: ColourSpace = None,
+    colours_in: ColoursIn = None,
     columns: ColumnNames = None,
     scale: Scale = None,
     triangles: int | None = None,
@@ -436,7 +441,7 @@ def map_colours(
         }
         mapped_picture = target_gamut.map_picture(colours, output, method, **options)
         state(target_gamut.conditions, warnings=mapped_picture.warnings)
-        typer.echo(_picture_summary(mapped_picture))
+        tell(_picture_summary(mapped_picture), err=False)
         return
     mapped = target_gamut.map(table.points, method, space=table.space, **options)
     points = table.own_values(mapped.points)
@@ -450,7 +455,7 @@ def map_colours(
     stated = state(target_gamut.conditions, warnings=mapped.warnings)
     write_answer(table, added, output, as_json=as_json, stated=stated)
     summary = f"{int(mapped.moved.sum())} of {len(mapped.moved)} colours moved."
-    typer.echo(summary + _skipped(table), err=output is None)
+    tell(summary + _skipped(table), err=output is None)
 
 
 def _picture_summary(done: MappedPicture) -> str:
@@ -511,7 +516,7 @@ def _space_for_picture(ctx: typer.Context, gamuts: list[str]) -> str | None:
         return None
     if any(_has_space(source, chosen.get("condition")) for source in gamuts):
         return None
-    typer.echo(f"Gamuts for pictures are built in {PICTURE_SPACE}; --space changes it.", err=True)
+    tell(f"Gamuts for pictures are built in {PICTURE_SPACE}; --space changes it.")
     return PICTURE_SPACE
 
 
@@ -562,10 +567,10 @@ def compare(
     as_json: AsJson = False,
     as_csv: AsCsv = False,
 ) -> None:
-    """Compare gamuts A and B in words and by volume and coverage, or three and more in a matrix.
+    """Compare two gamuts or more by volume and coverage.
 
-    With --csv, the result of two is a table of the sectors of hue. With --interval, it is how well
-    the data lets the comparison be known.
+    Two are compared in words and by figures. With --csv, the result is a table of the sectors of
+    hue. With --interval, it is how well the data lets the comparison be known.
 
     Three or more, a folder or a pattern give the volumes, and the share of each gamut that each
     other one covers. The output is a table (.csv, .xlsx, .json, .html, .txt) or a heat map (.png,
@@ -578,33 +583,45 @@ def compare(
             raise typer.BadParameter("--lost, --sectors and --interval are for two gamuts.")
         _compare_all(ctx, gamuts, triangles, max_error, output, as_json=as_json, as_csv=as_csv)
         return
-    first, second = gamuts
+    form = answer_form(output, as_json=as_json, as_csv=as_csv)
     if not interval:
         check_interval_options(noise, None, instrument)
+    elif form == "csv":
+        raise typer.BadParameter("Intervals are written as text or JSON.", param_hint="--output")
     one, two = (gamut_of(source, ctx, alone=False) for source in gamuts)
-    names = [Path(name).stem if Path(name).exists() else name for name in (first, second)]
+    names = [Path(name).stem if Path(name).exists() else name for name in gamuts]
+    # names that may be mistaken for the letters of the summary are not put into it
+    named = len({*names, "A", "B"}) > 3
+
+    def words(answer: GamutComparison | ComparisonUncertainty) -> tuple[str, ...]:
+        return answer.summary_with(*names) if named else answer.summary
+
     if interval:
         answer = one.compare_with_interval(
             two, noise=noise, instrument=instrument, same_instrument=same_instrument
         )
         stated = state(one.conditions, two.conditions, warnings=answer.warnings)
-        named = len({*names, "A", "B"}) > 3
-        write_interval(
-            answer.summary_with(*names) if named else answer.summary,
-            {
-                **{
-                    name: getattr(answer, name).to_mapping()
-                    for name in ("larger", "a_covers_b", "b_covers_a")
-                },
+        if form == "json":
+            figures = {
+                **{name: getattr(answer, name).to_mapping() for name in _INTERVALS},
                 "smallest_difference": answer.smallest_difference,
                 "noise": list(answer.noise),
                 "patches": list(answer.patches),
                 "patches_needed": answer.patches_needed,
-                **stated,
-            },
-            output,
-            as_json=as_json,
+            }
+            write_facts({"summary": list(words(answer)), **figures, **stated}, output, as_json=True)
+            return
+        first, second = (shortened(name) for name in names)
+        labels = (
+            f"volume of {first} above that of {second} (%)",
+            f"{first} covers of {second} (%)",
+            f"{second} covers of {first} (%)",
         )
+        rows = {
+            label: interval_row(getattr(answer, name), percent_text)
+            for label, name in zip(labels, _INTERVALS, strict=True)
+        }
+        write_figures(words(answer), INTERVAL_HEADINGS, rows, output)
         return
     comparison = one.compare(
         two, sectors=sectors, lost=lost, triangles=triangles, max_error=max_error
@@ -612,33 +629,60 @@ def compare(
     stated = state(one.conditions, two.conditions, warnings=comparison.warnings)
     tabular = COMPARISON.tabulate(comparison)
     by_hue: dict[str, Any] = {name: values.tolist() for name, values in tabular.columns.items()}
-    if as_csv or (output is not None and output.suffix.lower() == ".csv"):
+    if form == "csv":
         write_table(by_hue, output, as_json=False, as_csv=True)
         return
-    facts = {
-        name: value.tolist() if hasattr(value, "tolist") else value
-        for name, value in tabular.document.items()
-        if name != "sectors"
-    }
-    chromaticity = facts.pop("chromaticity")
-    if as_json or (output is not None and output.suffix.lower() == ".json"):
-        facts |= {"chromaticity": chromaticity, "sectors": by_hue, **stated}
-        write_facts(facts, output, as_json=True)
+    if form == "json":
+        facts = {
+            name: value.tolist() if hasattr(value, "tolist") else value
+            for name, value in tabular.document.items()
+        }
+        write_facts({**facts, "sectors": by_hue, **stated}, output, as_json=True)
         return
-    if chromaticity is not None:
-        for diagram, name in DIAGRAM_NAMES.items():
-            for figure in ("area_ratio", "a_covers_b", "b_covers_a"):
-                facts[f"{name} {figure}"] = chromaticity[diagram][figure]
-    del facts["summary"]
-    for name in ("lost_a", "lost_b"):
-        values = facts.pop(name)
-        facts |= {f"{name} {figure}": value for figure, value in (values or {}).items()}
-    if output is None:
-        words = (
-            comparison.summary_with(*names) if len({*names, "A", "B"}) > 3 else comparison.summary
-        )
-        typer.echo("\n".join((*words, "")))
-    write_facts(facts, output, as_json=False)
+    unit = volume_unit(one.colour_space.name)
+    common = (
+        f"In common: {volume_text(comparison.intersection)} {unit}, "
+        f"{percent_text(comparison.jaccard)} % of both together."
+    )
+    rows = _figures(comparison, one.colour_space)
+    write_figures(words(comparison), names, rows, output, notes=[common])
+
+
+_INTERVALS = ("larger", "a_covers_b", "b_covers_a")
+"""Figures of a comparison that have intervals."""
+
+
+def _figures(comparison: GamutComparison, space: ColourSpace) -> dict[str, list[str]]:
+    """Return the figures of a comparison in text, those of A and of B."""
+
+    def pair(figures: Any, name: str, text: Callable[[float], str]) -> list[str]:  # noqa: ANN401
+        return [text(float(getattr(figures, name.format(*side)))) for side in ("ab", "ba")]
+
+    axis = space.definition.lightness
+    rows = {
+        f"volume ({volume_unit(space.name)})": pair(comparison, "volume_{}", volume_text),
+        "share of the other covered (%)": pair(comparison, "{}_covers_{}", percent_text),
+    }
+    for label, name in (("lightest", "white"), ("darkest", "black")):
+        ends = (getattr(comparison, f"{name}_{side}")[axis] for side in "ab")
+        rows[f"{label} colour ({space.axes[axis]})"] = [coordinate_text(end, space) for end in ends]
+    if comparison.lost_a is not None and comparison.lost_b is not None:
+        lost = comparison.lost_a, comparison.lost_b
+        rows |= {
+            "surface outside the other (%)": [percent_text(loss.share_outside) for loss in lost],
+            "ΔE00 to the other, mean": [fixed_text(loss.mean, 2) for loss in lost],
+            "ΔE00 to the other, 95 %": [fixed_text(loss.percentile_95, 2) for loss in lost],
+        }
+    for diagram, name in DIAGRAMS.items():
+        areas = getattr(comparison.chromaticity, diagram, None)
+        if areas is not None:
+            ratio = areas.area_ratio
+            rows[f"area in {name} (× the other)"] = [
+                number_text(ratio, 4),
+                number_text(1.0 / ratio, 4),
+            ]
+            rows[f"other covered in {name} (%)"] = pair(areas, "{}_covers_{}", percent_text)
+    return rows
 
 
 def _compare_all(
@@ -693,7 +737,7 @@ def match(
     recipe: Annotated[
         bool, typer.Option("--recipe", help="Add device values in per cent: CSV, .xlsx and JSON.")
     ] = False,
-    colours_in: ColourSpace = None,
+    colours_in: ColoursIn = None,
     columns: ColumnNames = None,
     scale: Scale = None,
     max_error: Annotated[
@@ -707,7 +751,7 @@ def match(
     as_json: AsJson = False,
     as_csv: AsCsv = False,
 ) -> None:
-    """Find which gamuts print a table of colours, and how near the others come.
+    """Find which gamuts print a table of colours.
 
     For each gamut: the share of the colours that it prints, mean and 95th percentile of ΔE00, and
     the worst colours. For each colour: how many gamuts print it, and which is best. Also the two or
@@ -736,30 +780,4 @@ def match(
         )
     write_report(match_report(found), output, as_json=as_json, as_csv=as_csv)
     if table.without_colour:
-        typer.echo(_skipped(table).strip(), err=True)
-
-
-def plot(
-    ctx: typer.Context,
-    source: Source,
-    output: Annotated[
-        Path,
-        typer.Option("--output", "-o", metavar="FILE", help="A .png, .svg or .pdf file."),
-    ],
-    triangles: Triangles = None,
-    max_error: MaxError = None,
-) -> None:
-    """Draw a gamut in three dimensions.
-
-    Needs matplotlib, the extra plot.
-    """
-    axes = drawing_axes(output, projection="3d")
-    if axes is None:
-        raise typer.BadParameter(
-            "Give a name that ends in .png, .svg or .pdf.", param_hint="--output"
-        )
-    gamut = gamut_of(source, ctx)
-    gamut.plot(axes, triangles=triangles, max_error=max_error)
-    write_drawing(axes, output)
-    state(gamut.conditions)
-    typer.echo(str(output), err=True)
+        tell(_skipped(table).strip())

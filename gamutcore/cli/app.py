@@ -111,8 +111,10 @@ def _line(error: Exception) -> tuple[str, int] | None:
 
     if isinstance(error, GamutError):
         usage = isinstance(error, OptionError | ReferenceNameError | TriangleCountError)
-        place = ", ".join(f"{name} {value}" for name, value in error.where.items())
-        location = f" ({place})" if place and not usage else ""
+        # an option of a command is named in the message
+        shown = {"file"} & error.where.keys() if usage else error.where
+        place = ", ".join(f"{name} {error.where[name]}" for name in shown)
+        location = f" ({place})" if place else ""
         message = f"{error.message.rstrip('.')}{location}. {error.remedy}".strip()
         return message, USAGE_FAULT if usage else DATA_FAULT
     if isinstance(error, ModuleNotFoundError) and error.name in {"matplotlib", "openpyxl"}:

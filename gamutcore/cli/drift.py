@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from gamutcore.cli.inputs import BuildCommand, chosen_options
-from gamutcore.cli.output import AsCsv, AsJson, Output, write_bytes
+from gamutcore.cli.output import AsCsv, AsJson, Output, tell, write_bytes
 
 __all__ = ["add_to"]
 
@@ -38,7 +38,7 @@ def drift(
     as_json: AsJson = False,
     as_csv: AsCsv = False,
 ) -> None:
-    """Compare readings of one device: what changed, and whether by more than the noise.
+    """Compare readings of one device: what changed beyond noise.
 
     Each SECOND is compared with FIRST. Patches are matched by device values within half a step of
     8 bits, and repeats are averaged. Stated are ΔE00, its direction, white and black, the solids
@@ -62,6 +62,6 @@ def drift(
         typer.echo(report.to_text(), nl=False)
     else:
         report.save(output)
-        typer.echo(report.sentences[0])
+        tell(report.sentences[0], err=False)
         for warning in report.warnings:
-            typer.echo(f"Warning: {warning}", err=True)
+            tell(f"Warning: {warning}")

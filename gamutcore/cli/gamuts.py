@@ -20,21 +20,30 @@ from gamutcore.cli.inputs import (
 )
 from gamutcore.cli.output import (
     DIAGRAM_NAMES,
+    DIAGRAMS,
+    INTERVAL_HEADINGS,
     AsCsv,
     AsJson,
     Output,
+    answer_form,
+    coordinate_text,
+    interval_row,
+    percent_text,
     state,
+    tell,
     write_bytes,
     write_facts,
-    write_interval,
+    write_figures,
+    write_rows,
     write_table,
 )
 from gamutcore.cli.sections import picture
-from gamutcore.number_text import number_text
+from gamutcore.number_text import fixed_text, number_text, volume_text, volume_unit
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
+    from gamutcore.colours.spaces import ColourSpace
     from gamutcore.gamut import Gamut
 
 __all__ = ["add_to"]
@@ -44,11 +53,21 @@ Into = Annotated[
     Path | None,
     typer.Option(
         metavar="PROFILE",
-        help="ICC profile of version 5. The .icc file is the profile with the level as its gamut "
-        "boundary.",
+        help="ICC profile that gets the boundary. It has version 5. The .icc file is the profile "
+        "with the level as its gamut boundary.",
     ),
 ]
 """The profile that a boundary is embedded in."""
+
+
+ShowAll = Annotated[bool, typer.Option("--all", help="Show all figures.")]
+"""All rows of the text."""
+
+ROWS = 12
+"""Rows of the text without --all."""
+
+LONGEST_PATH = 60
+"""Characters of a path in a row."""
 
 
 def add_to(app: typer.Typer) -> None:
@@ -65,6 +84,7 @@ def build(
         Path | None,
         typer.Option("--output", "-o", metavar="FILE", help="By default the name with .gamut."),
     ] = None,
+    show_all: ShowAll = False,
     as_json: AsJson = False,
 ) -> None:
     """Build a gamut, and save it as a .gamut file.
@@ -74,7 +94,11 @@ def build(
     gamut = gamut_of(source, ctx)
     path = output or Path(Path(source).with_suffix(".gamut").name)
     gamut.save(path)
-    write_facts({"file": str(path), **_facts(gamut)}, None, as_json=as_json)
+    if as_json:
+        write_facts({"file": str(path), **_facts(gamut)}, None, as_json=True)
+    else:
+        name = str(path) if len(str(path)) <= LONGEST_PATH else f"…{str(path)[1 - LONGEST_PATH :]}"
+        _write_description([("file", name), *_rows(gamut)], gamut, None, show_all=show_all)
 
 
 def info(
@@ -87,36 +111,43 @@ def info(
         typer.Option(metavar="FILE", help="A second reading of the chart, for the interval."),
     ] = None,
     instrument: Instrument = 0.0,
-    as_json: AsJson = False,
+    show_all: ShowAll = False,
     output: Output = None,
+    as_json: AsJson = False,
 ) -> None:
     """Show the key figures of a gamut.
 
     JSON has the whole description. With --interval, the answer is how well the volume of a measured
     device is known.
     """
+    form = answer_form(output, as_json=as_json, as_csv=False)
+    if interval and form == "csv":
+        raise typer.BadParameter("Intervals are written as text or JSON.", param_hint="--output")
+    if not interval:
+        check_interval_options(noise, repeats, instrument)
     gamut = gamut_of(source, ctx)
     if interval:
         answer = gamut.uncertainty(noise, repeats, instrument=instrument)
         stated = state(gamut.conditions, warnings=answer.warnings)
-        write_interval(
-            answer.summary,
-            {
+        if form == "json":
+            facts = {
+                "summary": list(answer.summary),
                 "volume": answer.volume.to_mapping(),
                 "relative": answer.relative.to_mapping(),
                 "noise": answer.noise,
                 "noise_from": answer.noise_from,
                 "patches": answer.patches,
                 "patches_needed": answer.patches_needed,
-                **stated,
-            },
-            output,
-            as_json=as_json,
-        )
-        return
-    check_interval_options(noise, repeats, instrument)
-    whole = as_json or (output is not None and output.suffix.lower() == ".json")
-    write_facts(gamut.description if whole else _facts(gamut), output, as_json=as_json)
+            }
+            write_facts({**facts, **stated}, output, as_json=True)
+            return
+        unit = volume_unit(gamut.colour_space.name)
+        rows = {f"volume ({unit})": interval_row(answer.volume, volume_text)}
+        write_figures(answer.summary, INTERVAL_HEADINGS, rows, output)
+    elif form == "text":
+        _write_description(_rows(gamut), gamut, output, show_all=show_all)
+    else:
+        write_facts(gamut.description if form == "json" else _facts(gamut), output, as_json=as_json)
 
 
 def mesh(
@@ -149,7 +180,7 @@ def mesh(
     level.save(output, into=into)
     error = level.max_error
     bound = "" if error is None else f", within {number_text(error)} of the boundary"
-    typer.echo(f"{output}: {level.triangles} triangles{bound}", err=True)
+    tell(f"{output}: {level.triangles} triangles{bound}")
     state(gamut.conditions)
 
 
@@ -280,6 +311,7 @@ def reference(
     """
     from gamutcore.references import (  # noqa: PLC0415
         REFERENCES,
+        USUAL,
         find_reference,
         search_references,
     )
@@ -287,7 +319,10 @@ def reference(
     if name is not None and search is not None:
         raise typer.BadParameter("Give the name of a reference or --search.", param_hint="--search")
     if name is None:
-        references = list(REFERENCES.values()) if search is None else search_references(search)
+        slugs = dict.fromkeys((*USUAL, *REFERENCES))
+        references = (
+            [REFERENCES[slug] for slug in slugs] if search is None else search_references(search)
+        )
         if not references:
             find_reference(str(search))  # raises, with the reason
         columns = {
@@ -304,6 +339,114 @@ def reference(
         for key in ("slug", "name", "kind", "white", "illuminant", "observer", "primaries")
     }
     write_facts({**facts, "source": one.source}, None, as_json=as_json, as_csv=as_csv)
+
+
+def _write_description(
+    rows: list[tuple[str, str]], gamut: Gamut, output: Path | None, *, show_all: bool
+) -> None:
+    """Write the rows that are asked most, or all of them, and the warnings of the build."""
+    write_rows(rows if show_all else rows[:ROWS], output)
+    if len(rows) > ROWS and not show_all:
+        typer.echo(f"{len(rows) - ROWS} more with --all.", err=True)
+    provenance = gamut.description["provenance"]
+    for warning in (*provenance.get("warnings", ()), *gamut.conditions.size_warnings):
+        tell(f"Warning: {warning}")
+
+
+def _rows(gamut: Gamut) -> list[tuple[str, str]]:
+    """Return names and texts about a gamut, those that are asked most first."""
+    description, conditions, space = gamut.description, gamut.conditions, gamut.colour_space
+    provenance, options = description["provenance"], description["options"]
+    unit = volume_unit(space.name)
+    volumes = description.get("volumes", {})
+    intent = conditions.intent
+    same = volumes.get(intent, volumes.get("own", {}))
+
+    def volume_row(volume: float, times: float | None) -> str:
+        return f"{volume_text(volume)} {unit}" + (
+            "" if times is None else f", {number_text(times, 3)} × sRGB"
+        )
+
+    rows = [("volume", volume_row(gamut.volume, same.get("times_srgb")))]
+    rows += [
+        (f"  {name}", volume_row(volumes[name]["volume"], volumes[name]["times_srgb"]))
+        for name in ("relative", "absolute")
+        if name in volumes and name != intent
+    ]
+    if "distinguishable_colours" in description:
+        millions = description["distinguishable_colours"] / 1e6
+        rows.append(("colours", f"{number_text(millions, 3)} million that can be told apart"))
+    vertices = gamut.mesh(max_error=0.0).vertices
+    order = vertices[:, space.definition.lightness].argsort()
+    rows += [
+        ("white", _coordinates(vertices[order[-1]], space)),
+        ("black", _coordinates(vertices[order[0]], space)),
+        ("intent", intent),
+        ("space", f"{space.name}, white {conditions.white}"),
+    ]
+    if gamut.channels:
+        rows.append(("channels", " ".join(gamut.channels)))
+    if conditions.ink_limit is not None or conditions.is_print:
+        limit = conditions.ink_limit
+        rows.append(("ink limit", "none" if limit is None else f"{number_text(limit)} %"))
+    rows.append(("triangles", f"{description['counts']['triangles']:,}"))
+    facts = _measurement_facts(provenance)
+    rows += [
+        (name, facts.pop(name).replace("the 95th percentile", "95 %"))  # fits a line
+        for name in ("patches", "model error")
+        if name in facts
+    ]
+    rows += _chromaticity_rows(description.get("chromaticity"))
+    rows.append(("area", f"{volume_text(description['area'])} {unit.replace('cubic', 'square')}"))
+    rows += [
+        (axis, f"{coordinate_text(low, space)} to {coordinate_text(high, space)}")
+        for axis, low, high in zip(space.axes, *description["bounds"], strict=True)
+    ]
+    if conditions.medium_white is not None:
+        lab = ", ".join(
+            f"{axis} {fixed_text(value, 1)}"
+            for axis, value in zip(("L*", "a*", "b*"), conditions.medium_white, strict=True)
+        )
+        rows.append(("medium", f"white {lab} as measured"))
+    for name in ("illuminant", "observer"):
+        value = options.get(name, provenance.get(name))
+        if isinstance(value, str | int | float):
+            rows.append((name, str(value)))
+    if conditions.black_limit is not None:
+        rows.append(("black limit", f"{number_text(conditions.black_limit)} %"))
+    if "measurement condition" in facts:
+        rows.append(("condition", facts["measurement condition"]))
+    if "device model" in facts:
+        rows.append(("device model", facts["device model"]))
+    return [*rows, ("boundary", str(options["boundary"])), ("id", gamut.id)]
+
+
+def _coordinates(point: Sequence[float], space: ColourSpace) -> str:
+    """Return a colour in text."""
+    values = [
+        f"{axis} {coordinate_text(v, space)}" for axis, v in zip(space.axes, point, strict=True)
+    ]
+    return ", ".join(values)
+
+
+def _chromaticity_rows(areas: Mapping[str, Any] | None) -> list[tuple[str, str]]:
+    """Return the rows of chromaticity areas and coverages."""
+    if areas is None:
+        return []
+    from gamutcore.references import REFERENCES  # noqa: PLC0415
+
+    rows: list[tuple[str, str]] = []
+    for diagram, name in DIAGRAMS.items():
+        figures = areas[diagram]
+        area = f"{number_text(figures['of_bt709'], 4)} × BT.709"
+        rows.append((f"{name} area", f"{area}, of the {areas['basis']}"))
+        shares = [
+            f"{REFERENCES[slug].name.removeprefix('ITU-R ').removesuffix(' (1998)')} "
+            f"{percent_text(share)}"
+            for slug, share in figures["coverage"].items()
+        ]
+        rows.append((f"{name} covers", f"{', '.join(shares)} %"))
+    return rows
 
 
 def _chromaticity(areas: Mapping[str, Any] | None) -> dict[str, Any]:

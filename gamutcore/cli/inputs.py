@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import copy
 import glob
 import inspect
+import re
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -44,7 +46,8 @@ Source = Annotated[
     str,
     typer.Argument(
         metavar="GAMUT",
-        help="A file to build from, a saved .gamut file, or the name of a reference.",
+        help="A file, .gamut file or reference. Files are measurements, profiles, pictures or "
+        "meshes, which are built with the options; references have names such as srgb.",
     ),
 ]
 """A gamut as an argument."""
@@ -80,7 +83,7 @@ MaxError = Annotated[
 
 WithInterval = Annotated[
     bool,
-    typer.Option("--interval", help="How well the data lets it be known: 95 % intervals."),
+    typer.Option("--interval", help="Intervals of 95 % of the figures."),
 ]
 """Intervals instead of figures."""
 
@@ -113,12 +116,46 @@ _CHOSEN = "gamutcore.options"
 """Key of the options of the build in the context of a command."""
 
 
+_ALL = "gamutcore.help"
+"""Key in the context of a command whose help shows all options."""
+
+BUILD_GROUP = "Building the gamut"
+
+GROUPS: Mapping[str, str] = {
+    **dict.fromkeys(("triangles", "max_error", "side"), "Level"),
+    **dict.fromkeys(("colours_in", "columns", "scale"), "Table of colours"),
+    **dict.fromkeys(("depth", "lookup_table", "heat_map", "to", "iterations"), "Pictures"),
+    **dict.fromkeys(("interval", "noise", "repeats", "instrument", "same_instrument"), "Interval"),
+    **dict.fromkeys(("output", "as_json", "as_csv"), "Output"),
+}
+"""Groups of the help by the names of options; others are under "Options"."""
+
+RARE = frozenset(
+    {
+        *("max_error", "side", "tolerance", "edge_width", "columns", "scale", "focus"),
+        *("black_point_compensation", "decode", "preserve", "source_gamut", "gamut_boundary"),
+        *("lookup_table", "heat_map", "iterations"),
+        *("noise", "repeats", "instrument", "same_instrument"),
+    }
+)
+"""Options that the short help leaves out, beside most of those of builds."""
+
+USUAL = ("intent", "ink_limit", "space")
+"""Options of builds in the short help."""
+
+TERM = 24
+"""Characters of an option in the help before its text."""
+
+
 class BuildCommand(TyperCommand):
     """A command that may build gamuts: it has an option for each of `gamutcore.options`.
 
     Parameters of its questions without a help have that of their declarations. The declarations
     take half a second to import, so they are read when the command runs, completes or shows its
     help.
+
+    Its help fits one screen: the first sentence about the command and about each option that is
+    asked often. --help-all shows everything.
     """
 
     question = ""
@@ -131,6 +168,60 @@ class BuildCommand(TyperCommand):
         taken = {name for option in own for name in option.opts}
         return [*own, *_build_options(taken)]
 
+    def format_help_text(self, ctx: Any, formatter: Any) -> None:  # noqa: ANN401
+        """Write what the command does: the first paragraph, unless all is asked for."""
+        text = inspect.cleandoc(self.help or "")
+        formatter.write_paragraph()
+        with formatter.indentation():
+            formatter.write_text(text if _ALL in ctx.meta else text.partition("\n\n")[0])
+
+    def format_options(self, ctx: Any, formatter: Any) -> None:  # noqa: ANN401
+        """Write the arguments and the options in groups."""
+        groups: dict[str, list[tuple[str, str]]] = {"Arguments": [], "Options": []}
+        for param in self.get_params(ctx):
+            shown = param if _ALL in ctx.meta else _in_short(param)
+            if shown is not None:
+                groups.setdefault(_group(param), []).append(shown.get_help_record(ctx))
+        for group in [*groups][2:]:
+            if len(groups[group]) == 1:  # a heading takes two lines
+                groups["Options"] += groups.pop(group)
+        groups["Options"].sort(key=lambda record: record[0].startswith("--help"))  # at the end
+        for group, records in groups.items():
+            if records:
+                with formatter.section(group):
+                    formatter.write_dl([(f"{term:{TERM}}", text) for term, text in records])
+
+
+_BUILD = "build_"
+"""Beginning of the names of the parameters that are options of builds."""
+
+
+def _group(param: Any) -> str:  # noqa: ANN401  # of typer's own click
+    """Return the group of a parameter in the help."""
+    if param.param_type_name == "argument":
+        return "Arguments"
+    return BUILD_GROUP if param.name.startswith(_BUILD) else GROUPS.get(param.name, "Options")
+
+
+def _in_short(param: Any) -> Any | None:  # noqa: ANN401
+    """Return a parameter with the first sentence of its help, or None for rare ones."""
+    name = param.name.removeprefix(_BUILD)
+    if (name != param.name and name not in USUAL) or name in RARE:
+        return None
+    brief = copy.copy(param)
+    text = param.help or ""
+    if text.startswith("`"):  # names of choices, and what each is
+        text = text.rpartition("Accepted: ")[2].capitalize()
+    brief.help = re.split(r"(?<=[.;])\s", text, maxsplit=1)[0].replace(";", ".")
+    return brief
+
+
+def _show_all(ctx: typer.Context, value: bool) -> None:  # as typer calls it
+    if value and not ctx.resilient_parsing:
+        ctx.meta[_ALL] = True
+        typer.echo(ctx.get_help())
+        raise typer.Exit
+
 
 def _build_options(taken: set[str]) -> list[Any]:
     """Return an option of the command line for each option of builds.
@@ -142,8 +233,8 @@ def _build_options(taken: set[str]) -> list[Any]:
     def command(**_options: str | None) -> None:
         pass
 
-    declared = {
-        f"build_{name}": Annotated[
+    declared: dict[str, Any] = {
+        f"{_BUILD}{name}": Annotated[
             str | None,
             typer.Option(
                 _flag(name, taken),
@@ -155,10 +246,25 @@ def _build_options(taken: set[str]) -> list[Any]:
         ]
         for name, option in OPTIONS.items()
     }
+    declared["help_all"] = Annotated[
+        bool,
+        typer.Option(
+            "--help-all",
+            is_eager=True,
+            callback=_show_all,
+            expose_value=False,
+            help="Show all options, such as --gamma and --cost.",
+        ),
+    ]
     command.__annotations__ = declared
     command.__signature__ = inspect.Signature(  # type: ignore[attr-defined]
         [
-            inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=kind)
+            inspect.Parameter(
+                name,
+                inspect.Parameter.KEYWORD_ONLY,
+                default=False if name == "help_all" else None,
+                annotation=kind,
+            )
             for name, kind in declared.items()
         ]
     )
@@ -197,7 +303,7 @@ def _flag(name: str, taken: set[str]) -> str:
 def _keep(ctx: typer.Context, param: typer.CallbackParam, value: str | None) -> None:
     if value is not None:
         chosen = ctx.meta.setdefault(_CHOSEN, {})
-        chosen[str(param.name).removeprefix("build_")] = value
+        chosen[str(param.name).removeprefix(_BUILD)] = value
 
 
 def check_interval_options(noise: float | None, repeats: str | None, instrument: float) -> None:
@@ -246,7 +352,8 @@ def gamut_of(
     chosen = Options.from_mapping(options)
 
     def build() -> Gamut:
-        with _progress(Path(source).name) as report, errors_in(source):
+        place = source if reference is None else None
+        with _progress(Path(source).name) as report, errors_in(place):
             return Gamut(data, chosen, progress=report)
 
     if reference is not None:
@@ -347,6 +454,16 @@ def number_or_text(text: str) -> float | str:
         return text
 
 
+STAGE_WORDS = {
+    "characterisation": "Reading the data",
+    "colours": "Computing colours",
+    "boundary": "Finding the surface",
+    "decimation": "Making all levels of detail",
+    "metric": "Measuring the levels",
+}
+"""Stages of a build in plain words, as the viewer has them in ``progress.ts``."""
+
+
 def _fits(kinds: tuple[str, ...]) -> bool:
     return "reference" in kinds
 
@@ -365,5 +482,7 @@ def _progress(name: str) -> Iterator[Callable[[str, float], None] | bool]:
     with Progress(console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task(name, total=len(STAGES))
         yield lambda stage, fraction: bar.update(
-            task, completed=STAGES.index(stage) + fraction, description=f"{name}: {stage}"
+            task,
+            completed=STAGES.index(stage) + fraction,
+            description=f"{name}: {STAGE_WORDS[stage]}",
         )

@@ -17,6 +17,7 @@ from gamutcore.cli.inputs import (
     number_or_text,
     numbers_of,
 )
+from gamutcore.cli.output import tell
 from gamutcore.cli.reference_cache import cached_reference
 
 __all__ = ["add_to"]
@@ -106,15 +107,16 @@ def link(
     )
     device_link.save(output)
     for warning in device_link.warnings:
-        typer.echo(f"Warning: {warning}", err=True)
+        tell(f"Warning: {warning}")
     worst_at = " ".join(f"{value:.3f}" for value in device_link.errors.worst_at)
     sides = zip(("source", "destination"), device_link.decodings, strict=True)
     stated = [f"{side} {decoding}" for side, decoding in sides if decoding is not None]
     decoded = f" Code values: {', '.join(stated)}." if stated else ""
-    typer.echo(
+    tell(
         f"{output}: {device_link.source} to {device_link.destination}, {device_link.method} "
         f"in {device_link.space}, {device_link.table.size} nodes a side. "
-        f"Error: {device_link.errors}, at {worst_at}.{decoded}"
+        f"Error: {device_link.errors}, at {worst_at}.{decoded}",
+        err=False,
     )
 
 
@@ -178,13 +180,14 @@ def profile(
     )
     device_profile.save(output)
     for warning in device_profile.warnings:
-        typer.echo(f"Warning: {warning}", err=True)
+        tell(f"Warning: {warning}")
     kind = "Output" if device_profile.device_class == "prtr" else "Display"
     form = "tables" if device_profile.form == "tables" else "matrix and curves"
     round_trip = (
         "" if device_profile.round_trip is None else f" Round trip: {device_profile.round_trip}."
     )
-    typer.echo(
+    tell(
         f"{output}: {kind} profile of {device_profile.name}, "
-        f"version {device_profile.version}, {form}. Error: {device_profile.forward}.{round_trip}"
+        f"version {device_profile.version}, {form}. Error: {device_profile.forward}.{round_trip}",
+        err=False,
     )

@@ -8,39 +8,53 @@ import json
 import math
 import sys
 import textwrap
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import typer
 
-from gamutcore.number_text import number_text
+from gamutcore.number_text import fixed_text, number_text
 
 if TYPE_CHECKING:
+    from gamutcore.colours.spaces import ColourSpace
     from gamutcore.reports import Report
-    from gamutcore.results import Conditions
+    from gamutcore.results import Conditions, Interval
     from gamutcore.tables import ColourTable
 
 __all__ = [
+    "DIAGRAMS",
     "DIAGRAM_NAMES",
     "DRAWINGS",
+    "INTERVAL_HEADINGS",
     "AsCsv",
     "AsJson",
     "Columns",
     "Output",
+    "answer_form",
     "check_answer_form",
+    "coordinate_text",
     "drawing_axes",
+    "interval_row",
+    "percent_text",
+    "shortened",
     "state",
+    "tell",
+    "wrapped",
     "write_answer",
     "write_bytes",
     "write_drawing",
     "write_facts",
-    "write_interval",
+    "write_figures",
     "write_report",
+    "write_rows",
     "write_table",
 ]
 
 DIAGRAM_NAMES = {"xy": "chromaticity xy", "uv": "chromaticity u'v'"}
+"""Names of the chromaticity diagrams in CSV and JSON."""
+
+DIAGRAMS = {"xy": "xy", "uv": "u′v′"}
 """Names of the chromaticity diagrams in text."""
 
 AsJson = Annotated[bool, typer.Option("--json", help="Write JSON.")]
@@ -65,33 +79,99 @@ def write_facts(
     Without an output they go to standard output. The suffix of a file chooses the form if no form
     is asked for.
     """
-    form = _form(output, as_json=as_json, as_csv=as_csv)
+    form = answer_form(output, as_json=as_json, as_csv=as_csv)
     if form == "json":
         text = json.dumps(facts, ensure_ascii=False, indent=2) + "\n"
     elif form == "csv":
         text = _csv({name: [value] for name, value in facts.items()})
     else:
-        width = max(map(len, facts), default=0) + 2
-        text = "".join(f"{name:{width}}{_text(value)}\n" for name, value in facts.items())
+        write_rows([(name, _text(value)) for name, value in facts.items()], output)
+        return
     write_bytes(text.encode(), output)
 
 
 LINE = 80
 """Columns of a terminal."""
 
+LONGEST_NAME = 24
+"""Characters of the name of a gamut as a heading."""
 
-def write_interval(
-    summary: Sequence[str], facts: Mapping[str, Any], output: Path | None, *, as_json: bool
-) -> None:
-    """Write an interval: its sentences, or all of it as JSON."""
-    form = _form(output, as_json=as_json, as_csv=False)
-    if form == "csv":
-        raise typer.BadParameter("Intervals are written as text or JSON.", param_hint="--output")
-    if form == "json":
-        write_facts({"summary": list(summary), **facts}, output, as_json=True)
-        return
-    text = "".join(textwrap.fill(sentence, LINE) + "\n" for sentence in summary)
+
+def wrapped(*sentences: str) -> str:
+    """Return sentences as paragraphs of lines that fit a terminal."""
+    return "".join(
+        textwrap.fill(text, LINE, break_long_words=False, break_on_hyphens=False) + "\n"
+        for text in sentences
+    )
+
+
+def tell(text: str, *, err: bool = True) -> None:
+    """Write a line beside the result: in lines that fit a terminal, else as one for programs."""
+    is_terminal = (sys.stderr if err else sys.stdout).isatty()
+    typer.echo(wrapped(*text.splitlines()).rstrip("\n") if is_terminal else text, err=err)
+
+
+def write_rows(rows: Sequence[tuple[str, str]], output: Path | None) -> None:
+    """Write names and texts in two columns, in lines that fit a terminal."""
+    width = max((len(name) for name, _ in rows), default=0) + 2
+    text = "".join(
+        textwrap.fill(
+            text,
+            LINE,
+            initial_indent=f"{name:{width}}",
+            subsequent_indent=" " * width,
+            break_long_words=False,
+            break_on_hyphens=False,
+        ).rstrip()
+        + "\n"
+        for name, text in rows
+    )
     write_bytes(text.encode(), output)
+
+
+def write_figures(
+    sentences: Sequence[str],
+    headings: Sequence[str],
+    rows: Mapping[str, Sequence[str]],
+    output: Path | None,
+    notes: Sequence[str] = (),
+) -> None:
+    """Write an answer: sentences, a small table with a label before each row, and notes."""
+    names = [shortened(name) for name in headings]
+    columns = zip(names, zip(*rows.values(), strict=True), strict=True)
+    cells = [["", *rows], *([name, *column] for name, column in columns)]
+    table = _aligned(cells, [False, *([True] * len(names))])
+    parts = [wrapped(*sentences), table, *([wrapped(*notes)] if notes else [])]
+    write_bytes("\n".join(parts).encode(), output)
+
+
+def shortened(name: str) -> str:
+    """Return a name of at most `LONGEST_NAME` characters."""
+    return name if len(name) <= LONGEST_NAME else f"{name[: LONGEST_NAME - 1]}…"
+
+
+def coordinate_text(value: float, space: ColourSpace) -> str:
+    """Return a coordinate: to a thousandth of the lightness of white."""
+    decimals = max(3 - round(math.log10(space.white_lightness)), 0)
+    return fixed_text(value, decimals).replace(",", "")
+
+
+def percent_text(share: float) -> str:
+    """Return a share in per cent, for columns that have the unit in their heading."""
+    return fixed_text(100.0 * share, 1)
+
+
+def _aligned(cells: Sequence[Sequence[str]], right: Sequence[bool]) -> str:
+    """Return columns of cells as lines of text."""
+    widths = [max(map(len, column)) for column in cells]
+    return "".join(
+        "  ".join(
+            f"{cell:>{width}}" if is_right else f"{cell:{width}}"
+            for cell, width, is_right in zip(row, widths, right, strict=True)
+        ).rstrip()
+        + "\n"
+        for row in zip(*cells, strict=True)
+    )
 
 
 def state(*gamuts: Conditions, warnings: Sequence[str] | None = None) -> dict[str, Any]:
@@ -101,13 +181,13 @@ def state(*gamuts: Conditions, warnings: Sequence[str] | None = None) -> dict[st
     Return the same as members of JSON: ``gamut``, or ``gamuts`` of two, and ``warnings``.
     """
     for name, gamut in zip("AB" if len(gamuts) > 1 else [""], gamuts, strict=False):
-        typer.echo(f"Gamut{name and ' '}{name}: {gamut}", err=True)
+        tell(f"Gamut{name and ' '}{name}: {gamut}")
     if warnings is None:
         from gamutcore.questions import build_warnings  # noqa: PLC0415
 
         warnings = build_warnings(*gamuts)
     for warning in warnings:
-        typer.echo(f"Warning: {warning}", err=True)
+        tell(f"Warning: {warning}")
     documents = [gamut.to_dict() for gamut in gamuts]
     named: dict[str, Any] = (
         {"gamut": documents[0]}
@@ -117,13 +197,22 @@ def state(*gamuts: Conditions, warnings: Sequence[str] | None = None) -> dict[st
     return {**named, "warnings": list(warnings)}
 
 
+def interval_row(interval: Interval, text: Callable[[float], str]) -> list[str]:
+    """Return the cells of an interval under `INTERVAL_HEADINGS`."""
+    return [text(value) for value in (interval.value, interval.low, interval.high)]
+
+
+INTERVAL_HEADINGS = ("value", "from", "to (95 %)")
+"""Columns of intervals in text."""
+
+
 def write_report(report: Report, output: Path | None, *, as_json: bool, as_csv: bool) -> None:
     """Write a report: text, JSON or CSV on standard output, or a file in the form of its suffix."""
     if as_json and as_csv:
         raise typer.BadParameter("Give --json or --csv, not both.")
     if output is not None and not (as_json or as_csv):
         report.save(output)
-        typer.echo(f"{output}: {report.sentences[0]}", err=True)
+        tell(f"{output}: {report.sentences[0]}")
         return
     text = report.to_json() if as_json else report.to_csv() if as_csv else report.to_text()
     write_bytes(text.encode(), output)
@@ -136,12 +225,14 @@ def write_table(
     as_json: bool,
     as_csv: bool,
     stated: Mapping[str, Any] | None = None,
+    units: Mapping[str, str] | None = None,
 ) -> None:
     """Write a table: aligned text, JSON with one array for each column, or CSV.
 
-    `stated` are further members of JSON, from `state`. Columns of the same names come first.
+    `stated` are further members of JSON, from `state`. Columns of the same names come first. Text
+    has the `units` of columns in their headings.
     """
-    form = _form(output, as_json=as_json, as_csv=as_csv)
+    form = answer_form(output, as_json=as_json, as_csv=as_csv)
     if form == "json":
         plain: dict[str, Any] = {
             **(stated or {}),
@@ -151,12 +242,15 @@ def write_table(
     elif form == "csv":
         text = _csv(columns)
     else:
-        cells = [[name, *map(_text, values)] for name, values in columns.items()]
-        widths = [max(map(len, column)) for column in cells]
-        rows = zip(*cells, strict=True)
-        text = "".join(
-            "  ".join(f"{cell:>{width}}" for cell, width in zip(row, widths, strict=True)) + "\n"
-            for row in rows
+        named = {name: (units or {}).get(name) for name in columns}
+        headings = [f"{name} ({unit})" if unit else name for name, unit in named.items()]
+        plain_columns = [[_plain(value) for value in values] for values in columns.values()]
+        cells = [
+            [heading, *_column_text(values)]
+            for heading, values in zip(headings, plain_columns, strict=True)
+        ]
+        text = _aligned(
+            cells, [not any(isinstance(value, str) for value in values) for values in plain_columns]
         )
     write_bytes(text.encode(), output)
 
@@ -260,7 +354,8 @@ def write_bytes(data: bytes, output: Path | None) -> None:
         output.write_bytes(data)
 
 
-def _form(output: Path | None, *, as_json: bool, as_csv: bool) -> str:
+def answer_form(output: Path | None, *, as_json: bool, as_csv: bool) -> str:
+    """Return "text", "json" or "csv", as the options or the suffix of the file say."""
     if as_json and as_csv:
         raise typer.BadParameter("Give --json or --csv, not both.")
     if as_json or as_csv:
@@ -296,6 +391,21 @@ def _cell(value: Any) -> str:  # noqa: ANN401
     if isinstance(value, bool):
         return str(value).lower()
     return number_text(value) if isinstance(value, float) else str(value)
+
+
+def _column_text(values: Sequence[Any]) -> list[str]:
+    """Return the cells of a column: floats with two decimals, or more if all are small."""
+    sizes = [abs(value) for value in values if isinstance(value, float)]
+    digits = math.floor(math.log10(max(sizes))) if any(sizes) else 0
+    decimals = 2 if digits > 0 else min(4 - digits, MOST_DECIMALS)
+    return [
+        fixed_text(value, decimals).replace(",", "") if isinstance(value, float) else _text(value)
+        for value in values
+    ]
+
+
+MOST_DECIMALS = 6
+"""Decimals of small numbers in tables of text."""
 
 
 def _text(value: Any) -> str:  # noqa: ANN401

@@ -63,7 +63,8 @@ def cut(
     }
     if polygons.device is not None:
         columns |= dict(zip(polygons.channels, 100.0 * polygons.device.T, strict=True))
-    write_table(columns, output, as_json=as_json, as_csv=as_csv, stated=stated)
+    units = dict.fromkeys(polygons.channels or (), "%")
+    write_table(columns, output, as_json=as_json, as_csv=as_csv, stated=stated, units=units)
 
 
 def rings(
@@ -102,7 +103,7 @@ def rings(
         return
     gamut_rings = gamut.rings(other, sectors=sectors, **level)
     columns: dict[str, Any] = {**RINGS.tabulate(gamut_rings).columns}
-    write_table(columns, output, as_json=as_json, as_csv=as_csv, stated=stated)
+    write_table(columns, output, as_json=as_json, as_csv=as_csv, stated=stated, units={"hue": "°"})
 
 
 def picture(
@@ -121,7 +122,10 @@ def picture(
     The level has 20,000 triangles unless a count or a limit is given.
     """
     if output.suffix.lower() != ".png":
-        raise typer.BadParameter("Give a name that ends in .png.", param_hint="--output")
+        raise typer.BadParameter(
+            f"{output.name} does not end in .png. gamut slice and gamut rings draw .svg and .pdf.",
+            param_hint="--output",
+        )
     remedy = "Give the name of a view, or two numbers such as 305,25."
     camera = numbers_of(view, "--view", remedy) if {",", " "} & set(view) else view
     gamut = gamut_of(source, ctx)

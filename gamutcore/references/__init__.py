@@ -32,6 +32,7 @@ __all__ = [
     "DECODINGS",
     "NOT_OFFERED",
     "REFERENCES",
+    "USUAL",
     "Reference",
     "find_reference",
     "parse_definition",
@@ -256,12 +257,12 @@ REFERENCES: Mapping[str, Reference] = MappingProxyType(
 """All reference gamuts by slug."""
 
 
-_USUAL = ("srgb", "display-p3", "adobe-rgb-1998", "bt2020", "bt709", "prophoto-rgb", "dci-p3")
+USUAL = ("srgb", "display-p3", "bt2020", "adobe-rgb-1998", "prophoto-rgb", "bt709", "dci-p3")
 """References that people usually mean; they come first among equally likely ones."""
 
 _NAMES = [
     (reference, (reference.slug, reference.name, *reference.aliases))
-    for reference in (*(REFERENCES[slug] for slug in _USUAL), *REFERENCES.values())
+    for reference in (*(REFERENCES[slug] for slug in USUAL), *REFERENCES.values())
 ]
 
 _BY_NAME = {folded(name): reference for reference, names in _NAMES for name in names[:2]}
