@@ -46,7 +46,7 @@ KNOWN_PARAMETERS = (
     "options",
     *("a", "b", "with", "reference", "sectors", "hues", "hue", "lightness", "plane"),
     *("space", "distance", "tolerance", "edge_width", "position", "metric", "kind"),
-    *("noise", "instrument"),
+    *("noise", "instrument", "gamuts", "names", "pass", "delta_e", "recipes"),
     *("method", "focus", "source", "destination", "columns", "table_scale"),
     *("to", "depth", "table", "iterations", "result"),
     *("size", "view", "background", "axes", "black", "black_point_compensation"),
