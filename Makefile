@@ -300,12 +300,12 @@ WHEEL_PYTHONS ?= $(shell for python in python3.11 python3.12 python3.13 python3.
 
 .PHONY: wheels
 wheels: .venv/bin/pip ## build the wheels of a release into dist/: pure, of the client, and compiled for each of WHEEL_PYTHONS
-	$(python) .ci/wheels.py $(WHEEL_PYTHONS)
+	$(python) .ci/wheels.py dist $(WHEEL_PYTHONS)
 
 .PHONY: wheel-check
 wheel-check: .venv/bin/pip ## build the wheels for the Python of .venv, install them into clean environments and use them
-	$(python) .ci/wheels.py $(python)
-	.ci/wheel-check dist/gamut_boundary_service-*-cp*.whl dist/gamutclient-*.whl
+	$(python) .ci/wheels.py build/checked-wheels $(python)
+	.ci/wheel-check build/checked-wheels/gamut_boundary_service-*-cp*.whl build/checked-wheels/gamutclient-*.whl
 
 .PHONY: image-check
 image-check: .venv/.installed ## build the container image and use it (Debian, as root; .ci/run installs the tools)

@@ -1,6 +1,6 @@
-"""Build the wheels that a release publishes, into ``dist/``.
+"""Build the wheels that a release publishes, into a folder that is emptied first.
 
-    python .ci/wheels.py [PYTHON...]
+    python .ci/wheels.py FOLDER [PYTHON...]
 
 These are the pure wheel, the client's, and for each Python a wheel with machine code for every
 processor of this architecture, and with the references that people ask for first. Such a wheel has
@@ -42,13 +42,13 @@ def run(*command: str | Path, **environment: str) -> str:
     ).stdout
 
 
-def build_wheel(*projects: str, **environment: str) -> None:
-    """Build wheels into ``dist/``."""
+def build_wheel(target: Path, *projects: str, **environment: str) -> None:
+    """Build wheels into a folder."""
     pip = (sys.executable, "-m", "pip", "wheel", "-q", "--no-deps")
-    run(*pip, "--wheel-dir", "dist", *projects, **environment)
+    run(*pip, "--wheel-dir", target, *projects, **environment)
 
 
-def build_compiled_wheel(python: str, pure: Path) -> None:
+def build_compiled_wheel(target: Path, python: str, pure: Path) -> None:
     """Build the wheel with machine code for a Python."""
     shutil.rmtree(SCRATCH, ignore_errors=True)
     run(python, "-m", "venv", SCRATCH / "venv")
@@ -75,18 +75,19 @@ def build_compiled_wheel(python: str, pure: Path) -> None:
     (versions,) = (SCRATCH / "cache").iterdir()
     (folder / "references").mkdir()
     versions.rename(folder / "references" / "built")
-    build_wheel(".", GAMUT_WHEEL_FOLDER=str(folder), GAMUT_WHEEL_TAG=tag)
+    build_wheel(target, ".", GAMUT_WHEEL_FOLDER=str(folder), GAMUT_WHEEL_TAG=tag)
 
 
 def main() -> None:
     """Build all wheels, and print their sizes."""
-    shutil.rmtree(ROOT / "dist", ignore_errors=True)
-    build_wheel(".", "./client")
-    (pure,) = (ROOT / "dist").glob("gamut_boundary_service-*-none-any.whl")
-    for python in sys.argv[1:]:
-        build_compiled_wheel(python, pure)
+    target = ROOT / sys.argv[1]
+    shutil.rmtree(target, ignore_errors=True)
+    build_wheel(target, ".", "./client")
+    (pure,) = target.glob("gamut_boundary_service-*-none-any.whl")
+    for python in sys.argv[2:]:
+        build_compiled_wheel(target, python, pure)
     shutil.rmtree(SCRATCH, ignore_errors=True)
-    for path in sorted((ROOT / "dist").iterdir()):
+    for path in sorted(target.iterdir()):
         print(f"{path.stat().st_size / 1e6:6.1f} MB  {path.name}")
 
 

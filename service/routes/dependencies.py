@@ -43,6 +43,7 @@ __all__ = [
     "check_gamut_query",
     "check_request",
     "checked_gamut",
+    "is_reference_id",
     "level_request",
     "read_only",
 ]
@@ -211,6 +212,11 @@ def _default_ids() -> dict[str, Reference]:
     """The references by their ids with default options, which are built on first use as well."""
     options = Options()
     return {id_of_build(options, each.sha256): each for each in REFERENCES.values()}
+
+
+def is_reference_id(gamut_id: str) -> bool:
+    """Whether an id is of a reference gamut with default options, which is built on first use."""
+    return gamut_id in _default_ids()
 
 
 @lru_cache(maxsize=1024)

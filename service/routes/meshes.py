@@ -31,7 +31,13 @@ from service.http.requests import (
 from service.library import MEDIA_TYPES, SUFFIXES, EncodedResponse, Library
 from service.openapi.documentation import MESH_HEADERS, binary_content, problems
 from service.problems.problem import Problem, ProblemError
-from service.routes.dependencies import GamutId, GamutRoute, check_gamut_query, level_request
+from service.routes.dependencies import (
+    GamutId,
+    GamutRoute,
+    check_gamut_query,
+    is_reference_id,
+    level_request,
+)
 from service.telemetry.request_observer import MatchedRoute
 
 __all__ = ["MeshQuery", "MeshRequest", "PlainMeshRoute", "mesh_request", "router"]
@@ -139,7 +145,7 @@ def mesh_request(
     if suffix is None:
         name = _negotiated_format(accept) if query.format is None else query.format
     elif suffix in SUFFIXES:
-        name = query.format or SUFFIXES[suffix]
+        name = SUFFIXES[suffix] if query.format is None else query.format
     else:
         known = ", ".join(f".{suffix}" for suffix in SUFFIXES)
         detail = f"There are no meshes with the suffix .{suffix[:40]}."
@@ -236,9 +242,10 @@ async def download_mesh_file(
 class PlainMeshRoute(BaseRoute):
     """Answers plain requests for meshes of stored gamuts, ahead of FastAPI's slower routing.
 
-    Everything else goes on to the routes above: slugs, parameters that are refused, conditions, and
-    gamuts about which the store has to be asked. Both ways lead to `Library.mesh`, so clients
-    cannot tell them apart. See ``docs/decisions/immutable-responses.md``.
+    Everything else goes on to the routes above: slugs, parameters that are refused, conditions,
+    gamuts about which the store has to be asked, and reference gamuts that may have to be built.
+    Both ways lead to `Library.mesh`, so clients cannot tell them apart. See
+    ``docs/decisions/immutable-responses.md``.
     """
 
     def __init__(self, library: Library) -> None:
@@ -250,6 +257,8 @@ class PlainMeshRoute(BaseRoute):
             return Match.NONE, {}
         path = _PATH.match(scope["path"])
         if path is None or not self._library.is_current(path[1]):
+            return Match.NONE, {}
+        if is_reference_id(path[1]) and self._library.find_open(path[1]) is None:
             return Match.NONE, {}
         fields = {b"accept": b"", b"accept-encoding": b"", b"if-none-match": b""}
         for name, value in scope["headers"]:

@@ -356,6 +356,7 @@ def test_unknown_formats_are_refused(mesh, assert_problem):
         document = assert_problem(mesh(format=name), 422, "invalid-parameter")
         assert document["where"]["field"] == "format"
         assert all(known in document["remedy"] for known in FORMATS)
+        assert_problem(mesh(".ply", format=name), 422, "invalid-parameter")
     for suffix in (".vrml", ".GLB", ".glb.gz"):
         assert ".ply" in assert_problem(mesh(suffix), 404, "not-found")["remedy"]
 

@@ -173,6 +173,19 @@ def test_readers_start_builds_with_default_options_only(request_app, tmp_path, a
     assert get("references").status_code == 200
 
 
+@pytest.mark.parametrize("suffix", ["", ".ply", "?triangles=20"])
+def test_a_mesh_at_the_id_of_a_reference_starts_its_build(request_app, tmp_path, suffix):
+    """As every operation does. Nothing is built in this process, so the answer is the job."""
+    store = store_at(str(tmp_path))
+    store.open()
+    store.close()
+    app, default = create_app(Settings(store=str(tmp_path))), id_of("srgb")
+    headers = {"Prefer": "respond-async"}
+    answer = request_app(app, "GET", f"/v1/gamuts/{default}/mesh{suffix}", headers=headers)
+    assert answer.status_code == 202
+    assert answer.headers["location"] == f"/v1/jobs/{default}"
+
+
 def test_options_apply_to_slugs_and_not_to_ids_beside_them(request_app, tmp_path, assert_problem):
     """Nothing is built in this process, so the answer is the job of the first gamut."""
     store = store_at(str(tmp_path))
