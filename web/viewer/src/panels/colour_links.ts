@@ -31,7 +31,7 @@ export class ColourLinks {
     private readonly table: SortedTable,
   ) {
     table.onHover = (row) => this.mark(row, this.chosen, null);
-    table.onChoose = (row) => this.mark(this.hovered, row, row);
+    table.onChoose = (row) => this.mark(null, row, row);
     page.view.onDraw.push(() => this.place());
     const { canvas } = page;
     canvas.addEventListener("pointermove", (event) => {
@@ -39,7 +39,10 @@ export class ColourLinks {
       if (this.pointer === null) requestAnimationFrame(() => this.follow());
       this.pointer = event;
     });
-    canvas.addEventListener("pointerleave", () => this.mark(null, this.chosen, null));
+    canvas.addEventListener("pointerleave", () => {
+      this.pointer = null; // a move that still waits for its frame
+      this.mark(null, this.chosen, null);
+    });
     canvas.addEventListener("pointerdown", ({ clientX, clientY }) => (this.down = [clientX, clientY]));
     canvas.addEventListener("pointerup", ({ clientX, clientY }) => {
       const { down } = this;
