@@ -182,7 +182,7 @@ test("a bad line is refused with its number and the others are answered, names a
 test("rows and points show each other, by the pointer and by keys, with a label", async () => {
   const page = await open(browser, `/view#a=${FIRST}`);
   await drawn(page, FINEST);
-  await check(page, "within,50,0,0\nbeyond,50,60,0\nbelow,10,0,0");
+  await check(page, "within,50,0,0\nbeyond,50,60,0\nbelow,20,0,0");
   const [view, table] = await page.$$eval("#stage, #colours-table", (all) => all.map((each) => each.getBoundingClientRect().toJSON()));
   assert.ok(table.top >= view.bottom - 1 && Math.abs(table.width - view.width) < 2, "the table is under the view, as wide");
   const label = () => page.$eval("#colour-label", (each) => (each.hidden ? null : each.textContent));
