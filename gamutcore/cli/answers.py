@@ -148,8 +148,8 @@ def query(
     distance is at most the edge width.
     """
     check_answer_form(output, as_json=as_json)
-    table = _table(colours, colours_in, columns, scale)
     target_gamut = gamut_of(gamut, ctx)
+    table = _table(colours, colours_in, columns, scale, target_gamut.colour_space.name)
     level = {"triangles": triangles, "max_error": max_error}
     limits = tolerance, edge_width, passing
     added, summary, warnings = _report(target_gamut, table, metric, level, limits)
@@ -158,15 +158,24 @@ def query(
     tell(summary + _skipped(table), err=output is None)
 
 
-def _table(path: str, space: str | None, columns: str | None, scale: float | None) -> ColourTable:
-    """Read a table of colours, and say what was understood."""
+def _table(
+    path: str,
+    space: str | None,
+    columns: str | None,
+    scale: float | None,
+    own: str | None = None,
+) -> ColourTable:
+    """Read a table of colours, and say what was understood.
+
+    `own` is the space of the gamut, which numbers without names are in: as over HTTP.
+    """
     from gamutcore.errors import GamutError, errors_in  # noqa: PLC0415
     from gamutcore.tables import read_table  # noqa: PLC0415
 
     data = sys.stdin.buffer.read() if path == "-" else Path(path).read_bytes()
     try:
         with errors_in("standard input" if path == "-" else path):
-            table = read_table(data, space=space, columns=columns, scale=scale)
+            table = read_table(data, space=space, columns=columns, scale=scale, own=own)
     except GamutError as error:
         if "line" in error.where:
             error.where.pop("row", None)
@@ -284,8 +293,8 @@ def recipe(
     --ink-limit and --black-limit of the gamut are kept.
     """
     check_answer_form(output, as_json=as_json)
-    table = _table(colours, colours_in, columns, scale)
     target_gamut = gamut_of(gamut, ctx)
+    table = _table(colours, colours_in, columns, scale, target_gamut.colour_space.name)
     recipes = target_gamut.to_device(
         table.points,
         black=number_or_text(black),

@@ -467,20 +467,23 @@ class _List:
     """Rows of a list: the colour is at the end of a line, and a name before it.
 
     `width` is the number of cells of the colour: three numbers, or one text. `named` lines have a
-    name. `whole` lines are not split into cells, as the texts contain separators.
+    name. Texts contain separators, such as the commas of rgb(), so their lines are joined by
+    `separator` first.
     """
 
     width: int
     named: bool = False
-    whole: bool = False
+    separator: str = " "
 
     def numbered(self, row: tuple[int, list[str]]) -> tuple[int, list[str]]:
         """Return a row with one cell for the name, if there are names."""
-        line, row_cells = row
-        cells = (_parted(row_cells[0]) or row_cells) if self.whole and row_cells else row_cells
+        line, cells = row
         end = len(cells)
         while end and not cells[end - 1].strip():
             end -= 1
+        if self.width == 1 and end and css_colour(cells[end - 1]) is None:
+            cells = _parted(self.separator.join(cells[:end])) or cells[:end]
+            end = len(cells)
         if not self.named or not end or (end == 1 and cells[0].lstrip().startswith("# ")):
             return line, cells[:end]
         start = max(end - self.width, 0)
@@ -497,9 +500,9 @@ def _list_of(text: DelimitedText, first: list[str]) -> _List | None:
     if len(cells) > 2 and all(map(is_number, cells[-3:])):
         layout = _List(3)
     elif cells and text.separator != " " and css_colour(cells[-1]):
-        layout = _List(1)
+        layout = _List(1, separator=text.separator)
     elif _parted((text.separator or " ").join(cells)):
-        layout, text.separator = _List(1, whole=True), ""
+        layout, text.separator = _List(1), ""
     else:
         return None
     named = any(len(layout.numbered(row)[1]) > layout.width for row in text.rows())

@@ -389,3 +389,23 @@ def test_encodings_are_found_without_all_of_the_text():
         table = read((text + f"{last},50,1,2").encode(encoding))
         assert table.encoding == encoding
         assert table.label(30_000) == last
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        ("Brand green #00a651", "#ff0000", "rgb(0, 0, 255)", "Deep, sea rgb(0, 0, 128)"),
+        ("#ff0000", "Brand green #00a651", "Deep, sea rgb(0, 0, 128)", "rgb(0, 0, 255)"),
+        ("rgb(0, 0, 255)", "Deep sea rgb(0 0 128)", "#ff0000", "Brand green #00a651"),
+        ("Brand green,#00a651", "#ff0000", "Deep sea, rgb(0, 0, 128)", "rgb(0,0,255)"),
+    ],
+)
+def test_a_list_mixes_names_with_a_notation_and_bare_notations(lines):
+    wanted = {"green": (0, 166, 81), "#ff": (255, 0, 0), "rgb(": (0, 0, 255), "sea": (0, 0, 128)}
+    table = read("\n".join(lines))
+    assert table.space == "sRGB"
+    points = dict(zip(table.labels(), (table.points * 255).tolist(), strict=True))
+    assert len(points) == 4
+    for label, point in points.items():
+        (known,) = (colour for name, colour in wanted.items() if name in label)
+        np.testing.assert_allclose(point, known, atol=1e-9)

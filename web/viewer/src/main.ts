@@ -36,12 +36,12 @@ function start(): Page {
   connectGlossary();
   new GamutList(page);
   new SlicePanel(page);
-  new MatchTable(page, new ColourList(page));
+  const colours = new ColourList(page);
+  new MatchTable(page, colours);
   new ComparisonPanel(page);
   if (embedded === null) {
-    new Uploads(page);
+    new Uploads(page, { colours, picture: new PicturePanel(page) });
     new Marks(page);
-    new PicturePanel(page);
   } else byId("title").textContent = embedded.gamuts.map(({ gamut }) => gamut.name).join(" and ");
   void openPage(page);
   return page;

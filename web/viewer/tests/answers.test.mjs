@@ -102,7 +102,7 @@ test("the patches of a file are points in its gamut", async () => {
   await close(page);
 });
 
-test("a picture has a share of pixels out of reach, and they are marked", async () => {
+test("a picture has a share of pixels out of reach, a map of them, and a switch to the printed one", async () => {
   const page = await open(browser, `/view#a=${FIRST}`);
   await page.waitForSelector("#picture-open:not([disabled])");
   // A quarter is a saturated green, far outside of the ball; the rest is grey.
@@ -120,12 +120,23 @@ test("a picture has a share of pixels out of reach, and they are marked", async 
     input.dispatchEvent(new Event("change"));
   });
   await page.waitForFunction("/^25\\.0 %/.test(document.getElementById('picture-note').textContent)");
-  const pixels = await page.$eval("#picture-canvas", (canvas) => {
+  const pixels = () => page.$eval("#picture-canvas", (canvas) => {
     const { data } = canvas.getContext("2d").getImageData(0, 0, 40, 40);
-    return [[5, 5], [30, 30]].map(([x, y]) => [...data.slice(4 * (40 * y + x), 4 * (40 * y + x) + 4)]);
+    return [[5, 5], [30, 30]].map(([x, y]) => [...data.slice(4 * (40 * y + x), 4 * (40 * y + x) + 3)]);
   });
-  assert.deepEqual(pixels[0], [255, 0, 255, 255]);
-  assert.ok(pixels[1].slice(0, 3).every((value) => Math.abs(value - 119) <= 2), String(pixels[1]));
+  // The end of the legend, as the green is far more than 12 away; what is in reach is a neutral grey.
+  const [far, near] = await pixels();
+  assert.deepEqual(far, [90, 0, 110]);
+  assert.equal(new Set(near).size, 1);
+  assert.deepEqual(await page.$$eval("#picture-legend span", (all) => all.map((each) => each.textContent)), ["0", "3", "6", "12+"]);
+  assert.match(await page.$eval("#picture-note", (note) => note.textContent), /black-point compensation/);
+  await page.$eval("#picture-look [value=original]", (button) => button.click());
+  assert.deepEqual((await pixels())[0], [0, 255, 0]);
+  await page.$eval("#picture-look [value=printed]", (button) => button.click());
+  await page.waitForSelector("#picture-view[aria-busy=false]");
+  const [printed, grey] = await pixels();
+  assert.ok(printed[1] > printed[0] && printed[1] < 250 && printed[0] > 20, `a paler green: ${printed}`);
+  assert.ok(grey.every((value) => Math.abs(value - 119) <= 12), `${grey}`);
   await page.$eval("#picture-enlarge", (button) => button.click());
   assert.deepEqual(await violations(page), []);
   await close(page);

@@ -140,7 +140,7 @@ test("what is no colour is refused in the words of the service, with the line an
   for (const [list, told] of [
     ["C,M,Y,K\n0,100,100,0", /amounts of ink.*profile of the press/],
     ["Red, 255, 0, 0", /Line 1: .*outside the scale of CIELAB.*R,G,B/],
-    ["50 0 0\n\n51 0", /Line 3: The row has 2 cells/],
+    ["50 0 0\n\n51 0\n52", /Line 3: The row has 2 cells/],
     ["X,Y,Z,R,G,B\n0.2,0.2,0.2,1,2,3", /several colours in each row: X,Y,Z; R,G,B/],
   ]) {
     const { rows, problem } = await check(page, list);
@@ -155,6 +155,62 @@ test("what is no colour is refused in the words of the service, with the line an
   await page.click("#colours-clear");
   await page.waitForSelector("#colours-problem[hidden]");
   forgiveRefusals(page);
+  await close(page);
+});
+
+test("a bad line is refused with its number and the others are answered, names and notations mixed", async () => {
+  const page = await open(browser, `/view#a=${FIRST}`);
+  await drawn(page, FINEST);
+  const { rows, note } = await check(page, "#777777\nBrand green #00a651\nBrand blue #12345\nrgb(120, 118, 119)\nhello\nGrey lab(50 0 0)");
+  assert.deepEqual(rows.map(([name, where]) => [name, where]), [
+    ["#777777", "inside"],
+    ["Brand green", "outside"],
+    ["rgb(120, 118, 119)", "inside"],
+    ["Grey", "inside"],
+  ]);
+  assert.match(note, /^4 colours: 3 inside, 0 edge, 1 outside/);
+  const told = await page.$eval("#colours-refused", (box) => box.innerText);
+  assert.match(told, /2 lines are refused\s+Line 3: .*#12345[^]*Line 5: .*hello/);
+  assert.deepEqual(await violations(page), []);
+  // Without them nothing is said.
+  await check(page, "50 0 0");
+  assert.equal(await page.$eval("#colours-refused", (box) => box.hidden), true);
+  forgiveRefusals(page);
+  await close(page);
+});
+
+test("rows and points show each other, by the pointer and by keys, with a label", async () => {
+  const page = await open(browser, `/view#a=${FIRST}`);
+  await drawn(page, FINEST);
+  await check(page, "within,50,0,0\nbeyond,50,60,0\nbelow,20,0,0");
+  const [view, table] = await page.$$eval("#stage, #colours-table", (all) => all.map((each) => each.getBoundingClientRect().toJSON()));
+  assert.ok(table.top >= view.bottom - 1 && Math.abs(table.width - view.width) < 2, "the table is under the view, as wide");
+  const label = () => page.$eval("#colour-label", (each) => (each.hidden ? null : each.textContent));
+  const marked = (what) => page.$$eval(`#colours-table tr${what} th`, (all) => all.map((each) => each.textContent));
+  const middle = () => page.$eval("#colour-label", (each) => {
+    const box = each.getBoundingClientRect();
+    return [box.left + box.width / 2, box.top + box.height / 2 + (each.style.top === "" ? 0 : 26)];
+  });
+  await page.hover("#colours-table tbody tr:nth-child(2)");
+  assert.equal(await label(), "beyond: outside");
+  const at = await middle();
+  await page.mouse.move(5, 5);
+  await page.waitForSelector("#colour-label[hidden]");
+  // The point itself, and a click that keeps it.
+  await page.mouse.move(...at);
+  await page.waitForFunction("document.getElementById('colour-label').textContent === 'beyond: outside' && !document.getElementById('colour-label').hidden");
+  assert.deepEqual(await marked(".hovered"), ["beyond"]);
+  await page.mouse.click(...at);
+  await page.mouse.move(5, 5);
+  assert.deepEqual([await marked("[aria-current]"), await label()], [["beyond"], "beyond: outside"]);
+  await page.focus("#colours-table");
+  await page.keyboard.press("ArrowDown");
+  assert.deepEqual([await marked("[aria-current]"), await label()], [["below"], "below: inside"]);
+  await page.click("#colours-table tbody tr:nth-child(1)");
+  assert.deepEqual(await marked("[aria-current]"), ["within"]);
+  assert.deepEqual(await violations(page), []);
+  await page.click("#colours-clear");
+  await page.waitForSelector("#colour-label[hidden]");
   await close(page);
 });
 

@@ -57,13 +57,14 @@ export function plainRemedy({ code, remedy }: Problem): string {
   return /\/v1\/|\b(GET|POST|PUT|DELETE)\b/.test(remedy) ? "Try again with another file or option." : remedy;
 }
 
-/** What went wrong, in the words of the service, with the line of a file. */
-export function problemElements(error: unknown): HTMLElement[] {
+/** What went wrong, in the words of the service, with the name and the line of a file. */
+export function problemElements(error: unknown, file = ""): HTMLElement[] {
+  const named = (text: string) => element("strong", file === "" ? text : `${file}: ${text}`);
   if (!(error instanceof ProblemError)) {
-    return [element("strong", "Error"), element("p", error instanceof Error ? error.message : String(error))];
+    return [named("Error"), element("p", error instanceof Error ? error.message : String(error))];
   }
   const { title, detail, where } = error.problem;
   const line = where?.["line"];
   const place = typeof line === "number" ? `Line ${line}: ` : "";
-  return [element("strong", title), element("p", place + detail), element("p", plainRemedy(error.problem))];
+  return [named(title), element("p", place + detail), element("p", plainRemedy(error.problem))];
 }

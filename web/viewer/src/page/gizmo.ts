@@ -54,7 +54,7 @@ export function connectGizmo(page: Page, views: () => AxisView[]): void {
   };
   byId("home").addEventListener("click", () => page.view.home());
   page.on("gamuts", fill);
-  page.view.onDraw = draw;
+  page.view.onDraw.push(draw);
 }
 
 function svg<Name extends keyof SVGElementTagNameMap>(name: Name, attributes: Record<string, string | number>, text = ""): SVGElementTagNameMap[Name] {

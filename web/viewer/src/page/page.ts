@@ -403,13 +403,13 @@ export class Page {
     byId("status").textContent = text;
   }
 
-  /** Show what went wrong, in the words of the service; null clears it. */
-  complain(error: unknown): void {
+  /** Show what went wrong, in the words of the service, and with which file; null clears it. */
+  complain(error: unknown, file = ""): void {
     const box = byId("problem");
     box.hidden = error === null;
     box.replaceChildren();
     if (error === null) return;
-    box.append(...problemElements(error));
+    box.append(...problemElements(error, file));
     if (isLocked(error)) byId("key-field").hidden = false;
   }
 

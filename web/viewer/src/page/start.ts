@@ -1,6 +1,6 @@
 // The first screen: examples that turn until they are touched, chips for more of them, and what the
 // service is preparing meanwhile.
-import { type Example, examples } from "../service/examples.js";
+import { type Example, exampleKeys, examples } from "../service/examples.js";
 import { preparation } from "../service/api.js";
 import { byId, element } from "./elements.js";
 import { embedded } from "./embedded.js";
@@ -60,9 +60,21 @@ function fillChips(page: Page, all: Example[]): void {
       return chip;
     }),
   );
+  let keys: ReadonlyMap<string, string> = new Map();
   const mark = () => {
+    // The gamut of a dropped file has its id as its key.
+    const isOwn = page.shown.some(({ key, gamut }) => key === gamut.id);
+    if (isOwn && keys.size === 0 && all.length > 0) {
+      void exampleKeys().then(
+        (known) => {
+          keys = known;
+          if (known.size > 0) mark();
+        },
+        () => {}, // chips without marks
+      );
+    }
     for (const chip of chips.querySelectorAll<HTMLElement>("[data-key]")) {
-      chip.setAttribute("aria-pressed", String(page.shown.some(({ key }) => key === chip.dataset["key"])));
+      chip.setAttribute("aria-pressed", String(page.shown.some(({ key, gamut }) => [key, keys.get(gamut.id)].includes(chip.dataset["key"]))));
     }
   };
   page.on("gamuts", mark);

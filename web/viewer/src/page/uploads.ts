@@ -1,4 +1,5 @@
-// Files of the reader: dropped or chosen, built in a slot, and built again with other options.
+// Files of the reader: dropped or chosen, built in a slot, and built again with other options. Pictures
+// and lists of colours that are dropped may be checked against a gamut instead.
 import { ProblemError, build, cancelJob, useKey } from "../service/api.js";
 import { BuildOptions, type Chosen, optionsOf } from "./build_options.js";
 import { byId } from "./elements.js";
@@ -14,6 +15,21 @@ interface Upload {
   isRefused: boolean;
 }
 
+/** A part of the page that checks files against a gamut. */
+export interface FileCheck {
+  /** Name of the gamut; null if none is shown. */
+  readonly against: string | null;
+  take(file: File): void;
+}
+
+/** What dropped files can be, as far as the browser tells before the drop. */
+type Kind = "colours" | "picture";
+
+const KINDS: [Kind, RegExp][] = [
+  ["picture", /^image\//],
+  ["colours", /^text\/(csv|plain|tab-separated-values)$|application\/vnd.ms-excel/],
+];
+
 export class Uploads {
   private readonly options = new BuildOptions((slot, chosen) => void this.change(slot, chosen));
   /** Builds under way or refused, by what `Page.building` has for their slots. */
@@ -21,7 +37,10 @@ export class Uploads {
   /** What the next chosen file is for. */
   private purpose: { slot: Slot; options: Chosen } | null = null;
 
-  constructor(private readonly page: Page) {
+  constructor(
+    private readonly page: Page,
+    private readonly checks: Record<Kind, FileCheck>,
+  ) {
     const input = byId<HTMLInputElement>("file");
     byId("upload").addEventListener("click", () => {
       this.purpose = null;
@@ -121,7 +140,7 @@ export class Uploads {
         void this.show(slot, id, file.name);
       },
       (error) => {
-        page.complain(error);
+        page.complain(error, file.name);
         // The file of a refused build is kept, and its options can be changed.
         upload.isRefused = error instanceof ProblemError;
         upload.refused = page.at(slot)?.gamut.id;
@@ -141,22 +160,41 @@ export class Uploads {
     const drop = byId("drop");
     let depth = 0;
     let row: HTMLElement | null = null;
-    const aim = (target: EventTarget | null) => {
+    const text = drop.querySelector("p")!;
+    const targets = { check: byId("drop-check"), build: byId("drop-build") };
+    /** How the files are checked, if they may be. */
+    let check: FileCheck | null = null;
+    let target: Element | null = null;
+    /** Offer what fits the files. Their names and contents are known after the drop only. */
+    const offer = ({ dataTransfer }: DragEvent) => {
+      const types = [...(dataTransfer?.items ?? [])].map(({ type }) => type);
+      const kind = KINDS.find(([, form]) => types.length === 1 && form.test(types[0]!))?.[0];
+      check = kind === undefined || this.checks[kind].against === null ? null : this.checks[kind];
+      text.hidden = check !== null;
+      targets.check.hidden = targets.build.hidden = check === null;
+      targets.check.textContent = check === null ? "" : `Check against ${check.against}`;
+    };
+    const aim = (aimed: EventTarget | null) => {
       row?.classList.remove("aimed");
-      row = target instanceof Element ? target.closest<HTMLElement>(".gamut-row") : null;
+      target?.classList.remove("aimed");
+      row = aimed instanceof Element ? aimed.closest<HTMLElement>(".gamut-row") : null;
+      target = aimed instanceof Element ? aimed.closest(".drop-target") : null;
       row?.classList.add("aimed");
+      target?.classList.add("aimed");
       const name = row?.querySelector("label")?.textContent.toLowerCase();
-      drop.textContent = name ? `Drop to build the ${name}` : "Drop to build the first gamut; more files become the next ones";
+      text.textContent = name ? `Drop to build the ${name}` : "Drop to build the first gamut; more files become the next ones";
     };
     const hasFiles = ({ dataTransfer }: DragEvent) => dataTransfer?.types.includes("Files") ?? false;
     const leave = () => {
       depth = 0;
       drop.hidden = true;
       row?.classList.remove("aimed");
+      target?.classList.remove("aimed");
     };
     addEventListener("dragenter", (event) => {
       if (!hasFiles(event)) return;
       depth += 1;
+      if (drop.hidden) offer(event);
       drop.hidden = false;
       aim(event.target);
     });
@@ -171,7 +209,9 @@ export class Uploads {
       event.preventDefault();
       aim(event.target);
       leave();
-      this.take([...(event.dataTransfer?.files ?? [])], (row?.dataset["slot"] as Slot | undefined) ?? "a");
+      const files = [...(event.dataTransfer?.files ?? [])];
+      if (target === targets.check && check !== null && files[0] !== undefined) return check.take(files[0]);
+      this.take(files, (row?.dataset["slot"] as Slot | undefined) ?? "a");
     });
   }
 }

@@ -23,12 +23,14 @@ import {
   type Position,
   type Recipes,
   type TableReading,
-  checkTable,
+  type LineRefusal,
+  checkLines,
   edgeText,
   mayHaveRecipes,
   nearest,
   recipes,
 } from "../service/queries.js";
+import { ColourLinks } from "./colour_links.js";
 import { type Column, SortedTable } from "./sorted_table.js";
 
 /** Fields of the page that say how a list is read. */
@@ -41,6 +43,8 @@ interface Answer {
   near: Nearest;
   /** Recipes of the colours, and of the nearest ones of those outside; null before they are there. */
   made: Recipes | null;
+  /** Lines without an answer. */
+  refused: LineRefusal[];
 }
 
 /** The answer that a saved page has, with the id of its gamut. */
@@ -61,10 +65,12 @@ export class ColourList {
   /** The opened file. Typing in the list puts it away. */
   private file: File | null = null;
   private readonly table = new SortedTable(byId("colours-table"));
+  private readonly links: ColourLinks;
   private readonly text = byId<HTMLTextAreaElement>("colours");
   private readonly reading = byId<HTMLDetailsElement>("colours-reading");
 
   constructor(private readonly page: Page) {
+    this.links = new ColourLinks(page, this.table);
     page.on("gamuts", () => this.show(page.at("a")?.gamut ?? null));
     page.on("theme", () => {
       if (this.answer === null) return;
@@ -105,10 +111,8 @@ export class ColourList {
       const input = event.target as HTMLInputElement;
       const [file] = input.files ?? [];
       if (file === undefined) return;
-      this.file = file;
-      this.text.value = "";
       input.value = ""; // the same file can be opened again
-      void this.check();
+      this.take(file);
     });
     byId("colours-open").addEventListener("click", () => byId("colours-file").click());
     this.text.addEventListener("input", () => {
@@ -119,6 +123,20 @@ export class ColourList {
       if (this.list !== null) void this.check();
     });
     this.summarise();
+  }
+
+  /** The gamut that lists are checked against. */
+  get against(): string | null {
+    return this.gamut?.name ?? null;
+  }
+
+  /** Check a file, as if it were opened. */
+  take(file: File): void {
+    openPart("colours-part");
+    this.file = file;
+    this.text.value = "";
+    this.page.complain(null);
+    void this.check();
   }
 
   /** Ask about another gamut. */
@@ -183,8 +201,8 @@ export class ColourList {
     const reading = this.stated();
     await this.asking.ask(
       async (signal) => {
-        const checks = await checkTable(gamut, table, reading, signal);
-        return { checks, near: await nearest(gamut, checks.colours, signal), made: null };
+        const { checks, refused } = await checkLines(gamut, table, reading, signal);
+        return { checks, near: await nearest(gamut, checks.colours, signal), made: null, refused };
       },
       (answer) => {
         this.answer = answer;
@@ -228,7 +246,8 @@ export class ColourList {
       error.problem.remedy = "Check fewer colours at once. The command gamut query takes files of any length.";
     }
     const [, ...words] = problemElements(error);
-    byId("colours-problem").replaceChildren(element("strong", "The list is refused"), ...words);
+    const title = this.file === null ? "The list is refused" : `${this.file.name} is refused`;
+    byId("colours-problem").replaceChildren(element("strong", title), ...words);
     byId("colours-problem").hidden = false;
     this.reading.open = true; // how it is to be read can be stated there
   }
@@ -260,7 +279,9 @@ export class ColourList {
       part.frustumCulled = false;
     });
     this.group.add(...parts);
-    this.group.applyMatrix4(orientation(axisNames(this.gamut!)));
+    const placement = orientation(axisNames(this.gamut!));
+    this.group.applyMatrix4(placement);
+    this.links.show({ colours, placement, label: (row) => `${this.label(checks, row)}: ${position[row]!}` });
     this.page.view.scene.add(this.group);
     this.page.view.draw();
   }
@@ -280,6 +301,7 @@ export class ColourList {
       ` ${checks.reading}`,
     ];
     byId("colours-note").textContent = sentences.join("");
+    this.tell(answer.refused ?? []);
     byId("colours-warnings").replaceChildren(
       ...warningTexts([checks, near, made].flatMap((each) => each?.warnings ?? [])).map((warning) =>
         element("p", warning, { className: "warning" }),
@@ -287,6 +309,19 @@ export class ColourList {
     );
     this.table.show(`Colours in ${this.gamut!.name}`, this.columns(answer), colours.length);
     byId<HTMLButtonElement>("colours-csv").disabled = false;
+  }
+
+  /** Say which lines have no answer, and why. */
+  private tell(refused: LineRefusal[]): void {
+    const box = byId("colours-refused");
+    box.hidden = refused.length === 0;
+    const count = refused.length === 1 ? "One line is refused" : `${refused.length} lines are refused`;
+    const remedies = new Set(refused.map(({ remedy }) => remedy));
+    box.replaceChildren(
+      element("strong", count),
+      ...refused.map(({ line, detail }) => element("p", `Line ${line}: ${detail}`)),
+      ...[...remedies].map((remedy) => element("p", remedy)),
+    );
   }
 
   private columns({ checks, near, made }: Answer): Column[] {
@@ -314,7 +349,6 @@ export class ColourList {
         cell: (row) => element("span", position[row]!, { className: `where-${position[row]!}` }),
       },
       { title: "ΔE00", value: far, cell: (row) => far(row).toFixed(2) },
-      { title: "Euclidean distance", value: distance, cell: (row) => distance(row).toFixed(2).replace("-", "−") },
       ...(recipe
         ? [{ title: `${made ? "Recipe" : channels.join(" ")}, ${DEVICE_UNIT}`, value: text }]
         : []),
@@ -324,6 +358,7 @@ export class ColourList {
       ...(made
         ? [{ title: "Recipe ΔE00", value: (row: number) => made.delta_e_2000[row]!, cell: (row: number) => made.delta_e_2000[row]!.toFixed(2) }]
         : []),
+      { title: "Euclidean distance", value: distance, cell: (row) => distance(row).toFixed(2).replace("-", "−") },
       { title: "Nearest", value: (row) => (inside[row] ? "itself" : rounded(near.point[row]!)) },
     ];
   }
@@ -369,6 +404,8 @@ export class ColourList {
     this.asking.end();
     this.erase();
     this.answer = null;
+    this.links.clear();
+    this.tell([]);
     byId("colours-warnings").replaceChildren();
     byId("colours-recipes").textContent = "";
     byId("colours-problem").hidden = true;

@@ -24,12 +24,58 @@ export class SortedTable {
   private readonly caption = element("caption");
   private readonly table = element("table", "", { className: "sorted" });
   private from = -Infinity;
+  /** The rows that are marked: under the pointer, and chosen. */
+  private hovered: number | null = null;
+  private chosen: number | null = null;
+  /** The pointer is at another row, or at none. */
+  onHover: (row: number | null) => void = () => {};
+  /** Another row is chosen, by a click or a key; null if the chosen one is clicked again. */
+  onChoose: (row: number | null) => void = () => {};
 
   constructor(private readonly box: HTMLElement) {
     const top = element("thead");
     top.append(this.head);
     this.table.append(this.caption, top, this.body);
     box.addEventListener("scroll", () => this.draw(), { passive: true });
+    const rowAt = ({ target }: Event) => {
+      const row = (target as Element).closest<HTMLElement>("tr[data-row]");
+      return row === null ? null : Number(row.dataset["row"]);
+    };
+    this.body.addEventListener("pointerover", (event) => this.onHover(rowAt(event)));
+    this.body.addEventListener("pointerleave", () => this.onHover(null));
+    this.body.addEventListener("click", (event) => {
+      const row = rowAt(event);
+      this.onChoose(row === this.chosen ? null : row);
+    });
+    box.addEventListener("keydown", (event) => {
+      const step = { ArrowDown: 1, ArrowUp: -1 }[event.key];
+      if (step === undefined || event.target !== box || this.order.length === 0) return;
+      event.preventDefault();
+      const place = this.chosen === null ? -1 : this.order.indexOf(this.chosen);
+      this.onChoose(this.order[Math.min(this.order.length - 1, Math.max(0, place + step))]!);
+    });
+  }
+
+  /** Mark rows. The row that `inSight` names is scrolled to. */
+  mark(hovered: number | null, chosen: number | null, inSight: number | null = null): void {
+    this.hovered = hovered;
+    this.chosen = chosen;
+    const place = inSight === null ? -1 : this.order.indexOf(inSight);
+    if (place >= 0) {
+      const { box, head } = this;
+      const top = (this.caption.offsetHeight || 0) + place * ROW;
+      const room = box.clientHeight - head.offsetHeight - ROW;
+      if (top < box.scrollTop || top > box.scrollTop + room) box.scrollTop = Math.max(0, top - room / 2);
+      this.draw();
+    }
+    for (const row of this.body.rows) this.markRow(row);
+  }
+
+  private markRow(row: HTMLTableRowElement): void {
+    const number = Number(row.dataset["row"] ?? NaN);
+    row.classList.toggle("hovered", number === this.hovered);
+    if (number === this.chosen) row.setAttribute("aria-current", "true");
+    else row.removeAttribute("aria-current");
   }
 
   /** Show rows. The order stays if the column is still there. */
@@ -45,7 +91,7 @@ export class SortedTable {
   }
 
   clear(): void {
-    this.sorted = null;
+    this.sorted = this.hovered = this.chosen = null;
     this.order = [];
     this.box.replaceChildren();
     this.box.hidden = true;
@@ -108,6 +154,7 @@ export class SortedTable {
   private row(row: number, place: number): HTMLElement {
     const made = element("tr");
     made.ariaRowIndex = String(place + 2);
+    made.dataset["row"] = String(row);
     made.append(
       ...this.columns.map(({ cell, value }, column) => {
         const shown = cell?.(row) ?? String(value(row));
@@ -117,6 +164,7 @@ export class SortedTable {
         return box;
       }),
     );
+    this.markRow(made);
     return made;
   }
 }

@@ -89,7 +89,7 @@ export class View {
   /** The plane in front of which everything is cut away, and nothing can be pointed at. */
   kept: Plane | null = null;
   /** Called after each picture on the screen, also while the view turns by itself. */
-  onDraw: () => void = () => {};
+  readonly onDraw: (() => void)[] = [];
   /** Called after the camera moved. */
   onMove: () => void = () => {};
 
@@ -327,7 +327,7 @@ export class View {
     this.render();
     this.labels.show(this.axes?.labels(this.camera, this.width, this.height, this.covered) ?? []);
     this.frames += 1;
-    this.onDraw();
+    for (const listener of this.onDraw) listener();
   }
 
   private render(): void {

@@ -76,6 +76,17 @@ export async function describeExample(example: Example, progress: () => { report
   return gamut;
 }
 
+let ids: Promise<Map<string, string>> | null = null;
+
+/** Keys of the examples by the ids of their gamuts: a file of the reader may be one of them. */
+export function exampleKeys(): Promise<Map<string, string>> {
+  ids ??= examples().then(async (all) => {
+    const entries = all.map(async ({ key }): Promise<[string, string]> => [((await (await loaded(`${key}.json`)).json()) as Gamut).id, key]);
+    return new Map(await Promise.all(entries));
+  });
+  return ids;
+}
+
 export function historyOf(example: Example): string {
   return new URL(`${example.key}.gamut`, folder).href;
 }

@@ -122,6 +122,70 @@ export async function checkTable(
   return (await response.json()) as CheckedTable;
 }
 
+/** A line of a list that is no colour. */
+export interface LineRefusal {
+  line: number;
+  detail: string;
+  remedy: string;
+}
+
+/** Lines that may be refused before the whole list is; each of them costs a request. */
+const MOST_REFUSED = 20;
+
+/**
+ * The same without the lines that the service refuses.
+ *
+ * It answers whole tables only, so a refused line is emptied, which keeps the numbers of the others,
+ * and the rest is sent again. A list of which more is refused than answered is read wrongly: it is
+ * refused as a whole, with its first error.
+ */
+export async function checkLines(
+  gamut: Gamut,
+  table: Blob,
+  reading: TableReading,
+  signal: AbortSignal,
+): Promise<{ checks: CheckedTable; refused: LineRefusal[] }> {
+  const refused: LineRefusal[] = [];
+  let lines: string[] | null = null;
+  let first: unknown = null;
+  for (let list = table; ; ) {
+    try {
+      const checks = await checkTable(gamut, list, reading, signal);
+      if (refused.length > checks.lines.length) break;
+      return { checks, refused: refused.sort((one, other) => one.line - other.line) };
+    } catch (error) {
+      first ??= error;
+      lines ??= await linesOf(table);
+      const line = refusedLine(error, lines);
+      if (line === null || refused.length >= MOST_REFUSED) throw first;
+      const { detail, remedy } = (error as ProblemError).problem;
+      refused.push({ line, detail, remedy });
+      lines[line - 1] = "";
+      list = new Blob([lines.join("\n")]);
+    }
+  }
+  throw first;
+}
+
+/** Lines of a text; none of a file in another encoding than UTF-8. */
+async function linesOf(table: Blob): Promise<string[]> {
+  try {
+    return new TextDecoder("utf-8", { fatal: true }).decode(await table.arrayBuffer()).split(/\r\n|\r|\n/);
+  } catch {
+    return [];
+  }
+}
+
+/** The line that an error is about; null if it is about the whole list, such as the names of columns. */
+function refusedLine(error: unknown, lines: string[]): number | null {
+  if (!(error instanceof ProblemError) || error.problem.status !== 422) return null;
+  const { line, row } = error.problem.where ?? {};
+  if (typeof line !== "number" || (lines[line - 1] ?? "").trim() === "") return null;
+  // Names of columns have no numbers and no notation.
+  const isRow = typeof row === "number" || /#|\(|(^|[\s,;])[-+]?\d/.test(lines[line - 1]!);
+  return isRow ? line : null;
+}
+
 /** What the edge of a gamut is, for people. */
 export function edgeText({ edge_width: width, tolerance }: Positions): string {
   const spelt = (value: number) => (value >= 1 ? value.toFixed(1) : numberText(value, 2));
