@@ -149,9 +149,9 @@ test("views turn smoothly, and the view spins until it is touched, unless less m
   const page = await open(browser, `/view#a=${FIRST}`, { motion: "no-preference" });
   await drawn(page, FINEST);
   const start = await place(page);
-  assert.equal(await page.$eval("[data-axis='+L*']", (button) => button.title), "From above (+L*), key 1");
+  assert.equal(await page.$eval("[data-axis='+L*'] title", (title) => title.textContent), "From above (+L*), key 1");
   const first = await page.evaluate(() => {
-    document.querySelector("[data-axis='+L*']").click();
+    document.querySelector("[data-axis='+L*']").dispatchEvent(new MouseEvent("click"));
     return window.gamutViewer.view.place.join();
   });
   assert.equal(first, start); // a turn takes its time
