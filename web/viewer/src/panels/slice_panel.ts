@@ -104,9 +104,10 @@ export class SlicePanel {
     this.kind.addEventListener("change", () => this.change({ kind: this.kind.value as SliceState["kind"], half: "front" }));
     this.value.addEventListener("input", () => this.change({ [this.state.kind]: this.value.valueAsNumber }));
     this.number.addEventListener("change", () => {
-      const { max, min, valueAsNumber: value } = this.number;
-      if (Number.isNaN(value)) this.draw();
-      else this.change({ [this.state.kind]: Math.min(Math.max(value, Number(min)), Number(max)) });
+      const { max, min, valueAsNumber } = this.number;
+      const value = Number.isNaN(valueAsNumber) ? this.value.valueAsNumber : Math.min(Math.max(valueAsNumber, Number(min)), Number(max));
+      this.number.value = String(value);
+      this.change({ [this.state.kind]: value });
     });
     byId("slice-flip").addEventListener("click", () => this.change({ half: this.cut.isAboveCut ? "below" : "above" }));
     byId<HTMLInputElement>("slice-open").addEventListener("change", ({ target }) => {
@@ -265,10 +266,10 @@ export class SlicePanel {
     const [from, to] = [Math.ceil(low / step), Math.floor(high / step)];
     const digits = Math.max(0, Math.ceil(-Math.log10(step)));
     const [min, max] = [from, to].map((steps) => (steps * step).toFixed(digits));
-    for (const [field, steps] of [[this.value, String(step)], [this.number, "any"]] as const) {
-      Object.assign(field, { min, max, step: steps });
-      field.value = String(cut.value);
-    }
+    Object.assign(this.value, { min, max, step: String(step) });
+    Object.assign(this.number, { min, max, step: "any" });
+    this.value.value = String(cut.value);
+    if (document.activeElement !== this.number) this.number.value = String(cut.value);
     const shown = numberText(cut.value, 4);
     const text = { lightness: `${name} ${shown}`, hue: `Hue ${shown}°` }[cut.kind];
     byId("slice-label").textContent = text;
