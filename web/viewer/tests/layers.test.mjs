@@ -125,7 +125,8 @@ test("gamuts of different spaces are refused, and references follow the space of
   await page.evaluate((key) => window.gamutViewer.show("a", key), balls.oklab);
   await page.waitForFunction("window.gamutViewer.shown[1]?.gamut.options.space === 'Oklab'");
   // What cannot follow is taken away, and the page says so.
-  await page.evaluate(() => window.gamutViewer.show("b", null));
+  await page.evaluate((key) => window.gamutViewer.show("b", key), balls.oklab);
+  await page.evaluate(() => window.gamutViewer.show("a", null));
   await page.evaluate((key) => window.gamutViewer.show("a", key), balls.small);
   assert.equal(await spaces(), "CIELAB");
   assert.match(await page.$eval("#problem", (box) => box.innerText), /Other space is in Oklab/);

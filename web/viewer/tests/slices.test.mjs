@@ -1,6 +1,6 @@
 // Sections in the viewer, in Chromium over a real server.
 //
-//   VIEWER_URL=... CHROMIUM=... FIRST=ID SECOND=ID FINEST=N PAGE=FILE node --test slices.test.mjs
+//   VIEWER_URL=... CHROMIUM=... FIRST=ID SECOND=ID PRESS=ID FINEST=N PAGE=FILE node --test slices.test.mjs
 //
 // The first gamut is a ball of radius 40 around L* = 50, the second one of radius 30.
 import assert from "node:assert/strict";
@@ -12,7 +12,7 @@ import { after, before, test } from "node:test";
 import { pathToFileURL } from "node:url";
 import { chromium, close, drawn, open, plot, pixel, violations } from "./pages.mjs";
 
-const { FIRST, SECOND, PAGE } = process.env;
+const { FIRST, SECOND, PRESS, PAGE } = process.env;
 const FINEST = Number(process.env.FINEST);
 
 let browser;
@@ -121,6 +121,24 @@ test("the plane is dragged in the view, and moved by keys", async () => {
   const hue = await lightness();
   await drag(-30, 0);
   assert.notEqual(await lightness(), hue);
+  await close(page);
+});
+
+test("a cut begins at L* 50, and a number moves it anywhere within the gamuts", async () => {
+  // The middle of the press is at L* 54.
+  const page = await open(browser, `/view#a=${PRESS}`);
+  await page.waitForFunction("window.gamutViewer.figures.triangles[0] > 4");
+  await page.select("#slice-kind", "lightness");
+  const values = () => page.$$eval("#slice-row input", (fields) => fields.map((field) => field.valueAsNumber));
+  assert.deepEqual(await values(), [50, 50]);
+  for (const [typed, taken] of [["40.5", 40.5], ["400", 100], ["", 100]]) {
+    await page.click("#slice-number", { count: 3 });
+    await page.keyboard.press("Backspace");
+    await page.keyboard.type(typed);
+    await page.keyboard.press("Enter");
+    assert.equal((await values())[1], taken);
+    await page.waitForFunction((value) => location.hash.includes(`lightness=${value}&`) || location.hash.endsWith(`lightness=${value}`), {}, taken);
+  }
   await close(page);
 });
 

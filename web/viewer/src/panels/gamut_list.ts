@@ -67,7 +67,7 @@ export class GamutList {
     opacity.setAttribute("aria-label", `Opacity of the ${gamut}`);
     opacity.addEventListener("input", () => this.page.setOpacity(slot, opacity.valueAsNumber));
     const volume = element("span", "", { className: "volume" });
-    box.append(volume, field, name, eye, opacity, element("div", "", { className: "waiting" }));
+    box.append(field, name, volume, eye, opacity, element("div", "", { className: "waiting" }));
     return { box, chooser, eye, opacity, mark, name, volume };
   }
 

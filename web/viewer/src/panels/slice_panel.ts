@@ -61,6 +61,7 @@ export class SlicePanel {
   private charting = 0;
   private readonly kind = byId<HTMLSelectElement>("slice-kind");
   private readonly value = byId<HTMLInputElement>("slice-value");
+  private readonly number = byId<HTMLInputElement>("slice-number");
 
   constructor(private readonly page: Page) {
     this.cut = new CutAway(page.view);
@@ -101,9 +102,12 @@ export class SlicePanel {
 
   private connectControls(): void {
     this.kind.addEventListener("change", () => this.change({ kind: this.kind.value as SliceState["kind"], half: "front" }));
-    this.value.addEventListener("input", () => {
-      const { kind } = this.state;
-      this.change({ [kind]: this.value.valueAsNumber });
+    this.value.addEventListener("input", () => this.change({ [this.state.kind]: this.value.valueAsNumber }));
+    this.number.addEventListener("change", () => {
+      const { max, min, valueAsNumber } = this.number;
+      const value = Number.isNaN(valueAsNumber) ? this.value.valueAsNumber : Math.min(Math.max(valueAsNumber, Number(min)), Number(max));
+      this.number.value = String(value);
+      this.change({ [this.state.kind]: value });
     });
     byId("slice-flip").addEventListener("click", () => this.change({ half: this.cut.isAboveCut ? "below" : "above" }));
     byId<HTMLInputElement>("slice-open").addEventListener("change", ({ target }) => {
@@ -171,14 +175,13 @@ export class SlicePanel {
     const space = gamutSpace(gamut);
     const { lightness } = space;
     const box = boxOf(shown.map((each) => each.gamut));
-    const middle = (boxOf([gamut]).min.getComponent(lightness) + boxOf([gamut]).max.getComponent(lightness)) / 2;
+    const middle = middleLightness(boxOf([gamut]), lightness);
     const others = [0, 1, 2].filter((axis) => axis !== lightness);
     const positions = shown.map(({ layer }) => layer.level!.positions);
     const origin: Point = [0, 0, 0];
     const reach = farthest(positions, origin, others);
-    const centre = Number(middle.toPrecision(2));
-    state.lightness ??= centre;
-    const cut = this.cutOf(box, lightness, centre);
+    state.lightness ??= middle;
+    const cut = this.cutOf(box, lightness, middle);
     const plane = planeOf(cut, lightness);
     const text = this.label(cut, names[lightness]!, box, lightness);
     const layers = shown.map(({ slot, gamut: each, layer }): CutLayer => {
@@ -264,7 +267,9 @@ export class SlicePanel {
     const digits = Math.max(0, Math.ceil(-Math.log10(step)));
     const [min, max] = [from, to].map((steps) => (steps * step).toFixed(digits));
     Object.assign(this.value, { min, max, step: String(step) });
+    Object.assign(this.number, { min, max, step: "any" });
     this.value.value = String(cut.value);
+    if (document.activeElement !== this.number) this.number.value = String(cut.value);
     const shown = numberText(cut.value, 4);
     const text = { lightness: `${name} ${shown}`, hue: `Hue ${shown}°` }[cut.kind];
     byId("slice-label").textContent = text;
@@ -332,6 +337,14 @@ function boxOf(gamuts: Gamut[]): Box3 {
   const box = new Box3();
   for (const { bounds } of gamuts) for (const corner of bounds) box.expandByPoint(new Vector3().fromArray(corner));
   return box;
+}
+
+/** The lightness of the first cut: half of a scale to 100 or 1, such as L* 50, else the middle of the gamut. */
+function middleLightness({ min, max }: Box3, axis: number): number {
+  const [low, high] = [min.getComponent(axis), max.getComponent(axis)];
+  // White is at the end of the scale, or a little beyond it.
+  const end = 10 ** Math.ceil(Math.log10(high / 1.05));
+  return high > 0.7 * end && low < 0.5 * end ? end / 2 : Number(((low + high) / 2).toPrecision(2));
 }
 
 /** The largest distance of points from an origin, along some axes. */

@@ -36,6 +36,8 @@ const LEAST_PART = 0.3;
 /** Limits of the size, relative to the fitted view. */
 const SMALLEST = 1 / 4;
 const LARGEST = 12;
+/** Distance of the camera in addresses when everything fits: about what it is in radii of the gamuts. */
+const FITTED_DISTANCE = 4;
 /** How far from the middle the target may be, relative to the radius of the gamuts. */
 const REACH = 0.6;
 /** The camera stays this far from the middle, relative to the radius of the gamuts. */
@@ -155,24 +157,23 @@ export class View {
 
   /** Set what the views show: the box of all gamuts, null to keep it, and the axes around them. */
   setExtent(gamuts: Box3 | null, axes: AxesBox | null): void {
+    const { scale } = this;
     const box = gamuts ?? this.box.clone();
     this.axes?.dispose();
     this.axes = axes;
     this.labels.clear();
     if (axes !== null) this.scene.add(axes.group);
-    const offset = this.camera.position.clone().sub(this.controls.target);
     const radius = box.getSize(new Vector3()).length() / 2;
     this.box.copy(box);
     (axes?.box ?? box).getCenter(this.middle);
     this.controls.cursor.copy(this.middle);
     this.controls.maxTargetRadius = REACH * radius;
     if (this.fitted === null) {
+      this.camera.position.sub(this.controls.target).add(this.middle);
       this.controls.target.copy(this.middle);
-      this.camera.position.copy(this.middle).add(offset.multiplyScalar(radius / this.radius));
     }
     this.radius = radius;
-    this.limit();
-    this.resize();
+    this.refit(scale);
     this.controls.update();
   }
 
@@ -215,23 +216,29 @@ export class View {
     this.draw();
   }
 
-  /** Numbers that `restore` takes: position, target and zoom, relative to the extent. */
+  /**
+   * Numbers that `restore` takes: position, target and zoom, in any window.
+   *
+   * The target is relative to the extent; distance and zoom are relative to the fitted view.
+   */
   get place(): number[] {
-    const relative = (point: Vector3) =>
-      point.clone().sub(this.middle).divideScalar(this.radius).toArray();
-    const numbers = [...relative(this.camera.position), ...relative(this.controls.target), this.camera.zoom];
+    const { camera, scale } = this;
+    const isFlat = camera === this.orthographic;
+    const target = this.controls.target.clone().sub(this.middle).divideScalar(this.radius);
+    const position = this.towardsCamera.multiplyScalar(FITTED_DISTANCE / (isFlat ? 1 : scale)).add(target);
+    const numbers = [...position.toArray(), ...target.toArray(), isFlat ? scale : 1];
     return numbers.map((value) => Number(value.toPrecision(4)));
   }
 
   restore(place: number[]): void {
     if (place.length !== 7 || !place.every(Number.isFinite) || place[6]! <= 0) return;
-    const absolute = (at: number) =>
-      new Vector3().fromArray(place, at).multiplyScalar(this.radius).add(this.middle);
+    const [target, offset] = [new Vector3().fromArray(place, 3), new Vector3().fromArray(place)];
+    offset.sub(target);
+    if (offset.length() === 0) return;
     this.touched();
-    this.camera.position.copy(absolute(0));
-    this.controls.target.copy(absolute(3));
-    this.camera.zoom = place[6]!;
-    this.resize();
+    this.controls.target.copy(target).multiplyScalar(this.radius).add(this.middle);
+    this.camera.position.copy(this.controls.target).add(offset);
+    this.refit(this.camera === this.orthographic ? place[6]! : FITTED_DISTANCE / offset.length());
     this.controls.update();
     this.draw();
   }
@@ -287,6 +294,8 @@ export class View {
   ): T {
     const { camera, canvas, controls, renderer } = this;
     const kept = camera.clone();
+    const screen = { width: this.width, height: this.height, covered: this.covered };
+    const scale = azimuth === null ? this.scale : 1;
     Object.assign(this, { width, height, covered });
     try {
       renderer.setDrawingBufferSize(width, height, ratio);
@@ -294,14 +303,14 @@ export class View {
       if (buffer.drawingBufferWidth < Math.floor(width * ratio) || buffer.drawingBufferHeight < Math.floor(height * ratio)) {
         throw new Error("This browser cannot draw so large a picture. Choose a smaller one.");
       }
-      const direction = azimuth === null ? this.fitted : camera.position.clone().sub(controls.target);
-      if (direction !== null) {
-        const { target, offset, zoom } = this.fittedPlace(direction, azimuth !== null);
-        offset.theta += azimuth ?? 0;
-        camera.position.setFromSpherical(offset).add(target);
-        camera.zoom = this.camera === this.orthographic ? zoom : camera.zoom;
-        camera.lookAt(target);
-      }
+      const fitted = azimuth === null ? this.fitted : null;
+      const place = this.fittedPlace(fitted ?? this.towardsCamera, azimuth !== null);
+      const target = azimuth === null && fitted === null ? controls.target : place.target;
+      place.offset.theta += azimuth ?? 0;
+      if (camera === this.orthographic) camera.zoom = scale * place.zoom;
+      else place.offset.radius /= scale;
+      camera.position.setFromSpherical(place.offset).add(target);
+      camera.lookAt(target);
       this.setFrame();
       this.render();
       return take(canvas, this.axes?.labels(camera, width, height, covered) ?? []);
@@ -309,6 +318,7 @@ export class View {
       camera.position.copy(kept.position);
       camera.quaternion.copy(kept.quaternion);
       camera.zoom = kept.zoom;
+      Object.assign(this, screen);
       this.resize();
       this.drawNow();
     }
@@ -391,7 +401,7 @@ export class View {
 
   /** The place from which the box of gamuts and axes just fits into the free part of the picture. */
   private fittedPlace(direction: Vector3, isTurning = this.spinning): Place {
-    const { controls, middle } = this;
+    const { middle } = this;
     const [across, down] = this.freePart();
     const shift = this.shiftFor(direction);
     let [distance, size] = [0, 0];
@@ -402,14 +412,10 @@ export class View {
       distance = Math.max(distance, half / HALF_ANGLE + z);
       size = Math.max(size, flat);
     }
-    const zoom = this.radius / size;
-    controls.maxDistance = distance / SMALLEST;
-    controls.minZoom = zoom * SMALLEST;
-    controls.maxZoom = zoom * LARGEST;
     return {
       target: middle.clone(),
       offset: new Spherical().setFromVector3(direction.clone().setLength(distance)),
-      zoom,
+      zoom: this.radius / size,
     };
   }
 
@@ -500,16 +506,40 @@ export class View {
     return this.camera.position.distanceTo(this.controls.target) * HALF_ANGLE;
   }
 
-  /** Take the size of the stage. A view that was fitted is fitted again. */
+  /** Size of the picture relative to the fitted view from the same direction. */
+  private get scale(): number {
+    if (this.fitted !== null) return 1;
+    const { offset, zoom } = this.fittedPlace(this.towardsCamera);
+    if (this.camera === this.orthographic) return this.orthographic.zoom / zoom;
+    return offset.radius / this.camera.position.distanceTo(this.controls.target);
+  }
+
+  /** Take the size of the stage. */
   private resize(): void {
+    const { scale } = this;
     this.width = Math.max(1, this.stage.clientWidth);
     this.height = Math.max(1, this.stage.clientHeight);
     this.covered = coveredEdges(this.stage);
+    this.refit(scale);
+  }
+
+  /** Fit the view again. One that the reader moved keeps its direction, and its size relative to the fitted one. */
+  private refit(scale: number): void {
+    const { controls, fitted, orthographic } = this;
     this.setSize();
-    const direction = this.spinning ? this.camera.position.clone().sub(this.controls.target) : this.fitted;
-    const place = this.fittedPlace(direction ?? HOME);
+    const place = this.fittedPlace(fitted === null || this.spinning ? this.towardsCamera : fitted);
+    controls.maxDistance = place.offset.radius / SMALLEST;
+    controls.minZoom = place.zoom * SMALLEST;
+    controls.maxZoom = place.zoom * LARGEST;
     this.setFrame();
-    if (this.fitted !== null && this.turning === null) this.setPlace(place);
+    if (this.turning !== null) this.turning.to = place;
+    else if (fitted !== null) this.setPlace(place);
+    else {
+      if (this.camera === orthographic) orthographic.zoom = scale * place.zoom;
+      this.camera.position.sub(controls.target).setLength(place.offset.radius / (this.camera === orthographic ? 1 : scale)).add(controls.target);
+      this.limit();
+      this.setFrame();
+    }
     this.draw();
   }
 
