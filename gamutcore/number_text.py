@@ -24,7 +24,7 @@ def number_text(value: SupportsFloat, digits: int = 6) -> str:
     return format(Decimal(text), "f") if "e" in text and _LEAST <= abs(number) < _MOST else text
 
 
-def fixed_text(value: SupportsFloat, decimals: int) -> str:
+def fixed_text(value: SupportsFloat, decimals: int, *, signed: bool = False) -> str:
     """Return a number with some decimals and commas between thousands, and never "-0.00".
 
     Examples
@@ -32,7 +32,8 @@ def fixed_text(value: SupportsFloat, decimals: int) -> str:
     >>> fixed_text(1234.567, 2), fixed_text(-0.001, 2)
     ('1,234.57', '0.00')
     """
-    return f"{round(float(value), decimals) + 0.0:,.{decimals}f}"
+    sign = "+" if signed else ""
+    return f"{round(float(value), decimals) + 0.0:{sign},.{decimals}f}"
 
 
 def volume_text(value: SupportsFloat) -> str:

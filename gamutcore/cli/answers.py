@@ -590,11 +590,12 @@ def compare(
     if len(gamuts) != 2 or any(Path(name).is_dir() or is_pattern(name) for name in gamuts):
         if lost or interval or sectors != SECTORS:
             raise typer.BadParameter("--lost, --sectors and --interval are for two gamuts.")
+        _check_interval_options(noise, instrument, same_instrument=same_instrument)
         _compare_all(ctx, gamuts, triangles, max_error, output, as_json=as_json, as_csv=as_csv)
         return
     form = answer_form(output, as_json=as_json, as_csv=as_csv)
     if not interval:
-        check_interval_options(noise, None, instrument)
+        _check_interval_options(noise, instrument, same_instrument=same_instrument)
     elif form == "csv":
         raise typer.BadParameter("Intervals are written as text or JSON.", param_hint="--output")
     one, two = (gamut_of(source, ctx, alone=False) for source in gamuts)
@@ -692,6 +693,15 @@ def _figures(comparison: GamutComparison, space: ColourSpace) -> dict[str, list[
             ]
             rows[f"other covered in {name} (%)"] = pair(areas, "{}_covers_{}", percent_text)
     return rows
+
+
+def _check_interval_options(
+    noise: float | None, instrument: float, *, same_instrument: bool
+) -> None:
+    """Refuse options of intervals without --interval."""
+    check_interval_options(noise, None, instrument)
+    if same_instrument:
+        raise typer.BadParameter("Give it with --interval.", param_hint="--same-instrument")
 
 
 def _compare_all(

@@ -50,6 +50,8 @@ def drift(
     from gamutcore.reports import check_report_suffix  # noqa: PLC0415
     from gamutcore.reports import drift as compute  # noqa: PLC0415
 
+    if as_json and as_csv:
+        raise typer.BadParameter("Give --json or --csv, not both.")
     if output is not None and not (as_json or as_csv):
         check_report_suffix(output)
     options: dict[str, Any] = {

@@ -69,6 +69,7 @@ from gamutcore.questions.plotting import (
     plot,
     plot_rings,
     plot_slice,
+    plot_text,
 )
 from gamutcore.questions.points import (
     CONTAINS,
@@ -167,6 +168,7 @@ __all__ = [
     "plot",
     "plot_rings",
     "plot_slice",
+    "plot_text",
     "positions",
     "recipes",
     "rings",

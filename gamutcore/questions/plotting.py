@@ -57,6 +57,7 @@ __all__ = [
     "plot",
     "plot_rings",
     "plot_slice",
+    "plot_text",
     "svg_picture",
 ]
 
@@ -486,7 +487,7 @@ def plot_slice(
     look = {"fill": False, "edgecolor": INK, **line} | style
     drawn = [patch for polygon in flat for patch in ax.fill(polygon[:, 0], polygon[:, 1], **look)]
     if drawn:
-        drawn[0].set_label(_plain(label))
+        drawn[0].set_label(plot_text(label))
     if flat and not number and not {"fill", "color", "facecolor"} & style.keys():
         _fill(ax, flat, axes, gamut.colour_space)
     ax.update_datalim([(0.0, 0.0)])
@@ -707,10 +708,10 @@ def _line(label: str, **look: Any) -> Any:  # noqa: ANN401  # of matplotlib
     """Return a line of a legend."""
     from matplotlib.lines import Line2D  # noqa: PLC0415  # optional
 
-    return Line2D([], [], label=_plain(label), **({"color": INK} | look))
+    return Line2D([], [], label=plot_text(label), **({"color": INK} | look))
 
 
-def _plain(text: str) -> str:
+def plot_text(text: str) -> str:
     """Return a text for matplotlib, without the control characters that SVG does not allow.
 
     What is between dollar signs is mathematics to matplotlib.
@@ -767,18 +768,18 @@ def _describe(
         line
         for text, of in drawn.conditions.items()
         for line in textwrap.wrap(
-            _plain(f"{', '.join(of)}: {text}" if of and len(drawn.conditions) > 1 else text),
+            plot_text(f"{', '.join(of)}: {text}" if of and len(drawn.conditions) > 1 else text),
             max(20, int(size / (CHARACTER * POINTS))),
         )
     ]
     below = {"xytext": (-40, -38), "textcoords": "offset points", "va": "top"}
     above = {"xytext": (0, 6), "textcoords": "offset points"}
     drawn.texts = [
-        ax.annotate(_plain(note), (0, 1), xycoords="axes fraction", **above, **look),
+        ax.annotate(plot_text(note), (0, 1), xycoords="axes fraction", **above, **look),
         ax.annotate("\n".join(wrapped), (0, 0), xycoords="axes fraction", **below, **look),
     ]
     strong = {"fontsize": TITLE * POINTS, "fontweight": "bold", "color": INK}
-    ax.set_title(_plain(title or names), loc="left", y=1.0, pad=22, **strong)
+    ax.set_title(plot_text(title or names), loc="left", y=1.0, pad=22, **strong)
     if len(drawn.lines) > (1 if label else 0):
         ax.legend(
             handles=drawn.lines,

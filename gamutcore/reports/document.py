@@ -319,18 +319,20 @@ class Report:
         """Write pages of text in a fixed pitch, then a page for each chart."""
         from matplotlib.backends.backend_pdf import PdfPages  # noqa: PLC0415
 
+        from gamutcore.questions import plot_text  # noqa: PLC0415
+
         lines = self.to_text().splitlines()
         # without a date, so that the same report has the same bytes
         with PdfPages(path, metadata={"Title": self.title, "CreationDate": None}) as pages:
             for first in range(0, len(lines), LINES):
                 page = _new_figure(PAPER)
-                text = "\n".join(lines[first : first + LINES])
+                text = "\n".join(map(plot_text, lines[first : first + LINES]))
                 page.text(0.08, 0.95, text, family="monospace", fontsize=9, va="top")
                 pages.savefig(page)
             for chart in self.charts:
                 page = _new_figure(PAPER[::-1])
                 chart.draw(page)
-                page.suptitle(chart.title)
+                page.suptitle(plot_text(chart.title))
                 pages.savefig(page)
 
 
@@ -391,9 +393,11 @@ def _table_text(table: ReportTable) -> str:
     notes = [textwrap.fill(note, WIDTH) for note in table.notes]
     rows_left_out = max((len(column.values) for column in table.columns), default=0) - MOST_ROWS
     if rows_left_out > 0:
-        notes.append(f"{rows_left_out:,} more rows; a file such as report.html has all.")
+        rows = "1 more row" if rows_left_out == 1 else f"{rows_left_out:,} more rows"
+        notes.append(f"{rows}; a file such as report.html has all.")
     if left_out:
-        notes.append(f"{left_out} more columns do not fit; write a file with -o.")
+        columns = "1 more column does" if left_out == 1 else f"{left_out} more columns do"
+        notes.append(f"{columns} not fit; write a file with -o.")
     return "\n".join([table.title, *lines, *notes])
 
 

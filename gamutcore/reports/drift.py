@@ -18,8 +18,9 @@ from gamutcore.errors import (
     errors_in,
 )
 from gamutcore.gamut import Gamut
-from gamutcore.number_text import number_text
+from gamutcore.number_text import fixed_text, number_text
 from gamutcore.options import Options
+from gamutcore.questions import plot_text
 from gamutcore.reports.document import Chart, Report, ReportColumn, ReportTable
 from gamutcore.reports.readings import (
     SAME_PATCH,
@@ -291,8 +292,10 @@ def _sentences(pair: ReadingPair, volumes: _Volumes | None) -> list[str]:
             f"{100 * volumes.second_covers:.2f} %{of_first} of {pair.first.name}, which covers "
             f"{100 * volumes.first_covers:.2f} %{of_second} of it."
         )
+        smallest = 0.0
         if volumes.interval is not None:
             smallest = 100 * volumes.interval.smallest_difference
+        if smallest >= 0.05:
             noise = "without their noise" if pair.noise is None else "this noise"
             sentences.append(
                 f"With these numbers of patches and {noise}, changes of volume below "
@@ -308,12 +311,14 @@ def _sentences(pair: ReadingPair, volumes: _Volumes | None) -> list[str]:
 
 
 def _signed(value: float) -> str:
-    return f"{round(value, 2) + 0.0:+.2f}"  # not -0.00
+    return fixed_text(value, 2, signed=True)
 
 
 def _verdict(pair: ReadingPair) -> str:
     """Return the sentence on change and noise."""
     noise, beyond = pair.noise, pair.beyond_noise(any_of_all=True)
+    if not pair.difference.any():
+        return "no patch changed."
     if noise is None or beyond is None:
         return "whether the change is larger than the noise is not known."
     stated = f"the noise, {number_text(noise.value, 2)} ΔE*ab ({noise.source})"
@@ -411,7 +416,7 @@ def _draw(pairs: Sequence[ReadingPair], figure: Figure) -> None:
     for pair in pairs:
         values = np.sort(pair.delta_e)
         share = 100.0 * np.arange(1, len(values) + 1) / len(values)
-        axes.step(values, share, where="post", label=pair.second.name)
+        axes.step(values, share, where="post", label=plot_text(pair.second.name))
     axes.axhline(95.0, color="0.7", linewidth=0.8)
     axes.set(xlabel="ΔE00", ylabel="patches (%)", xlim=(0, None), ylim=(0, 101))
     axes.legend(loc="lower right")

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 from gamutcore.content import is_saved_gamut
+from gamutcore.errors import OptionError
 from gamutcore.gamut import Gamut, load_level, stored_level
 from gamutcore.references import find_reference
 
@@ -48,6 +49,8 @@ class NamedGamut(NamedTuple):
 
 def named_gamuts(sources: Iterable[GamutSource], options: dict[str, Any]) -> Iterator[NamedGamut]:
     """Yield gamuts by names that differ; other files than saved gamuts are built here."""
+    if isinstance(sources, Gamut | str | os.PathLike):
+        raise OptionError.refusal("gamuts", str(sources)[:80], "a list of gamuts")
     names: set[str] = set()
     for source in sources:
         gamut: Gamut | Path

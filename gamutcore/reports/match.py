@@ -44,7 +44,7 @@ from gamutcore.results import ColourMatch, GamutGroup
 from gamutcore.tables import ColourTable, frame_colours, read_table
 
 if TYPE_CHECKING:
-    from gamutcore.arrays import BooleanArray, FloatArray
+    from gamutcore.arrays import BooleanArray, FloatArray, LongArray
     from gamutcore.colour_rows import Colours
     from gamutcore.colours.spaces import ColourSpace
     from gamutcore.gamut import Gamut
@@ -58,6 +58,9 @@ MOST_EXACT = 20
 """Most gamuts of which all pairs and triples are compared: 1,330 groups."""
 
 NO_POINTS = np.empty((0, 3))
+
+MOST_NAMED = 3
+"""Most gamuts whose names are in the sentence on those that print most."""
 
 MOST_COLUMNS = 20
 """Most gamuts that have a column in the table of colours."""
@@ -335,9 +338,7 @@ def _sentences(match: ColourMatch, order: list[int]) -> list[str]:
     """Return the answer in words: the best gamut, what none prints, and the groups."""
     count, one = len(match.colours), order[0]
     printed = np.count_nonzero(match.prints, axis=0)
-    words = [f"{match.gamuts[one]} prints {printed[one]} of {count} colours"]
-    if len(order) > 1:
-        words[0] += f", the most of {len(order)} gamuts"
+    words = [_most(match, order, printed)]
     nowhere = np.flatnonzero(match.printed_by == 0)
     if len(nowhere):
         worst = nowhere[np.argsort(-match.excess[nowhere].min(axis=1), kind="stable")]
@@ -366,6 +367,22 @@ def _sentences(match: ColourMatch, order: list[int]) -> list[str]:
     if len(order) > 1 and most < count:
         words.append(f"{'No further' if len(words) > 2 else 'No other'} gamut adds a colour")
     return [f"{sentence}." for sentence in words]
+
+
+def _most(match: ColourMatch, order: list[int], printed: LongArray) -> str:
+    """Return which gamuts print most colours, in words."""
+    count, most = len(match.colours), int(printed[order[0]])
+    of_all = f", the most of {len(order)} gamuts" if len(order) > 1 else ""
+    if not most:
+        which = "No gamut" if len(order) > 1 else match.gamuts[order[0]]
+        return f"{which} prints {'any' if len(order) > 1 else 'none'} of {count} colours"
+    best = [match.gamuts[at] for at in order if printed[at] == most]
+    if len(best) == 1:
+        return f"{best[0]} prints {most} of {count} colours{of_all}"
+    if len(best) == len(order):
+        of_all = ""
+    names = f"{', '.join(best[:-1])} and {best[-1]}" if len(best) <= MOST_NAMED else ""
+    return f"{names or f'{len(best)} gamuts'} print {most} of {count} colours each{of_all}"
 
 
 def _gamut_table(match: ColourMatch, order: list[int]) -> ReportTable:

@@ -13,7 +13,7 @@ from gamutcore import search
 from gamutcore.errors import OptionError
 from gamutcore.number_text import volume_unit
 from gamutcore.options import Options
-from gamutcore.questions import check_space, condition_lines, table_warnings
+from gamutcore.questions import check_space, condition_lines, plot_text, table_warnings
 from gamutcore.reports.document import Chart, Report, ReportColumn, ReportTable
 from gamutcore.reports.gamuts import (
     GamutSource,
@@ -181,7 +181,8 @@ def _draw(matrix: CoverageMatrix, figure: Figure) -> None:
     shares = 100.0 * matrix.coverage
     image = axes.imshow(shares, vmin=0.0, vmax=100.0, cmap="viridis")
     size = 9.0 if count <= MOST_LABELS else max(2.0, 180.0 / count)
-    names = [name if len(name) <= 24 else f"{name[:23]}…" for name in matrix.gamuts]
+    shortened = [name if len(name) <= 24 else f"{name[:23]}…" for name in matrix.gamuts]
+    names = list(map(plot_text, shortened))
     axes.set_xticks(range(count), names, rotation=45, ha="right", fontsize=size)
     axes.set_yticks(range(count), names, fontsize=size)
     axes.set_xlabel("covered")

@@ -25,6 +25,7 @@ from gamutcore.content import gamut_source, is_saved_gamut
 from gamutcore.errors import OptionError, UnsupportedProfileError
 from gamutcore.gamut import Gamut
 from gamutcore.names import folded
+from gamutcore.number_text import fixed_text
 from gamutcore.questions import draw_rings
 from gamutcore.reports.document import Chart, Report, ReportColumn, ReportTable
 from gamutcore.reports.signals import SIGNAL_COUNTS, cube_faces, signal_levels
@@ -228,8 +229,8 @@ def _intent_warnings(gamut: Gamut, standard: Standard) -> list[str]:
     return [f"{has}: build it with the intent {wanted}."]
 
 
-def _per_cent(share: float, form: str = ".1f") -> str:
-    return f"{100.0 * share:{form}} %"
+def _per_cent(share: float, decimals: int = 1, *, signed: bool = False) -> str:
+    return f"{fixed_text(100.0 * share, decimals, signed=signed)} %"
 
 
 def _medium(gamut: Gamut) -> str:
@@ -250,7 +251,7 @@ def _white(gamut: Gamut) -> str:
     if isinstance(xyz, Sequence) and len(xyz) == 3:
         parts.append("X Y Z " + " ".join(f"{value:.5g}" for value in xyz))
     if white is not None:
-        parts.append("absolute L*a*b* " + " ".join(f"{value + 0.0:.2f}" for value in white))
+        parts.append("absolute L*a*b* " + " ".join(fixed_text(value, 2) for value in white))
     return ", ".join(parts) or "not stated"
 
 
@@ -432,7 +433,7 @@ def _display_parts(gamut: Gamut, reference: Gamut | None) -> _Parts:
     exact = float(gamut.description.get("device_surface_volume", gamut.volume))
     sentences.append(
         f"The volume within the whole surface, without steps, is {exact:,.0f} "
-        f"({_per_cent(exact / volume - 1.0, '+.2f')})."
+        f"({_per_cent(exact / volume - 1.0, 2, signed=True)})."
     )
     data: dict[str, Any] = {"volume": volume, "exact_volume": exact}
     if reference is not None:
@@ -643,7 +644,7 @@ def _press_parts(gamut: Gamut, reference: Gamut | None) -> _Parts:
     if usable is not None:
         sentences.append(
             f"The usable volume through {usable.tables.split(' ')[0]} is {usable.volume:,.0f}, "
-            f"{_per_cent(usable.volume / device.volume - 1.0, '+.1f')}."
+            f"{_per_cent(usable.volume / device.volume - 1.0, signed=True)}."
         )
     sentences.append(
         f"The volume of the whole boundary, {gamut.conditions.intent}, is {gamut.volume:,.0f}."

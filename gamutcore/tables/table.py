@@ -59,7 +59,7 @@ from gamutcore.tables.columns import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
     from pathlib import Path
 
     from gamutcore.arrays import FloatArray
@@ -909,7 +909,7 @@ def write_sheets(path: Path, sheets: Mapping[str, Sequence[Sequence[Any]]]) -> N
 
     book = Workbook(write_only=True)
     for title, rows in sheets.items():
-        sheet = book.create_sheet(_SHEET_TITLE.sub(" ", title)[:_LONGEST_TITLE].strip())
+        sheet = book.create_sheet(_sheet_title(title, {name.lower() for name in book.sheetnames}))
         for row in rows:
             cells = []
             for value in row:
@@ -920,6 +920,17 @@ def write_sheets(path: Path, sheets: Mapping[str, Sequence[Sequence[Any]]]) -> N
                 cells.append(cell)
             sheet.append(cells)
     book.save(path)
+
+
+def _sheet_title(title: str, titles: Collection[str]) -> str:
+    """Return a title that Excel accepts and that is none of the lower-case titles."""
+    plain = _SHEET_TITLE.sub(" ", title).strip().strip("'") or "table"
+    sheet_title, number = plain[:_LONGEST_TITLE].strip(), 1
+    while sheet_title.lower() in titles:
+        number += 1
+        end = f" ({number})"
+        sheet_title = plain[: _LONGEST_TITLE - len(end)].strip() + end
+    return sheet_title
 
 
 def _cell_number(cell: str) -> float | str:

@@ -405,6 +405,13 @@ def test_compare(command, as_json, cubes):
     assert [float(row["volume_a"]) for row in by_hue] == pytest.approx([10 * 40**2] * 4)
 
 
+@pytest.mark.slow
+def test_options_of_intervals_are_not_ignored(command, cubes):
+    pair = ("compare", cubes / "large.gamut", cubes / "small.gamut")
+    for options in (["--noise", "0.3"], ["--same-instrument"], ["--interval", "--csv"]):
+        command(*pair, *options, status=2)
+
+
 @pytest.mark.parametrize("line", [("slice", "--hue", "40"), ("rings",)], ids=" ".join)
 @pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
 def test_without_matplotlib_drawings_say_what_to_install(
@@ -450,3 +457,5 @@ def test_compare_three(command, as_json, cubes):
     out, _ = command("compare", cubes)
     assert "64,000" in out
     command("compare", cubes, "--lost", status=2)
+    command("compare", cubes, "--noise", "0.3", status=2)
+    command("compare", cubes, "--same-instrument", status=2)

@@ -112,3 +112,37 @@ def test_charts_stand_in_pages_and_pdf(report, tmp_path):
     assert [address[:26] for address in page.addresses] == ["data:image/svg+xml;base64,"]
     drawn.save(tmp_path / "report.pdf")
     assert (tmp_path / "report.pdf").read_bytes().count(b"/Type /Page ") == 2
+
+
+def test_what_rounds_to_zero_has_no_minus_sign_and_one_column_is_one():
+    columns = [
+        ReportColumn("patch", ["cyan"]),
+        ReportColumn("change", [-0.004]),
+        ReportColumn("share", np.array([-1e-9]), kind="share"),
+        ReportColumn("x" * 70, [1]),
+    ]
+    text = Report("Drift", ["Nothing changed."], tables=[ReportTable("Patches", columns)]).to_text()
+    assert text.splitlines()[-2].split() == ["cyan", "0.00", "0.0"]
+    assert text.endswith("1 more column does not fit; write a file with -o.\n")
+
+
+def test_tables_with_the_same_beginning_are_sheets_that_excel_opens(tmp_path):
+    openpyxl = pytest.importorskip("openpyxl")
+    name = "Press 4, second reading of November 2026.txt"
+    tables = [
+        ReportTable(f"{name}: {part}", [ReportColumn("patch", [part])])
+        for part in ("solids", "overprints", "largest changes")
+    ]
+    Report("Drift", ["Nothing changed."], tables=tables).save(tmp_path / "drift.xlsx")
+    sheets = openpyxl.load_workbook(tmp_path / "drift.xlsx").sheetnames
+    assert len({sheet.lower() for sheet in sheets}) == 4
+    assert max(map(len, sheets)) <= 31  # by Excel's specifications
+
+
+def test_names_with_dollar_signs_are_no_mathematics(tmp_path):
+    pytest.importorskip("matplotlib")
+    name = "press $x_$ at $5"
+    Report(name, [name], charts=[Chart(name, lambda page: page.add_subplot())]).save(
+        tmp_path / "report.pdf"
+    )
+    assert (tmp_path / "report.pdf").read_bytes().startswith(b"%PDF")

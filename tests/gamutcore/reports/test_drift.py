@@ -106,6 +106,8 @@ def test_without_repeats_the_noise_is_not_known(patches):
     alone = reading([names[at] for at in one], device[one], lab[one])
     report = gamutcore.drift(alone, alone, surface_samples=200)
     assert report.data["pairs"][0]["larger_than_noise"] is None
+    assert "no patch changed" in report.sentences[0]
+    assert not any("mean nothing" in sentence for sentence in report.sentences)
     assert any("noise is not known" in warning for warning in report.warnings)
     assert report.data["pairs"][0]["volume"]["change"] == 0.0
     assert report.data["pairs"][0]["volume"]["second_covers"] == pytest.approx(1.0, abs=1e-3)

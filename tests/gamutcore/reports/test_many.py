@@ -4,6 +4,7 @@ import csv
 import io
 import json
 from itertools import combinations, product
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -121,6 +122,9 @@ def test_srgb_is_wholly_inside_bt2020():
 def test_what_cannot_be_matched_is_refused(boxes):
     with pytest.raises(OptionError, match="at least one"):
         gamutcore.match(COLOURS, [])
+    for one in (boxes[0], "srgb", Path("presses")):
+        with pytest.raises(OptionError, match="a list of gamuts"):
+            gamutcore.match(COLOURS, one)
     with pytest.raises(OptionError, match="at least two"):
         gamutcore.compare_all(boxes[:1])
     with pytest.raises(OptionError):
@@ -132,6 +136,27 @@ def test_what_cannot_be_matched_is_refused(boxes):
     oklab = gamutcore.Gamut(list(product((0.4, 0.6), (-0.1, 0.1), (-0.1, 0.1))), space="Oklab")
     with pytest.raises(OptionError, match="Oklab"):
         gamutcore.match(COLOURS, [boxes[0], oklab])
+
+
+@pytest.mark.parametrize(
+    ("colours", "names", "sentence"),
+    [
+        ([(50, 25, 0)], ["wide", "high"], "wide prints 1 of 1 colours, the most of 2 gamuts."),
+        ([(50, 0, 0)], ["wide", "deep"], "deep and wide print 1 of 1 colours each."),
+        (
+            [(50, 8, 8)],
+            ["small", "high", "deep"],
+            "deep and high print 1 of 1 colours each, the most of 3 gamuts.",
+        ),
+        ([(50, 90, 0)], ["wide", "high"], "No gamut prints any of 1 colours."),
+        ([(50, 90, 0)], ["wide"], "wide prints none of 1 colours."),
+    ],
+)
+def test_the_sentence_names_all_that_print_most(boxes, colours, names, sentence):
+    gamuts = [gamut for gamut in boxes if gamut.name in names]
+    said = match_report(gamutcore.match(colours, gamuts)).sentences[0]
+    words = {str(sorted(text.replace(",", "").split())) for text in (said, sentence)}
+    assert len(words) == 1, said  # equal gamuts have no order
 
 
 def test_files_have_every_pair_and_text_fits(boxes, tmp_path):

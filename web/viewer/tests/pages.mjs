@@ -53,8 +53,13 @@ export async function open(browser, path, { url = process.env.VIEWER_URL, width 
   await page.goto(path.startsWith("file:") ? path : `${url}${path}`);
   await page.waitForFunction(ready);
   // Parts that are closed at first have their own tests.
-  if (isOpen) await page.$$eval("#panel details", (parts) => parts.forEach((part) => (part.open = true)));
+  if (isOpen) await openParts(page);
   return page;
+}
+
+/** Open all parts of the panel. */
+export async function openParts(page) {
+  await page.$$eval("#panel details", (parts) => parts.forEach((part) => (part.open = true)));
 }
 
 /** Close a page. Its console must be empty. */

@@ -12,6 +12,7 @@ import {
   difference,
   drawn,
   open,
+  openParts,
   pixel,
   smallPicture,
   storedPicture,
@@ -261,6 +262,7 @@ for (const [space, file] of [["CIELAB", PAGE], ["another space", OTHER_PAGE]]) {
     page.on("request", (request) => asked.push(new URL(request.url()).protocol));
     await page.reload();
     await page.waitForFunction("window.gamutViewer?.figures.triangles[0] > 4");
+    await openParts(page);
     assert.match(await page.title(), /^(Ball A|Oklab sphere)/);
     assert.match(await page.$eval("#gamut-list", (list) => list.innerText), /^(Ball A|Oklab sphere)/);
     await page.focus("#slider");
