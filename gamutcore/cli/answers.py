@@ -169,13 +169,19 @@ def _table(
 
     `own` is the space of the gamut, which numbers without names are in: as over HTTP.
     """
-    from gamutcore.errors import GamutError, errors_in  # noqa: PLC0415
+    from gamutcore.errors import GamutError, MissingColumnError, errors_in  # noqa: PLC0415
     from gamutcore.tables import read_table  # noqa: PLC0415
 
     data = sys.stdin.buffer.read() if path == "-" else Path(path).read_bytes()
     try:
         with errors_in("standard input" if path == "-" else path):
-            table = read_table(data, space=space, columns=columns, scale=scale, own=own)
+            try:
+                table = read_table(data, space=space, columns=columns, scale=scale)
+            except MissingColumnError as missing:
+                try:
+                    table = read_table(data, space=space, columns=columns, scale=scale, own=own)
+                except GamutError:
+                    raise missing from None
     except GamutError as error:
         if "line" in error.where:
             error.where.pop("row", None)
