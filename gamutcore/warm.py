@@ -22,6 +22,7 @@ from gamutcore.boundary import (
     BOUNDARIES,
     compute_boundary,
     device_surface_boundary,
+    radial_map,
     voxel_mismatch,
 )
 from gamutcore.boundary.centre import face_planes
@@ -253,6 +254,7 @@ def _use_options() -> None:
 def _use_queries() -> None:
     """Ask for sections, crossings, mapping and recipes."""
     gamut = Gamut(_table(), surface_samples=200)
+    radial_map(np.vstack([np.eye(3), np.zeros((1, 3))]), _TETRAHEDRON, np.full(3, 0.1), COARSE)
     gamut.rings()
     gamut.leaf(0.0)
     gamut.max_chroma(50.0, 0.0)

@@ -107,6 +107,7 @@ def test_charts_of_device_values_alone_have_no_colours(text):
         read_table(text.encode())
 
 
+@pytest.mark.slow
 def test_query_counts_the_patches_inside_at_the_edge_and_outside(tmp_path, capsys):
     cube = np.array([50.0, 0, 0]) + 42 * (2.0 * np.array(list(np.ndindex(2, 2, 2))) - 1)
     Gamut(cube, gamma=1).save(tmp_path / "cube.gamut")

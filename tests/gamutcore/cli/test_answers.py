@@ -428,6 +428,7 @@ def test_without_matplotlib_drawings_say_what_to_install(
 COLOURS = "name,L,a,b\nmiddle,50,0,0\nwing,50,60,0\nfar,50,0,90\n"
 
 
+@pytest.mark.slow
 def test_match_takes_a_folder(command, cubes, tmp_path):
     """The cubes have the edges 40 and 20 about the axis, and 20 about a* 60."""
     colours = tmp_path / "colours.csv"

@@ -83,6 +83,7 @@ def test_known_changes_of_paper_and_cyan_are_found_in_shuffled_noisy_patches(pat
     assert figures["delta_e_2000"]["mean"] < 0.5
 
 
+@pytest.mark.slow
 def test_noise_alone_is_within_the_noise_that_is_given_or_found(patches, noisy):
     names, device, _ = patches
     first = reading(names, device, noisy(4))
