@@ -289,20 +289,11 @@ def check_image(folder: Path, image: str) -> None:
                 keep_sbom(run(*running.inside, "cat", SBOM))
                 running.run("sh", "-c", PARTS)
     # A figure and not a check: a machine that does other work delays the start.
-    packed = packed_size(folder, image)
     print(
         f"ready after {seconds[0]:.1f} s, after the restart in {seconds[1]:.1f} s"
-        f" (goal: {READY_SECONDS:g} s), {idle:.0f} MiB idle, {packed:.0f} MB packed",
+        f" (goal: {READY_SECONDS:g} s), {idle:.0f} MiB idle",
         flush=True,
     )
-
-
-def packed_size(folder: Path, image: str) -> float:
-    """Return the megabytes that a registry stores and a machine downloads."""
-    target = folder / "packed"
-    compress = ("--compression-format=gzip", "--force-compression")
-    run("buildah", "push", "--quiet", *compress, image, f"dir:{target}")
-    return sum(path.stat().st_size for path in target.iterdir()) / 1e6
 
 
 def keep_sbom(text: str) -> None:
