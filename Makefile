@@ -303,9 +303,10 @@ wheels: .venv/bin/pip ## build the wheels of a release into dist/: pure, of the 
 	$(python) .ci/wheels.py dist $(WHEEL_PYTHONS)
 
 .PHONY: wheel-check
-wheel-check: .venv/bin/pip ## build the wheels for the Python of .venv, install them into clean environments and use them
-	$(python) .ci/wheels.py build/checked-wheels $(python)
-	.ci/wheel-check build/checked-wheels/gamut_boundary_service-*-cp*.whl build/checked-wheels/gamutclient-*.whl
+wheel-check: .venv/bin/pip ## build the pure wheel and that of the client, install each without extras and use it
+	rm -rf build/checked-wheels
+	$(python) -m pip wheel -q --no-deps --wheel-dir build/checked-wheels . ./client
+	.ci/wheel-check build/checked-wheels/gamut_boundary_service-*.whl build/checked-wheels/gamutclient-*.whl
 
 .PHONY: image-check
 image-check: .venv/.installed ## build the container image and use it (Debian, as root; .ci/run installs the tools)

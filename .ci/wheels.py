@@ -58,10 +58,10 @@ def build_compiled_wheel(target: Path, python: str, pure: Path) -> None:
     tag, packages = json.loads(run(inside, "-I", "-c", FACTS))
     # kernels that lie beside the sources are kept where they fit: the same processor and Python
     for path in (ROOT / "gamutcore").rglob("*.nbc"):
-        target = Path(packages) / path.relative_to(ROOT)
-        if target.parents[1].is_dir():
-            target.parent.mkdir(exist_ok=True)
-            shutil.copy(path, target)
+        copy = Path(packages) / path.relative_to(ROOT)
+        if copy.parents[1].is_dir():
+            copy.parent.mkdir(exist_ok=True)
+            shutil.copy(path, copy)
     names = set(run(inside, "-I", "-m", "gamutcore.warm", "--print", **GENERIC).split())
     folder = SCRATCH / "added"
     code = folder / "kernels" / "compiled"

@@ -17,8 +17,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from scipy.spatial import cKDTree
-from scipy.special import chdtri, fdtri
 
 from gamutcore.building import parsed_input
 from gamutcore.characterisation import DelimitedText, Samples, text_encoding
@@ -114,6 +112,8 @@ class Noise(NamedTuple):
 
     def bound(self, count: int, chance: float) -> float:
         """Return the largest ratio of mean squares of `count` patches to the noise's."""
+        from scipy.special import chdtri, fdtri  # noqa: PLC0415  # slow to import
+
         upper = 3.0 * count
         if np.isinf(self.freedom):
             return float(chdtri(upper, chance) / upper)
@@ -294,6 +294,8 @@ def pair_readings(first: Reading, second: Reading, noise: float | None) -> Readi
 
     `noise` replaces that of the repeats.
     """
+    from scipy.spatial import cKDTree  # noqa: PLC0415  # slow to import
+
     device = second.device[:, _order_of_channels(first, second)]
     away, nearest = map(np.asarray, cKDTree(first.device).query(device, p=np.inf))
     # the nearest patch of the second reading keeps a patch of the first one

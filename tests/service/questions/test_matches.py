@@ -155,7 +155,7 @@ def test_too_many_rows_for_so_many_gamuts(server, boxes, cubes, assert_problem):
         content=file.getvalue(),
         headers={"Content-Type": NPY},
     )
-    assert assert_problem(answer, 413, "too-many-rows")["where"]["limit"] == 125_000
+    assert assert_problem(answer, 422, "too-many-rows")["where"]["limit"] == 125_000
 
 
 def test_a_form_that_is_not_offered(server, boxes, assert_problem):
