@@ -121,7 +121,9 @@ test("a picture has a share of pixels out of reach, a map of them, and a switch 
   });
   await page.waitForFunction("/^25\\.0 %/.test(document.getElementById('picture-note').textContent)");
   const pixels = () => page.$eval("#picture-canvas", (canvas) => {
-    const { data } = canvas.getContext("2d").getImageData(0, 0, 40, 40);
+    const copy = new OffscreenCanvas(40, 40).getContext("2d", { willReadFrequently: true });
+    copy.drawImage(canvas, 0, 0);
+    const { data } = copy.getImageData(0, 0, 40, 40);
     return [[5, 5], [30, 30]].map(([x, y]) => [...data.slice(4 * (40 * y + x), 4 * (40 * y + x) + 3)]);
   });
   // The end of the legend, as the green is far more than 12 away; what is in reach is a neutral grey.
