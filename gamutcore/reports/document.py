@@ -73,10 +73,11 @@ class ReportColumn:
     """A column of a table.
 
     `values` are numbers, texts, truth values, or None for an empty cell. Text and pages show
-    numbers with `decimals`, other files in full. `kind` is "share" for numbers from 0 to 1, which
-    are shown in per cent with a bar on pages, "heat" for those whose cells are shaded instead,
-    "colour" for ``#rrggbb``, which is a swatch on pages, and empty otherwise. `heading` takes the
-    place of name and unit in text and on pages.
+    numbers with `decimals`, other files in full. `heading` takes the place of name and unit there.
+
+    `kind` is empty or one of three. "share" and "heat" are numbers from 0 to 1, shown in per cent;
+    pages add a bar to a share, and shade the cell of a heat. "colour" is ``#rrggbb``, a swatch on
+    pages.
     """
 
     name: str
