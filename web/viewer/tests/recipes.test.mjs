@@ -108,7 +108,7 @@ test("device values of a display are per cent as well, and it has no black", asy
   await check(page, "Olive rgb(120, 130, 40)");
   const [olive] = await withRecipes(page);
   assert.equal(olive["Recipe, %"], "R 47 G 51 B 16");
-  assert.deepEqual(Object.keys(olive), ["Colour", "Where", "ΔE00", "Euclidean distance", "Recipe, %", "Recipe ΔE00", "Nearest"]);
+  assert.deepEqual(Object.keys(olive), ["Colour", "Where", "ΔE00", "Recipe, %", "Recipe ΔE00", "Euclidean distance", "Nearest"]);
   await close(page);
 });
 
