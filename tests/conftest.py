@@ -74,7 +74,8 @@ collect_ignore = [
 ]
 
 FIRST_FILES = (
-    "service/routes/test_viewer.py",
+    "service/viewer/test_solids.py",
+    "service/viewer/test_answers.py",
     "service/broker/test_celery_worker.py",
     "service/building/test_builds.py",
     "service/routes/test_failures.py",
