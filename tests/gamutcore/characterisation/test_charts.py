@@ -126,6 +126,7 @@ def test_query_counts_the_patches_inside_at_the_edge_and_outside(tmp_path, capsy
     assert rows[0]["CMYK_C"] == "0.00000"
 
 
+@pytest.mark.slow  # compiles CIEDE2000, as other slow tests do
 def test_charts_meet_relative_gamuts_without_a_warning_about_measured_colours(tmp_path, capsys):
     samples = "C,M,Y,L,a,b\n" + "".join(
         f"{100 * c},{100 * m},{100 * y},{92 - 25 * (c + m + y)},{70 * (m - c) + 1},{70 * (y - m)}\n"

@@ -53,6 +53,7 @@ def noisy(patches):
     return lambda seed: lab + np.random.default_rng(seed).normal(0, 0.3 / np.sqrt(3), lab.shape)
 
 
+@pytest.mark.slow
 def test_known_changes_of_paper_and_cyan_are_found_in_shuffled_noisy_patches(patches, noisy):
     names, device, _ = patches
     first, second = noisy(1), noisy(2)
@@ -163,6 +164,7 @@ def test_each_later_reading_has_a_row_and_conditions_are_warned_of_once(tmp_path
     assert [each["second"] for each in document["pairs"]] == ["two.ti3", "three.ti3"]
 
 
+@pytest.mark.slow
 def test_displays_keep_a_change_of_luminance_and_of_white():
     channels, colour = "RGB_R RGB_G RGB_B", "XYZ_X XYZ_Y XYZ_Z"
     device = np.array(list(np.ndindex(2, 2, 2)), dtype=float) * 100

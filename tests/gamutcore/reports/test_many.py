@@ -51,14 +51,13 @@ def signed_distance(points, sides):
 
 
 def test_positions_are_those_of_boxes(boxes):
-    found = gamutcore.match(COLOURS, boxes)
+    found = gamutcore.match(COLOURS, boxes, delta_e=False)
     exact = np.stack([signed_distance(COLOURS, sides) for sides in BOXES.values()], axis=1)
     assert found.gamuts == tuple(BOXES)
     assert np.allclose(found.distance, exact, atol=1e-3)
     assert (found.prints == (exact <= 1.0)).all()
     assert np.allclose(found.share, (exact <= 1.0).mean(axis=0))
     assert (found.printed_by == (exact <= 1.0).sum(axis=1)).all()
-    assert ((found.delta_e == 0) == (exact <= 1e-3)).all()
 
 
 def test_the_best_groups_are_those_of_brute_force(boxes):
@@ -79,16 +78,21 @@ def test_many_gamuts_are_grouped_greedily_and_the_report_says_so(boxes):
     assert "one gamut at a time" in match_report(found).to_text()
 
 
+@pytest.mark.slow  # compiles CIEDE2000, as other slow tests do
 def test_a_tolerance_in_ciede2000_passes_more(boxes):
     found = gamutcore.match(COLOURS, boxes, passing=5)
+    assert ((found.delta_e == 0) == (found.distance <= 1e-3)).all()
     assert (found.prints == (found.delta_e <= 5)).all()
     expected = boxes[0].nearest(COLOURS, metric="CIE 2000").delta_e
     outside = found.distance[:, 0] > 1
     assert np.allclose(found.delta_e[outside, 0], expected[outside], atol=0.05)
 
 
-def test_stored_gamuts_answer_as_open_ones_do(boxes, saved):
-    stored, whole = (gamutcore.match(COLOURS, gamuts) for gamuts in (saved, boxes))
+@pytest.mark.parametrize("delta_e", [False, pytest.param(True, marks=pytest.mark.slow)])
+def test_stored_gamuts_answer_as_open_ones_do(boxes, saved, delta_e):
+    stored, whole = (
+        gamutcore.match(COLOURS, gamuts, delta_e=delta_e) for gamuts in (saved, boxes)
+    )
     assert np.array_equal(stored.distance, whole.distance)
     assert json.dumps(stored.to_dict()) == json.dumps(whole.to_dict())
 
@@ -97,10 +101,11 @@ def test_only_the_beginning_of_a_file_is_read(tmp_path):
     gamut = gamutcore.reference("srgb", surface_samples=1000)
     path = tmp_path / "srgb.gamut"
     gamut.save(path)
-    expected = gamutcore.match(COLOURS, [path], max_error=5).distance
+    expected = gamutcore.match(COLOURS, [path], max_error=5, delta_e=False).distance
     data = path.read_bytes()
     path.write_bytes(data[: len(data) // 2])
-    assert np.array_equal(gamutcore.match(COLOURS, [path], max_error=5).distance, expected)
+    found = gamutcore.match(COLOURS, [path], max_error=5, delta_e=False)
+    assert np.array_equal(found.distance, expected)
 
 
 def test_coverage_is_that_of_boxes(boxes):
@@ -135,7 +140,7 @@ def test_what_cannot_be_matched_is_refused(boxes):
         gamutcore.match([(1, 2)], boxes)
     oklab = gamutcore.Gamut(list(product((0.4, 0.6), (-0.1, 0.1), (-0.1, 0.1))), space="Oklab")
     with pytest.raises(OptionError, match="Oklab"):
-        gamutcore.match(COLOURS, [boxes[0], oklab])
+        gamutcore.match(COLOURS, [boxes[0], oklab], delta_e=False)
 
 
 @pytest.mark.parametrize(
@@ -154,11 +159,12 @@ def test_what_cannot_be_matched_is_refused(boxes):
 )
 def test_the_sentence_names_all_that_print_most(boxes, colours, names, sentence):
     gamuts = [gamut for gamut in boxes if gamut.name in names]
-    said = match_report(gamutcore.match(colours, gamuts)).sentences[0]
+    said = match_report(gamutcore.match(colours, gamuts, delta_e=False)).sentences[0]
     words = {str(sorted(text.replace(",", "").split())) for text in (said, sentence)}
     assert len(words) == 1, said  # equal gamuts have no order
 
 
+@pytest.mark.slow  # compiles CIEDE2000, as other slow tests do
 def test_files_have_every_pair_and_text_fits(boxes, tmp_path):
     report = match_report(gamutcore.match(COLOURS, boxes))
     rows = list(csv.DictReader(io.StringIO(report.to_csv())))
