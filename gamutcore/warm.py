@@ -257,11 +257,13 @@ def _use_queries() -> None:
     radial_map(np.vstack([np.eye(3), np.zeros((1, 3))]), _TETRAHEDRON, np.full(3, 0.1), COARSE)
     gamut.rings()
     gamut.leaf(0.0)
+    gamut.leaves([0.0], [50.0])
     gamut.max_chroma(50.0, 0.0)
     gamut.slice(50.0)
     gamut.cusps(4)
     gamut.crossings(_COLOURS, _COLOURS[::-1])
     gamut.map(_COLOURS, "clip-nearest")
+    gamut.map(_COLOURS, "sgck", source=gamut)
     gamut.to_device(_COLOURS)
     with tempfile.TemporaryDirectory() as folder:
         picture = png(np.zeros((1, 1, 3), np.uint8))
