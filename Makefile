@@ -270,7 +270,7 @@ concepts: install .venv/.installed-docs ## redraw the pictures of docs/concepts.
 	$(python) docs/pictures/concepts.py
 
 .PHONY: viewer-pictures
-viewer-pictures: install .venv/.installed-test-all web/node_modules/.package-lock.json ## take the pictures of the viewer for README and docs/tour.md
+viewer-pictures: install .venv/.installed-test-all web/node_modules/.package-lock.json ## take the crops of the viewer for README, docs/start.md and docs/tour.md
 	PYTHONPATH=$(CURDIR) $(python) docs/pictures/viewer.py
 
 .PHONY: packages

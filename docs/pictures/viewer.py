@@ -1,7 +1,7 @@
 """Take the pictures of the viewer for README and docs/tour.md. Run by ``make viewer-pictures``.
 
-Serves examples and drives the viewer with ``web/viewer/pictures.mjs``. The pictures go to
-``docs/pictures/viewer``; ``slider.webp`` moves.
+Serves examples and drives the viewer with ``web/viewer/pictures.mjs``. The crops go to
+``docs/pictures/viewer``, at most `MOST_BYTES` each.
 """
 
 from __future__ import annotations
@@ -17,9 +17,8 @@ from benchmarks.viewer import drive
 FOLDER = Path(__file__).parent / "viewer"
 EXAMPLES = Path(__file__).parents[2] / "examples"
 PHOTO = Path(__file__).parents[2] / "gamutcore" / "export" / "examples" / "photo.jpg"
-QUALITY, QUALITY_OF_FRAMES = 60, 50
-WIDTH = 640
-FRAME_MILLISECONDS, HELD_MILLISECONDS = 110, 1500
+QUALITIES = (80, 70, 60, 50, 40)
+MOST_BYTES = 60_000
 
 
 def take_pictures() -> None:
@@ -41,31 +40,16 @@ def take_pictures() -> None:
 
 
 def save(folder: Path) -> None:
-    """Save the pictures of a folder as WebP, and the frames of the slider as one that moves."""
-    frames = sorted(folder.glob("slider-*.png"))
-    for path in sorted(set(folder.glob("*.png")) - set(frames)):
-        Image.open(path).convert("RGB").save(
-            FOLDER / f"{path.stem}.webp", quality=QUALITY, method=6
-        )
-    save_moving(frames, FOLDER / "slider.webp")
-
-
-def save_moving(paths: list[Path], target: Path) -> None:
-    """Save frames as a moving picture that starts again at its end."""
-    frames = [Image.open(path).convert("RGB") for path in paths]
-    height = round(frames[0].height * WIDTH / frames[0].width)
-    small = [frame.resize((WIDTH, height), Image.Resampling.LANCZOS) for frame in frames]
-    times = [FRAME_MILLISECONDS] * len(small)
-    times[0] = times[-1] = HELD_MILLISECONDS
-    small[0].save(
-        target,
-        save_all=True,
-        append_images=small[1:],
-        duration=times,
-        loop=0,
-        quality=QUALITY_OF_FRAMES,
-        method=6,
-    )
+    """Save the pictures of a folder as WebP, each with the best quality that fits."""
+    for path in sorted(folder.glob("*.png")):
+        picture = Image.open(path).convert("RGB")
+        target = FOLDER / f"{path.stem}.webp"
+        for quality in QUALITIES:
+            picture.save(target, quality=quality, method=6)
+            if target.stat().st_size <= MOST_BYTES:
+                break
+        else:
+            raise ValueError(f"{target.name} has more than {MOST_BYTES} bytes")
 
 
 if __name__ == "__main__":

@@ -37,13 +37,23 @@ templates_path = [str(Path(__file__).parent / "templates")]  # autosummary looks
 CONTENTS = {root_doc: "docs/README.md", "docs/decisions/README": "docs/decisions/README.md"}
 """Pages with a table of contents, and the documents whose links it is made of."""
 
-LIVE_VIEWER = "<!-- live viewer -->"
-"""Comment in a document; a frame with the viewer on the site."""
+LIVE_VIEWER = re.compile(r"<!-- live viewer -->\n!\[.*\n")
+"""Comment and picture in a document; a frame with the viewer on the site."""
 
 FRAME = """```{raw} html
 <iframe class="live-viewer" loading="lazy" src="../_static/FOGRA39L.html"
   title="Viewer of the gamuts of coated offset printing and of sRGB"></iframe>
-```"""
+```
+"""
+
+ROOT_CELL = """```{code-cell}
+:tags: [remove-cell]
+
+%cd -q ../..
+```
+
+"""
+"""First cell of a recipe, whose paths run from the root of the repository."""
 
 # --- documents and recipes ---
 
@@ -108,9 +118,11 @@ def toctrees(page: str, document: str) -> str:
     return "\n\n".join(trees)
 
 
-def add_toctrees(_app: Sphinx, page: str, source: list[str]) -> None:
-    """Append the table of contents to pages with one, and put in the frame of the viewer."""
-    source[0] = source[0].replace(LIVE_VIEWER, FRAME)
+def complete_source(_app: Sphinx, page: str, source: list[str]) -> None:
+    """Add the table of contents, the frame of the viewer and the first cell of a recipe."""
+    source[0] = LIVE_VIEWER.sub(FRAME, source[0])
+    if page.startswith("docs/recipes/"):
+        source[0] = source[0].replace("```{code-cell}", f"{ROOT_CELL}```{{code-cell}}", 1)
     if page in CONTENTS:
         source[0] += f"\n\n{toctrees(page, CONTENTS[page])}\n"
 
@@ -118,8 +130,9 @@ def add_toctrees(_app: Sphinx, page: str, source: list[str]) -> None:
 def write_viewer(app: Sphinx, failure: Exception | None) -> None:
     """Write the viewer of the front page, one file as `gamutcore.Gamut.to_html` gives it."""
     if failure is None:
-        press = Gamut(ROOT / "examples" / "FOGRA39L.ti3", surface_samples=20_000)
-        page = press.to_html(["FOGRA39L", "sRGB"], reference("srgb"))
+        few = {"surface_samples": 5000}  # a third of the bytes of 20,000
+        press = Gamut(ROOT / "examples" / "FOGRA39L.ti3", **few)
+        page = press.to_html(["FOGRA39L", "sRGB"], reference("srgb", **few))
         (Path(app.outdir) / "_static" / "FOGRA39L.html").write_bytes(page)
 
 
@@ -135,6 +148,6 @@ def refuse_other_hosts(app: Sphinx, failure: Exception | None) -> None:
 
 def setup(app: Sphinx) -> None:
     """Connect the functions of this file with Sphinx."""
-    app.connect("source-read", add_toctrees)
+    app.connect("source-read", complete_source)
     app.connect("build-finished", write_viewer)
     app.connect("build-finished", refuse_other_hosts)

@@ -61,6 +61,7 @@ def test_no_documented_command_is_refused(document, command, few_patches, tmp_pa
     (tmp_path / "examples").mkdir()
     for path in (ROOT / "examples").iterdir():
         (tmp_path / "examples" / path.name).symlink_to(path)
+    (tmp_path / "gamutcore").symlink_to(ROOT / "gamutcore")
     press = tmp_path / "examples" / "FOGRA39L.ti3"
     press.unlink()
     press.write_bytes(few_patches)
