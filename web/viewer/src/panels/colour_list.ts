@@ -15,6 +15,7 @@ import { byId, element, openPart, problemElements, save, warningTexts } from "..
 import { embedded } from "../page/embedded.js";
 import { Latest } from "../page/latest.js";
 import { type Page, axisNames } from "../page/page.js";
+import { reveal } from "../page/parts.js";
 import { orientation } from "../scene/layer.js";
 import { type Gamut, ProblemError } from "../service/api.js";
 import {
@@ -132,7 +133,7 @@ export class ColourList {
 
   /** Check a file, as if it were opened. */
   take(file: File): void {
-    openPart("colours-part");
+    reveal("colours-part");
     this.file = file;
     this.text.value = "";
     this.page.complain(null);

@@ -1,9 +1,10 @@
 // A picture: the share of its pixels that a gamut cannot show, a map of how far they are out of reach,
 // and the picture as the gamut shows it.
-import { byId, element, openPart, problemElements } from "../page/elements.js";
+import { byId, element, problemElements } from "../page/elements.js";
 import { withTerms } from "../page/glossary.js";
 import { Latest } from "../page/latest.js";
 import type { Page } from "../page/page.js";
+import { reveal } from "../page/parts.js";
 import { request } from "../service/api.js";
 
 /** ΔE00 of a step of the service's heat map. */
@@ -80,7 +81,7 @@ export class PicturePanel {
 
   /** Check a file, as if it were opened. */
   take(file: File): void {
-    openPart("picture");
+    reveal("picture");
     this.given = file;
     void this.ask();
   }
