@@ -119,7 +119,7 @@ def test_the_features_in_a_browser(server, sphere, guarded, tmp_path):
     rows = [",".join(f"{value:.6f}" for value in row) for row in sphere(seed=os.getpid())]
     names = (
         *("static", "view", "scene", "gamuts", "layers", "flow", "slices"),
-        *("colours", "answers", "recipes", "late", "drops"),
+        *("colours", "answers", "recipes", "late", "drops", "tasks"),
     )
     tests = [f"viewer/tests/{name}.test.mjs" for name in names]
     ended = subprocess.run(

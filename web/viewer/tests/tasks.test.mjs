@@ -37,7 +37,9 @@ function place(page, selector) {
     const { left, top, width, height } = entry.boundingClientRect;
     const [x, y] = [left + width / 2, top + height / 2];
     const front = document.elementFromPoint(x, y);
-    const isInFront = front !== null && (element.contains(front) || front.contains(element));
+    // What the pointer goes through is in front of everything.
+    const isThrough = getComputedStyle(element).pointerEvents === "none";
+    const isInFront = isThrough || (front !== null && (element.contains(front) || front.contains(element)));
     return { left, top, width, height, x, y, isInSight: entry.intersectionRatio >= 0.999 && isInFront };
   });
 }
