@@ -211,8 +211,10 @@ test("6: the recipe of a colour", async () => {
   await task.click("#colours-part > summary");
   await task.type("#colours", "Brown lab(50 30 20)");
   await task.click("#check");
-  const text = await task.read("#colours-table tbody", /C \d+ +M \d+ +Y \d+ +K \d+/);
-  const device = [...text.matchAll(/[CMYK] +(\d+)/g)].slice(0, 4).map(([, value]) => Number(value) / 100);
+  await task.read("#colours-table tbody", /C \d+ +M \d+ +Y \d+ +K \d+/);
+  const cells = await task.page.$$eval("#colours-table tbody td", (all) => all.map((cell) => cell.textContent));
+  const recipe = cells.find((cell) => /^C \d/.test(cell));
+  const device = [...recipe.matchAll(/[CMYK] +(\d+)/g)].map(([, value]) => Number(value) / 100);
   // The inks, printed, give the colour.
   const [id] = await ids(task.page);
   const { colour } = await post(`gamuts/${id}/colours`, { device: [device] });

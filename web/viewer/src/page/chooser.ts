@@ -30,7 +30,7 @@ export class Chooser {
     text.textContent = label;
     this.input = document.createElement("input");
     Object.assign(this.input, { id, type: "text", autocomplete: "off", spellcheck: false });
-    this.input.placeholder = "Choose or search";
+    this.input.placeholder = "Choose …";
     this.list = document.createElement("ul");
     this.list.id = `${id}-list`;
     this.list.hidden = true;

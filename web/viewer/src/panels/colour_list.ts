@@ -200,6 +200,7 @@ export class ColourList {
       return;
     }
     const reading = this.stated();
+    byId("colours-note").textContent = "Checking …";
     await this.asking.ask(
       async (signal) => {
         const { checks, refused } = await checkLines(gamut, table, reading, signal);
@@ -246,6 +247,7 @@ export class ColourList {
     if (error instanceof ProblemError && error.problem.code === "too-many-rows") {
       error.problem.remedy = "Check fewer colours at once. The command gamut query takes files of any length.";
     }
+    byId("colours-note").textContent = "";
     const [, ...words] = problemElements(error);
     const title = this.file === null ? "The list is refused" : `${this.file.name} is refused`;
     byId("colours-problem").replaceChildren(element("strong", title), ...words);

@@ -24,7 +24,7 @@ const RAMP = [
 /** Colours in reach are grey and pale in the map: the part of white in them. */
 const PALE = 0.45;
 
-const COMPENSATED = " Black is the black of the gamut (black-point compensation).";
+const COMPENSATED = " Printed, black is the black of the gamut (black-point compensation).";
 
 type Look = "map" | "original" | "printed";
 
@@ -208,7 +208,9 @@ async function readImage(file: Blob, width: number, height: number): Promise<Ima
 
 /** A picture mapped into a gamut, or how much that changes it. */
 function mapped(id: string, picture: File, result: "picture" | "heat-map", signal: AbortSignal): Promise<Response> {
-  return request(`/v1/gamuts/${id}/map?method=clip-nearest&result=${result}`, {
+  // Compensation moves colours that are in reach as well.
+  const compensated = result === "heat-map" ? "&black_point_compensation=false" : "";
+  return request(`/v1/gamuts/${id}/map?method=clip-nearest&result=${result}${compensated}`, {
     method: "POST",
     body: picture,
     signal,
