@@ -159,7 +159,7 @@ test("2: two presses, and how much of each the other one has", async () => {
   const [both, back] = [...text.matchAll(/covers (?:over )?(\d+) %/g)].map((match) => Number(match[1]) / 100);
   const [coated, uncoated] = await ids(task.page);
   // Points of a grid that both gamuts contain, over those that one contains.
-  const points = steps(8, 98, 6).flatMap((l) => steps(-76, 80, 6).flatMap((a) => steps(-60, 96, 6).map((b) => [l, a, b])));
+  const points = steps(8, 98, 10).flatMap((l) => steps(-76, 84, 8).flatMap((a) => steps(-60, 100, 8).map((b) => [l, a, b])));
   const within = await Promise.all([coated, uncoated].map(async (id) => (await post(`gamuts/${id}/contains`, { colours: points })).inside));
   const count = (has) => points.filter((_, i) => has(within[0][i], within[1][i])).length;
   const common = count((one, other) => one && other);
