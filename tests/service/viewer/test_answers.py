@@ -2,7 +2,7 @@
 
 import pytest
 
-PROGRAMS = ("colours", "answers", "recipes", "late", "drops")
+PROGRAMS = ("tasks", "colours", "answers", "recipes", "late", "drops")
 
 
 @pytest.mark.slow

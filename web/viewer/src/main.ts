@@ -4,6 +4,7 @@ import { embedded } from "./page/embedded.js";
 import { connectGlossary } from "./page/glossary.js";
 import { connectKeys } from "./page/keys.js";
 import { Page } from "./page/page.js";
+import { connectParts } from "./page/parts.js";
 import { openPage } from "./page/start.js";
 import { Uploads } from "./page/uploads.js";
 import { ColourList } from "./panels/colour_list.js";
@@ -34,6 +35,7 @@ function start(): Page {
   connectSaving(page);
   connectKeys(page);
   connectGlossary();
+  connectParts();
   new GamutList(page);
   new SlicePanel(page);
   const colours = new ColourList(page);

@@ -30,7 +30,7 @@ export class Chooser {
     text.textContent = label;
     this.input = document.createElement("input");
     Object.assign(this.input, { id, type: "text", autocomplete: "off", spellcheck: false });
-    this.input.placeholder = "Name of a gamut or a reference";
+    this.input.placeholder = "Choose …";
     this.list = document.createElement("ul");
     this.list.id = `${id}-list`;
     this.list.hidden = true;
@@ -118,7 +118,7 @@ export class Chooser {
     if (items.length === 0) items.push(this.item("No gamut has this name.", { role: "presentation" }));
     this.list.replaceChildren(...items);
     this.list.hidden = false;
-    this.list.scrollIntoView({ block: "nearest" });
+    for (const each of [this.list, this.input]) each.scrollIntoView({ block: "nearest" });
     this.input.setAttribute("aria-expanded", "true");
   }
 

@@ -19,7 +19,7 @@ export async function openPage(page: Page): Promise<void> {
   const restored = page.restore();
   fillChips(page, await all);
   await restored;
-  if (!isFirst) return;
+  if (!isFirst) return inviteWhenEmpty(page);
   const isChosen = () => {
     page.address.isPaused = false;
     page.address.saveNow();
@@ -41,7 +41,21 @@ export async function openPage(page: Page): Promise<void> {
   page.isTrial = page.at("a")?.key === first && (page.at("b")?.key ?? null) === second;
   if (!page.isTrial) touch.abort();
   page.view.spin(!signal.aborted);
+  inviteWhenEmpty(page);
   void tellPreparation(page);
+}
+
+/** Say how to begin while nothing is shown, and that a gamut of the address cannot be shown. */
+function inviteWhenEmpty(page: Page): void {
+  const invitation = byId("invitation");
+  const refresh = () => {
+    const isRefused = !byId("problem").hidden;
+    invitation.hidden = page.shown.length > 0 || !(page.isEmpty || isRefused);
+    invitation.textContent = `${isRefused ? "This gamut cannot be shown. " : ""}Drop a profile, or choose a gamut.`;
+    if (!invitation.hidden) document.getElementById("static")?.remove();
+  };
+  page.on("gamuts", refresh);
+  refresh();
 }
 
 /** A chip for each example: it becomes the first gamut, or the second one by its plus. */

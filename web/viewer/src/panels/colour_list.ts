@@ -15,6 +15,7 @@ import { byId, element, openPart, problemElements, save, warningTexts } from "..
 import { embedded } from "../page/embedded.js";
 import { Latest } from "../page/latest.js";
 import { type Page, axisNames } from "../page/page.js";
+import { reveal } from "../page/parts.js";
 import { orientation } from "../scene/layer.js";
 import { type Gamut, ProblemError } from "../service/api.js";
 import {
@@ -132,7 +133,7 @@ export class ColourList {
 
   /** Check a file, as if it were opened. */
   take(file: File): void {
-    openPart("colours-part");
+    reveal("colours-part");
     this.file = file;
     this.text.value = "";
     this.page.complain(null);
@@ -199,6 +200,7 @@ export class ColourList {
       return;
     }
     const reading = this.stated();
+    byId("colours-note").textContent = "Checking …";
     await this.asking.ask(
       async (signal) => {
         const { checks, refused } = await checkLines(gamut, table, reading, signal);
@@ -245,6 +247,7 @@ export class ColourList {
     if (error instanceof ProblemError && error.problem.code === "too-many-rows") {
       error.problem.remedy = "Check fewer colours at once. The command gamut query takes files of any length.";
     }
+    byId("colours-note").textContent = "";
     const [, ...words] = problemElements(error);
     const title = this.file === null ? "The list is refused" : `${this.file.name} is refused`;
     byId("colours-problem").replaceChildren(element("strong", title), ...words);

@@ -1,9 +1,10 @@
 // A picture: the share of its pixels that a gamut cannot show, a map of how far they are out of reach,
 // and the picture as the gamut shows it.
-import { byId, element, openPart, problemElements } from "../page/elements.js";
+import { byId, element, problemElements } from "../page/elements.js";
 import { withTerms } from "../page/glossary.js";
 import { Latest } from "../page/latest.js";
 import type { Page } from "../page/page.js";
+import { reveal } from "../page/parts.js";
 import { request } from "../service/api.js";
 
 /** ΔE00 of a step of the service's heat map. */
@@ -23,7 +24,7 @@ const RAMP = [
 /** Colours in reach are grey and pale in the map: the part of white in them. */
 const PALE = 0.45;
 
-const COMPENSATED = " Black is the black of the gamut (black-point compensation).";
+const COMPENSATED = " Printed, black is the black of the gamut (black-point compensation).";
 
 type Look = "map" | "original" | "printed";
 
@@ -80,7 +81,7 @@ export class PicturePanel {
 
   /** Check a file, as if it were opened. */
   take(file: File): void {
-    openPart("picture");
+    reveal("picture");
     this.given = file;
     void this.ask();
   }
@@ -207,7 +208,9 @@ async function readImage(file: Blob, width: number, height: number): Promise<Ima
 
 /** A picture mapped into a gamut, or how much that changes it. */
 function mapped(id: string, picture: File, result: "picture" | "heat-map", signal: AbortSignal): Promise<Response> {
-  return request(`/v1/gamuts/${id}/map?method=clip-nearest&result=${result}`, {
+  // Compensation moves colours that are in reach as well.
+  const compensated = result === "heat-map" ? "&black_point_compensation=false" : "";
+  return request(`/v1/gamuts/${id}/map?method=clip-nearest&result=${result}${compensated}`, {
     method: "POST",
     body: picture,
     signal,
