@@ -797,11 +797,20 @@ class Gamut:
             check_space(self, other)
         gamuts, names = [self, *others], [name] if isinstance(name, str) else list(name)
         names += [each.name or f"Gamut {each.id[:12]}" for each in gamuts[len(names) :]]
+        pages = [
+            PageGamut(text, each.description, each.to_bytes())
+            for text, each in zip(names, gamuts, strict=False)
+        ]
+        if not others:
+            return viewer_page(pages)
+        one = self.compare(others[0])
         return viewer_page(
-            [
-                PageGamut(text, each.description, each.to_bytes())
-                for text, each in zip(names, gamuts, strict=False)
-            ]
+            pages,
+            {
+                "a_covers_b": one.a_covers_b,
+                "b_covers_a": one.b_covers_a,
+                "summary": list(one.summary),
+            },
         )
 
     def show(

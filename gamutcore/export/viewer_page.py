@@ -62,10 +62,10 @@ class PageGamut(NamedTuple):
         return {**self.description, "name": self.name, "channels": channels}
 
 
-def viewer_page(gamuts: Sequence[PageGamut]) -> bytes:
+def viewer_page(gamuts: Sequence[PageGamut], coverage: Mapping[str, object] | None = None) -> bytes:
     """Return gamuts as an HTML file in UTF-8: about 4/3 of the histories' size, and 0.6 MB.
 
-    Raise `OptionError` if there are more gamuts than places.
+    `coverage` has ``a_covers_b``, ``b_covers_a`` and ``summary`` of the first two gamuts. Raise `OptionError` if there are more gamuts than places.
     """
     if len(gamuts) > MOST_GAMUTS:
         raise OptionError.refusal("gamuts", len(gamuts), f"at most {MOST_GAMUTS}")
@@ -73,7 +73,8 @@ def viewer_page(gamuts: Sequence[PageGamut]) -> bytes:
         "gamuts": [
             {"gamut": each.document, "history": base64.b64encode(each.history).decode()}
             for each in gamuts
-        ]
+        ],
+        "coverage": coverage,
     }
     before, after = _template()
     title = f"<title>{escape(' and '.join(each.name for each in gamuts))} – gamut</title>"

@@ -69,6 +69,17 @@ def test_several_gamuts_have_given_names_or_those_of_their_data(gamut):
         gamut.to_html("Too many", *[gamut] * 6)
 
 
+def test_two_gamuts_bring_their_coverage(page, gamut):
+    assert json.loads(page.text("script", id="gamut-file"))["coverage"] is None
+    smaller = Gamut(np.array(COLOURS) * 0.9)
+    text = Page(gamut.to_html((), smaller)).text("script", id="gamut-file")
+    coverage = json.loads(text)["coverage"]
+    common = coverage["b_covers_a"] * gamut.description["volume"]
+    assert 0 < coverage["b_covers_a"] < 1
+    assert coverage["a_covers_b"] * smaller.description["volume"] == pytest.approx(common, rel=1e-3)
+    assert coverage["summary"]
+
+
 def test_a_notebook_shows_the_page_in_a_frame_with_a_state(gamut, tmp_path):
     state = "colours=</script>&theme=dark"
     shown = gamut.show(gamut, state=f"#{state}", height=300)

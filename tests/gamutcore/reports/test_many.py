@@ -90,9 +90,7 @@ def test_a_tolerance_in_ciede2000_passes_more(boxes):
 
 @pytest.mark.parametrize("delta_e", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_stored_gamuts_answer_as_open_ones_do(boxes, saved, delta_e):
-    stored, whole = (
-        gamutcore.match(COLOURS, gamuts, delta_e=delta_e) for gamuts in (saved, boxes)
-    )
+    stored, whole = (gamutcore.match(COLOURS, gamuts, delta_e=delta_e) for gamuts in (saved, boxes))
     assert np.array_equal(stored.distance, whole.distance)
     assert json.dumps(stored.to_dict()) == json.dumps(whole.to_dict())
 

@@ -14,8 +14,17 @@ export interface SavedState {
   [part: string]: unknown;
 }
 
+/** Coverage of two gamuts, and sentences with A and B for them. */
+export interface Coverage {
+  a_covers_b: number;
+  b_covers_a: number;
+  summary: string[];
+}
+
 interface Embedded {
   gamuts: EmbeddedGamut[];
+  /** Of the first two gamuts, if the file was written with two. */
+  coverage: Coverage | null;
   state: SavedState | null;
 }
 
@@ -24,10 +33,11 @@ const STATE = '<script type="application/json" id="page-state">';
 function read(): Embedded | null {
   const text = document.getElementById("gamut-file")?.textContent;
   if (text === undefined || text === null) return null;
-  const { gamuts } = JSON.parse(text) as { gamuts: { gamut: Gamut; history: string }[] };
+  const { gamuts, coverage } = JSON.parse(text) as { gamuts: { gamut: Gamut; history: string }[]; coverage?: Coverage };
   const state = document.getElementById("page-state")?.textContent ?? "null";
   return {
     gamuts: gamuts.map(({ gamut, history }) => ({ gamut, history: bytesOf(history) })),
+    coverage: coverage ?? null,
     state: JSON.parse(state) as SavedState | null,
   };
 }

@@ -5,17 +5,16 @@ import { sectorChart } from "../charts/hues.js";
 import { gamutSpace } from "../colours/spaces.js";
 import { byId, element, plainRemedy } from "../page/elements.js";
 import { type Definition, definitions, withTerms } from "../page/glossary.js";
-import { embedded } from "../page/embedded.js";
+import { type Coverage, embedded } from "../page/embedded.js";
 import { Latest } from "../page/latest.js";
 import { type Page, type Shown, axisNames } from "../page/page.js";
 import { type Slot, tintOf } from "../page/slots.js";
 import { ProblemError } from "../service/api.js";
-import { storedComparison } from "../service/examples.js";
+import { storedCoverage } from "../service/examples.js";
 import { type Comparison, compare } from "../service/queries.js";
 import { volumeText, volumeUnit } from "./conditions.js";
 
 /** What the answer needs of a comparison. */
-type Coverage = Pick<Comparison, "a_covers_b" | "b_covers_a" | "summary">;
 
 interface Pair {
   a: Shown;
@@ -94,9 +93,9 @@ export class ComparisonPanel {
     if (embedded === null) say("Comparing …");
     await this.asking.ask(
       async (signal) => {
-        if (embedded !== null) return saved;
-        const stored = await storedComparison(a.gamut.id, b.gamut.id);
+        const stored = await storedCoverage(a.gamut.id, b.gamut.id);
         if (stored !== undefined && !signal.aborted) this.answer(stored, { a, b });
+        if (embedded !== null) return saved;
         return compare(a.gamut.id, b.gamut.id, signal);
       },
       (comparison) => comparison && this.tell(comparison, { a, b }),

@@ -1,6 +1,6 @@
 // Gamuts that come with the page as files: they are shown without the service, which gets them only
 // when it is asked a question about them.
-import { embedded } from "../page/embedded.js";
+import { type Coverage, embedded } from "../page/embedded.js";
 import { type Gamut, type Progress, build, describe, provide } from "./api.js";
 
 /** An entry of `index.json`. Its description and the begin of its history are files beside it. */
@@ -15,12 +15,9 @@ export interface Example {
 }
 
 /** Figures of a comparison that come with the examples. `a` and `b` are ids of gamuts. */
-export interface StoredComparison {
+interface StoredComparison extends Coverage {
   a: string;
   b: string;
-  a_covers_b: number;
-  b_covers_a: number;
-  summary: string[];
 }
 
 interface Index {
@@ -36,8 +33,12 @@ export async function examples(): Promise<Example[]> {
   return (await loadIndex()).examples;
 }
 
-/** The comparison of two examples, which needs no service. */
-export async function storedComparison(a: string, b: string): Promise<StoredComparison | undefined> {
+/** Coverage of two examples, or of the gamuts of a saved page, which needs no service. */
+export async function storedCoverage(a: string, b: string): Promise<Coverage | undefined> {
+  if (embedded !== null) {
+    const [first, second] = embedded.gamuts;
+    return (first?.gamut.id === a && second?.gamut.id === b && embedded.coverage) || undefined;
+  }
   return (await loadIndex()).comparisons?.find((each) => each.a === a && each.b === b);
 }
 
