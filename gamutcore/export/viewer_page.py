@@ -65,7 +65,8 @@ class PageGamut(NamedTuple):
 def viewer_page(gamuts: Sequence[PageGamut], coverage: Mapping[str, object] | None = None) -> bytes:
     """Return gamuts as an HTML file in UTF-8: about 4/3 of the histories' size, and 0.6 MB.
 
-    `coverage` has ``a_covers_b``, ``b_covers_a`` and ``summary`` of the first two gamuts. Raise `OptionError` if there are more gamuts than places.
+    `coverage` has ``a_covers_b``, ``b_covers_a`` and ``summary`` of the first two gamuts. Raise
+    `OptionError` if there are more gamuts than places.
     """
     if len(gamuts) > MOST_GAMUTS:
         raise OptionError.refusal("gamuts", len(gamuts), f"at most {MOST_GAMUTS}")
