@@ -16,6 +16,7 @@ import { Marks } from "./panels/marks.js";
 import { MatchTable } from "./panels/match_table.js";
 import { PicturePanel } from "./panels/picture_panel.js";
 import { connectPointer } from "./panels/pointer.js";
+import { Readout } from "./panels/readout.js";
 import { SlicePanel } from "./panels/slice_panel.js";
 import { connectSaving } from "./panels/take_away.js";
 
@@ -30,12 +31,13 @@ function start(): Page {
   connectDisplay(page);
   connectLevel(page);
   connectFacts(page);
-  connectPointer(page);
+  const readout = new Readout(page);
+  connectPointer(page, readout);
   connectSaving(page);
   connectKeys(page);
   connectGlossary();
   new GamutList(page);
-  new SlicePanel(page);
+  new SlicePanel(page, readout);
   const colours = new ColourList(page);
   new MatchTable(page, colours);
   new ComparisonPanel(page);

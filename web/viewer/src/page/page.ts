@@ -38,8 +38,6 @@ interface Found {
 export interface Readable {
   targets(): Mesh[];
   read(hit: Intersection): void;
-  /** The pointer is elsewhere. */
-  leave(): void;
 }
 
 /**

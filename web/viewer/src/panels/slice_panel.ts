@@ -16,7 +16,7 @@ import type { Gamut } from "../service/api.js";
 import { mayHaveRecipes } from "../service/queries.js";
 import { type DiagramKind, DIAGRAMS, diagram, diagramName, isDiagram } from "./diagrams.js";
 import { PlaneHandle } from "./plane_handle.js";
-import { AnswerLines, coordinates, recipeLines } from "./readout.js";
+import { AnswerLines, type PagePlace, type Readout, coordinates, recipeLines } from "./readout.js";
 import { SectionFigure } from "./section_figure.js";
 
 const PLANES = ["lightness", "hue"] as const;
@@ -50,8 +50,6 @@ export class SlicePanel {
   private readonly handle: PlaneHandle;
   private readonly figure: SectionFigure;
   private readonly recipe = new AnswerLines(REST);
-  /** The gamut that the readout is about; null while it is about no section. */
-  private pointed: Gamut | null = null;
   /** What the lightness is in. */
   private space = "";
   /** The colour at a pixel of the chart. */
@@ -63,7 +61,10 @@ export class SlicePanel {
   private readonly value = byId<HTMLInputElement>("slice-value");
   private readonly number = byId<HTMLInputElement>("slice-number");
 
-  constructor(private readonly page: Page) {
+  constructor(
+    private readonly page: Page,
+    private readonly readout: Readout,
+  ) {
     this.cut = new CutAway(page.view);
     this.handle = new PlaneHandle(page);
     this.figure = new SectionFigure(() => this.draw(), () => this.change({ kind: "off" }));
@@ -76,27 +77,30 @@ export class SlicePanel {
     });
     for (const event of ["gamuts", "level", "theme"] as const) page.on(event, () => this.draw());
     page.on("camera", () => this.cut.follow());
-    page.on("gamuts", () => this.pointed !== null && this.pointed !== page.shown[0]?.gamut && this.unread());
     page.readable.push({
       targets: () => (isPlane(this.state.kind) ? [this.cut.cap] : []),
-      read: ({ point }) => this.read(this.page.shown[0]!.gamut, this.cut.pointOf(point)),
-      leave: () => this.leave(),
+      read: ({ point }) => this.read(this.cut.pointOf(point)),
     });
     const diagrams = element("optgroup", "", { label: "Diagrams" });
     diagrams.append(...Object.entries(DIAGRAMS).map(([value, text]) => element("option", text, { value })));
     this.kind.append(diagrams);
     this.connectControls();
-    const pointed = ({ clientX, clientY }: PointerEvent) => {
-      const { left, top } = this.figure.box.getBoundingClientRect();
+    this.connectChart();
+  }
+
+  private connectChart(): void {
+    const { figure: { box }, readout } = this;
+    const read = ({ clientX, clientY }: PagePlace) => {
+      const { left, top } = box.getBoundingClientRect();
       const point = this.chartPoint(clientX - left, clientY - top);
-      if (point === null) this.unread();
-      else this.read(this.page.shown[0]!.gamut, point);
+      if (point === null) readout.leave();
+      else this.read(point);
     };
-    this.figure.box.addEventListener("pointermove", pointed);
-    this.figure.box.addEventListener("pointerdown", pointed);
-    this.figure.box.addEventListener("pointerleave", (event) => {
+    for (const event of ["pointermove", "pointerdown"] as const) box.addEventListener(event, (place) => readout.isKept || read(place));
+    box.addEventListener("click", (place) => readout.click(place, () => read(place)));
+    box.addEventListener("pointerleave", (event) => {
       // A finger that is lifted leaves as well.
-      if (event.pointerType === "mouse") this.unread();
+      if (event.pointerType === "mouse") readout.leave();
     });
   }
 
@@ -117,6 +121,7 @@ export class SlicePanel {
 
   private change(changes: Partial<SliceState>): void {
     Object.assign(this.state, changes);
+    this.readout.release();
     this.draw();
     this.page.view.draw();
     this.page.address.save();
@@ -282,27 +287,14 @@ export class SlicePanel {
     return ["Chroma", light];
   }
 
-  /** Show a colour of the section with its recipe for a gamut. */
-  private read(gamut: Gamut, point: Point): void {
-    const output = byId("readout");
-    output.hidden = false;
-    this.pointed = gamut;
-    const swatch = element("span", "", { className: "swatch" });
-    swatch.style.backgroundColor = cssColour(gamutSpace(gamut).linear(Float32Array.from(point), SCREEN));
-    const lines = coordinates(axisNames(gamut), point).map((line) => element("span", line));
-    output.replaceChildren(swatch, ...lines, this.recipe.element);
+  /** Show a colour of the section with its recipe for the first gamut. */
+  private read(point: Point): void {
+    const subject = this.page.shown[0]!;
+    const { gamut } = subject;
+    const colour = cssColour(gamutSpace(gamut).linear(Float32Array.from(point), SCREEN));
     if (embedded !== null || !mayHaveRecipes(gamut)) this.recipe.clear();
     else this.recipe.ask((signal) => recipeLines(gamut, point, signal), "Recipe: …");
-  }
-
-  private unread(): void {
-    byId("readout").hidden = true;
-    this.leave();
-  }
-
-  private leave(): void {
-    this.pointed = null;
-    this.recipe.clear();
+    this.readout.show({ subject, point, colour, lines: coordinates(axisNames(gamut), point), answer: this.recipe });
   }
 }
 
