@@ -33,14 +33,13 @@ function start(): Page {
   connectFacts(page);
   const readout = new Readout(page);
   connectPointer(page, readout);
-  connectSaving(page);
   connectKeys(page);
   connectGlossary();
   new GamutList(page);
-  new SlicePanel(page, readout);
+  const { figure } = new SlicePanel(page, readout);
   const colours = new ColourList(page);
   new MatchTable(page, colours);
-  new ComparisonPanel(page);
+  connectSaving(page, { figure, comparison: new ComparisonPanel(page) });
   if (embedded === null) {
     new Uploads(page, { colours, picture: new PicturePanel(page) });
     new Marks(page);

@@ -48,12 +48,10 @@ export class SlicePanel {
   private readonly state: SliceState = { kind: "off", lightness: null, hue: 40, half: "front" };
   private readonly cut: CutAway;
   private readonly handle: PlaneHandle;
-  private readonly figure: SectionFigure;
+  readonly figure = new SectionFigure(() => this.change({ kind: "off" }));
   private readonly recipe = new AnswerLines(REST);
   /** What the lightness is in. */
   private space = "";
-  /** The colour at a pixel of the chart. */
-  private chartPoint: (x: number, y: number) => Point | null = () => null;
   /** When the chart of a section was drawn last, and the timer of the next time. */
   private charted = -Infinity;
   private charting = 0;
@@ -67,7 +65,6 @@ export class SlicePanel {
   ) {
     this.cut = new CutAway(page.view);
     this.handle = new PlaneHandle(page);
-    this.figure = new SectionFigure(() => this.draw(), () => this.change({ kind: "off" }));
     page.address.add({
       read: (given) => {
         readState(this.state, given);
@@ -89,10 +86,11 @@ export class SlicePanel {
   }
 
   private connectChart(): void {
-    const { figure: { box }, readout } = this;
+    const { figure, readout } = this;
+    const { box } = figure;
     const read = ({ clientX, clientY }: PagePlace) => {
       const { left, top } = box.getBoundingClientRect();
-      const point = this.chartPoint(clientX - left, clientY - top);
+      const point = figure.pointAt(clientX - left, clientY - top);
       if (point === null) readout.leave();
       else this.read(point);
     };
@@ -145,7 +143,6 @@ export class SlicePanel {
     if (!hasPlane) {
       this.cut.hide(shown.map(({ layer }) => layer));
       this.handle.hide();
-      this.chartPoint = () => null;
     }
     if (!isOn) this.figure.close();
     else {
@@ -167,10 +164,9 @@ export class SlicePanel {
   }
 
   private drawDiagram(kind: DiagramKind, shown: Shown[]): void {
-    const { box, size } = this.figure;
-    const drawn = diagram(kind, shown, { size, theme: pageTheme(box) }, this.page.isDark);
-    if ("svg" in drawn) this.figure.show(drawn.svg, diagramName(kind, this.page));
-    else this.figure.say(drawn.sentence);
+    const drawing = diagram(kind, shown, this.page.isDark);
+    if (typeof drawing === "string") this.figure.say(drawing);
+    else this.figure.show(drawing, diagramName(kind, this.page));
   }
 
   private drawPlane(shown: Shown[]): void {
@@ -221,23 +217,24 @@ export class SlicePanel {
     this.chartLater(() => {
       const half = layers.map((layer) => ({ ...layer, outlines: isHue ? layer.outlines.map(rightHalf).filter((each) => each.length > 0) : layer.outlines }));
       const named = half.map((layer) => ({ ...layer, name: `${layer.name}, area ${areaText(areaWithin(layer.outlines))}` }));
-      const { svg, placeAt } = sectionChart(
-        {
-          size: this.figure.size,
-          theme,
-          title: text,
-          labels: this.chartLabels(cut, names, lightness, others),
-          frame: isHue ? [[0, right], frame[1]] : frame,
-        },
-        named,
-        // A file without a profile is sRGB, whatever the screen is.
-        { address: png(pixels(SCREEN === "srgb" ? raster : colours(space, plane, frame, "srgb")), RASTER), frame },
-      );
-      this.figure.show(svg, `${layers.map(({ name }) => name).join(" and ")}, ${text}`);
-      this.chartPoint = (x, y) => {
-        const place = placeAt(x, y);
-        return place && pointAt(plane, place);
+      // A file without a profile is sRGB, whatever the screen is.
+      const address = png(pixels(SCREEN === "srgb" ? raster : colours(space, plane, frame, "srgb")), RASTER);
+      const chart = {
+        title: text,
+        labels: this.chartLabels(cut, names, lightness, others),
+        frame: isHue ? ([[0, right], frame[1]] satisfies Frame) : frame,
       };
+      this.figure.show(
+        (options) => {
+          const { svg, placeAt } = sectionChart({ ...chart, ...options }, named, { address, frame });
+          const colourAt = (x: number, y: number) => {
+            const place = placeAt(x, y);
+            return place && pointAt(plane, place);
+          };
+          return { svg, pointAt: colourAt };
+        },
+        `${layers.map(({ name }) => name).join(" and ")}, ${text}`,
+      );
     });
   }
 
