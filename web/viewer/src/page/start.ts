@@ -77,7 +77,7 @@ function fillChips(page: Page, all: Example[]): void {
       chip.setAttribute("aria-pressed", String(page.shown.some(({ key, gamut }) => [key, keys.get(gamut.id)].includes(chip.dataset["key"]))));
     }
   };
-  page.on("gamuts", mark);
+  page.on(["slots"], mark);
   mark();
   chips.hidden = all.length === 0;
 }

@@ -56,11 +56,12 @@ export class ComparisonPanel {
       write: () => [["outside", this.highlight.checked ? "on" : null]],
     });
     page.kept.set("comparison", () => this.comparison);
-    page.on("gamuts", () => {
+    page.on(["slots"], () => {
       const [a, b] = [page.at("a"), page.at("b")];
       this.show(a !== null && b !== null ? { a, b } : null);
     });
-    page.on("theme", () => {
+    page.on(["looks"], () => this.mark());
+    page.on(["theme"], () => {
       this.tint();
       if (this.comparison !== null) this.redraw();
     });

@@ -61,7 +61,7 @@ export class Readout {
       clearTimeout(timer);
       timer = setTimeout(() => this.box.hidden || page.announce(this.box.innerText.replaceAll("\n", ", ")), QUIET);
     }).observe(this.box, { childList: true, subtree: true });
-    page.on("gamuts", () => {
+    page.on(["slots", "looks"], () => {
       const { reading } = this;
       const isShown = (one: Shown) => page.shown.some(({ gamut }) => gamut === one.gamut);
       if (reading === null) return;

@@ -79,7 +79,7 @@ export function connectSaving(page: Page, sources: Sources): void {
     refresh();
     look();
   });
-  page.on("level", () => dialog.open && look());
+  page.on(["level"], () => dialog.open && look());
   close.addEventListener("click", () => {
     if (!saving.isAsking) return dialog.close();
     saving.end();
