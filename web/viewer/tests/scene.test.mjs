@@ -298,7 +298,7 @@ function pngPixels(page, bytes, places) {
     async (base64, all) => {
       const data = Uint8Array.from(atob(base64), (character) => character.charCodeAt(0));
       const picture = await createImageBitmap(new Blob([data]));
-      const context = new OffscreenCanvas(picture.width, picture.height).getContext("2d");
+      const context = new OffscreenCanvas(picture.width, picture.height).getContext("2d", { willReadFrequently: true });
       context.drawImage(picture, 0, 0);
       const at = (part, size) => Math.min(size - 1, Math.floor(part * size));
       return {
@@ -358,7 +358,7 @@ test("a picture has the section and the bars of the comparison while they are op
   await page.waitForSelector("#section-chart svg");
   const [view, section] = await page.evaluate(() => ["stage", "section"].map((id) => document.getElementById(id).clientWidth));
   const both = await saved(page, "png", { "save-ratio": "1" });
-  assert.equal(both.bytes.readUInt32BE(16) - view - section <= 1, true);
+  assert.ok(Math.abs(both.bytes.readUInt32BE(16) - view - section) <= 1);
   // Rows at the bottom left have the bars: the first one is black, as its gamut is in a light page.
   const column = Array.from({ length: 60 }, (_, i) => [0.25, 1 - i / both.bytes.readUInt32BE(20)]);
   const isBlack = ([r, g, b]) => r + g + b === 0;
