@@ -179,7 +179,7 @@ function barLines(bars: PictureBar[], { width, height }: Size, line: string, tex
     const y = height + 13 + BAR_LINE * (isWide ? 1 : 1.5) * i;
     const most = Math.min(BAR_WIDTH, MARGIN + room - left);
     const bar = (part: number, fill: string) =>
-      `<rect x="${left.toFixed(1)}" y="${isWide ? y - BAR : y + 6}" width="${(part * most).toFixed(1)}" height="${BAR}" fill="${fill}" stroke="none"/>`;
+      `<rect x="${left.toFixed(1)}" y="${isWide ? y - BAR : y + 6}" width="${(part * most).toFixed(1)}" height="${BAR}" fill="${fill}"/>`;
     return [text(MARGIN, y, LEGEND_SIZE, texts[i]!), bar(1, line), bar(share, colour)];
   });
 }
