@@ -29,8 +29,10 @@ export function connectPointer(page: Page, readout: Readout): void {
   canvas.addEventListener("keydown", ({ key }) => {
     if (key !== "Enter") return;
     const { left, top, width, height } = canvas.getBoundingClientRect();
-    const place = hovered ?? { clientX: left + width / 2, clientY: top + height / 2 };
-    readout.click(place, () => read(place));
+    if (readout.isKept) return readout.release();
+    const middle = { clientX: left + width / 2, clientY: top + height / 2 };
+    // A pointer that rests on the ground has no colour.
+    for (const place of [hovered, middle]) if (place !== null && !readout.isKept) readout.click(place, () => read(place));
   });
   canvas.addEventListener("pointerleave", (event) => {
     // A finger that is lifted leaves as well.
